@@ -1,0 +1,5 @@
+"""``python -m wucht``: the command line."""
+
+from wucht.cli import main
+
+main()

@@ -1,0 +1,121 @@
+"""Documents: TOML files read, values set by path, and models checked, with errors that say where.
+
+Shared by machines and studies. A document is the nested dictionary of a TOML file.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from wucht.errors import InputError, nearest
+
+Document = dict[str, Any]
+ModelT = TypeVar("ModelT", bound=BaseModel)
+
+
+def read_toml(path: Path) -> Document:
+    """The document in a TOML file. Raises ``InputError`` for an unreadable file or one that is no TOML."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(str(path), None, "there is no such file") from None
+    except IsADirectoryError:
+        raise InputError(str(path), None, "this is a folder; a study file is needed") from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise InputError(str(path), None, f"the file cannot be read: {reason}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(str(path), None, f"the file is no valid TOML: {error}") from None
+
+
+def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """``{"drive": {"slope": 1}}`` and ``{"drive.slope": 1}`` both become ``{"drive.slope": 1}``."""
+    flat: dict[str, Any] = {}
+    for key, value in settings.items():
+        if isinstance(value, Mapping):
+            flat |= flatten(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = value
+    return flat
+
+
+def no_nan(document: Any, where: str = "") -> None:
+    """Raises ``InputError`` if a number anywhere in the document is NaN or infinite."""
+    if isinstance(document, Mapping):
+        for key, value in document.items():
+            no_nan(value, f"{where}.{key}" if where else str(key))
+    elif isinstance(document, list):
+        for i, value in enumerate(document):
+            no_nan(value, f"{where}[{i}]")
+    elif isinstance(document, float) and not math.isfinite(document):
+        raise InputError(where, document, "allowed is a finite number")
+
+
+def table(document: Document, key: str, where: str) -> Document:
+    """The sub-table ``key``. Raises ``InputError`` if it is missing or no table."""
+    value = document.get(key)
+    if value is None:
+        raise InputError(where, None, f"the table [{where}] is missing")
+    if not isinstance(value, dict):
+        raise InputError(where, value, f"allowed is a table: [{where}]")
+    return value
+
+
+def refuse_unknown(document: Mapping[str, Any], known: Iterable[str], where: str, not_yet: Iterable[str] = ()) -> None:
+    """Raises ``InputError`` for a key that is neither known nor planned, or planned but not yet there."""
+    known, planned = list(known), set(not_yet)
+    for key, value in document.items():
+        at = f"{where}.{key}" if where else key
+        if key in planned:
+            raise InputError(at, None, "not yet: this key of the contract comes with a later version")
+        if key not in known:
+            raise InputError(at, value, f"unknown key; {nearest(key, known)}")
+
+
+def checked(cls: type[ModelT], document: Mapping[str, Any], where: str, not_yet: Iterable[str] = ()) -> ModelT:
+    """Build a pydantic model. Raises ``InputError`` with the first thing that is wrong."""
+    keys = [f.alias or name for name, f in cls.model_fields.items() if not f.exclude]
+    refuse_unknown(document, keys, where, not_yet)
+    try:
+        return cls.model_validate(dict(document))
+    except ValidationError as error:
+        raise _located(cls, error, where) from None
+
+
+def _located(cls: type[BaseModel], error: ValidationError, where: str) -> InputError:
+    first = error.errors(include_url=False)[0]
+    key = str(first["loc"][0]) if first["loc"] else ""
+    at = f"{where}.{key}" if where else key
+    fields = {f.alias or name: f for name, f in cls.model_fields.items()}
+    extra = fields[key].json_schema_extra if key in fields else None
+    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+    what = (fields[key].description if key in fields else None) or key
+    context = first.get("ctx", {})
+    match first["type"]:
+        case "missing":
+            return InputError(at, None, f"this key is missing; needed is the {what}" + (f" in {unit}" if unit else ""))
+        case "value_error":
+            return InputError(at, first["input"], str(context["error"]))
+        case "greater_than":
+            limit = f"greater than {context['gt']:g}"
+        case "greater_than_equal":
+            limit = f"of at least {context['ge']:g}"
+        case "less_than_equal":
+            limit = f"of at most {context['le']:g}"
+        case "less_than":
+            limit = f"less than {context['lt']:g}"
+        case "literal_error":
+            return InputError(at, first["input"], f"allowed is {context['expected']}")
+        case "string_pattern_mismatch":
+            return InputError(at, first["input"], "allowed is a name of letters, digits, '-' and '_' that begins with a letter")
+        case "too_short" | "too_long":
+            return InputError(at, first["input"], "allowed is one number, or a pair [x, y]")
+        case _:
+            return InputError(at, first["input"], f"allowed is the {what}: {first['msg'][0].lower()}{first['msg'][1:]}")
+    return InputError(at, first["input"], f"allowed is a {what} {limit}" + (f" {unit}" if unit else ""))

@@ -1,0 +1,39 @@
+"""The two ways in which wucht says no: the input is wrong (exit code 2), or a run fails (exit code 1)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class WuchtError(Exception):
+    """A sentence for the user. Base class of all errors that wucht raises on purpose."""
+
+
+class InputError(WuchtError):
+    """The input is wrong: which key of which file, what was given, what is allowed."""
+
+    def __init__(self, where: str, given: object, allowed: str) -> None:
+        self.where, self.given, self.allowed = where, given, allowed
+        shown = "" if given is None else f" given {given!r};" if isinstance(given, str) else f" given {given};"
+        super().__init__(f"{where}:{shown} {allowed}")
+
+    def within(self, prefix: str, separator: str = ".") -> InputError:
+        """The same error, seen from one level further out."""
+        return InputError(f"{prefix}{separator}{self.where}" if self.where else prefix, self.given, self.allowed)
+
+
+class RunError(WuchtError):
+    """A run failed. The sentence gives time, state and a remedy."""
+
+
+def nearest(given: str, known: Iterable[str]) -> str:
+    """The clause that helps with an unknown name: the nearest known one, and the list.
+
+    Parameters are the name that was given and those that are known. Returns e.g.
+    ``did you mean 'stiffness'? known: damping, mass, stiffness``.
+    """
+    names = sorted(known)
+    close = get_close_matches(given, names, n=1, cutoff=0.5)
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    return f"{hint}known: {', '.join(names) or 'none'}"

@@ -1,0 +1,178 @@
+"""The dimensionless machines of the dissertation: V. Drozdetskaya 2020 (source 002), with the parameters printed there.
+
+They are stated by energies like every machine. With xi = x M*/(m r), tau = k t, the equation of phi is multiplied by
+s/(epsilon w) and those of theta_i by 1/mu; then (4.11)-(4.20) follow from
+
+    T = (xi'^2 + eta'^2)/2 + s phi' n(phi) + s phi'^2/(2 epsilon w) + sum(theta_i' n(theta_i) + theta_i'^2/(2 mu)),
+    n(a) = -xi' sin a + eta' cos a,   V = (xi^2 + eta^2)/2,   R = sigma (xi'^2 + eta'^2).
+
+The printed damper torques beta_p (phi' - theta_i') on the pendulums and beta_r on the rotor are each other's reaction only if
+mu s beta_r = 2 epsilon w beta_p (errata); so they are applied forces here, each booked on its own.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import sympy as sp
+
+from wucht.machines.parts.base import Frame, Parameter, Part, si
+from wucht.mechanics.energies import Applied, Energies
+from wucht.mechanics.lagrange import Coordinate
+
+
+class Model(Part):
+    """A dimensionless machine: its parameters have bare names (``u``), its bodies are called as in SI machines."""
+
+    equations: ClassVar[str] = ""
+    bodies: ClassVar[tuple[tuple[str, str, str | None], ...]] = (("rotor", "rotor", None),)
+    directions: ClassVar[str] = "xy"
+
+    @property
+    def path(self) -> str:
+        """Nothing: parameters are addressed by their bare names."""
+        return ""
+
+    def symbol(self, name: str) -> sp.Symbol:
+        """The symbol of a parameter."""
+        return sp.Symbol(name, real=True)
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameters by bare name."""
+        return tuple(
+            Parameter(p.path.removeprefix("."), p.value, p.unit, p.symbol, p.what) for p in super().parameters()
+        )
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The carrier's coordinates."""
+        return tuple(Coordinate.named(f"carrier.{d}", f"carrier.v{d}") for d in self.directions)
+
+    def turning(self) -> dict[str, Coordinate]:
+        """The bodies' angles."""
+        return {n: Coordinate.named(f"{n}.angle", f"{n}.speed", angle=True) for n, _, _ in self.bodies}
+
+    def support(self, frame: Frame) -> Energies:
+        """V = xi^2/2, R = sigma xi'^2: spring and damper of the carrier."""
+        sigma = self.symbol("sigma")
+        return Energies(
+            potential=(frame.x**2 + frame.y**2) / 2, dissipation=sigma * (frame.vx**2 + frame.vy**2)
+        )
+
+    def warnings(self) -> tuple[str, ...]:
+        """What is doubtful about the parameters."""
+        return ()
+
+    def mismatch(self, frame: Frame) -> sp.Expr | None:
+        """Power by which dampers violate action = reaction, None where they cannot."""
+        return None
+
+
+def _excess(frame: Frame, body: str) -> sp.Expr:
+    """n(a): the velocity of the axis along the body's direction of motion."""
+    a = frame.angle(body)
+    return -frame.vx * sp.sin(a) + frame.vy * sp.cos(a)
+
+
+class RotorOnCarrier(Model):
+    """An unbalanced rotor on a carrier that moves in x: 002 (3.33)-(3.34)."""
+
+    kind: ClassVar[str] = "rotor-on-carrier"
+    equations: ClassVar[str] = "002 (3.33)-(3.34)"
+    directions: ClassVar[str] = "x"
+
+    epsilon: float = si("", "unbalance over inertia, M e^2/J", "epsilon", gt=0)
+    sigma: float = si("", "damping of the support, b/(2 M k)", "sigma", ge=0)
+    lambda_: float = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
+    u: float = si("", "slope of the motor, U_M/(k M e^2)", "u", ge=0)
+
+    def energies(self, frame: Frame) -> Energies:
+        """T = xi'^2/2 + phi' n(phi) + phi'^2/(2 epsilon); motor u (lambda - phi')."""
+        epsilon, no_load, u = self.symbols("epsilon", "lambda", "u")
+        w = frame.speed("rotor")
+        return Energies(
+            kinetic=(frame.vx**2 + frame.vy**2) / 2 + w * _excess(frame, "rotor") + w**2 / (2 * epsilon),
+            applied=(Applied(u * (no_load - w), w, "drive"),),
+        )
+
+
+class LavalRotor(RotorOnCarrier):
+    """The same on a carrier that moves in x and y: 002 (3.59)-(3.61)."""
+
+    kind: ClassVar[str] = "laval-rotor"
+    equations: ClassVar[str] = "002 (3.59)-(3.61)"
+    directions: ClassVar[str] = "xy"
+
+
+class SelfBalancingRotor(Model):
+    """An unbalanced rotor with two balancing pendulums: 002 (4.11)-(4.20)."""
+
+    kind: ClassVar[str] = "self-balancing-rotor"
+    equations: ClassVar[str] = "002 (4.11)-(4.20)"
+    bodies: ClassVar[tuple[tuple[str, str, str | None], ...]] = (
+        ("rotor", "rotor", None),
+        ("p1", "pendulum", "rotor"),
+        ("p2", "pendulum", "rotor"),
+    )
+
+    epsilon: float = si("", "unbalance over inertia, M e^2/J_R", "epsilon", gt=0)
+    mu: float = si("", "pendulum mass ratio, p m/M*", "mu", gt=0)
+    s: float = si("", "unbalance ratio, M e/(m r)", "s", gt=0)
+    w: float = si("", "amplitude ratio, m r/(M* e)", "w", gt=0)
+    beta_p: float = si("", "damping of the pendulums, b_r/(k J_P)", "beta_p", ge=0)
+    beta_r: float = si("", "the same on the rotor, 2 b_r/(k J_R)", "beta_r", ge=0)
+    lambda_: float = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
+    sigma: float = si("", "damping of the support, b/(2 k M*)", "sigma", ge=0)
+    u: float = si("", "slope of the motor, U_M/(k M e^2)", "u", ge=0)
+
+    def energies(self, frame: Frame) -> Energies:
+        """See the head of this file."""
+        epsilon, mu, s, w, beta_p, beta_r, no_load, u = self.symbols(
+            "epsilon", "mu", "s", "w", "beta_p", "beta_r", "lambda", "u"
+        )
+        phi_ = frame.speed("rotor")
+        pendulums = [frame.speed("p1"), frame.speed("p2")]
+        kinetic = (frame.vx**2 + frame.vy**2) / 2 + s * phi_ * _excess(frame, "rotor") + s * phi_**2 / (2 * epsilon * w)
+        kinetic += sp.Add(*(_excess(frame, n) * frame.speed(n) + frame.speed(n) ** 2 / (2 * mu) for n in ("p1", "p2")))
+        on_pendulums = tuple(Applied(beta_p / mu * (phi_ - t), t, booked="lost") for t in pendulums)
+        on_rotor = s * beta_r / (2 * epsilon * w) * sp.Add(*(t - phi_ for t in pendulums))
+        return Energies(
+            kinetic=kinetic,
+            applied=(
+                Applied(s * u / w * (no_load - phi_), phi_, "drive"),
+                *on_pendulums,
+                Applied(on_rotor, phi_, booked="lost"),
+            ),
+        )
+
+    def right_beta_r(self) -> float:
+        """The beta_r with which the dampers' torques are each other's reaction: 2 epsilon w beta_p/(mu s)."""
+        return 2 * self.epsilon * self.w * self.beta_p / (self.mu * self.s)
+
+    def mismatch(self, frame: Frame) -> sp.Expr:
+        """(s beta_r/(2 epsilon w) - beta_p/mu) sum (theta_i' - phi') phi': power that comes from nowhere."""
+        epsilon, mu, s, w, beta_p, beta_r = self.symbols("epsilon", "mu", "s", "w", "beta_p", "beta_r")
+        phi_ = frame.speed("rotor")
+        relative = sp.Add(*(frame.speed(n) - phi_ for n in ("p1", "p2")))
+        return (s * beta_r / (2 * epsilon * w) - beta_p / mu) * relative * phi_
+
+    def warnings(self) -> tuple[str, ...]:
+        """The parameters may violate the identities that follow from their definitions (4.8)."""
+        found = []
+        right = self.right_beta_r()
+        if abs(self.beta_r - right) > 1e-6 * right:
+            found.append(
+                f"no machine has these parameters: the dampers' torque on the rotor is not the reaction of that on the pendulums "
+                f"(mu s beta_r = {self.mu * self.s * self.beta_r:.4g}, 2 epsilon w beta_p = {2 * self.epsilon * self.w * self.beta_p:.4g}); "
+                f"beta_r = {right:.6g} would be right"
+            )
+        rest = 1 - self.s * self.w
+        if rest <= 0 or 2 * self.mu / rest > 1 + 1e-9:
+            p = f"{2 * self.mu / rest:.4g}" if rest > 0 else "none"
+            found.append(
+                f"no machine has these parameters: s w = 1 - 2 mu/p asks for p = {p}, but p = m r^2/J_P lies between 0 and 1"
+            )
+        return tuple(found)
+
+
+MODELS: dict[str, type[Model]] = {m.kind: m for m in (RotorOnCarrier, LavalRotor, SelfBalancingRotor)}
+

@@ -1,0 +1,31 @@
+"""The drive that enforces a speed, whatever torque that takes."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import sympy as sp
+
+from wucht.machines.parts.base import Drive, Frame, si
+from wucht.mechanics.energies import Energies
+
+
+class ConstantSpeed(Drive):
+    """The body turns with a prescribed constant speed: 000 (19). The torque that this takes is a result."""
+
+    kind: ClassVar[str] = "constant-speed"
+
+    speed: float = si("rad/s", "speed", "Omega")
+    angle: float = si("rad", "angle at t = 0", "phi_0", 0.0)
+
+    def prescribed(self) -> sp.Expr:
+        """The speed."""
+        return self.symbol("speed")
+
+    def start_angle(self) -> float:
+        """The angle at t = 0."""
+        return self.angle
+
+    def energies(self, frame: Frame) -> Energies:
+        """No formula: the motion is given."""
+        return Energies()

@@ -1,0 +1,1 @@
+"""Energies to equations: symbolic, and no number is computed here."""

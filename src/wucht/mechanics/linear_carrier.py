@@ -1,0 +1,69 @@
+"""What the slow side of a machine needs, taken from the same energies: M, C, K of the carrier and its coupling to the bodies.
+
+With q the carrier's coordinates and phi the bodies' angles,
+T = q'^T M q'/2 + q'^T sum gamma_i(phi_i) phi_i' + (terms without q'),  R and V give C and K.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.mechanics.energies import Energies, total
+from wucht.mechanics.lagrange import Coordinate
+
+
+@dataclass(frozen=True)
+class LinearCarrier:
+    """Symbolic M, C, K (m x m), the couplings gamma_i (m x 1, one a body) and the constant load on the carrier (m x 1).
+
+    ``excitation`` holds U_i e_i = -2 i <gamma_i exp(-i phi_i)> (m x 1, complex): a body that turns steadily at w excites the
+    carrier with Re[U_i e_i w^2 exp(i phi_i)].
+    """
+
+    mass: sp.ImmutableMatrix
+    damping: sp.ImmutableMatrix
+    stiffness: sp.ImmutableMatrix
+    coupling: tuple[sp.ImmutableMatrix, ...]
+    excitation: tuple[sp.ImmutableMatrix, ...]
+    load: sp.ImmutableMatrix
+
+
+def linear_carrier(
+    parts: Sequence[Energies], carrier: Sequence[Coordinate], bodies: Sequence[Coordinate]
+) -> LinearCarrier:
+    """Read the carrier's matrices off the energies.
+
+    carrier: m coordinates; bodies: the turning ones. Raises ``WuchtError`` where the carrier is not linear.
+    """
+    energies = total(parts)
+    q, v = [c.position for c in carrier], [c.velocity for c in carrier]
+    mass = _hessian(energies.kinetic, v)
+    damping = _hessian(energies.dissipation, v)
+    stiffness = _hessian(energies.potential, q)
+    turning = {b.position for b in bodies} | {b.velocity for b in bodies}
+    for name, matrix in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
+        if matrix.free_symbols & (set(q) | set(v) | turning):
+            raise WuchtError(f"the carrier's {name} matrix is not constant: it has no harmonic influence coefficients")
+    at_rest = dict.fromkeys(q, sp.S.Zero)
+    load = sp.ImmutableMatrix([-sp.diff(energies.potential, x).xreplace(at_rest) for x in q]) if q else sp.zeros(0, 1)
+    coupling = tuple(
+        sp.ImmutableMatrix([sp.diff(energies.kinetic, x, b.velocity) for x in v]) if v else sp.zeros(0, 1) for b in bodies
+    )
+    excitation = tuple(g.applyfunc(lambda e, b=b: _shape(e, b.position)) for g, b in zip(coupling, bodies, strict=True))
+    return LinearCarrier(mass, damping, stiffness, coupling, excitation, sp.ImmutableMatrix(load))
+
+
+def _hessian(function: sp.Expr, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
+    first = [sp.diff(function, a) for a in symbols]
+    return sp.ImmutableMatrix(len(symbols), len(symbols), [sp.diff(f, b) for f in first for b in symbols])
+
+
+def _shape(coupling: sp.Expr, angle: sp.Symbol) -> sp.Expr:
+    """``-2 i <coupling exp(-i angle)>`` for a coupling ``a cos(angle) + b sin(angle)``: -i a - b."""
+    cosine = coupling.xreplace({angle: sp.S.Zero})
+    sine = sp.expand(sp.expand_trig(coupling.xreplace({angle: sp.pi / 2})))
+    return sp.expand(-sp.I * cosine - sine)

@@ -1,0 +1,1 @@
+"""System -> numbers. Knows no machine: someone with another ODE can use this folder alone."""

@@ -1,0 +1,148 @@
+"""System -> straight-line program: what is constant during a run is taken out and computed once from the parameters.
+
+An expression such as ``m*l*cos(theta)`` becomes ``c0*cos(theta)`` with ``c0 = m*l``. A Taylor integrator then multiplies by a
+number instead of convolving two series, and an interpreted right-hand side does less. Both engines and all outputs use it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from wucht.errors import RunError
+from wucht.system import TIME, System
+
+Lines = tuple[tuple[sp.Symbol, sp.Expr], ...]
+
+
+@dataclass(frozen=True)
+class Program:
+    """Lines to be evaluated in order, then results; ``constants`` are functions of the parameters alone."""
+
+    states: tuple[sp.Symbol, ...]
+    parameters: tuple[sp.Symbol, ...]
+    constants: Lines
+    lines: Lines
+    results: tuple[sp.Expr, ...]
+
+    @cached_property
+    def _constant_function(self) -> Callable[..., Sequence[float]]:
+        return python_function((self.parameters,), (), tuple(e for _, e in self.constants), "math")
+
+    def constant_values(self, parameters: Sequence[float]) -> np.ndarray:
+        """The constants (k,) at given parameter values. Raises ``RunError`` where they are not finite."""
+        try:
+            values = np.array(self._constant_function(list(map(float, parameters))), dtype=float)
+        except (ZeroDivisionError, OverflowError, ValueError):
+            values = np.array([math.nan])
+        if not np.isfinite(values).all():
+            named = ", ".join(f"{p.name} = {v:g}" for p, v in zip(self.parameters, parameters, strict=True))
+            raise RunError(f"the equations cannot be evaluated at these parameters (a division by zero): {named}")
+        return values
+
+
+@dataclass
+class _Folder:
+    """Replaces every part of an expression that depends on parameters alone by a constant's symbol."""
+
+    varying: set[sp.Symbol]
+    constants: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
+    memo: dict[sp.Expr, sp.Expr] = field(default_factory=dict)
+
+    def is_constant(self, e: sp.Expr) -> bool:
+        return not (e.free_symbols & self.varying)
+
+    def constant(self, e: sp.Expr) -> sp.Expr:
+        if e.is_Number:
+            return e
+        if e not in self.constants:
+            self.constants[e] = sp.Symbol(f"_c{len(self.constants)}", real=True)
+        return self.constants[e]
+
+    def fold(self, e: sp.Expr) -> sp.Expr:
+        if e not in self.memo:
+            self.memo[e] = self._fold(e)
+        return self.memo[e]
+
+    def _fold(self, e: sp.Expr) -> sp.Expr:
+        if self.is_constant(e):
+            return self.constant(e)
+        if e.is_Atom:
+            return e
+        if isinstance(e, sp.Add | sp.Mul):
+            fixed = [a for a in e.args if self.is_constant(a)]
+            moving = [self.fold(a) for a in e.args if not self.is_constant(a)]
+            return e.func(*((self.constant(e.func(*fixed)),) if fixed else ()), *moving)
+        return e.func(*(self.fold(a) for a in e.args))
+
+
+def lower(system: System, results: Sequence[sp.Expr]) -> Program:
+    """The program that computes ``results`` from a System's states and parameters. Only needed definitions are kept."""
+    needed = set().union(*(sp.sympify(r).free_symbols for r in results)) if results else set()
+    kept: list[tuple[sp.Symbol, sp.Expr]] = []
+    for symbol, expression in reversed(system.definitions):
+        if symbol in needed:
+            kept.append((symbol, expression))
+            needed |= expression.free_symbols
+    kept.reverse()
+    varying = {*system.states, TIME}
+    for symbol, expression in kept:
+        if expression.free_symbols & varying:
+            varying.add(symbol)
+    folder = _Folder(varying)
+    fixed = {}  # definitions that are constant are put into the constants that use them
+    lines = []
+    for symbol, expression in kept:
+        expression = expression.xreplace(fixed)
+        if symbol in varying:
+            lines.append((symbol, folder.fold(expression)))
+        else:
+            fixed[symbol] = expression
+    folded = tuple(folder.fold(sp.sympify(r).xreplace(fixed)) for r in results)
+    constants = tuple((symbol, expression) for expression, symbol in folder.constants.items())
+    return Program(system.states, system.parameters, constants, tuple(lines), folded)
+
+
+def python_function(
+    arguments: Sequence[Any], lines: Lines, results: Sequence[sp.Expr], modules: str = "numpy"
+) -> Callable[..., Any]:
+    """A Python function of ``arguments`` (symbols or groups of them) that runs the lines and returns the list of results.
+
+    modules: ``"math"`` for numbers, ``"numpy"`` for arrays.
+    """
+    symbols = {s for a in arguments for s in (a if isinstance(a, tuple) else (a,))} | {s for s, _ in lines}
+    short = {s: sp.Symbol(f"v{k}", real=True) for k, s in enumerate(sorted(symbols, key=lambda s: s.name))}
+    renamed = [tuple(short[s] for s in a) if isinstance(a, tuple) else short[a] for a in arguments]
+    body = [(short[s], e.xreplace(short)) for s, e in lines]
+    wanted = [sp.sympify(r).xreplace(short) for r in results]
+    function: Callable[..., Any] = sp.lambdify(renamed, wanted, modules=modules, cse=lambda e: (body, e))
+    return function
+
+
+@dataclass(frozen=True)
+class Evaluator:
+    """Expressions of a System as a function of arrays."""
+
+    names: tuple[str, ...]
+    program: Program
+
+    @classmethod
+    def of(cls, system: System, expressions: Sequence[sp.Expr], names: Sequence[str]) -> Evaluator:
+        """The evaluator of expressions in a System's symbols."""
+        return cls(tuple(names), lower(system, tuple(expressions)))
+
+    @cached_property
+    def _function(self) -> Callable[..., Any]:
+        p = self.program
+        return python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results)
+
+    def __call__(self, time: np.ndarray, states: np.ndarray, parameters: Sequence[float]) -> dict[str, np.ndarray]:
+        """Evaluate. time: (N,), states: (n, N), parameters in the System's order. Returns an (N,) array a name."""
+        values = self._function(tuple(states), time, self.program.constant_values(parameters))
+        return {n: np.broadcast_to(np.asarray(v, float), time.shape) for n, v in zip(self.names, values, strict=True)}

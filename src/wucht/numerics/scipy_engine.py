@@ -1,0 +1,113 @@
+"""The engine SciPy: Dormand-Prince 8(5,3) or Radau on an interpreted right-hand side.
+
+It serves where heyoka is absent, and as the independent witness in tests.
+E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", Springer 1993, section II.10.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.events import Event, Hit, Leg
+from wucht.numerics.program import Program, python_function
+from wucht.system import TIME
+
+_SMALLEST_TOLERANCE = 1e-13  # solve_ivp refuses less than 100 units of rounding
+
+
+class ScipyEngine:
+    """The same interface as the engine heyoka."""
+
+    name = "scipy"
+
+    def __init__(
+        self, program: Program, events: Sequence[Event], event_program: Program, tolerance: float, method: str = "DOP853"
+    ) -> None:
+        self._program, self._event_program, self._events = program, event_program, tuple(events)
+        self._tolerance, self._method = max(tolerance, _SMALLEST_TOLERANCE), method
+        self._rhs = _function(program)
+        self._watched = _function(event_program) if events else None
+        self._time, self._state = 0.0, np.zeros(len(program.states))
+        self._cooled: dict[int, tuple[float, float]] = {}
+
+    def start(self, time: float, state: np.ndarray, parameters: Sequence[float]) -> None:
+        """Place the integrator."""
+        self._time, self._state = time, np.array(state, dtype=float)
+        self._constants = self._program.constant_values(parameters).tolist()
+        self._event_constants = self._event_program.constant_values(parameters).tolist()
+
+    def forget_events(self) -> None:
+        """A new run begins."""
+        self._cooled.clear()
+
+    def _event_function(self, index: int) -> Callable[[float, np.ndarray], float]:
+        event, watched = self._events[index], self._watched
+        assert watched is not None
+
+        def function(t: float, y: np.ndarray) -> float:
+            value = float(watched(y.tolist(), t, self._event_constants)[index])
+            end, sign = self._cooled.get(index, (-np.inf, 0.0))
+            # Just after an event its function is rounding noise around zero, which must not count as another event.
+            return sign * (abs(value) + 1e-300) if t <= end else value
+
+        function.terminal = event.interrupts  # type: ignore[attr-defined]
+        function.direction = event.direction  # type: ignore[attr-defined]
+        return function
+
+    def leg(self, grid: np.ndarray) -> Leg:
+        """Advance over the grid (m,). Raises ``RunError`` when the integration fails."""
+        from scipy.integrate import solve_ivp  # noqa: PLC0415
+
+        functions = [self._event_function(i) for i in range(len(self._events))]
+        end = float(grid[-1])
+        if end <= self._time:
+            return Leg(np.tile(self._state, (len(grid), 1)).T, self._time, self._state, (), None)
+        solution = solve_ivp(
+            lambda t, y: self._rhs(y.tolist(), t, self._constants),
+            (self._time, end),
+            self._state,
+            method=self._method,
+            t_eval=grid,
+            events=functions or None,
+            rtol=self._tolerance,
+            atol=self._tolerance * 1e-2,
+        )
+        # Without samples before an event, SciPy returns a list instead of an (n, 0) array.
+        samples = np.asarray(solution.y).reshape(len(self._state), -1)
+        if solution.status < 0 or not np.isfinite(samples).all():
+            self._time = float(solution.t[-1]) if len(solution.t) else self._time
+            self._state = samples[:, -1] if samples.size else self._state
+            raise RunError(str(solution.message).rstrip(".") or "the state ceases to be finite")
+        hits, stopped_by = [], None
+        for i, event in enumerate(self._events):
+            for t, y in zip(solution.t_events[i], solution.y_events[i], strict=True):
+                hits.append(Hit(event.name, float(t), np.array(y)))
+                if event.interrupts:
+                    stopped_by = i
+        hits.sort(key=lambda h: h.time)
+        if stopped_by is None:
+            self._time, self._state = end, samples[:, -1]
+        else:
+            before = functions[stopped_by](self._time, self._state)
+            self._time, self._state = hits[-1].time, hits[-1].state
+            sign = self._events[stopped_by].direction or -float(np.sign(before))
+            self._cooled[stopped_by] = (self._time + 1e-9 * max(1.0, abs(self._time)), float(sign))
+        return Leg(samples, self._time, np.array(self._state), tuple(hits), stopped_by)
+
+    @property
+    def time(self) -> float:
+        """The time reached."""
+        return self._time
+
+    @property
+    def state(self) -> np.ndarray:
+        """The state reached, (n,)."""
+        return np.array(self._state)
+
+
+def _function(program: Program) -> Callable[..., list[float]]:
+    constants = tuple(s for s, _ in program.constants)
+    return python_function((program.states, TIME, constants), program.lines, program.results, "math")

@@ -1,0 +1,120 @@
+"""``System``: what every floor speaks of. A first-order ordinary differential equation with names, units and meaning.
+
+A System is symbolic and complete: states, right-hand side, parameters, the named intermediate results that keep the right-hand
+side small, outputs, quadratures, and which states are angles. It holds no number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import sympy as sp
+
+from wucht.errors import WuchtError
+
+TIME = sp.Symbol("t", real=True)
+
+
+@dataclass(frozen=True)
+class Output:
+    """A quantity that can be computed from the states: its name, expression, unit and what to call it on an axis."""
+
+    name: str
+    expression: sp.Expr
+    unit: str = ""
+    long_name: str = ""
+
+
+@dataclass(frozen=True)
+class SecondOrder:
+    """The mechanical form ``mass * d2(coordinates)/dt2 = forces`` from which a System was made.
+
+    ``mass`` is symmetric, n x n. ``driven`` lists coordinates whose motion is given (a prescribed speed): their
+    rows hold, but serve to find the torque that enforces the motion.
+    """
+
+    coordinates: tuple[sp.Symbol, ...]
+    velocities: tuple[sp.Symbol, ...]
+    mass: sp.ImmutableMatrix
+    forces: sp.ImmutableMatrix
+    driven: tuple[sp.Symbol, ...] = ()
+
+
+@dataclass(frozen=True)
+class System:
+    """``d states / dt = derivatives(states, parameters, t)``.
+
+    states: n symbols. derivatives: n expressions. parameters: run-time values; changing one never recompiles.
+    definitions: ``(symbol, expression)`` pairs, evaluated in order, each of which may use those before it.
+    quadratures: outputs whose integral over time a run also computes (the work of the motor, the energy lost).
+    angles: the states that live on a circle.
+
+    Raises ``WuchtError`` where an expression uses a symbol that is none of these.
+    """
+
+    states: tuple[sp.Symbol, ...]
+    derivatives: tuple[sp.Expr, ...]
+    parameters: tuple[sp.Symbol, ...] = ()
+    definitions: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
+    outputs: tuple[Output, ...] = ()
+    quadratures: tuple[Output, ...] = ()
+    angles: frozenset[sp.Symbol] = frozenset()
+    second_order: SecondOrder | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        if len(self.states) != len(self.derivatives):
+            raise WuchtError(f"{len(self.states)} states but {len(self.derivatives)} derivatives")
+        known = {*self.states, *self.parameters, TIME}
+        for symbol, expression in self.definitions:
+            self._refuse_unknown(expression, known, f"the definition of {symbol}")
+            known.add(symbol)
+        for state, expression in zip(self.states, self.derivatives, strict=True):
+            self._refuse_unknown(expression, known, f"the derivative of {state}")
+        for output in (*self.outputs, *self.quadratures):
+            self._refuse_unknown(output.expression, known, f"the output {output.name}")
+        if not self.angles <= set(self.states):
+            raise WuchtError(f"angles {sorted(map(str, self.angles - set(self.states)))} are no states")
+
+    @staticmethod
+    def _refuse_unknown(expression: sp.Expr, known: set[sp.Symbol], what: str) -> None:
+        unknown = sp.sympify(expression).free_symbols - known
+        if unknown:
+            raise WuchtError(f"{what} uses {', '.join(sorted(map(str, unknown)))}: neither state, parameter, nor defined before")
+
+    @cached_property
+    def state_names(self) -> tuple[str, ...]:
+        """The names of the states, in order."""
+        return tuple(s.name for s in self.states)
+
+    @cached_property
+    def parameter_names(self) -> tuple[str, ...]:
+        """The names (paths) of the parameters, in order."""
+        return tuple(p.name for p in self.parameters)
+
+    def output(self, name: str) -> Output:
+        """The output or quadrature of that name. Raises ``KeyError``."""
+        for candidate in (*self.outputs, *self.quadratures):
+            if candidate.name == name:
+                return candidate
+        raise KeyError(name)
+
+    def explicit(self, expression: sp.Expr) -> sp.Expr:
+        """The expression with all definitions put in: in states, parameters and time alone."""
+        return substitute_definitions(expression, self.definitions)
+
+    def values(self, given: Mapping[str, float]) -> tuple[float, ...]:
+        """Parameter values in order, from a mapping by name. Raises ``WuchtError`` on a missing one."""
+        missing = [name for name in self.parameter_names if name not in given]
+        if missing:
+            raise WuchtError(f"no value for the parameter {', '.join(missing)}")
+        return tuple(float(given[name]) for name in self.parameter_names)
+
+
+def substitute_definitions(expression: sp.Expr, definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) -> sp.Expr:
+    """Put definitions into an expression, the last first, touching only those that occur."""
+    for symbol, meaning in reversed(tuple(definitions)):
+        if symbol in expression.free_symbols:
+            expression = expression.xreplace({symbol: meaning})
+    return expression
