@@ -1,0 +1,10 @@
+"""The command line: one file a command."""
+
+from __future__ import annotations
+
+
+def main() -> None:
+    """Entry point of ``wucht``."""
+    from wucht.cli.app import run_app  # noqa: PLC0415
+
+    run_app()

@@ -1,0 +1,30 @@
+"""``wucht list``: what there is, a line each."""
+
+from __future__ import annotations
+
+import typer
+
+
+def list_all() -> None:
+    """List parts, drives, models, studies and the catalogue."""
+    from wucht.documents import read_toml  # noqa: PLC0415
+    from wucht.machines.catalogue import FOLDER, names  # noqa: PLC0415
+    from wucht.machines.models import MODELS  # noqa: PLC0415
+    from wucht.machines.parts import bodies, drives  # noqa: PLC0415
+    from wucht.studies.files import STUDIES  # noqa: PLC0415
+
+    for title, found in (
+        ("parts", {"carrier": "A mass that moves in x, y or both, held by linear springs and dampers.", **_first(bodies())}),
+        ("drives", _first(drives())),
+        ("dimensionless machines", _first(MODELS)),
+        ("studies", _first(STUDIES)),
+        ("catalogue", {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}),
+    ):
+        typer.echo(f"{title}:")
+        width = max(map(len, found))
+        for name, line in found.items():
+            typer.echo(f"  {name:{width}}  {line}")
+
+
+def _first(kinds: dict[str, type]) -> dict[str, str]:
+    return {name: (cls.__doc__ or "").strip().splitlines()[0] for name, cls in kinds.items()}

@@ -1,0 +1,33 @@
+"""``wucht plot``: the figures again, from the file alone."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class Format(StrEnum):
+    """File formats of figures."""
+
+    PNG = "png"
+    PDF = "pdf"
+    SVG = "svg"
+
+
+def plot(
+    result: Annotated[Path, typer.Argument(help="A result.nc written by `wucht run`.")],
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default beside the result.")] = None,
+    format_: Annotated[Format, typer.Option("--format", help="File format.")] = Format.PNG,
+) -> None:
+    """Draw the figures of a result again."""
+    from wucht.plots import draw  # noqa: PLC0415
+    from wucht.results.store import load, prepare_folder  # noqa: PLC0415
+
+    dataset = load(result)
+    folder = prepare_folder(out or result.parent)
+    target = folder / f"{dataset.attrs['study']}.{format_.value}"
+    draw(dataset).savefig(target)
+    typer.echo(str(target))

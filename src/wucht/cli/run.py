@@ -1,0 +1,93 @@
+"""``wucht run``: a study file or catalogue name -> result, figure, summary, verdict."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import wucht
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wucht.studies.files import StudyFile
+
+
+def run(
+    study: Annotated[str, typer.Argument(help="A study file, or a name from `wucht list`.")],
+    set_: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; repeatable.")] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default results/NAME.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run found in the output folder.")] = False,
+) -> None:
+    """Run a study and say what becomes of the machine."""
+    from wucht.cli.progress import Progress  # noqa: PLC0415
+    from wucht.cli.settings import parse_settings  # noqa: PLC0415
+    from wucht.results.store import load, prepare_folder, save, save_summary, to_json  # noqa: PLC0415
+    from wucht.studies.files import read_study  # noqa: PLC0415
+    from wucht.studies.run_up import run_up  # noqa: PLC0415
+
+    begun = time.perf_counter()
+    asked = read_study(study, parse_settings(set_ or []))
+    folder = prepare_folder(out or Path("results") / Path(study).with_suffix("").name)
+    target = folder / "result.nc"
+    earlier = load(target) if resume and target.exists() else None
+    with Progress(asked.machine.title) as progress:
+        result = run_up(
+            asked.machine, asked.question, progress.update, lambda partial: _keep(save, partial, asked, target), earlier
+        )
+    result.attrs["input"] = json.dumps(asked.document, default=str)
+    save(result, target)
+    figure = folder / "run-up.png"
+    _draw(result, figure)
+    document = _document(asked, result, [target, figure, folder / "summary.json"], time.perf_counter() - begun)
+    save_summary(document, folder / "summary.json")
+    if as_json:
+        sys.stdout.write(to_json(document) + "\n")
+    else:
+        _say(document, folder)
+    if result.attrs["failure"]:
+        sys.stderr.write(f"wucht: {result.attrs['failure']}. What was computed is kept in {folder}\n")
+        raise typer.Exit(1)
+    if not result.attrs["finished"]:
+        raise typer.Exit(130)
+
+
+def _keep(save: Any, partial: xr.Dataset, asked: StudyFile, target: Path) -> None:
+    partial.attrs["input"] = json.dumps(asked.document, default=str)
+    partial.attrs["finished"] = 0
+    save(partial, target)
+
+
+def _draw(result: xr.Dataset, path: Path) -> None:
+    from wucht.plots import draw  # noqa: PLC0415
+
+    draw(result).savefig(path)
+
+
+def _document(asked: StudyFile, result: xr.Dataset, files: list[Path], elapsed: float) -> dict[str, Any]:
+    return {
+        "study": result.attrs["study"],
+        "machine": asked.machine.title,
+        "summary": json.loads(result.attrs["summary"]),
+        "warnings": json.loads(result.attrs["warnings"]),
+        "files": [str(f) for f in files],
+        "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
+        "version": wucht.__version__,
+        "elapsed_s": round(elapsed, 3),
+    }
+
+
+def _say(document: dict[str, Any], folder: Path) -> None:
+    from wucht.cli.verdict import verdict_lines  # noqa: PLC0415
+
+    for line in verdict_lines(document):
+        typer.echo(line)
+    for warning in document["warnings"]:
+        typer.echo(f"warning: {warning}", err=True)
+    typer.echo(f"files: {folder}/" + ", ".join(Path(f).name for f in document["files"]))

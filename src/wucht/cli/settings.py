@@ -1,0 +1,32 @@
+"""``--set KEY=VALUE``: from the command line to settings by path."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from wucht.errors import InputError
+
+
+def parse_settings(given: list[str]) -> dict[str, Any]:
+    """``["u=1.5", "drive.slope=0.02 N m s"]`` as a dictionary. Raises ``InputError``."""
+    found: dict[str, Any] = {}
+    for item in given:
+        key, equals, value = item.partition("=")
+        if not equals or not key.strip() or not value.strip():
+            raise InputError("--set", item, "allowed is KEY=VALUE, such as drive.slope=0.02")
+        found[key.strip()] = _value(value.strip())
+    return found
+
+
+def _value(text: str) -> Any:
+    """Numbers, true, false and lists as in TOML; all else is text (a quantity with its unit)."""
+    if text[:1] in '["{' or text in ("true", "false"):
+        try:
+            return json.loads(text)
+        except json.JSONDecodeError:
+            return text
+    try:
+        return float(text)
+    except ValueError:
+        return text

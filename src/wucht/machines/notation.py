@@ -1,0 +1,28 @@
+"""The symbols in which a machine's equations are printed."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from wucht.machines.machine import Machine
+from wucht.mechanics.notation import Notation
+
+
+def notation_of(machine: Machine) -> Notation:
+    """phi for rotors, theta for bodies that turn about another, xi and eta for the axis of dimensionless machines.
+
+    Parameters carry the symbol of their field, and the name of their part where two parts have the same.
+    """
+    dimensionless = not machine.units.time
+    names = {c.position.name: c.position.name[-1] for c in machine.carrier}
+    if dimensionless:
+        names = {c.position.name: {"x": "xi", "y": "eta"}[c.position.name[-1]] for c in machine.carrier}
+    rotors = sum(b.about is None for b in machine.bodies)
+    for b in machine.bodies:
+        base = "phi" if b.about is None else "theta"
+        names[b.coordinate.position.name] = "phi" if b.about is None and rotors == 1 else f"{base}_{b.name}"
+    count = Counter(p.symbol for p in machine.parameters.values())
+    for path, p in machine.parameters.items():
+        owner = path.split(".")[0]
+        names[path] = p.symbol if count[p.symbol] == 1 else f"{p.symbol.replace('_', '')}_{owner}"
+    return Notation(names)

@@ -1,0 +1,121 @@
+"""What the vibration does to the rotation at a steady speed: harmonic influence coefficients, in numbers.
+
+With z = H(w) sum_k U_k e_k w^2 exp(i alpha_k), H(w) = (K - w^2 M + i w C)^-1, the carrier takes the power w^2 z^H C z / 2 out of the
+rotation: the vibration torque is w z^H C z / 2. For one rotor on an isotropic carrier this is the second term of 002 (3.67).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from wucht.machines.machine import Machine, Turning
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """M, C, K (m x m) of the carrier and ``excitation`` U_i e_i (n x m, complex), in the machine's units."""
+
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    excitation: np.ndarray
+
+    @classmethod
+    def of(cls, machine: Machine) -> Vibration:
+        """The vibration of a machine at its parameter values."""
+        c, numbers = machine.linear_carrier, machine.numbers
+        m, b, k = (np.array(a.xreplace(numbers).tolist(), float) for a in (c.mass, c.damping, c.stiffness))
+        e = [np.array(a.xreplace(numbers).tolist(), complex).ravel() for a in c.excitation]
+        return cls(m, b, k, np.array(e))
+
+    @property
+    def unbalances(self) -> np.ndarray:
+        """The bodies' unbalances U_i, (n,)."""
+        found: np.ndarray = np.abs(self.excitation).max(axis=1)
+        return found
+
+    def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """The vibration torque at speeds (N,) with the bodies at phases (n,) to each other."""
+        w = np.atleast_1d(np.asarray(speeds, float))[:, None, None]
+        dynamic = self.stiffness - w**2 * self.mass + 1j * w * self.damping
+        force = (self.excitation * np.exp(1j * phases)[:, None]).sum(axis=0)
+        z = np.linalg.solve(dynamic, w**2 * force[None, :, None])[..., 0]
+        found: np.ndarray = w[:, 0, 0] * np.einsum("ni,ij,nj->n", z.conj(), self.damping, z).real / 2
+        return found
+
+    def last_maximum(self, below: float, phases: np.ndarray) -> float | None:
+        """The speed of the last maximum of the vibration torque below a speed, None if it has none there."""
+        from scipy.optimize import minimize_scalar  # noqa: PLC0415
+
+        below = abs(below)
+        squares = np.abs(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)))
+        near = 1 + np.concatenate([-np.geomspace(1e-6, 0.5, 60), [0.0], np.geomspace(1e-6, 0.5, 60)])
+        grid = np.concatenate([np.linspace(below * 1e-3, below, 800), *(math.sqrt(s) * near for s in squares)])
+        grid = np.unique(grid[(grid > 0) & (grid <= below)])
+        torque = self.torque(grid, phases)
+        if not torque.max() > 0:
+            return None
+        inside = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:])) + 1
+        if not len(inside):
+            return None
+        i = inside[-1]
+        found = minimize_scalar(
+            lambda w: -float(self.torque(np.array([w]), phases)[0]), bounds=(grid[i - 1], grid[i + 1]), method="bounded",
+            options={"xatol": 1e-9 * below},
+        )  # fmt: skip
+        return float(found.x)
+
+
+def group(machine: Machine, rotor: Turning) -> list[Turning]:
+    """A rotor and all bodies that turn about it, directly or through others."""
+    members, names = [rotor], {rotor.name}
+    rest = [b for b in machine.bodies if b.about is not None]
+    while found := [b for b in rest if b.about in names and b.name not in names]:
+        members += found
+        names |= {b.name for b in found}
+    return members
+
+
+def net_torque(machine: Machine, rotor: Turning) -> Callable[[float], float]:
+    """Drive torque less bearing losses on a rotor whose bodies turn with it, the carrier at rest and weightless."""
+    speed = sp.Symbol("speed", real=True)
+    at_rest = {c.velocity: sp.S.Zero for c in machine.carrier} | {b.coordinate.velocity: speed for b in machine.bodies}
+    torque = sp.S.Zero
+    for b in group(machine, rotor):
+        v = b.coordinate.velocity
+        for e in machine.energies:
+            torque += sp.Add(*(a.force * sp.diff(a.rate, v) for a in e.applied)) - sp.diff(e.dissipation, v)
+    expression = torque.xreplace(at_rest).xreplace(machine.numbers)
+    function: Callable[[float], float] = sp.lambdify(speed, expression, modules="math")
+    return function
+
+
+def free_speed(machine: Machine, rotor: Turning) -> float | None:
+    """The speed that the drive reaches without vibration, None where it is not determined (no drive and no losses).
+
+    Prescribed speeds are returned as they are; a motor without load reaches its no-load speed, less what bearings cost.
+    """
+    from scipy.optimize import brentq  # noqa: PLC0415
+
+    prescribed = rotor.coordinate.prescribed
+    if prescribed is not None:
+        return float(prescribed.xreplace(machine.numbers))
+    torque = net_torque(machine, rotor)
+    start, unit = torque(0.0), torque(1.0)
+    if start == 0.0:
+        return 0.0 if unit < 0 else None
+    if math.isclose(torque(2.0) - unit, unit - start, rel_tol=1e-9):
+        slope = unit - start
+        rough = -start / slope if slope else None
+        return None if rough is None else rough - torque(rough) / slope  # the second step removes the rounding of the first
+    previous, here = 0.0, math.copysign(1e-3, start)
+    while abs(here) < 1e9:
+        if torque(here) * start <= 0:
+            return float(brentq(torque, previous, here))
+        previous, here = here, 1.5 * here
+    return None

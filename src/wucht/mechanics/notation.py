@@ -1,0 +1,76 @@
+"""Equations for people: the second-order form of a mechanism in the symbols of the field, as text or LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from wucht.mechanics.lagrange import Coordinate
+from wucht.system import SecondOrder
+
+_GREEK = {"epsilon": "\\varepsilon", "phi": "\\varphi", "phi_0": "\\varphi_0"}
+
+
+@dataclass(frozen=True)
+class Notation:
+    """How coordinates and parameters are written: base symbols by internal name, such as ``drum.angle`` -> ``phi``."""
+
+    names: Mapping[str, str]
+
+    def symbols(self, coordinates: Sequence[Coordinate], latex: bool) -> dict[sp.Symbol, sp.Symbol]:
+        """Printed symbols for positions, velocities and parameters."""
+        shown = {sp.Symbol(k, real=True): sp.Symbol(_latex(v) if latex else v) for k, v in self.names.items()}
+        for c in coordinates:
+            base = self.names[c.position.name]
+            shown[c.velocity] = sp.Symbol(_dotted(base, 1) if latex else f"{base}'")
+        return shown
+
+    def acceleration(self, c: Coordinate, latex: bool) -> sp.Symbol:
+        """The printed symbol of an acceleration."""
+        base = self.names[c.position.name]
+        return sp.Symbol(_dotted(base, 2) if latex else f"{base}''")
+
+
+def _latex(name: str) -> str:
+    head, _, index = name.partition("_")
+    head = _GREEK.get(head, head)
+    known = head if len(head) == 1 or head.startswith("\\") else f"\\{head}"
+    return f"{known}_{{\\mathrm{{{index}}}}}" if index else known
+
+
+def _dotted(name: str, dots: int) -> str:
+    head, _, index = name.partition("_")
+    return f"\\{'d' * dots}ot{{{_latex(head)}}}" + (f"_{{\\mathrm{{{index}}}}}" if index else "")
+
+
+def written(
+    motion: SecondOrder, coordinates: Sequence[Coordinate], notation: Notation, zero: Sequence[sp.Symbol], latex: bool, normalise: bool
+) -> list[str]:
+    """One equation a coordinate, ``inertia = forces``.
+
+    zero: parameters that are zero and left out. normalise: divide each equation by its own inertia. A coordinate whose motion is
+    prescribed gets the equation of the torque that this takes.
+    """
+    nothing = dict.fromkeys(zero, sp.S.Zero)
+    symbols = notation.symbols(coordinates, latex)
+    lines = []
+    for i, c in enumerate(coordinates):
+        scale = motion.mass[i, i] if normalise else sp.S.One
+        left = sp.S.Zero
+        terms = []
+        for j, other in enumerate(coordinates):
+            entry = motion.mass[i, j].xreplace(nothing)
+            if entry == 0 or other.prescribed is not None:
+                continue
+            factor = sp.simplify(entry / scale.xreplace(nothing)) if normalise else sp.factor_terms(sp.expand(entry))
+            terms.append(factor.xreplace(symbols) * notation.acceleration(other, latex))
+        left = sp.Add(*terms)
+        right = motion.forces[i].xreplace(nothing)
+        right = sp.collect(sp.expand(right / scale.xreplace(nothing)), [c.velocity for c in coordinates]).xreplace(symbols)
+        if c.prescribed is not None:
+            torque = sp.Symbol(("T_{\\mathrm{motor}}" if latex else "T_motor"))
+            right = right + torque
+        lines.append(f"{sp.latex(left)} = {sp.latex(right)}" if latex else f"{sp.sstr(left)} = {sp.sstr(right)}")
+    return lines

@@ -1,0 +1,121 @@
+"""Is a slow signal steady, beating, or still on its way? Decided from its last part, with an estimate of what is still to come."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Trend:
+    """How far a signal still moves, judged from three equal windows at its end.
+
+    change: between the last two windows. remaining: what a geometric approach would still add (inf if it does not contract).
+    growing: the changes do not shrink. windows_needed: how many more windows until ``remaining`` falls below ``tolerance``.
+    """
+
+    change: float
+    remaining: float
+    windows_needed: float
+
+    def steady(self, tolerance: float) -> bool:
+        """Whether what is left to change is below the tolerance."""
+        return self.change + self.remaining <= tolerance
+
+
+def trend(signals: np.ndarray, tolerance: float) -> Trend:
+    """The trend of signals (k, N), complex or real, already scaled so that 1 is large.
+
+    The three windows are the last three tenths of the record. For a geometric approach with ratio rho between windows the rest is
+    change rho/(1 - rho).
+    """
+    n = signals.shape[1] // 10
+    if n < 1:
+        return Trend(math.inf, math.inf, math.inf)
+    means = [signals[:, -(k + 1) * n : signals.shape[1] - k * n].mean(axis=1) for k in (2, 1, 0)]
+    before, after = (float(np.abs(means[k + 1] - means[k]).max()) for k in (0, 1))
+    if after <= 1e-3 * tolerance:
+        return Trend(after, 0.0, 0.0)
+    ratio = after / before if before > 0 else math.inf
+    if ratio >= 1:
+        return Trend(after, math.inf, math.inf)
+    remaining = after * ratio / (1 - ratio)
+    needed = max(0.0, math.log(max(after + remaining, 1e-300) / tolerance) / -math.log(ratio)) if ratio > 0 else 0.0
+    return Trend(after, remaining, needed)
+
+
+@dataclass(frozen=True)
+class Beat:
+    """A periodic modulation: period in time and in angle, range of the signal over the last period, and where the last whole
+    periods begin and end (indices). sustained: it neither grows nor decays any more."""
+
+    period: float
+    period_angle: float
+    low: float
+    high: float
+    begin: int
+    end: int
+    sustained: bool
+
+
+def beat(time: np.ndarray, angle: np.ndarray, signal: np.ndarray, threshold: float) -> Beat | None:
+    """The modulation in the last half of a signal, None if its range is below the threshold or there are not three periods.
+
+    time, angle, signal: (N,). Periods are counted between upward crossings of the middle, with hysteresis.
+    """
+    half = len(signal) // 2
+    t, a, s = time[half:], angle[half:], signal[half:]
+    if len(s) < 8 or np.ptp(s[len(s) // 2 :]) < threshold:
+        return None
+    tail = s[len(s) // 2 :]
+    middle, reach = (tail.max() + tail.min()) / 2, 0.25 * np.ptp(tail)
+    crossings = _upward_crossings(s - middle, reach)
+    if len(crossings) < 4:
+        return None
+    fraction = [(middle - s[i]) / (s[i + 1] - s[i]) for i in crossings]
+    at = np.array([t[i] + f * (t[i + 1] - t[i]) for i, f in zip(crossings, fraction, strict=True)])
+    turned = np.array([a[i] + f * (a[i + 1] - a[i]) for i, f in zip(crossings, fraction, strict=True)])
+    ranges = np.array([np.ptp(s[i : j + 1]) for i, j in zip(crossings, crossings[1:], strict=False)])
+    periods = np.diff(at)
+    last = slice(crossings[-2], crossings[-1] + 1)
+    count = min(3, len(periods))
+    even = abs(periods[-1] - periods[-2]) <= 0.05 * periods[-1]
+    return Beat(
+        period=float(periods[-count:].mean()),
+        period_angle=float(abs(np.diff(turned)[-count:].mean())),
+        low=float(s[last].min()),
+        high=float(s[last].max()),
+        begin=half + crossings[-1 - count],
+        end=half + crossings[-1] + 1,
+        sustained=bool(even and _holds(ranges)),
+    )
+
+
+def _upward_crossings(s: np.ndarray, reach: float) -> list[int]:
+    candidates = np.flatnonzero((s[:-1] < 0) & (s[1:] >= 0))
+    found: list[int] = []
+    armed_from = 0
+    for i in candidates:
+        if s[armed_from : i + 1].min() < -reach:
+            following = s[i:]
+            beyond = np.argmax(following > reach)
+            below = np.argmax(following < -reach) if (following < -reach).any() else len(following)
+            if following[beyond] > reach and beyond < below:
+                found.append(int(i))
+                armed_from = int(i) + 1
+    return found
+
+
+def _holds(ranges: np.ndarray) -> bool:
+    """Whether the range of successive periods tends to something other than zero, and is nearly there."""
+    last, previous, before = ranges[-1], ranges[-2], ranges[-3]
+    first, second = previous - before, last - previous
+    if abs(second) <= 1e-3 * last:
+        return True
+    ratio = second / first if first else math.inf
+    if not 0 <= abs(ratio) < 0.95:
+        return False
+    limit = last + second * ratio / (1 - ratio)
+    return bool(limit > 0.5 * last and abs(limit - last) <= 0.05 * limit)

@@ -1,0 +1,103 @@
+"""From samples over time to signals over turns: what is slow is seen once the ripple within a turn is averaged away."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+PER_TURN = 16
+
+
+@dataclass(frozen=True)
+class Turns:
+    """Signals averaged over one turn of a leading angle, PER_TURN points a turn.
+
+    time, angle: (K,), of the middle of each turn. speed: mean speed over the turn. followers: mean speeds of other angles (n, K).
+    phases: exp(i (follower - leader)) averaged over the turn (n, K): of modulus 1 for a body that turns synchronously.
+    """
+
+    time: np.ndarray
+    angle: np.ndarray
+    speed: np.ndarray
+    followers: np.ndarray
+    phases: np.ndarray
+
+    @property
+    def count(self) -> float:
+        """The number of turns."""
+        return len(self.time) / PER_TURN
+
+    def last(self, share: float) -> slice:
+        """The last share of all turns, at least one point."""
+        return slice(len(self.time) - max(1, round(share * len(self.time))), None)
+
+
+def turns(time: np.ndarray, angle: np.ndarray, speed: np.ndarray, followers: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> Turns:
+    """Average over turns of the leading angle, over the last part of the record in which it turns one way.
+
+    time, angle, speed: (N,). followers: (angle, speed) of other bodies. Cubic Hermite interpolation makes use of the speeds; the
+    error is of fourth order in the sampling interval. Returns an empty record if there is not one full turn.
+    """
+    from scipy.interpolate import CubicHermiteSpline  # noqa: PLC0415
+
+    nothing = Turns(np.empty(0), np.empty(0), np.empty(0), np.empty((len(followers), 0)), np.empty((len(followers), 0), complex))
+    if len(time) < 4:
+        return nothing
+    sense = np.sign(speed[-1]) or 1.0
+    backward = np.flatnonzero(sense * speed <= 1e-9 * np.abs(speed).max())
+    first = int(backward[-1]) + 1 if len(backward) else 0
+    t, leader = time[first:], sense * angle[first:]
+    if len(t) < 4 or leader[-1] - leader[0] < 2 * np.pi * (1 + 2 / PER_TURN):
+        return nothing
+    grid = np.arange(leader[0], leader[-1], 2 * np.pi / PER_TURN)
+    at = CubicHermiteSpline(leader, t, 1 / (sense * speed[first:]))(grid)
+    duration = at[PER_TURN:] - at[:-PER_TURN]
+    middle = slice(PER_TURN // 2, PER_TURN // 2 + len(duration))
+    mean_speeds, phases = [], []
+    for body_angle, body_speed in followers.values():
+        there = CubicHermiteSpline(t, body_angle[first:], body_speed[first:])(at)
+        mean_speeds.append((there[PER_TURN:] - there[:-PER_TURN]) / duration)
+        phases.append(_moving_mean(np.exp(1j * (there - sense * grid)))[: len(duration)])
+    empty = np.empty((0, len(duration)))
+    return Turns(
+        at[middle],
+        sense * grid[middle],
+        sense * 2 * np.pi / duration,
+        np.array(mean_speeds) if mean_speeds else empty,
+        np.array(phases) if phases else empty.astype(complex),
+    )
+
+
+def _moving_mean(signal: np.ndarray) -> np.ndarray:
+    total = np.concatenate([[0.0], np.cumsum(signal)])
+    # Trapezoid over one full turn: the end points count half each.
+    mean: np.ndarray = (total[PER_TURN:-1] - total[: -PER_TURN - 1] + (signal[PER_TURN:] - signal[:-PER_TURN]) / 2) / PER_TURN
+    return mean
+
+
+def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.ndarray:
+    """The line through the peaks of ``radius``: valleys shorter than ``window`` are filled, slower changes are kept as they are.
+
+    All (N,); time is evenly spaced. This is the morphological closing, the largest value within +-window/2 of each sample and then
+    the smallest of those: unlike a running maximum it does not lift the minima of a modulation.
+    """
+    n = len(time)
+    if n < 2:
+        return radius.copy()
+    half = np.clip(np.ceil(window / 2 / (time[1] - time[0])).astype(int), 0, n)
+    low, high = np.maximum(np.arange(n) - half, 0), np.minimum(np.arange(n) + half, n - 1)
+    return -_largest_within(-_largest_within(radius, low, high), low, high)
+
+
+def _largest_within(signal: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """max(signal[low[i] : high[i] + 1]) for each i, by a sparse table: two overlapping blocks of length 2^k cover each range."""
+    level = np.floor(np.log2(high - low + 1)).astype(int)
+    found, table = np.empty(len(signal)), signal
+    for k in range(int(level.max()) + 1):
+        if k:
+            table = np.maximum(table[: -(2 ** (k - 1))], table[2 ** (k - 1) :])
+        here = level == k
+        found[here] = np.maximum(table[low[here]], table[high[here] - 2**k + 1])
+    return found

@@ -1,0 +1,21 @@
+"""Dataset -> figure. One file a study; nothing here knows more than the Dataset."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wucht.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+def draw(result: xr.Dataset) -> Figure:
+    """The figure of a result. Raises ``InputError`` for a study that has none."""
+    study = str(result.attrs.get("study"))
+    if study == "run-up":
+        from wucht.plots.run_up import figure  # noqa: PLC0415
+
+        return figure(result)
+    raise InputError("study", study, "there is no figure for this study; known: run-up")

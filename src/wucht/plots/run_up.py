@@ -1,0 +1,95 @@
+"""The figure of a run-up: speed, amplitude, phases, and motor power with the energy residual."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wucht.plots.style import COLOURS, GREY, label, line_style, new_figure, thinned, without_jumps
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOST_NAMES = 6  # bodies named one by one in a legend
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """Four panels (three without balancing bodies) from a run-up's Dataset alone."""
+    with_phases = "phase" in result and result.sizes.get("balancer", 0) > 0
+    drawn, axes = new_figure(
+        4 if with_phases else 3, 8.2 if with_phases else 6.4, result.attrs["title"], f"{result.attrs['outcome']}: {result.attrs['sentence']}"
+    )
+    panels = iter(axes)
+    _speed(next(panels), result)
+    _amplitude(next(panels), result)
+    if with_phases:
+        _phases(next(panels), result)
+    _power(next(panels), result)
+    axes[-1].set_xlabel(label(result, "time") if result.time.attrs["units"] else "time $\\tau$")
+    return drawn
+
+
+def _legend(axis: Axes, columns: int = 1) -> None:
+    axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8, ncols=columns)
+
+
+def _speed(axis: Axes, result: xr.Dataset) -> None:
+    time = result.time.values
+    bodies = [str(b) for b in result.body.values]
+    for i in reversed(range(min(len(bodies), _MOST_NAMES))):
+        axis.plot(*thinned(time, result.speed.values[i]), label=bodies[i], **line_style(i), zorder=3 - 0.1 * i)
+    free = float(result.free_speed)
+    if np.isfinite(free):
+        axis.axhline(free, color=GREY, linestyle="--", linewidth=0.9, label="no-load speed")
+    for k, frequency in enumerate(sorted(set(np.round(result.natural_frequency.values, 9)))):
+        axis.axhline(
+            frequency * (np.sign(free) or 1 if np.isfinite(free) else 1), color=GREY, linestyle=":", linewidth=0.9,
+            label="natural frequencies" if k == 0 and len(set(result.natural_frequency.values)) > 1 else "natural frequency" if k == 0 else None,
+        )  # fmt: skip
+    axis.set_ylabel(label(result, "speed"))
+    _legend(axis)
+
+
+def _amplitude(axis: Axes, result: xr.Dataset) -> None:
+    dimensional = result.amplitude.attrs["units"] == "m"
+    scale, unit = (1e3, "mm") if dimensional else (1.0, "")
+    time = result.time.values
+    if not np.allclose(result.radius.values, result.amplitude.values, rtol=1e-2, atol=1e-12):
+        axis.plot(*thinned(time, scale * result.radius.values), color=COLOURS[4], linewidth=0.4, label="distance")
+    axis.plot(*thinned(time, scale * result.amplitude.values), color=COLOURS[0], linewidth=1.1, label="amplitude")
+    axis.set_ylabel(label(result, "amplitude", unit))
+    axis.set_ylim(bottom=0)
+    _legend(axis)
+
+
+def _phases(axis: Axes, result: xr.Dataset) -> None:
+    time = result.time.values
+    for i, name in enumerate(result.balancer.values):
+        shown = without_jumps(np.degrees(result.phase.values[i]), 360.0)
+        named = str(name) if i < _MOST_NAMES else None
+        axis.plot(time, shown, label=named, **line_style(i + 1))
+    axis.set_ylim(0, 360)
+    axis.set_yticks([0, 90, 180, 270, 360])
+    axis.set_ylabel("phase to the rotor (°)")
+    _legend(axis)
+
+
+def _power(axis: Axes, result: xr.Dataset) -> None:
+    time = result.time.values
+    axis.plot(*thinned(time, result.motor_power.values), color=COLOURS[1], linewidth=1.0, label="motor power")
+    axis.set_ylabel(label(result, "motor_power"))
+    other = axis.twinx()
+    other.spines["right"].set_visible(True)
+    residual = np.maximum(result.energy_residual.values, 1e-18)
+    other.semilogy(*thinned(time, residual), color=GREY, linewidth=0.6, linestyle="-", label="energy residual")
+    other.set_ylim(1e-18, max(1e-8, 10 * float(residual.max(initial=0.0))))
+    other.set_ylabel("energy residual (1)")
+    lines = [*axis.get_lines(), *other.get_lines()]
+    axis.legend(
+        lines, [str(line.get_label()) for line in lines], loc="center left", bbox_to_anchor=(1.12, 0.5), frameon=False, fontsize=8
+    )
+
+

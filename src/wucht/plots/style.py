@@ -1,0 +1,68 @@
+"""How figures look: printable, and readable with any colour vision."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# M. Okabe, K. Ito, "Color Universal Design", 2008: distinguishable with every kind of colour vision. Yellow is too pale for lines.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+DASHES = ("-", "--", "-.", ":")
+GREY = "#666666"
+_WIDTH, _MOST_POINTS = 7.2, 4000
+
+
+def new_figure(rows: int, height: float, title: str, subtitle: str = "") -> tuple[Figure, list[Axes]]:
+    """A figure with one column of panels over a common abscissa."""
+    import matplotlib as mpl  # noqa: PLC0415
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7})
+    figure = Figure(figsize=(_WIDTH, height), layout="constrained", dpi=150)
+    FigureCanvasAgg(figure)
+    axes: list[Axes] = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+    figure.suptitle(title + (f"\n{subtitle}" if subtitle else ""), fontsize=10)
+    for axis in axes:
+        axis.grid(visible=True, linewidth=0.4, color="#DDDDDD")
+        axis.margins(x=0)
+    figure.align_ylabels(axes)
+    return figure, axes
+
+
+def line_style(index: int) -> dict[str, Any]:
+    """Colour and dash of the index-th line: neighbours differ in both."""
+    return {"color": COLOURS[index % len(COLOURS)], "linestyle": DASHES[index % len(DASHES)], "linewidth": 1.1}
+
+
+def label(result: Any, name: str, factor_unit: str | None = None) -> str:
+    """``amplitude (mm)``: axis label from a variable's long name and units."""
+    attributes = result[name].attrs
+    units = attributes.get("units", "") if factor_unit is None else factor_unit
+    return f"{attributes.get('long_name', name)} ({units})" if units else f"{attributes.get('long_name', name)}"
+
+
+def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """No more points than a print shows, extremes kept: smallest and largest value of each interval, in their order."""
+    if len(x) <= _MOST_POINTS:
+        return x, y
+    size = len(x) // (_MOST_POINTS // 2) + 1
+    begins = np.arange(0, len(x) - size + 1, size)
+    blocks = y[: len(begins) * size].reshape(len(begins), size)
+    if np.isnan(blocks).any():
+        return x, y
+    low, high = begins + blocks.argmin(axis=1), begins + blocks.argmax(axis=1)
+    keep = np.unique(np.concatenate([[0], low, high, [len(x) - 1]]))
+    return x[keep], y[keep]
+
+
+def without_jumps(phase: np.ndarray, period: float) -> np.ndarray:
+    """A wrapped angle with a gap where it wraps, so that no line crosses the panel."""
+    shown = phase.copy()
+    shown[1:][np.abs(np.diff(phase)) > period / 2] = np.nan
+    return shown

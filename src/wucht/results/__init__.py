@@ -1,0 +1,1 @@
+"""Results: the Dataset's conventions, outcome labels, store and provenance."""

@@ -1,0 +1,107 @@
+"""Outcomes: a labelled value, never silence. The criteria of the contract, decided from a few numbers, not from a trajectory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+SPEED_TOLERANCE = 0.005  # of what the drive reaches without vibration: contract, "compensated"
+UNBALANCE_TOLERANCE = 0.01  # of the rotor's unbalance: contract, "compensated"
+SLIP_TOLERANCE = 0.001  # of the rotor's mean speed; more is another motion than a synchronous one
+
+
+class Outcome(StrEnum):
+    """How a run ended."""
+
+    COMPENSATED = "compensated"
+    PASSED = "passed"
+    CAPTURED = "captured"
+    CAPTURED_MODULATED = "captured-modulated"
+    BALANCER_CAPTURED = "balancer-captured"
+    STOPPED = "stopped"
+    OSCILLATING = "oscillating"
+    RUNAWAY = "runaway"
+    UNIDENTIFIED = "unidentified"
+    FAILED = "failed"
+
+    @property
+    def sentence(self) -> str:
+        """The outcome in words."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Outcome.COMPENSATED: "the rotor reaches its speed and the bodies compensate its unbalance",
+    Outcome.PASSED: "the rotor gets through its resonance; unbalance is left",
+    Outcome.CAPTURED: "the rotor hangs in its resonance at a steady speed",
+    Outcome.CAPTURED_MODULATED: "the rotor hangs in its resonance and beats",
+    Outcome.BALANCER_CAPTURED: "the rotor reaches its speed, but bodies slip behind it at the resonance",
+    Outcome.STOPPED: "no rotation is left",
+    Outcome.OSCILLATING: "the rotor does not turn any more, it swings",
+    Outcome.RUNAWAY: "the speed went beyond the given limit",
+    Outcome.UNIDENTIFIED: "the run is too short to tell",
+    Outcome.FAILED: "the run failed",
+}
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the criteria need, all over the last window; speeds positive in the sense in which the drive turns.
+
+    mean_speed, lowest_speed: of the rotor, averaged over turns (mean and least). free_speed: what the drive reaches without
+    vibration, None if that is not determined. resonance: speed of the last maximum of the vibration torque below it, None if
+    there is none. residual: largest share of the rotor's unbalance that is left (1: as without balancers), None without
+    unbalance. slip: the largest amount by which a body lags behind the rotor, in speed. steady: nothing changes any more.
+    beating: a modulation that neither grows nor decays. turning: at least a few turns were made. moving: a swing is left.
+    """
+
+    turning: bool
+    mean_speed: float = 0.0
+    lowest_speed: float = 0.0
+    free_speed: float | None = None
+    resonance: float | None = None
+    residual: float | None = None
+    slip: float = 0.0
+    steady: bool = False
+    beating: bool = False
+    moving: bool = False
+    at_rest: bool = False
+    beyond_limit: bool = False
+
+
+def classify(e: Evidence) -> Outcome:
+    """The outcome. The order of the criteria:
+
+    1. ``runaway``: beyond the given limit.
+    2. not turning: ``oscillating`` if a steady swing is left, ``stopped`` if nothing moves, else ``unidentified``.
+    3. ``compensated``: mean and lowest speed within 0.5 % of the free speed, less than 1 % of the unbalance left, no slip.
+    4. ``balancer-captured``: a body slips, while the rotor holds its free speed within 0.5 % or stays beyond the resonance.
+    5. ``captured``: steady, at or before the resonance.
+    6. ``captured-modulated``: beating, and at or before the resonance at least once a period.
+    7. ``passed``: steady or beating beyond the resonance, or there is no resonance below the free speed.
+    8. ``unidentified``: anything else.
+    """
+    if e.beyond_limit:
+        return Outcome.RUNAWAY
+    if not e.turning:
+        return _not_turning(e)
+    at_speed = e.free_speed is not None and max(
+        abs(e.mean_speed - e.free_speed), abs(e.lowest_speed - e.free_speed)
+    ) <= SPEED_TOLERANCE * abs(e.free_speed)
+    slipping = e.slip > SLIP_TOLERANCE * abs(e.mean_speed)
+    if at_speed and not slipping and e.residual is not None and e.residual < UNBALANCE_TOLERANCE:
+        return Outcome.COMPENSATED
+    if not (e.steady or e.beating):
+        return Outcome.UNIDENTIFIED
+    beyond = e.resonance is None or e.lowest_speed > e.resonance
+    if slipping and (at_speed or beyond):
+        return Outcome.BALANCER_CAPTURED
+    if beyond:
+        return Outcome.PASSED
+    return Outcome.CAPTURED_MODULATED if e.beating else Outcome.CAPTURED
+
+
+def _not_turning(e: Evidence) -> Outcome:
+    if e.at_rest:
+        return Outcome.STOPPED
+    return Outcome.OSCILLATING if e.moving and (e.steady or e.beating) else Outcome.UNIDENTIFIED

@@ -1,0 +1,35 @@
+"""Where a result comes from: the whole input, versions and wall time."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import wucht
+
+_PACKAGES = ("numpy", "scipy", "sympy", "heyoka", "xarray")
+
+
+def versions() -> dict[str, str]:
+    """The versions of wucht, Python and the libraries that compute."""
+    found = {"wucht": wucht.__version__, "python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found
+
+
+def provenance(study: Mapping[str, Any], machine: Mapping[str, Any], elapsed_s: float) -> dict[str, str | float]:
+    """Attributes for a Dataset."""
+    return {
+        "input": json.dumps({"study": study, "machine": machine}, default=str),
+        "versions": json.dumps(versions()),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "elapsed_s": elapsed_s,
+    }

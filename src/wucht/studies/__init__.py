@@ -1,0 +1,1 @@
+"""Studies: a question -> a Dataset. One file a question."""

@@ -1,0 +1,96 @@
+"""File -> study: a study file or catalogue name, with values set from the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from wucht.documents import Document, flatten, no_nan, table
+from wucht.errors import InputError, nearest
+from wucht.machines.catalogue import load_document, machine_table
+from wucht.machines.files import machine_from, with_settings
+from wucht.machines.machine import Machine
+from wucht.studies.run_up import RunUp
+
+STUDIES = {"run-up": RunUp}
+NOT_YET = (
+    "response", "sweep", "coast-down", "synchronous-states", "entrainment", "approximation", "speed-curve", "orbit-branch",
+    "stability-map", "phase-portrait", "basin", "capture-probability", "optimise-balancer", "load-spectrum", "exciter-design",
+    "cam-law", "cam-contour", "cam-correction", "cam-prediction",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class StudyFile:
+    """A study file read: the machine, the question, and the whole input as written."""
+
+    path: Path
+    name: str
+    machine: Machine
+    question: RunUp
+    document: Document
+
+
+def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFile:
+    """Read a study file or catalogue entry.
+
+    settings: values by path; those that begin with ``study.`` belong to the table ``[study]``, all others to the machine.
+    Raises ``InputError``: file, key, what was given, what is allowed.
+    """
+    document, path = load_document(name)
+    own = flatten(settings or {})
+    try:
+        machine, question, resolved = _read(document, path, name, own)
+    except InputError as error:
+        raise error.within(str(path), ": ") from None
+    return StudyFile(path, name, machine, question, resolved)
+
+
+def read_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:
+    """The machine of a study file, whether or not it asks a question."""
+    document, path = load_document(name)
+    try:
+        return _machine(document, path, name, flatten(settings or {}))[0]
+    except InputError as error:
+        raise error.within(str(path), ": ") from None
+
+
+def _machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
+    described = machine_table(document, path)
+    described.setdefault("title", document.get("title", Path(name).stem))
+    inherited = flatten(described.pop("set", {}))
+    mine = {k: v for k, v in settings.items() if not k.startswith("study.")}
+    described = with_settings(described, inherited | mine)
+    return machine_from(described), described
+
+
+def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, RunUp, Document]:
+    machine, described = _machine(document, path, name, settings)
+    asked = dict(table(document, "study", "study")) if "study" in document else {"kind": "run-up"}
+    no_nan(asked, "study")
+    for key, value in settings.items():
+        if key.startswith("study."):
+            _set_study(asked, key.removeprefix("study.").split("."), value)
+    kind = asked.get("kind")
+    if kind is None:
+        raise InputError("study.kind", None, f"this key is missing; known: {', '.join(STUDIES)}")
+    if kind in NOT_YET:
+        raise InputError("study.kind", kind, f"not yet: this study comes with a later version; known: {', '.join(STUDIES)}")
+    if kind not in STUDIES:
+        raise InputError("study.kind", kind, f"unknown study; {nearest(str(kind), STUDIES)}")
+    return machine, RunUp.read(asked, machine), {"study": asked, "machine": described}
+
+
+def _set_study(asked: Document, keys: list[str], value: Any) -> None:
+    if keys[0] in ("until", "turns", "settled"):
+        # These three are one choice: setting one from the command line replaces what the file says.
+        for other in ("until", "turns", "settled"):
+            asked.pop(other, None)
+    for key in keys[:-1]:
+        inner = asked.setdefault(key, {})
+        if not isinstance(inner, dict):
+            inner = asked[key] = {"angle": inner}
+        asked = inner
+    asked[keys[-1]] = value

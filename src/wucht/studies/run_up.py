@@ -1,0 +1,239 @@
+"""The study ``run-up``: start the machine and see what becomes of it."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.documents import refuse_unknown
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.machines.vibration import free_speed
+from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
+from wucht.numerics.events import Event
+from wucht.numerics.integrate import Trajectory, integrate
+from wucht.quantities import Unit
+from wucht.results.outcomes import Outcome
+from wucht.studies.start import start_state
+from wucht.studies.verdict import Verdict, judge
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAMPLES_PER_TURN = 24
+MOST_SAMPLES = 400_000
+_FIRST_TURNS = 100  # `settled`: the first leg, in turns at the highest speed to be expected; each next leg doubles the run
+_MOST_TURNS = 25_000
+_SETTLED_TOLERANCE = 1e-5
+
+Progress = Callable[[float, float], None]
+Checkpoint = Callable[["xr.Dataset"], None]
+
+
+@dataclass(frozen=True)
+class RunUp:
+    """The question: run the machine from a start state ``until`` a time, for ``turns`` of the main rotor, or until it has settled.
+
+    Without any of the three, until settled. start: see ``start_state``. tolerance: of the integration. speed_limit: beyond it the
+    run ends as ``runaway``. engine: ``"heyoka"``, ``"scipy"``, ``"scipy-radau"`` or None for the best installed.
+    """
+
+    until: float | None = None
+    turns: float | None = None
+    start: Mapping[str, Any] = field(default_factory=dict)
+    tolerance: float = DEFAULT_TOLERANCE
+    speed_limit: float | None = None
+    engine: str | None = None
+
+    kind = "run-up"
+    keys = ("kind", "until", "turns", "settled", "start", "model", "tolerance", "speed_limit", "engine")
+
+    @classmethod
+    def read(cls, table: Mapping[str, Any], machine: Machine) -> RunUp:
+        """From the table ``[study]``. Raises ``InputError``, located from ``study`` on."""
+        refuse_unknown(table, cls.keys, "study")
+        model = table.get("model", "full")
+        if model in ("slow", "both"):
+            raise InputError("study.model", model, "not yet: the slow equations come with a later version; allowed is 'full'")
+        if model != "full":
+            raise InputError("study.model", model, "allowed is 'full'")
+        until, turns, settled = table.get("until"), table.get("turns"), table.get("settled")
+        if isinstance(until, Mapping):
+            refuse_unknown(until, ("turns", "settled"), "study.until")
+            until, turns, settled = None, until.get("turns", turns), until.get("settled", settled)
+        if until == "settled":
+            until, settled = None, True
+        if settled not in (None, True, False):
+            raise InputError("study.settled", settled, "allowed is true or false")
+        if sum(x is not None for x in (until, turns, settled or None)) > 1:
+            raise InputError("study.until", None, "allowed is one of until, turns and settled")
+        if settled is False and until is None and turns is None:
+            raise InputError("study.settled", False, "needed is until = a time or turns = a number, if not settled = true")
+        units, start, engine = machine.units, table.get("start", {}), table.get("engine")
+        if not isinstance(start, Mapping):
+            raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE }")
+        if engine not in (None, "heyoka", "scipy", "scipy-radau"):
+            raise InputError("study.engine", engine, "allowed is 'heyoka', 'scipy' or 'scipy-radau'")
+        tolerance = _positive(table, "tolerance", Unit("", "tolerance")) or DEFAULT_TOLERANCE
+        if not 1e-16 <= tolerance <= 1e-2:
+            raise InputError("study.tolerance", tolerance, "allowed is between 1e-16 and 0.01")
+        return cls(
+            until=_positive({"until": until}, "until", Unit(units.time, "time")),
+            turns=_positive({"turns": turns}, "turns", Unit("", "number of turns")),
+            start=dict(start),
+            tolerance=tolerance,
+            speed_limit=_positive(table, "speed_limit", Unit(units.speed, "speed")),
+            engine=engine,
+        )
+
+
+def _positive(table: Mapping[str, Any], key: str, unit: Unit) -> float | None:
+    given = table.get(key)
+    if given is None:
+        return None
+    try:
+        value = unit.parse(given)
+    except ValueError as error:
+        raise InputError(f"study.{key}", given, str(error)) from None
+    if value <= 0:
+        raise InputError(f"study.{key}", given, f"allowed is a {unit.what} greater than 0")
+    return value
+
+
+def run_up(
+    machine: Machine,
+    question: RunUp,
+    progress: Progress | None = None,
+    checkpoint: Checkpoint | None = None,
+    resume: xr.Dataset | None = None,
+) -> xr.Dataset:
+    """Run the machine and judge what became of it.
+
+    progress: called with the time reached and the time to reach. checkpoint: called now and then with the result so far, for
+    saving. resume: an earlier, unfinished result of the same input, to continue. Returns the Dataset of ``studies/run_up_result``.
+    Raises ``InputError`` for a start that does not fit the machine; a run that fails is recorded in the Dataset.
+    """
+    from wucht.studies.run_up_result import restore, result  # noqa: PLC0415
+
+    begun = clock.perf_counter()
+    initial = start_state(machine, question.start)
+    free = free_speed(machine, machine.rotor)
+    _refuse_motionless(machine, initial, free)
+    plan = _Plan.of(machine, question, initial, free)
+    flow = compile_system(machine.system, question.tolerance, plan.events, question.engine)
+    trajectory = restore(machine, resume) if resume is not None else None
+    verdict, saved = None, clock.perf_counter()
+    for goal in plan.goals():
+        if trajectory is not None and trajectory.end_time >= goal:
+            continue
+        trajectory = _extend(machine, flow, trajectory, initial, goal, plan.step, progress, plan.expected_end)
+        if trajectory.stopped_by or trajectory.failure or trajectory.interrupted:
+            break
+        if plan.until_settled:
+            verdict = judge(machine, trajectory, free, question.speed_limit)
+            if verdict.settled_within(_SETTLED_TOLERANCE):
+                break
+        if checkpoint and clock.perf_counter() - saved > 5:
+            checkpoint(result(machine, question, flow, trajectory, verdict or judge(machine, trajectory, free), plan.warnings, begun))
+            saved = clock.perf_counter()
+    assert trajectory is not None
+    verdict = judge(machine, trajectory, free, question.speed_limit)
+    return result(machine, question, flow, trajectory, verdict, plan.warnings, begun)
+
+
+def _refuse_motionless(machine: Machine, initial: np.ndarray, free: float | None) -> None:
+    names = machine.system.state_names
+    turning = any(initial[i] for i, name in enumerate(names) if name.endswith(".speed"))
+    driven = free not in (None, 0.0)
+    if not (turning or driven or any(b.coordinate.prescribed is not None for b in machine.bodies)):
+        raise InputError("machine.drive", None, "the machine has neither a drive nor an initial speed: nothing would turn")
+
+
+def _extend(
+    machine: Machine, flow: Flow, so_far: Trajectory | None, initial: np.ndarray, goal: float, step: float,
+    progress: Progress | None, expected_end: float,
+) -> Trajectory:  # fmt: skip
+    begin = 0.0 if so_far is None else so_far.end_time
+    state = initial if so_far is None else so_far.end_state
+    grid = np.linspace(begin, goal, max(2, math.ceil((goal - begin) / step) + 1))
+    report = None if progress is None else lambda t: progress(t, max(expected_end, goal))
+    leg = integrate(flow, state, machine.values, grid, report)
+    return leg if so_far is None else so_far.joined(leg)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """How far to run, in which legs, and how densely to sample."""
+
+    step: float
+    first: float
+    expected_end: float
+    until_settled: bool
+    events: tuple[Event, ...]
+    warnings: tuple[str, ...]
+
+    @classmethod
+    def of(cls, machine: Machine, question: RunUp, initial: np.ndarray, free: float | None) -> _Plan:
+        from wucht.machines.dimensionless import natural_frequencies  # noqa: PLC0415
+
+        names = machine.system.state_names
+        speeds = [abs(initial[i]) for i, n in enumerate(names) if n.endswith(".speed")] + [abs(free or 0.0)]
+        speeds += [abs(float(b.coordinate.prescribed.xreplace(machine.numbers))) for b in machine.bodies if b.coordinate.prescribed is not None]
+        natural = [f for f in natural_frequencies(machine).values() if f > 0]
+        fastest = max([*speeds, *natural]) or 1.0
+        turn = 2 * math.pi / fastest
+        rotor, events, warnings = machine.rotor, [], []
+        if question.turns is not None:
+            target = 2 * math.pi * question.turns
+            position = rotor.coordinate.position - initial[names.index(rotor.coordinate.position.name)]
+            events.append(Event("the turns are done", position**2 - target**2, +1, terminal=True))
+        if question.speed_limit is not None:
+            events.append(Event("speed limit", _speed(machine) ** 2 - question.speed_limit**2, +1, terminal=True))
+        slowest = 2 * math.pi / max(min([abs(free or 0.0) or fastest, *natural]), 1e-3 * fastest)
+        if question.until is not None:
+            first, end = question.until, question.until
+            if free and question.until < 10 * 2 * math.pi / abs(free):
+                warnings.append(
+                    f"the run of {question.until:g} {machine.units.time}".rstrip()
+                    + f" is shorter than ten turns at the speed that the drive would reach ({20 * math.pi / abs(free):.3g}): far too short to tell"
+                )
+        elif question.turns is not None:
+            first, end = max(question.turns * turn, 4 * slowest), question.turns * turn
+        else:
+            first, end = max(_FIRST_TURNS * turn, 20 * slowest), _FIRST_TURNS * turn
+        step = turn / SAMPLES_PER_TURN
+        if first / step > MOST_SAMPLES:
+            step = first / MOST_SAMPLES
+            warnings.append(
+                f"only {turn / step:.1f} samples a turn are stored, to keep the result below {MOST_SAMPLES} samples; what is fast is not "
+                "resolved in figures"
+            ) if turn / step < 8 else None
+        return cls(step, first, end, question.until is None and question.turns is None, tuple(events), tuple(warnings))
+
+    def goals(self) -> list[float]:
+        """The times at which to look, each twice the last; only one where the end is given."""
+        if not (self.until_settled or any(e.name == "the turns are done" for e in self.events)):
+            return [self.first]
+        legs = math.ceil(math.log2(max(2.0, _MOST_TURNS / _FIRST_TURNS)))
+        return [self.first * 2**k for k in range(legs + 1)]
+
+
+def _speed(machine: Machine) -> Any:
+    prescribed = machine.rotor.coordinate.prescribed
+    return machine.rotor.coordinate.velocity if prescribed is None else prescribed
+
+
+def summary(result: xr.Dataset) -> dict[str, Any]:
+    """The summary of the contract from a result."""
+    import json  # noqa: PLC0415
+
+    found: dict[str, Any] = json.loads(result.attrs["summary"])
+    return found
+
+
+__all__ = ["Outcome", "RunUp", "Verdict", "run_up", "summary"]
