@@ -30,7 +30,7 @@ _LAZY = {
     "run_up": "wucht.studies.run_up",
 }
 
-__all__ = ["RunUp", "__version__", "load_machine", "run_up"]  # noqa: F822
+__all__ = ["RunUp", "__version__", "load_machine", "run_up"]
 
 
 def __getattr__(name: str) -> Any:

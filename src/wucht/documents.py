@@ -96,26 +96,25 @@ def _located(cls: type[BaseModel], error: ValidationError, where: str) -> InputE
     extra = fields[key].json_schema_extra if key in fields else None
     unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
     what = (fields[key].description if key in fields else None) or key
-    context = first.get("ctx", {})
-    match first["type"]:
-        case "missing":
-            return InputError(at, None, f"this key is missing; needed is the {what}" + (f" in {unit}" if unit else ""))
+    if first["type"] == "missing":
+        return InputError(at, None, f"this key is missing; needed is the {what}" + (f" in {unit}" if unit else ""))
+    return InputError(at, first["input"], _allowed(first["type"], first.get("ctx", {}), what, unit, first["msg"]))
+
+
+_LIMITS = {"gt": "greater than", "ge": "of at least", "le": "of at most", "lt": "less than"}
+
+
+def _allowed(kind: str, context: Mapping[str, Any], what: str, unit: str, message: str) -> str:
+    for key, words in _LIMITS.items():
+        if key in context:
+            return f"allowed is a {what} {words} {context[key]:g}" + (f" {unit}" if unit else "")
+    match kind:
         case "value_error":
-            return InputError(at, first["input"], str(context["error"]))
-        case "greater_than":
-            limit = f"greater than {context['gt']:g}"
-        case "greater_than_equal":
-            limit = f"of at least {context['ge']:g}"
-        case "less_than_equal":
-            limit = f"of at most {context['le']:g}"
-        case "less_than":
-            limit = f"less than {context['lt']:g}"
+            return str(context["error"])
         case "literal_error":
-            return InputError(at, first["input"], f"allowed is {context['expected']}")
+            return f"allowed is {context['expected']}"
         case "string_pattern_mismatch":
-            return InputError(at, first["input"], "allowed is a name of letters, digits, '-' and '_' that begins with a letter")
+            return "allowed is a name of letters, digits, '-' and '_' that begins with a letter"
         case "too_short" | "too_long":
-            return InputError(at, first["input"], "allowed is one number, or a pair [x, y]")
-        case _:
-            return InputError(at, first["input"], f"allowed is the {what}: {first['msg'][0].lower()}{first['msg'][1:]}")
-    return InputError(at, first["input"], f"allowed is a {what} {limit}" + (f" {unit}" if unit else ""))
+            return "allowed is one number, or a pair [x, y]"
+    return f"allowed is the {what}: {message[0].lower()}{message[1:]}"

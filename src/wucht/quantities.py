@@ -38,7 +38,9 @@ class Unit:
 
 
 def _parse(given: object, si: str, what: str) -> float:
-    allowed = f"allowed is a {what}, a number" + (f" in {si} or a string with a unit such as '1 {si}'" if si else " without unit")
+    allowed = f"allowed is a {what}, a number" + (
+        f" in {si} or a string with a unit such as '1 {si}'" if si else " without unit"
+    )
     if isinstance(given, bool) or not isinstance(given, int | float | str):
         raise ValueError(allowed)
     if isinstance(given, int | float):
@@ -47,10 +49,10 @@ def _parse(given: object, si: str, what: str) -> float:
         return float(given)
     except ValueError:
         pass  # not a bare number: it should carry a unit
-    import pint as pint_  # noqa: PLC0415
+    import pint as pint_
 
     try:
-        quantity = _registry().Quantity(given)
+        quantity: Any = _registry().Quantity(given)
         turns = 2 * math.pi if si == "rad/s" and "hertz" in str(quantity.units) else 1.0
         return float(quantity.to(si or "dimensionless").magnitude) * turns
     except pint_.DimensionalityError:
@@ -72,7 +74,7 @@ def _dimension(given: str) -> str:
 
 @lru_cache(maxsize=1)
 def _registry() -> pint.UnitRegistry[Any]:
-    import pint as pint_  # noqa: PLC0415
+    import pint as pint_
 
     return pint_.UnitRegistry(cache_folder=":auto:")
 

@@ -81,7 +81,9 @@ class System:
     def _refuse_unknown(expression: sp.Expr, known: set[sp.Symbol], what: str) -> None:
         unknown = sp.sympify(expression).free_symbols - known
         if unknown:
-            raise WuchtError(f"{what} uses {', '.join(sorted(map(str, unknown)))}: neither state, parameter, nor defined before")
+            raise WuchtError(
+                f"{what} uses {', '.join(sorted(map(str, unknown)))}: neither state, parameter, nor defined before"
+            )
 
     @cached_property
     def state_names(self) -> tuple[str, ...]:

@@ -5,6 +5,6 @@ from __future__ import annotations
 
 def main() -> None:
     """Entry point of ``wucht``."""
-    from wucht.cli.app import run_app  # noqa: PLC0415
+    from wucht.cli.app import run_app
 
     run_app()

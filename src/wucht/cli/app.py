@@ -33,11 +33,11 @@ def _common(
 
 
 def _register() -> None:
-    from wucht.cli.equations import equations  # noqa: PLC0415
-    from wucht.cli.list import list_all  # noqa: PLC0415
-    from wucht.cli.new import new  # noqa: PLC0415
-    from wucht.cli.plot import plot  # noqa: PLC0415
-    from wucht.cli.run import run  # noqa: PLC0415
+    from wucht.cli.equations import equations
+    from wucht.cli.list import list_all
+    from wucht.cli.new import new
+    from wucht.cli.plot import plot
+    from wucht.cli.run import run
 
     app.command("run")(run)
     app.command("list")(list_all)

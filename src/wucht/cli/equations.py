@@ -18,11 +18,11 @@ def equations(
     """Print the equations of motion that follow from the machine's energies."""
     if slow:
         raise InputError("--slow", None, "not yet: the slow equations come with a later version")
-    from wucht.cli.settings import parse_settings  # noqa: PLC0415
-    from wucht.machines.notation import notation_of  # noqa: PLC0415
-    from wucht.mechanics.lagrange import equations_of_motion  # noqa: PLC0415
-    from wucht.mechanics.notation import written  # noqa: PLC0415
-    from wucht.studies.files import read_machine  # noqa: PLC0415
+    from wucht.cli.settings import parse_settings
+    from wucht.machines.notation import notation_of
+    from wucht.mechanics.lagrange import equations_of_motion
+    from wucht.mechanics.notation import written
+    from wucht.studies.files import read_machine
 
     machine = read_machine(study, parse_settings(set_ or []))
     notation = notation_of(machine)
@@ -38,4 +38,8 @@ def equations(
     else:
         typer.echo("\n".join(f"  {line}" for line in lines))
     for path, p in machine.parameters.items():
-        typer.echo(f"{comment}{notation.names[path]} = {p.value:g} {p.unit}".rstrip() + f"   {path}: {p.what}" + (", left out" if not p.value else ""))
+        typer.echo(
+            f"{comment}{notation.names[path]} = {p.value:g} {p.unit}".rstrip()
+            + f"   {path}: {p.what}"
+            + (", left out" if not p.value else "")
+        )

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import typer
 
 
 def list_all() -> None:
     """List parts, drives, models, studies and the catalogue."""
-    from wucht.documents import read_toml  # noqa: PLC0415
-    from wucht.machines.catalogue import FOLDER, names  # noqa: PLC0415
-    from wucht.machines.models import MODELS  # noqa: PLC0415
-    from wucht.machines.parts import bodies, drives  # noqa: PLC0415
-    from wucht.studies.files import STUDIES  # noqa: PLC0415
+    from wucht.documents import read_toml
+    from wucht.machines.catalogue import FOLDER, names
+    from wucht.machines.models import MODELS
+    from wucht.machines.parts import bodies, drives
+    from wucht.studies.files import STUDIES
 
     for title, found in (
-        ("parts", {"carrier": "A mass that moves in x, y or both, held by linear springs and dampers.", **_first(bodies())}),
+        (
+            "parts",
+            {"carrier": "A mass that moves in x, y or both, held by linear springs and dampers.", **_first(bodies())},
+        ),
         ("drives", _first(drives())),
         ("dimensionless machines", _first(MODELS)),
         ("studies", _first(STUDIES)),
@@ -26,5 +31,5 @@ def list_all() -> None:
             typer.echo(f"  {name:{width}}  {line}")
 
 
-def _first(kinds: dict[str, type]) -> dict[str, str]:
+def _first(kinds: Mapping[str, type]) -> dict[str, str]:
     return {name: (cls.__doc__ or "").strip().splitlines()[0] for name, cls in kinds.items()}

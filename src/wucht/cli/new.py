@@ -17,7 +17,7 @@ def new(
     file: Annotated[Path | None, typer.Argument(help="The file to write; default NAME.toml here.")] = None,
 ) -> None:
     """Write a commented study file to start from."""
-    from wucht.machines.catalogue import FOLDER, names  # noqa: PLC0415
+    from wucht.machines.catalogue import FOLDER, names
 
     templates = {p.stem: p for p in _TEMPLATES.glob("*.toml")}
     known = {**templates, **{n: FOLDER / f"{n}.toml" for n in names()}}

@@ -23,8 +23,8 @@ def plot(
     format_: Annotated[Format, typer.Option("--format", help="File format.")] = Format.PNG,
 ) -> None:
     """Draw the figures of a result again."""
-    from wucht.plots import draw  # noqa: PLC0415
-    from wucht.results.store import load, prepare_folder  # noqa: PLC0415
+    from wucht.plots import draw
+    from wucht.results.store import load, prepare_folder
 
     dataset = load(result)
     folder = prepare_folder(out or result.parent)

@@ -36,8 +36,8 @@ class Progress:
                 self._said = True
             return
         if self._bar is None:
-            import rich.progress as shown  # noqa: PLC0415
-            from rich.console import Console  # noqa: PLC0415
+            import rich.progress as shown
+            from rich.console import Console
 
             self._bar = shown.Progress(console=Console(stderr=True), transient=True)
             self._bar.start()

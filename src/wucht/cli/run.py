@@ -26,11 +26,11 @@ def run(
     resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run found in the output folder.")] = False,
 ) -> None:
     """Run a study and say what becomes of the machine."""
-    from wucht.cli.progress import Progress  # noqa: PLC0415
-    from wucht.cli.settings import parse_settings  # noqa: PLC0415
-    from wucht.results.store import load, prepare_folder, save, save_summary, to_json  # noqa: PLC0415
-    from wucht.studies.files import read_study  # noqa: PLC0415
-    from wucht.studies.run_up import run_up  # noqa: PLC0415
+    from wucht.cli.progress import Progress
+    from wucht.cli.settings import parse_settings
+    from wucht.results.store import load, prepare_folder, save, save_summary, to_json
+    from wucht.studies.files import read_study
+    from wucht.studies.run_up import run_up
 
     begun = time.perf_counter()
     asked = read_study(study, parse_settings(set_ or []))
@@ -65,7 +65,7 @@ def _keep(save: Any, partial: xr.Dataset, asked: StudyFile, target: Path) -> Non
 
 
 def _draw(result: xr.Dataset, path: Path) -> None:
-    from wucht.plots import draw  # noqa: PLC0415
+    from wucht.plots import draw
 
     draw(result).savefig(path)
 
@@ -84,7 +84,7 @@ def _document(asked: StudyFile, result: xr.Dataset, files: list[Path], elapsed: 
 
 
 def _say(document: dict[str, Any], folder: Path) -> None:
-    from wucht.cli.verdict import verdict_lines  # noqa: PLC0415
+    from wucht.cli.verdict import verdict_lines
 
     for line in verdict_lines(document):
         typer.echo(line)

@@ -1,4 +1,4 @@
-"""The catalogue: machines of the papers and of practice, each a TOML file in ``machines/catalogue/``, addressed without its ending."""
+"""The catalogue: machines of the papers and of practice, each a TOML file in ``catalogue/``, addressed without its ending."""
 
 from __future__ import annotations
 

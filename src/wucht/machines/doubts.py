@@ -9,7 +9,9 @@ from wucht.machines.parts.base import Body
 
 def unbalance(body: Body) -> float:
     """U of a body in kg m, from its formula and its values."""
-    return float(body.moment().xreplace({body.symbol(p.path.removeprefix(f"{body.path}.")): p.value for p in body.parameters()}))
+    return float(
+        body.moment().xreplace({body.symbol(p.path.removeprefix(f"{body.path}.")): p.value for p in body.parameters()})
+    )
 
 
 def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
@@ -19,18 +21,18 @@ def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
         own, balancers = unbalance(rotor), [unbalance(b) for b in bodies if b.reference == rotor.name]
         if balancers and own > sum(balancers):
             found.append(
-                f"the unbalance of {rotor.name!r} is {own:.4g} kg m, more than the {sum(balancers):.4g} kg m that its balancers can "
-                "compensate together; they can only reduce it"
+                f"the unbalance of {rotor.name!r} is {own:.4g} kg m, more than the {sum(balancers):.4g} kg m that its "
+                "balancers can compensate together; they can only reduce it"
             )
         largest = max(balancers, default=0.0)
         if len(balancers) > 1 and largest > own + sum(balancers) - largest:
             found.append(
-                f"one balancer of {rotor.name!r} has {largest:.4g} kg m, more than the rotor and all other balancers together: they cannot "
-                "compensate each other"
+                f"one balancer of {rotor.name!r} has {largest:.4g} kg m, more than the rotor and all other balancers "
+                "together: they cannot compensate each other"
             )
         if len(balancers) == 1 and own > 0 and abs(largest - own) > 0.01 * own:
             found.append(
-                f"{rotor.name!r} has one balancer, of {largest:.4g} kg m: one body compensates only an unbalance equal to its own, "
-                f"and this one is {own:.4g} kg m"
+                f"{rotor.name!r} has one balancer, of {largest:.4g} kg m: one body compensates only an unbalance equal "
+                f"to its own, and the rotor's is {own:.4g} kg m"
             )
     return tuple(found)

@@ -212,7 +212,11 @@ def _check_references(bodies: list[Body]) -> None:
         seen, here = {body.name}, body.reference
         while here is not None:
             if here in seen:
-                raise InputError(where, body.reference, "bodies turn about each other in a circle; one must turn about the carrier's axis")
+                raise InputError(
+                    where,
+                    body.reference,
+                    "bodies turn about each other in a circle; one must turn about the carrier's axis",
+                )
             seen.add(here)
             here = about[here]
 

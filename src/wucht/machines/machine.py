@@ -55,8 +55,9 @@ DIMENSIONLESS = Units("", "", "", "", "", "", "")
 class Machine:
     """A machine: energies in named coordinates, with parameter values.
 
-    carrier: its translational coordinates. bodies: those that turn, in the order of the file. energies: of the parts, those of the
-    carrier alone first. start_angles: of driven bodies whose motion is prescribed. mismatch: the power by which dampers that are not reciprocal violate action = reaction, or None.
+    carrier: its translational coordinates. bodies: those that turn, in the order of the file. energies: of the parts, those
+    of the carrier alone first. start_angles: of driven bodies whose motion is prescribed. mismatch: the power by which
+    dampers that are not reciprocal violate action = reaction, or None.
     Two machines of one structure have equal ``system``s, whatever their values.
     """
 
@@ -110,7 +111,9 @@ class Machine:
             Output(LOST, dissipated_power(self.energies, coordinates), self.units.energy, "energy dissipated"),
         ]
         if self.mismatch is not None:
-            quadratures.append(Output(MISMATCH, self.mismatch, self.units.energy, "work created by dampers that are not reciprocal"))
+            quadratures.append(
+                Output(MISMATCH, self.mismatch, self.units.energy, "work created by dampers that are not reciprocal")
+            )
         return first_order(
             equations_of_motion(self.energies, coordinates),
             coordinates,

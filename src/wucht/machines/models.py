@@ -39,9 +39,7 @@ class Model(Part):
 
     def parameters(self) -> tuple[Parameter, ...]:
         """The parameters by bare name."""
-        return tuple(
-            Parameter(p.path.removeprefix("."), p.value, p.unit, p.symbol, p.what) for p in super().parameters()
-        )
+        return tuple(Parameter(p.path.removeprefix("."), p.value, p.unit, p.symbol, p.what) for p in super().parameters())
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The carrier's coordinates."""
@@ -54,9 +52,7 @@ class Model(Part):
     def support(self, frame: Frame) -> Energies:
         """V = xi^2/2, R = sigma xi'^2: spring and damper of the carrier."""
         sigma = self.symbol("sigma")
-        return Energies(
-            potential=(frame.x**2 + frame.y**2) / 2, dissipation=sigma * (frame.vx**2 + frame.vy**2)
-        )
+        return Energies(potential=(frame.x**2 + frame.y**2) / 2, dissipation=sigma * (frame.vx**2 + frame.vy**2))
 
     def warnings(self) -> tuple[str, ...]:
         """What is doubtful about the parameters."""
@@ -161,8 +157,9 @@ class SelfBalancingRotor(Model):
         right = self.right_beta_r()
         if abs(self.beta_r - right) > 1e-6 * right:
             found.append(
-                f"no machine has these parameters: the dampers' torque on the rotor is not the reaction of that on the pendulums "
-                f"(mu s beta_r = {self.mu * self.s * self.beta_r:.4g}, 2 epsilon w beta_p = {2 * self.epsilon * self.w * self.beta_p:.4g}); "
+                "no machine has these parameters: the dampers' torque on the rotor is not the reaction of that on the "
+                f"pendulums (mu s beta_r = {self.mu * self.s * self.beta_r:.4g}, "
+                f"2 epsilon w beta_p = {2 * self.epsilon * self.w * self.beta_p:.4g}); "
                 f"beta_r = {right:.6g} would be right"
             )
         rest = 1 - self.s * self.w
@@ -175,4 +172,3 @@ class SelfBalancingRotor(Model):
 
 
 MODELS: dict[str, type[Model]] = {m.kind: m for m in (RotorOnCarrier, LavalRotor, SelfBalancingRotor)}
-

@@ -1,7 +1,8 @@
 """What the vibration does to the rotation at a steady speed: harmonic influence coefficients, in numbers.
 
-With z = H(w) sum_k U_k e_k w^2 exp(i alpha_k), H(w) = (K - w^2 M + i w C)^-1, the carrier takes the power w^2 z^H C z / 2 out of the
-rotation: the vibration torque is w z^H C z / 2. For one rotor on an isotropic carrier this is the second term of 002 (3.67).
+With z = H(w) sum_k U_k e_k w^2 exp(i alpha_k), H(w) = (K - w^2 M + i w C)^-1, the carrier takes the power
+w^2 z^H C z / 2 out of the rotation: the vibration torque is w z^H C z / 2. For one rotor on an isotropic carrier this is
+the second term of 002 (3.67).
 """
 
 from __future__ import annotations
@@ -50,8 +51,6 @@ class Vibration:
 
     def last_maximum(self, below: float, phases: np.ndarray) -> float | None:
         """The speed of the last maximum of the vibration torque below a speed, None if it has none there."""
-        from scipy.optimize import minimize_scalar  # noqa: PLC0415
-
         below = abs(below)
         squares = np.abs(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)))
         near = 1 + np.concatenate([-np.geomspace(1e-6, 0.5, 60), [0.0], np.geomspace(1e-6, 0.5, 60)])
@@ -63,12 +62,12 @@ class Vibration:
         inside = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:])) + 1
         if not len(inside):
             return None
-        i = inside[-1]
-        found = minimize_scalar(
-            lambda w: -float(self.torque(np.array([w]), phases)[0]), bounds=(grid[i - 1], grid[i + 1]), method="bounded",
-            options={"xatol": 1e-9 * below},
-        )  # fmt: skip
-        return float(found.x)
+        low, high = grid[inside[-1] - 1], grid[inside[-1] + 1]
+        while high - low > 1e-10 * high:  # SciPy's minimiser takes longer to import than this takes to run
+            fine = np.linspace(low, high, 41)
+            best = min(max(int(self.torque(fine, phases).argmax()), 1), 39)
+            low, high = fine[best - 1], fine[best + 1]
+        return float((low + high) / 2)
 
 
 def group(machine: Machine, rotor: Turning) -> list[Turning]:
@@ -100,8 +99,6 @@ def free_speed(machine: Machine, rotor: Turning) -> float | None:
 
     Prescribed speeds are returned as they are; a motor without load reaches its no-load speed, less what bearings cost.
     """
-    from scipy.optimize import brentq  # noqa: PLC0415
-
     prescribed = rotor.coordinate.prescribed
     if prescribed is not None:
         return float(prescribed.xreplace(machine.numbers))
@@ -116,6 +113,8 @@ def free_speed(machine: Machine, rotor: Turning) -> float | None:
     previous, here = 0.0, math.copysign(1e-3, start)
     while abs(here) < 1e9:
         if torque(here) * start <= 0:
+            from scipy.optimize import brentq
+
             return float(brentq(torque, previous, here))
         previous, here = here, 1.5 * here
     return None

@@ -46,12 +46,7 @@ def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordin
     mass = sp.zeros(n, n)
     forces = [sp.S.Zero] * n
     for part in parts:
-        used = {
-            k
-            for k in range(n)
-            for e in (part.kinetic, part.potential, part.dissipation)
-            if e.has(q[k]) or e.has(v[k])
-        }
+        used = {k for k in range(n) for e in (part.kinetic, part.potential, part.dissipation) if e.has(q[k]) or e.has(v[k])}
         for i in sorted(used):
             momentum = sp.diff(part.kinetic, v[i])
             for j in sorted(used):
@@ -68,9 +63,7 @@ def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordin
     # T is quadratic in the velocities, so the velocity products appear twice; expanding merges them.
     forces = [sp.expand(f) for f in forces]
     driven = tuple(c.position for c in coordinates if c.prescribed is not None)
-    return SecondOrder(
-        tuple(q), tuple(v), sp.ImmutableMatrix(mass), sp.ImmutableMatrix(n, 1, forces), driven
-    )
+    return SecondOrder(tuple(q), tuple(v), sp.ImmutableMatrix(mass), sp.ImmutableMatrix(n, 1, forces), driven)
 
 
 def first_order(

@@ -32,9 +32,7 @@ class LinearCarrier:
     load: sp.ImmutableMatrix
 
 
-def linear_carrier(
-    parts: Sequence[Energies], carrier: Sequence[Coordinate], bodies: Sequence[Coordinate]
-) -> LinearCarrier:
+def linear_carrier(parts: Sequence[Energies], carrier: Sequence[Coordinate], bodies: Sequence[Coordinate]) -> LinearCarrier:
     """Read the carrier's matrices off the energies.
 
     carrier: m coordinates; bodies: the turning ones. Raises ``WuchtError`` where the carrier is not linear.

@@ -46,7 +46,12 @@ def _dotted(name: str, dots: int) -> str:
 
 
 def written(
-    motion: SecondOrder, coordinates: Sequence[Coordinate], notation: Notation, zero: Sequence[sp.Symbol], latex: bool, normalise: bool
+    motion: SecondOrder,
+    coordinates: Sequence[Coordinate],
+    notation: Notation,
+    zero: Sequence[sp.Symbol],
+    latex: bool,
+    normalise: bool,
 ) -> list[str]:
     """One equation a coordinate, ``inertia = forces``.
 
@@ -64,13 +69,14 @@ def written(
             entry = motion.mass[i, j].xreplace(nothing)
             if entry == 0 or other.prescribed is not None:
                 continue
-            factor = sp.simplify(entry / scale.xreplace(nothing)) if normalise else sp.factor_terms(sp.expand(entry))
+            own = scale.xreplace(nothing)
+            factor = sp.simplify(entry / own) if normalise else sp.factor_terms(sp.expand(entry))
             terms.append(factor.xreplace(symbols) * notation.acceleration(other, latex))
         left = sp.Add(*terms)
         right = motion.forces[i].xreplace(nothing)
         right = sp.collect(sp.expand(right / scale.xreplace(nothing)), [c.velocity for c in coordinates]).xreplace(symbols)
         if c.prescribed is not None:
-            torque = sp.Symbol(("T_{\\mathrm{motor}}" if latex else "T_motor"))
+            torque = sp.Symbol("T_{\\mathrm{motor}}" if latex else "T_motor")
             right = right + torque
         lines.append(f"{sp.latex(left)} = {sp.latex(right)}" if latex else f"{sp.sstr(left)} = {sp.sstr(right)}")
     return lines

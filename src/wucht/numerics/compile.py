@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
 from typing import Protocol
 
 import numpy as np
+import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.numerics.events import Event, Leg
-from wucht.numerics.program import Evaluator, lower
+from wucht.numerics.program import Evaluator, Numbers, lower
 from wucht.system import System
 
 DEFAULT_TOLERANCE = 1e-12
@@ -27,7 +27,7 @@ class Engine(Protocol):
     def time(self) -> float: ...  # noqa: D102
     @property
     def state(self) -> np.ndarray: ...  # noqa: D102
-    def start(self, time: float, state: np.ndarray, parameters: Sequence[float]) -> None: ...  # noqa: D102
+    def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None: ...  # noqa: D102
     def forget_events(self) -> None: ...  # noqa: D102
     def leg(self, grid: np.ndarray) -> Leg: ...  # noqa: D102
 
@@ -73,11 +73,11 @@ def compile_system(
     chosen = engine or available_engine()
     compiled: Engine
     if chosen == "heyoka":
-        from wucht.numerics.heyoka_engine import HeyokaEngine  # noqa: PLC0415
+        from wucht.numerics.heyoka_engine import HeyokaEngine
 
         compiled = HeyokaEngine(program, events, event_program, tolerance)
     elif chosen in ("scipy", "scipy-radau"):
-        from wucht.numerics.scipy_engine import ScipyEngine  # noqa: PLC0415
+        from wucht.numerics.scipy_engine import ScipyEngine
 
         method = "Radau" if chosen == "scipy-radau" else "DOP853"
         compiled = ScipyEngine(program, events, event_program, tolerance, method)
@@ -87,7 +87,5 @@ def compile_system(
     return Flow(system, tuple(events), tolerance, compiled, outputs)
 
 
-def _accumulator(name: str):  # type: ignore[no-untyped-def]
-    import sympy as sp  # noqa: PLC0415
-
+def _accumulator(name: str) -> sp.Symbol:
     return sp.Symbol(f"integral of {name}", real=True)

@@ -14,7 +14,7 @@ import sympy as sp
 
 from wucht.errors import RunError
 from wucht.numerics.events import Event, Hit, Leg, interrupting
-from wucht.numerics.program import Program
+from wucht.numerics.program import Numbers, Program
 from wucht.system import TIME
 
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
@@ -27,7 +27,7 @@ class Translator:
     """SymPy expressions to heyoka's. Integer powers become products: ``x**n`` with n >= 3 gives NaN at x = 0 in heyoka."""
 
     def __init__(self, symbols: dict[sp.Symbol, Any]) -> None:
-        import heyoka as hy  # noqa: PLC0415
+        import heyoka as hy
 
         self.hy = hy
         self.memo: dict[sp.Basic, Any] = dict(symbols)
@@ -79,7 +79,7 @@ class HeyokaEngine:
     name = "heyoka"
 
     def __init__(self, program: Program, events: Sequence[Event], event_program: Program, tolerance: float) -> None:
-        import heyoka as hy  # noqa: PLC0415
+        import heyoka as hy
 
         n_own = len(program.constants)
         variables = hy.make_vars(*(f"s{i}" for i in range(len(program.states)))) if program.states else []
@@ -124,7 +124,7 @@ class HeyokaEngine:
 
         return callback
 
-    def start(self, time: float, state: np.ndarray, parameters: Sequence[float]) -> None:
+    def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
         """Place the integrator. After an event's action the cool-down of the event is kept."""
         ta = self._integrator
         ta.time = time
@@ -150,7 +150,9 @@ class HeyokaEngine:
             code = int(outcome)
             index = -code - 1 if -len(self._terminal) <= code <= -1 else code
             if not 0 <= index < len(self._terminal):
-                reason = "the state ceases to be finite" if outcome == self._bad_state else f"{_MAX_STEPS} steps were not enough"
+                reason = (
+                    "the state ceases to be finite" if outcome == self._bad_state else f"{_MAX_STEPS} steps were not enough"
+                )
                 raise RunError(reason)
             stopped_by = self._terminal[index]
             hits.append(Hit(self._events[stopped_by].name, float(ta.time), state))

@@ -71,8 +71,9 @@ def integrate(
     """Integrate from ``grid[0]`` and sample at the grid's points.
 
     initial: the state (n,), or with the quadratures' values appended (n + m,) to continue a run. parameters: in the System's
-    order, or by name. grid: (N,), increasing. progress: called with the time reached. A run that fails returns what it has with
-    the sentence in ``failure``; so does Ctrl-C, with ``interrupted``. Raises ``RunError`` for an initial state that is not finite.
+    order, or by name. grid: (N,), increasing. progress: called with the time reached. A run that fails returns what it has
+    with the sentence in ``failure``; so does Ctrl-C, with ``interrupted``. Raises ``RunError`` for an initial state that is
+    not finite.
     """
     system = flow.system
     pars = np.array(system.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)

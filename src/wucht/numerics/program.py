@@ -18,6 +18,7 @@ import sympy as sp
 from wucht.errors import RunError
 from wucht.system import TIME, System
 
+Numbers = Sequence[float] | np.ndarray
 Lines = tuple[tuple[sp.Symbol, sp.Expr], ...]
 
 
@@ -35,7 +36,7 @@ class Program:
     def _constant_function(self) -> Callable[..., Sequence[float]]:
         return python_function((self.parameters,), (), tuple(e for _, e in self.constants), "math")
 
-    def constant_values(self, parameters: Sequence[float]) -> np.ndarray:
+    def constant_values(self, parameters: Numbers) -> np.ndarray:
         """The constants (k,) at given parameter values. Raises ``RunError`` where they are not finite."""
         try:
             values = np.array(self._constant_function(list(map(float, parameters))), dtype=float)
@@ -96,14 +97,14 @@ def lower(system: System, results: Sequence[sp.Expr]) -> Program:
         if expression.free_symbols & varying:
             varying.add(symbol)
     folder = _Folder(varying)
-    fixed = {}  # definitions that are constant are put into the constants that use them
+    fixed: dict[sp.Symbol, sp.Expr] = {}  # definitions that are constant are put into the constants that use them
     lines = []
     for symbol, expression in kept:
-        expression = expression.xreplace(fixed)
+        resolved = expression.xreplace(fixed)
         if symbol in varying:
-            lines.append((symbol, folder.fold(expression)))
+            lines.append((symbol, folder.fold(resolved)))
         else:
-            fixed[symbol] = expression
+            fixed[symbol] = resolved
     folded = tuple(folder.fold(sp.sympify(r).xreplace(fixed)) for r in results)
     constants = tuple((symbol, expression) for expression, symbol in folder.constants.items())
     return Program(system.states, system.parameters, constants, tuple(lines), folded)
@@ -142,7 +143,7 @@ class Evaluator:
         p = self.program
         return python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results)
 
-    def __call__(self, time: np.ndarray, states: np.ndarray, parameters: Sequence[float]) -> dict[str, np.ndarray]:
+    def __call__(self, time: np.ndarray, states: np.ndarray, parameters: Numbers) -> dict[str, np.ndarray]:
         """Evaluate. time: (N,), states: (n, N), parameters in the System's order. Returns an (N,) array a name."""
         values = self._function(tuple(states), time, self.program.constant_values(parameters))
         return {n: np.broadcast_to(np.asarray(v, float), time.shape) for n, v in zip(self.names, values, strict=True)}

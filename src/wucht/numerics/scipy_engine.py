@@ -12,7 +12,7 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.events import Event, Hit, Leg
-from wucht.numerics.program import Program, python_function
+from wucht.numerics.program import Numbers, Program, python_function
 from wucht.system import TIME
 
 _SMALLEST_TOLERANCE = 1e-13  # solve_ivp refuses less than 100 units of rounding
@@ -24,7 +24,12 @@ class ScipyEngine:
     name = "scipy"
 
     def __init__(
-        self, program: Program, events: Sequence[Event], event_program: Program, tolerance: float, method: str = "DOP853"
+        self,
+        program: Program,
+        events: Sequence[Event],
+        event_program: Program,
+        tolerance: float,
+        method: str = "DOP853",
     ) -> None:
         self._program, self._event_program, self._events = program, event_program, tuple(events)
         self._tolerance, self._method = max(tolerance, _SMALLEST_TOLERANCE), method
@@ -33,7 +38,7 @@ class ScipyEngine:
         self._time, self._state = 0.0, np.zeros(len(program.states))
         self._cooled: dict[int, tuple[float, float]] = {}
 
-    def start(self, time: float, state: np.ndarray, parameters: Sequence[float]) -> None:
+    def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
         """Place the integrator."""
         self._time, self._state = time, np.array(state, dtype=float)
         self._constants = self._program.constant_values(parameters).tolist()
@@ -59,7 +64,7 @@ class ScipyEngine:
 
     def leg(self, grid: np.ndarray) -> Leg:
         """Advance over the grid (m,). Raises ``RunError`` when the integration fails."""
-        from scipy.integrate import solve_ivp  # noqa: PLC0415
+        from scipy.integrate import solve_ivp
 
         functions = [self._event_function(i) for i in range(len(self._events))]
         end = float(grid[-1])

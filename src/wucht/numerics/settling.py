@@ -1,7 +1,8 @@
-"""Is a slow signal steady, beating, or still on its way? Decided from its last part, with an estimate of what is still to come."""
+"""Is a slow signal steady, beating, or still on its way? Decided from its last part, with an estimate of the rest."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -28,8 +29,8 @@ class Trend:
 def trend(signals: np.ndarray, tolerance: float) -> Trend:
     """The trend of signals (k, N), complex or real, already scaled so that 1 is large.
 
-    The three windows are the last three tenths of the record. For a geometric approach with ratio rho between windows the rest is
-    change rho/(1 - rho).
+    The three windows are the last three tenths of the record. For a geometric approach with ratio rho between windows the
+    rest is change rho/(1 - rho).
     """
     n = signals.shape[1] // 10
     if n < 1:
@@ -77,7 +78,7 @@ def beat(time: np.ndarray, angle: np.ndarray, signal: np.ndarray, threshold: flo
     fraction = [(middle - s[i]) / (s[i + 1] - s[i]) for i in crossings]
     at = np.array([t[i] + f * (t[i + 1] - t[i]) for i, f in zip(crossings, fraction, strict=True)])
     turned = np.array([a[i] + f * (a[i + 1] - a[i]) for i, f in zip(crossings, fraction, strict=True)])
-    ranges = np.array([np.ptp(s[i : j + 1]) for i, j in zip(crossings, crossings[1:], strict=False)])
+    ranges = np.array([np.ptp(s[i : j + 1]) for i, j in itertools.pairwise(crossings)])
     periods = np.diff(at)
     last = slice(crossings[-2], crossings[-1] + 1)
     count = min(3, len(periods))

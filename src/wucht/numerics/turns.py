@@ -14,7 +14,7 @@ PER_TURN = 16
 class Turns:
     """Signals averaged over one turn of a leading angle, PER_TURN points a turn.
 
-    time, angle: (K,), of the middle of each turn. speed: mean speed over the turn. followers: mean speeds of other angles (n, K).
+    time, angle: (K,), of the middle of each turn. speed: mean over the turn. followers: mean speeds of other angles (n, K).
     phases: exp(i (follower - leader)) averaged over the turn (n, K): of modulus 1 for a body that turns synchronously.
     """
 
@@ -34,15 +34,17 @@ class Turns:
         return slice(len(self.time) - max(1, round(share * len(self.time))), None)
 
 
-def turns(time: np.ndarray, angle: np.ndarray, speed: np.ndarray, followers: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> Turns:
+def turns(
+    time: np.ndarray, angle: np.ndarray, speed: np.ndarray, followers: Mapping[str, tuple[np.ndarray, np.ndarray]]
+) -> Turns:
     """Average over turns of the leading angle, over the last part of the record in which it turns one way.
 
-    time, angle, speed: (N,). followers: (angle, speed) of other bodies. Cubic Hermite interpolation makes use of the speeds; the
-    error is of fourth order in the sampling interval. Returns an empty record if there is not one full turn.
+    time, angle, speed: (N,). followers: (angle, speed) of other bodies. Cubic Hermite interpolation makes use of the
+    speeds; the error is of fourth order in the sampling interval. Returns an empty record if there is not one full turn.
     """
-    from scipy.interpolate import CubicHermiteSpline  # noqa: PLC0415
-
-    nothing = Turns(np.empty(0), np.empty(0), np.empty(0), np.empty((len(followers), 0)), np.empty((len(followers), 0), complex))
+    nothing = Turns(
+        np.empty(0), np.empty(0), np.empty(0), np.empty((len(followers), 0)), np.empty((len(followers), 0), complex)
+    )
     if len(time) < 4:
         return nothing
     sense = np.sign(speed[-1]) or 1.0
@@ -52,12 +54,12 @@ def turns(time: np.ndarray, angle: np.ndarray, speed: np.ndarray, followers: Map
     if len(t) < 4 or leader[-1] - leader[0] < 2 * np.pi * (1 + 2 / PER_TURN):
         return nothing
     grid = np.arange(leader[0], leader[-1], 2 * np.pi / PER_TURN)
-    at = CubicHermiteSpline(leader, t, 1 / (sense * speed[first:]))(grid)
+    at = hermite(grid, leader, t, 1 / (sense * speed[first:]))
     duration = at[PER_TURN:] - at[:-PER_TURN]
     middle = slice(PER_TURN // 2, PER_TURN // 2 + len(duration))
     mean_speeds, phases = [], []
     for body_angle, body_speed in followers.values():
-        there = CubicHermiteSpline(t, body_angle[first:], body_speed[first:])(at)
+        there = hermite(at, t, body_angle[first:], body_speed[first:])
         mean_speeds.append((there[PER_TURN:] - there[:-PER_TURN]) / duration)
         phases.append(_moving_mean(np.exp(1j * (there - sense * grid)))[: len(duration)])
     empty = np.empty((0, len(duration)))
@@ -70,6 +72,20 @@ def turns(time: np.ndarray, angle: np.ndarray, speed: np.ndarray, followers: Map
     )
 
 
+def hermite(at: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """Cubic Hermite interpolation of y(x) with its derivative, all (N,), at points ``at``; error of fourth order.
+
+    SciPy has the same, but importing it takes longer than a whole run-up.
+    """
+    i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
+    h = x[i + 1] - x[i]
+    s = (at - x[i]) / h
+    rise = y[i + 1] - y[i]
+    left, right = h * slope[i] - rise, rise - h * slope[i + 1]
+    found: np.ndarray = y[i] + s * rise + s * (1 - s) * ((1 - s) * left + s * right)
+    return found
+
+
 def _moving_mean(signal: np.ndarray) -> np.ndarray:
     total = np.concatenate([[0.0], np.cumsum(signal)])
     # Trapezoid over one full turn: the end points count half each.
@@ -80,8 +96,8 @@ def _moving_mean(signal: np.ndarray) -> np.ndarray:
 def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.ndarray:
     """The line through the peaks of ``radius``: valleys shorter than ``window`` are filled, slower changes are kept as they are.
 
-    All (N,); time is evenly spaced. This is the morphological closing, the largest value within +-window/2 of each sample and then
-    the smallest of those: unlike a running maximum it does not lift the minima of a modulation.
+    All (N,); time is evenly spaced. This is the morphological closing, the largest value within +-window/2 of each
+    sample and then the smallest of those: unlike a running maximum it does not lift the minima of a modulation.
     """
     n = len(time)
     if n < 2:
@@ -92,7 +108,7 @@ def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.nda
 
 
 def _largest_within(signal: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """max(signal[low[i] : high[i] + 1]) for each i, by a sparse table: two overlapping blocks of length 2^k cover each range."""
+    """Maximum of signal[low[i] : high[i] + 1] for each i: two overlapping blocks of length 2^k cover each range."""
     level = np.floor(np.log2(high - low + 1)).astype(int)
     found, table = np.empty(len(signal)), signal
     for k in range(int(level.max()) + 1):

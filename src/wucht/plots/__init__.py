@@ -15,7 +15,7 @@ def draw(result: xr.Dataset) -> Figure:
     """The figure of a result. Raises ``InputError`` for a study that has none."""
     study = str(result.attrs.get("study"))
     if study == "run-up":
-        from wucht.plots.run_up import figure  # noqa: PLC0415
+        from wucht.plots.run_up import figure
 
         return figure(result)
     raise InputError("study", study, "there is no figure for this study; known: run-up")

@@ -20,7 +20,10 @@ def figure(result: xr.Dataset) -> Figure:
     """Four panels (three without balancing bodies) from a run-up's Dataset alone."""
     with_phases = "phase" in result and result.sizes.get("balancer", 0) > 0
     drawn, axes = new_figure(
-        4 if with_phases else 3, 8.2 if with_phases else 6.4, result.attrs["title"], f"{result.attrs['outcome']}: {result.attrs['sentence']}"
+        4 if with_phases else 3,
+        8.2 if with_phases else 6.4,
+        result.attrs["title"],
+        f"{result.attrs['outcome']}: {result.attrs['sentence']}",
     )
     panels = iter(axes)
     _speed(next(panels), result)
@@ -28,27 +31,29 @@ def figure(result: xr.Dataset) -> Figure:
     if with_phases:
         _phases(next(panels), result)
     _power(next(panels), result)
+    for axis in axes:
+        axis.set_xlim(float(result.time[0]), float(result.time[-1]))
     axes[-1].set_xlabel(label(result, "time") if result.time.attrs["units"] else "time $\\tau$")
     return drawn
 
 
-def _legend(axis: Axes, columns: int = 1) -> None:
-    axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8, ncols=columns)
+def _legend(axis: Axes) -> None:
+    axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
 
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
     time = result.time.values
     bodies = [str(b) for b in result.body.values]
-    for i in reversed(range(min(len(bodies), _MOST_NAMES))):
+    for i in range(min(len(bodies), _MOST_NAMES)):
         axis.plot(*thinned(time, result.speed.values[i]), label=bodies[i], **line_style(i), zorder=3 - 0.1 * i)
     free = float(result.free_speed)
     if np.isfinite(free):
         axis.axhline(free, color=GREY, linestyle="--", linewidth=0.9, label="no-load speed")
-    for k, frequency in enumerate(sorted(set(np.round(result.natural_frequency.values, 9)))):
-        axis.axhline(
-            frequency * (np.sign(free) or 1 if np.isfinite(free) else 1), color=GREY, linestyle=":", linewidth=0.9,
-            label="natural frequencies" if k == 0 and len(set(result.natural_frequency.values)) > 1 else "natural frequency" if k == 0 else None,
-        )  # fmt: skip
+    natural = sorted(set(np.round(result.natural_frequency.values, 9)))
+    sense = -1.0 if free < 0 else 1.0
+    for k, frequency in enumerate(natural):
+        name = ("natural frequencies" if len(natural) > 1 else "natural frequency") if k == 0 else None
+        axis.axhline(sense * frequency, color=GREY, linestyle=":", linewidth=0.9, label=name)
     axis.set_ylabel(label(result, "speed"))
     _legend(axis)
 
@@ -89,7 +94,10 @@ def _power(axis: Axes, result: xr.Dataset) -> None:
     other.set_ylabel("energy residual (1)")
     lines = [*axis.get_lines(), *other.get_lines()]
     axis.legend(
-        lines, [str(line.get_label()) for line in lines], loc="center left", bbox_to_anchor=(1.12, 0.5), frameon=False, fontsize=8
+        lines,
+        [str(line.get_label()) for line in lines],
+        loc="center left",
+        bbox_to_anchor=(1.14, 0.5),
+        frameon=False,
+        fontsize=8,
     )
-
-

@@ -1,4 +1,4 @@
-"""Outcomes: a labelled value, never silence. The criteria of the contract, decided from a few numbers, not from a trajectory."""
+"""Outcomes: a labelled value, never silence. The contract's criteria, decided from a few numbers, not from a trajectory."""
 
 from __future__ import annotations
 
@@ -94,10 +94,8 @@ def classify(e: Evidence) -> Outcome:
     if not (e.steady or e.beating):
         return Outcome.UNIDENTIFIED
     beyond = e.resonance is None or e.lowest_speed > e.resonance
-    if slipping and (at_speed or beyond):
-        return Outcome.BALANCER_CAPTURED
-    if beyond:
-        return Outcome.PASSED
+    if beyond or (slipping and at_speed):
+        return Outcome.BALANCER_CAPTURED if slipping else Outcome.PASSED
     return Outcome.CAPTURED_MODULATED if e.beating else Outcome.CAPTURED
 
 

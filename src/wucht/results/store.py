@@ -36,7 +36,7 @@ def save(result: xr.Dataset, path: Path) -> Path:
 
 def load(path: Path) -> xr.Dataset:
     """Read a Dataset. Raises ``InputError`` if the file is none of ours."""
-    import xarray as xr_  # noqa: PLC0415
+    import xarray as xr_
 
     if not path.is_file():
         raise InputError(str(path), None, "there is no such file")

@@ -15,20 +15,15 @@ from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed
 from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
-from wucht.numerics.events import Event
 from wucht.numerics.integrate import Trajectory, integrate
 from wucht.quantities import Unit
-from wucht.results.outcomes import Outcome
+from wucht.studies.run_up_plan import Plan
 from wucht.studies.start import start_state
-from wucht.studies.verdict import Verdict, judge
+from wucht.studies.verdict import judge
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SAMPLES_PER_TURN = 24
-MOST_SAMPLES = 400_000
-_FIRST_TURNS = 100  # `settled`: the first leg, in turns at the highest speed to be expected; each next leg doubles the run
-_MOST_TURNS = 25_000
 _SETTLED_TOLERANCE = 1e-5
 
 Progress = Callable[[float, float], None]
@@ -37,10 +32,11 @@ Checkpoint = Callable[["xr.Dataset"], None]
 
 @dataclass(frozen=True)
 class RunUp:
-    """The question: run the machine from a start state ``until`` a time, for ``turns`` of the main rotor, or until it has settled.
+    """Start the machine and see what becomes of it.
 
-    Without any of the three, until settled. start: see ``start_state``. tolerance: of the integration. speed_limit: beyond it the
-    run ends as ``runaway``. engine: ``"heyoka"``, ``"scipy"``, ``"scipy-radau"`` or None for the best installed.
+    It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has settled. start: see
+    ``start_state``. tolerance: of the integration. speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``,
+    ``"scipy"``, ``"scipy-radau"`` or None for the best installed.
     """
 
     until: float | None = None
@@ -65,7 +61,8 @@ class RunUp:
         until, turns, settled = table.get("until"), table.get("turns"), table.get("settled")
         if isinstance(until, Mapping):
             refuse_unknown(until, ("turns", "settled"), "study.until")
-            until, turns, settled = None, until.get("turns", turns), until.get("settled", settled)
+            turns, settled = until.get("turns", turns), until.get("settled", settled)
+            until = None
         if until == "settled":
             until, settled = None, True
         if settled not in (None, True, False):
@@ -74,7 +71,8 @@ class RunUp:
             raise InputError("study.until", None, "allowed is one of until, turns and settled")
         if settled is False and until is None and turns is None:
             raise InputError("study.settled", False, "needed is until = a time or turns = a number, if not settled = true")
-        units, start, engine = machine.units, table.get("start", {}), table.get("engine")
+        units, engine = machine.units, table.get("engine")
+        start: Any = table.get("start", {})
         if not isinstance(start, Mapping):
             raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE }")
         if engine not in (None, "heyoka", "scipy", "scipy-radau"):
@@ -115,16 +113,17 @@ def run_up(
     """Run the machine and judge what became of it.
 
     progress: called with the time reached and the time to reach. checkpoint: called now and then with the result so far, for
-    saving. resume: an earlier, unfinished result of the same input, to continue. Returns the Dataset of ``studies/run_up_result``.
+    saving. resume: an earlier, unfinished result of the same input, to continue. Returns the Dataset described in
+    ``run_up_result``.
     Raises ``InputError`` for a start that does not fit the machine; a run that fails is recorded in the Dataset.
     """
-    from wucht.studies.run_up_result import restore, result  # noqa: PLC0415
+    from wucht.studies.run_up_result import restore, result
 
     begun = clock.perf_counter()
     initial = start_state(machine, question.start)
     free = free_speed(machine, machine.rotor)
     _refuse_motionless(machine, initial, free)
-    plan = _Plan.of(machine, question, initial, free)
+    plan = Plan.of(machine, question, initial, free)
     flow = compile_system(machine.system, question.tolerance, plan.events, question.engine)
     trajectory = restore(machine, resume) if resume is not None else None
     verdict, saved = None, clock.perf_counter()
@@ -135,14 +134,24 @@ def run_up(
         if trajectory.stopped_by or trajectory.failure or trajectory.interrupted:
             break
         if plan.until_settled:
-            verdict = judge(machine, trajectory, free, question.speed_limit)
+            verdict = judge(machine, trajectory, free)
             if verdict.settled_within(_SETTLED_TOLERANCE):
                 break
         if checkpoint and clock.perf_counter() - saved > 5:
-            checkpoint(result(machine, question, flow, trajectory, verdict or judge(machine, trajectory, free), plan.warnings, begun))
+            checkpoint(
+                result(
+                    machine,
+                    question,
+                    flow,
+                    trajectory,
+                    verdict or judge(machine, trajectory, free),
+                    plan.warnings,
+                    begun,
+                )
+            )
             saved = clock.perf_counter()
     assert trajectory is not None
-    verdict = judge(machine, trajectory, free, question.speed_limit)
+    verdict = judge(machine, trajectory, free)
     return result(machine, question, flow, trajectory, verdict, plan.warnings, begun)
 
 
@@ -166,74 +175,12 @@ def _extend(
     return leg if so_far is None else so_far.joined(leg)
 
 
-@dataclass(frozen=True)
-class _Plan:
-    """How far to run, in which legs, and how densely to sample."""
-
-    step: float
-    first: float
-    expected_end: float
-    until_settled: bool
-    events: tuple[Event, ...]
-    warnings: tuple[str, ...]
-
-    @classmethod
-    def of(cls, machine: Machine, question: RunUp, initial: np.ndarray, free: float | None) -> _Plan:
-        from wucht.machines.dimensionless import natural_frequencies  # noqa: PLC0415
-
-        names = machine.system.state_names
-        speeds = [abs(initial[i]) for i, n in enumerate(names) if n.endswith(".speed")] + [abs(free or 0.0)]
-        speeds += [abs(float(b.coordinate.prescribed.xreplace(machine.numbers))) for b in machine.bodies if b.coordinate.prescribed is not None]
-        natural = [f for f in natural_frequencies(machine).values() if f > 0]
-        fastest = max([*speeds, *natural]) or 1.0
-        turn = 2 * math.pi / fastest
-        rotor, events, warnings = machine.rotor, [], []
-        if question.turns is not None:
-            target = 2 * math.pi * question.turns
-            position = rotor.coordinate.position - initial[names.index(rotor.coordinate.position.name)]
-            events.append(Event("the turns are done", position**2 - target**2, +1, terminal=True))
-        if question.speed_limit is not None:
-            events.append(Event("speed limit", _speed(machine) ** 2 - question.speed_limit**2, +1, terminal=True))
-        slowest = 2 * math.pi / max(min([abs(free or 0.0) or fastest, *natural]), 1e-3 * fastest)
-        if question.until is not None:
-            first, end = question.until, question.until
-            if free and question.until < 10 * 2 * math.pi / abs(free):
-                warnings.append(
-                    f"the run of {question.until:g} {machine.units.time}".rstrip()
-                    + f" is shorter than ten turns at the speed that the drive would reach ({20 * math.pi / abs(free):.3g}): far too short to tell"
-                )
-        elif question.turns is not None:
-            first, end = max(question.turns * turn, 4 * slowest), question.turns * turn
-        else:
-            first, end = max(_FIRST_TURNS * turn, 20 * slowest), _FIRST_TURNS * turn
-        step = turn / SAMPLES_PER_TURN
-        if first / step > MOST_SAMPLES:
-            step = first / MOST_SAMPLES
-            warnings.append(
-                f"only {turn / step:.1f} samples a turn are stored, to keep the result below {MOST_SAMPLES} samples; what is fast is not "
-                "resolved in figures"
-            ) if turn / step < 8 else None
-        return cls(step, first, end, question.until is None and question.turns is None, tuple(events), tuple(warnings))
-
-    def goals(self) -> list[float]:
-        """The times at which to look, each twice the last; only one where the end is given."""
-        if not (self.until_settled or any(e.name == "the turns are done" for e in self.events)):
-            return [self.first]
-        legs = math.ceil(math.log2(max(2.0, _MOST_TURNS / _FIRST_TURNS)))
-        return [self.first * 2**k for k in range(legs + 1)]
-
-
-def _speed(machine: Machine) -> Any:
-    prescribed = machine.rotor.coordinate.prescribed
-    return machine.rotor.coordinate.velocity if prescribed is None else prescribed
-
-
 def summary(result: xr.Dataset) -> dict[str, Any]:
     """The summary of the contract from a result."""
-    import json  # noqa: PLC0415
+    import json
 
     found: dict[str, Any] = json.loads(result.attrs["summary"])
     return found
 
 
-__all__ = ["Outcome", "RunUp", "Verdict", "run_up", "summary"]
+__all__ = ["RunUp", "run_up", "summary"]

@@ -17,7 +17,6 @@ from wucht.numerics.compile import Flow
 from wucht.numerics.integrate import Trajectory
 from wucht.numerics.turns import envelope
 from wucht.results.conventions import Variable, variable
-from wucht.results.outcomes import Outcome
 from wucht.results.provenance import provenance
 from wucht.results.store import to_json
 from wucht.studies.start import static_position
@@ -30,16 +29,22 @@ if TYPE_CHECKING:
 
 
 def result(
-    machine: Machine, question: RunUp, flow: Flow, trajectory: Trajectory, verdict: Verdict, warnings: Sequence[str], begun: float
+    machine: Machine,
+    question: RunUp,
+    flow: Flow,
+    trajectory: Trajectory,
+    verdict: Verdict,
+    warnings: Sequence[str],
+    begun: float,
 ) -> xr.Dataset:
     """Put a run into a Dataset.
 
-    Coordinates: time (N), body, balancer (bodies that turn about another), direction. Variables: angle, speed (body, time); phase
-    (balancer, time); displacement, velocity, bearing_force (direction, time); radius, amplitude, motor_torque, motor_power,
-    stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time); natural_frequency (direction);
-    free_speed. Attributes: summary, outcome, warnings, and the provenance.
+    Coordinates: time (N), body, balancer (bodies that turn about another), direction. Variables: angle, speed (body, time);
+    phase (balancer, time); displacement, velocity, bearing_force (direction, time); radius, amplitude, motor_torque,
+    motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time); natural_frequency
+    (direction); free_speed. Attributes: summary, outcome, warnings, and the provenance.
     """
-    import xarray as xr_  # noqa: PLC0415
+    import xarray as xr_
 
     names, units, states = machine.system.state_names, machine.units, trajectory.states
     outputs = flow.outputs(trajectory.time, states, trajectory.parameters)
@@ -55,10 +60,15 @@ def result(
         "angle": variable("body time", list(angle.values()), "angle", "rad"),
         "speed": variable("body time", list(speed.values()), "speed", units.speed),
         "displacement": variable("direction time", displacement, "displacement of the axis", units.length),
-        "velocity": variable("direction time", [row[c.velocity.name] for c in machine.carrier], "velocity of the axis", _per(units)),
+        "velocity": variable(
+            "direction time", [row[c.velocity.name] for c in machine.carrier], "velocity of the axis", _per(units)
+        ),
         "radius": variable("time", radius, "distance of the axis from its static position", units.length),
         "amplitude": variable(
-            "time", _amplitude(trajectory.time, radius, speed[machine.rotor.name], natural), "amplitude of the axis", units.length
+            "time",
+            _amplitude(trajectory.time, radius, speed[machine.rotor.name], natural),
+            "amplitude of the axis",
+            units.length,
         ),
         "bearing_force": variable(
             "direction time", [outputs[f"bearing_force_{d}"] for d in directions], "bearing force", units.force
@@ -90,7 +100,7 @@ def result(
     }
     data["parameters"] = variable("parameter", list(machine.values.values()), "parameter values")
     data["end_state"] = coordinates.pop("end_state")
-    found = xr_.Dataset({k: v for k, v in data.items()}, coords=coordinates)
+    found = xr_.Dataset(dict(data.items()), coords=coordinates)
     said = _warnings(machine, trajectory, verdict, warnings)
     short = _summary(machine, found, verdict)
     found.attrs |= {
@@ -108,7 +118,11 @@ def result(
         "failure": trajectory.failure or "",
         **provenance(
             {k: v for k, v in asdict(question).items() if v is not None} | {"kind": "run-up"},
-            {"title": machine.title, "parameters": machine.values, "bodies": [[b.name, b.kind, b.about] for b in machine.bodies]},
+            {
+                "title": machine.title,
+                "parameters": machine.values,
+                "bodies": [[b.name, b.kind, b.about] for b in machine.bodies],
+            },
             clock.perf_counter() - begun,
         ),
     }
@@ -124,7 +138,7 @@ def _or_nan(value: float | None) -> float:
 
 
 def _signed_free(machine: Machine) -> float | None:
-    from wucht.machines.vibration import free_speed  # noqa: PLC0415
+    from wucht.machines.vibration import free_speed
 
     return free_speed(machine, machine.rotor)
 
@@ -210,11 +224,13 @@ def _time_mean(time: np.ndarray, values: np.ndarray) -> float:
 
 def restore(machine: Machine, earlier: xr.Dataset) -> Trajectory:
     """The trajectory in an unfinished result, to be continued. Raises ``InputError`` if it is of another machine."""
-    from wucht.errors import InputError  # noqa: PLC0415
+    from wucht.errors import InputError
 
     kept = dict(zip(earlier.parameter.values.tolist(), earlier.parameters.values.tolist(), strict=True))
     if kept != machine.values or earlier.attrs.get("study") != "run-up":
-        raise InputError("--resume", None, "the result in the output folder is of another machine or study; choose another folder")
+        raise InputError(
+            "--resume", None, "the result in the output folder is of another machine or study; choose another folder"
+        )
     rows: dict[str, np.ndarray] = {}
     for b in machine.bodies:
         rows[b.coordinate.position.name] = earlier.angle.sel(body=b.name).values
@@ -231,6 +247,3 @@ def restore(machine: Machine, earlier: xr.Dataset) -> Trajectory:
         float(earlier.attrs["end_time"]),
         earlier.end_state.values,
     )
-
-
-__all__ = ["Outcome", "restore", "result"]

@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.documents import refuse_unknown
 from wucht.errors import InputError
-from wucht.machines.machine import Machine
+from wucht.machines.machine import Machine, Turning
 from wucht.quantities import Unit
 
 
@@ -17,8 +17,8 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
     """The initial state (n,) of ``machine.system``.
 
     Angles are relative to the body turned about, speeds absolute. Bodies not named start at rest at angle 0; those about a body
-    whose speed is prescribed start with that speed. The carrier starts at its static position, from which ``carrier = {x, y, vx,
-    vy}`` is measured. ``psi`` and ``delta`` set two bodies about one rotor: angles psi +- delta/2. Raises ``InputError``.
+    whose speed is prescribed start with that speed. The carrier starts at its static position, from which ``carrier = {x, y,
+    vx, vy}`` is measured. ``psi`` and ``delta`` set two bodies about one rotor: angles psi +- delta/2. Raises ``InputError``.
     """
     units = machine.units
     angle_unit, speed_unit = Unit("rad" if units.time else "", "angle", ""), Unit(units.speed, "speed", "")
@@ -42,7 +42,9 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
         refuse_unknown(described, ("angle", "speed"), at)
         prescribed = body.coordinate.prescribed
         if prescribed is not None and described:
-            raise InputError(at, value, "not allowed: the drive prescribes this body's motion (its angle is the drive's key `angle`)")
+            raise InputError(
+                at, value, "not allowed: the drive prescribes this body's motion (its angle is the drive's key `angle`)"
+            )
         origin = angles[body.about] if body.about else machine.start_angles.get(body.name, 0.0)
         angles[body.name] = origin + _read(angle_unit, described.get("angle", 0.0), f"{at}.angle")
         if prescribed is not None:
@@ -69,7 +71,7 @@ def static_position(machine: Machine) -> np.ndarray:
 
 def _carrier(machine: Machine, given: Any, where: str) -> dict[str, float]:
     if not isinstance(given, Mapping):
-        raise InputError(where, given, "allowed is a table such as { x = \"1 mm\" }")
+        raise InputError(where, given, 'allowed is a table such as { x = "1 mm" }')
     directions = [c.position.name[-1] for c in machine.carrier]
     refuse_unknown(given, [*directions, *(f"v{d}" for d in directions)], where)
     length = Unit(machine.units.length, "displacement", "")
@@ -88,8 +90,8 @@ def _read(unit: Unit, given: Any, where: str) -> float:
         raise InputError(where, given, str(error)) from None
 
 
-def _from_the_axis_out(machine: Machine) -> list[Any]:
-    rest, done = list(machine.bodies), []
+def _from_the_axis_out(machine: Machine) -> list[Turning]:
+    rest, done = list(machine.bodies), list[Turning]()
     while rest:
         ready = [b for b in rest if b.about is None or b.about in {d.name for d in done}]
         done += ready

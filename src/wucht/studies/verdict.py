@@ -13,6 +13,7 @@ from wucht.numerics.integrate import Trajectory
 from wucht.numerics.settling import Beat, Trend, beat, trend
 from wucht.numerics.turns import PER_TURN, Turns, turns
 from wucht.results.outcomes import SLIP_TOLERANCE, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Evidence, Outcome, classify
+from wucht.studies.run_up_plan import SPEED_LIMIT
 
 STEADY_TOLERANCE = 1e-3  # of the free speed and of the rotor's unbalance
 BEAT_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: less is not called a modulation
@@ -45,7 +46,7 @@ class Verdict:
         return self.evidence.beating or not self.evidence.turning or self.trend.steady(tolerance)
 
 
-def judge(machine: Machine, trajectory: Trajectory, free: float | None, speed_limit: float | None = None) -> Verdict:
+def judge(machine: Machine, trajectory: Trajectory, free: float | None) -> Verdict:
     """Decide the outcome of a run. free: what the drive reaches without vibration."""
     rotor = machine.rotor
     bodies = group(machine, rotor)
@@ -59,7 +60,7 @@ def judge(machine: Machine, trajectory: Trajectory, free: float | None, speed_li
         verdict = _turning(machine, trajectory, averaged, bodies, vibration, free)
     if trajectory.failure:
         return replace(verdict, outcome=Outcome.FAILED, advice=None)
-    if trajectory.stopped_by == "speed limit":
+    if trajectory.stopped_by == SPEED_LIMIT:
         evidence = replace(verdict.evidence, beyond_limit=True)
         return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None)
     return verdict
@@ -74,7 +75,12 @@ def _motion(machine: Machine, trajectory: Trajectory, body: Turning) -> tuple[np
 
 
 def _turning(
-    machine: Machine, trajectory: Trajectory, averaged: Turns, bodies: list[Turning], vibration: Vibration, free: float | None
+    machine: Machine,
+    trajectory: Trajectory,
+    averaged: Turns,
+    bodies: list[Turning],
+    vibration: Vibration,
+    free: float | None,
 ) -> Verdict:
     index = [machine.bodies.index(b) for b in bodies]
     unbalances = vibration.unbalances[index]
@@ -97,7 +103,11 @@ def _turning(
     heading = trend(np.array([s.astype(complex) for s in signals]), STEADY_TOLERANCE)
     quiet = float(np.ptp(speed[late])) <= BEAT_THRESHOLD * float(speed[late].mean())
     beating = modulation is not None and modulation.sustained
-    window = slice(modulation.begin, modulation.end) if beating and modulation else averaged.last(max(_LAST_SHARE, 2 * PER_TURN / len(speed)))
+    window = (
+        slice(modulation.begin, modulation.end)
+        if beating and modulation
+        else averaged.last(max(_LAST_SHARE, 2 * PER_TURN / len(speed)))
+    )
     phases = {b.name: float(np.angle(averaged.phases[i, -1]) % (2 * math.pi)) for i, b in enumerate(bodies[1:])}
     final = np.zeros(len(machine.bodies))
     if not slipping:
@@ -115,7 +125,9 @@ def _turning(
         beating=beating,
     )
     outcome = classify(evidence)
-    settling = _settling_time(averaged, speed, residual, None if slipping else reference, window, modulation if beating else None)
+    settling = _settling_time(
+        averaged, speed, residual, None if slipping else reference, window, modulation if beating else None
+    )
     return Verdict(
         outcome,
         evidence,
@@ -137,7 +149,12 @@ def _mean_speed(averaged: Turns, window: slice) -> float:
 
 
 def _settling_time(
-    averaged: Turns, speed: np.ndarray, residual: np.ndarray, reference: float | None, window: slice, modulation: Beat | None
+    averaged: Turns,
+    speed: np.ndarray,
+    residual: np.ndarray,
+    reference: float | None,
+    window: slice,
+    modulation: Beat | None,
 ) -> float:
     """From when on the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of what they end with.
 
@@ -154,7 +171,11 @@ def _settling_time(
         if reference is not None:
             off |= np.abs(np.abs(residual) - np.abs(residual[window]).mean()) > UNBALANCE_TOLERANCE
     last = np.flatnonzero(off)
-    first = float(averaged.time[last[-1] + 1]) if len(last) and last[-1] + 1 < len(speed) else float(averaged.time[0] if not len(last) else averaged.time[-1])
+    first = (
+        float(averaged.time[last[-1] + 1])
+        if len(last) and last[-1] + 1 < len(speed)
+        else float(averaged.time[0] if not len(last) else averaged.time[-1])
+    )
     return min(first + extra, float(averaged.time[-1]))
 
 
@@ -169,7 +190,9 @@ def _advice(trajectory: Trajectory, heading: Trend, modulation: Beat | None) -> 
     return f"the motion is still under way: run at least until {2 * end:.3g}"
 
 
-def _without_turning(machine: Machine, trajectory: Trajectory, averaged: Turns, speed: np.ndarray, angle: np.ndarray) -> Verdict:
+def _without_turning(
+    machine: Machine, trajectory: Trajectory, averaged: Turns, speed: np.ndarray, angle: np.ndarray
+) -> Verdict:
     n = len(speed) // 4
     end = trajectory.end_time
     window = (float(trajectory.time[-n]) if n else 0.0, end)
@@ -183,7 +206,11 @@ def _without_turning(machine: Machine, trajectory: Trajectory, averaged: Turns, 
         rest = bool(later <= 1e-4 * fastest) if fastest > 0 else True
         evidence = Evidence(turning=False, at_rest=rest, moving=swings and not rest, steady=bool(later <= earlier * (1 + 1e-6)))
     outcome = classify(evidence)
-    advice = f"fewer than {_FEWEST_TURNS} turns were made: run at least until {max(4 * end, 1e-9):.3g}" if outcome is Outcome.UNIDENTIFIED else None
+    advice = (
+        f"fewer than {_FEWEST_TURNS} turns were made: run at least until {max(4 * end, 1e-9):.3g}"
+        if outcome is Outcome.UNIDENTIFIED
+        else None
+    )
     return Verdict(
         outcome, evidence, window, {}, np.empty(0), averaged, Trend(math.inf, math.inf, math.inf), None,
         None if outcome is Outcome.UNIDENTIFIED else end, advice,

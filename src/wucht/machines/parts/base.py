@@ -15,9 +15,9 @@ from wucht.mechanics.lagrange import Coordinate
 from wucht.quantities import Unit
 
 
-def si(unit: str, what: str, symbol: str, default: Any = ..., **limits: float) -> Any:
+def si(unit: str, what: str, symbol: str, default: Any = ..., alias: str | None = None, **limits: Any) -> Any:
     """A field that holds a physical quantity: its SI unit, its name in words, its symbol in equations, its limits (gt, ge)."""
-    return Field(default, description=what, json_schema_extra={"unit": unit, "symbol": symbol}, **limits)
+    return Field(default, alias=alias, description=what, json_schema_extra={"unit": unit, "symbol": symbol}, **limits)
 
 
 def unit_of(cls: type[BaseModel], name: str) -> Unit | None:
@@ -41,7 +41,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Frame:
-    """Where bodies live: the axis' position and velocity (zero where a direction is blocked), gravity, and all turning bodies."""
+    """Where bodies live: position and velocity of the axis (zero where it is blocked), gravity, and all turning bodies."""
 
     x: sp.Expr = sp.S.Zero
     y: sp.Expr = sp.S.Zero
@@ -66,8 +66,7 @@ class Frame:
         """
         phi, speed = self.angle(body), self.speed(body)
         return Energies(
-            kinetic=mass * (self.vx**2 + self.vy**2) / 2
-            + unbalance * speed * (-self.vx * sp.sin(phi) + self.vy * sp.cos(phi)),
+            kinetic=mass * (self.vx**2 + self.vy**2) / 2 + unbalance * speed * (-self.vx * sp.sin(phi) + self.vy * sp.cos(phi)),
             potential=self.gravity * (mass * self.y + unbalance * sp.sin(phi)),
         )
 
@@ -75,8 +74,8 @@ class Frame:
 class Part(BaseModel, ABC):
     """A part states its kinetic and potential energy, its dissipation and the power applied to it.
 
-    Quantities are fields made by ``si``: given as a number in SI or a string with a unit. Every one of them that is given becomes a
-    parameter ``path.field`` of the machine.
+    Quantities are fields made by ``si``: given as a number in SI or a string with a unit. Every one of them that is given
+    becomes a parameter ``path.field`` of the machine.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -125,7 +124,9 @@ class Part(BaseModel, ABC):
             pairs = zip((".x", ".y"), value, strict=True) if isinstance(value, tuple) else (("", value),)
             for suffix, number in pairs:
                 label = unit.symbol + (f"_{suffix[1:]}" if suffix else "")
-                found.append(Parameter(f"{self.path}.{described.alias or name}{suffix}", float(number), unit.si, label, unit.what))
+                found.append(
+                    Parameter(f"{self.path}.{described.alias or name}{suffix}", float(number), unit.si, label, unit.what)
+                )
         return tuple(found)
 
 

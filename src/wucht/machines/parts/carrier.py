@@ -38,7 +38,7 @@ class Carrier(Part):
         return tuple(Coordinate.named(f"carrier.{d}", f"carrier.v{d}") for d in self.directions)
 
     def check(self) -> None:
-        """Stiffness and damping are not negative; a pair needs both directions; under gravity something must hold the weight."""
+        """Stiffness and damping are not negative; a pair needs both directions; something must hold the weight."""
         for name in ("stiffness", "damping"):
             value = getattr(self, name)
             if isinstance(value, tuple) and self.directions != "xy":
@@ -52,12 +52,6 @@ class Carrier(Part):
     def component(self, name: str, direction: str) -> sp.Symbol:
         """The symbol of a stiffness or damping in a direction."""
         return self.symbol(f"{name}.{direction}" if isinstance(getattr(self, name), tuple) else name)
-
-    def frame(self) -> dict[str, sp.Expr]:
-        """Position and velocity of the axis, and gravity."""
-        axes = {d: c for d, c in zip(self.directions, self.coordinates(), strict=True)}
-        found: dict[str, sp.Expr] = {d: c.position for d, c in axes.items()}
-        return found | {f"v{d}": c.velocity for d, c in axes.items()} | {"gravity": self.symbol("gravity")}
 
     def energies(self, frame: Frame) -> Energies:
         """T = m v^2/2, V = sum c x^2/2 + m g y, R = sum b x'^2/2."""

@@ -14,7 +14,11 @@ class LinearDrive(Drive):
     kind: ClassVar[str] = "linear"
 
     slope: float = si("N m s", "slope of the torque over speed", "U", ge=0)
-    no_load_speed: float = si("rad/s", "no-load speed", "omega", )
+    no_load_speed: float = si(
+        "rad/s",
+        "no-load speed",
+        "omega",
+    )
 
     def energies(self, frame: Frame) -> Energies:
         """The motor's torque on the body's speed."""

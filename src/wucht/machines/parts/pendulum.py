@@ -26,7 +26,9 @@ class Pendulum(Body):
         """The inertia about the axis is at least m l^2, which is its default."""
         least = self.mass * self.length**2
         if self.inertia is not None and self.inertia < least * (1 - 1e-12):
-            raise ValueError("inertia", f"allowed is at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default")
+            raise ValueError(
+                "inertia", f"allowed is at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default"
+            )
 
     def moment(self) -> sp.Expr:
         """The unbalance m l."""

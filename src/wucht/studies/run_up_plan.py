@@ -1,0 +1,103 @@
+"""How far a run-up goes, in which legs, how densely it is sampled, and what may end it early."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import sympy as sp
+
+from wucht.machines.dimensionless import natural_frequencies
+from wucht.machines.machine import Machine
+from wucht.numerics.events import Event
+
+if TYPE_CHECKING:
+    from wucht.studies.run_up import RunUp
+
+SAMPLES_PER_TURN = 24
+MOST_SAMPLES = 400_000
+_FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest speed expected; each next leg doubles the run
+_MOST_TURNS = 25_000
+_FEWEST_SAMPLES_PER_TURN = 8
+TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """step: between samples. first: the end of the first leg. expected_end: for the progress. until_settled: the verdict ends
+    the run. events: that end it. warnings: what is doubtful about the question."""
+
+    step: float
+    first: float
+    expected_end: float
+    until_settled: bool
+    events: tuple[Event, ...]
+    warnings: tuple[str, ...]
+
+    @classmethod
+    def of(cls, machine: Machine, question: RunUp, initial: np.ndarray, free: float | None) -> Plan:
+        """The plan of a run from an initial state; free: the speed that the drive reaches without vibration."""
+        natural = [f for f in natural_frequencies(machine).values() if f > 0]
+        fastest = max([*_speeds(machine, initial), abs(free or 0.0), *natural]) or 1.0
+        slowest = max(min([abs(free or 0.0) or fastest, *natural]), 1e-3 * fastest)
+        turn = 2 * math.pi / fastest
+        if question.until is not None:
+            first = end = question.until
+        elif question.turns is not None:
+            end = question.turns * turn
+            first = max(end, 8 * math.pi / slowest)
+        else:
+            end = _FIRST_TURNS * turn
+            first = max(end, 40 * math.pi / slowest)
+        step = max(turn / SAMPLES_PER_TURN, first / MOST_SAMPLES)
+        return cls(
+            step,
+            first,
+            end,
+            question.until is None and question.turns is None,
+            tuple(_events(machine, question, initial)),
+            tuple(_warnings(machine, question, free, turn / step)),
+        )
+
+    def goals(self) -> list[float]:
+        """The times at which to look, each twice the last; only one where the end is given."""
+        if not (self.until_settled or any(e.name == TURNS_DONE for e in self.events)):
+            return [self.first]
+        legs = math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS))
+        return [self.first * 2**k for k in range(legs + 1)]
+
+
+def _speeds(machine: Machine, initial: np.ndarray) -> list[float]:
+    free = [abs(initial[i]) for i, name in enumerate(machine.system.state_names) if name.endswith(".speed")]
+    given = [b.coordinate.prescribed for b in machine.bodies if b.coordinate.prescribed is not None]
+    return [*free, *(abs(float(p.xreplace(machine.numbers))) for p in given), 0.0]
+
+
+def _events(machine: Machine, question: RunUp, initial: np.ndarray) -> list[Event]:
+    rotor = machine.rotor.coordinate
+    found = []
+    if question.turns is not None:
+        turned = rotor.position - initial[machine.system.state_names.index(rotor.position.name)]
+        found.append(Event(TURNS_DONE, turned**2 - (2 * math.pi * question.turns) ** 2, +1, terminal=True))
+    if question.speed_limit is not None:
+        speed: sp.Expr = rotor.velocity if rotor.prescribed is None else rotor.prescribed
+        found.append(Event(SPEED_LIMIT, speed**2 - question.speed_limit**2, +1, terminal=True))
+    return found
+
+
+def _warnings(machine: Machine, question: RunUp, free: float | None, samples_per_turn: float) -> list[str]:
+    said = []
+    unit = f" {machine.units.time}" if machine.units.time else ""
+    if question.until is not None and free and question.until < 20 * math.pi / abs(free):
+        said.append(
+            f"the run of {question.until:g}{unit} is shorter than ten turns at the speed that the drive would reach "
+            f"({20 * math.pi / abs(free):.3g}{unit}): far too short to tell"
+        )
+    if samples_per_turn < _FEWEST_SAMPLES_PER_TURN:
+        said.append(
+            f"only {samples_per_turn:.1f} samples a turn are stored, to keep the result below {MOST_SAMPLES} samples: "
+            "amplitudes and the outcome may be misjudged; run for a shorter time"
+        )
+    return said
