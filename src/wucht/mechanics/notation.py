@@ -55,8 +55,8 @@ def written(
 ) -> list[str]:
     """One equation a coordinate, ``inertia = forces``.
 
-    zero: parameters that are zero and left out. normalise: divide each equation by its own inertia. A coordinate whose motion is
-    prescribed gets the equation of the torque that this takes.
+    zero: parameters that are zero and left out. normalise: divide each equation by its own inertia. A coordinate whose motion
+    is prescribed gets the equation of the torque that this takes.
     """
     nothing = dict.fromkeys(zero, sp.S.Zero)
     symbols = notation.symbols(coordinates, latex)

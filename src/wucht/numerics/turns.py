@@ -94,7 +94,7 @@ def _moving_mean(signal: np.ndarray) -> np.ndarray:
 
 
 def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.ndarray:
-    """The line through the peaks of ``radius``: valleys shorter than ``window`` are filled, slower changes are kept as they are.
+    """The line through the peaks of ``radius``: valleys shorter than ``window`` are filled, slower changes are kept.
 
     All (N,); time is evenly spaced. This is the morphological closing, the largest value within +-window/2 of each
     sample and then the smallest of those: unlike a running maximum it does not lift the minima of a modulation.

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST_NAMES = 6  # bodies named one by one in a legend
+_MOST_NAMES = 7  # bodies named one by one in a legend
 
 
 def figure(result: xr.Dataset) -> Figure:

@@ -10,10 +10,14 @@ from wucht.machines.parts.base import Body, Drive, Part
 
 
 @cache
-def known(family: type[Part]) -> dict[str, type[Part]]:
-    """All kinds of bodies or drives: every class in this folder that is a ``family`` and has a ``kind``."""
+def _load() -> None:
     for module in iter_modules(__path__):
         import_module(f"{__name__}.{module.name}")
+
+
+def known(family: type[Part]) -> dict[str, type[Part]]:
+    """All kinds of bodies or drives: every class that is a ``family`` and has a ``kind``, here or in the user's own code."""
+    _load()
     kinds: dict[str, type[Part]] = {}
     pending = [family]
     while pending:

@@ -1,0 +1,16 @@
+"""``python -m benchmarks``: all benchmarks, a table each."""
+
+from __future__ import annotations
+
+from benchmarks import build, run_up, start_up
+
+
+def main() -> None:
+    for benchmark in (run_up, build, start_up):
+        print(f"\n{benchmark.__doc__.strip().splitlines()[0]}")
+        for label, value in benchmark.measure():
+            print(f"  {label:66} {value}")
+
+
+if __name__ == "__main__":
+    main()

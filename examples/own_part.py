@@ -1,0 +1,47 @@
+"""A new part is one class: a motor whose torque falls with the square of the speed, put on a rotor of the catalogue's kind.
+
+python examples/own_part.py
+"""
+
+from typing import ClassVar
+
+from wucht import RunUp, run_up
+from wucht.machines.files import machine_from
+from wucht.machines.parts.base import Drive, Frame, si
+from wucht.mechanics.energies import Applied, Energies
+
+
+class QuadraticDrive(Drive):
+    """torque = stall_torque (1 - (speed/no_load_speed)^2)."""
+
+    kind: ClassVar[str] = "quadratic"
+
+    stall_torque: float = si("N m", "torque at standstill", "T_0", gt=0)
+    no_load_speed: float = si("rad/s", "no-load speed", "omega_0", gt=0)
+
+    def energies(self, frame: Frame) -> Energies:
+        """The motor's torque on the body's speed."""
+        torque, no_load = self.symbols("stall_torque", "no_load_speed")
+        speed = frame.speed(self.on)
+        return Energies(applied=(Applied(torque * (1 - (speed / no_load) ** 2), speed),))
+
+
+MACHINE = {
+    "title": "rotor with a motor of our own",
+    "carrier": {"stiffness": "1e5 N/m", "damping": "200 N s/m"},
+    "bodies": [{"kind": "rotor", "name": "drum", "mass": "10 kg", "eccentricity": "1 mm", "inertia": "0.03 kg m^2"}],
+    "drive": {"on": "drum", "kind": "quadratic", "stall_torque": "2 N m", "no_load_speed": "200 rad/s"},
+}
+
+
+def main(stall_torque: str = "2 N m") -> tuple[str, float]:
+    """Run it up; returns the outcome and the final speed."""
+    machine = machine_from(MACHINE | {"set": {"drive.stall_torque": stall_torque}})
+    result = run_up(machine, RunUp())
+    return str(result.attrs["outcome"]), float(result.speed[0, -1])
+
+
+if __name__ == "__main__":
+    for torque in ("0.3 N m", "1 N m", "10 N m"):
+        outcome, speed = main(torque)
+        print(f"{torque}: {outcome} at {speed:.4g} rad/s")

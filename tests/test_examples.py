@@ -1,0 +1,62 @@
+"""Every script in examples/ runs and gives these numbers."""
+
+import importlib.util
+import math
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+def _load(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_every_example_is_tested_here() -> None:
+    assert sorted(p.stem for p in EXAMPLES.glob("*.py")) == ["numerics_alone", "own_part"]
+
+
+def test_a_part_of_our_own_is_one_class() -> None:
+    module = _load("own_part")
+    weak, _ = module.main("0.3 N m")
+    strong, speed = module.main("10 N m")
+    assert weak == "captured"
+    assert strong == "passed"
+    # Torque balance beyond the resonance: 10 (1 - (w/200)^2) = c w^5 U^2/((k - m w^2)^2 + (c w)^2), U = 0.01, m = 10, k = 1e5,
+    # c = 200: w = 199.33; the last digit of the run depends on when it counts as settled.
+    torque = 200 * speed**5 * 1e-4 / ((1e5 - 10 * speed**2) ** 2 + (200 * speed) ** 2)
+    assert 10 * (1 - (speed / 200) ** 2) == pytest.approx(torque, rel=1e-3)
+
+
+def test_numerics_without_a_machine() -> None:
+    found = _load("numerics_alone").periods()
+    # For small mu the period is 2 pi (1 + mu^2/16 - 5 mu^4/3072 + ...) (Lindstedt's series).
+    assert found[0] == pytest.approx(2 * math.pi * (1 + 0.01 / 16 - 5e-4 / 3072), rel=1e-8)
+    for mu, period in zip((1.0, 5.0), found[1:], strict=True):
+        assert period == pytest.approx(_period_by_scipy(mu), rel=1e-9)
+
+
+def _period_by_scipy(mu: float) -> float:
+    def zero(_t: float, y: np.ndarray) -> float:
+        return float(y[0])
+
+    zero.direction = 1  # type: ignore[attr-defined]
+    run = solve_ivp(
+        lambda _t, y: [y[1], mu * (1 - y[0] ** 2) * y[1] - y[0]],
+        (0, 200),
+        [2.0, 0.0],
+        "DOP853",
+        events=zero,
+        rtol=1e-13,
+        atol=1e-13,
+    )
+    return float(run.t_events[0][-1] - run.t_events[0][-2])
