@@ -8,12 +8,14 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from wucht.errors import InputError, nearest
+from wucht.quantities import article
 
 Document = dict[str, Any]
 ModelT = TypeVar("ModelT", bound=BaseModel)
@@ -30,8 +32,10 @@ def read_toml(path: Path) -> Document:
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise InputError(str(path), None, f"the file cannot be read: {reason}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(str(path), None, f"the file is no valid TOML: {error}") from None
+    except ValueError as error:  # TOMLDecodeError among others, such as integers of thousands of digits
+        raise InputError(str(path), None, f"the file is no valid TOML: {str(error).splitlines()[0]}") from None
+    except RecursionError:
+        raise InputError(str(path), None, "the file is no valid TOML: it is nested too deeply") from None
 
 
 def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -85,10 +89,34 @@ def checked(cls: type[ModelT], document: Mapping[str, Any], where: str, not_yet:
     try:
         return cls.model_validate(dict(document))
     except ValidationError as error:
-        raise _located(cls, error, where) from None
+        raise _located(cls, error, where, document) from None
 
 
-def _located(cls: type[BaseModel], error: ValidationError, where: str) -> InputError:
+def text(document: Mapping[str, Any], key: str, where: str) -> str | None:
+    """The text under a key, None if there is none. Raises ``InputError`` if it is something else or empty."""
+    value = document.get(key)
+    if value is not None and (not isinstance(value, str) or not value.strip()):
+        raise InputError(f"{where}.{key}" if where else key, value, "allowed is a text")
+    return value
+
+
+def choice(document: Mapping[str, Any], key: str, where: str, known: Iterable[str], not_yet: Iterable[str] = ()) -> str:
+    """The name under a key, one of those known. Raises ``InputError``: missing, misspelt, not yet there, or no name at all."""
+    at, known = f"{where}.{key}", list(known)
+    value = document.get(key)
+    if value is None:
+        for other in document:
+            if get_close_matches(key, [other], cutoff=0.6):
+                raise InputError(f"{where}.{other}", document[other], f"unknown key; did you mean {key!r}?")
+        raise InputError(at, None, f"this key is missing; known: {', '.join(known)}")
+    if isinstance(value, str) and value in known:
+        return value
+    if isinstance(value, str) and value in not_yet:
+        raise InputError(at, value, f"not yet: this one comes with a later version; known: {', '.join(known)}")
+    raise InputError(at, value, f"unknown {key}; {nearest(value if isinstance(value, str) else '', known)}")
+
+
+def _located(cls: type[BaseModel], error: ValidationError, where: str, document: Mapping[str, Any]) -> InputError:
     first = error.errors(include_url=False)[0]
     key = str(first["loc"][0]) if first["loc"] else ""
     at = f"{where}.{key}" if where else key
@@ -98,7 +126,10 @@ def _located(cls: type[BaseModel], error: ValidationError, where: str) -> InputE
     what = (fields[key].description if key in fields else None) or key
     if first["type"] == "missing":
         return InputError(at, None, f"this key is missing; needed is the {what}" + (f" in {unit}" if unit else ""))
-    return InputError(at, first["input"], _allowed(first["type"], first.get("ctx", {}), what, unit, first["msg"]))
+    given = document.get(key, first["input"])
+    if isinstance(given, list) and any(e["type"] in ("too_short", "too_long", "tuple_type") for e in error.errors()):
+        return InputError(at, given, "allowed is one number, or a pair [x, y]")
+    return InputError(at, given, _allowed(first["type"], first.get("ctx", {}), what, unit, first["msg"]))
 
 
 _LIMITS = {"gt": "greater than", "ge": "of at least", "le": "of at most", "lt": "less than"}
@@ -107,7 +138,7 @@ _LIMITS = {"gt": "greater than", "ge": "of at least", "le": "of at most", "lt": 
 def _allowed(kind: str, context: Mapping[str, Any], what: str, unit: str, message: str) -> str:
     for key, words in _LIMITS.items():
         if key in context:
-            return f"allowed is a {what} {words} {context[key]:g}" + (f" {unit}" if unit else "")
+            return f"allowed is {article(what)} {words} {context[key]:g}" + (f" {unit}" if unit else "")
     match kind:
         case "value_error":
             return str(context["error"])
@@ -115,6 +146,6 @@ def _allowed(kind: str, context: Mapping[str, Any], what: str, unit: str, messag
             return f"allowed is {context['expected']}"
         case "string_pattern_mismatch":
             return "allowed is a name of letters, digits, '-' and '_' that begins with a letter"
-        case "too_short" | "too_long":
-            return "allowed is one number, or a pair [x, y]"
+        case "string_type":
+            return f"allowed is {article(what)}, a text"
     return f"allowed is the {what}: {message[0].lower()}{message[1:]}"

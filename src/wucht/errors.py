@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+_LONGEST = 80
+
 
 class WuchtError(Exception):
     """A sentence for the user. Base class of all errors that wucht raises on purpose."""
@@ -15,12 +17,21 @@ class InputError(WuchtError):
 
     def __init__(self, where: str, given: object, allowed: str) -> None:
         self.where, self.given, self.allowed = where, given, allowed
-        shown = "" if given is None else f" given {given!r};" if isinstance(given, str) else f" given {given};"
+        shown = "" if given is None else f" given {_brief(given)};"
         super().__init__(f"{where}:{shown} {allowed}")
 
     def within(self, prefix: str, separator: str = ".") -> InputError:
         """The same error, seen from one level further out."""
         return InputError(f"{prefix}{separator}{self.where}" if self.where else prefix, self.given, self.allowed)
+
+
+def _brief(given: object) -> str:
+    """What was given on one line of bearable length."""
+    try:
+        text = repr(given)
+    except ValueError:  # Python refuses to print integers of thousands of digits
+        text = "a number of thousands of digits"
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 20]} ... {text[-10:]}"
 
 
 class RunError(WuchtError):

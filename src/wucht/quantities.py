@@ -37,14 +37,22 @@ class Unit:
         return f" in {self.si}" if self.si else ""
 
 
+def article(noun: str) -> str:
+    """The noun with its indefinite article: ``an angle``."""
+    return f"{'an' if noun[:1] in 'aeiou' and not noun.startswith('unit') else 'a'} {noun}"
+
+
 def _parse(given: object, si: str, what: str) -> float:
-    allowed = f"allowed is a {what}, a number" + (
+    allowed = f"allowed is {article(what)}, a number" + (
         f" in {si} or a string with a unit such as '1 {si}'" if si else " without unit"
     )
     if isinstance(given, bool) or not isinstance(given, int | float | str):
         raise ValueError(allowed)
     if isinstance(given, int | float):
-        return float(given)
+        try:
+            return float(given)
+        except OverflowError:
+            raise ValueError(f"{allowed}; this one is too large") from None
     try:
         return float(given)
     except ValueError:
@@ -56,10 +64,10 @@ def _parse(given: object, si: str, what: str) -> float:
         turns = 2 * math.pi if si == "rad/s" and "hertz" in str(quantity.units) else 1.0
         return float(quantity.to(si or "dimensionless").magnitude) * turns
     except pint_.DimensionalityError:
-        raise ValueError(f"{allowed}: this one is a {_dimension(given)}") from None
+        raise ValueError(f"{allowed}; this one is {article(_dimension(given))}") from None
     except Exception:
         # Pint's parser raises whatever Python's tokenizer does on a malformed string; to the user they are one thing.
-        raise ValueError(f"{allowed}: this cannot be read as a quantity") from None
+        raise ValueError(f"{allowed}; this cannot be read as a quantity") from None
 
 
 def _dimension(given: str) -> str:

@@ -41,7 +41,7 @@ def run(
         result = run_up(
             asked.machine, asked.question, progress.update, lambda partial: _keep(save, partial, asked, target), earlier
         )
-    result.attrs["input"] = json.dumps(asked.document, default=str)
+    result.attrs["document"] = json.dumps(asked.document, default=str)
     save(result, target)
     figure = folder / "run-up.png"
     _draw(result, figure)
@@ -59,7 +59,7 @@ def run(
 
 
 def _keep(save: Any, partial: xr.Dataset, asked: StudyFile, target: Path) -> None:
-    partial.attrs["input"] = json.dumps(asked.document, default=str)
+    partial.attrs["document"] = json.dumps(asked.document, default=str)
     partial.attrs["finished"] = 0
     save(partial, target)
 

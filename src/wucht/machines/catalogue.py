@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from wucht.documents import Document, flatten, read_toml, refuse_unknown, table
+from wucht.documents import Document, flatten, read_toml, refuse_unknown, table, text
 from wucht.errors import InputError, nearest
 from wucht.machines.files import machine_from, with_settings
 from wucht.machines.machine import Machine
 
 FOLDER = Path(__file__).parent / "catalogue"
 TOP_LEVEL = ("title", "source", "notes", "machine", "study")
-_DEEPEST = 8
 
 
 def names() -> list[str]:
@@ -44,33 +43,45 @@ def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path
     document = read_toml(path)
     try:
         refuse_unknown(document, TOP_LEVEL, "")
+        for key in ("title", "source", "notes"):
+            text(document, key, "")
     except InputError as error:
         raise error.within(str(path), ": ") from None
     return document, path
 
 
-def machine_table(document: Document, path: Path, depth: int = 0) -> Document:
-    """The table ``[machine]`` of a document with ``use`` resolved and ``set`` applied. Raises ``InputError``."""
+def machine_table(document: Document, path: Path, seen: tuple[Path, ...] = ()) -> Document:
+    """The table ``[machine]`` of a document with ``use`` resolved and ``set`` merged into one. Raises ``InputError``.
+
+    seen: the files that led here, to notice when they use each other in a circle.
+    """
     described = dict(table(document, "machine", "machine"))
+    settings = described.get("set", {})
+    if not isinstance(settings, dict):
+        raise InputError("machine.set", settings, "allowed is a table: set = { PATH = VALUE }")
     if "use" not in described:
         return described
     extra = sorted(set(described) - {"use", "set", "title"})
     if extra:
         raise InputError(f"machine.{extra[0]}", None, "not allowed beside use; allowed there are set and title")
-    if depth >= _DEEPEST:
-        raise InputError("machine.use", described["use"], "these files use each other in a circle")
-    inner, inner_path = load_document(str(described["use"]), path.parent)
+    name, here = text(described, "use", "machine") or "", (*seen, path.resolve())
+    inner_path = _used(name, path)
+    if inner_path.resolve() in here:
+        raise InputError("machine.use", name, "these files use each other in a circle")
+    inner, inner_path = load_document(name, path.parent)
     try:
-        base = machine_table(inner, inner_path, depth + 1)
+        base = machine_table(inner, inner_path, here)
     except InputError as error:
         raise error.within(f"{inner_path}", ": ") from None
-    base.setdefault("title", inner.get("title", ""))
-    if "title" in described:
-        base["title"] = described["title"]
-    settings = described.get("set", {})
-    if not isinstance(settings, dict):
-        raise InputError("machine.set", settings, "allowed is a table: set = { PATH = VALUE }")
+    base["title"] = text(described, "title", "machine") or base.get("title") or inner.get("title", "")
     return base | {"set": flatten(base.get("set", {})) | flatten(settings)}
+
+
+def _used(name: str, path: Path) -> Path:
+    try:
+        return locate(name, path.parent)
+    except InputError as error:
+        raise InputError("machine.use", name, error.allowed) from None
 
 
 def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:

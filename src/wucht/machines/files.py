@@ -9,11 +9,11 @@ from typing import Any
 
 import sympy as sp
 
-from wucht.documents import Document, checked, flatten, no_nan, refuse_unknown, table
+from wucht.documents import Document, checked, choice, flatten, no_nan, refuse_unknown, table, text
 from wucht.errors import InputError, nearest
 from wucht.machines.doubts import doubts
 from wucht.machines.machine import DIMENSIONLESS, Machine, Turning, Units
-from wucht.machines.models import MODELS, Model
+from wucht.machines.models import MODELS
 from wucht.machines.parts import bodies as body_kinds
 from wucht.machines.parts import drives as drive_kinds
 from wucht.machines.parts.base import Body, Drive, Frame, Part
@@ -24,7 +24,7 @@ KEYS = ("title", "use", "set", "model", "parameters", "carrier", "bodies", "driv
 NOT_YET = ("loads", "schedules")
 _LATER_BODIES = ("slider", "switchable-pendulum")
 _LATER_DRIVES = ("constant-torque", "dc-separate", "dc-shunt", "dc-series", "induction", "table", "synchronous")
-_RESERVED = ("carrier", "drive", "drives", "study", "foundation", "machine")
+_RESERVED = ("carrier", "drive", "drives", "study", "foundation", "machine", "psi", "delta")
 
 
 def machine_from(document: Document, title: str = "") -> Machine:
@@ -39,7 +39,8 @@ def machine_from(document: Document, title: str = "") -> Machine:
     no_nan(document, "machine")
     refuse_unknown(document, KEYS, "machine", NOT_YET)
     document = with_settings(document, settings)
-    title = str(document.pop("title", title))
+    title = text(document, "title", "machine") or title
+    document.pop("title", None)
     if "model" in document:
         return _from_model(document, title)
     return _from_parts(document, title)
@@ -59,10 +60,12 @@ def _set(document: Document, path: str, value: Any) -> None:
     head, *rest = path.split(".")
     where = f"machine.set.{path}"
     if "model" in document:
-        known = [f.alias or n for n, f in MODELS.get(str(document["model"]), Model).model_fields.items()]
+        known = [f.alias or n for n, f in MODELS[choice(document, "model", "machine", MODELS)].model_fields.items()]
         if rest or head not in known:
             raise InputError(where, value, f"unknown parameter; {nearest(path, known)}")
-        document.setdefault("parameters", {})[head] = value
+        table(document | {"parameters": document.setdefault("parameters", {})}, "parameters", "machine.parameters")[head] = (
+            value
+        )
         return
     parts = _addressable(document)
     key = next((k for k in (f"{head}.{rest[0]}" if rest else "", head) if k in parts), None)
@@ -103,9 +106,7 @@ def _drive_tables(document: Document) -> list[Document]:
 
 
 def _from_model(document: Document, title: str) -> Machine:
-    name = document["model"]
-    if name not in MODELS:
-        raise InputError("machine.model", name, f"unknown model; {nearest(str(name), MODELS)}")
+    name = choice(document, "model", "machine", MODELS)
     for key in ("carrier", "bodies", "drive", "drives"):
         if key in document:
             raise InputError(f"machine.{key}", None, f"not allowed beside model = {name!r}, which brings its own parts")
@@ -129,7 +130,10 @@ def _from_model(document: Document, title: str) -> Machine:
 def _from_parts(document: Document, title: str) -> Machine:
     if "parameters" in document:
         raise InputError("machine.parameters", None, "allowed only with model = ...; SI machines carry values in their parts")
-    carrier = _part(Carrier, table(document, "carrier", "machine.carrier"), "machine.carrier")
+    described = table(document, "carrier", "machine.carrier")
+    if described.get("directions") in ("xyr", "r"):
+        raise InputError("machine.carrier.directions", described["directions"], "not yet; allowed is 'x', 'y' or 'xy'")
+    carrier = _part(Carrier, described, "machine.carrier")
     bodies = _bodies(document)
     drives = _drives(document, bodies)
     prescribed = {d.on: d for d in drives if d.prescribed() is not None}
@@ -171,17 +175,6 @@ def _part(cls: type[Any], document: Document, where: str) -> Any:
     return part
 
 
-def _kind(document: Document, kinds: Mapping[str, type[Part]], later: tuple[str, ...], where: str) -> type[Part]:
-    kind = document.get("kind")
-    if kind is None:
-        raise InputError(f"{where}.kind", None, f"this key is missing; known: {', '.join(kinds)}")
-    if kind in later:
-        raise InputError(f"{where}.kind", kind, f"not yet: this kind comes with a later version; known: {', '.join(kinds)}")
-    if kind not in kinds:
-        raise InputError(f"{where}.kind", kind, f"unknown kind; {nearest(str(kind), kinds)}")
-    return kinds[kind]
-
-
 def _bodies(document: Document) -> list[Body]:
     listed = document.get("bodies", [])
     if not isinstance(listed, list) or not all(isinstance(b, dict) for b in listed):
@@ -190,8 +183,9 @@ def _bodies(document: Document) -> list[Body]:
         raise InputError("machine.bodies", None, "a machine needs at least one body: [[machine.bodies]]")
     bodies: list[Body] = []
     for i, table_ in enumerate(listed):
-        where = f"machine.bodies[{i}]" + (f" ({table_['name']})" if "name" in table_ else "")
-        cls = _kind(table_, body_kinds(), _LATER_BODIES, where)
+        name = str(table_.get("name", ""))
+        where = f"machine.bodies[{i}]" + (f" ({name})" if name.replace("-", "_").isidentifier() else "")
+        cls = body_kinds()[choice(table_, "kind", where, body_kinds(), _LATER_BODIES)]
         bodies.append(_part(cls, {k: v for k, v in table_.items() if k != "kind"}, where))
     for i, body in enumerate(bodies):
         if body.name in _RESERVED:
@@ -228,7 +222,7 @@ def _drives(document: Document, bodies: list[Body]) -> list[Drive]:
     drives: list[Drive] = []
     for i, given in enumerate(tables):
         where = "machine.drive" if "drive" in document else f"machine.drives[{i}]"
-        cls = _kind(given, drive_kinds(), _LATER_DRIVES, where)
+        cls = drive_kinds()[choice(given, "kind", where, drive_kinds(), _LATER_DRIVES)]
         content = {k: v for k, v in given.items() if k != "kind"}
         if "on" not in content and len(rotors) == 1:
             content["on"] = rotors[0]

@@ -115,13 +115,17 @@ def integrate(
         failure = _failure(str(error), flow, engine.time, engine.state)
     times = np.concatenate(record.times) if record.times else np.empty(0)
     states = np.concatenate(record.states, axis=1) if record.states else np.empty((n + extra, 0))
+    end_time, end_state = engine.time, engine.state
+    if interrupted:
+        # What was computed since the last samples were taken is given up, so that a resumed run keeps its even grid.
+        end_time, end_state = (float(times[-1]), states[:, -1]) if len(times) else (float(grid[0]), state)
     return Trajectory(
         times,
         states[:n],
         {q.name: states[n + i] for i, q in enumerate(system.quadratures)},
         pars,
-        engine.time,
-        engine.state,
+        end_time,
+        end_state,
         tuple(record.hits),
         stopped_by,
         failure,

@@ -37,7 +37,7 @@ def trend(signals: np.ndarray, tolerance: float) -> Trend:
         return Trend(math.inf, math.inf, math.inf)
     means = [signals[:, -(k + 1) * n : signals.shape[1] - k * n].mean(axis=1) for k in (2, 1, 0)]
     before, after = (float(np.abs(means[k + 1] - means[k]).max()) for k in (0, 1))
-    if after <= 1e-3 * tolerance:
+    if after <= 1e-2 * tolerance:
         return Trend(after, 0.0, 0.0)
     ratio = after / before if before > 0 else math.inf
     if ratio >= 1:
@@ -45,6 +45,13 @@ def trend(signals: np.ndarray, tolerance: float) -> Trend:
     remaining = after * ratio / (1 - ratio)
     needed = max(0.0, math.log(max(after + remaining, 1e-300) / tolerance) / -math.log(ratio)) if ratio > 0 else 0.0
     return Trend(after, remaining, needed)
+
+
+def drift(signals: np.ndarray) -> float:
+    """By how much the means of signals (k, N) differ between the last three windows of a tenth each, at most."""
+    n = max(1, signals.shape[1] // 10)
+    means = np.array([signals[:, -(k + 1) * n : signals.shape[1] - k * n].mean(axis=1) for k in range(3)])
+    return float(np.ptp(means, axis=0).max())
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.nda
     n = len(time)
     if n < 2:
         return radius.copy()
-    half = np.clip(np.ceil(window / 2 / (time[1] - time[0])).astype(int), 0, n)
+    half = np.ceil(np.minimum(window / 2 / (time[1] - time[0]), n)).astype(int)
     low, high = np.maximum(np.arange(n) - half, 0), np.minimum(np.arange(n) + half, n - 1)
     return -_largest_within(-_largest_within(radius, low, high), low, high)
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from wucht.documents import Document, flatten, no_nan, table
-from wucht.errors import InputError, nearest
+from wucht.documents import Document, choice, flatten, no_nan, table
+from wucht.errors import InputError
 from wucht.machines.catalogue import load_document, machine_table
 from wucht.machines.files import machine_from, with_settings
 from wucht.machines.machine import Machine
-from wucht.studies.run_up import RunUp
+from wucht.studies.run_up import RunUp, initial_state
 
 STUDIES = {"run-up": RunUp}
 NOT_YET = (
@@ -73,14 +73,9 @@ def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any]
     for key, value in settings.items():
         if key.startswith("study."):
             _set_study(asked, key.removeprefix("study.").split("."), value)
-    kind = asked.get("kind")
-    if kind is None:
-        raise InputError("study.kind", None, f"this key is missing; known: {', '.join(STUDIES)}")
-    if kind in NOT_YET:
-        raise InputError("study.kind", kind, f"not yet: this study comes with a later version; known: {', '.join(STUDIES)}")
-    if kind not in STUDIES:
-        raise InputError("study.kind", kind, f"unknown study; {nearest(str(kind), STUDIES)}")
-    return machine, RunUp.read(asked, machine), {"study": asked, "machine": described}
+    question = STUDIES[choice(asked, "kind", "study", STUDIES, NOT_YET)].read(asked, machine)
+    initial_state(machine, question)
+    return machine, question, {"study": asked, "machine": described}
 
 
 def _set_study(asked: Document, keys: list[str], value: Any) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -61,11 +60,13 @@ class RunUp:
         until, turns, settled = table.get("until"), table.get("turns"), table.get("settled")
         if isinstance(until, Mapping):
             refuse_unknown(until, ("turns", "settled"), "study.until")
+            if not until:
+                raise InputError("study.until", {}, "allowed is a time, { turns = NUMBER } or { settled = true }")
             turns, settled = until.get("turns", turns), until.get("settled", settled)
             until = None
         if until == "settled":
             until, settled = None, True
-        if settled not in (None, True, False):
+        if settled is not None and not isinstance(settled, bool):
             raise InputError("study.settled", settled, "allowed is true or false")
         if sum(x is not None for x in (until, turns, settled or None)) > 1:
             raise InputError("study.until", None, "allowed is one of until, turns and settled")
@@ -120,12 +121,10 @@ def run_up(
     from wucht.studies.run_up_result import restore, result
 
     begun = clock.perf_counter()
-    initial = start_state(machine, question.start)
-    free = free_speed(machine, machine.rotor)
-    _refuse_motionless(machine, initial, free)
+    initial, free = initial_state(machine, question), free_speed(machine, machine.rotor)
     plan = Plan.of(machine, question, initial, free)
     flow = compile_system(machine.system, question.tolerance, plan.events, question.engine)
-    trajectory = restore(machine, resume) if resume is not None else None
+    trajectory = restore(machine, question, resume) if resume is not None else None
     verdict, saved = None, clock.perf_counter()
     for goal in plan.goals():
         if trajectory is not None and trajectory.end_time >= goal:
@@ -155,12 +154,19 @@ def run_up(
     return result(machine, question, flow, trajectory, verdict, plan.warnings, begun)
 
 
-def _refuse_motionless(machine: Machine, initial: np.ndarray, free: float | None) -> None:
+def initial_state(machine: Machine, question: RunUp) -> np.ndarray:
+    """The state (n,) to start from. Raises ``InputError`` where it does not fit the machine, or where nothing would turn."""
+    initial = start_state(machine, question.start)
     names = machine.system.state_names
     turning = any(initial[i] for i, name in enumerate(names) if name.endswith(".speed"))
-    driven = free not in (None, 0.0)
+    driven = free_speed(machine, machine.rotor) not in (None, 0.0)
     if not (turning or driven or any(b.coordinate.prescribed is not None for b in machine.bodies)):
-        raise InputError("machine.drive", None, "the machine has neither a drive nor an initial speed: nothing would turn")
+        raise InputError(
+            "machine.drive",
+            None,
+            "the machine has neither a drive nor an initial speed: nothing would turn; needed is [machine.drive]",
+        )
+    return initial
 
 
 def _extend(
@@ -169,7 +175,7 @@ def _extend(
 ) -> Trajectory:  # fmt: skip
     begin = 0.0 if so_far is None else so_far.end_time
     state = initial if so_far is None else so_far.end_state
-    grid = np.linspace(begin, goal, max(2, math.ceil((goal - begin) / step) + 1))
+    grid = np.linspace(begin, goal, max(1, round((goal - begin) / step)) + 1)
     report = None if progress is None else lambda t: progress(t, max(expected_end, goal))
     leg = integrate(flow, state, machine.values, grid, report)
     return leg if so_far is None else so_far.joined(leg)

@@ -21,6 +21,7 @@ MOST_SAMPLES = 400_000
 _FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest speed expected; each next leg doubles the run
 _MOST_TURNS = 25_000
 _FEWEST_SAMPLES_PER_TURN = 8
+_LEGS = 20
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 
 
@@ -51,7 +52,8 @@ class Plan:
         else:
             end = _FIRST_TURNS * turn
             first = max(end, 40 * math.pi / slowest)
-        step = max(turn / SAMPLES_PER_TURN, first / MOST_SAMPLES)
+        wanted = max(turn / SAMPLES_PER_TURN, first / MOST_SAMPLES)
+        step = first / (_LEGS * math.ceil(first / wanted / _LEGS))
         return cls(
             step,
             first,
@@ -62,9 +64,9 @@ class Plan:
         )
 
     def goals(self) -> list[float]:
-        """The times at which to look, each twice the last; only one where the end is given."""
+        """The times at which to pause for saving and looking: even parts of a given time, else each twice the last."""
         if not (self.until_settled or any(e.name == TURNS_DONE for e in self.events)):
-            return [self.first]
+            return [self.first * (k + 1) / _LEGS for k in range(_LEGS)]
         legs = math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS))
         return [self.first * 2**k for k in range(legs + 1)]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time as clock
 from collections.abc import Mapping, Sequence
@@ -10,13 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.errors import InputError
 from wucht.machines.dimensionless import natural_frequencies, numbers
 from wucht.machines.machine import LOST, MISMATCH, SUPPLIED, Machine
-from wucht.machines.vibration import Vibration, group
+from wucht.machines.vibration import Vibration, free_speed, group
 from wucht.numerics.compile import Flow
 from wucht.numerics.integrate import Trajectory
 from wucht.numerics.turns import envelope
 from wucht.results.conventions import Variable, variable
+from wucht.results.outcomes import Outcome
 from wucht.results.provenance import provenance
 from wucht.results.store import to_json
 from wucht.studies.start import static_position
@@ -77,7 +80,7 @@ def result(
         "motor_power": variable("time", outputs["motor_power"], "motor power", units.power),
         "residual_unbalance": variable("time", _residual(machine, angle), "share of the unbalance that is left"),
         "natural_frequency": variable("direction", [natural[d] for d in directions], "natural frequency", units.speed),
-        "free_speed": variable("", _or_nan(_signed_free(machine)), "speed reached without vibration", units.speed),
+        "free_speed": variable("", _or_nan(free_speed(machine, machine.rotor)), "speed reached without vibration", units.speed),
     }
     if balancers:
         relative = [np.mod(angle[b.name] - angle[b.about or ""], 2 * math.pi) for b in balancers]
@@ -107,7 +110,7 @@ def result(
         "study": "run-up",
         "title": machine.title,
         "outcome": str(verdict.outcome),
-        "sentence": verdict.outcome.sentence,
+        "sentence": verdict.sentence,
         "summary": to_json(short, indent=None),
         "warnings": to_json(said, indent=None),
         "dimensionless": int(not units.time),
@@ -135,12 +138,6 @@ def _per(units: Any) -> str:
 
 def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
-
-
-def _signed_free(machine: Machine) -> float | None:
-    from wucht.machines.vibration import free_speed
-
-    return free_speed(machine, machine.rotor)
 
 
 def _amplitude(time: np.ndarray, radius: np.ndarray, speed: np.ndarray, natural: Mapping[str, float]) -> np.ndarray:
@@ -174,6 +171,12 @@ def _warnings(machine: Machine, trajectory: Trajectory, verdict: Verdict, warnin
         said.append(trajectory.failure)
     if trajectory.interrupted:
         said.append(f"interrupted at t = {trajectory.end_time:.6g}; --resume continues from there")
+    if verdict.outcome is Outcome.PASSED and verdict.faster_branch:
+        said.append(
+            f"the rotor settled at {verdict.evidence.mean_speed:.4g}, just beyond the maximum of the vibration torque at "
+            f"{verdict.evidence.resonance:.4g}, although the drive could hold a higher speed too: this is the branch of the "
+            "captured states, close to its end"
+        )
     if verdict.advice:
         said.append(verdict.advice)
     return said
@@ -192,7 +195,7 @@ def _summary(machine: Machine, found: xr.Dataset, verdict: Verdict) -> dict[str,
     low, high = float(rotor[inside].min()), float(rotor[inside].max())
     return {
         "outcome": str(verdict.outcome),
-        "sentence": verdict.outcome.sentence,
+        "sentence": verdict.sentence,
         "final_speed": mean,
         "min_speed": low,
         "max_speed": high,
@@ -222,15 +225,13 @@ def _time_mean(time: np.ndarray, values: np.ndarray) -> float:
     return float(np.trapezoid(values, time) / (time[-1] - time[0]))
 
 
-def restore(machine: Machine, earlier: xr.Dataset) -> Trajectory:
-    """The trajectory in an unfinished result, to be continued. Raises ``InputError`` if it is of another machine."""
-    from wucht.errors import InputError
-
+def restore(machine: Machine, question: RunUp, earlier: xr.Dataset) -> Trajectory:
+    """The trajectory in an unfinished result, to be continued. Raises ``InputError`` if it answers another question."""
     kept = dict(zip(earlier.parameter.values.tolist(), earlier.parameters.values.tolist(), strict=True))
-    if kept != machine.values or earlier.attrs.get("study") != "run-up":
-        raise InputError(
-            "--resume", None, "the result in the output folder is of another machine or study; choose another folder"
-        )
+    asked = json.loads(earlier.attrs["input"])["study"]
+    mine = json.loads(to_json({"kind": question.kind, "start": question.start, "tolerance": question.tolerance}))
+    if kept != machine.values or {key: asked.get(key) for key in mine} != mine:
+        raise InputError("--resume", None, "the result in the output folder is of another machine, start or tolerance")
     rows: dict[str, np.ndarray] = {}
     for b in machine.bodies:
         rows[b.coordinate.position.name] = earlier.angle.sel(body=b.name).values

@@ -8,15 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.machines.machine import Machine, Turning
-from wucht.machines.vibration import Vibration, group
+from wucht.machines.vibration import Vibration, group, net_torque
 from wucht.numerics.integrate import Trajectory
-from wucht.numerics.settling import Beat, Trend, beat, trend
+from wucht.numerics.settling import Beat, Trend, beat, drift, trend
 from wucht.numerics.turns import PER_TURN, Turns, turns
 from wucht.results.outcomes import SLIP_TOLERANCE, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Evidence, Outcome, classify
 from wucht.studies.run_up_plan import SPEED_LIMIT
 
 STEADY_TOLERANCE = 1e-3  # of the free speed and of the rotor's unbalance
 BEAT_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: less is not called a modulation
+SLIP_DRIFT_TOLERANCE = 0.02  # of the slip: by how much a slipping body's mean speed may wander between windows
 _FEWEST_TURNS = 6
 _LAST_SHARE = 0.05
 
@@ -25,7 +26,7 @@ _LAST_SHARE = 0.05
 class Verdict:
     """What became of a run. window: begin and end time of the last window. phases: circular means over the last turn.
 
-    settling_time, beat, advice are None where they do not apply; speeds are signed.
+    settling_time, beat, advice are None where they do not apply. faster_branch: the drive could hold a higher speed as well.
     """
 
     outcome: Outcome
@@ -38,6 +39,14 @@ class Verdict:
     beat: Beat | None
     settling_time: float | None
     advice: str | None
+    faster_branch: bool = False
+
+    @property
+    def sentence(self) -> str:
+        """The outcome in words."""
+        if self.outcome is Outcome.PASSED and self.evidence.resonance is None:
+            return "the rotor settles, and no resonance lies below the speed of its drive; unbalance is left"
+        return self.outcome.sentence
 
     def settled_within(self, tolerance: float) -> bool:
         """Whether the outcome is known and the numbers will change by less than the tolerance."""
@@ -98,10 +107,11 @@ def _turning(
     slipping = slip > SLIP_TOLERANCE * speed[late].mean()
     reference = expected or float(speed[late].mean())
     modulation = beat(averaged.time, averaged.angle, speed, BEAT_THRESHOLD * float(speed[late].mean()))
-    signals = [speed / reference]
-    signals.append(sense * averaged.followers.mean(axis=0) / reference if slipping else residual)
-    heading = trend(np.array([s.astype(complex) for s in signals]), STEADY_TOLERANCE)
+    slow = [speed / reference] if slipping else [speed / reference, residual]
+    heading = trend(np.array([s.astype(complex) for s in slow]), STEADY_TOLERANCE)
     quiet = float(np.ptp(speed[late])) <= BEAT_THRESHOLD * float(speed[late].mean())
+    if slipping:
+        quiet = quiet and drift(averaged.followers) <= SLIP_DRIFT_TOLERANCE * slip
     beating = modulation is not None and modulation.sustained
     window = (
         slice(modulation.begin, modulation.end)
@@ -139,7 +149,18 @@ def _turning(
         modulation if beating else None,
         settling if outcome is not Outcome.UNIDENTIFIED else None,
         _advice(trajectory, heading, modulation) if outcome is Outcome.UNIDENTIFIED else None,
+        outcome is Outcome.PASSED and not slipping and _faster_branch(machine, vibration, evidence, sense, final),
     )
+
+
+def _faster_branch(machine: Machine, vibration: Vibration, e: Evidence, sense: float, phases: np.ndarray) -> bool:
+    """Whether the drive's torque exceeds the vibration torque again somewhere between the speed reached and the free speed."""
+    if e.free_speed is None or e.resonance is None or machine.rotor.coordinate.prescribed is not None:
+        return False
+    torque = net_torque(machine, machine.rotor)
+    speeds = np.linspace(e.mean_speed, e.free_speed, 402)[1:-1]
+    balance = np.array([sense * torque(sense * w) for w in speeds]) - vibration.torque(speeds, phases)
+    return bool(e.mean_speed < (1 - SPEED_TOLERANCE) * e.free_speed and (balance > 0).any())
 
 
 def _mean_speed(averaged: Turns, window: slice) -> float:

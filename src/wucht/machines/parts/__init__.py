@@ -15,11 +15,11 @@ def _load() -> None:
         import_module(f"{__name__}.{module.name}")
 
 
-def known(family: type[Part]) -> dict[str, type[Part]]:
+def known(family: type) -> dict[str, type[Part]]:
     """All kinds of bodies or drives: every class that is a ``family`` and has a ``kind``, here or in the user's own code."""
     _load()
     kinds: dict[str, type[Part]] = {}
-    pending = [family]
+    pending: list[type[Part]] = [family]
     while pending:
         cls = pending.pop()
         pending += cls.__subclasses__()

@@ -133,7 +133,7 @@ class Part(BaseModel, ABC):
 class Body(Part):
     """A body that turns: it brings one angle."""
 
-    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    name: str = Field(description="name", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     not_yet: ClassVar[frozenset[str]] = frozenset({"release"})
 
     @property
@@ -159,7 +159,7 @@ class Body(Part):
 class Drive(Part):
     """A drive acts between the foundation and one body."""
 
-    on: str
+    on: str = Field(description="name of the driven body")
     several: bool = Field(False, exclude=True)
 
     @property

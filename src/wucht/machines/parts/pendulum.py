@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 import sympy as sp
+from pydantic import Field
 
 from wucht.machines.parts.base import Body, Frame, si
 from wucht.mechanics.energies import Energies, total
@@ -16,7 +17,7 @@ class Pendulum(Body):
     kind: ClassVar[str] = "pendulum"
     not_yet: ClassVar[frozenset[str]] = Body.not_yet | {"suspension", "track", "diameter", "restitution"}
 
-    about: str
+    about: str = Field(description="name of the body turned about")
     mass: float = si("kg", "mass", "m", gt=0)
     length: float = si("m", "length", "l", gt=0)
     inertia: float | None = si("kg m^2", "moment of inertia about its axis of rotation", "J", None, gt=0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 import sympy as sp
+from pydantic import Field
 
 from wucht.machines.parts.base import Body, Frame, si
 from wucht.mechanics.energies import Energies, total
@@ -19,7 +20,7 @@ class Roller(Body):
     kind: ClassVar[str] = "roller"
     not_yet: ClassVar[frozenset[str]] = Body.not_yet | {"track", "diameter", "restitution"}
 
-    about: str
+    about: str = Field(description="name of the body turned about")
     mass: float = si("kg", "mass", "m", gt=0)
     track_radius: float = si("m", "track radius", "R", gt=0)
     radius: float = si("m", "radius", "r", gt=0)
