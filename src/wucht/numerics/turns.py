@@ -97,14 +97,36 @@ def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.nda
     """The line through the peaks of ``radius``: valleys shorter than ``window`` are filled, slower changes are kept.
 
     All (N,); time is evenly spaced. This is the morphological closing, the largest value within +-window/2 of each
-    sample and then the smallest of those: unlike a running maximum it does not lift the minima of a modulation.
+    sample and then the smallest of those. It would also fill the lowest part of a slow, smooth minimum: such a one is told
+    from a valley between peaks by the slopes at its ends, and kept.
     """
     n = len(time)
-    if n < 2:
+    if n < 4:
         return radius.copy()
     half = np.ceil(np.minimum(window / 2 / (time[1] - time[0]), n)).astype(int)
     low, high = np.maximum(np.arange(n) - half, 0), np.minimum(np.arange(n) + half, n - 1)
-    return -_largest_within(-_largest_within(radius, low, high), low, high)
+    closed = -_largest_within(-_largest_within(radius, low, high), low, high)
+    return np.where(_smooth_minima(radius, closed > radius), radius, closed)
+
+
+def _smooth_minima(radius: np.ndarray, filled: np.ndarray) -> np.ndarray:
+    """Which filled samples (N,) lie in a parabolic minimum: its depth follows from the slopes outside its ends."""
+    edges = np.flatnonzero(np.diff(filled.astype(int)))
+    if filled[0]:
+        edges = edges[1:]
+    begin, end = edges[: len(edges) // 2 * 2 : 2], edges[1::2] + 1
+    inside = (begin >= 1) & (end <= len(radius) - 2)
+    begin, end = begin[inside], end[inside]
+    slopes = radius[end + 1] - radius[end] + radius[begin - 1] - radius[begin]
+    # The outer slopes belong to points half a sample outside: a parabola over h + 1 intervals.
+    predicted = slopes * (end - begin) ** 2 / (8 * (end - begin + 1))
+    actual = (radius[begin] + radius[end]) / 2 - radius[(begin + end) // 2]
+    smooth = np.abs(predicted - actual) <= 0.25 * np.abs(actual)
+    marks = np.zeros(len(radius) + 1, int)
+    np.add.at(marks, begin[smooth], 1)
+    np.add.at(marks, end[smooth] + 1, -1)
+    found: np.ndarray = np.cumsum(marks)[:-1] > 0
+    return found
 
 
 def _largest_within(signal: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
