@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import sys
+from typing import cast
 
 import typer
 
 import wucht
 from wucht.errors import InputError, WuchtError
+
+# Typer brings its own click, so its base class of usage errors is reached through a subclass that Typer exports.
+_USAGE_ERROR = cast(type[Exception], typer.BadParameter.__base__)
 
 app = typer.Typer(
     name="wucht",
@@ -32,6 +36,11 @@ def _common(
     """Machines in which rotation and vibration act on each other: from a machine file to a verdict."""
 
 
+def explorer() -> None:
+    """The explorer in the browser."""
+    raise InputError("app", None, "not yet: the explorer comes with a later version")
+
+
 def _register() -> None:
     from wucht.cli.equations import equations
     from wucht.cli.list import list_all
@@ -39,27 +48,35 @@ def _register() -> None:
     from wucht.cli.plot import plot
     from wucht.cli.run import run
 
+    app.registered_commands.clear()
     app.command("run")(run)
     app.command("list")(list_all)
     app.command("new")(new)
     app.command("equations")(equations)
     app.command("plot")(plot)
+    app.command("app", hidden=True)(explorer)
 
 
 def run_app() -> None:
     """Run the command line. Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted."""
     _register()
     try:
-        app()
+        code = app(standalone_mode=False)
     except InputError as error:
-        sys.stderr.write(f"wucht: {error}\n")
-        sys.exit(2)
+        code = _say(str(error), 2)
     except WuchtError as error:
-        sys.stderr.write(f"wucht: {error}\n")
-        sys.exit(1)
-    except KeyboardInterrupt:
-        sys.stderr.write("wucht: interrupted\n")
-        sys.exit(130)
+        code = _say(str(error), 1)
+    except (KeyboardInterrupt, typer.Abort):
+        code = _say("interrupted", 130)
     except BrokenPipeError:
         sys.stderr.close()
-        sys.exit(0)
+        code = 0
+    except _USAGE_ERROR as error:
+        told = error.format_message() if isinstance(error, typer.BadParameter) else getattr(error, "message", str(error))
+        code = _say(f"{' '.join(told.split())} See wucht -h", 2)
+    sys.exit(code or 0)
+
+
+def _say(sentence: str, code: int) -> int:
+    sys.stderr.write(f"wucht: {sentence}\n")
+    return code

@@ -24,10 +24,17 @@ def new(
     if name not in known:
         raise InputError("NAME", name, f"neither a study nor a catalogue name; {nearest(name, known)}")
     target = file or Path(f"{Path(name).name}.toml")
-    if target.exists():
+    if _exists(target):
         raise InputError("FILE", str(target), "this file exists already; choose another name")
     try:
         target.write_text(known[name].read_text(encoding="utf-8"), encoding="utf-8")
     except OSError as error:
         raise InputError("FILE", str(target), f"it cannot be written: {error.strerror}") from None
     typer.echo(f"{target}: edit it, then `wucht run {target}`")
+
+
+def _exists(target: Path) -> bool:
+    try:
+        return target.exists()
+    except (OSError, ValueError) as error:
+        raise InputError("FILE", str(target), f"this cannot be the name of a file: {error}") from None

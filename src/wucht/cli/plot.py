@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from wucht.errors import InputError
+
 
 class Format(StrEnum):
     """File formats of figures."""
@@ -24,10 +26,14 @@ def plot(
 ) -> None:
     """Draw the figures of a result again."""
     from wucht.plots import draw
-    from wucht.results.store import load, prepare_folder
+    from wucht.results.store import load, prepare_folder, save_figure
 
     dataset = load(result)
     folder = prepare_folder(out or result.parent)
     target = folder / f"{dataset.attrs['study']}.{format_.value}"
-    draw(dataset).savefig(target)
+    try:
+        figure = draw(dataset)
+    except InputError as error:
+        raise error.within(str(result), ": ") from None
+    save_figure(figure, target)
     typer.echo(str(target))

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from wucht.studies.files import StudyFile
 
+_FILES = ("result.nc", "run-up.png", "summary.json")
+
 
 def run(
     study: Annotated[str, typer.Argument(help="A study file, or a name from `wucht list`.")],
@@ -28,14 +30,15 @@ def run(
     """Run a study and say what becomes of the machine."""
     from wucht.cli.progress import Progress
     from wucht.cli.settings import parse_settings
-    from wucht.results.store import load, prepare_folder, save, save_summary, to_json
+    from wucht.plots import draw
+    from wucht.results.store import load, prepare_folder, save, save_figure, save_summary, to_json
     from wucht.studies.files import read_study
     from wucht.studies.run_up import run_up
 
     begun = time.perf_counter()
     asked = read_study(study, parse_settings(set_ or []))
-    folder = prepare_folder(out or Path("results") / Path(study).with_suffix("").name)
-    target = folder / "result.nc"
+    folder = prepare_folder(out or Path("results") / Path(study).name.removesuffix(".toml"), _FILES)
+    target, figure, short = (folder / name for name in _FILES)
     earlier = load(target) if resume and target.exists() else None
     with Progress(asked.machine.title) as progress:
         result = run_up(
@@ -43,10 +46,9 @@ def run(
         )
     result.attrs["document"] = json.dumps(asked.document, default=str)
     save(result, target)
-    figure = folder / "run-up.png"
-    _draw(result, figure)
-    document = _document(asked, result, [target, figure, folder / "summary.json"], time.perf_counter() - begun)
-    save_summary(document, folder / "summary.json")
+    save_figure(draw(result), figure)
+    document = _document(asked, result, [target, figure, short], time.perf_counter() - begun)
+    save_summary(document, short)
     if as_json:
         sys.stdout.write(to_json(document) + "\n")
     else:
@@ -62,12 +64,6 @@ def _keep(save: Any, partial: xr.Dataset, asked: StudyFile, target: Path) -> Non
     partial.attrs["document"] = json.dumps(asked.document, default=str)
     partial.attrs["finished"] = 0
     save(partial, target)
-
-
-def _draw(result: xr.Dataset, path: Path) -> None:
-    from wucht.plots import draw
-
-    draw(result).savefig(path)
 
 
 def _document(asked: StudyFile, result: xr.Dataset, files: list[Path], elapsed: float) -> dict[str, Any]:

@@ -22,19 +22,19 @@ def names() -> list[str]:
 
 def locate(name: str, beside: Path | None = None) -> Path:
     """The file of a catalogue name or a path (relative to ``beside``). Raises ``InputError`` with the nearest known name."""
-    direct = Path(name) if beside is None else beside / name
-    if direct.is_file() or (direct.suffix == ".toml" and not _in_catalogue(name)):
-        return direct
-    if _in_catalogue(name):
-        return FOLDER / f"{name}.toml"
-    if direct.exists():
-        raise InputError(str(direct), None, "this is no file; needed is a study file or a catalogue name")
-    known = names()
+    direct, known = Path(name) if beside is None else beside / name, names()
+    try:
+        if direct.is_file():
+            return direct
+        if name.removesuffix(".toml") in known:
+            return FOLDER / f"{name.removesuffix('.toml')}.toml"
+        if direct.exists():
+            raise InputError(str(direct), None, "this is no file; needed is a study file or a catalogue name")
+    except (OSError, ValueError) as error:
+        raise InputError(name, None, f"this cannot be the name of a file: {error}") from None
+    if direct.suffix == ".toml":
+        raise InputError(str(direct), None, "there is no such file")
     raise InputError(name, None, f"neither a file nor a catalogue name; {nearest(name, known)}")
-
-
-def _in_catalogue(name: str) -> bool:
-    return name in names()
 
 
 def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path]:

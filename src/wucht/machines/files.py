@@ -59,6 +59,8 @@ def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
 def _set(document: Document, path: str, value: Any) -> None:
     head, *rest = path.split(".")
     where = f"machine.set.{path}"
+    if head == "study":
+        raise InputError(where, value, "a key of [study] is set from the command line as study.KEY=VALUE")
     if "model" in document:
         known = [f.alias or n for n, f in MODELS[choice(document, "model", "machine", MODELS)].model_fields.items()]
         if rest or head not in known:
@@ -77,6 +79,8 @@ def _set(document: Document, path: str, value: Any) -> None:
         target[inner[0]]["xy".index(inner[1])] = value
     elif len(inner) == 1:
         target[inner[0]] = value
+    elif len(inner) == 2 and inner[1] in ("x", "y") and inner[0] in target:
+        raise InputError(where, value, f"{key}.{inner[0]} is one number here; set both at once: {key}.{inner[0]} = [X, Y]")
     else:
         raise InputError(where, value, f"unknown parameter; {nearest(inner[0], target)} in {key}")
 

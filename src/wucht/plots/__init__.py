@@ -17,5 +17,8 @@ def draw(result: xr.Dataset) -> Figure:
     if study == "run-up":
         from wucht.plots.run_up import figure
 
-        return figure(result)
+        try:
+            return figure(result)
+        except (AttributeError, IndexError, KeyError, ValueError) as error:
+            raise InputError("run-up", None, f"this is no complete result of a run-up: {error}") from None
     raise InputError("study", study, "there is no figure for this study; known: run-up")

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wucht.errors import InputError
+from wucht.errors import InputError, RunError
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 
-def prepare_folder(folder: Path) -> Path:
-    """Create the output folder. Raises ``InputError`` if nothing can be written there."""
+def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
+    """Create the output folder for files of these names. Raises ``InputError`` if they cannot be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".wucht-probe"
@@ -23,14 +24,34 @@ def prepare_folder(folder: Path) -> Path:
         probe.unlink()
     except OSError as error:
         raise InputError("-o", str(folder), f"nothing can be written there: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError("-o", str(folder), f"this cannot be the name of a folder: {error}") from None
+    for name in names:
+        if (folder / name).is_dir() or _beside(folder / name).is_dir():
+            raise InputError("-o", str(folder), f"a folder is in the place of the file {name}")
     return folder
 
 
 def save(result: xr.Dataset, path: Path) -> Path:
     """Write a Dataset as NetCDF."""
-    beside = path.with_name(f".{path.name}.part")
-    result.to_netcdf(beside, engine="h5netcdf")
-    beside.replace(path)
+    return _write(path, lambda beside: result.to_netcdf(beside, engine="h5netcdf"))
+
+
+def save_figure(figure: Figure, path: Path) -> Path:
+    """Write a figure in the format of the path's ending."""
+    return _write(path, lambda beside: figure.savefig(beside, format=path.suffix[1:]))
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f".{path.name}.part")
+
+
+def _write(path: Path, write: Callable[[Path], object]) -> Path:
+    try:
+        write(_beside(path))
+        _beside(path).replace(path)
+    except OSError as error:
+        raise RunError(f"{path} cannot be written: {error.strerror or error}") from None
     return path
 
 
@@ -42,8 +63,9 @@ def load(path: Path) -> xr.Dataset:
         raise InputError(str(path), None, "there is no such file")
     try:
         result = xr_.load_dataset(path, engine="h5netcdf")
-    except (OSError, ValueError) as error:
-        raise InputError(str(path), None, f"this is no NetCDF file that can be read: {error}") from None
+    except Exception as error:
+        # The readers beneath raise whatever a damaged file makes them stumble over; to the user it is one thing.
+        raise InputError(str(path), None, f"this is no NetCDF file that can be read: {str(error).splitlines()[0]}") from None
     if "study" not in result.attrs:
         raise InputError(str(path), None, "this file was not written by wucht: it names no study")
     return result
@@ -51,10 +73,7 @@ def load(path: Path) -> xr.Dataset:
 
 def save_summary(document: Mapping[str, Any], path: Path) -> Path:
     """Write ``summary.json``."""
-    beside = path.with_name(f".{path.name}.part")
-    beside.write_text(to_json(document) + "\n", encoding="utf-8")
-    beside.replace(path)
-    return path
+    return _write(path, lambda beside: beside.write_text(to_json(document) + "\n", encoding="utf-8"))
 
 
 def to_json(document: Any, indent: int | None = 2) -> str:

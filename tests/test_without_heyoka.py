@@ -1,0 +1,32 @@
+"""Where heyoka is absent (Windows and macOS from PyPI), everything runs on SciPy and gives the same."""
+
+import importlib.util
+import sys
+
+import pytest
+
+from wucht.machines.catalogue import load_machine
+from wucht.numerics.compile import available_engine
+from wucht.studies.run_up import RunUp, run_up, summary
+
+
+@pytest.fixture
+def no_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
+    find = importlib.util.find_spec
+    monkeypatch.setattr("wucht.numerics.compile.find_spec", lambda name: None if name == "heyoka" else find(name))
+    monkeypatch.setitem(sys.modules, "heyoka", None)  # an import would fail
+
+
+@pytest.mark.usefixtures("no_heyoka")
+def test_a_run_up_on_scipy_alone() -> None:
+    assert available_engine() == "scipy"
+    machine = load_machine("drozdetskaya-2020/r1-u80")
+    question = {"until": 5.0, "start": {"p1": 0.3, "p2": -0.5}, "tolerance": 1e-11}
+    result = run_up(machine, RunUp(**question))
+    assert result.attrs["engine"] == "scipy"
+    assert result.attrs["outcome"] == "compensated"
+    # Phases of cases.md; after 5 s they are reached to 1e-3 degrees.
+    phases = summary(result)["final_phases"]
+    assert phases["p1"] == pytest.approx(4.327992, abs=1e-4)
+    assert phases["p2"] == pytest.approx(1.955193, abs=1e-4)
+    assert summary(result)["energy_residual"] < 1e-9
