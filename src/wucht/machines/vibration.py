@@ -43,7 +43,9 @@ class Vibration:
     def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """The vibration torque at speeds (N,) with the bodies at phases (n,) to each other."""
         w = np.atleast_1d(np.asarray(speeds, float))[:, None, None]
-        dynamic = self.stiffness - w**2 * self.mass + 1j * w * self.damping
+        # A trace of damping keeps the matrix regular at the natural frequency of an undamped direction.
+        trace = 1e-14j * np.abs(self.stiffness).max(initial=0.0) * np.eye(len(self.mass))
+        dynamic = self.stiffness - w**2 * self.mass + 1j * w * self.damping + trace
         force = (self.excitation * np.exp(1j * phases)[:, None]).sum(axis=0)
         z = np.linalg.solve(dynamic, w**2 * force[None, :, None])[..., 0]
         found: np.ndarray = w[:, 0, 0] * np.einsum("ni,ij,nj->n", z.conj(), self.damping, z).real / 2

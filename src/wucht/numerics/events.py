@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from wucht.errors import RunError
+
 Action = Callable[[float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
@@ -49,6 +51,14 @@ class Leg:
     state: np.ndarray
     hits: tuple[Hit, ...]
     stopped_by: int | None
+
+
+class LegError(RunError):
+    """An engine could not go on. ``samples`` (n, m) are those it still reached; ``remedy`` is what to try."""
+
+    def __init__(self, reason: str, samples: np.ndarray, remedy: str) -> None:
+        super().__init__(reason)
+        self.samples, self.remedy = samples, remedy
 
 
 def interrupting(events: Sequence[Event]) -> list[int]:

@@ -13,14 +13,14 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import RunError
-from wucht.numerics.events import Event, Hit, Leg, interrupting
+from wucht.numerics.events import Event, Hit, Leg, LegError, interrupting
 from wucht.numerics.program import Numbers, Program
 from wucht.system import TIME
 
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
 # five times faster to compile and half as fast to run.
 _COMPACT_ABOVE = 80
-_MAX_STEPS = 5_000_000
+_MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
 
 
 class Translator:
@@ -137,7 +137,7 @@ class HeyokaEngine:
             self._integrator.reset_cooldowns()
 
     def leg(self, grid: np.ndarray) -> Leg:
-        """Advance over the grid (m,). Raises ``RunError`` when the state ceases to be finite or steps run out."""
+        """Advance over the grid (m,). Raises ``LegError`` when the state ceases to be finite or steps run out."""
         ta = self._integrator
         self._hits.clear()
         ahead = grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
@@ -150,13 +150,22 @@ class HeyokaEngine:
             code = int(outcome)
             index = -code - 1 if -len(self._terminal) <= code <= -1 else code
             if not 0 <= index < len(self._terminal):
-                reason = (
-                    "the state ceases to be finite" if outcome == self._bad_state else f"{_MAX_STEPS} steps were not enough"
-                )
-                raise RunError(reason)
+                raise self._failed(outcome == self._bad_state, np.asarray(samples).T.reshape(len(state), -1))
             stopped_by = self._terminal[index]
             hits.append(Hit(self._events[stopped_by].name, float(ta.time), state))
         return Leg(np.asarray(samples).T.reshape(len(state), -1), float(ta.time), state, tuple(hits), stopped_by)
+
+    @staticmethod
+    def _failed(not_finite: bool, samples: np.ndarray) -> LegError:
+        if not_finite:
+            return LegError(
+                "the state ceases to be finite", samples, "Look for a parameter that is off by a factor of thousands"
+            )
+        return LegError(
+            f"{_MAX_STEPS} steps were not enough for one leg",
+            samples,
+            "The machine is stiff: try engine = 'scipy-radau', or look for a parameter that is off by a factor of thousands",
+        )
 
     @property
     def time(self) -> float:

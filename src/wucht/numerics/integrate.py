@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.compile import Flow
-from wucht.numerics.events import Hit
+from wucht.numerics.events import Hit, LegError
 
 Progress = Callable[[float], None]
 _SAMPLES_A_LEG = 4096
@@ -111,14 +111,18 @@ def integrate(
                 progress(engine.time)
     except KeyboardInterrupt:
         interrupted = True
-    except RunError as error:
-        failure = _failure(str(error), flow, engine.time, engine.state)
-    times = np.concatenate(record.times) if record.times else np.empty(0)
-    states = np.concatenate(record.states, axis=1) if record.states else np.empty((n + extra, 0))
+    except LegError as error:
+        record.times.append(grid[done : done + error.samples.shape[1]])
+        record.states.append(error.samples)
+        reached = engine.time if np.isfinite(engine.time) else float(grid[max(0, done + error.samples.shape[1] - 1)])
+        failure = _failure(str(error), error.remedy, flow, reached, record.states)
+    if not sum(map(len, record.times)):
+        record.times, record.states = [grid[:1]], [state[:, None]]
+    times, states = np.concatenate(record.times), np.concatenate(record.states, axis=1)
     end_time, end_state = engine.time, engine.state
     if interrupted:
         # What was computed since the last samples were taken is given up, so that a resumed run keeps its even grid.
-        end_time, end_state = (float(times[-1]), states[:, -1]) if len(times) else (float(grid[0]), state)
+        end_time, end_state = float(times[-1]), states[:, -1]
     return Trajectory(
         times,
         states[:n],
@@ -133,10 +137,9 @@ def integrate(
     )
 
 
-def _failure(reason: str, flow: Flow, time: float, state: np.ndarray) -> str:
-    largest = sorted(zip(flow.system.state_names, state[: len(flow.system.states)], strict=True), key=lambda p: -abs(p[1]))
-    shown = ", ".join(f"{name} = {value:.4g}" for name, value in largest[:4])
-    return (
-        f"the integration failed at t = {time:.6g}: {reason} (largest states: {shown}). "
-        "Try a looser tolerance (1e-9), or look for a parameter that is too large or too small by a factor of a thousand"
-    )
+def _failure(reason: str, remedy: str, flow: Flow, time: float, samples: list[np.ndarray]) -> str:
+    seen = [block[:, -1] for block in samples if block.shape[1]]
+    last = seen[-1] if seen else np.empty(0)
+    largest = sorted(zip(flow.system.state_names, last, strict=False), key=lambda p: -abs(p[1]))
+    shown = ", ".join(f"{name} = {value:.4g}" for name, value in largest[:4]) or "none was reached"
+    return f"the integration failed at t = {time:.6g}: {reason} (largest states sampled last: {shown}). {remedy}"

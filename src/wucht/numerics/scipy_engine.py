@@ -10,8 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from wucht.errors import RunError
-from wucht.numerics.events import Event, Hit, Leg
+from wucht.numerics.events import Event, Hit, Leg, LegError
 from wucht.numerics.program import Numbers, Program, python_function
 from wucht.system import TIME
 
@@ -63,7 +62,7 @@ class ScipyEngine:
         return function
 
     def leg(self, grid: np.ndarray) -> Leg:
-        """Advance over the grid (m,). Raises ``RunError`` when the integration fails."""
+        """Advance over the grid (m,). Raises ``LegError`` when the integration fails."""
         from scipy.integrate import solve_ivp
 
         functions = [self._event_function(i) for i in range(len(self._events))]
@@ -85,7 +84,9 @@ class ScipyEngine:
         if solution.status < 0 or not np.isfinite(samples).all():
             self._time = float(solution.t[-1]) if len(solution.t) else self._time
             self._state = samples[:, -1] if samples.size else self._state
-            raise RunError(str(solution.message).rstrip(".") or "the state ceases to be finite")
+            reason = str(solution.message).rstrip(".") if solution.status < 0 else "the state ceases to be finite"
+            finite = samples[:, np.isfinite(samples).all(axis=0)]
+            raise LegError(reason, finite, "Look for a parameter that is off by a factor of thousands, or try another engine")
         hits, stopped_by = [], None
         for i, event in enumerate(self._events):
             for t, y in zip(solution.t_events[i], solution.y_events[i], strict=True):

@@ -31,7 +31,7 @@ def figure(result: xr.Dataset) -> Figure:
     if with_phases:
         _phases(next(panels), result)
     _power(next(panels), result)
-    for axis in axes:
+    for axis in axes if float(result.time[-1]) > float(result.time[0]) else ():
         axis.set_xlim(float(result.time[0]), float(result.time[-1]))
     axes[-1].set_xlabel(label(result, "time") if result.time.attrs["units"] else "time $\\tau$")
     return drawn

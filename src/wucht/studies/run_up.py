@@ -15,6 +15,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed
 from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
 from wucht.numerics.integrate import Trajectory, integrate
+from wucht.numerics.program import Evaluator
 from wucht.quantities import Unit
 from wucht.studies.run_up_plan import Plan
 from wucht.studies.start import start_state
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _SETTLED_TOLERANCE = 1e-5
+_NO_ACCELERATION = 1e-9
 
 Progress = Callable[[float, float], None]
 Checkpoint = Callable[["xr.Dataset"], None]
@@ -157,16 +159,32 @@ def run_up(
 def initial_state(machine: Machine, question: RunUp) -> np.ndarray:
     """The state (n,) to start from. Raises ``InputError`` where it does not fit the machine, or where nothing would turn."""
     initial = start_state(machine, question.start)
-    names = machine.system.state_names
-    turning = any(initial[i] for i, name in enumerate(names) if name.endswith(".speed"))
-    driven = free_speed(machine, machine.rotor) not in (None, 0.0)
-    if not (turning or driven or any(b.coordinate.prescribed is not None for b in machine.bodies)):
+    prescribed = [
+        abs(float(b.coordinate.prescribed.xreplace(machine.numbers)))
+        for b in machine.bodies
+        if b.coordinate.prescribed is not None
+    ]
+    if question.speed_limit is not None and max(prescribed, default=0.0) > question.speed_limit:
+        raise InputError("study.speed_limit", question.speed_limit, "allowed is more than the speed that the drive prescribes")
+    if not any(prescribed) and _at_rest(machine, initial):
+        needed = "needed is [machine.drive] or a speed in study.start"
         raise InputError(
-            "machine.drive",
-            None,
-            "the machine has neither a drive nor an initial speed: nothing would turn; needed is [machine.drive]",
+            "machine.drive", None, f"the machine has neither a drive nor an initial speed: nothing would turn; {needed}"
         )
     return initial
+
+
+def _at_rest(machine: Machine, initial: np.ndarray) -> bool:
+    """Whether no body turns, and none begins to."""
+    system = machine.system
+    turning = [b.coordinate.velocity for b in machine.bodies]
+    speeds = [initial[system.states.index(v)] for v in turning if v in system.states]
+    if any(speeds):
+        return False
+    names = [v.name for v in turning]
+    accelerations = Evaluator.of(system, [system.derivatives[system.states.index(v)] for v in turning], names)
+    found = accelerations(np.zeros(1), initial[:, None], system.values(machine.values))
+    return all(abs(float(a[0])) < _NO_ACCELERATION for a in found.values())
 
 
 def _extend(

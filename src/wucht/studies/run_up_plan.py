@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import sympy as sp
 
 from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine
@@ -83,9 +82,8 @@ def _events(machine: Machine, question: RunUp, initial: np.ndarray) -> list[Even
     if question.turns is not None:
         turned = rotor.position - initial[machine.system.state_names.index(rotor.position.name)]
         found.append(Event(TURNS_DONE, turned**2 - (2 * math.pi * question.turns) ** 2, +1, terminal=True))
-    if question.speed_limit is not None:
-        speed: sp.Expr = rotor.velocity if rotor.prescribed is None else rotor.prescribed
-        found.append(Event(SPEED_LIMIT, speed**2 - question.speed_limit**2, +1, terminal=True))
+    if question.speed_limit is not None and rotor.prescribed is None:
+        found.append(Event(SPEED_LIMIT, rotor.velocity**2 - question.speed_limit**2, +1, terminal=True))
     return found
 
 
