@@ -28,6 +28,7 @@ def run(
     resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run found in the output folder.")] = False,
 ) -> None:
     """Run a study and say what becomes of the machine."""
+    from wucht.cli.interruption import Interruption
     from wucht.cli.progress import Progress
     from wucht.cli.settings import parse_settings
     from wucht.plots import draw
@@ -40,10 +41,13 @@ def run(
     folder = prepare_folder(out or Path("results") / Path(study).name.removesuffix(".toml"), _FILES)
     target, figure, short = (folder / name for name in _FILES)
     earlier = load(target) if resume and target.exists() else None
-    with Progress(asked.machine.title) as progress:
-        result = run_up(
-            asked.machine, asked.question, progress.update, lambda partial: _keep(save, partial, asked, target), earlier
-        )
+    with Interruption() as interruption, Progress(asked.machine.title) as progress:
+
+        def report(reached: float, goal: float) -> None:
+            progress.update(reached, goal)
+            interruption.check()
+
+        result = run_up(asked.machine, asked.question, report, lambda partial: _keep(save, partial, asked, target), earlier)
     result.attrs["document"] = json.dumps(asked.document, default=str)
     save(result, target)
     save_figure(draw(result), figure)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -9,11 +10,13 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.compile import Flow
-from wucht.numerics.events import Hit, LegError
+from wucht.numerics.events import Hit, Leg, LegError
 
 Progress = Callable[[float], None]
-_SAMPLES_A_LEG = 4096
-_MAX_ACTIONS = 1_000_000
+_MOST_SAMPLES_A_LEG = 4096
+_FIRST_LEG = 64
+_LEG_S = 0.5  # wall time after which a leg should end, so that progress moves and Ctrl-C acts
+_MOST_HITS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,11 @@ class Trajectory:
     failure: str | None = None
     interrupted: bool = False
 
+    @property
+    def ended(self) -> bool:
+        """Whether the run cannot or should not be continued: an event, a failure, or the user stopped it."""
+        return self.stopped_by is not None or self.failure is not None or self.interrupted
+
     def joined(self, later: Trajectory) -> Trajectory:
         """This trajectory followed by one that continued from its end."""
         skip = int(bool(len(self.time)) and bool(len(later.time)) and later.time[0] <= self.time[-1])
@@ -54,92 +62,136 @@ class Trajectory:
         )
 
 
-@dataclass
-class _Record:
-    times: list[np.ndarray] = field(default_factory=list)
-    states: list[np.ndarray] = field(default_factory=list)
-    hits: list[Hit] = field(default_factory=list)
-
-
 def integrate(
     flow: Flow,
     initial: Sequence[float] | np.ndarray,
     parameters: Sequence[float] | Mapping[str, float],
     grid: np.ndarray,
     progress: Progress | None = None,
+    budget_s: float | None = None,
 ) -> Trajectory:
     """Integrate from ``grid[0]`` and sample at the grid's points.
 
     initial: the state (n,), or with the quadratures' values appended (n + m,) to continue a run. parameters: in the System's
-    order, or by name. grid: (N,), increasing. progress: called with the time reached. A run that fails returns what it has
-    with the sentence in ``failure``; so does Ctrl-C, with ``interrupted``. Raises ``RunError`` for an initial state that is
-    not finite.
+    order, or by name. grid: (N,), increasing. progress: called with the time reached. budget_s: wall time after which to
+    return what there is, to be continued. A run that fails returns what it has with the sentence in ``failure``; so does
+    Ctrl-C, with ``interrupted``. Raises ``RunError`` for an initial state that is not finite.
     """
-    system = flow.system
-    pars = np.array(system.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
-    n, extra = len(system.states), len(system.quadratures)
-    state = np.asarray(initial, dtype=float)
-    state = np.concatenate([state, np.zeros(n + extra - len(state))])
-    if not np.isfinite(state).all() or len(state) != n + extra:
-        raise RunError(f"the initial state {np.asarray(initial)} has not {n} finite numbers")
-    grid = np.asarray(grid, dtype=float)
-    if len(grid) < 1 or (np.diff(grid) <= 0).any():
-        raise RunError("the times at which to sample must increase")
-    engine, record = flow.engine, _Record()
-    failure, stopped_by, interrupted, done = None, None, False, 0
+    run = _Run(flow, *_checked(flow, initial, parameters, grid))
+    begun, failure, interrupted = clock.perf_counter(), None, False
     try:
-        engine.forget_events()
-        engine.start(float(grid[0]), state, pars)
-        while done < len(grid) and stopped_by is None:
-            piece = grid[done : done + _SAMPLES_A_LEG]
-            leg = engine.leg(piece)
-            taken = leg.states.shape[1]
-            record.times.append(piece[:taken])
-            record.states.append(leg.states)
-            record.hits.extend(leg.hits)
-            done += taken
-            if len(record.hits) > _MAX_ACTIONS:
-                raise RunError(f"more than {_MAX_ACTIONS} events")
-            if leg.stopped_by is not None:
-                event = flow.events[leg.stopped_by]
-                if event.action is not None:
-                    changed, pars = event.action(leg.time, leg.state[:n].copy(), pars.copy())
-                    engine.start(leg.time, np.concatenate([changed, leg.state[n:]]), pars)
-                if event.terminal:
-                    stopped_by = event.name
+        run.start()
+        while run.advance():
             if progress:
-                progress(engine.time)
+                progress(flow.engine.time)
+            if budget_s is not None and clock.perf_counter() - begun > budget_s:
+                break
     except KeyboardInterrupt:
         interrupted = True
     except LegError as error:
-        record.times.append(grid[done : done + error.samples.shape[1]])
-        record.states.append(error.samples)
-        reached = engine.time if np.isfinite(engine.time) else float(grid[max(0, done + error.samples.shape[1] - 1)])
-        failure = _failure(str(error), error.remedy, flow, reached, record.states)
-    if not sum(map(len, record.times)):
-        record.times, record.states = [grid[:1]], [state[:, None]]
-    times, states = np.concatenate(record.times), np.concatenate(record.states, axis=1)
-    end_time, end_state = engine.time, engine.state
-    if interrupted:
-        # What was computed since the last samples were taken is given up, so that a resumed run keeps its even grid.
-        end_time, end_state = float(times[-1]), states[:, -1]
-    return Trajectory(
-        times,
-        states[:n],
-        {q.name: states[n + i] for i, q in enumerate(system.quadratures)},
-        pars,
-        end_time,
-        end_state,
-        tuple(record.hits),
-        stopped_by,
-        failure,
-        interrupted,
-    )
+        failure = run.failed(error)
+    return run.trajectory(failure, interrupted)
 
 
-def _failure(reason: str, remedy: str, flow: Flow, time: float, samples: list[np.ndarray]) -> str:
-    seen = [block[:, -1] for block in samples if block.shape[1]]
-    last = seen[-1] if seen else np.empty(0)
-    largest = sorted(zip(flow.system.state_names, last, strict=False), key=lambda p: -abs(p[1]))
-    shown = ", ".join(f"{name} = {value:.4g}" for name, value in largest[:4]) or "none was reached"
-    return f"the integration failed at t = {time:.6g}: {reason} (largest states sampled last: {shown}). {remedy}"
+def _checked(
+    flow: Flow, initial: Sequence[float] | np.ndarray, parameters: Sequence[float] | Mapping[str, float], grid: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    system = flow.system
+    pars = np.array(system.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
+    size = len(system.states) + len(system.quadratures)
+    state = np.asarray(initial, dtype=float)
+    state = np.concatenate([state, np.zeros(max(0, size - len(state)))])
+    if not np.isfinite(state).all() or len(state) != size:
+        raise RunError(f"the initial state {np.asarray(initial)} has not {len(system.states)} finite numbers")
+    grid = np.asarray(grid, dtype=float)
+    if len(grid) < 1 or (np.diff(grid) <= 0).any():
+        raise RunError("the times at which to sample must increase")
+    return state, pars, grid
+
+
+@dataclass
+class _Run:
+    """A run on its way: what it started from, and what has been recorded."""
+
+    flow: Flow
+    state: np.ndarray
+    pars: np.ndarray
+    grid: np.ndarray
+    times: list[np.ndarray] = field(default_factory=list)
+    states: list[np.ndarray] = field(default_factory=list)
+    hits: list[Hit] = field(default_factory=list)
+    done: int = 0
+    size: int = _FIRST_LEG
+    stopped_by: str | None = None
+
+    def start(self) -> None:
+        self.flow.engine.forget_events()
+        self.flow.engine.start(float(self.grid[0]), self.state, self.pars)
+
+    def advance(self) -> bool:
+        """One leg. Returns whether there is more to do."""
+        piece, begun = self.grid[self.done : self.done + self.size], clock.perf_counter()
+        leg = self.flow.engine.leg(piece)
+        self.size = _next_size(self.size, clock.perf_counter() - begun)
+        self._record(piece, leg.states)
+        self.hits.extend(h for h in leg.hits if not self._seen(h))
+        if len(self.hits) > _MOST_HITS:
+            raise LegError(f"more than {_MOST_HITS} events happened", leg.states[:, :0], "Look for an event that repeats")
+        if leg.stopped_by is not None:
+            self._act(leg)
+        return self.done < len(self.grid) and self.stopped_by is None
+
+    def _seen(self, hit: Hit) -> bool:
+        """Whether a hit at the border of two legs was counted by the leg before."""
+        close = 1e-12 * max(1.0, abs(hit.time))
+        return any(old.name == hit.name and abs(old.time - hit.time) <= close for old in self.hits[-len(self.flow.events) :])
+
+    def _record(self, piece: np.ndarray, samples: np.ndarray) -> None:
+        taken = samples.shape[1]
+        self.times.append(piece[:taken])
+        self.states.append(samples)
+        self.done += taken
+
+    def _act(self, leg: Leg) -> None:
+        event, n = self.flow.events[leg.stopped_by or 0], len(self.flow.system.states)
+        if event.action is not None:
+            changed, self.pars = event.action(leg.time, leg.state[:n].copy(), self.pars.copy())
+            self.flow.engine.start(leg.time, np.concatenate([changed, leg.state[n:]]), self.pars)
+        if event.terminal:
+            self.stopped_by = event.name
+
+    def failed(self, error: LegError) -> str:
+        """Record what the failing leg still reached; returns the sentence."""
+        self._record(self.grid[self.done :], error.samples)
+        time = self.flow.engine.time
+        reached = time if np.isfinite(time) else float(self.grid[max(0, self.done - 1)])
+        last = next((block[:, -1] for block in reversed(self.states) if block.shape[1]), self.state)
+        largest = sorted(zip(self.flow.system.state_names, last, strict=False), key=lambda p: -abs(p[1]))[:4]
+        shown = ", ".join(f"{name} = {value:.4g}" for name, value in largest)
+        return f"the integration failed at t = {reached:.6g}: {error} (largest states sampled last: {shown}). {error.remedy}"
+
+    def trajectory(self, failure: str | None, interrupted: bool) -> Trajectory:
+        if not self.done:
+            self.times, self.states = [self.grid[:1]], [self.state[:, None]]
+        times, states = np.concatenate(self.times), np.concatenate(self.states, axis=1)
+        engine, n = self.flow.engine, len(self.flow.system.states)
+        # What was computed since the last samples is given up, so that a run that goes on keeps its even grid.
+        at_sample = interrupted or failure is not None
+        return Trajectory(
+            times,
+            states[:n],
+            {q.name: states[n + i] for i, q in enumerate(self.flow.system.quadratures)},
+            self.pars,
+            float(times[-1]) if at_sample else engine.time,
+            states[:, -1] if at_sample else engine.state,
+            tuple(self.hits),
+            self.stopped_by,
+            failure,
+            interrupted,
+        )
+
+
+def _next_size(size: int, took_s: float) -> int:
+    if took_s > _LEG_S:
+        return max(1, size // 2)
+    return min(_MOST_SAMPLES_A_LEG, size * 4) if took_s < _LEG_S / 8 else size

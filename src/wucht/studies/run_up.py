@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
 from wucht.numerics.integrate import Trajectory, integrate
 from wucht.numerics.program import Evaluator
 from wucht.quantities import Unit
+from wucht.results.outcomes import Outcome
 from wucht.studies.run_up_plan import Plan
 from wucht.studies.start import start_state
 from wucht.studies.verdict import judge
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 _SETTLED_TOLERANCE = 1e-5
 _NO_ACCELERATION = 1e-9
+_SAVE_EVERY_S = 5.0
 
 Progress = Callable[[float, float], None]
 Checkpoint = Callable[["xr.Dataset"], None]
@@ -127,32 +129,19 @@ def run_up(
     plan = Plan.of(machine, question, initial, free)
     flow = compile_system(machine.system, question.tolerance, plan.events, question.engine)
     trajectory = restore(machine, question, resume) if resume is not None else None
-    verdict, saved = None, clock.perf_counter()
+    keeper = _Keeper(checkpoint, lambda t: result(machine, question, flow, t, judge(machine, t, free), plan.warnings, begun))
     for goal in plan.goals():
-        if trajectory is not None and trajectory.end_time >= goal:
-            continue
-        trajectory = _extend(machine, flow, trajectory, initial, goal, plan.step, progress, plan.expected_end)
-        if trajectory.stopped_by or trajectory.failure or trajectory.interrupted:
-            break
-        if plan.until_settled:
-            verdict = judge(machine, trajectory, free)
-            if verdict.settled_within(_SETTLED_TOLERANCE):
+        while trajectory is None or trajectory.end_time < goal - plan.step / 2:
+            trajectory = _extend(machine, flow, trajectory, initial, goal, plan, progress)
+            if trajectory.ended:
                 break
-        if checkpoint and clock.perf_counter() - saved > 5:
-            checkpoint(
-                result(
-                    machine,
-                    question,
-                    flow,
-                    trajectory,
-                    verdict or judge(machine, trajectory, free),
-                    plan.warnings,
-                    begun,
-                )
-            )
-            saved = clock.perf_counter()
+            keeper.keep(trajectory)
+        if trajectory.ended or (plan.until_settled and judge(machine, trajectory, free).settled_within(_SETTLED_TOLERANCE)):
+            break
     assert trajectory is not None
     verdict = judge(machine, trajectory, free)
+    if plan.too_coarse and verdict.outcome is not Outcome.FAILED:
+        verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED, advice="too few samples a turn are stored to tell")
     return result(machine, question, flow, trajectory, verdict, plan.warnings, begun)
 
 
@@ -188,15 +177,36 @@ def _at_rest(machine: Machine, initial: np.ndarray) -> bool:
 
 
 def _extend(
-    machine: Machine, flow: Flow, so_far: Trajectory | None, initial: np.ndarray, goal: float, step: float,
-    progress: Progress | None, expected_end: float,
-) -> Trajectory:  # fmt: skip
+    machine: Machine,
+    flow: Flow,
+    so_far: Trajectory | None,
+    initial: np.ndarray,
+    goal: float,
+    plan: Plan,
+    progress: Progress | None,
+) -> Trajectory:
     begin = 0.0 if so_far is None else so_far.end_time
     state = initial if so_far is None else so_far.end_state
-    grid = np.linspace(begin, goal, max(1, round((goal - begin) / step)) + 1)
-    report = None if progress is None else lambda t: progress(t, max(expected_end, goal))
-    leg = integrate(flow, state, machine.values, grid, report)
+    grid = np.linspace(begin, goal, max(1, round((goal - begin) / plan.step)) + 1)
+    report = None if progress is None else lambda t: progress(t, max(plan.expected_end, goal))
+    leg = integrate(flow, state, machine.values, grid, report, _SAVE_EVERY_S)
     return leg if so_far is None else so_far.joined(leg)
+
+
+class _Keeper:
+    """Saves what there is now and then: seldom enough that saving takes a tenth of the time at most."""
+
+    def __init__(self, checkpoint: Checkpoint | None, describe: Callable[[Trajectory], xr.Dataset]) -> None:
+        self._checkpoint, self._describe = checkpoint, describe
+        self._next = clock.perf_counter() + _SAVE_EVERY_S
+
+    def keep(self, trajectory: Trajectory) -> None:
+        begun = clock.perf_counter()
+        if self._checkpoint is None or begun < self._next:
+            return
+        self._checkpoint(self._describe(trajectory))
+        ended = clock.perf_counter()
+        self._next = ended + max(_SAVE_EVERY_S, 9 * (ended - begun))
 
 
 def summary(result: xr.Dataset) -> dict[str, Any]:

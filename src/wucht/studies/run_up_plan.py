@@ -16,22 +16,24 @@ if TYPE_CHECKING:
     from wucht.studies.run_up import RunUp
 
 SAMPLES_PER_TURN = 24
-MOST_SAMPLES = 400_000
+MOST_SAMPLES = 1_000_000
 _FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest speed expected; each next leg doubles the run
 _MOST_TURNS = 25_000
-_FEWEST_SAMPLES_PER_TURN = 8
+FEWEST_SAMPLES_PER_TURN = 8
 _LEGS = 20
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """step: between samples. first: the end of the first leg. expected_end: for the progress. until_settled: the verdict ends
+    """step: between samples. first: the end of the first leg. expected_end: for the progress. samples_per_turn: at the
+    highest speed expected. until_settled: the verdict ends
     the run. events: that end it. warnings: what is doubtful about the question."""
 
     step: float
     first: float
     expected_end: float
+    samples_per_turn: float
     until_settled: bool
     events: tuple[Event, ...]
     warnings: tuple[str, ...]
@@ -57,10 +59,16 @@ class Plan:
             step,
             first,
             end,
+            turn / step,
             question.until is None and question.turns is None,
             tuple(_events(machine, question, initial)),
             tuple(_warnings(machine, question, free, turn / step)),
         )
+
+    @property
+    def too_coarse(self) -> bool:
+        """Whether the samples are too few a turn to judge by."""
+        return self.samples_per_turn < FEWEST_SAMPLES_PER_TURN
 
     def goals(self) -> list[float]:
         """The times at which to pause for saving and looking: even parts of a given time, else each twice the last."""
@@ -95,9 +103,9 @@ def _warnings(machine: Machine, question: RunUp, free: float | None, samples_per
             f"the run of {question.until:g}{unit} is shorter than ten turns at the speed that the drive would reach "
             f"({20 * math.pi / abs(free):.3g}{unit}): far too short to tell"
         )
-    if samples_per_turn < _FEWEST_SAMPLES_PER_TURN:
+    if samples_per_turn < FEWEST_SAMPLES_PER_TURN:
         said.append(
             f"only {samples_per_turn:.1f} samples a turn are stored, to keep the result below {MOST_SAMPLES} samples: "
-            "amplitudes and the outcome may be misjudged; run for a shorter time"
+            "amplitudes are too small and no outcome is given; run for a shorter time"
         )
     return said
