@@ -81,7 +81,9 @@ def integrate(
     begun, failure, interrupted = clock.perf_counter(), None, False
     try:
         run.start()
-        while run.advance():
+        more = True
+        while more:
+            more = run.advance()
             if progress:
                 progress(flow.engine.time)
             if budget_s is not None and clock.perf_counter() - begun > budget_s:
@@ -98,14 +100,14 @@ def _checked(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     system = flow.system
     pars = np.array(system.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
-    size = len(system.states) + len(system.quadratures)
+    n, accumulated = len(system.states), len(system.quadratures)
     state = np.asarray(initial, dtype=float)
-    state = np.concatenate([state, np.zeros(max(0, size - len(state)))])
-    if not np.isfinite(state).all() or len(state) != size:
-        raise RunError(f"the initial state {np.asarray(initial)} has not {len(system.states)} finite numbers")
+    if state.shape not in ((n,), (n + accumulated,)) or not np.isfinite(state).all():
+        raise RunError(f"the initial state {state} has not {n} finite numbers, one for each of {', '.join(system.state_names)}")
+    state = np.concatenate([state, np.zeros(n + accumulated - len(state))])
     grid = np.asarray(grid, dtype=float)
-    if len(grid) < 1 or (np.diff(grid) <= 0).any():
-        raise RunError("the times at which to sample must increase")
+    if len(grid) < 1 or not (np.isfinite(grid).all() and (np.diff(grid) > 0).all()):
+        raise RunError("the times at which to sample must increase, and be finite")
     return state, pars, grid
 
 

@@ -14,6 +14,7 @@ from wucht.numerics.events import Event, Hit, Leg, LegError
 from wucht.numerics.program import Numbers, Program, python_function
 from wucht.system import TIME
 
+_COOL_DOWN = 1e-9
 _SMALLEST_TOLERANCE = 1e-13  # solve_ivp refuses less than 100 units of rounding
 
 
@@ -42,6 +43,8 @@ class ScipyEngine:
         self._time, self._state = time, np.array(state, dtype=float)
         self._constants = self._program.constant_values(parameters).tolist()
         self._event_constants = self._event_program.constant_values(parameters).tolist()
+        for index in self._cooled:
+            self._cooled[index] = self._cool(index)
 
     def forget_events(self) -> None:
         """A new run begins."""
@@ -60,6 +63,14 @@ class ScipyEngine:
         function.terminal = event.interrupts  # type: ignore[attr-defined]
         function.direction = event.direction  # type: ignore[attr-defined]
         return function
+
+    def _cool(self, index: int) -> tuple[float, float]:
+        """Until when an event that has just happened is not looked for, and the sign that its function takes thereafter."""
+        assert self._watched is not None
+        soon = _COOL_DOWN * max(1.0, abs(self._time))
+        state = self._state + soon * np.array(self._rhs(self._state.tolist(), self._time, self._constants))
+        value = float(self._watched(state.tolist(), self._time + soon, self._event_constants)[index])
+        return self._time + soon, float(np.sign(value))
 
     def leg(self, grid: np.ndarray) -> Leg:
         """Advance over the grid (m,). Raises ``LegError`` when the integration fails."""
@@ -97,10 +108,8 @@ class ScipyEngine:
         if stopped_by is None:
             self._time, self._state = end, samples[:, -1]
         else:
-            before = functions[stopped_by](self._time, self._state)
             self._time, self._state = hits[-1].time, hits[-1].state
-            sign = self._events[stopped_by].direction or -float(np.sign(before))
-            self._cooled[stopped_by] = (self._time + 1e-9 * max(1.0, abs(self._time)), float(sign))
+            self._cooled[stopped_by] = self._cool(stopped_by)
         return Leg(samples, self._time, np.array(self._state), tuple(hits), stopped_by)
 
     @property
