@@ -28,6 +28,8 @@ def verdict_lines(document: dict[str, Any]) -> list[str]:
     if beating:
         period = f"{s['modulation_period']:.5g}{' s' if dimensional else ''}"
         lines.append(f"  modulation   period {period}, {s['modulation_period_phi'] / (2 * math.pi):.4g} turns")
+    if s["dimensionless"] and document["units"] == "SI":
+        lines.append(f"  in numbers   {', '.join(f'{name} {value:.4g}' for name, value in s['dimensionless'].items())}")
     if s["energy_residual"] is not None:
         lines.append(f"  energy       balance closed to {s['energy_residual']:.1e}")
     return lines

@@ -1,4 +1,4 @@
-"""The dimensionless machines of the dissertation: V. Drozdetskaya 2020 (source 002), with the parameters printed there.
+"""The dimensionless machines of the dissertation: O. Drozdetskaya 2020 (source 002), with the parameters printed there.
 
 They are stated by energies like every machine. With xi = x M*/(m r), tau = k t, the equation of phi is multiplied by
 s/(epsilon w) and those of theta_i by 1/mu; then (4.11)-(4.20) follow from

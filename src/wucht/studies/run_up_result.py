@@ -17,6 +17,7 @@ from wucht.machines.machine import LOST, MISMATCH, SUPPLIED, Machine
 from wucht.machines.vibration import Vibration, free_speed, group
 from wucht.numerics.compile import Flow
 from wucht.numerics.integrate import Trajectory
+from wucht.numerics.peaks import extremes, interval_peaks
 from wucht.numerics.turns import envelope
 from wucht.results.conventions import Variable, variable
 from wucht.results.outcomes import Outcome
@@ -55,24 +56,22 @@ def result(
     balancers = [b for b in machine.bodies if b.about is not None]
     directions = [c.position.name[-1] for c in machine.carrier]
     displacement = np.array([row[c.position.name] for c in machine.carrier])
-    radius = np.hypot.reduce(displacement - static_position(machine)[:, None], axis=0)
+    offset = displacement - static_position(machine)[:, None]
+    velocity = np.array([row[c.velocity.name] for c in machine.carrier])
     angle = {b.name: row[b.coordinate.position.name] for b in machine.bodies}
     speed = {b.name: row[b.coordinate.velocity.name] for b in machine.bodies}
     natural = natural_frequencies(machine)
+    amplitude, peak = _amplitude(trajectory.time, offset, velocity, speed[machine.rotor.name], natural)
     data: dict[str, Variable] = {
         "angle": variable("body time", list(angle.values()), "angle", "rad"),
         "speed": variable("body time", list(speed.values()), "speed", units.speed),
         "displacement": variable("direction time", displacement, "displacement of the axis", units.length),
-        "velocity": variable(
-            "direction time", [row[c.velocity.name] for c in machine.carrier], "velocity of the axis", _per(units)
+        "velocity": variable("direction time", velocity, "velocity of the axis", _per(units)),
+        "radius": variable(
+            "time", np.hypot.reduce(offset, axis=0), "distance of the axis from its static position", units.length
         ),
-        "radius": variable("time", radius, "distance of the axis from its static position", units.length),
-        "amplitude": variable(
-            "time",
-            _amplitude(trajectory.time, radius, speed[machine.rotor.name], natural),
-            "amplitude of the axis",
-            units.length,
-        ),
+        "amplitude": variable("time", amplitude, "amplitude of the axis", units.length),
+        "peak_amplitude": variable("", peak, "largest amplitude of the axis", units.length),
         "bearing_force": variable(
             "direction time", [outputs[f"bearing_force_{d}"] for d in directions], "bearing force", units.force
         ),
@@ -140,11 +139,18 @@ def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def _amplitude(time: np.ndarray, radius: np.ndarray, speed: np.ndarray, natural: Mapping[str, float]) -> np.ndarray:
-    """The envelope of the radius: its peak within half a turn, or half a free vibration while the rotor is slower than that."""
+def _amplitude(
+    time: np.ndarray, offset: np.ndarray, velocity: np.ndarray, speed: np.ndarray, natural: Mapping[str, float]
+) -> tuple[np.ndarray, float]:
+    """The envelope of the axis' distance from its static position, and its peak.
+
+    offset, velocity: (m, N). A valley counts as part of the orbit if it is shorter than half a turn, or half a free vibration
+    while the rotor is slower than that.
+    """
+    peaks = np.sqrt(np.maximum(interval_peaks(time, (offset**2).sum(axis=0), 2 * (offset * velocity).sum(axis=0)), 0.0))
     slowest = min((f for f in natural.values() if f > 0), default=0.0)
     rate = np.maximum(np.abs(speed), slowest)
-    return envelope(time, radius, np.divide(math.pi, rate, out=np.zeros_like(rate), where=rate > 0))
+    return envelope(time, peaks, np.divide(math.pi, rate, out=np.zeros_like(rate), where=rate > 0)), float(peaks.max())
 
 
 def _residual(machine: Machine, angle: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -192,7 +198,7 @@ def _summary(machine: Machine, found: xr.Dataset, verdict: Verdict) -> dict[str,
     amplitude, beating = found.amplitude.values[inside], verdict.beat
     sense = float(np.sign(rotor[inside].mean())) or 1.0
     mean = sense * verdict.evidence.mean_speed if verdict.evidence.turning else _time_mean(time[inside], rotor[inside])
-    low, high = float(rotor[inside].min()), float(rotor[inside].max())
+    low, high = extremes(rotor[inside])
     return {
         "outcome": str(verdict.outcome),
         "sentence": verdict.sentence,
@@ -203,7 +209,7 @@ def _summary(machine: Machine, found: xr.Dataset, verdict: Verdict) -> dict[str,
         "final_amplitude": float(amplitude.mean()),
         "min_amplitude": float(amplitude.min()),
         "max_amplitude": float(amplitude.max()),
-        "peak_amplitude": float(found.radius.max()),
+        "peak_amplitude": float(found.peak_amplitude),
         "final_phases": verdict.phases,
         "final_residual_unbalance": verdict.evidence.residual,
         "settling_time": verdict.settling_time,
