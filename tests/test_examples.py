@@ -50,13 +50,9 @@ def _period_by_scipy(mu: float) -> float:
         return float(y[0])
 
     zero.direction = 1  # type: ignore[attr-defined]
-    run = solve_ivp(
-        lambda _t, y: [y[1], mu * (1 - y[0] ** 2) * y[1] - y[0]],
-        (0, 200),
-        [2.0, 0.0],
-        "DOP853",
-        events=zero,
-        rtol=1e-13,
-        atol=1e-13,
-    )
+
+    def oscillator(_t: float, y: np.ndarray) -> list[float]:
+        return [y[1], mu * (1 - y[0] ** 2) * y[1] - y[0]]
+
+    run = solve_ivp(oscillator, (0, 200), [2.0, 0.0], "DOP853", events=zero, rtol=1e-13, atol=1e-13)
     return float(run.t_events[0][-1] - run.t_events[0][-2])

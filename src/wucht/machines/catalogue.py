@@ -73,8 +73,8 @@ def machine_table(document: Document, path: Path, seen: tuple[Path, ...] = ()) -
         base = machine_table(inner, inner_path, here)
     except InputError as error:
         raise error.within(f"{inner_path}", ": ") from None
-    base["title"] = text(described, "title", "machine") or base.get("title") or inner.get("title", "")
-    return base | {"set": flatten(base.get("set", {})) | flatten(settings)}
+    title = text(described, "title", "machine") or base.get("title") or inner.get("title")
+    return base | ({"title": title} if title else {}) | {"set": flatten(base.get("set", {})) | flatten(settings)}
 
 
 def _used(name: str, path: Path) -> Path:

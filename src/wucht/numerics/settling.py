@@ -102,18 +102,13 @@ def beat(time: np.ndarray, angle: np.ndarray, signal: np.ndarray, threshold: flo
 
 
 def _upward_crossings(s: np.ndarray, reach: float) -> list[int]:
-    candidates = np.flatnonzero((s[:-1] < 0) & (s[1:] >= 0))
-    found: list[int] = []
-    armed_from = 0
-    for i in candidates:
-        if s[armed_from : i + 1].min() < -reach:
-            following = s[i:]
-            beyond = np.argmax(following > reach)
-            below = np.argmax(following < -reach) if (following < -reach).any() else len(following)
-            if following[beyond] > reach and beyond < below:
-                found.append(int(i))
-                armed_from = int(i) + 1
-    return found
+    """Indices i with s[i] < 0 <= s[i + 1], one for each rise from below -reach to above reach."""
+    side = np.sign(s) * (np.abs(s) > reach)
+    outside = np.flatnonzero(side)
+    rising = (side[outside[:-1]] < 0) & (side[outside[1:]] > 0)
+    crossings = np.flatnonzero((s[:-1] < 0) & (s[1:] >= 0))
+    last = np.searchsorted(crossings, outside[1:][rising]) - 1
+    return [int(i) for i in crossings[last]]
 
 
 def _holds(ranges: np.ndarray) -> bool:

@@ -20,7 +20,7 @@ from wucht.quantities import Unit
 from wucht.results.outcomes import Outcome
 from wucht.studies.run_up_plan import Plan
 from wucht.studies.start import start_state
-from wucht.studies.verdict import judge
+from wucht.studies.verdict import Verdict, judge
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,6 +108,7 @@ def _positive(table: Mapping[str, Any], key: str, unit: Unit) -> float | None:
     return value
 
 
+@np.errstate(all="ignore")  # a run that fails says so in a sentence, not by warnings about overflow
 def run_up(
     machine: Machine,
     question: RunUp,
@@ -136,7 +137,7 @@ def run_up(
             if trajectory.ended:
                 break
             keeper.keep(trajectory)
-        if trajectory.ended or (plan.until_settled and judge(machine, trajectory, free).settled_within(_SETTLED_TOLERANCE)):
+        if trajectory.ended or (plan.open_ended and _decided(plan, judge(machine, trajectory, free))):
             break
     assert trajectory is not None
     verdict = judge(machine, trajectory, free)
@@ -174,6 +175,12 @@ def _at_rest(machine: Machine, initial: np.ndarray) -> bool:
     accelerations = Evaluator.of(system, [system.derivatives[system.states.index(v)] for v in turning], names)
     found = accelerations(np.zeros(1), initial[:, None], system.values(machine.values))
     return all(abs(float(a[0])) < _NO_ACCELERATION for a in found.values())
+
+
+def _decided(plan: Plan, verdict: Verdict) -> bool:
+    if plan.until_settled:
+        return verdict.settled_within(_SETTLED_TOLERANCE)
+    return verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING)  # the turns asked for will never be made
 
 
 def _extend(

@@ -66,13 +66,18 @@ class Plan:
         )
 
     @property
+    def open_ended(self) -> bool:
+        """Whether the end is not known as a time."""
+        return self.until_settled or any(e.name == TURNS_DONE for e in self.events)
+
+    @property
     def too_coarse(self) -> bool:
         """Whether the samples are too few a turn to judge by."""
         return self.samples_per_turn < FEWEST_SAMPLES_PER_TURN
 
     def goals(self) -> list[float]:
         """The times at which to pause for saving and looking: even parts of a given time, else each twice the last."""
-        if not (self.until_settled or any(e.name == TURNS_DONE for e in self.events)):
+        if not self.open_ended:
             return [self.first * (k + 1) / _LEGS for k in range(_LEGS)]
         legs = math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS))
         return [self.first * 2**k for k in range(legs + 1)]

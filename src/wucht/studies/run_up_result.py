@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import time as clock
@@ -122,6 +123,7 @@ def result(
             {k: v for k, v in asdict(question).items() if v is not None} | {"kind": "run-up"},
             {
                 "title": machine.title,
+                "structure": _structure(machine),
                 "parameters": machine.values,
                 "bodies": [[b.name, b.kind, b.about] for b in machine.bodies],
             },
@@ -231,12 +233,18 @@ def _time_mean(time: np.ndarray, values: np.ndarray) -> float:
     return float(np.trapezoid(values, time) / (time[-1] - time[0]))
 
 
+def _structure(machine: Machine) -> str:
+    """A fingerprint of the machine's equations."""
+    s = machine.system
+    return hashlib.sha256(repr((s.states, s.definitions, s.derivatives)).encode()).hexdigest()[:16]
+
+
 def restore(machine: Machine, question: RunUp, earlier: xr.Dataset) -> Trajectory:
     """The trajectory in an unfinished result, to be continued. Raises ``InputError`` if it answers another question."""
-    kept = dict(zip(earlier.parameter.values.tolist(), earlier.parameters.values.tolist(), strict=True))
-    asked = json.loads(earlier.attrs["input"])["study"]
+    given = json.loads(earlier.attrs["input"])
     mine = json.loads(to_json({"kind": question.kind, "start": question.start, "tolerance": question.tolerance}))
-    if kept != machine.values or {key: asked.get(key) for key in mine} != mine:
+    same = given["machine"]["structure"] == _structure(machine) and given["machine"]["parameters"] == machine.values
+    if not same or {key: given["study"].get(key) for key in mine} != mine:
         raise InputError("--resume", None, "the result in the output folder is of another machine, start or tolerance")
     rows: dict[str, np.ndarray] = {}
     for b in machine.bodies:

@@ -63,7 +63,8 @@ def judge(machine: Machine, trajectory: Trajectory, free: float | None) -> Verdi
     followers = {b.name: _motion(machine, trajectory, b) for b in bodies[1:]}
     averaged = turns(trajectory.time, angle, speed, followers)
     vibration = Vibration.of(machine)
-    if averaged.count < _FEWEST_TURNS:
+    last_quarter = angle[-(len(angle) // 4 + 1) :]
+    if averaged.count < _FEWEST_TURNS or np.ptp(last_quarter) < 2 * math.pi:
         verdict = _without_turning(machine, trajectory, averaged, speed, angle)
     else:
         verdict = _turning(machine, trajectory, averaged, bodies, vibration, free)

@@ -1,0 +1,507 @@
+"""The commands of the contract, as a user calls them."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import wucht as package
+
+Command = Callable[..., Any]
+Study = Callable[..., Path]
+Refused = Callable[..., str]
+
+OBJECT = {"study", "machine", "summary", "warnings", "files", "version", "elapsed_s"}
+SUMMARY = {
+    "outcome", "final_speed", "min_speed", "max_speed", "final_amplitude", "peak_amplitude", "final_phases", "settling_time",
+    "modulation_period", "modulation_period_phi", "energy_residual",
+}  # fmt: skip
+OUTCOMES = {
+    "compensated", "passed", "captured", "captured-modulated", "balancer-captured", "stopped", "oscillating", "runaway",
+    "unidentified", "failed",
+}  # fmt: skip
+ROTOR_ALONE = """\
+[machine.carrier]
+mass = "1 kg"
+stiffness = "1e5 N/m"
+damping = "200 N s/m"
+[[machine.bodies]]
+kind = "rotor"
+name = "drum"
+mass = "9 kg"
+eccentricity = "1 mm"
+inertia = "0.03 kg m^2"
+[machine.drive]
+kind = "linear"
+slope = "4 N m s"
+no_load_speed = "200 rad/s"
+[study]
+kind = "run-up"
+until = "2 s"
+"""
+
+
+def _no_constant(name: str) -> None:
+    raise AssertionError(f"{name} is no JSON")
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    found = json.loads(text, parse_constant=_no_constant)
+    assert isinstance(found, dict)
+    return found
+
+
+# run
+
+
+def test_json_is_one_object_with_the_keys_of_the_contract(wucht: Command, study: Study) -> None:
+    said = wucht("run", study(), "-o", "out", "--json")
+    assert said.code == 0
+    found = _parsed(said.out)
+    assert found.keys() >= OBJECT
+    assert found["study"] == "run-up"
+    assert found["machine"] == "A drum with two pendulums"
+    assert found["version"] == package.__version__
+    assert isinstance(found["elapsed_s"], float)
+    assert {Path(f).name for f in found["files"]} == {"result.nc", "run-up.png", "summary.json"}
+    assert all(Path(f).stat().st_size > 0 for f in found["files"])
+    assert _parsed(Path("out/summary.json").read_text()) == found
+
+
+def test_the_summary_has_every_key_and_null_where_there_is_no_number(wucht: Command, study: Study) -> None:
+    short = wucht("run", study(), "-o", "out", "--json").document["summary"]
+    assert short.keys() >= SUMMARY
+    assert short["outcome"] == "unidentified"
+    for missing in ("settling_time", "modulation_period", "modulation_period_phi"):
+        assert short[missing] is None
+    for number in ("final_speed", "min_speed", "max_speed", "final_amplitude", "peak_amplitude", "energy_residual"):
+        assert isinstance(short[number], float)
+    done = wucht("run", study('until = "0.5 s"', "settled = true"), "-o", "out", "--json").document["summary"]
+    assert done["outcome"] == "compensated"
+    assert done["final_phases"].keys() == {"p1", "p2"}
+    assert all(0 <= phase < 2 * 3.141592653589793 for phase in done["final_phases"].values())
+    assert done["min_speed"] <= done["final_speed"] <= done["max_speed"]
+    assert isinstance(done["settling_time"], float)
+    assert done["energy_residual"] < 1e-9
+
+
+def test_a_captured_beating_machine_has_its_periods(wucht: Command) -> None:
+    found = wucht("run", "drozdetskaya-2020/r1", "-o", "out", "--json").document["summary"]
+    assert found["outcome"] == "captured-modulated"
+    assert found["outcome"] in OUTCOMES
+    # The mean speed over one period ties both periods together.
+    assert found["modulation_period_phi"] / found["modulation_period"] == pytest.approx(found["final_speed"], rel=1e-3)
+
+
+def test_without_json_the_verdict_is_read_first(wucht: Command, study: Study) -> None:
+    said = wucht("run", study('until = "0.5 s"', "settled = true"), "-o", "out")
+    assert said.code == 0
+    assert "COMPENSATED" in said.out.splitlines()[1]
+    assert "200 rad/s (1910 rpm)" in said.out
+    assert "result.nc" in said.out
+    assert "Traceback" not in said.err
+
+
+def test_the_default_folder(wucht: Command, study: Study) -> None:
+    assert wucht("run", study()).code == 0
+    assert Path("results/study/result.nc").is_file()
+    assert wucht("run", "drozdetskaya-2020/table-3.1-carrier", "--set", "study.until=100").code == 0
+    assert Path("results/table-3.1-carrier/result.nc").is_file()
+
+
+def test_folders_are_made_and_results_replaced(wucht: Command, study: Study) -> None:
+    file = study()
+    first = wucht("run", file, "-o", "a/b/c", "--json").document
+    second = wucht("run", file, "-o", "a/b/c", "--json", "--set", "study.until=1").document
+    assert second["files"] == first["files"]
+    assert second["summary"]["final_speed"] > first["summary"]["final_speed"]
+    assert sorted(p.name for p in Path("a/b/c").iterdir()) == ["result.nc", "run-up.png", "summary.json"]
+
+
+def test_names_with_spaces_and_umlauts(wucht: Command, study: Study) -> None:
+    Path("M\u00fchle 1").mkdir()
+    file = study('"A drum with two pendulums"', '"M\u00fchle \u2713"', name="M\u00fchle 1/l\u00e4uft nicht.toml")
+    found = wucht("run", file, "-o", "M\u00fchle 1/Ergebnis 1", "--json").document
+    assert found["machine"] == "M\u00fchle \u2713"
+    assert Path("M\u00fchle 1/Ergebnis 1/result.nc").is_file()
+    assert wucht("plot", "M\u00fchle 1/Ergebnis 1/result.nc").code == 0
+
+
+def test_a_folder_of_a_catalogue_name_hides_nothing(wucht: Command) -> None:
+    Path("drozdetskaya-2020/table-3.1-carrier").mkdir(parents=True)
+    assert wucht("run", "drozdetskaya-2020/table-3.1-carrier", "--set", "study.until=100", "--json").code == 0
+
+
+def test_a_study_without_a_question_runs_until_settled(wucht: Command) -> None:
+    Path("study.toml").write_text(ROTOR_ALONE.split("[study]")[0])
+    found = wucht("run", "study.toml", "-o", "out", "--json").document
+    assert found["machine"] == "study"
+    assert found["summary"]["outcome"] == "passed"
+    assert found["summary"]["final_phases"] == {}
+
+
+def test_files_of_other_editors(wucht: Command) -> None:
+    Path("study.toml").write_bytes(ROTOR_ALONE.replace("\n", "\r\n").encode())
+    assert wucht("run", "study.toml", "-o", "out", "--json").code == 0
+
+
+FORMS = {
+    "until a number": "until = 0.5",
+    "until a time": 'until = "500 ms"',
+    "until settled": 'until = "settled"',
+    "until a table": "until = { turns = 3 }",
+    "turns": "turns = 3",
+    "model": 'until = 0.5\nmodel = "full"',
+    "tolerance": "until = 0.5\ntolerance = 1e-9",
+    "tolerance a text": 'until = 0.5\ntolerance = "1e-9"',
+    "settled false beside until": "until = 0.5\nsettled = false",
+    "engine": 'until = 0.1\nengine = "scipy"',
+}
+
+
+@pytest.mark.parametrize("question", FORMS.values(), ids=FORMS.keys())
+def test_every_form_of_the_question(wucht: Command, study: Study, question: str) -> None:
+    said = wucht("run", study('until = "0.5 s"', question), "-o", "out", "--json")
+    assert said.code == 0, said.err
+    assert said.document["summary"]["outcome"] in OUTCOMES
+
+
+# use and set
+
+
+def _values(file: Path | str, **settings: Any) -> dict[str, float]:
+    from wucht.studies.files import read_study
+
+    return read_study(str(file), settings).machine.values
+
+
+SETS = {
+    "quoted": 'set = { "drive.slope" = "0.02 N m s", "carrier.mass" = 3 }',
+    "dotted": 'set = { drive.slope = "0.02 N m s", carrier.mass = 3 }',
+    "nested": 'set = { drive = { slope = "0.02 N m s" }, carrier = { mass = 3 } }',
+    "dotted from the table on": 'set.drive.slope = "0.02 N m s"\nset.carrier.mass = "3 kg"',
+    "a table": '[machine.set]\n"drive.slope" = 0.02\ncarrier.mass = "3000 g"',
+    "tables": "[machine.set.drive]\nslope = 0.02\n[machine.set.carrier]\nmass = 3",
+}
+
+
+@pytest.mark.parametrize("written", SETS.values(), ids=SETS.keys())
+def test_every_way_to_write_set(here: Path, written: str) -> None:
+    Path("study.toml").write_text(f'[machine]\nuse = "drozdetskaya-2020/r1"\n{written}\n')
+    values = _values("study.toml")
+    assert values["drive.slope"] == 0.02
+    assert values["carrier.mass"] == 3.0
+    assert values["drum.mass"] == 9.75
+
+
+def test_set_of_a_dimensionless_machine(here: Path) -> None:
+    Path("study.toml").write_text('[machine]\nuse = "drozdetskaya-2020/table-5.1"\nset = { u = 1.5, lambda = 2.5 }\n')
+    values = _values("study.toml")
+    assert (values["u"], values["lambda"], values["mu"]) == (1.5, 2.5, 0.01)
+
+
+def test_the_last_setting_wins(wucht: Command, here: Path) -> None:
+    Path("deep").mkdir()
+    Path("deep/base.toml").write_text('title = "base"\n[machine]\nuse = "drozdetskaya-2020/r1"\nset = { drive.slope = 1, p1.damping = 1 }\n')
+    Path("deep/mid.toml").write_text('[machine]\nuse = "base.toml"\nset = { drive.slope = 2, "p2.damping" = 2 }\n')
+    Path("top.toml").write_text('[machine]\nuse = "deep/mid.toml"\ntitle = "top"\nset = { drum.mass = 20 }\n')
+    values = _values("top.toml", **{"drum.inertia": "1 kg m^2"})
+    assert [values[k] for k in ("drive.slope", "p1.damping", "p2.damping", "drum.mass", "drum.inertia")] == [2.0, 1.0, 2.0, 20.0, 1.0]
+    said = wucht(
+        "run", "top.toml", "-o", "out", "--json", "--set", "drive.slope=3", "--set", "drive.slope=4 N m s", "--set", "study.until=1e-2"
+    )
+    assert said.document["machine"] == "top"
+    stored = _stored(Path("out/result.nc"))
+    assert stored["drive.slope"] == 4.0
+    assert stored["p2.damping"] == 2.0
+
+
+def _stored(file: Path) -> dict[str, float]:
+    import xarray as xr
+
+    found = xr.load_dataset(file, engine="h5netcdf")
+    return dict(zip(found.parameter.values.tolist(), found.parameters.values.tolist(), strict=True))
+
+
+def test_use_is_relative_to_the_file_not_to_the_working_directory(
+    wucht: Command, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("project/machines").mkdir(parents=True)
+    Path("project/machines/mine.toml").write_text(ROTOR_ALONE.split("[study]")[0])
+    Path("project/study.toml").write_text('[machine]\nuse = "machines/mine.toml"\n[study]\nkind = "run-up"\nuntil = "0.1 s"\n')
+    Path("elsewhere").mkdir()
+    monkeypatch.chdir("elsewhere")
+    for name in ("../project/study.toml", here / "project/study.toml"):
+        said = wucht("run", name, "-o", "out", "--json")
+        assert said.code == 0, said.err
+        assert Path("out/result.nc").is_file()
+    assert wucht("equations", "../project/study.toml").code == 0
+    assert not (here / "project/results").exists()
+
+
+PAIRS = {
+    "one of a pair": (["carrier.stiffness=[1e5, 2e5]", "carrier.stiffness.x=3e5"], [3e5, 2e5]),
+    "the other with a unit": (["carrier.stiffness=[1e5, 2e5]", "carrier.stiffness.y=3 N/mm"], [1e5, 3e3]),
+    "a pair with units": (['carrier.stiffness=["1e5 N/m", "200 N/mm"]'], [1e5, 2e5]),
+}
+
+
+@pytest.mark.parametrize(("settings", "expected"), PAIRS.values(), ids=PAIRS.keys())
+def test_settings_of_pairs(wucht: Command, study: Study, settings: list[str], expected: list[float]) -> None:
+    words = [w for s in settings for w in ("--set", s)]
+    said = wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json", *words)
+    assert said.code == 0, said.err
+    stored = _stored(Path("out/result.nc"))
+    assert [stored["carrier.stiffness.x"], stored["carrier.stiffness.y"]] == expected
+
+
+@pytest.mark.parametrize("directions", ["x", "xy"])
+def test_a_component_of_what_is_one_number(refused: Refused, study: Study, directions: str) -> None:
+    file = study('"1 kg"', f'"1 kg"\ndirections = "{directions}"')
+    refused("run", file, "--json", "--set", "carrier.stiffness.x=1e5", says=("carrier.stiffness", "one number"))
+
+
+SETTINGS = {
+    "a number": ("drive.slope=0.02", "drive.slope", 0.02),
+    "a number with exponent": ("carrier.stiffness=2e5", "carrier.stiffness", 2e5),
+    "a quantity": ("drive.no_load_speed=3000 rpm", "drive.no_load_speed", 314.159265358979),
+    "turns a second": ("drive.no_load_speed=50 Hz", "drive.no_load_speed", 314.159265358979),
+    "degrees a second": ("drive.no_load_speed=180 deg/s", "drive.no_load_speed", 3.14159265358979),
+    "quotes": ('p1.mass="130 g"', "p1.mass", 0.13),
+    "blanks": (" p1.mass = 130 g ", "p1.mass", 0.13),
+    "an optional key": ("p1.inertia=1.69e-3", "p1.inertia", 1.69e-3),
+}
+
+
+@pytest.mark.parametrize(("setting", "key", "value"), SETTINGS.values(), ids=SETTINGS.keys())
+def test_settings_from_the_command_line(wucht: Command, study: Study, setting: str, key: str, value: float) -> None:
+    said = wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json", "--set", setting)
+    assert said.code == 0, said.err
+    assert _stored(Path("out/result.nc"))[key] == pytest.approx(value, rel=1e-12)
+
+
+def test_settings_of_the_question(wucht: Command, study: Study) -> None:
+    import xarray as xr
+
+    words = ("study.until=0.2 s", "study.start.p1=0.4", "study.start.p2.speed=3 rad/s", "study.start.carrier.x=1 mm")
+    said = wucht("run", study(), "-o", "out", "--json", *(w for s in words for w in ("--set", s)))
+    assert said.code == 0, said.err
+    found = xr.load_dataset("out/result.nc", engine="h5netcdf").isel(time=[0, -1])
+    assert found.time.values.tolist() == pytest.approx([0.0, 0.2])
+    assert found.angle.isel(time=0).values.tolist() == pytest.approx([0.0, 0.4, -0.5])
+    assert found.speed.isel(time=0).values.tolist() == pytest.approx([0.0, 0.0, 3.0])
+    assert found.displacement.isel(time=0).values.tolist() == pytest.approx([1e-3, 0.0])
+
+
+# What is doubtful
+
+
+DOUBTS = {
+    "unbalance too large": ('"1 mm"', '"10 mm"', "more than the 0.026 kg m"),
+    "far too short": ('"0.5 s"', '"1 ms"', "far too short"),
+    "one balancer too large": ('"125 g"', '"12.5 kg"', "more than the rotor and all other balancers"),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "says"), DOUBTS.values(), ids=DOUBTS.keys())
+def test_doubtful_input_runs_with_a_warning(wucht: Command, study: Study, old: str, new: str, says: str) -> None:
+    said = wucht("run", study(old, new), "-o", "out", "--json")
+    assert said.code == 0, said.err
+    assert any(says in warning for warning in said.document["warnings"])
+    loud = wucht("run", study(old, new), "-o", "out")
+    assert loud.code == 0
+    assert says in loud.err
+    assert says not in loud.out
+
+
+def test_a_machine_that_cannot_exist_is_doubted(wucht: Command) -> None:
+    said = wucht("run", "drozdetskaya-2020/table-5.1", "-o", "out", "--json", "--set", "study.until=50")
+    assert said.code == 0
+    assert any("no machine has these parameters" in warning for warning in said.document["warnings"])
+
+
+def test_too_short_says_how_long(wucht: Command, study: Study) -> None:
+    found = wucht("run", study(), "-o", "out", "--json").document
+    assert found["summary"]["outcome"] == "unidentified"
+    assert any("run at least until" in warning for warning in found["warnings"])
+
+
+# Runs that fail
+
+
+FAILURES = {
+    "heyoka": ('p1 = "0.3 rad"', "carrier = { x = 1e300 }"),
+    "scipy": ('p1 = "0.3 rad"', "carrier = { x = 1e300 }", 'until = "0.5 s"', 'until = 0.5\nengine = "scipy"'),
+    "stiffness": ('"1e5 N/m"', "1e300"),
+}
+
+
+@pytest.mark.filterwarnings("error")  # they would stand on stderr beside the sentence
+@pytest.mark.parametrize("changes", FAILURES.values(), ids=FAILURES.keys())
+def test_a_run_that_fails_says_when_where_and_what_to_do(wucht: Command, study: Study, changes: tuple[str, ...]) -> None:
+    said = wucht("run", study(*changes), "-o", "out", "--json")
+    assert said.code == 1
+    assert "t = " in said.err
+    assert "carrier." in said.err or "p1." in said.err or "drum." in said.err
+    assert "Look for" in said.err or "Try" in said.err
+    assert "Traceback" not in said.err
+    assert said.err.rstrip("\n").count("\n") == 0 or said.err.startswith("running")
+    found = _parsed(said.out)
+    assert found["summary"]["outcome"] == "failed"
+    assert found["summary"].keys() >= SUMMARY
+    assert Path("out/result.nc").is_file()
+    assert wucht("plot", "out/result.nc").code == 0
+
+
+# plot
+
+
+SIGNATURES = {"png": b"\x89PNG\r\n\x1a\n", "pdf": b"%PDF-", "svg": b"<?xml"}
+
+
+def test_plot_works_from_the_file_alone(wucht: Command, study: Study, here: Path) -> None:
+    assert wucht("run", study(), "-o", "out", "--json").code == 0
+    Path("elsewhere").mkdir()
+    shutil.move("out/result.nc", "elsewhere/renamed.nc")
+    shutil.rmtree("out")
+    Path("study.toml").unlink()
+    for ending, signature in SIGNATURES.items():
+        said = wucht("plot", "elsewhere/renamed.nc", "--format", ending)
+        assert said.code == 0, said.err
+        written = Path(said.out.strip())
+        assert written == Path("elsewhere") / f"run-up.{ending}"
+        assert written.read_bytes().startswith(signature)
+    said = wucht("plot", here / "elsewhere/renamed.nc", "-o", "figures/new")
+    assert Path("figures/new/run-up.png").is_file()
+
+
+def test_plot_into_a_folder_that_cannot_be_written(wucht: Command, refused: Refused, study: Study) -> None:
+    assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
+    refused("plot", "out/result.nc", "-o", "study.toml", says=("-o", "given 'study.toml'"))
+    refused("plot", "out/result.nc", "-o", "study.toml/below", says=("-o", "given 'study.toml/below'"))
+
+
+def test_half_a_result_is_refused(wucht: Command, refused: Refused, study: Study) -> None:
+    assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
+    whole = Path("out/result.nc").read_bytes()
+    for size in (100, len(whole) // 2, len(whole) - 100):
+        Path("half.nc").write_bytes(whole[:size])
+        refused("plot", "half.nc", says=("half.nc: ",))
+
+
+def test_the_result_holds_its_whole_input(wucht: Command, study: Study) -> None:
+    import xarray as xr
+
+    assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json", "--set", "p1.mass=0.2").code == 0
+    found = xr.load_dataset("out/result.nc", engine="h5netcdf")
+    kept = json.loads(found.attrs["document"])
+    assert kept["study"]["until"] == "0.01 s"
+    assert kept["machine"]["bodies"][1]["mass"] == 0.2
+    assert json.loads(found.attrs["versions"])["wucht"] == package.__version__
+    assert all("units" in v.attrs and v.attrs["long_name"] for v in found.data_vars.values())
+
+
+# new, list, equations
+
+
+def test_new_writes_a_study_that_runs(wucht: Command) -> None:
+    said = wucht("new", "run-up")
+    assert said.code == 0
+    assert "run-up.toml" in said.out
+    text = Path("run-up.toml").read_text()
+    assert text.count("#") > 10, "the file explains itself"
+    assert wucht("run", "run-up.toml", "-o", "out", "--json").document["summary"]["outcome"] == "compensated"
+
+
+@pytest.mark.parametrize("name", ["drozdetskaya-2020/r1-u40", "drozdetskaya-2020/table-5.1", "practice/laundry-drum"])
+def test_new_copies_from_the_catalogue(wucht: Command, name: str) -> None:
+    assert wucht("new", name, "mine.toml").code == 0
+    assert _values("mine.toml") == _values(name)
+    assert wucht("new", name).code == 0
+    assert Path(Path(name).name + ".toml").is_file()
+
+
+def test_list_has_a_line_each(wucht: Command) -> None:
+    from wucht.machines.catalogue import names
+
+    said = wucht("list")
+    assert said.code == 0
+    lines = [line.split() for line in said.out.splitlines()]
+    first = [words[0] for words in lines if len(words) > 1]
+    for name in ("carrier", "rotor", "pendulum", "roller", "linear", "constant-speed", "run-up", "laval-rotor", *names()):
+        assert first.count(name) == 1, name
+
+
+def test_equations_are_readable(wucht: Command, study: Study) -> None:
+    said = wucht("equations", study())
+    assert said.code == 0
+    for expected in ("A drum with two pendulums", "phi''", "sin(phi)", "drum.mass", "0.125 kg"):
+        assert expected in said.out
+    assert "0.2 kg" in wucht("equations", "study.toml", "--set", "p1.mass=0.2").out
+
+
+def test_equations_for_latex(wucht: Command, study: Study) -> None:
+    said = wucht("equations", study(), "--latex")
+    assert said.code == 0
+    assert said.out.count("\\begin{align}") == said.out.count("\\end{align}") == 1
+    assert said.out.count("{") == said.out.count("}")
+    body = said.out.split("\\begin{align}")[1].split("\\end{align}")[0]
+    assert len(body.strip().split("\\\\\n")) == 5, "one line for each of x, y, phi, theta_1, theta_2"
+
+
+@pytest.mark.parametrize("words", [("--version",), ("-h",), ("run", "--help"), ("plot", "-h"), ("new", "-h"), ("list", "-h")])
+def test_help_and_version(wucht: Command, words: tuple[str, ...]) -> None:
+    said = wucht(*words)
+    assert said.code == 0
+    assert said.out
+    assert not said.err
+
+
+# As a process of its own
+
+
+def _process(*words: str, **options: Any) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "wucht", *words], capture_output=True, text=True, timeout=60, check=False, env=_environment(), **options
+    )
+
+
+def _environment() -> dict[str, str]:
+    source = str(Path(package.__file__).parent.parent)
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([source, os.environ.get("PYTHONPATH", "")])}
+
+
+def test_stdout_of_the_process_is_the_object_alone(study: Study, here: Path) -> None:
+    study()
+    Path("sub").mkdir()
+    done = _process("run", "../study.toml", "--json", "-o", "../out", cwd=here / "sub")
+    assert done.returncode == 0
+    assert _parsed(done.stdout).keys() >= OBJECT
+    assert "Warning" not in done.stderr
+    assert (here / "out/result.nc").is_file()
+
+
+def test_bad_input_of_the_process(here: Path) -> None:
+    done = _process("run", "nowhere.toml", "--json", cwd=here)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "wucht: nowhere.toml: there is no such file\n"
+
+
+def test_a_reader_who_has_seen_enough(here: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as closed:
+        done = subprocess.run(
+            [sys.executable, "-m", "wucht", "list"], stdout=closed, stderr=subprocess.PIPE, text=True, timeout=60, check=False,
+            env=_environment(), cwd=here,
+        )  # fmt: skip
+    assert "Traceback" not in done.stderr
+    assert "BrokenPipe" not in done.stderr

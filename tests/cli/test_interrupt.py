@@ -1,0 +1,261 @@
+"""Ctrl-C, SIGTERM and kill -9: what was computed stays readable and can be continued."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import wucht as package
+from wucht.cli.progress import Progress
+
+Command = Callable[..., Any]
+Study = Callable[..., Path]
+Refused = Callable[..., str]
+
+LONG = ('until = "0.5 s"', 'until = "100000 s"\nengine = "scipy"')
+POSIX = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+
+
+def _load(file: str | Path) -> xr.Dataset:
+    return xr.load_dataset(file, engine="h5netcdf")
+
+
+@pytest.fixture
+def signal_at(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
+    """``signal_at(3)``: the third report of progress is answered with Ctrl-C (or another signal)."""
+    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM)}
+
+    def arm(count: int, number: int = signal.SIGINT) -> None:
+        calls = iter(range(1, 10**9))
+
+        def update(_self: Progress, _reached: float, _goal: float) -> None:
+            if next(calls) == count:
+                signal.raise_signal(number)
+
+        monkeypatch.setattr(Progress, "update", update)
+
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that an unhandled one does not end pytest
+    yield arm
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def test_ctrl_c_leaves_a_valid_result(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
+    signal_at(3)
+    said = wucht("run", study(*LONG), "-o", "out", "--json")
+    assert said.code == 130
+    assert "Traceback" not in said.err
+    assert any("--resume" in warning for warning in said.document["warnings"])
+    assert said.document["summary"]["outcome"] == "unidentified"
+    found = _load("out/result.nc")
+    assert found.attrs["finished"] == 0
+    assert found.sizes["time"] > 1
+    assert np.isfinite(found.angle.values).all()
+    assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "run-up.png", "summary.json"]
+    assert json.loads(Path("out/summary.json").read_text()) == said.document
+    assert wucht("plot", "out/result.nc").code == 0
+
+
+def test_ctrl_c_at_the_first_report(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
+    signal_at(1)
+    said = wucht("run", study(*LONG), "-o", "out")
+    assert said.code == 130
+    assert "--resume" in said.err
+    assert "Traceback" not in said.err
+    assert _load("out/result.nc").sizes["time"] >= 1
+
+
+@POSIX
+def test_a_batch_system_ends_it_like_ctrl_c(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
+    signal_at(2, signal.SIGTERM)
+    said = wucht("run", study(*LONG), "-o", "out", "--json")
+    assert said.code in (130, 143)
+    assert _load("out/result.nc").attrs["finished"] == 0
+
+
+QUESTIONS = {
+    "until": 'until = "2 s"',
+    "turns": "turns = 40",
+    "settled": "settled = true",
+    "scipy": 'until = "0.5 s"\nengine = "scipy"',
+}
+
+
+@pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS.keys())
+def test_a_resumed_run_is_the_uninterrupted_one(
+    wucht: Command, study: Study, signal_at: Callable[..., None], question: str
+) -> None:
+    file = study(LONG[0], question)
+    whole = wucht("run", file, "-o", "whole", "--json").document
+    signal_at(2)
+    assert wucht("run", file, "-o", "parts", "--json").code == 130
+    part = _load("parts/result.nc")
+    assert 0 < part.attrs["end_time"] < _load("whole/result.nc").attrs["end_time"]
+    said = wucht("run", file, "-o", "parts", "--json", "--resume")
+    assert said.code == 0, said.err
+    expected, found = _load("whole/result.nc"), _load("parts/result.nc")
+    assert found.attrs["finished"] == 1
+    np.testing.assert_allclose(found.time, expected.time, rtol=0, atol=1e-9)
+    for name in ("angle", "speed", "supplied_work", "dissipated_work"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-6, atol=1e-6)
+    summary = said.document["summary"]
+    assert summary["outcome"] == whole["summary"]["outcome"]
+    assert summary["final_speed"] == pytest.approx(whole["summary"]["final_speed"], rel=1e-9)
+    assert summary["final_phases"] == pytest.approx(whole["summary"]["final_phases"], abs=1e-6)
+    assert summary["energy_residual"] < 1e-9
+    assert not any("interrupted" in warning for warning in said.document["warnings"])
+
+
+def test_resume_where_nothing_is_begins(wucht: Command, study: Study) -> None:
+    said = wucht("run", study(), "-o", "out", "--json", "--resume")
+    assert said.code == 0
+    assert _load("out/result.nc").time.values[-1] == pytest.approx(0.5)
+
+
+def test_resume_of_a_finished_run_is_that_run(wucht: Command, study: Study) -> None:
+    first = wucht("run", study(), "-o", "out", "--json").document
+    again = wucht("run", study(), "-o", "out", "--json", "--resume").document
+    assert again["summary"] == pytest.approx(first["summary"]) or again["summary"] == first["summary"]
+
+
+def test_resume_with_a_later_end_goes_on(wucht: Command, study: Study) -> None:
+    assert wucht("run", study(), "-o", "out", "--json").code == 0
+    said = wucht("run", study(), "-o", "out", "--json", "--resume", "--set", "study.until=1")
+    assert said.code == 0, said.err
+    direct = wucht("run", study(), "-o", "direct", "--json", "--set", "study.until=1").document["summary"]
+    found = _load("out/result.nc")
+    assert found.time.values[-1] == pytest.approx(1.0)
+    assert (np.diff(found.time) > 0).all()
+    for key in ("final_speed", "final_amplitude", "peak_amplitude"):
+        assert said.document["summary"][key] == pytest.approx(direct[key], rel=0.02), key
+
+
+OTHERS = {
+    "mass": (("--set", "p1.mass=0.13"), ()),
+    "start": (("--set", "study.start.p1=0.31"), ()),
+    "tolerance": (("--set", "study.tolerance=1e-9"), ()),
+    "directions": ((), ('"1 kg"', '"1 kg"\ndirections = "x"')),
+    "about": (("--set", "p2.about=p1"), ()),
+    "drive": (("--set", "drive.on=p1"), ()),
+    "names": ((), ('"p2"', '"p3"', 'p2 = "-0.5', 'p3 = "-0.5')),
+}
+
+
+@pytest.mark.parametrize(("words", "changes"), OTHERS.values(), ids=OTHERS.keys())
+def test_resume_refuses_another_run(
+    wucht: Command, refused: Refused, study: Study, words: tuple[str, ...], changes: tuple[str, ...]
+) -> None:
+    assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
+    before = Path("out/result.nc").read_bytes()
+    refused("run", study('"0.5 s"', '"0.02 s"', *changes), "-o", "out", "--json", "--resume", *words, says=("--resume",))
+    assert Path("out/result.nc").read_bytes() == before
+
+
+def test_writing_that_is_cut_off_leaves_the_earlier_result(
+    wucht: Command, study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
+    before = Path("out/result.nc").read_bytes()
+
+    def half(_self: xr.Dataset, path: Path, **_: object) -> None:
+        Path(path).write_bytes(before[: len(before) // 2])
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(xr.Dataset, "to_netcdf", half)
+        said = wucht("run", study(), "-o", "out", "--json")
+    assert said.code == 130
+    assert said.err.endswith("wucht: interrupted\n")
+    assert Path("out/result.nc").read_bytes() == before
+    assert wucht("run", study(), "-o", "out", "--json").code == 0
+    assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "run-up.png", "summary.json"]
+
+
+def test_a_full_disk_is_a_sentence(wucht: Command, study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_self: xr.Dataset, path: Path, **_: object) -> None:
+        raise OSError(28, "No space left on device", str(path))
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    said = wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json")
+    assert said.code == 1
+    assert not said.out
+    assert said.err.count("\n") == 1
+    assert "result.nc" in said.err
+    assert "No space left on device" in said.err
+
+
+def test_ctrl_c_before_the_run(wucht: Command, study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("wucht.studies.files.read_study", interrupted)
+    said = wucht("run", study(), "-o", "out", "--json")
+    assert (said.code, said.out, said.err) == (130, "", "wucht: interrupted\n")
+
+
+# As a process of its own
+
+
+def _begin(*words: str, cwd: Path) -> subprocess.Popen[str]:
+    source = str(Path(package.__file__).parent.parent)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([source, os.environ.get("PYTHONPATH", "")])}
+    return subprocess.Popen(
+        [sys.executable, "-m", "wucht", "run", *words],
+        cwd=cwd, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+
+
+def _wait(process: subprocess.Popen[str], condition: Callable[[], bool], seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert process.poll() is None, process.communicate()[1]
+        assert time.monotonic() < end, "nothing happened"
+        time.sleep(0.02)
+
+
+@POSIX
+def test_ctrl_c_on_the_process_twice_over(study: Study, here: Path) -> None:
+    study(*LONG)
+    ends = []
+    for words in ((), ("--resume",)):
+        process = _begin("study.toml", "-o", "out", "--json", *words, cwd=here)
+        assert process.stderr is not None
+        assert process.stderr.readline().startswith("running")  # it says so once it takes a moment
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+        assert process.returncode == 130, err
+        assert "Traceback" not in err
+        assert json.loads(out)["summary"]["outcome"] == "unidentified"
+        ends.append(_load(here / "out/result.nc").attrs["end_time"])
+    assert 0 < ends[0] < ends[1]
+
+
+@POSIX
+def test_kill_leaves_what_was_saved(study: Study, here: Path, wucht: Command) -> None:
+    study(*LONG)
+    process = _begin("study.toml", "-o", "out", cwd=here)
+    try:
+        _wait(process, (here / "out/result.nc").is_file, 40)
+    finally:
+        process.kill()
+        process.communicate()
+    kept = _load(here / "out/result.nc")
+    assert kept.attrs["finished"] == 0
+    assert kept.attrs["end_time"] > 0
+    assert wucht("plot", "out/result.nc").code == 0
+    end = float(kept.attrs["end_time"])
+    said = wucht("run", "study.toml", "-o", "out", "--json", "--resume", "--set", f"study.until={end + 0.5}")
+    assert said.code == 0, said.err
+    assert _load(here / "out/result.nc").time.values[-1] == pytest.approx(end + 0.5)

@@ -1,0 +1,134 @@
+"""Helpers of all tests: the command line called in this process, and a small study file to spoil."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+STUDY = """\
+title = "A drum with two pendulums"
+
+[machine.carrier]
+mass = "1 kg"
+stiffness = "1e5 N/m"
+damping = "200 N s/m"
+
+[[machine.bodies]]
+kind = "rotor"
+name = "drum"
+mass = "9 kg"
+eccentricity = "1 mm"
+inertia = "0.03 kg m^2"
+
+[[machine.bodies]]
+kind = "pendulum"
+name = "p1"
+about = "drum"
+mass = "125 g"
+length = "104 mm"
+damping = "0.17 N m s"
+
+[[machine.bodies]]
+kind = "pendulum"
+name = "p2"
+about = "drum"
+mass = "125 g"
+length = "104 mm"
+damping = "0.17 N m s"
+
+[machine.drive]
+on = "drum"
+kind = "linear"
+slope = "0.04 N m s"
+no_load_speed = "200 rad/s"
+
+[study]
+kind = "run-up"
+until = "0.5 s"
+start = { p1 = "0.3 rad", p2 = "-0.5 rad" }
+"""
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a command said: its exit code, stdout and stderr."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The one JSON object on stdout."""
+        found = json.loads(self.out)
+        assert isinstance(found, dict)
+        return found
+
+
+Command = Callable[..., Said]
+Spoil = Callable[..., Path]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working directory."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def wucht(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+    """``wucht("run", "study.toml")``: the command in this process. A traceback is the exception itself: the test fails."""
+    from wucht.cli import main
+
+    def call(*words: object) -> Said:
+        monkeypatch.setattr(sys, "argv", ["wucht", *map(str, words)])
+        capsys.readouterr()
+        code: Any = 0
+        try:
+            main()
+        except SystemExit as end:
+            code = end.code
+        said = capsys.readouterr()
+        return Said(code or 0, said.out, said.err)
+
+    return call
+
+
+@pytest.fixture
+def study(here: Path) -> Spoil:
+    """``study(old, new, ...)``: the study file with ``old`` replaced by ``new`` (first place each), as study.toml."""
+
+    def write(*changes: str, name: str = "study.toml") -> Path:
+        text = STUDY
+        for old, new in zip(changes[::2], changes[1::2], strict=True):
+            assert old in text, f"{old!r} is not in the study file"
+            text = text.replace(old, new, 1)
+        Path(name).write_text(text, encoding="utf-8")
+        return Path(name)
+
+    return write
+
+
+@pytest.fixture
+def refused(wucht: Command) -> Callable[..., str]:
+    """``refused("run", ..., says=(...))``: exit code 2, nothing on stdout, one sentence on stderr that contains all of these."""
+
+    def check(*words: object, says: tuple[str, ...] = ()) -> str:
+        said = wucht(*words)
+        assert said.code == 2, said.err
+        assert not said.out
+        assert said.err.startswith("wucht: ")
+        assert said.err.endswith("\n")
+        assert said.err.count("\n") == 1, said.err
+        for part in says:
+            assert part in said.err
+        return said.err
+
+    return check

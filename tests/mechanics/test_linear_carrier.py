@@ -1,0 +1,87 @@
+"""M, C, K of the carrier and what a turning body does to it, read off the same energies."""
+
+import sympy as sp
+from pytest import raises
+
+from wucht.errors import WuchtError
+from wucht.machines.files import machine_from
+from wucht.mechanics.energies import Energies
+from wucht.mechanics.lagrange import Coordinate
+from wucht.mechanics.linear_carrier import linear_carrier
+
+x, y, phi = Coordinate.named("x", "vx"), Coordinate.named("y", "vy"), Coordinate.named("phi", "w", angle=True)
+m0, m, U, J, kx, ky, k12, bx, by, g = sp.symbols("m0 m U J kx ky k12 bx by g", positive=True)
+vx, vy, w = x.velocity, y.velocity, phi.velocity
+
+SUPPORT = Energies(
+    kinetic=m0 * (vx**2 + vy**2) / 2,
+    potential=kx * x.position**2 / 2 + ky * y.position**2 / 2 + k12 * x.position * y.position + m0 * g * y.position,
+    dissipation=bx * vx**2 / 2 + by * vy**2 / 2,
+)
+ROTOR = Energies(
+    kinetic=m * (vx**2 + vy**2) / 2 + U * w * (-vx * sp.sin(phi.position) + vy * sp.cos(phi.position)) + J * w**2 / 2,
+    potential=g * (m * y.position + U * sp.sin(phi.position)),
+)
+
+
+def test_matrices_of_a_rotor_on_springs():
+    found = linear_carrier([SUPPORT, ROTOR], [x, y], [phi])
+    assert found.mass == sp.Matrix([[m0 + m, 0], [0, m0 + m]])
+    assert found.damping == sp.Matrix([[bx, 0], [0, by]])
+    assert found.stiffness == sp.Matrix([[kx, k12], [k12, ky]])
+    assert found.load.applyfunc(sp.expand) == sp.Matrix([0, -(m0 + m) * g]).applyfunc(sp.expand)
+
+
+def test_a_rotor_excites_with_U_times_1_and_minus_i():
+    """Re[U (1, -i) w^2 exp(i phi)] = U w^2 (cos phi, sin phi): the centrifugal force points to the centre of mass."""
+    found = linear_carrier([SUPPORT, ROTOR], [x, y], [phi])
+    assert found.coupling[0] == sp.Matrix([-U * sp.sin(phi.position), U * sp.cos(phi.position)])
+    assert found.excitation[0] == sp.Matrix([U, -sp.I * U])
+    turning = (found.excitation[0] * w**2 * sp.exp(sp.I * phi.position)).applyfunc(lambda e: sp.re(e.expand(complex=True)))
+    assert turning == U * w**2 * sp.Matrix([sp.cos(phi.position), sp.sin(phi.position)])
+
+
+def test_a_body_mounted_at_an_angle_excites_with_a_phase():
+    ahead = ROTOR.kinetic.subs(phi.position, phi.position + sp.pi / 3)
+    found = linear_carrier([Energies(kinetic=ahead)], [x, y], [phi]).excitation[0]
+    expected = U * sp.exp(sp.I * sp.pi / 3) * sp.Matrix([1, -sp.I])
+    assert (found - expected).applyfunc(lambda e: sp.simplify(e.expand(complex=True))) == sp.zeros(2, 1)
+
+
+def test_one_direction_only():
+    found = linear_carrier([Energies(kinetic=m * vx**2 / 2 - U * w * vx * sp.sin(phi.position))], [x], [phi])
+    assert found.mass == sp.Matrix([m])
+    assert found.excitation[0] == sp.Matrix([U])
+
+
+def test_a_carrier_that_is_not_linear_is_refused():
+    hardening = Energies(potential=kx * x.position**4)
+    with raises(WuchtError, match="stiffness matrix is not constant"):
+        linear_carrier([SUPPORT, ROTOR, hardening], [x, y], [phi])
+    rubbing = Energies(dissipation=bx * vx**4)
+    with raises(WuchtError, match="damping matrix is not constant"):
+        linear_carrier([SUPPORT, ROTOR, rubbing], [x, y], [phi])
+    moving_inertia = Energies(kinetic=m * sp.cos(phi.position) ** 2 * vx**2)
+    with raises(WuchtError, match="mass matrix is not constant"):
+        linear_carrier([SUPPORT, ROTOR, moving_inertia], [x, y], [phi])
+
+
+def test_a_machine_with_a_pendulum_and_a_roller():
+    machine = machine_from(
+        {
+            "carrier": {"mass": 1.0, "stiffness": [4.0, 9.0], "damping": [0.4, 0.6], "gravity": 9.81},
+            "bodies": [
+                {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.1, "inertia": 0.5},
+                {"kind": "pendulum", "name": "p", "about": "drum", "mass": 0.5, "length": 0.2},
+                {"kind": "roller", "name": "r", "about": "drum", "mass": 0.25, "track_radius": 0.3, "radius": 0.1},
+            ],
+        }
+    )
+    found, at = machine.linear_carrier, machine.numbers
+    assert found.mass.xreplace(at) == 3.75 * sp.eye(2)
+    assert found.stiffness.xreplace(at) == sp.diag(4.0, 9.0)
+    assert found.damping.xreplace(at) == sp.diag(0.4, 0.6)
+    strengths = [complex(e[0].xreplace(at)) for e in found.excitation]
+    assert [abs(s) for s in strengths] == [0.2, 0.1, 0.25 * (0.3 - 0.1)]
+    assert all(complex(e[1].xreplace(at)) == -1j * s for e, s in zip(found.excitation, strengths, strict=True))
+    assert [float(f) for f in found.load.xreplace(at)] == [0.0, -3.75 * 9.81]

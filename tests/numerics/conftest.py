@@ -1,0 +1,17 @@
+"""The engines to test: what must hold on one holds on all."""
+
+from importlib.util import find_spec
+
+import pytest
+
+HEYOKA = pytest.param("heyoka", marks=pytest.mark.skipif(not find_spec("heyoka"), reason="heyoka is not installed"))
+
+
+@pytest.fixture(params=[HEYOKA, "scipy"])
+def engine(request):
+    return request.param
+
+
+@pytest.fixture(params=[HEYOKA, "scipy", "scipy-radau"])
+def any_engine(request):
+    return request.param

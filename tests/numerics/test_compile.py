@@ -1,0 +1,71 @@
+"""Compiled once a structure: values never compile again."""
+
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.machines.files import machine_from
+from wucht.numerics.compile import available_engine, compile_system
+from wucht.numerics.events import Event
+from wucht.numerics.integrate import integrate
+from wucht.system import System
+
+x, v = sp.symbols("x v", real=True)
+k = sp.Symbol("k", real=True)
+SPRING = System((x, v), (v, -k * x), (k,))
+
+
+def rotor(slope, stiffness, **more):
+    return machine_from(
+        {
+            "carrier": {"stiffness": stiffness, "damping": 200.0},
+            "bodies": [{"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.01, **more}],
+            "drive": {"kind": "linear", "slope": slope, "no_load_speed": 200.0},
+        }
+    )
+
+
+def test_other_values_get_the_same_flow(engine):
+    one, other = rotor(0.02, 1e5), rotor(0.5, 2e4, bearing_damping=0.1)
+    assert one.system is not other.system
+    assert one.system == other.system
+    assert compile_system(one.system, engine=engine) is compile_system(other.system, engine=engine)
+
+
+def test_another_structure_gets_another_flow():
+    flows = [
+        compile_system(rotor(0.02, stiffness, **body).system, engine="scipy")
+        for stiffness, body in ((1e5, {}), ([1e5, 1e5], {}), (1e5, {"eccentricity": None, "unbalance": 0.01}))
+    ]
+    assert len({id(f) for f in flows}) == 3
+
+
+def test_other_events_tolerance_or_engine_get_another_flow():
+    flows = [
+        compile_system(SPRING, engine="scipy"),
+        compile_system(SPRING, 1e-6, engine="scipy"),
+        compile_system(SPRING, events=(Event("middle", x),), engine="scipy"),
+        compile_system(SPRING, engine="scipy-radau"),
+    ]
+    assert len({id(f) for f in flows}) == 4
+
+
+def test_one_flow_many_values(any_engine):
+    """x'' = -k x from x = 1: at t = 1, x = cos(sqrt k)."""
+    flow = compile_system(SPRING, 1e-10, engine=any_engine)
+    for stiffness in (1.0, 4.0, 0.25):
+        run = integrate(flow, [1.0, 0.0], {"k": stiffness}, np.array([0.0, 1.0]))
+        assert run.states[0, -1] == pytest.approx(np.cos(np.sqrt(stiffness)), abs=1e-9)
+
+
+def test_without_a_choice_the_best_engine_is_taken():
+    assert compile_system(SPRING).engine.name == available_engine()
+    assert available_engine() == ("heyoka" if find_spec("heyoka") else "scipy")
+
+
+def test_an_unknown_engine_is_refused():
+    with pytest.raises(WuchtError, match="unknown engine 'euler'; known: heyoka, scipy, scipy-radau"):
+        compile_system(SPRING, engine="euler")

@@ -1,0 +1,187 @@
+"""Events: their exact times, what they change, in which order, the same on both engines."""
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.numerics.compile import compile_system
+from wucht.numerics.events import Event
+from wucht.numerics.integrate import integrate
+from wucht.system import TIME, System
+
+x, v, w, b = sp.symbols("x v w b", real=True)
+slope, no_load, inertia, held, rate, g, e = sp.symbols("slope no_load inertia held rate g e", real=True)
+
+MOTOR = System((w,), (slope * (no_load - w) / inertia,), (slope, no_load, inertia))
+MOTOR_VALUES = {"slope": 0.5, "no_load": 200.0, "inertia": 2.0}
+OSCILLATOR = System((x, v), (v, -x))
+TURN = 2 * math.pi
+
+
+def run_up_time(speed):
+    """A motor of linear characteristic without load: w = no_load (1 - exp(-slope t / inertia))."""
+    return -2.0 / 0.5 * math.log(1 - speed / 200.0)
+
+
+def test_the_exact_time_of_a_speed(engine):
+    flow = compile_system(MOTOR, events=(Event("150", w - 150, +1),), engine=engine)
+    run = integrate(flow, [0.0], MOTOR_VALUES, np.linspace(0, 30, 31))
+    (hit,) = run.hits
+    assert hit.name == "150"
+    assert hit.time == pytest.approx(run_up_time(150.0), abs=1e-11)
+    assert hit.state == pytest.approx([150.0], abs=1e-9)
+    assert run.time[-1] == 30.0  # an event without consequence stops nothing
+
+
+def test_the_threshold_may_be_a_parameter(engine):
+    threshold = sp.Symbol("threshold", real=True)
+    system = System(MOTOR.states, MOTOR.derivatives, (*MOTOR.parameters, threshold))
+    flow = compile_system(system, events=(Event("there", w - threshold),), engine=engine)
+    for speed in (20.0, 150.0, 199.0):
+        run = integrate(flow, [0.0], MOTOR_VALUES | {"threshold": speed}, np.array([0.0, 30.0]))
+        assert run.hits[0].time == pytest.approx(run_up_time(speed), abs=1e-9)
+
+
+def test_a_terminal_event_ends_the_run(engine):
+    grid = np.linspace(0, 30, 301)
+    flow = compile_system(MOTOR, events=(Event("150", w - 150, terminal=True), Event("never", w - 500)), engine=engine)
+    run = integrate(flow, [0.0], MOTOR_VALUES, grid)
+    assert run.stopped_by == "150"
+    assert run.failure is None
+    assert run.end_time == pytest.approx(run_up_time(150.0), abs=1e-11)
+    assert run.end_state == pytest.approx([150.0], abs=1e-9)
+    assert np.array_equal(run.time, grid[grid < run.end_time])
+    assert [h.name for h in run.hits] == ["150"]
+
+
+@pytest.mark.parametrize(
+    ("direction", "expected"),
+    [(+1, [0.75 * TURN, 1.75 * TURN]), (-1, [0.25 * TURN, 1.25 * TURN]), (0, [k * TURN / 4 for k in (1, 3, 5, 7)])],
+)
+def test_direction(engine, direction, expected):
+    """x = cos t falls through zero at a quarter turn and rises at three quarters."""
+    flow = compile_system(OSCILLATOR, events=(Event("zero", x, direction),), engine=engine)
+    run = integrate(flow, [1.0, 0.0], [], np.linspace(0, 2 * TURN, 50))
+    assert [h.time for h in run.hits] == pytest.approx(expected, abs=1e-10)
+
+
+@pytest.mark.parametrize("samples", [2, 40, 9000])
+def test_hits_come_in_order_of_time(engine, samples):
+    """Whatever the order in which events were given, and whether or not they fall into one step or one leg."""
+    events = [Event(f"{k}", x - sp.Rational(k, 10)) for k in (3, -8, 8, 0, -3)]
+    flow = compile_system(OSCILLATOR, events=tuple(events), engine=engine)
+    run = integrate(flow, [1.0, 0.0], [], np.linspace(0, 2 * TURN, samples))
+    fall, rise = ["8", "3", "0", "-3", "-8"], ["-8", "-3", "0", "3", "8"]
+    assert [h.name for h in run.hits] == fall + rise + fall + rise
+    times = [math.acos(int(h.name) / 10) for h in run.hits[:5]]
+    assert [h.time for h in run.hits[:5]] == pytest.approx(times, abs=1e-10)
+
+
+def test_hits_around_an_action_come_in_order(engine):
+    """Passing events before and after one that acts, within one step of the integrator."""
+    clock = System((x,), (sp.S.One,))
+    act = Event("act", x - sp.Rational(1, 2), action=lambda t, state, pars: (state, pars))
+    around = (Event("late", x - sp.Rational(3, 5)), act, Event("early", x - sp.Rational(2, 5)))
+    run = integrate(compile_system(clock, events=around, engine=engine), [0.0], [], np.array([0.0, 1.0]))
+    assert [h.name for h in run.hits] == ["early", "act", "late"]
+    assert [h.time for h in run.hits] == pytest.approx([0.4, 0.5, 0.6], abs=1e-12)
+
+
+# A leader that accelerates at a given rate, and a body that is held by it until it is released, then keeps its speed: `held`
+# multiplies what the body has in common with the leader.
+HELD = System((w, b), (rate, held * rate), (rate, held))
+
+
+def release(t, state, parameters):
+    return state, np.array([parameters[0], 0.0])
+
+
+@pytest.mark.parametrize("samples", [2, 11, 9001])
+def test_a_body_released_at_a_time(engine, samples):
+    """The grid of 11 has a sample at the very moment."""
+    grid = np.linspace(0, 10, samples)
+    flow = compile_system(HELD, events=(Event("release", TIME - 3, action=release),), engine=engine)
+    run = integrate(flow, [0.0, 0.0], {"rate": 2.0, "held": 1.0}, grid)
+    assert np.array_equal(run.time, grid)
+    assert [h.time for h in run.hits] == pytest.approx([3.0], abs=1e-12)
+    assert np.abs(run.states[0] - 2 * grid).max() < 1e-11
+    assert np.abs(run.states[1] - 2 * np.minimum(grid, 3.0)).max() < 1e-11
+    assert run.parameters.tolist() == [2.0, 0.0]
+
+
+def test_a_body_released_at_a_speed(engine):
+    grid = np.linspace(0, 10, 101)
+    flow = compile_system(HELD, events=(Event("release", w - 7, +1, action=release),), engine=engine)
+    for acceleration in (2.0, 1.0, 0.5):
+        run = integrate(flow, [0.0, 0.0], {"rate": acceleration, "held": 1.0}, grid)
+        reached = 7 / acceleration
+        assert [h.time for h in run.hits] == pytest.approx([reached] if reached < 10 else [], abs=1e-11)
+        assert np.abs(run.states[1] - acceleration * np.minimum(grid, reached)).max() < 1e-10
+
+
+def test_the_hit_shows_the_state_before_the_action(engine):
+    kick = Event("kick", TIME - 1, action=lambda t, state, pars: (np.array([0.0, 5.0]), pars))
+    run = integrate(compile_system(HELD, events=(kick,), engine=engine), [1.0, 0.0], [1.0, 1.0], np.array([0.0, 0.5, 2.0]))
+    assert run.hits[0].state == pytest.approx([2.0, 1.0], abs=1e-12)
+    assert run.states[:, -1] == pytest.approx([1.0, 6.0], abs=1e-12)
+
+
+def test_two_actions_in_one_step_both_happen(engine):
+    add = [Event(f"at {t}", TIME - t, action=lambda t, s, p: (s + np.array([0.0, 10.0]), p)) for t in (2, 1)]
+    run = integrate(compile_system(HELD, events=tuple(add), engine=engine), [0.0, 0.0], [1.0, 1.0], np.array([0.0, 5.0]))
+    assert [h.name for h in run.hits] == ["at 1", "at 2"]
+    assert run.states[1, -1] == pytest.approx(25.0, abs=1e-12)
+
+
+BALL = System((x, v), (v, -g), (g, e))
+
+
+def bounce(t, state, parameters):
+    return np.array([state[0], -parameters[1] * state[1]]), parameters
+
+
+def bounces(count):
+    """Dropped from 1 m: first contact at sqrt(2 h/g), then flights each shorter by e = 0.8."""
+    first = math.sqrt(2 / 9.81)
+    return [first * (1 + 2 * sum(0.8**k for k in range(1, n))) for n in range(1, count + 1)]
+
+
+@pytest.mark.parametrize("direction", [-1, 0])
+def test_a_bouncing_ball(engine, direction):
+    """The action turns the state back to the side it came from, so the event function touches zero without crossing it."""
+    flow = compile_system(BALL, events=(Event("floor", x, direction, action=bounce),), engine=engine)
+    run = integrate(flow, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 3, 301))
+    assert [h.time for h in run.hits] == pytest.approx(bounces(6), abs=1e-10)
+    assert run.states[0].min() > -1e-12
+
+
+def test_an_action_may_also_end_the_run(engine):
+    last = Event("floor", x, -1, terminal=True, action=bounce)
+    run = integrate(compile_system(BALL, events=(last,), engine=engine), [1.0, 0.0], [9.81, 0.8], np.linspace(0, 3, 31))
+    assert run.stopped_by == "floor"
+    assert run.end_state[1] == pytest.approx(0.8 * math.sqrt(2 * 9.81), abs=1e-10)
+
+
+@pytest.mark.parametrize("acts", [False, True])
+def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatch):
+    """Samples are taken in legs; an event may lie exactly where one ends and the next begins."""
+    monkeypatch.setattr("wucht.numerics.integrate._LEG_S", 1e9, raising=False)  # the same legs however busy the computer
+    clock, grid, borders = System((x,), (sp.S.One,)), np.linspace(0, 1, 20_001), []
+    integrate(compile_system(clock, engine=engine), [0.0], [], grid, borders.append)
+    assert len(borders) > 2
+    here, action = borders[len(borders) // 2], (lambda t, s, p: (s, p)) if acts else None
+    flow = compile_system(clock, events=(Event("border", TIME - here, action=action),), engine=engine)
+    run = integrate(flow, [0.0], [], grid)
+    assert [h.time for h in run.hits] == pytest.approx([here], abs=1e-12)
+    assert np.abs(run.states[0] - grid).max() < 1e-12
+
+
+def test_more_than_a_million_events_fail_with_a_sentence(engine, monkeypatch):
+    """As a ball at rest would; what was computed until then is kept."""
+    monkeypatch.setattr("wucht.numerics.integrate._MOST_HITS", 10)
+    flow = compile_system(BALL, events=(Event("floor", x, -1, action=bounce),), engine=engine)
+    run = integrate(flow, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 6, 61))
+    assert "more than 10 events" in run.failure
+    assert run.time[-1] == pytest.approx(3.6)

@@ -1,0 +1,80 @@
+"""Lowering: what is constant during a run is computed once, what nobody needs is left out."""
+
+import numpy as np
+import sympy as sp
+from pytest import raises
+
+from wucht.errors import RunError, WuchtError
+from wucht.numerics.program import Evaluator, lower, python_function
+from wucht.system import TIME, Output, System
+
+a, w, u, v = sp.symbols("a w u v", real=True)
+m, l, g, c = sp.symbols("m l g c", real=True)  # noqa: E741
+
+
+def test_parameters_are_folded_into_constants():
+    pendulum = System((a, w), (w, -m * g * l * sp.sin(a) / (m * l**2) - c * w / (m * l**2)), (m, l, g, c))
+    program = lower(pendulum, pendulum.derivatives)
+    left = set().union(*(r.free_symbols for r in program.results))
+    assert not left & {m, l, g, c}
+    assert left == {a, w, *(s for s, _ in program.constants)}
+    assert len(program.constants) == 2  # -g/l and -c/(m l^2), whatever the number of parameters
+    found = dict(zip([s for s, _ in program.constants], program.constant_values([2.0, 0.5, 10.0, 3.0]), strict=True))
+    acceleration = program.results[1].xreplace(found | {a: sp.pi / 2, w: 1.0})
+    assert float(acceleration) == -20.0 - 6.0
+
+
+def test_the_same_constant_is_computed_once():
+    system = System((a, w), (m * l * sp.cos(a), m * l * sp.sin(w)), (m, l))
+    program = lower(system, system.derivatives)
+    assert [e for _, e in program.constants] == [m * l]
+
+
+def test_numbers_stay_and_time_is_no_constant():
+    system = System((a,), (2 * a + sp.cos(3 * TIME) + m * TIME,), (m,))
+    program = lower(system, system.derivatives)
+    assert [e for _, e in program.constants] == [m]
+    assert program.results[0].has(TIME)
+
+
+def test_constant_definitions_become_constants_and_unused_ones_disappear():
+    system = System(
+        (a, w),
+        (w, u * sp.sin(a)),
+        (m, l),
+        ((u, m * l**2), (v, u * sp.cos(a)), (g, v + w)),
+    )
+    assert lower(system, system.derivatives).lines == ()
+    needing_all = lower(system, (g,))
+    assert [s for s, _ in needing_all.lines] == [v, g]
+    assert [e for _, e in needing_all.constants] == [m * l**2]
+
+
+def test_parameters_with_which_nothing_can_be_computed():
+    system = System((a,), (a / (m - l),), (m, l))
+    program = lower(system, system.derivatives)
+    with raises(RunError, match=r"division by zero\): m = 2, l = 2"):
+        program.constant_values([2.0, 2.0])
+    with raises(RunError, match="m = nan"):
+        program.constant_values([np.nan, 1.0])
+
+
+def test_a_system_asks_for_all_its_parameters():
+    system = System((a,), (m * a * l,), (m, l))
+    assert system.values({"l": 2, "m": 1, "more": 3}) == (1.0, 2.0)
+    with raises(WuchtError, match="no value for the parameter l"):
+        system.values({"m": 1.0})
+
+
+def test_evaluator_of_outputs_over_arrays():
+    system = System((a, w), (w, -a), (m, l), ((u, m * l**2 * w),), (Output("momentum", u), Output("mass", m)))
+    evaluate = Evaluator.of(system, [o.expression for o in system.outputs], ["momentum", "mass"])
+    states = np.array([[0.0, 0.1, 0.2], [1.0, 2.0, 3.0]])
+    found = evaluate(np.arange(3.0), states, [2.0, 3.0])
+    assert found["momentum"].tolist() == [18.0, 36.0, 54.0]
+    assert found["mass"].tolist() == [2.0, 2.0, 2.0]  # one number a sample, although it is constant
+
+
+def test_python_function_runs_lines_in_order():
+    function = python_function((a, (m, l)), ((u, a + m), (v, u * l)), (v, u - v), "math")
+    assert function(1.0, (2.0, 5.0)) == [15.0, -12.0]

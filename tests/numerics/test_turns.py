@@ -1,0 +1,133 @@
+"""Averages over turns remove the ripple within a turn and nothing else; the envelope follows what is slow."""
+
+import numpy as np
+import pytest
+
+from wucht.numerics.turns import PER_TURN, envelope, turns
+
+
+def rippled(w, a, samples_a_turn, count=20, k=1):
+    """phi = w t + a sin(k w t): whatever a, a turn takes 2 pi/w."""
+    t = np.arange(0, count * samples_a_turn + 1) * 2 * np.pi / w / samples_a_turn
+    return t, w * t + a * np.sin(k * w * t), w + a * k * w * np.cos(k * w * t)
+
+
+@pytest.mark.parametrize("w", [0.7, 200.0])
+@pytest.mark.parametrize("k", [1, 2, 3])
+def test_the_mean_speed_of_a_rippled_turn_is_exact(w, k):
+    t, phi, speed = rippled(w, 0.2, 200, k=k)
+    found = turns(t, phi, speed, {})
+    assert found.speed == pytest.approx(np.full(len(found.speed), w), rel=1e-7)
+    assert found.count == pytest.approx(19, abs=0.1)
+    assert np.diff(found.angle) == pytest.approx(2 * np.pi / PER_TURN, rel=1e-12)
+
+
+def test_the_error_is_of_fourth_order_in_the_sampling_interval():
+    errors = []
+    for samples_a_turn in (12.382, 24.382, 48.382, 96.382):  # out of step, so that errors do not repeat and cancel
+        t = np.arange(0, 600, 2 * np.pi / samples_a_turn)
+        found = turns(t, t + 0.2 * np.sin(t), 1 + 0.2 * np.cos(t), {})
+        errors.append(np.abs(found.speed - 1.0).max())
+    order = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert order == pytest.approx(4.0, abs=0.2)
+
+
+def test_a_slow_change_is_kept():
+    """phi = t + t^2/2000: the mean speed over a turn that takes T around the middle t is 1 + t/1000."""
+    t = np.linspace(0, 300, 6001)
+    found = turns(t, t + t**2 / 2000, 1 + t / 1000, {})
+    begin_to_end = 1 + found.time / 1000
+    assert np.abs(found.speed - begin_to_end).max() < 5e-6  # the middle of the angle is not quite that of the time
+
+
+def test_followers_their_speed_and_phase():
+    t, phi, speed = rippled(3.0, 0.1, 100)
+    locked = (phi + 2.0, speed)
+    slipping = (2.7 * t, np.full_like(t, 2.7))
+    found = turns(t, phi, speed, {"locked": locked, "slipping": slipping})
+    assert np.abs(found.phases[0] - np.exp(2j)).max() < 1e-6
+    assert found.followers[0] == pytest.approx(np.full(len(found.time), 3.0), rel=1e-6)
+    assert found.followers[1] == pytest.approx(np.full(len(found.time), 2.7), rel=1e-6)
+    # A slip of a tenth of the speed turns the phase by 36 degrees a turn: the mean of exp(i a) over that has modulus sinc.
+    assert np.abs(found.phases[1]).mean() == pytest.approx(np.sin(0.1 * np.pi) / (0.1 * np.pi), abs=2e-2)
+
+
+def test_turning_backward():
+    t, phi, speed = rippled(3.0, 0.1, 100)
+    forward = turns(t, phi, speed, {"p": (phi + 2.0, speed)})
+    backward = turns(t, -phi, -speed, {"p": (-phi - 2.0, -speed)})
+    assert backward.speed == pytest.approx(-forward.speed, rel=1e-12)
+    assert backward.angle == pytest.approx(-forward.angle, rel=1e-12)
+    assert np.abs(backward.phases - forward.phases.conj()).max() < 1e-9
+
+
+def test_only_the_last_part_that_turns_one_way_counts():
+    """A body that swings at first: speed 1 - 2 exp(-t/5), negative until t = 5 ln 2."""
+    t = np.linspace(0, 100, 4001)
+    found = turns(t, t + 10 * (np.exp(-t / 5) - 1), 1 - 2 * np.exp(-t / 5), {})
+    assert (found.speed > 0).all()
+    assert found.time[0] > 5 * np.log(2)
+    assert found.speed[-1] == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("until", [0.0, 0.1, 6.0])
+def test_less_than_a_turn_is_an_empty_record(until):
+    t = np.linspace(0, until, 30)
+    found = turns(t, t, np.ones_like(t), {"a": (t, np.ones_like(t))})
+    assert found.count == 0
+    assert found.phases.shape == (1, 0)
+
+
+def test_the_last_share():
+    t, phi, speed = rippled(1.0, 0.0, 100)
+    found = turns(t, phi, speed, {})
+    assert len(found.time[found.last(0.1)]) == round(0.1 * len(found.time))
+    assert len(found.time[found.last(0.0)]) == 1
+
+
+def test_the_envelope_of_a_modulated_vibration():
+    """|A(t) cos(w t)|, A = 1 + 0.3 sin(w t/40): valleys of half a period are filled, the modulation stays."""
+    w = 50.0
+    t = np.linspace(0, 40, 80_001)
+    slow = 1 + 0.3 * np.sin(w / 40 * t)
+    found = envelope(t, np.abs(slow * np.cos(w * t)), np.full_like(t, np.pi / w))
+    inside = slice(200, -200)
+    assert np.abs(found - slow)[inside].max() < 0.3 / 40 * np.pi  # what A changes within half a period
+    assert found[inside].min() == pytest.approx(0.7, abs=2e-3)
+    assert found[inside].max() == pytest.approx(1.3, abs=2e-3)
+    assert (found >= np.abs(slow * np.cos(w * t)) - 1e-15).all()
+
+
+def test_the_envelope_of_a_smooth_line_is_the_line():
+    """But for the last half window, where what follows is not known."""
+    t = np.linspace(0, 10, 1001)
+    decay = np.exp(-t)
+    found = envelope(t, decay, np.full_like(t, 0.5))
+    assert np.array_equal(found[:-25], decay[:-25])
+    assert (found[-25:] == decay[-26]).all()
+
+
+def test_a_valley_longer_than_the_window_stays():
+    t = np.linspace(0, 10, 1001)
+    radius = np.where((t > 4) & (t < 6), 0.0, 1.0)
+    assert envelope(t, radius, np.full_like(t, 1.0)).min() == 0.0
+    assert envelope(t, radius, np.full_like(t, 2.5)).min() == 1.0
+
+
+def test_the_envelope_against_a_direct_search():
+    draw = np.random.default_rng(3)
+    t = np.linspace(0, 1, 200)
+    radius, window = draw.random(200), draw.uniform(0, 0.2, 200)
+    half = np.ceil(window / 2 / (t[1] - t[0])).astype(int)
+
+    def reach(i):
+        return slice(max(i - half[i], 0), min(i + half[i], 199) + 1)
+
+    highest = np.array([radius[reach(i)].max() for i in range(200)])
+    lowest = np.array([highest[reach(i)].min() for i in range(200)])
+    assert np.array_equal(envelope(t, radius, window), lowest)
+
+
+@pytest.mark.parametrize("n", [0, 1])
+def test_the_envelope_of_hardly_anything(n):
+    assert envelope(np.zeros(n), np.ones(n), np.ones(n)).tolist() == [1.0] * n

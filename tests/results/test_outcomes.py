@@ -1,0 +1,155 @@
+"""The criteria of the contract, at their edges: just inside, just outside."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from wucht.results.outcomes import Evidence, Outcome, classify
+
+FREE, RESONANCE = 200.0, 101.0
+AT_SPEED = Evidence(
+    turning=True, mean_speed=FREE, lowest_speed=FREE, free_speed=FREE, resonance=RESONANCE, residual=0.0, steady=True
+)
+HANGING = replace(AT_SPEED, mean_speed=90.0, lowest_speed=90.0, residual=3.6)
+BEATING = replace(HANGING, mean_speed=100.0, lowest_speed=88.0, steady=False, beating=True)
+
+
+def just_above(x):
+    return math.nextafter(x, math.inf)
+
+
+def just_below(x):
+    return math.nextafter(x, -math.inf)
+
+
+def case(base, **changes):
+    return classify(replace(base, **changes))
+
+
+def test_every_outcome_has_a_sentence():
+    assert all(o.sentence and o.sentence[0].islower() for o in Outcome)
+    assert str(Outcome.CAPTURED_MODULATED) == "captured-modulated"
+
+
+# --- compensated: speed within 0.5 % of what the drive reaches without vibration, less than 1 % of the unbalance left ---
+
+
+@pytest.mark.parametrize("speed", [199.0, 199.5, 200.0, 201.0])
+def test_within_half_a_percent_of_the_free_speed_is_compensated(speed):
+    assert case(AT_SPEED, mean_speed=speed, lowest_speed=speed) is Outcome.COMPENSATED
+
+
+@pytest.mark.parametrize("speed", [just_below(199.0), just_above(201.0), 198.0, 202.0])
+def test_half_a_percent_off_the_free_speed_is_only_passed(speed):
+    assert case(AT_SPEED, mean_speed=speed, lowest_speed=speed) is Outcome.PASSED
+
+
+def test_the_lowest_speed_must_be_within_half_a_percent_too():
+    assert case(AT_SPEED, lowest_speed=199.0) is Outcome.COMPENSATED
+    assert case(AT_SPEED, lowest_speed=just_below(199.0)) is Outcome.PASSED
+
+
+def test_less_than_one_percent_of_the_unbalance_may_be_left():
+    assert case(AT_SPEED, residual=just_below(0.01)) is Outcome.COMPENSATED
+    assert case(AT_SPEED, residual=0.01) is Outcome.PASSED
+
+
+def test_without_unbalance_nothing_is_compensated():
+    assert case(AT_SPEED, residual=None) is Outcome.PASSED
+
+
+def test_compensated_needs_bodies_that_do_not_slip():
+    assert case(AT_SPEED, slip=0.2) is Outcome.COMPENSATED  # 0.1 % of 200 rad/s
+    assert case(AT_SPEED, slip=just_above(0.2)) is Outcome.BALANCER_CAPTURED
+
+
+def test_compensated_holds_before_the_last_decimals_have_settled():
+    assert case(AT_SPEED, steady=False) is Outcome.COMPENSATED
+
+
+# --- captured and passed: a steady speed at or before, or beyond, the last maximum of the vibration torque ---
+
+
+def test_at_the_resonance_exactly_is_captured_just_beyond_is_passed():
+    assert case(HANGING, mean_speed=RESONANCE, lowest_speed=RESONANCE) is Outcome.CAPTURED
+    beyond = just_above(RESONANCE)
+    assert case(HANGING, mean_speed=beyond, lowest_speed=beyond) is Outcome.PASSED
+    assert case(HANGING, mean_speed=30.0, lowest_speed=30.0) is Outcome.CAPTURED
+
+
+def test_without_a_resonance_below_the_free_speed_there_is_nothing_to_hang_in():
+    assert case(HANGING, resonance=None) is Outcome.PASSED
+
+
+def test_the_free_speed_need_not_be_known():
+    assert case(HANGING, free_speed=None) is Outcome.CAPTURED
+    assert case(AT_SPEED, free_speed=None) is Outcome.PASSED
+
+
+# --- captured-modulated: held there and beating ---
+
+
+def test_beating_around_the_resonance_is_captured_modulated():
+    assert case(BEATING) is Outcome.CAPTURED_MODULATED
+
+
+def test_a_beat_that_only_touches_the_resonance_is_still_held():
+    assert case(BEATING, mean_speed=120.0, lowest_speed=RESONANCE) is Outcome.CAPTURED_MODULATED
+    assert case(BEATING, mean_speed=120.0, lowest_speed=just_above(RESONANCE)) is Outcome.PASSED
+
+
+def test_steady_and_beating_is_beating():
+    """A beat of small range passes the test of steadiness as well."""
+    assert case(BEATING, steady=True) is Outcome.CAPTURED_MODULATED
+
+
+# --- balancer-captured: the rotor at its speed, bodies slipping behind ---
+
+
+def test_bodies_that_slip_behind_a_rotor_at_speed():
+    assert case(AT_SPEED, residual=1.0, slip=100.0) is Outcome.BALANCER_CAPTURED
+
+
+def test_slipping_at_or_before_the_resonance_is_captured():
+    assert case(HANGING, slip=10.0) is Outcome.CAPTURED
+    assert case(BEATING, slip=10.0) is Outcome.CAPTURED_MODULATED
+
+
+def test_slipping_beyond_the_resonance_but_off_the_free_speed():
+    assert case(AT_SPEED, mean_speed=180.0, lowest_speed=180.0, residual=1.0, slip=80.0) is Outcome.BALANCER_CAPTURED
+
+
+def test_slip_of_a_thousandth_of_the_speed_is_none():
+    limit = 0.001 * 180.0
+    at_180 = replace(AT_SPEED, mean_speed=180.0, lowest_speed=180.0, residual=1.0)
+    assert case(at_180, slip=limit) is Outcome.PASSED
+    assert case(at_180, slip=just_above(limit)) is Outcome.BALANCER_CAPTURED
+
+
+# --- the others ---
+
+
+@pytest.mark.parametrize("base", [AT_SPEED, HANGING, BEATING, Evidence(turning=False, at_rest=True)])
+def test_beyond_the_limit_is_a_runaway_whatever_else(base):
+    assert case(base, beyond_limit=True) is Outcome.RUNAWAY
+
+
+def test_at_rest_is_stopped():
+    assert classify(Evidence(turning=False, at_rest=True)) is Outcome.STOPPED
+
+
+def test_a_swing_that_is_left_is_oscillating():
+    assert classify(Evidence(turning=False, moving=True, steady=True)) is Outcome.OSCILLATING
+    assert classify(Evidence(turning=False, moving=True, beating=True)) is Outcome.OSCILLATING
+
+
+def test_a_swing_still_changing_is_unidentified():
+    assert classify(Evidence(turning=False, moving=True)) is Outcome.UNIDENTIFIED
+
+
+def test_too_short_a_run_is_unidentified():
+    assert classify(Evidence(turning=False)) is Outcome.UNIDENTIFIED
+    assert case(HANGING, steady=False) is Outcome.UNIDENTIFIED
+    assert case(AT_SPEED, residual=1.0, steady=False) is Outcome.UNIDENTIFIED
+    assert case(AT_SPEED, residual=1.0, slip=100.0, steady=False) is Outcome.UNIDENTIFIED
