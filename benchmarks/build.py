@@ -1,4 +1,4 @@
-"""Deriving and compiling: a rotor with 2, 4, 8 and 16 pendulums, from the parts to a flow, nothing cached (asked: 8 in under 5 s)."""
+"""Deriving and compiling a rotor with 2 to 16 pendulums, from the parts to a flow, nothing cached (asked: 8 in under 5 s)."""
 
 from __future__ import annotations
 
