@@ -103,10 +103,15 @@ def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.nda
     n = len(time)
     if n < 4:
         return radius.copy()
-    half = np.ceil(np.minimum(window / 2 / (time[1] - time[0]), n)).astype(int)
-    low, high = np.maximum(np.arange(n) - half, 0), np.minimum(np.arange(n) + half, n - 1)
-    closed = -_largest_within(-_largest_within(radius, low, high), low, high)
-    return np.where(_smooth_minima(radius, closed > radius), radius, closed)
+    half = np.ceil(np.minimum(window / 2 / (time[1] - time[0]), n - 1)).astype(int)
+    # Mirrored at both ends, so that a valley which the record cuts is filled as well.
+    beyond = int(half.max())
+    mirrored, reach = np.pad(radius, beyond, mode="reflect"), np.pad(half, beyond, mode="edge")
+    places = np.arange(len(mirrored))
+    low, high = np.maximum(places - reach, 0), np.minimum(places + reach, len(mirrored) - 1)
+    closed = -_largest_within(-_largest_within(mirrored, low, high), low, high)
+    found: np.ndarray = np.where(_smooth_minima(mirrored, closed > mirrored), mirrored, closed)[beyond : beyond + n]
+    return found
 
 
 def _smooth_minima(radius: np.ndarray, filled: np.ndarray) -> np.ndarray:
