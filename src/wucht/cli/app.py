@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
-from typing import cast
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, cast
 
 import typer
 
@@ -49,12 +51,25 @@ def _register() -> None:
     from wucht.cli.run import run
 
     app.registered_commands.clear()
-    app.command("run")(run)
-    app.command("list")(list_all)
-    app.command("new")(new)
-    app.command("equations")(equations)
-    app.command("plot")(plot)
-    app.command("app", hidden=True)(explorer)
+    app.command("run")(_saying(run))
+    app.command("list")(_saying(list_all))
+    app.command("new")(_saying(new))
+    app.command("equations")(_saying(equations))
+    app.command("plot")(_saying(plot))
+    app.command("app", hidden=True)(_saying(explorer))
+
+
+def _saying(command: Callable[..., None]) -> Callable[..., None]:
+    """The command, with Ctrl-C passed on as Typer's Abort: a plain KeyboardInterrupt would end it without a word."""
+
+    @wraps(command)
+    def wrapped(*arguments: Any, **options: Any) -> None:
+        try:
+            command(*arguments, **options)
+        except KeyboardInterrupt:
+            raise typer.Abort from None
+
+    return wrapped
 
 
 def run_app() -> None:
