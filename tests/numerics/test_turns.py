@@ -1,9 +1,9 @@
-"""Averages over turns remove the ripple within a turn and nothing else; the envelope follows what is slow."""
+"""Averages over turns remove the ripple within a turn and nothing else."""
 
 import numpy as np
 import pytest
 
-from wucht.numerics.turns import PER_TURN, envelope, turns
+from wucht.numerics.turns import PER_TURN, turns
 
 
 def rippled(w, a, samples_a_turn, count=20, k=1):
@@ -83,51 +83,3 @@ def test_the_last_share():
     found = turns(t, phi, speed, {})
     assert len(found.time[found.last(0.1)]) == round(0.1 * len(found.time))
     assert len(found.time[found.last(0.0)]) == 1
-
-
-def test_the_envelope_of_a_modulated_vibration():
-    """|A(t) cos(w t)|, A = 1 + 0.3 sin(w t/40): valleys of half a period are filled, the modulation stays."""
-    w = 50.0
-    t = np.linspace(0, 40, 80_001)
-    slow = 1 + 0.3 * np.sin(w / 40 * t)
-    found = envelope(t, np.abs(slow * np.cos(w * t)), np.full_like(t, np.pi / w))
-    inside = slice(200, -200)
-    assert np.abs(found - slow)[inside].max() < 0.3 / 40 * np.pi  # what A changes within half a period
-    assert found[inside].min() == pytest.approx(0.7, abs=2e-3)
-    assert found[inside].max() == pytest.approx(1.3, abs=2e-3)
-    assert (found >= np.abs(slow * np.cos(w * t)) - 1e-15).all()
-
-
-def test_the_envelope_of_a_smooth_line_is_the_line():
-    """But for the last half window, where what follows is not known."""
-    t = np.linspace(0, 10, 1001)
-    decay = np.exp(-t)
-    found = envelope(t, decay, np.full_like(t, 0.5))
-    assert np.array_equal(found[:-25], decay[:-25])
-    assert (found[-25:] == decay[-26]).all()
-
-
-def test_a_valley_longer_than_the_window_stays():
-    t = np.linspace(0, 10, 1001)
-    radius = np.where((t > 4) & (t < 6), 0.0, 1.0)
-    assert envelope(t, radius, np.full_like(t, 1.0)).min() == 0.0
-    assert envelope(t, radius, np.full_like(t, 2.5)).min() == 1.0
-
-
-def test_the_envelope_against_a_direct_search():
-    draw = np.random.default_rng(3)
-    t = np.linspace(0, 1, 200)
-    radius, window = draw.random(200), draw.uniform(0, 0.2, 200)
-    half = np.ceil(window / 2 / (t[1] - t[0])).astype(int)
-
-    def reach(i):
-        return slice(max(i - half[i], 0), min(i + half[i], 199) + 1)
-
-    highest = np.array([radius[reach(i)].max() for i in range(200)])
-    lowest = np.array([highest[reach(i)].min() for i in range(200)])
-    assert np.array_equal(envelope(t, radius, window), lowest)
-
-
-@pytest.mark.parametrize("n", [0, 1])
-def test_the_envelope_of_hardly_anything(n):
-    assert envelope(np.zeros(n), np.ones(n), np.ones(n)).tolist() == [1.0] * n

@@ -76,7 +76,7 @@ def first_order(
     """The System of a mechanism: positions, then the velocities of the free coordinates, as states.
 
     Outputs and quadratures may use ``acceleration(c)`` of any coordinate, the velocity of any, and ``reaction(c)``, the force
-    that enforces a prescribed motion. Raises ``WuchtError`` if no coordinate is free.
+    that enforces a prescribed motion.
     """
     free = [i for i, c in enumerate(coordinates) if c.prescribed is None]
     definitions: list[tuple[sp.Symbol, sp.Expr]] = []

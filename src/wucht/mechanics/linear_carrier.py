@@ -35,7 +35,8 @@ class LinearCarrier:
 def linear_carrier(parts: Sequence[Energies], carrier: Sequence[Coordinate], bodies: Sequence[Coordinate]) -> LinearCarrier:
     """Read the carrier's matrices off the energies.
 
-    carrier: m coordinates; bodies: the turning ones. Raises ``WuchtError`` where the carrier is not linear.
+    carrier: m coordinates; bodies: the turning ones. Raises ``WuchtError`` where the carrier is not linear, or a
+    coupling is no first harmonic of the body's angle.
     """
     energies = total(parts)
     q, v = [c.position for c in carrier], [c.velocity for c in carrier]
@@ -64,4 +65,9 @@ def _shape(coupling: sp.Expr, angle: sp.Symbol) -> sp.Expr:
     """``-2 i <coupling exp(-i angle)>`` for a coupling ``a cos(angle) + b sin(angle)``: -i a - b."""
     cosine = coupling.xreplace({angle: sp.S.Zero})
     sine = sp.expand(sp.expand_trig(coupling.xreplace({angle: sp.pi / 2})))
+    rest = sp.expand(coupling - cosine * sp.cos(angle) - sine * sp.sin(angle))
+    if rest != 0 and sp.simplify(rest) != 0:
+        raise WuchtError(
+            f"the coupling {coupling} is no first harmonic of {angle}: it has no excitation at the speed of rotation"
+        )
     return sp.expand(-sp.I * cosine - sine)

@@ -75,7 +75,8 @@ def integrate(
     initial: the state (n,), or with the quadratures' values appended (n + m,) to continue a run. parameters: in the System's
     order, or by name. grid: (N,), increasing. progress: called with the time reached. budget_s: wall time after which to
     return what there is, to be continued. A run that fails returns what it has with the sentence in ``failure``; so does
-    Ctrl-C, with ``interrupted``. Raises ``RunError`` for an initial state that is not finite.
+    Ctrl-C, with ``interrupted``. Legs are cut by wall time, so that two runs agree to the tolerance, not to the last bit.
+    Raises ``RunError`` for an initial state that is not finite.
     """
     run = _Run(flow, *_checked(flow, initial, parameters, grid))
     begun, failure, interrupted = clock.perf_counter(), None, False

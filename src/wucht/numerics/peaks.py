@@ -1,4 +1,4 @@
-"""Peaks between samples: what a sampled signal with known slopes reaches in between."""
+"""Peaks of sampled signals: what they reach between samples, and the line through them."""
 
 from __future__ import annotations
 
@@ -42,3 +42,56 @@ def _vertex(signal: np.ndarray, i: int) -> float:
     before, here, after = (float(x) for x in signal[i - 1 : i + 2])
     curvature = before - 2 * here + after
     return here - (after - before) ** 2 / (8 * curvature) if curvature < 0 else here
+
+
+def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.ndarray:
+    """The line through the peaks of ``radius``: valleys shorter than ``window`` are filled, slower changes are kept.
+
+    All (N,); time is evenly spaced. This is the morphological closing, the largest value within +-window/2 of each
+    sample and then the smallest of those. It would also fill the lowest part of a slow, smooth minimum: such a one is told
+    from a valley between peaks by the slopes at its ends, and kept.
+    """
+    n = len(time)
+    if n < 4:
+        return radius.copy()
+    half = np.ceil(np.minimum(window / 2 / (time[1] - time[0]), n - 1)).astype(int)
+    # Mirrored at both ends, so that a valley which the record cuts is filled as well.
+    beyond = int(half.max())
+    mirrored, reach = np.pad(radius, beyond, mode="reflect"), np.pad(half, beyond, mode="edge")
+    places = np.arange(len(mirrored))
+    low, high = np.maximum(places - reach, 0), np.minimum(places + reach, len(mirrored) - 1)
+    closed = -_largest_within(-_largest_within(mirrored, low, high), low, high)
+    found: np.ndarray = np.where(_smooth_minima(mirrored, closed > mirrored), mirrored, closed)[beyond : beyond + n]
+    return found
+
+
+def _smooth_minima(radius: np.ndarray, filled: np.ndarray) -> np.ndarray:
+    """Which filled samples (N,) lie in a parabolic minimum: its depth follows from the slopes outside its ends."""
+    edges = np.flatnonzero(np.diff(filled.astype(int)))
+    if filled[0]:
+        edges = edges[1:]
+    begin, end = edges[: len(edges) // 2 * 2 : 2], edges[1::2] + 1
+    inside = (begin >= 1) & (end <= len(radius) - 2)
+    begin, end = begin[inside], end[inside]
+    slopes = radius[end + 1] - radius[end] + radius[begin - 1] - radius[begin]
+    # The outer slopes belong to points half a sample outside: a parabola over h + 1 intervals.
+    predicted = slopes * (end - begin) ** 2 / (8 * (end - begin + 1))
+    actual = (radius[begin] + radius[end]) / 2 - radius[(begin + end) // 2]
+    smooth = np.abs(predicted - actual) <= 0.25 * np.abs(actual)
+    marks = np.zeros(len(radius) + 1, int)
+    np.add.at(marks, begin[smooth], 1)
+    np.add.at(marks, end[smooth] + 1, -1)
+    found: np.ndarray = np.cumsum(marks)[:-1] > 0
+    return found
+
+
+def _largest_within(signal: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Maximum of signal[low[i] : high[i] + 1] for each i: two overlapping blocks of length 2^k cover each range."""
+    level = np.floor(np.log2(high - low + 1)).astype(int)
+    found, table = np.empty(len(signal)), signal
+    for k in range(int(level.max()) + 1):
+        if k:
+            table = np.maximum(table[: -(2 ** (k - 1))], table[2 ** (k - 1) :])
+        here = level == k
+        found[here] = np.maximum(table[low[here]], table[high[here] - 2**k + 1])
+    return found

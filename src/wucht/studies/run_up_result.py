@@ -18,8 +18,7 @@ from wucht.machines.machine import LOST, MISMATCH, SUPPLIED, Machine
 from wucht.machines.vibration import Vibration, free_speed, group
 from wucht.numerics.compile import Flow
 from wucht.numerics.integrate import Trajectory
-from wucht.numerics.peaks import extremes, interval_peaks
-from wucht.numerics.turns import envelope
+from wucht.numerics.peaks import envelope, extremes, interval_peaks
 from wucht.results.conventions import Variable, variable
 from wucht.results.outcomes import Outcome
 from wucht.results.provenance import provenance

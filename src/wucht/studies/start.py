@@ -23,7 +23,7 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
     units = machine.units
     angle_unit, speed_unit = Unit("rad" if units.time else "", "angle", ""), Unit(units.speed, "speed", "")
     names = [b.name for b in machine.bodies]
-    pair = [b for b in machine.bodies if b.about is not None]
+    pair = [b for b in machine.bodies if b.about == machine.rotor.name]
     known = [*names, "carrier", *(("psi", "delta") if len(pair) == 2 else ())]
     refuse_unknown(start, known, where)
     given: dict[str, Any] = {n: start[n] for n in names if n in start}
@@ -45,7 +45,9 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
             raise InputError(
                 at, value, "not allowed: the drive prescribes this body's motion (its angle is the drive's key `angle`)"
             )
-        origin = angles[body.about] if body.about else machine.start_angles.get(body.name, 0.0)
+        origin = angles[body.about] if body.about else 0.0
+        if body.name in machine.start_angles:
+            origin = machine.start_angles[body.name]
         angles[body.name] = origin + _read(angle_unit, described.get("angle", 0.0), f"{at}.angle")
         if prescribed is not None:
             speeds[body.name] = float(prescribed.xreplace(machine.numbers))

@@ -1,0 +1,55 @@
+"""The bearing force: with what the bodies push the carrier, against statics and the forced vibration in closed form."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.machines.files import machine_from
+from wucht.numerics.compile import compile_system
+from wucht.numerics.integrate import integrate
+from wucht.studies.start import start_state
+
+
+def outputs(machine, time):
+    flow = compile_system(machine.system)
+    run = integrate(flow, start_state(machine, {}), machine.values, time)
+    return flow.outputs(run.time, run.states, run.parameters)
+
+
+def test_bodies_at_rest_push_with_their_weight():
+    """A balanced rotor and a ball that hangs straight down, on a carrier in its static position."""
+    machine = machine_from(
+        {
+            "carrier": {"mass": 3.0, "stiffness": 2e4, "damping": 40.0, "gravity": 9.81},
+            "bodies": [
+                {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.05},
+                {"kind": "pendulum", "name": "ball", "about": "drum", "mass": 0.5, "length": 0.1},
+            ],
+        }
+    )
+    hanging = start_state(machine, {"ball": -math.pi / 2})
+    flow = compile_system(machine.system)
+    run = integrate(flow, hanging, machine.values, np.linspace(0, 1, 11))
+    found = flow.outputs(run.time, run.states, run.parameters)
+    assert found["bearing_force_x"] == pytest.approx(0, abs=1e-10)
+    assert found["bearing_force_y"] == pytest.approx(-2.5 * 9.81, rel=1e-12)
+
+
+@pytest.mark.parametrize("speed", [30.0, 62.0, 200.0])
+def test_a_rotor_of_constant_speed(speed):
+    """z = U w^2 exp(i w t)/(c - M* w^2 + i w b), and the carrier of mass m takes (c - m w^2 + i w b) z."""
+    stiffness, damping, mass, own = 2e4, 40.0, 2.0, 3.0
+    machine = machine_from(
+        {
+            "carrier": {"mass": own, "stiffness": stiffness, "damping": damping},
+            "bodies": [{"kind": "rotor", "name": "drum", "mass": mass, "eccentricity": 0.01, "inertia": 0.05}],
+            "drive": {"kind": "constant-speed", "speed": speed},
+        }
+    )
+    time = np.concatenate([[0.0], 12 + np.linspace(0, 1, 50)])  # the start dies away as exp(-4 t)
+    found = outputs(machine, time)
+    spring = stiffness + 1j * speed * damping
+    force = (spring - own * speed**2) * 0.02 * speed**2 / (spring - (own + mass) * speed**2) * np.exp(1j * speed * time[1:])
+    for name, expected in (("bearing_force_x", force.real), ("bearing_force_y", force.imag)):
+        assert np.abs(found[name][1:] - expected).max() < 1e-8 * np.abs(force).max()

@@ -1,0 +1,84 @@
+"""Peaks between samples, and the line through them."""
+
+import numpy as np
+import pytest
+
+from wucht.numerics.peaks import envelope, extremes, interval_peaks
+
+
+@pytest.mark.parametrize("samples_a_period", [12, 24, 48])
+def test_peaks_between_samples_of_a_vibration(samples_a_period):
+    """cos^2 with its slope: the cubic misses the peak by (dt)^4/384 of the fourth derivative 8 w^4, the samples by far more."""
+    step = 2 * np.pi / samples_a_period
+    t = np.arange(0, 40, step) + 0.4 * step
+    found = interval_peaks(t, np.cos(t) ** 2, -np.sin(2 * t))[2:-2].max()
+    assert abs(found - 1) <= 8 * step**4 / 384 * 1.05
+    assert abs(found - 1) < abs((np.cos(t) ** 2).max() - 1)
+
+
+def test_a_signal_without_a_peak_between_keeps_its_larger_neighbour():
+    t = np.linspace(0, 1, 11)
+    assert np.allclose(interval_peaks(t, t, np.ones(11)), np.minimum(t + 0.1, 1.0))
+    assert np.array_equal(interval_peaks(t, np.full(11, 2.0), np.zeros(11)), np.full(11, 2.0))
+
+
+def test_extremes_are_exact_for_parabolas_and_at_the_ends():
+    t = np.linspace(-1, 1.05, 30)
+    assert extremes(3 - (t - 0.1) ** 2) == pytest.approx((3 - 1.1**2, 3.0), abs=1e-12)
+    assert extremes(t) == (t[0], t[-1])
+
+
+def test_a_slow_parabolic_minimum_is_kept_though_shorter_valleys_are_filled():
+    """A beating circular orbit has no valleys within a turn: its least amplitude is the least distance."""
+    t = np.linspace(0, 20, 4001)
+    slow = 1 + 0.2 * np.cos(t)
+    assert envelope(t, slow, np.full_like(t, 0.8)).min() == pytest.approx(0.8, abs=1e-6)
+    assert envelope(t, np.abs(np.cos(40 * t)), np.full_like(t, np.pi / 40))[100:-100].min() > 0.98
+
+
+def test_the_envelope_of_a_modulated_vibration():
+    """|A(t) cos(w t)|, A = 1 + 0.3 sin(w t/40): valleys of half a period are filled, the modulation stays."""
+    w = 50.0
+    t = np.linspace(0, 40, 80_001)
+    slow = 1 + 0.3 * np.sin(w / 40 * t)
+    found = envelope(t, np.abs(slow * np.cos(w * t)), np.full_like(t, np.pi / w))
+    inside = slice(200, -200)
+    assert np.abs(found - slow)[inside].max() < 0.3 / 40 * np.pi  # what A changes within half a period
+    assert found[inside].min() == pytest.approx(0.7, abs=2e-3)
+    assert found[inside].max() == pytest.approx(1.3, abs=2e-3)
+    assert (found >= np.abs(slow * np.cos(w * t)) - 1e-15).all()
+
+
+def test_the_envelope_of_a_smooth_line_is_the_line():
+    """But for the last half window, where what follows is not known."""
+    t = np.linspace(0, 10, 1001)
+    decay = np.exp(-t)
+    found = envelope(t, decay, np.full_like(t, 0.5))
+    assert np.array_equal(found[:-25], decay[:-25])
+    assert (found[-25:] == decay[-26]).all()
+
+
+def test_a_valley_longer_than_the_window_stays():
+    t = np.linspace(0, 10, 1001)
+    radius = np.where((t > 4) & (t < 6), 0.0, 1.0)
+    assert envelope(t, radius, np.full_like(t, 1.0)).min() == 0.0
+    assert envelope(t, radius, np.full_like(t, 2.5)).min() == 1.0
+
+
+def test_the_envelope_against_a_direct_search():
+    draw = np.random.default_rng(3)
+    t = np.linspace(0, 1, 200)
+    radius, window = draw.random(200), draw.uniform(0, 0.2, 200)
+    half = np.ceil(window / 2 / (t[1] - t[0])).astype(int)
+
+    def reach(i):
+        return slice(max(i - half[i], 0), min(i + half[i], 199) + 1)
+
+    highest = np.array([radius[reach(i)].max() for i in range(200)])
+    lowest = np.array([highest[reach(i)].min() for i in range(200)])
+    assert np.array_equal(envelope(t, radius, window), lowest)
+
+
+@pytest.mark.parametrize("n", [0, 1])
+def test_the_envelope_of_hardly_anything(n):
+    assert envelope(np.zeros(n), np.ones(n), np.ones(n)).tolist() == [1.0] * n
