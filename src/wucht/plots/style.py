@@ -27,7 +27,8 @@ def new_figure(rows: int, height: float, title: str, subtitle: str = "") -> tupl
     figure = Figure(figsize=(_WIDTH, height), dpi=150)
     FigureCanvasAgg(figure)
     axes: list[Axes] = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
-    figure.suptitle(title + (f"\n{subtitle}" if subtitle else ""), fontsize=10)
+    heading = figure.suptitle(title + (f"\n{subtitle}" if subtitle else ""), fontsize=10)
+    heading.set_parse_math(False)  # a title may hold a dollar sign
     for axis in axes:
         axis.grid(visible=True, linewidth=0.4, color="#DDDDDD")
     # Set by hand: matplotlib's automatic layout draws everything twice, which takes as long as the whole run.
@@ -58,7 +59,8 @@ def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if np.isnan(blocks).any():
         return x, y
     low, high = begins + blocks.argmin(axis=1), begins + blocks.argmax(axis=1)
-    keep = np.unique(np.concatenate([[0], low, high, [len(x) - 1]]))
+    rest = np.arange(len(begins) * size, len(x))
+    keep = np.unique(np.concatenate([[0], low, high, rest, [len(x) - 1]]))
     return x[keep], y[keep]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,7 +40,9 @@ def save(result: xr.Dataset, path: Path) -> Path:
 
 def save_figure(figure: Figure, path: Path) -> Path:
     """Write a figure in the format of the path's ending."""
-    return _write(path, lambda beside: figure.savefig(beside, format=path.suffix[1:]))
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph", UserWarning)  # a title in a script that the font lacks
+        return _write(path, lambda beside: figure.savefig(beside, format=path.suffix[1:]))
 
 
 def _beside(path: Path) -> Path:
