@@ -13,9 +13,7 @@ from wucht.numerics.compile import Flow
 from wucht.numerics.events import Hit, Leg, LegError
 
 Progress = Callable[[float], None]
-_MOST_SAMPLES_A_LEG = 4096
-_FIRST_LEG = 64
-_LEG_S = 0.5  # wall time after which a leg should end, so that progress moves and Ctrl-C acts
+_SAMPLES_A_LEG = 1024
 _MOST_HITS = 1_000_000
 
 
@@ -75,7 +73,7 @@ def integrate(
     initial: the state (n,), or with the quadratures' values appended (n + m,) to continue a run. parameters: in the System's
     order, or by name. grid: (N,), increasing. progress: called with the time reached. budget_s: wall time after which to
     return what there is, to be continued. A run that fails returns what it has with the sentence in ``failure``; so does
-    Ctrl-C, with ``interrupted``. Legs are cut by wall time, so that two runs agree to the tolerance, not to the last bit.
+    Ctrl-C, with ``interrupted``. The same run gives the same numbers to the last bit, paused and continued or not.
     Raises ``RunError`` for an initial state that is not finite.
     """
     run = _Run(flow, *_checked(flow, initial, parameters, grid))
@@ -124,7 +122,6 @@ class _Run:
     states: list[np.ndarray] = field(default_factory=list)
     hits: list[Hit] = field(default_factory=list)
     done: int = 0
-    size: int = _FIRST_LEG
     stopped_by: str | None = None
 
     def start(self) -> None:
@@ -133,9 +130,9 @@ class _Run:
 
     def advance(self) -> bool:
         """One leg. Returns whether there is more to do."""
-        piece, begun = self.grid[self.done : self.done + self.size], clock.perf_counter()
+        # The first leg has one sample more, the start: legs end at the same samples however a run was paused and continued.
+        piece = self.grid[self.done : self.done + _SAMPLES_A_LEG + (self.done == 0)]
         leg = self.flow.engine.leg(piece)
-        self.size = _next_size(self.size, clock.perf_counter() - begun)
         self._record(piece, leg.states)
         self.hits.extend(h for h in leg.hits if not self._seen(h))
         if len(self.hits) > _MOST_HITS:
@@ -192,9 +189,3 @@ class _Run:
             failure,
             interrupted,
         )
-
-
-def _next_size(size: int, took_s: float) -> int:
-    if took_s > _LEG_S:
-        return max(1, size // 2)
-    return min(_MOST_SAMPLES_A_LEG, size * 4) if took_s < _LEG_S / 8 else size
