@@ -118,7 +118,7 @@ def study(here: Path) -> Spoil:
 
 @pytest.fixture
 def refused(wucht: Command) -> Callable[..., str]:
-    """``refused("run", ..., says=(...))``: exit code 2, nothing on stdout, one sentence on stderr that contains all of these."""
+    """``refused("run", ..., says=(...))``: exit code 2, nothing on stdout, one sentence on stderr containing all of these."""
 
     def check(*words: object, says: tuple[str, ...] = ()) -> str:
         said = wucht(*words)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+import unicodedata
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
@@ -97,6 +98,8 @@ def text(document: Mapping[str, Any], key: str, where: str) -> str | None:
     value = document.get(key)
     if value is not None and (not isinstance(value, str) or not value.strip()):
         raise InputError(f"{where}.{key}" if where else key, value, "allowed is a text")
+    if value is not None and any(unicodedata.category(c) == "Cc" and c not in "\n\t" for c in value):
+        raise InputError(f"{where}.{key}" if where else key, value, "allowed is a text without control characters")
     return value
 
 
@@ -145,7 +148,7 @@ def _allowed(kind: str, context: Mapping[str, Any], what: str, unit: str, messag
         case "literal_error":
             return f"allowed is {context['expected']}"
         case "string_pattern_mismatch":
-            return "allowed is a name of letters, digits, '-' and '_' that begins with a letter"
+            return "allowed is a name of up to 64 letters, digits, '-' and '_' that begins with a letter"
         case "string_type":
             return f"allowed is {article(what)}, a text"
     return f"allowed is the {what}: {message[0].lower()}{message[1:]}"

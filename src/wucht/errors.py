@@ -45,6 +45,7 @@ def nearest(given: str, known: Iterable[str]) -> str:
     ``did you mean 'stiffness'? known: damping, mass, stiffness``.
     """
     names = sorted(known)
+    given = given[:_LONGEST]
     close = get_close_matches(given, names, n=1, cutoff=0.5)
     hint = f"did you mean {close[0]!r}? " if close else ""
-    return f"{hint}known: {', '.join(names) or 'none'}"
+    return f"{hint}known: {', '.join(n[:_LONGEST] for n in names) or 'none'}"

@@ -6,6 +6,7 @@ Angles are radians, so that a speed of one turn a second is 2 pi rad/s. ``Hz`` g
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -42,36 +43,56 @@ def article(noun: str) -> str:
     return f"{'an' if noun[:1] in 'aeiou' and not noun.startswith('unit') else 'a'} {noun}"
 
 
+_NUMBER = re.compile(
+    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|nan)(?![a-z]))\s*(.*)", re.IGNORECASE | re.DOTALL
+)
+_UNIT = re.compile(r"[^\W\d_][\w°%·⋅*/^()²³⁻¹ -]*|[°%]")  # begins with a letter: no second number, no decimal comma
+
+
 def _parse(given: object, si: str, what: str) -> float:
-    allowed = f"allowed is {article(what)}, a number" + (
-        f" in {si} or a string with a unit such as '1 {si}'" if si else " without unit"
-    )
+    examples = f"a number in {si} or a string with a unit such as '1 {si}'" if si else "a number without unit"
+    allowed = f"allowed is {article(what)}, {examples}"
     if isinstance(given, bool) or not isinstance(given, int | float | str):
         raise ValueError(allowed)
-    if isinstance(given, int | float):
+    if not isinstance(given, str):
         try:
             return float(given)
         except OverflowError:
             raise ValueError(f"{allowed}; this one is too large") from None
-    try:
-        return float(given)
-    except ValueError:
-        pass  # not a bare number: it should carry a unit
+    split = _NUMBER.fullmatch(given)
+    unit = split[2].strip() if split else ""
+    if split is None or (unit and not _UNIT.fullmatch(unit)):
+        hint = "write rpm, Hz or rad/s" if si == "rad/s" else "a decimal point, no comma"
+        raise ValueError(f"{allowed}; this cannot be read as a number and a unit ({hint})")
+    return float(split[1]) * (_factor(unit, si, allowed) if unit else 1.0)
+
+
+def _factor(unit: str, si: str, allowed: str) -> float:
+    """How many SI units a unit is. Raises ``ValueError`` for an unknown one, or one of another dimension."""
     import pint as pint_
 
     try:
-        quantity: Any = _registry().Quantity(given)
-        turns = 2 * math.pi if si == "rad/s" and "hertz" in str(quantity.units) else 1.0
-        return float(quantity.to(si or "dimensionless").magnitude) * turns
-    except pint_.DimensionalityError:
-        raise ValueError(f"{allowed}; this one is {article(_dimension(given))}") from None
+        parsed: Any = _registry().parse_units(unit)
     except Exception:
         # Pint's parser raises whatever Python's tokenizer does on a malformed string; to the user they are one thing.
-        raise ValueError(f"{allowed}; this cannot be read as a quantity") from None
+        raise ValueError(f"{allowed}; {unit!r} is no known unit") from None
+    try:
+        factor = float(_registry().Quantity(1.0, parsed).to(si or "dimensionless").magnitude)
+    except pint_.DimensionalityError:
+        raise ValueError(f"{allowed}; this one is {article(_dimension(parsed))}") from None
+    except Exception:
+        raise ValueError(f"{allowed}; {unit!r} is no unit of a plain scale") from None
+    names = str(parsed)
+    if si == "rad/s":
+        turns = "hertz" in names
+        if not turns and not any(angle in names for angle in ("radian", "degree", "turn", "revolution", "rpm", "grad", "arc")):
+            raise ValueError(f"{allowed}; {unit!r} does not say whether turns or radians: write rpm, Hz or rad/s")
+        return factor * (2 * math.pi if turns else 1.0)
+    return factor
 
 
-def _dimension(given: str) -> str:
-    dimensionality = str(_registry().Quantity(given).dimensionality)
+def _dimension(unit: Any) -> str:
+    dimensionality = str(unit.dimensionality)
     names = {
         "[mass]": "mass", "[length]": "length", "[time]": "time", "1 / [time]": "rate or angular speed",
         "dimensionless": "number or angle", "[mass] / [time] ** 2": "stiffness", "[mass] / [time]": "damping",

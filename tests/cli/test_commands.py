@@ -141,7 +141,7 @@ def test_a_folder_of_a_catalogue_name_hides_nothing(wucht: Command) -> None:
 
 
 def test_a_study_without_a_question_runs_until_settled(wucht: Command) -> None:
-    Path("study.toml").write_text(ROTOR_ALONE.split("[study]")[0])
+    Path("study.toml").write_text(ROTOR_ALONE.split("[study]", maxsplit=1)[0])
     found = wucht("run", "study.toml", "-o", "out", "--json").document
     assert found["machine"] == "study"
     assert found["summary"]["outcome"] == "passed"
@@ -210,13 +210,31 @@ def test_set_of_a_dimensionless_machine(here: Path) -> None:
 
 def test_the_last_setting_wins(wucht: Command, here: Path) -> None:
     Path("deep").mkdir()
-    Path("deep/base.toml").write_text('title = "base"\n[machine]\nuse = "drozdetskaya-2020/r1"\nset = { drive.slope = 1, p1.damping = 1 }\n')
+    Path("deep/base.toml").write_text(
+        'title = "base"\n[machine]\nuse = "drozdetskaya-2020/r1"\nset = { drive.slope = 1, p1.damping = 1 }\n'
+    )
     Path("deep/mid.toml").write_text('[machine]\nuse = "base.toml"\nset = { drive.slope = 2, "p2.damping" = 2 }\n')
     Path("top.toml").write_text('[machine]\nuse = "deep/mid.toml"\ntitle = "top"\nset = { drum.mass = 20 }\n')
     values = _values("top.toml", **{"drum.inertia": "1 kg m^2"})
-    assert [values[k] for k in ("drive.slope", "p1.damping", "p2.damping", "drum.mass", "drum.inertia")] == [2.0, 1.0, 2.0, 20.0, 1.0]
+    assert [values[k] for k in ("drive.slope", "p1.damping", "p2.damping", "drum.mass", "drum.inertia")] == [
+        2.0,
+        1.0,
+        2.0,
+        20.0,
+        1.0,
+    ]
     said = wucht(
-        "run", "top.toml", "-o", "out", "--json", "--set", "drive.slope=3", "--set", "drive.slope=4 N m s", "--set", "study.until=1e-2"
+        "run",
+        "top.toml",
+        "-o",
+        "out",
+        "--json",
+        "--set",
+        "drive.slope=3",
+        "--set",
+        "drive.slope=4 N m s",
+        "--set",
+        "study.until=1e-2",
     )
     assert said.document["machine"] == "top"
     stored = _stored(Path("out/result.nc"))
@@ -235,7 +253,7 @@ def test_use_is_relative_to_the_file_not_to_the_working_directory(
     wucht: Command, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Path("project/machines").mkdir(parents=True)
-    Path("project/machines/mine.toml").write_text(ROTOR_ALONE.split("[study]")[0])
+    Path("project/machines/mine.toml").write_text(ROTOR_ALONE.split("[study]", maxsplit=1)[0])
     Path("project/study.toml").write_text('[machine]\nuse = "machines/mine.toml"\n[study]\nkind = "run-up"\nuntil = "0.1 s"\n')
     Path("elsewhere").mkdir()
     monkeypatch.chdir("elsewhere")
@@ -470,7 +488,13 @@ def test_help_and_version(wucht: Command, words: tuple[str, ...]) -> None:
 
 def _process(*words: str, **options: Any) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "wucht", *words], capture_output=True, text=True, timeout=60, check=False, env=_environment(), **options
+        [sys.executable, "-m", "wucht", *words],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        env=_environment(),
+        **options,
     )
 
 

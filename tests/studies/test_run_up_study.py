@@ -241,6 +241,17 @@ def test_a_prescribed_speed_gives_the_resonance_curve(study: Study) -> None:
     assert float(found.motor_power[-1]) == pytest.approx(b * w**2 * amplitude**2, rel=1e-6)
 
 
+def test_a_rotor_that_is_held_does_not_turn(study: Study) -> None:
+    drive = '[machine.drive]\nkind = "constant-speed"\nspeed = 0\n'
+    machine = load_machine(str(study(DRIVE, drive)))
+    with pytest.raises(InputError, match="nothing would turn"):
+        _run(machine, until=1)
+    found, short = _run(machine, until=20, start={"p1": {"speed": 10}})
+    assert short["outcome"] == "stopped"
+    assert short["final_speed"] == 0.0
+    assert float(found.speed.sel(body="p1")[-1]) == pytest.approx(0.0, abs=1e-6)
+
+
 def test_a_mirror_image_runs_the_mirrored_way(study: Study) -> None:
     right, first = _run(load_machine(str(study())), until=1, start={"p1": 0.3, "p2": -0.5})
     left, second = _run(load_machine(str(study('"200 rad/s"', "-200"))), until=1, start={"p1": -0.3, "p2": 0.5})

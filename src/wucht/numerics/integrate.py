@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -42,6 +42,11 @@ class Trajectory:
     def ended(self) -> bool:
         """Whether the run cannot or should not be continued: an event, a failure, or the user stopped it."""
         return self.stopped_by is not None or self.failure is not None or self.interrupted
+
+    def tail(self, count: int) -> Trajectory:
+        """The last ``count`` samples."""
+        quadratures = {name: values[-count:] for name, values in self.quadratures.items()}
+        return replace(self, time=self.time[-count:], states=self.states[:, -count:], quadratures=quadratures)
 
     def joined(self, later: Trajectory) -> Trajectory:
         """This trajectory followed by one that continued from its end."""

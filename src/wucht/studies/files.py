@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from wucht.documents import Document, choice, flatten, no_nan, table
-from wucht.errors import InputError
+from wucht.errors import InputError, RunError
 from wucht.machines.catalogue import load_document, machine_table
 from wucht.machines.files import machine_from, with_settings
 from wucht.machines.machine import Machine
@@ -74,7 +74,10 @@ def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any]
         if key.startswith("study."):
             _set_study(asked, key.removeprefix("study.").split("."), value)
     question = STUDIES[choice(asked, "kind", "study", STUDIES, NOT_YET)].read(asked, machine)
-    initial_state(machine, question)
+    try:
+        initial_state(machine, question)
+    except RunError as error:
+        raise InputError("machine", None, str(error)) from None
     return machine, question, {"study": asked, "machine": described}
 
 

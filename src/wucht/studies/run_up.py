@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _SETTLED_TOLERANCE = 1e-5
 _NO_ACCELERATION = 1e-9
 _SAVE_EVERY_S = 5.0
+_JUDGED_IF_COARSE = 10_000  # samples: no outcome comes of them, only phases and the like
 
 Progress = Callable[[float, float], None]
 Checkpoint = Callable[["xr.Dataset"], None]
@@ -130,20 +131,29 @@ def run_up(
     plan = Plan.of(machine, question, initial, free)
     flow = compile_system(machine.system, question.tolerance, plan.events, question.engine)
     trajectory = restore(machine, question, resume) if resume is not None else None
-    keeper = _Keeper(checkpoint, lambda t: result(machine, question, flow, t, judge(machine, t, free), plan.warnings, begun))
+
+    def judged(t: Trajectory) -> Verdict:
+        if not plan.too_coarse:
+            return judge(machine, t, free)
+        verdict = judge(machine, t.tail(_JUDGED_IF_COARSE), free)
+        if verdict.outcome is Outcome.FAILED:
+            return verdict
+        return replace(verdict, outcome=Outcome.UNIDENTIFIED, advice="too few samples a turn are stored to tell")
+
+    def described(t: Trajectory) -> xr.Dataset:
+        return result(machine, question, flow, t, judged(t), plan.warnings, begun)
+
+    keeper = _Keeper(checkpoint, described)
     for goal in plan.goals():
         while trajectory is None or trajectory.end_time < goal - plan.step / 2:
             trajectory = _extend(machine, flow, trajectory, initial, goal, plan, progress)
             if trajectory.ended:
                 break
             keeper.keep(trajectory)
-        if trajectory.ended or (plan.open_ended and _decided(plan, judge(machine, trajectory, free))):
+        if trajectory.ended or (plan.open_ended and _decided(plan, judged(trajectory))):
             break
     assert trajectory is not None
-    verdict = judge(machine, trajectory, free)
-    if plan.too_coarse and verdict.outcome is not Outcome.FAILED:
-        verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED, advice="too few samples a turn are stored to tell")
-    return result(machine, question, flow, trajectory, verdict, plan.warnings, begun)
+    return described(trajectory)
 
 
 def initial_state(machine: Machine, question: RunUp) -> np.ndarray:
@@ -167,8 +177,8 @@ def initial_state(machine: Machine, question: RunUp) -> np.ndarray:
 def _at_rest(machine: Machine, initial: np.ndarray) -> bool:
     """Whether no body turns, and none begins to."""
     system = machine.system
-    turning = [b.coordinate.velocity for b in machine.bodies]
-    speeds = [initial[system.states.index(v)] for v in turning if v in system.states]
+    turning = [b.coordinate.velocity for b in machine.bodies if b.coordinate.prescribed is None]
+    speeds = [initial[system.states.index(v)] for v in turning]
     if any(speeds):
         return False
     names = [v.name for v in turning]

@@ -133,7 +133,7 @@ class Part(BaseModel, ABC):
 class Body(Part):
     """A body that turns: it brings one angle."""
 
-    name: str = Field(description="name", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    name: str = Field(description="name", pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")
     not_yet: ClassVar[frozenset[str]] = frozenset({"release"})
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 import sympy as sp
@@ -25,7 +26,9 @@ class Pendulum(Body):
 
     def check(self) -> None:
         """The inertia about the axis is at least m l^2, which is its default."""
-        least = self.mass * self.length**2
+        least = self.mass * self.length * self.length
+        if not math.isfinite(least):
+            raise ValueError("length", "allowed is a length with which m l^2 can still be computed")
         if self.inertia is not None and self.inertia < least * (1 - 1e-12):
             raise ValueError(
                 "inertia", f"allowed is at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default"

@@ -27,7 +27,7 @@ class Rotor(Body):
         if (self.eccentricity is None) == (self.unbalance is None):
             raise ValueError("eccentricity", "needed is either eccentricity or unbalance (0 for a balanced rotor)")
         e = self.eccentricity if self.eccentricity is not None else (self.unbalance or 0.0) / self.mass
-        least = self.mass * e**2
+        least = self.mass * e * e
         if self.inertia < least * (1 - 1e-12):
             raise ValueError(
                 "inertia",
