@@ -5,10 +5,10 @@ The floors of the house, from the ground up (each knows only those before it):
 ``quantities``, ``system``, ``results``, ``numerics``, ``mechanics``, ``machines``, ``studies``, ``plots``, ``cli``.
 
 >>> import wucht
->>> machine = wucht.load_machine("real/r1")
->>> result = wucht.run_up(machine, wucht.RunUp(until=20.0))
->>> result.attrs["outcome"]  # doctest: +SKIP
-'captured'
+>>> machine = wucht.load_machine("drozdetskaya-2020/r1")
+>>> result = wucht.run_up(machine, wucht.RunUp(until=20.0, start={"p1": 0.3, "p2": -0.5}))
+>>> result.attrs["outcome"]
+'captured-modulated'
 """
 
 from __future__ import annotations

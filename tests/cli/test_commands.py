@@ -273,12 +273,11 @@ PAIRS = {
 
 
 @pytest.mark.parametrize(("settings", "expected"), PAIRS.values(), ids=PAIRS.keys())
-def test_settings_of_pairs(wucht: Command, study: Study, settings: list[str], expected: list[float]) -> None:
-    words = [w for s in settings for w in ("--set", s)]
-    said = wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json", *words)
-    assert said.code == 0, said.err
-    stored = _stored(Path("out/result.nc"))
-    assert [stored["carrier.stiffness.x"], stored["carrier.stiffness.y"]] == expected
+def test_settings_of_pairs(study: Study, settings: list[str], expected: list[float]) -> None:
+    from wucht.cli.settings import parse_settings
+
+    values = _values(study(), **parse_settings(settings))
+    assert [values["carrier.stiffness.x"], values["carrier.stiffness.y"]] == expected
 
 
 @pytest.mark.parametrize("directions", ["x", "xy"])
@@ -300,18 +299,27 @@ SETTINGS = {
 
 
 @pytest.mark.parametrize(("setting", "key", "value"), SETTINGS.values(), ids=SETTINGS.keys())
-def test_settings_from_the_command_line(wucht: Command, study: Study, setting: str, key: str, value: float) -> None:
-    said = wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json", "--set", setting)
-    assert said.code == 0, said.err
-    assert _stored(Path("out/result.nc"))[key] == pytest.approx(value, rel=1e-12)
+def test_settings_from_the_command_line(study: Study, setting: str, key: str, value: float) -> None:
+    from wucht.cli.settings import parse_settings
+
+    assert _values(study(), **parse_settings([setting]))[key] == pytest.approx(value, rel=1e-12)
 
 
 def test_settings_of_the_question(wucht: Command, study: Study) -> None:
     import xarray as xr
 
-    words = ("study.until=0.2 s", "study.start.p1=0.4", "study.start.p2.speed=3 rad/s", "study.start.carrier.x=1 mm")
+    words = (
+        "carrier.stiffness=[1e5, 2e5]",
+        "carrier.stiffness.x=3e5",
+        "study.until=0.2 s",
+        "study.start.p1=0.4",
+        "study.start.p2.speed=3 rad/s",
+        "study.start.carrier.x=1 mm",
+    )
     said = wucht("run", study(), "-o", "out", "--json", *(w for s in words for w in ("--set", s)))
     assert said.code == 0, said.err
+    stored = _stored(Path("out/result.nc"))
+    assert (stored["carrier.stiffness.x"], stored["carrier.stiffness.y"]) == (3e5, 2e5)
     found = xr.load_dataset("out/result.nc", engine="h5netcdf").isel(time=[0, -1])
     assert found.time.values.tolist() == pytest.approx([0.0, 0.2])
     assert found.angle.isel(time=0).values.tolist() == pytest.approx([0.0, 0.4, -0.5])
