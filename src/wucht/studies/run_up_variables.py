@@ -1,0 +1,119 @@
+"""The variables of a run-up's Dataset: what was computed, with names and units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from wucht.machines.dimensionless import natural_frequencies
+from wucht.machines.machine import LOST, SUPPLIED, Machine
+from wucht.machines.vibration import Vibration, free_speed, group
+from wucht.numerics.compile import Flow
+from wucht.numerics.integrate import Trajectory
+from wucht.numerics.peaks import envelope, interval_peaks
+from wucht.results.conventions import Variable, variable
+from wucht.studies.start import static_position
+
+Variables = dict[str, Variable]
+
+
+def variables(machine: Machine, flow: Flow, trajectory: Trajectory) -> tuple[Variables, Variables]:
+    """Coordinates and data of a run.
+
+    Coordinates: time (N), body, balancer (bodies that turn about another), direction. Variables: angle, speed (body, time);
+    phase (balancer, time); displacement, velocity, bearing_force (direction, time); radius, amplitude, motor_torque,
+    motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time); natural_frequency
+    (direction); peak_amplitude, free_speed.
+    """
+    outputs = flow.outputs(trajectory.time, trajectory.states, trajectory.parameters)
+    row = dict(zip(machine.system.state_names, trajectory.states, strict=True)) | outputs
+    balancers = [b.name for b in machine.bodies if b.about is not None]
+    directions = [c.position.name[-1] for c in machine.carrier]
+    data = _rotation(machine, row) | _vibration(machine, row, trajectory.time) | _energy(machine, outputs, trajectory)
+    coordinates = {
+        "time": variable("time", trajectory.time, "time", machine.units.time),
+        "body": variable("body", [b.name for b in machine.bodies], "body"),
+        "direction": variable("direction", directions, "direction"),
+        "balancer": variable("balancer", balancers or np.empty(0, "U1"), "balancing body"),
+    }
+    return coordinates, data
+
+
+def _rotation(machine: Machine, row: Mapping[str, np.ndarray]) -> Variables:
+    units = machine.units
+    angle = {b.name: row[b.coordinate.position.name] for b in machine.bodies}
+    speed = [row[b.coordinate.velocity.name] for b in machine.bodies]
+    free = free_speed(machine, machine.rotor)
+    found = {
+        "angle": variable("body time", list(angle.values()), "angle", "rad"),
+        "speed": variable("body time", speed, "speed", units.speed),
+        "free_speed": variable("", math.nan if free is None else free, "speed reached without vibration", units.speed),
+        "motor_torque": variable("time", row["motor_torque"], "motor torque", units.torque),
+        "motor_power": variable("time", row["motor_power"], "motor power", units.power),
+        "residual_unbalance": variable("time", _residual(machine, angle), "share of the unbalance that is left"),
+    }
+    relative = [np.mod(angle[b.name] - angle[b.about], 2 * math.pi) for b in machine.bodies if b.about is not None]
+    if relative:
+        found["phase"] = variable("balancer time", relative, "phase to the body turned about", "rad")
+    return found
+
+
+def _vibration(machine: Machine, row: Mapping[str, np.ndarray], time: np.ndarray) -> Variables:
+    units, natural = machine.units, natural_frequencies(machine)
+    displacement = np.array([row[c.position.name] for c in machine.carrier])
+    velocity = np.array([row[c.velocity.name] for c in machine.carrier])
+    force = [row[f"bearing_force_{d}"] for d in natural]
+    offset = displacement - static_position(machine)[:, None]
+    distance = np.hypot.reduce(offset, axis=0)
+    amplitude, peak = _amplitude(time, offset, velocity, row[machine.rotor.coordinate.velocity.name], natural)
+    per_time = f"{units.length}/{units.time}" if units.time else ""
+    return {
+        "displacement": variable("direction time", displacement, "displacement of the axis", units.length),
+        "velocity": variable("direction time", velocity, "velocity of the axis", per_time),
+        "bearing_force": variable("direction time", force, "bearing force", units.force),
+        "radius": variable("time", distance, "distance of the axis from its static position", units.length),
+        "amplitude": variable("time", amplitude, "amplitude of the axis", units.length),
+        "peak_amplitude": variable("", peak, "largest amplitude of the axis", units.length),
+        "natural_frequency": variable("direction", list(natural.values()), "natural frequency", units.speed),
+    }
+
+
+def _amplitude(
+    time: np.ndarray, offset: np.ndarray, velocity: np.ndarray, speed: np.ndarray, natural: Mapping[str, float]
+) -> tuple[np.ndarray, float]:
+    """The envelope of the axis' distance from its static position, and its peak.
+
+    offset, velocity: (m, N). A valley counts as part of the orbit if it is shorter than half a turn, or half a free vibration
+    while the rotor is slower than that.
+    """
+    peaks = np.sqrt(np.maximum(interval_peaks(time, (offset**2).sum(axis=0), 2 * (offset * velocity).sum(axis=0)), 0.0))
+    slowest = min((f for f in natural.values() if f > 0), default=0.0)
+    rate = np.maximum(np.abs(speed), slowest)
+    return envelope(time, peaks, np.divide(math.pi, rate, out=np.zeros_like(rate), where=rate > 0)), float(peaks.max())
+
+
+def _residual(machine: Machine, angle: Mapping[str, np.ndarray]) -> np.ndarray:
+    bodies = group(machine, machine.rotor)
+    unbalances = Vibration.of(machine).unbalances
+    vector = sum(unbalances[machine.bodies.index(b)] * np.exp(1j * angle[b.name]) for b in bodies)
+    scale = unbalances[machine.bodies.index(machine.rotor)] or unbalances.max() or 1.0
+    found: np.ndarray = np.abs(vector) / scale
+    return found
+
+
+def _energy(machine: Machine, outputs: Mapping[str, np.ndarray], trajectory: Trajectory) -> Variables:
+    """The energy balance over time: |supplied - dissipated - change of stored| over the larger of work and stored energy."""
+    stored, units = outputs["stored_energy"], machine.units
+    supplied, lost = trajectory.quadratures[SUPPLIED], trajectory.quadratures[LOST]
+    gap = supplied - lost - (stored - stored[:1])
+    scale = max(float(np.abs(supplied).max(initial=0.0)), float(np.abs(stored).max(initial=0.0))) or 1.0
+    found = {
+        "stored_energy": variable("time", stored, "stored energy", units.energy),
+        "energy_residual": variable("time", np.abs(gap) / scale, "energy residual, relative"),
+    }
+    for quadrature in machine.system.quadratures:
+        values = trajectory.quadratures[quadrature.name]
+        found[quadrature.name] = variable("time", values, quadrature.long_name, quadrature.unit)
+    return found
