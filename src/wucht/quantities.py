@@ -46,7 +46,7 @@ def article(noun: str) -> str:
 _NUMBER = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|nan)(?![a-z]))\s*(.*)", re.IGNORECASE | re.DOTALL
 )
-_UNIT = re.compile(r"[^\W\d_][\w°%·⋅*/^()²³⁻¹ -]*|[°%]")  # begins with a letter: no second number, no decimal comma
+_UNIT = re.compile(r"[^\W\d_][\w°%·⋅*/^()²³⁻¹ -]*|[°%](?:/[a-z]+)?")  # begins with a letter: no second number, no decimal comma
 
 
 def _parse(given: object, si: str, what: str) -> float:
@@ -83,6 +83,8 @@ def _factor(unit: str, si: str, allowed: str) -> float:
     except Exception:
         raise ValueError(f"{allowed}; {unit!r} is no unit of a plain scale") from None
     names = str(parsed)
+    if si != "rad/s" and "hertz" in names:
+        raise ValueError(f"{allowed}; Hz counts turns, so that {unit!r} is not clear: write it with s or rad/s")
     if si == "rad/s":
         turns = "hertz" in names
         if not turns and not any(angle in names for angle in ("radian", "degree", "turn", "revolution", "rpm", "grad", "arc")):

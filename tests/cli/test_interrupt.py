@@ -24,6 +24,7 @@ Study = Callable[..., Path]
 Refused = Callable[..., str]
 
 LONG = ('until = "0.5 s"', 'until = "100000 s"\nengine = "scipy"')
+MINUTES = ('until = "0.5 s"', 'until = "1000 s"\nengine = "scipy"')
 POSIX = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 
 
@@ -53,7 +54,7 @@ def signal_at(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
 
 def test_ctrl_c_leaves_a_valid_result(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
     signal_at(3)
-    said = wucht("run", study(*LONG), "-o", "out", "--json")
+    said = wucht("run", study(*MINUTES), "-o", "out", "--json")
     assert said.code == 130
     assert "Traceback" not in said.err
     assert any("--resume" in warning for warning in said.document["warnings"])
@@ -69,7 +70,7 @@ def test_ctrl_c_leaves_a_valid_result(wucht: Command, study: Study, signal_at: C
 
 def test_ctrl_c_at_the_first_report(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
     signal_at(1)
-    said = wucht("run", study(*LONG), "-o", "out")
+    said = wucht("run", study(*MINUTES), "-o", "out")
     assert said.code == 130
     assert "--resume" in said.err
     assert "Traceback" not in said.err
@@ -79,7 +80,7 @@ def test_ctrl_c_at_the_first_report(wucht: Command, study: Study, signal_at: Cal
 @POSIX
 def test_a_batch_system_ends_it_like_ctrl_c(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
     signal_at(2, signal.SIGTERM)
-    said = wucht("run", study(*LONG), "-o", "out", "--json")
+    said = wucht("run", study(*MINUTES), "-o", "out", "--json")
     assert said.code in (130, 143)
     assert _load("out/result.nc").attrs["finished"] == 0
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _SETTLED_TOLERANCE = 1e-5
-_NO_ACCELERATION = 1e-9
+_NO_ACCELERATION = 1e-12
 _SAVE_EVERY_S = 5.0
 _JUDGED_IF_COARSE = 10_000  # samples: no outcome comes of them, only phases and the like
 
@@ -183,7 +183,8 @@ def _at_rest(machine: Machine, initial: np.ndarray) -> bool:
         return False
     names = [v.name for v in turning]
     accelerations = Evaluator.of(system, [system.derivatives[system.states.index(v)] for v in turning], names)
-    found = accelerations(np.zeros(1), initial[:, None], system.values(machine.values))
+    with np.errstate(all="ignore"):
+        found = accelerations(np.zeros(1), initial[:, None], system.values(machine.values))
     return all(abs(float(a[0])) < _NO_ACCELERATION for a in found.values())
 
 
