@@ -19,12 +19,12 @@ def equations(
     if slow:
         raise InputError("--slow", None, "not yet: the slow equations come with a later version")
     from wucht.cli.settings import parse_settings
+    from wucht.machines.catalogue import load_machine
     from wucht.machines.notation import notation_of
     from wucht.mechanics.lagrange import equations_of_motion
     from wucht.mechanics.notation import written
-    from wucht.studies.files import read_machine
 
-    machine = read_machine(study, parse_settings(set_ or []))
+    machine = load_machine(study, parse_settings(set_ or []))
     notation = notation_of(machine)
     motion = equations_of_motion(machine.energies, machine.coordinates)
     zero = [s for s, value in machine.numbers.items() if value == 0]

@@ -84,6 +84,13 @@ def _used(name: str, path: Path) -> Path:
         raise InputError("machine.use", name, error.allowed) from None
 
 
+def described_machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
+    """The table ``[machine]`` as it is to be built: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
+    described = machine_table(document, path)
+    described.setdefault("title", document.get("title", Path(name).stem))
+    return with_settings(described, flatten(described.pop("set", {})) | flatten(settings))
+
+
 def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:
     """The machine of a catalogue name or study file, with parameters set by path.
 
@@ -94,9 +101,6 @@ def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machin
     """
     document, path = load_document(name)
     try:
-        described = machine_table(document, path)
-        described.setdefault("title", document.get("title", name))
-        own = flatten(described.pop("set", {})) | flatten(settings or {})
-        return machine_from(with_settings(described, own))
+        return machine_from(described_machine(document, path, name, settings or {}))
     except InputError as error:
         raise error.within(str(path), ": ") from None

@@ -9,8 +9,8 @@ from typing import Any
 
 from wucht.documents import Document, choice, flatten, no_nan, table
 from wucht.errors import InputError, RunError
-from wucht.machines.catalogue import load_document, machine_table
-from wucht.machines.files import machine_from, with_settings
+from wucht.machines.catalogue import described_machine, load_document
+from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.studies.run_up import RunUp, initial_state
 
@@ -48,26 +48,10 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
     return StudyFile(path, name, machine, question, resolved)
 
 
-def read_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:
-    """The machine of a study file, whether or not it asks a question."""
-    document, path = load_document(name)
-    try:
-        return _machine(document, path, name, flatten(settings or {}))[0]
-    except InputError as error:
-        raise error.within(str(path), ": ") from None
-
-
-def _machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
-    described = machine_table(document, path)
-    described.setdefault("title", document.get("title", Path(name).stem))
-    inherited = flatten(described.pop("set", {}))
-    mine = {k: v for k, v in settings.items() if not k.startswith("study.")}
-    described = with_settings(described, inherited | mine)
-    return machine_from(described), described
-
-
 def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, RunUp, Document]:
-    machine, described = _machine(document, path, name, settings)
+    mine = {k: v for k, v in settings.items() if not k.startswith("study.")}
+    described = described_machine(document, path, name, mine)
+    machine = machine_from(described)
     asked = dict(table(document, "study", "study")) if "study" in document else {"kind": "run-up"}
     no_nan(asked, "study")
     for key, value in settings.items():

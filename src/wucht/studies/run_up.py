@@ -5,9 +5,11 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import sympy as sp
 
 from wucht.documents import refuse_unknown
 from wucht.errors import InputError
@@ -21,6 +23,7 @@ from wucht.results.outcomes import Outcome
 from wucht.studies.run_up_plan import Plan
 from wucht.studies.start import start_state
 from wucht.studies.verdict import Verdict, judge
+from wucht.system import System
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -181,11 +184,15 @@ def _at_rest(machine: Machine, initial: np.ndarray) -> bool:
     speeds = [initial[system.states.index(v)] for v in turning]
     if any(speeds):
         return False
-    names = [v.name for v in turning]
-    accelerations = Evaluator.of(system, [system.derivatives[system.states.index(v)] for v in turning], names)
     with np.errstate(all="ignore"):
-        found = accelerations(np.zeros(1), initial[:, None], system.values(machine.values))
+        found = _accelerations(system, tuple(turning))(np.zeros(1), initial[:, None], system.values(machine.values))
     return all(abs(float(a[0])) < _NO_ACCELERATION for a in found.values())
+
+
+@lru_cache(maxsize=16)  # asked when a file is read, and again when it is run
+def _accelerations(system: System, velocities: tuple[sp.Symbol, ...]) -> Evaluator:
+    rates = [system.derivatives[system.states.index(v)] for v in velocities]
+    return Evaluator.of(system, rates, [v.name for v in velocities])
 
 
 def _decided(plan: Plan, verdict: Verdict) -> bool:
