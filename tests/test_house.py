@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parent.parent / "src" / "wucht"
-FLOORS = ["errors", "quantities", "system", "documents", "results", "numerics", "mechanics", "machines", "studies"]
+FLOORS = ["errors", "quantities", "piecewise", "system", "documents", "results", "numerics", "mechanics", "machines", "studies"]
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
 ALLOWED["plots"] = {"errors", "plots"}  # a figure is drawn from a Dataset and nothing else
 ALLOWED["cli"] = {*FLOORS, "plots", "cli"}

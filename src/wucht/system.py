@@ -19,12 +19,16 @@ TIME = sp.Symbol("t", real=True)
 
 @dataclass(frozen=True)
 class Output:
-    """A quantity that can be computed from the states: its name, expression, unit and what to call it on an axis."""
+    """A quantity that can be computed from the states: its name, expression, unit and what to call it on an axis.
+
+    jump: of a quadrature, what its integral gains, as the difference of this expression, where a piecewise function jumps.
+    """
 
     name: str
     expression: sp.Expr
     unit: str = ""
     long_name: str = ""
+    jump: sp.Expr = sp.S.Zero
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,7 @@ class System:
             self._refuse_unknown(expression, known, f"the derivative of {state}")
         for output in (*self.outputs, *self.quadratures):
             self._refuse_unknown(output.expression, known, f"the output {output.name}")
+            self._refuse_unknown(output.jump, known, f"the jump of {output.name}")
         if not self.angles <= set(self.states):
             raise WuchtError(f"angles {sorted(map(str, self.angles - set(self.states)))} are no states")
 

@@ -12,8 +12,9 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.numerics.events import Event, Leg
+from wucht.numerics.ladders import Ladders
 from wucht.numerics.program import Evaluator, Numbers, lower
-from wucht.system import System
+from wucht.system import Output, System
 
 DEFAULT_TOLERANCE = 1e-12
 
@@ -34,13 +35,19 @@ class Engine(Protocol):
 
 @dataclass(frozen=True)
 class Flow:
-    """A compiled System with its events. Not to be shared by threads: take one a thread (``compile_system`` is cheap then)."""
+    """A compiled System with its events. Not to be shared by threads: take one a thread (``compile_system`` is cheap then).
+
+    events: those asked for, then those of the ladders. ladders: of the System's piecewise functions. jumps: what the
+    quadratures gain where a piecewise function jumps, as a function of the state on a rung, or None if nothing can.
+    """
 
     system: System
     events: tuple[Event, ...]
     tolerance: float
     engine: Engine
     outputs: Evaluator
+    ladders: Ladders
+    jumps: Evaluator | None
 
 
 def available_engine() -> str:
@@ -61,31 +68,51 @@ def compile_system(
     Prince), ``"scipy-radau"`` (stiff) or None for the best that is installed. The integrals of the System's quadratures are
     computed along, with the same accuracy. Raises ``WuchtError`` for an unknown engine.
     """
-    states = (*system.states, *(_accumulator(q.name) for q in system.quadratures))
-    flow = System(
-        states,
-        (*system.derivatives, *(q.expression for q in system.quadratures)),
-        system.parameters,
-        system.definitions,
-    )
+    ladders = _ladders(system, events)
+    flow = _smooth(system, ladders)
     program = lower(flow, flow.derivatives)
-    event_program = lower(flow, tuple(e.expression for e in events))
+    watched = (*events, *ladders.events())
+    event_program = lower(flow, tuple(ladders.smooth(e.expression) for e in watched))
+    if ladders:
+        ladders.prepare(flow)
     chosen = engine or available_engine()
     compiled: Engine
     if chosen == "heyoka":
         from wucht.numerics.heyoka_engine import HeyokaEngine
 
-        compiled = HeyokaEngine(program, events, event_program, tolerance)
+        compiled = HeyokaEngine(program, watched, event_program, tolerance)
     elif chosen in ("scipy", "scipy-radau"):
         from wucht.numerics.scipy_engine import ScipyEngine
 
         method = "Radau" if chosen == "scipy-radau" else "DOP853"
-        compiled = ScipyEngine(program, events, event_program, tolerance, method)
+        compiled = ScipyEngine(program, watched, event_program, tolerance, method)
     else:
         raise WuchtError(f"unknown engine {chosen!r}; known: heyoka, scipy, scipy-radau")
     outputs = Evaluator.of(system, [o.expression for o in system.outputs], [o.name for o in system.outputs])
-    return Flow(system, tuple(events), tolerance, compiled, outputs)
+    return Flow(system, watched, tolerance, compiled, outputs, ladders, _jumps(system, flow, ladders))
 
 
-def _accumulator(name: str) -> sp.Symbol:
-    return sp.Symbol(f"integral of {name}", real=True)
+def _ladders(system: System, events: tuple[Event, ...]) -> Ladders:
+    used = [*system.derivatives, *(e for _, e in system.definitions), *(e.expression for e in events)]
+    used += [e for q in system.quadratures for e in (q.expression, q.jump)]
+    return Ladders.of([sp.sympify(e) for e in used])
+
+
+def _smooth(system: System, ladders: Ladders) -> System:
+    """The System that is integrated: quadratures are states, piecewise functions the polynomials of the rungs in use."""
+    return System(
+        (*system.states, *(_accumulator(q) for q in system.quadratures)),
+        tuple(ladders.smooth(sp.sympify(e)) for e in (*system.derivatives, *(q.expression for q in system.quadratures))),
+        (*system.parameters, *ladders.symbols),
+        tuple((s, ladders.smooth(e)) for s, e in system.definitions),
+    )
+
+
+def _jumps(system: System, flow: System, ladders: Ladders) -> Evaluator | None:
+    if not ladders or all(q.jump == 0 for q in system.quadratures):
+        return None
+    return Evaluator.of(flow, [ladders.smooth(sp.sympify(q.jump)) for q in system.quadratures], [q.name for q in system.quadratures])
+
+
+def _accumulator(quadrature: Output) -> sp.Symbol:
+    return sp.Symbol(f"integral of {quadrature.name}", real=True)

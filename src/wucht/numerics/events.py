@@ -18,7 +18,8 @@ class Event:
     """An event happens where ``expression`` (in the System's states, parameters and time) goes through zero.
 
     direction: +1 rising, -1 falling, 0 both. terminal: the run stops there. action: called with time, state and parameters
-    (copies), returns the state and parameters with which the run goes on (a body is released, a contact switches).
+    (copies), returns the state and parameters with which the run goes on (a body is released). switch: of a ladder's corner,
+    the ladder and the direction; such events are not reported as hits.
     """
 
     name: str
@@ -26,11 +27,12 @@ class Event:
     direction: int = 0
     terminal: bool = False
     action: Action | None = None
+    switch: tuple[int, int] | None = None
 
     @property
     def interrupts(self) -> bool:
         """Whether the integrator must stop at the event."""
-        return self.terminal or self.action is not None
+        return self.terminal or self.action is not None or self.switch is not None
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -129,9 +130,17 @@ class _Run:
     done: int = 0
     stopped_by: str | None = None
 
+    rungs: np.ndarray = field(default_factory=lambda: np.empty(0))
+
     def start(self) -> None:
+        time, ladders = float(self.grid[0]), self.flow.ladders
+        if ladders:
+            self.rungs = ladders.start(time, self.state, self.pars)
         self.flow.engine.forget_events()
-        self.flow.engine.start(float(self.grid[0]), self.state, self.pars)
+        self._place(time, self.state)
+
+    def _place(self, time: float, state: np.ndarray) -> None:
+        self.flow.engine.start(time, state, np.concatenate([self.pars, self.rungs]))
 
     def advance(self) -> bool:
         """One leg. Returns whether there is more to do."""
@@ -139,7 +148,7 @@ class _Run:
         piece = self.grid[self.done : self.done + _SAMPLES_A_LEG + (self.done == 0)]
         leg = self.flow.engine.leg(piece)
         self._record(piece, leg.states)
-        self.hits.extend(h for h in leg.hits if not self._seen(h))
+        self.hits.extend(h for h in leg.hits if h.name not in self._switches and not self._seen(h))
         if len(self.hits) > _MOST_HITS:
             raise LegError(f"more than {_MOST_HITS} events happened", leg.states[:, :0], "Look for an event that repeats")
         if leg.stopped_by is not None:
@@ -157,13 +166,33 @@ class _Run:
         self.states.append(samples)
         self.done += taken
 
+    @cached_property
+    def _switches(self) -> frozenset[str]:
+        return frozenset(e.name for e in self.flow.events if e.switch is not None)
+
     def _act(self, leg: Leg) -> None:
         event, n = self.flow.events[leg.stopped_by or 0], len(self.flow.system.states)
+        state = leg.state
         if event.action is not None:
-            changed, self.pars = event.action(leg.time, leg.state[:n].copy(), self.pars.copy())
-            self.flow.engine.start(leg.time, np.concatenate([changed, leg.state[n:]]), self.pars)
+            changed, self.pars = event.action(leg.time, state[:n].copy(), self.pars.copy())
+            state = np.concatenate([changed, state[n:]])
+        if self.flow.ladders and (event.action is not None or event.switch is not None):
+            before, ladders = self.rungs, self.flow.ladders
+            self.rungs = ladders.moved(leg.time, state, self.pars, before, event.switch)
+            state = self._jumped(leg.time, state, before)
+        if event.action is not None or event.switch is not None:
+            self._place(leg.time, state)
         if event.terminal:
             self.stopped_by = event.name
+
+    def _jumped(self, time: float, state: np.ndarray, before: np.ndarray) -> np.ndarray:
+        """The state with what the quadratures gain from the change of rungs."""
+        if self.flow.jumps is None:
+            return state
+        n, at = len(self.flow.system.states), (np.array([time]), state[:, None])
+        old, new = (self.flow.jumps(*at, np.concatenate([self.pars, rungs])) for rungs in (before, self.rungs))
+        gained = [float(new[q.name][0] - old[q.name][0]) for q in self.flow.system.quadratures]
+        return np.concatenate([state[:n], state[n:] + gained])
 
     def failed(self, error: LegError) -> str:
         """Record what the failing leg still reached; returns the sentence."""

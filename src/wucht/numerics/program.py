@@ -16,6 +16,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import RunError
+from wucht.piecewise import PiecewiseCubic
 from wucht.system import TIME, System
 
 Numbers = Sequence[float] | np.ndarray
@@ -76,6 +77,8 @@ class _Folder:
             return self.constant(e)
         if e.is_Atom:
             return e
+        if isinstance(e, PiecewiseCubic):
+            return e.func(self.fold(e.args[0]), e.args[1])
         if isinstance(e, sp.Add | sp.Mul):
             fixed = [a for a in e.args if self.is_constant(a)]
             moving = [self.fold(a) for a in e.args if not self.is_constant(a)]
@@ -117,13 +120,26 @@ def python_function(
 
     modules: ``"math"`` for numbers, ``"numpy"`` for arrays.
     """
+    lines, results, called = _with_calls(lines, results)
     symbols = {s for a in arguments for s in (a if isinstance(a, tuple) else (a,))} | {s for s, _ in lines}
     short = {s: sp.Symbol(f"v{k}", real=True) for k, s in enumerate(sorted(symbols, key=lambda s: s.name))}
     renamed = [tuple(short[s] for s in a) if isinstance(a, tuple) else short[a] for a in arguments]
     body = [(short[s], e.xreplace(short)) for s, e in lines]
     wanted = [sp.sympify(r).xreplace(short) for r in results]
-    function: Callable[..., Any] = sp.lambdify(renamed, wanted, modules=modules, cse=lambda e: (body, e))
+    function: Callable[..., Any] = sp.lambdify(renamed, wanted, modules=[called, modules], cse=lambda e: (body, e))
     return function
+
+
+def _with_calls(lines: Lines, results: Sequence[sp.Expr]) -> tuple[Lines, list[sp.Expr], dict[str, Callable[..., Any]]]:
+    """Lines and results with each piecewise function as a call of a Python function, and these functions by name."""
+    expressions = [sp.sympify(e) for e in (*(e for _, e in lines), *results)]
+    tables = {p.args[1] for e in expressions for p in e.atoms(PiecewiseCubic)}
+    if not tables:
+        return lines, expressions[len(lines) :], {}
+    called = {f"table_{k}": table for k, table in enumerate(tables)}
+    function = {table: sp.Function(name) for name, table in called.items()}
+    shown = [e.replace(PiecewiseCubic, lambda argument, table: function[table](argument)) for e in expressions]
+    return tuple((s, e) for (s, _), e in zip(lines, shown, strict=False)), shown[len(lines) :], dict(called)
 
 
 @dataclass(frozen=True)

@@ -94,9 +94,9 @@ def _events(machine: Machine, question: RunUp, initial: np.ndarray) -> list[Even
     found = []
     if question.turns is not None:
         turned = rotor.position - initial[machine.system.state_names.index(rotor.position.name)]
-        found.append(Event(TURNS_DONE, turned**2 - (2 * math.pi * question.turns) ** 2, +1, terminal=True))
+        found.append(Event(TURNS_DONE, (turned / (2 * math.pi * question.turns)) ** 2 - 1, +1, terminal=True))
     if question.speed_limit is not None and rotor.prescribed is None:
-        found.append(Event(SPEED_LIMIT, rotor.velocity**2 - question.speed_limit**2, +1, terminal=True))
+        found.append(Event(SPEED_LIMIT, (rotor.velocity / question.speed_limit) ** 2 - 1, +1, terminal=True))
     return found
 
 
