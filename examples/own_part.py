@@ -5,10 +5,11 @@ python examples/own_part.py
 
 from typing import ClassVar
 
+import sympy as sp
+
 from wucht import RunUp, run_up
 from wucht.machines.files import machine_from
-from wucht.machines.parts.base import Drive, Frame, si
-from wucht.mechanics.energies import Applied, Energies
+from wucht.machines.parts.base import Drive, si
 
 
 class QuadraticDrive(Drive):
@@ -19,11 +20,10 @@ class QuadraticDrive(Drive):
     stall_torque: float = si("N m", "torque at standstill", "T_0", gt=0)
     no_load_speed: float = si("rad/s", "no-load speed", "omega_0", gt=0)
 
-    def energies(self, frame: Frame) -> Energies:
-        """The motor's torque on the body's speed."""
-        torque, no_load = self.symbols("stall_torque", "no_load_speed")
-        speed = frame.speed(self.on)
-        return Energies(applied=(Applied(torque * (1 - (speed / no_load) ** 2), speed),))
+    def torque(self, speed: sp.Expr) -> sp.Expr:
+        """The motor's torque at a speed."""
+        stall, no_load = self.symbols("stall_torque", "no_load_speed")
+        return stall * (1 - (speed / no_load) ** 2)
 
 
 MACHINE = {

@@ -16,11 +16,11 @@ import sympy as sp
 from wucht.errors import WuchtError
 
 
-class Pieces(sp.Atom):
+class Pieces(sp.Atom):  # type: ignore[misc]
     """Corners x_1 < ... < x_k and k + 1 cubics; a name for printing.
 
-    coefficients: (k + 1, 4). Piece i holds from x_i on (piece 0 before x_1) and is a polynomial in the distance from ``origins``
-    [i]: its own first corner, for piece 0 the first corner of all. At a corner the function has its value from the right.
+    coefficients: (k + 1, 4). Piece i holds from x_i on (piece 0 before x_1) and is a polynomial in the distance from its own
+    first corner, for piece 0 from x_1 (``origins``). At a corner the function has its value from the right.
     Raises ``WuchtError`` where the corners do not increase, a number is not finite, or the shapes do not fit.
     """
 
@@ -29,13 +29,13 @@ class Pieces(sp.Atom):
     coefficients: tuple[tuple[float, ...], ...]
     name: str
 
-    def __new__(cls, name: str, corners: Sequence[float], coefficients: Sequence[Sequence[float]]) -> Pieces:
+    def __new__(cls, name: str, corners: Sequence[float], coefficients: Sequence[Sequence[float]]) -> Pieces:  # noqa: D102
         x, c = np.asarray(corners, float), np.asarray(coefficients, float)
         if len(x) < 1 or c.shape != (len(x) + 1, 4):
             raise WuchtError(f"{name}: {len(x)} corners need {len(x) + 1} pieces of 4 coefficients, not {c.shape}")
         if not (np.isfinite(x).all() and np.isfinite(c).all() and (np.diff(x) > 0).all()):
             raise WuchtError(f"{name}: the corners must increase, and all numbers be finite")
-        made = super().__new__(cls)
+        made: Pieces = super().__new__(cls)
         made.name, made.corners = name, tuple(x.tolist())
         made.coefficients = tuple(tuple(row) for row in c.tolist())
         return made
@@ -85,7 +85,7 @@ class Pieces(sp.Atom):
         return tuple(x[np.abs(c[i + 1, 0] - before) > 1e-12 * scale].tolist())
 
 
-class PiecewiseCubic(sp.Function):
+class PiecewiseCubic(sp.Function):  # type: ignore[misc]
     """``PiecewiseCubic(argument, pieces)``: the function of ``pieces`` at an argument. A number gives a number at once."""
 
     nargs = 2
@@ -111,7 +111,8 @@ class PiecewiseCubic(sp.Function):
         return f"{self.args[1].name}({printer._print(self.args[0])})"
 
     def _latex(self, printer: Any, exp: str | None = None) -> str:
-        shown = f"\\mathrm{{{self.args[1].name}}}\\left({printer._print(self.args[0])}\\right)"
+        name = self.args[1].name.replace("_", "\\_")
+        shown = f"\\mathrm{{{name}}}\\left({printer._print(self.args[0])}\\right)"
         return shown if exp is None else f"{{{shown}}}^{{{exp}}}"
 
 
@@ -120,14 +121,14 @@ def step(name: str, at: float, before: float, after: float) -> Pieces:
     return Pieces(name, (at,), ((before, 0, 0, 0), (after, 0, 0, 0)))
 
 
-def interpolated(name: str, x: Sequence[float], y: Sequence[float], kind: str) -> Pieces:
+def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[float], kind: str) -> Pieces:
     """A function through points, constant before the first and after the last.
 
-    x, y: (n,), x increasing. kind: ``"steps"`` (each value holds until the next point), ``"linear"``, ``"smooth"`` (from
+    abscissae, ordinates: (n,), the first increasing. kind: ``"steps"`` (each value holds until the next point), ``"linear"``, ``"smooth"`` (from
     value to value with zero slope at each point, as a machine's control does), ``"monotone"`` (F. N. Fritsch, R. E. Carlson,
     SIAM J. Numer. Anal. 17 (1980) 238-246: no overshoot between measured points), ``"spline"`` (continuous curvature).
     """
-    x, y = np.asarray(x, float), np.asarray(y, float)
+    x, y = np.asarray(abscissae, float), np.asarray(ordinates, float)
     if len(x) == 1 or kind == "steps":
         return Pieces(name, x, [(y[0], 0, 0, 0), *((v, 0, 0, 0) for v in y)])
     h, rise = np.diff(x), np.diff(y)

@@ -1,6 +1,7 @@
 """Units at the edge: ``"2.5 kg"`` in a file becomes a float in SI; inside, everything is SI floats.
 
-Angles are radians, so that a speed of one turn a second is 2 pi rad/s. ``Hz`` given for an angular speed counts turns.
+Angles are radians, so that a speed of one turn a second is 2 pi rad/s. ``Hz`` given for an angular speed counts turns, and an
+angular speed given for a frequency is 2 pi times it: 50 Hz, 3000 rpm and 314.159 rad/s are the same.
 """
 
 from __future__ import annotations
@@ -62,13 +63,15 @@ def _parse(given: object, si: str, what: str) -> float:
     split = _NUMBER.fullmatch(given)
     unit = split[2].strip() if split else ""
     if split is None or (unit and not _UNIT.fullmatch(unit)):
-        hint = "write rpm, Hz or rad/s" if si == "rad/s" else "a decimal point, no comma"
+        hint = "write rpm, Hz or rad/s" if si in ("rad/s", "Hz") else "a decimal point, no comma"
         raise ValueError(f"{allowed}; this cannot be read as a number and a unit ({hint})")
     return float(split[1]) * (_factor(unit, si, allowed) if unit else 1.0)
 
 
 def _factor(unit: str, si: str, allowed: str) -> float:
     """How many SI units a unit is. Raises ``ValueError`` for an unknown one, or one of another dimension."""
+    if si == "Hz":
+        return _factor(unit, "rad/s", allowed) / (2 * math.pi)
     import pint as pint_
 
     try:
@@ -93,14 +96,19 @@ def _factor(unit: str, si: str, allowed: str) -> float:
     return factor
 
 
+_DIMENSIONS = {
+    "kg": "mass", "m": "length", "s": "time", "1/s": "rate or angular speed", "": "number or angle", "N/m": "stiffness",
+    "N s/m": "damping", "kg m^2": "moment of inertia", "kg m": "unbalance", "N": "force", "N m": "torque",
+    "N m s": "rotational damping", "W": "power", "A": "current", "V": "voltage", "ohm": "resistance", "H": "inductance",
+    "Wb": "magnetic flux",
+}  # fmt: skip
+
+
 def _dimension(unit: Any) -> str:
-    dimensionality = str(unit.dimensionality)
-    names = {
-        "[mass]": "mass", "[length]": "length", "[time]": "time", "1 / [time]": "rate or angular speed",
-        "dimensionless": "number or angle", "[mass] / [time] ** 2": "stiffness", "[mass] / [time]": "damping",
-        "[length] ** 2 * [mass]": "moment of inertia", "[length] * [mass]": "unbalance",
-    }  # fmt: skip
-    return names.get(dimensionality, f"quantity of dimension {dimensionality}")
+    for example, name in _DIMENSIONS.items():
+        if _registry().parse_units(example).dimensionality == unit.dimensionality:
+            return name
+    return f"quantity of dimension {unit.dimensionality}"
 
 
 @lru_cache(maxsize=1)

@@ -274,8 +274,8 @@ def test_a_machine_scaled_in_mass_length_and_time_is_the_same_machine(document, 
         factor = (
             1.0 if name.endswith(".angle")
             else 1 / time if name.endswith(".speed")
-            else length if name in ("carrier.x", "carrier.y")
-            else length / time if name in ("carrier.vx", "carrier.vy")
+            else length if name in ("carrier.x", "carrier.y", "orbit.x", "orbit.y")
+            else length / time if name in ("carrier.vx", "carrier.vy", "orbit.vx", "orbit.vy")
             else force if name.startswith("bearing_force")
             else energy / time if name == "motor_power"
             else energy

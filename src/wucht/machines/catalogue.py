@@ -8,8 +8,10 @@ from typing import Any
 
 from wucht.documents import Document, flatten, read_toml, refuse_unknown, table, text
 from wucht.errors import InputError, nearest
-from wucht.machines.files import machine_from, with_settings
+from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
+from wucht.machines.settings import with_settings
+from wucht.machines.tables import with_tables
 
 FOLDER = Path(__file__).parent / "catalogue"
 TOP_LEVEL = ("title", "source", "notes", "machine", "study")
@@ -60,7 +62,7 @@ def machine_table(document: Document, path: Path, seen: tuple[Path, ...] = ()) -
     if not isinstance(settings, dict):
         raise InputError("machine.set", settings, "allowed is a table: set = { PATH = VALUE }")
     if "use" not in described:
-        return described
+        return with_tables(described, path.parent)
     extra = sorted(set(described) - {"use", "set", "title"})
     if extra:
         raise InputError(f"machine.{extra[0]}", None, "not allowed beside use; allowed there are set and title")
@@ -88,7 +90,8 @@ def described_machine(document: Document, path: Path, name: str, settings: Mappi
     """The table ``[machine]`` as it is to be built: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
     described = machine_table(document, path)
     described.setdefault("title", document.get("title", Path(name).stem))
-    return with_settings(described, flatten(described.pop("set", {})) | flatten(settings))
+    chosen = with_settings(described, flatten(described.pop("set", {})) | flatten(settings))
+    return with_tables(chosen, path.parent)
 
 
 def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from wucht.machines.doubts import unbalance
 from wucht.machines.machine import Machine
 from wucht.machines.models import Model
@@ -14,13 +16,22 @@ from wucht.machines.parts.rotor import Rotor
 
 
 def natural_frequencies(machine: Machine) -> dict[str, float]:
-    """The undamped natural frequency of the carrier with all bodies on it, in rad a unit of time, by direction."""
+    """The undamped natural frequencies of the free carrier with all bodies on it, in rad a unit of time.
+
+    By direction where the directions are not coupled, else by number, the lowest first.
+    """
     c, numbers = machine.linear_carrier, machine.numbers
-    found = {}
-    for i, q in enumerate(machine.carrier):
-        stiffness, mass = (float(m[i, i].xreplace(numbers)) for m in (c.stiffness, c.mass))
-        found[q.position.name[-1]] = math.sqrt(max(stiffness, 0.0) / mass) if mass > 0 else math.nan
-    return found
+    size = len(machine.free_carrier)
+    mass, stiffness = (np.array(a.xreplace(numbers).tolist(), float).reshape(size, size) for a in (c.mass, c.stiffness))
+    if _diagonal(mass) and _diagonal(stiffness):
+        pairs = zip(machine.free_labels, np.diag(stiffness), np.diag(mass), strict=True)
+        return {label: math.sqrt(max(k, 0.0) / m) if m > 0 else math.nan for label, k, m in pairs}
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real)
+    return {f"mode {i + 1}": math.sqrt(max(float(s), 0.0)) for i, s in enumerate(squares)}
+
+
+def _diagonal(matrix: np.ndarray) -> bool:
+    return bool((matrix == np.diag(np.diag(matrix))).all())
 
 
 def numbers(machine: Machine) -> dict[str, float]:
@@ -32,13 +43,16 @@ def numbers(machine: Machine) -> dict[str, float]:
     """
     if isinstance(machine.parts[0], Model):
         return dict(machine.values)
-    carrier, rotor = machine.parts[0], next(p for p in machine.parts if isinstance(p, Rotor))
-    if not isinstance(carrier, Carrier):
+    carrier, rotor = machine.parts[0], next((p for p in machine.parts if isinstance(p, Rotor)), None)
+    plain = isinstance(carrier, Carrier) and carrier.stiffness is not None and not carrier.foundation and not carrier.motion
+    if rotor is None or not isinstance(carrier, Carrier) or not plain or len(machine.rotors) > 1 or machine.sliders:
         return {}
     total_mass = float(machine.linear_carrier.mass[0, 0].xreplace(machine.numbers))
     own, frequency = unbalance(rotor), set(natural_frequencies(machine).values())
     damping = carrier.damping if isinstance(carrier.damping, float) else carrier.damping[0]
     isotropic = isinstance(carrier.damping, float) or carrier.damping[0] == carrier.damping[1]
+    if not frequency:
+        return {}
     k = frequency.pop()
     if frequency or not isotropic or not own or not k:
         return {}
@@ -48,7 +62,7 @@ def numbers(machine: Machine) -> dict[str, float]:
     if drives:
         found |= {"lambda": drives[0].no_load_speed / k, "u": drives[0].slope / (k * rotor.mass * e**2)}
     pendulums = [p for p in machine.parts if isinstance(p, Pendulum) and p.about == rotor.name]
-    equal = len({p.model_dump_json(exclude={"name"}) for p in pendulums}) == 1
+    equal = len({p.model_dump_json(exclude={"name", "release"}) for p in pendulums}) == 1 and not pendulums[0].suspension
     if equal and len(pendulums) == len(machine.bodies) - 1:
         found |= _of_pendulums(pendulums[0], len(pendulums), own, e, total_mass, rotor.inertia, k)
     return found

@@ -17,6 +17,7 @@ def unbalance(body: Body) -> float:
 def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
     """Sentences about a machine that its balancers cannot balance."""
     found = []
+    bodies = [b for b in bodies if b.turns()]
     for rotor in (b for b in bodies if b.reference is None):
         own, balancers = unbalance(rotor), [unbalance(b) for b in bodies if b.reference == rotor.name]
         if balancers and own > sum(balancers):

@@ -3,28 +3,32 @@
 from __future__ import annotations
 
 import copy
-from collections import Counter
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import replace
 
 import sympy as sp
 
-from wucht.documents import Document, checked, choice, flatten, no_nan, refuse_unknown, table, text
-from wucht.errors import InputError, nearest
+from wucht.documents import Document, checked, choice, no_nan, refuse_unknown, table, text
+from wucht.errors import InputError
+from wucht.machines.contact import FREQUENCY_RATIO, arranged, evenly, tracks_of
 from wucht.machines.doubts import doubts
-from wucht.machines.machine import DIMENSIONLESS, Machine, Turning, Units
+from wucht.machines.machine import DIMENSIONLESS, Machine, Sliding, Turning, Units
 from wucht.machines.models import MODELS
-from wucht.machines.parts import bodies as body_kinds
-from wucht.machines.parts import drives as drive_kinds
-from wucht.machines.parts.base import Body, Drive, Frame, Part
-from wucht.machines.parts.carrier import Carrier
+from wucht.machines.parts.base import Body, Drive, Part
+from wucht.machines.parts.fields import Parameter
+from wucht.machines.parts.rotor import Rotor
+from wucht.machines.parts.track import Tracked
+from wucht.machines.reading import read_bodies, read_carrier, read_shafts, root_of
+from wucht.machines.schedules import Schedule, read_schedules
+from wucht.machines.settings import with_settings
+from wucht.machines.vibration import operating_speed
+from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
+from wucht.quantities import Unit
 
-KEYS = ("title", "use", "set", "model", "parameters", "carrier", "bodies", "drive", "drives")
-NOT_YET = ("loads", "schedules")
-_LATER_BODIES = ("slider", "switchable-pendulum")
-_LATER_DRIVES = ("constant-torque", "dc-separate", "dc-shunt", "dc-series", "induction", "table", "synchronous")
-_RESERVED = ("carrier", "drive", "drives", "study", "foundation", "machine", "psi", "delta")
+KEYS = (
+    "title", "use", "set", "model", "parameters", "carrier", "bodies", "drive", "drives", "load", "loads", "tracks", "schedules"
+)  # fmt: skip
 
 
 def machine_from(document: Document, title: str = "") -> Machine:
@@ -37,7 +41,7 @@ def machine_from(document: Document, title: str = "") -> Machine:
     if not isinstance(settings, dict):
         raise InputError("machine.set", settings, "allowed is a table: set = { PATH = VALUE }")
     no_nan(document, "machine")
-    refuse_unknown(document, KEYS, "machine", NOT_YET)
+    refuse_unknown(document, KEYS, "machine")
     document = with_settings(document, settings)
     title = text(document, "title", "machine") or title
     document.pop("title", None)
@@ -46,195 +50,122 @@ def machine_from(document: Document, title: str = "") -> Machine:
     return _from_parts(document, title)
 
 
-def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
-    """A copy of the machine's table with parameters set by path. Raises ``InputError`` for a path that leads nowhere."""
-    document = copy.deepcopy(document)
-    for path, value in flatten(settings).items():
-        if isinstance(value, float):
-            no_nan(value, f"machine.set.{path}")
-        _set(document, path, value)
-    return document
-
-
-def _set(document: Document, path: str, value: Any) -> None:
-    head, *rest = path.split(".")
-    where = f"machine.set.{path}"
-    if head == "study":
-        raise InputError(where, value, "a key of [study] is set from the command line as study.KEY=VALUE")
-    if "model" in document:
-        known = [f.alias or n for n, f in MODELS[choice(document, "model", "machine", MODELS)].model_fields.items()]
-        if rest or head not in known:
-            raise InputError(where, value, f"unknown parameter; {nearest(path, known)}")
-        table(document | {"parameters": document.setdefault("parameters", {})}, "parameters", "machine.parameters")[head] = (
-            value
-        )
-        return
-    parts = _addressable(document)
-    key = next((k for k in (f"{head}.{rest[0]}" if rest else "", head) if k in parts), None)
-    if key is None or not path[len(key) + 1 :]:
-        raise InputError(where, value, f"unknown parameter; {nearest(head, parts)}, each followed by '.key'")
-    inner = path[len(key) + 1 :].split(".")
-    target: Any = parts[key]
-    if len(inner) == 2 and inner[1] in ("x", "y") and isinstance(target.get(inner[0]), list):
-        target[inner[0]]["xy".index(inner[1])] = value
-    elif len(inner) == 1:
-        target[inner[0]] = value
-    elif len(inner) == 2 and inner[1] in ("x", "y") and inner[0] in target:
-        raise InputError(where, value, f"{key}.{inner[0]} is one number here; set both at once: {key}.{inner[0]} = [X, Y]")
-    else:
-        raise InputError(where, value, f"unknown parameter; {nearest(inner[0], target)} in {key}")
-
-
-def _addressable(document: Document) -> dict[str, Document]:
-    found: dict[str, Document] = {}
-    if isinstance(document.get("carrier"), dict):
-        found["carrier"] = document["carrier"]
-    for body in document.get("bodies", []):
-        if isinstance(body, dict) and "name" in body:
-            found[str(body["name"])] = body
-    drives = _drive_tables(document)
-    for drive in drives:
-        found["drive" if len(drives) == 1 else f"drives.{drive.get('on', '')}"] = drive
-    return found
-
-
-def _drive_tables(document: Document) -> list[Document]:
-    single, several = document.get("drive"), document.get("drives", [])
-    if single is not None and several:
-        raise InputError("machine.drives", None, "allowed is either [machine.drive] or [[machine.drives]]")
-    if single is not None and not isinstance(single, dict):
-        raise InputError("machine.drive", single, "allowed is a table: [machine.drive]")
-    if not isinstance(several, list) or not all(isinstance(d, dict) for d in several):
-        raise InputError("machine.drives", several, "allowed are tables: [[machine.drives]]")
-    return [single] if single is not None else several
-
-
 def _from_model(document: Document, title: str) -> Machine:
     name = choice(document, "model", "machine", MODELS)
-    for key in ("carrier", "bodies", "drive", "drives"):
+    for key in ("carrier", "bodies", "drive", "drives", "loads", "tracks"):
         if key in document:
             raise InputError(f"machine.{key}", None, f"not allowed beside model = {name!r}, which brings its own parts")
     model = checked(MODELS[name], table(document, "parameters", "machine.parameters"), "machine.parameters")
     turning = model.turning()
-    carrier = model.coordinates()
-    frame = _frame(carrier, sp.S.Zero, turning)
+    frame = model.placed(turning)
+    parameters = {p.path: p for p in model.parameters()}
+    schedules = read_schedules(document.get("schedules", []), parameters, DIMENSIONLESS.time)
     return Machine(
         title=title or f"{name}, {model.equations}",
-        carrier=carrier,
+        carrier=model.coordinates(),
         bodies=tuple(Turning(n, kind, turning[n], about) for n, kind, about in model.bodies),
         energies=(model.support(frame), model.energies(frame)),
-        parameters={p.path: p for p in model.parameters()},
+        parameters=parameters,
         parts=(model,),
         units=DIMENSIONLESS,
+        labels=tuple(model.directions),
+        axes=frame.axes,
+        schedules=schedules,
         mismatch=model.mismatch(frame),
         warnings=model.warnings(),
-    )
+    ).at(0.0)
 
 
 def _from_parts(document: Document, title: str) -> Machine:
     if "parameters" in document:
         raise InputError("machine.parameters", None, "allowed only with model = ...; SI machines carry values in their parts")
-    described = table(document, "carrier", "machine.carrier")
-    if described.get("directions") in ("xyr", "r"):
-        raise InputError("machine.carrier.directions", described["directions"], "not yet; allowed is 'x', 'y' or 'xy'")
-    carrier = _part(Carrier, described, "machine.carrier")
-    bodies = _bodies(document)
-    drives = _drives(document, bodies)
-    prescribed = {d.on: d for d in drives if d.prescribed() is not None}
+    bodies, where = read_bodies(document)
+    carrier = read_carrier(document, bodies, where)
+    shafts = read_shafts(document, bodies)
+    given = {d.on: d.prescribed() for d in shafts if isinstance(d, Drive)}
+    prescribed = {name: speed for name, speed in given.items() if speed is not None}
+    for b in bodies:
+        if b.release is not None and b.name in prescribed:
+            raise InputError(f"{where[b.name]}.release", None, "not allowed: the drive prescribes this body's motion")
+    parts: tuple[Part, ...] = (carrier, *bodies, *shafts)
+    parameters = {p.path: p for part in parts for p in part.parameters()}
+    parameters |= {p.path: p for b in bodies if b.release is not None for p in (_locked(b),)}
+    schedules = read_schedules(document.get("schedules", []), parameters, "s")
+    over_time = {s.symbol: s.expression for s in schedules}
+    _no_jump(schedules, prescribed)
     turning = {
-        b.name: Coordinate(c.position, c.velocity, True, prescribed[b.name].prescribed() if b.name in prescribed else None)
+        b.name: Coordinate(
+            c.position, c.velocity, True, prescribed[b.name].xreplace(over_time) if b.name in prescribed else None
+        )
         for b in bodies
         for c in b.coordinates()
+        if b.turns()
     }
-    parts: tuple[Part, ...] = (carrier, *bodies, *drives)
-    frame = _frame(carrier.coordinates(), carrier.symbol("gravity"), turning)
-    parameters = {p.path: p for part in parts for p in part.parameters()}
-    return Machine(
+    held = tuple(
+        replace(c, prescribed=c.prescribed.xreplace(over_time)) if c.prescribed is not None else c
+        for c in carrier.coordinates()
+    )
+    axes = {b.name: carrier.axis_at(_place(root_of(b, bodies))) for b in bodies}
+    frame = replace(carrier.placed(), bodies=turning, axes=axes)
+    machine = Machine(
         title=title or "machine",
-        carrier=carrier.coordinates(),
-        bodies=tuple(Turning(b.name, b.kind, turning[b.name], b.reference) for b in bodies),
+        carrier=held,
+        bodies=tuple(Turning(b.name, b.kind, turning[b.name], b.reference, b.release) for b in bodies if b.turns()),
         energies=tuple(p.energies(frame) for p in parts),
         parameters=parameters,
         parts=parts,
         units=Units(),
-        start_angles={name: d.start_angle() for name, d in prescribed.items()},
+        labels=carrier.labels,
+        sliders=tuple(Sliding(b.name, b.kind, b.coordinates()[0], b.reference or "") for b in bodies if not b.turns()),
+        axes=axes,
+        start_angles={d.on: d.start_angle() for d in shafts if isinstance(d, Drive) and d.on in prescribed},
+        start_positions=carrier.start_positions(),
+        schedules=schedules,
         warnings=doubts(bodies),
-    )
+    ).at(0.0)
+    return _with_tracks(machine, document, [b for b in bodies if isinstance(b, Tracked)], where)
 
 
-def _frame(carrier: tuple[Coordinate, ...], gravity: sp.Expr, turning: Mapping[str, Coordinate]) -> Frame:
-    axes = {c.position.name[-1]: c for c in carrier}
-    position = {d: c.position for d, c in axes.items()}
-    velocity = {f"v{d}": c.velocity for d, c in axes.items()}
-    return Frame(**position, **velocity, gravity=gravity, bodies=turning)
+def _locked(body: Body) -> Parameter:
+    return Parameter(f"{body.path}.locked", 1.0, "", "lambda", "1 while the body is locked")
 
 
-def _part(cls: type[Any], document: Document, where: str) -> Any:
-    part = checked(cls, document, where, cls.not_yet)
-    try:
-        part.check()
-    except ValueError as error:
-        key, sentence = error.args
-        raise InputError(f"{where}.{key}", document.get(key), sentence) from None
-    return part
+def _place(rotor: Body) -> tuple[sp.Expr, sp.Expr]:
+    given = isinstance(rotor, Rotor) and rotor.position is not None
+    return (rotor.symbol("position.x"), rotor.symbol("position.y")) if given else (sp.S.Zero, sp.S.Zero)
 
 
-def _bodies(document: Document) -> list[Body]:
-    listed = document.get("bodies", [])
-    if not isinstance(listed, list) or not all(isinstance(b, dict) for b in listed):
-        raise InputError("machine.bodies", listed, "allowed are tables: [[machine.bodies]]")
-    if not listed:
-        raise InputError("machine.bodies", None, "a machine needs at least one body: [[machine.bodies]]")
-    bodies: list[Body] = []
-    for i, table_ in enumerate(listed):
-        name = str(table_.get("name", ""))
-        where = f"machine.bodies[{i}]" + (f" ({name})" if name.replace("-", "_").isidentifier() else "")
-        cls = body_kinds()[choice(table_, "kind", where, body_kinds(), _LATER_BODIES)]
-        bodies.append(_part(cls, {k: v for k, v in table_.items() if k != "kind"}, where))
-    for i, body in enumerate(bodies):
-        if body.name in _RESERVED:
-            raise InputError(f"machine.bodies[{i}].name", body.name, f"this name is taken; taken are {', '.join(_RESERVED)}")
-    repeated = [name for name, count in Counter(b.name for b in bodies).items() if count > 1]
-    if repeated:
-        raise InputError("machine.bodies", repeated[0], "two bodies have this name; each needs its own")
-    _check_references(bodies)
-    return bodies
+def _no_jump(schedules: tuple[Schedule, ...], prescribed: Mapping[str, sp.Expr]) -> None:
+    used = {s for e in prescribed.values() for s in e.free_symbols}
+    used |= {sp.Symbol(f"carrier.motion.{key}", real=True) for key in ("amplitude", "frequency")}
+    for i, schedule in enumerate(schedules):
+        if schedule.symbol in used and schedule.pieces.jumps():
+            raise InputError(
+                f"machine.schedules[{i}].interpolation", "steps",
+                f"allowed for {schedule.parameter} is 'linear' or 'smooth': a prescribed motion cannot jump",
+            )  # fmt: skip
 
 
-def _check_references(bodies: list[Body]) -> None:
-    about = {b.name: b.reference for b in bodies}
-    for i, body in enumerate(bodies):
-        where = f"machine.bodies[{i}] ({body.name}).about"
-        if body.reference is not None and body.reference not in about:
-            raise InputError(where, body.reference, f"there is no such body; {nearest(body.reference, about)}")
-        seen, here = {body.name}, body.reference
-        while here is not None:
-            if here in seen:
-                raise InputError(
-                    where,
-                    body.reference,
-                    "bodies turn about each other in a circle; one must turn about the carrier's axis",
-                )
-            seen.add(here)
-            here = about[here]
-
-
-def _drives(document: Document, bodies: list[Body]) -> list[Drive]:
-    tables = _drive_tables(document)
-    names = [b.name for b in bodies]
-    rotors = [b.name for b in bodies if b.reference is None]
-    drives: list[Drive] = []
-    for i, given in enumerate(tables):
-        where = "machine.drive" if "drive" in document else f"machine.drives[{i}]"
-        cls = drive_kinds()[choice(given, "kind", where, drive_kinds(), _LATER_DRIVES)]
-        content = {k: v for k, v in given.items() if k != "kind"}
-        if "on" not in content and len(rotors) == 1:
-            content["on"] = rotors[0]
-        drive = _part(cls, content, where).model_copy(update={"several": len(tables) > 1})
-        if drive.on not in names:
-            raise InputError(f"{where}.on", drive.on, f"there is no such body; {nearest(drive.on, names)}")
-        drives.append(drive)
-    for name, count in Counter(d.on for d in drives).items():
-        if count > 1:
-            raise InputError("machine.drives", name, "two drives act on this body; allowed is one a body")
-    return drives
+def _with_tracks(machine: Machine, document: Document, bodies: list[Tracked], where: Mapping[str, str]) -> Machine:
+    """The machine with its tracks, their bodies evenly spaced until a start arranges them."""
+    given = document.get("tracks", {})
+    names = sorted({b.track for b in bodies if b.track is not None})
+    if not isinstance(given, dict):
+        raise InputError("machine.tracks", given, "allowed are tables: [machine.tracks.NAME]")
+    refuse_unknown(given, names, "machine.tracks")
+    frequency = dict.fromkeys(names, FREQUENCY_RATIO * operating_speed(machine)) if names else {}
+    for name, described in given.items():
+        refuse_unknown(table(given, name, f"machine.tracks.{name}"), ("contact_frequency",), f"machine.tracks.{name}")
+        at = f"machine.tracks.{name}.contact_frequency"
+        try:
+            frequency[name] = Unit("rad/s", "contact frequency").parse(described.get("contact_frequency", frequency[name]))
+        except ValueError as error:
+            raise InputError(at, described["contact_frequency"], str(error)) from None
+        if frequency[name] <= 0:
+            raise InputError(at, described["contact_frequency"], "allowed is a contact frequency greater than 0")
+    tracks = tracks_of(bodies, where, frequency)
+    if not tracks:
+        return machine
+    blank = replace(machine, tracks=tracks, energies=(*machine.energies, *(Energies() for _ in tracks)))
+    spread = {b.name: 0.0 for b in machine.bodies} | {n: a for t in tracks for n, a in evenly(t.bodies).items()}
+    return arranged(blank, spread)

@@ -12,11 +12,12 @@ mu s beta_r = 2 epsilon w beta_p (errata); so they are applied forces here, each
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import sympy as sp
 
-from wucht.machines.parts.base import Frame, Parameter, Part, si
+from wucht.machines.parts.base import Frame, Parameter, Part, Point, si
 from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import Coordinate
 
@@ -45,6 +46,12 @@ class Model(Part):
         """The carrier's coordinates."""
         return tuple(Coordinate.named(f"carrier.{d}", f"carrier.v{d}") for d in self.directions)
 
+    def placed(self, turning: Mapping[str, Coordinate]) -> Frame:
+        """The frame: all bodies turn about the carrier's centre."""
+        named = dict(zip(self.directions, self.coordinates(), strict=True))
+        at = {d: c.position for d, c in named.items()} | {f"v{d}": c.velocity for d, c in named.items()}
+        return Frame(centre=Point(**at), bodies=turning, axes=dict.fromkeys(turning, Point(**at)))
+
     def turning(self) -> dict[str, Coordinate]:
         """The bodies' angles."""
         return {n: Coordinate.named(f"{n}.angle", f"{n}.speed", angle=True) for n, _, _ in self.bodies}
@@ -52,7 +59,9 @@ class Model(Part):
     def support(self, frame: Frame) -> Energies:
         """V = xi^2/2, R = sigma xi'^2: spring and damper of the carrier."""
         sigma = self.symbol("sigma")
-        return Energies(potential=(frame.x**2 + frame.y**2) / 2, dissipation=sigma * (frame.vx**2 + frame.vy**2))
+        return Energies(
+            potential=(frame.centre.x**2 + frame.centre.y**2) / 2, dissipation=sigma * (frame.centre.vx**2 + frame.centre.vy**2)
+        )
 
     def warnings(self) -> tuple[str, ...]:
         """What is doubtful about the parameters."""
@@ -66,7 +75,7 @@ class Model(Part):
 def _excess(frame: Frame, body: str) -> sp.Expr:
     """n(a): the velocity of the axis along the body's direction of motion."""
     a = frame.angle(body)
-    return -frame.vx * sp.sin(a) + frame.vy * sp.cos(a)
+    return -frame.centre.vx * sp.sin(a) + frame.centre.vy * sp.cos(a)
 
 
 class RotorOnCarrier(Model):
@@ -86,7 +95,7 @@ class RotorOnCarrier(Model):
         epsilon, no_load, u = self.symbols("epsilon", "lambda", "u")
         w = frame.speed("rotor")
         return Energies(
-            kinetic=(frame.vx**2 + frame.vy**2) / 2 + w * _excess(frame, "rotor") + w**2 / (2 * epsilon),
+            kinetic=(frame.centre.vx**2 + frame.centre.vy**2) / 2 + w * _excess(frame, "rotor") + w**2 / (2 * epsilon),
             applied=(Applied(u * (no_load - w), w, "drive"),),
         )
 
@@ -127,7 +136,9 @@ class SelfBalancingRotor(Model):
         )
         phi_ = frame.speed("rotor")
         pendulums = [frame.speed("p1"), frame.speed("p2")]
-        kinetic = (frame.vx**2 + frame.vy**2) / 2 + s * phi_ * _excess(frame, "rotor") + s * phi_**2 / (2 * epsilon * w)
+        kinetic = (
+            (frame.centre.vx**2 + frame.centre.vy**2) / 2 + s * phi_ * _excess(frame, "rotor") + s * phi_**2 / (2 * epsilon * w)
+        )
         kinetic += sp.Add(*(_excess(frame, n) * frame.speed(n) + frame.speed(n) ** 2 / (2 * mu) for n in ("p1", "p2")))
         on_pendulums = tuple(Applied(beta_p / mu * (phi_ - t), t, booked="lost") for t in pendulums)
         on_rotor = s * beta_r / (2 * epsilon * w) * sp.Add(*(t - phi_ for t in pendulums))

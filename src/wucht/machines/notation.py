@@ -14,13 +14,16 @@ def notation_of(machine: Machine) -> Notation:
     Parameters carry the symbol of their field, and the name of their part where two parts have the same.
     """
     dimensionless = not machine.units.time
-    names = {c.position.name: c.position.name[-1] for c in machine.carrier}
+    letters = {"r": "chi", "foundation": "z"}
+    names = {c.position.name: letters.get(label, label) for label, c in zip(machine.labels, machine.carrier, strict=True)}
     if dimensionless:
         names = {c.position.name: {"x": "xi", "y": "eta"}[c.position.name[-1]] for c in machine.carrier}
     rotors = sum(b.about is None for b in machine.bodies)
     for b in machine.bodies:
         base = "phi" if b.about is None else "theta"
         names[b.coordinate.position.name] = "phi" if b.about is None and rotors == 1 else f"{base}_{b.name}"
+    for x in machine.sliders:
+        names[x.coordinate.position.name] = f"s_{x.name}"
     count = Counter(p.symbol for p in machine.parameters.values())
     for path, p in machine.parameters.items():
         owner = path.split(".")[0]

@@ -8,18 +8,24 @@ the second term of 002 (3.67).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy as sp
 
 from wucht.machines.machine import Machine, Turning
+from wucht.machines.parts.base import Body
+from wucht.machines.parts.rotor import Rotor
+from wucht.numerics.program import python_function
 
 
 @dataclass(frozen=True)
 class Vibration:
-    """M, C, K (m x m) of the carrier and ``excitation`` U_i e_i (n x m, complex), in the machine's units."""
+    """M, C, K (m x m) of the free carrier and ``excitation`` U_i e_i (n x m, complex), in the machine's units.
+
+    A body of sense sigma turns by phi_i = sigma (w t + alpha_i): those that turn clockwise excite with conj(U_i e_i).
+    """
 
     mass: np.ndarray
     damping: np.ndarray
@@ -29,31 +35,43 @@ class Vibration:
     @classmethod
     def of(cls, machine: Machine) -> Vibration:
         """The vibration of a machine at its parameter values."""
-        c, numbers = machine.linear_carrier, machine.numbers
-        m, b, k = (np.array(a.xreplace(numbers).tolist(), float) for a in (c.mass, c.damping, c.stiffness))
+        c, numbers, size = machine.linear_carrier, machine.numbers, len(machine.free_carrier)
+        m, b, k = (np.array(a.xreplace(numbers).tolist(), float).reshape(size, size) for a in (c.mass, c.damping, c.stiffness))
         e = [np.array(a.xreplace(numbers).tolist(), complex).ravel() for a in c.excitation]
-        return cls(m, b, k, np.array(e))
+        clockwise = [sense_of(machine, body) < 0 for body in machine.bodies]
+        return cls(m, b, k, np.array([v.conj() if turned else v for v, turned in zip(e, clockwise, strict=True)]))
 
-    @property
-    def unbalances(self) -> np.ndarray:
-        """The bodies' unbalances U_i, (n,)."""
-        found: np.ndarray = np.abs(self.excitation).max(axis=1)
-        return found
+    def only(self, index: Sequence[int]) -> Vibration:
+        """The vibration that some of the bodies excite."""
+        return replace(self, excitation=self.excitation[list(index)])
 
-    def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
-        """The vibration torque at speeds (N,) with the bodies at phases (n,) to each other."""
+    def response(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """The complex displacements z (N, m) at speeds (N,) with the bodies at phases (n,): q = Re[z exp(i w t)]."""
         w = np.atleast_1d(np.asarray(speeds, float))[:, None, None]
         # A trace of damping keeps the matrix regular at the natural frequency of an undamped direction.
         trace = 1e-14j * np.abs(self.stiffness).max(initial=0.0) * np.eye(len(self.mass))
         dynamic = self.stiffness - w**2 * self.mass + 1j * w * self.damping + trace
         force = (self.excitation * np.exp(1j * phases)[:, None]).sum(axis=0)
-        z = np.linalg.solve(dynamic, w**2 * force[None, :, None])[..., 0]
-        found: np.ndarray = w[:, 0, 0] * np.einsum("ni,ij,nj->n", z.conj(), self.damping, z).real / 2
+        found: np.ndarray = np.linalg.solve(dynamic, w**2 * force[None, :, None])[..., 0]
+        return found
+
+    def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """The vibration torque on all bodies together at speeds (N,), positive where it brakes: w z^H C z/2."""
+        w, z = np.atleast_1d(np.asarray(speeds, float)), self.response(speeds, phases)
+        found: np.ndarray = w * np.einsum("ni,ij,nj->n", z.conj(), self.damping, z).real / 2
+        return found
+
+    def moments(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """The vibration moment on each body (N, n), positive where it drives: U_i w^2 Im[conj(e_i exp(i alpha_i)) z]/2."""
+        w, z = np.atleast_1d(np.asarray(speeds, float)), self.response(speeds, phases)
+        found: np.ndarray = w[:, None] ** 2 * np.einsum("im,i,nm->ni", self.excitation.conj(), np.exp(-1j * phases), z).imag / 2
         return found
 
     def last_maximum(self, below: float, phases: np.ndarray) -> float | None:
         """The speed of the last maximum of the vibration torque below a speed, None if it has none there."""
         below = abs(below)
+        if not len(self.mass) or not below:
+            return None
         squares = np.abs(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)))
         near = 1 + np.concatenate([-np.geomspace(1e-6, 0.5, 60), [0.0], np.geomspace(1e-6, 0.5, 60)])
         grid = np.concatenate([np.linspace(below * 1e-3, below, 800), *(math.sqrt(s) * near for s in squares)])
@@ -72,6 +90,40 @@ class Vibration:
         return float((low + high) / 2)
 
 
+def sense_of(machine: Machine, body: Turning) -> float:
+    """+1 for a body that turns counter-clockwise in operation, -1 for one that turns clockwise with its drive."""
+    by_name = {b.name: b for b in machine.bodies}
+    while body.about is not None:
+        body = by_name[body.about]
+    return -1.0 if (free_speed(machine, body) or 0.0) < 0 else 1.0
+
+
+def unbalances(machine: Machine) -> np.ndarray:
+    """The unbalance of each turning body (n,), complex in its own frame, in kg m; of a couple unbalance in kg m^2.
+
+    A body's own unbalance is real; pivots off the axis and sliders add to that of the body they turn with.
+    """
+    parts = {p.name: p for p in machine.parts if isinstance(p, Body)}
+    if not parts:  # a dimensionless machine
+        alone: np.ndarray = np.abs(Vibration.of(machine).excitation).max(axis=1).astype(complex)
+        return alone
+    found = {b.name: complex(parts[b.name].moment().xreplace(machine.numbers)) for b in machine.bodies}
+    for part in parts.values():
+        if isinstance(part, Rotor) and part.couple_unbalance is not None:
+            found[part.name] = complex(machine.values[f"{part.name}.couple_unbalance"])
+        if part.reference is not None:
+            found[part.reference] += complex(part.moment_on_reference().xreplace(machine.numbers))
+    return np.array(list(found.values()))
+
+
+def operating_speed(machine: Machine) -> float:
+    """The fastest of the speeds that the drives reach without vibration and of the natural frequencies, in magnitude."""
+    from wucht.machines.dimensionless import natural_frequencies
+
+    free = [free_speed(machine, rotor) for rotor in machine.rotors]
+    return max([*(abs(w) for w in free if w is not None), *natural_frequencies(machine).values(), 1.0])
+
+
 def group(machine: Machine, rotor: Turning) -> list[Turning]:
     """A rotor and all bodies that turn about it, directly or through others."""
     members, names = [rotor], {rotor.name}
@@ -86,24 +138,26 @@ def net_torque(machine: Machine, rotor: Turning) -> Callable[[float], float]:
     """Drive torque less bearing losses on a rotor whose bodies turn with it, the carrier at rest and weightless."""
     speed = sp.Symbol("speed", real=True)
     at_rest = {c.velocity: sp.S.Zero for c in machine.carrier} | {b.coordinate.velocity: speed for b in machine.bodies}
+    at_rest |= {c.position: sp.S.Zero for c in machine.carrier}
+    at_rest |= {s: sp.S.Zero for x in machine.sliders for s in (x.coordinate.position, x.coordinate.velocity)}
     torque = sp.S.Zero
     for b in group(machine, rotor):
         v = b.coordinate.velocity
         for e in machine.energies:
             torque += sp.Add(*(a.force * sp.diff(a.rate, v) for a in e.applied)) - sp.diff(e.dissipation, v)
-    expression = torque.xreplace(at_rest).xreplace(machine.numbers)
-    function: Callable[[float], float] = sp.lambdify(speed, expression, modules="math")
-    return function
+    function = python_function((speed,), (), (torque.xreplace(at_rest).xreplace(machine.numbers),), "math")
+    return lambda w: float(function(w)[0])
 
 
-def free_speed(machine: Machine, rotor: Turning) -> float | None:
+def free_speed(machine: Machine, rotor: Turning, time: float = 0.0) -> float | None:
     """The speed that the drive reaches without vibration, None where it is not determined (no drive and no losses).
 
-    Prescribed speeds are returned as they are; a motor without load reaches its no-load speed, less what bearings cost.
+    Prescribed speeds are returned as they are at a time; a motor without load reaches its no-load speed, less what bearings
+    cost. Where schedules change the drive, give the machine ``at`` that time.
     """
     prescribed = rotor.coordinate.prescribed
     if prescribed is not None:
-        return float(prescribed.xreplace(machine.numbers))
+        return float(machine.prescribed_speed(rotor.coordinate, time)[0])
     torque = net_torque(machine, rotor)
     start, unit = torque(0.0), torque(1.0)
     if start == 0.0:

@@ -40,6 +40,10 @@ class Energies:
     dissipation: sp.Expr = sp.S.Zero
     applied: tuple[Applied, ...] = ()
 
+    def __add__(self, other: Energies) -> Energies:
+        """The energies of both."""
+        return total((self, other))
+
 
 def total(parts: Iterable[Energies]) -> Energies:
     """The energies of a machine: the sum over its parts."""

@@ -5,7 +5,7 @@ For coordinates q with velocities v:  d/dt dT/dv - dT/dq + dV/dq + dR/dv = sum f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -34,6 +34,18 @@ class Coordinate:
         return cls(sp.Symbol(name, real=True), sp.Symbol(velocity, real=True), angle, prescribed)
 
 
+@dataclass(frozen=True)
+class Lock:
+    """Coordinate ``index`` follows the coordinate ``about`` (None: it stands still) while the parameter ``locked`` is 1.
+
+    Both must have the same velocity when the lock is on; at 0 the coordinate is free.
+    """
+
+    index: int
+    about: int | None
+    locked: sp.Symbol
+
+
 def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordinate]) -> SecondOrder:
     """Mass matrix and forces of ``M a = F``.
 
@@ -57,11 +69,11 @@ def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordin
                 forces[i] -= sp.diff(momentum, q[j]) * v[j]
             forces[i] += sp.diff(part.kinetic - part.potential, q[i]) - sp.diff(part.dissipation, v[i])
             forces[i] -= sp.diff(momentum, TIME)
-        for applied in part.applied:
-            for i in range(n):
-                forces[i] += applied.force * sp.diff(applied.rate, v[i])
     # T is quadratic in the velocities, so the velocity products appear twice; expanding merges them.
     forces = [sp.expand(f) for f in forces]
+    for applied in (a for part in parts for a in part.applied):
+        for i in range(n):
+            forces[i] += applied.force * sp.diff(applied.rate, v[i])
     driven = tuple(c.position for c in coordinates if c.prescribed is not None)
     return SecondOrder(tuple(q), tuple(v), sp.ImmutableMatrix(mass), sp.ImmutableMatrix(n, 1, forces), driven)
 
@@ -72,12 +84,14 @@ def first_order(
     parameters: Sequence[sp.Symbol],
     outputs: Sequence[Output] = (),
     quadratures: Sequence[Output] = (),
+    locks: Sequence[Lock] = (),
 ) -> System:
     """The System of a mechanism: positions, then the velocities of the free coordinates, as states.
 
     Outputs and quadratures may use ``acceleration(c)`` of any coordinate, the velocity of any, and ``reaction(c)``, the force
-    that enforces a prescribed motion.
+    that enforces a prescribed motion. locks: those on other coordinates' followers first.
     """
+    n = len(coordinates)
     free = [i for i, c in enumerate(coordinates) if c.prescribed is None]
     definitions: list[tuple[sp.Symbol, sp.Expr]] = []
     given: dict[int, sp.Expr] = {}
@@ -87,15 +101,25 @@ def first_order(
             given[i] = sp.diff(c.prescribed, TIME)
             definitions.append((acceleration(c), given[i]))
     if free:
-        known = [sp.Add(*(motion.mass[i, k] * a for k, a in given.items())) for i in free]
-        right = sp.ImmutableMatrix([motion.forces[i] - g for i, g in zip(free, known, strict=True)])
+        known = {i: sp.Add(*(motion.mass[i, k] * a for k, a in given.items())) for i in free}
+        right = {i: motion.forces[i] - known[i] for i in free}
+        mass = {(i, j): motion.mass[i, j] for i in free for j in free}
+        for lock in locks:
+            _apply(lock, mass, right, given, free)
         names = [coordinates[i].position.name for i in free]
-        lines, accelerations = solve_by_elimination(motion.mass.extract(free, free), right, names)
+        matrix = sp.ImmutableMatrix(len(free), len(free), [mass[i, j] for i in free for j in free])
+        lines, solved = solve_by_elimination(matrix, sp.ImmutableMatrix([right[i] for i in free]), names)
+        accelerations = dict(zip(free, solved, strict=True)) | given
+        for lock in reversed(locks):
+            if lock.about is not None:
+                accelerations[lock.index] += lock.locked * accelerations[lock.about]
         definitions += lines
-        definitions += [(acceleration(coordinates[i]), a) for i, a in zip(free, accelerations, strict=True)]
-    for i in given:
-        inertial = sp.Add(*(motion.mass[i, j] * acceleration(coordinates[j]) for j in range(len(coordinates))))
-        definitions.append((reaction(coordinates[i]), inertial - motion.forces[i]))
+        definitions += [(acceleration(coordinates[i]), accelerations[i]) for i in free]
+    rest = [sp.Add(*(motion.mass[i, j] * acceleration(coordinates[j]) for j in range(n))) - motion.forces[i] for i in range(n)]
+    for lock in locks:  # what a lock pushes its coordinate with, it takes from the other
+        if lock.about is not None:
+            rest[lock.about] += lock.locked * rest[lock.index]
+    definitions += [(reaction(coordinates[i]), rest[i]) for i in given]
     return System(
         states=(*(c.position for c in coordinates), *(coordinates[i].velocity for i in free)),
         derivatives=(*(c.velocity for c in coordinates), *(acceleration(coordinates[i]) for i in free)),
@@ -106,6 +130,35 @@ def first_order(
         angles=frozenset(c.position for c in coordinates if c.angle),
         second_order=motion,
     )
+
+
+def _apply(
+    lock: Lock,
+    mass: dict[tuple[int, int], sp.Expr],
+    right: dict[int, sp.Expr],
+    given: Mapping[int, sp.Expr],
+    free: Sequence[int],
+) -> None:
+    """Write the locked coordinate's acceleration as that of the other plus a rest, which is zero while it is locked.
+
+    With s = 1 the two equations of motion are added, so that the unknown torque between them drops out; with s = 0 nothing
+    changes. The matrix stays symmetric and positive definite.
+    """
+    i, k, s = lock.index, lock.about, lock.locked
+    if k is not None and k in given:
+        for j in free:
+            right[j] -= mass[j, i] * s * given[k]
+    elif k is not None:
+        for j in free:
+            mass[j, k] += s * mass[j, i]
+        for j in free:
+            mass[k, j] += s * mass[i, j]
+        right[k] += s * right[i]
+    for j in free:
+        if j != i:
+            mass[i, j] *= 1 - s
+            mass[j, i] *= 1 - s
+    right[i] *= 1 - s
 
 
 def acceleration(coordinate: Coordinate) -> sp.Symbol:

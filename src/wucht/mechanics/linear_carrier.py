@@ -32,13 +32,21 @@ class LinearCarrier:
     load: sp.ImmutableMatrix
 
 
-def linear_carrier(parts: Sequence[Energies], carrier: Sequence[Coordinate], bodies: Sequence[Coordinate]) -> LinearCarrier:
+def linear_carrier(
+    parts: Sequence[Energies],
+    carrier: Sequence[Coordinate],
+    bodies: Sequence[Coordinate],
+    at_rest: Sequence[Coordinate] = (),
+) -> LinearCarrier:
     """Read the carrier's matrices off the energies.
 
-    carrier: m coordinates; bodies: the turning ones. Raises ``WuchtError`` where the carrier is not linear, or a
-    coupling is no first harmonic of the body's angle.
+    carrier: m coordinates; bodies: the turning ones; at_rest: all others, taken as zero. Raises ``WuchtError`` where the carrier
+    is not linear, or a coupling is no first harmonic of the body's angle.
     """
+    still = {s: sp.S.Zero for c in at_rest for s in (c.position, c.velocity)}
     energies = total(parts)
+    if still:
+        energies = Energies(*(e.xreplace(still) for e in (energies.kinetic, energies.potential, energies.dissipation)))
     q, v = [c.position for c in carrier], [c.velocity for c in carrier]
     mass = _hessian(energies.kinetic, v)
     damping = _hessian(energies.dissipation, v)
@@ -47,8 +55,8 @@ def linear_carrier(parts: Sequence[Energies], carrier: Sequence[Coordinate], bod
     for name, matrix in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
         if matrix.free_symbols & (set(q) | set(v) | turning):
             raise WuchtError(f"the carrier's {name} matrix is not constant: it has no harmonic influence coefficients")
-    at_rest = dict.fromkeys(q, sp.S.Zero)
-    load = sp.ImmutableMatrix([-sp.diff(energies.potential, x).xreplace(at_rest) for x in q]) if q else sp.zeros(0, 1)
+    origin = dict.fromkeys(q, sp.S.Zero)
+    load = sp.ImmutableMatrix([-sp.diff(energies.potential, x).xreplace(origin) for x in q]) if q else sp.zeros(0, 1)
     coupling = tuple(
         sp.ImmutableMatrix([sp.diff(energies.kinetic, x, b.velocity) for x in v]) if v else sp.zeros(0, 1) for b in bodies
     )

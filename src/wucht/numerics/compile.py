@@ -111,7 +111,9 @@ def _smooth(system: System, ladders: Ladders) -> System:
 def _jumps(system: System, flow: System, ladders: Ladders) -> Evaluator | None:
     if not ladders or all(q.jump == 0 for q in system.quadratures):
         return None
-    return Evaluator.of(flow, [ladders.smooth(sp.sympify(q.jump)) for q in system.quadratures], [q.name for q in system.quadratures])
+    return Evaluator.of(
+        flow, [ladders.smooth(sp.sympify(q.jump)) for q in system.quadratures], [q.name for q in system.quadratures]
+    )
 
 
 def _accumulator(quadrature: Output) -> sp.Symbol:

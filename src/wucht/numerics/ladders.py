@@ -16,7 +16,7 @@ import sympy as sp
 
 from wucht.numerics.events import Event
 from wucht.numerics.program import Numbers, lower, python_function
-from wucht.piecewise import PiecewiseCubic, Pieces
+from wucht.piecewise import Pieces, PiecewiseCubic
 from wucht.system import TIME, System
 
 _ENDS = 4
@@ -70,7 +70,9 @@ class Ladder:
         """
         low, high, has_low, has_high = self.symbols[:_ENDS]
         scale = max(float(np.ptp(self.corners)), float(np.abs(self.corners).max())) or 1.0
-        return has_high * (self.argument - high) / scale - (1 - has_high), has_low * (self.argument - low) / scale + (1 - has_low)
+        return has_high * (self.argument - high) / scale - (1 - has_high), has_low * (self.argument - low) / scale + (
+            1 - has_low
+        )
 
     def rung(self, index: int) -> list[float]:
         """The values of the symbols on a rung; rung i begins at corner i - 1."""
@@ -181,7 +183,8 @@ class Ladders:
 
     def _looked(self, time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[list[float], list[float]]:
         assert self._look is not None
-        return self._look(time, state, parameters)
+        here, ahead = self._look(time, state, parameters)
+        return here, ahead
 
     def _values(self, rungs: Sequence[int]) -> np.ndarray:
         return np.array([v for ladder, r in zip(self.ladders, rungs, strict=True) for v in ladder.rung(r)])

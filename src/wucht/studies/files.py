@@ -12,7 +12,7 @@ from wucht.errors import InputError, RunError
 from wucht.machines.catalogue import described_machine, load_document
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
-from wucht.studies.run_up import RunUp, initial_state
+from wucht.studies.run_up import RunUp, prepared
 
 STUDIES = {"run-up": RunUp}
 NOT_YET = (
@@ -59,7 +59,7 @@ def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any]
             _set_study(asked, key.removeprefix("study.").split("."), value)
     question = STUDIES[choice(asked, "kind", "study", STUDIES, NOT_YET)].read(asked, machine)
     try:
-        initial_state(machine, question)
+        prepared(machine, question)
     except RunError as error:
         raise InputError("machine", None, str(error)) from None
     return machine, question, {"study": asked, "machine": described}

@@ -13,6 +13,7 @@ import sympy as sp
 
 from wucht.documents import refuse_unknown
 from wucht.errors import InputError
+from wucht.machines.contact import arranged
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed
 from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
@@ -130,12 +131,13 @@ def run_up(
     from wucht.studies.run_up_result import restore, result
 
     begun = clock.perf_counter()
-    initial, free = initial_state(machine, question), free_speed(machine, machine.rotor)
-    plan = Plan.of(machine, question, initial, free)
+    machine, initial = prepared(machine, question)
+    plan = Plan.of(machine, question, initial)
     flow = compile_system(machine.system, question.tolerance, plan.events, question.engine)
     trajectory = restore(machine, question, resume) if resume is not None else None
 
     def judged(t: Trajectory) -> Verdict:
+        free = free_speed(machine.at(t.end_time), machine.rotor, t.end_time)
         if not plan.too_coarse:
             return judge(machine, t, free)
         verdict = judge(machine, t.tail(_JUDGED_IF_COARSE), free)
@@ -159,22 +161,29 @@ def run_up(
     return described(trajectory)
 
 
-def initial_state(machine: Machine, question: RunUp) -> np.ndarray:
-    """The state (n,) to start from. Raises ``InputError`` where it does not fit the machine, or where nothing would turn."""
+def prepared(machine: Machine, question: RunUp) -> tuple[Machine, np.ndarray]:
+    """The machine with the bodies of its tracks in the order of the start, and the state (n,) to start from.
+
+    Raises ``InputError`` where the start does not fit the machine, or where nothing would turn.
+    """
     initial = start_state(machine, question.start)
+    names = machine.system.state_names
+    at = {b.name: float(initial[names.index(b.coordinate.position.name)]) for b in machine.bodies}
+    machine = arranged(machine, at)
+    end = question.until or 0.0
     prescribed = [
-        abs(float(b.coordinate.prescribed.xreplace(machine.numbers)))
+        float(np.abs(machine.prescribed_speed(b.coordinate, np.linspace(0.0, end, 100))).max())
         for b in machine.bodies
         if b.coordinate.prescribed is not None
     ]
     if question.speed_limit is not None and max(prescribed, default=0.0) > question.speed_limit:
         raise InputError("study.speed_limit", question.speed_limit, "allowed is more than the speed that the drive prescribes")
-    if not any(prescribed) and _at_rest(machine, initial):
+    if not any(prescribed) and machine.shaken is None and not machine.schedules and _at_rest(machine, initial):
         needed = "needed is [machine.drive] or a speed in study.start"
         raise InputError(
             "machine.drive", None, f"the machine has neither a drive nor an initial speed: nothing would turn; {needed}"
         )
-    return initial
+    return machine, initial
 
 
 def _at_rest(machine: Machine, initial: np.ndarray) -> bool:

@@ -7,10 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import sympy as sp
 
 from wucht.machines.dimensionless import natural_frequencies
-from wucht.machines.machine import Machine
+from wucht.machines.machine import Machine, Turning
+from wucht.machines.vibration import free_speed
 from wucht.numerics.events import Event
+from wucht.system import TIME
 
 if TYPE_CHECKING:
     from wucht.studies.run_up import RunUp
@@ -39,10 +42,13 @@ class Plan:
     warnings: tuple[str, ...]
 
     @classmethod
-    def of(cls, machine: Machine, question: RunUp, initial: np.ndarray, free: float | None) -> Plan:
-        """The plan of a run from an initial state; free: the speed that the drive reaches without vibration."""
-        natural = [f for f in natural_frequencies(machine).values() if f > 0]
-        fastest = max([*_speeds(machine, initial), abs(free or 0.0), *natural]) or 1.0
+    def of(cls, machine: Machine, question: RunUp, initial: np.ndarray) -> Plan:
+        """The plan of a run from an initial state."""
+        seen = [machine.at(t) for t in _corners(machine)]
+        natural = [f for m in seen for f in natural_frequencies(m).values() if f > 0]
+        reached = [abs(free_speed(m, r, t) or 0.0) for m, t in zip(seen, _corners(machine), strict=True) for r in m.rotors]
+        fastest = max([*_speeds(machine, initial), *reached, *natural]) or 1.0
+        free = free_speed(seen[-1], machine.rotor, _corners(machine)[-1])
         slowest = max(min([abs(free or 0.0) or fastest, *natural]), 1e-3 * fastest)
         turn = 2 * math.pi / fastest
         if question.until is not None:
@@ -83,10 +89,17 @@ class Plan:
         return [self.first * 2**k for k in range(legs + 1)]
 
 
+def _corners(machine: Machine) -> list[float]:
+    """The times between which schedules run, at least t = 0."""
+    return sorted({0.0, *(t for s in machine.schedules for t in s.pieces.corners)})
+
+
 def _speeds(machine: Machine, initial: np.ndarray) -> list[float]:
+    """Speeds at the start, of prescribed rotations and of prescribed motions."""
     free = [abs(initial[i]) for i, name in enumerate(machine.system.state_names) if name.endswith(".speed")]
-    given = [b.coordinate.prescribed for b in machine.bodies if b.coordinate.prescribed is not None]
-    return [*free, *(abs(float(p.xreplace(machine.numbers))) for p in given), 0.0]
+    given = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
+    turned = [float(np.abs(machine.prescribed_speed(c, np.array(_corners(machine)))).max()) for c in given]
+    return [*free, *turned, machine.values.get("carrier.motion.frequency", 0.0)]
 
 
 def _events(machine: Machine, question: RunUp, initial: np.ndarray) -> list[Event]:
@@ -97,7 +110,27 @@ def _events(machine: Machine, question: RunUp, initial: np.ndarray) -> list[Even
         found.append(Event(TURNS_DONE, (turned / (2 * math.pi * question.turns)) ** 2 - 1, +1, terminal=True))
     if question.speed_limit is not None and rotor.prescribed is None:
         found.append(Event(SPEED_LIMIT, (rotor.velocity / question.speed_limit) ** 2 - 1, +1, terminal=True))
-    return found
+    return [*found, *(release_event(machine, b) for b in machine.bodies if b.release is not None)]
+
+
+def release_event(machine: Machine, body: Turning) -> Event:
+    """The event at which a locked body is released: its parameter ``locked`` becomes 0."""
+    release = body.release
+    assert release is not None
+    place = machine.system.parameter_names.index(body.locked.name)
+
+    def let_go(_time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        parameters[place] = 0.0
+        return state, parameters
+
+    if release.time is not None:
+        rising = TIME / sp.Symbol(f"{body.name}.release.time", real=True) - 1
+    else:
+        leader = next(
+            b for b in machine.bodies if (b.name == body.about if body.about else b.name != body.name and not b.about)
+        )
+        rising = (leader.coordinate.velocity / sp.Symbol(f"{body.name}.release.speed", real=True)) ** 2 - 1
+    return Event(f"release of {body.name}", rising, +1, action=let_go)
 
 
 def _warnings(machine: Machine, question: RunUp, free: float | None, samples_per_turn: float) -> list[str]:

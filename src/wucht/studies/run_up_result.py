@@ -49,6 +49,7 @@ def result(
     coordinates, data = variables(machine, flow, trajectory)
     coordinates["parameter"] = variable("parameter", list(machine.values), "parameter")
     data["parameters"] = variable("parameter", list(machine.values.values()), "parameter values")
+    data["parameters_at_end"] = variable("own", trajectory.parameters, "run-time parameters at the end")
     data["end_state"] = variable("state", trajectory.end_state, "state and accumulated works at the end")
     found = xr_.Dataset(dict(data.items()), coords=coordinates)
     found.attrs |= {
@@ -157,15 +158,17 @@ def restore(machine: Machine, question: RunUp, earlier: xr.Dataset) -> Trajector
     for b in machine.bodies:
         rows[b.coordinate.position.name] = earlier.angle.sel(body=b.name).values
         rows[b.coordinate.velocity.name] = earlier.speed.sel(body=b.name).values
-    for c in machine.carrier:
-        direction = c.position.name[-1]
+    for direction, c in zip(machine.labels, machine.carrier, strict=True):
         rows[c.position.name] = earlier.displacement.sel(direction=direction).values
         rows[c.velocity.name] = earlier.velocity.sel(direction=direction).values
+    for x in machine.sliders:
+        rows[x.coordinate.position.name] = earlier.slider_displacement.sel(slider=x.name).values
+        rows[x.coordinate.velocity.name] = earlier.slider_velocity.sel(slider=x.name).values
     return Trajectory(
         earlier.time.values,
         np.array([rows[name] for name in machine.system.state_names]),
         {q.name: earlier[q.name].values for q in machine.system.quadratures},
-        np.array(list(machine.values.values())),
+        earlier.parameters_at_end.values,
         float(earlier.attrs["end_time"]),
         earlier.end_state.values,
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.documents import refuse_unknown
 from wucht.errors import InputError
-from wucht.machines.machine import Machine, Turning
+from wucht.machines.machine import Machine, Sliding, Turning
 from wucht.quantities import Unit
 
 
@@ -24,7 +24,8 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
     angle_unit, speed_unit = Unit("rad" if units.time else "", "angle", ""), Unit(units.speed, "speed", "")
     names = [b.name for b in machine.bodies]
     pair = [b for b in machine.bodies if b.about == machine.rotor.name]
-    known = [*names, "carrier", *(("psi", "delta") if len(pair) == 2 else ())]
+    guided = [x.name for x in machine.sliders]
+    known = [*names, *guided, "carrier", *(("psi", "delta") if len(pair) == 2 else ())]
     refuse_unknown(start, known, where)
     given: dict[str, Any] = {n: start[n] for n in names if n in start}
     if "psi" in start or "delta" in start:
@@ -49,8 +50,12 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
         if body.name in machine.start_angles:
             origin = machine.start_angles[body.name]
         angles[body.name] = origin + _read(angle_unit, described.get("angle", 0.0), f"{at}.angle")
+        if body.release is not None and "speed" in described:
+            raise InputError(f"{at}.speed", described["speed"], "not allowed: this body is locked until its release")
         if prescribed is not None:
-            speeds[body.name] = float(prescribed.xreplace(machine.numbers))
+            speeds[body.name] = float(machine.prescribed_speed(body.coordinate, 0.0)[0])
+        elif body.release is not None:
+            speeds[body.name] = speeds[body.about] if body.about else 0.0
         elif "speed" in described:
             speeds[body.name] = _read(speed_unit, described["speed"], f"{at}.speed")
         else:
@@ -59,30 +64,47 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
     values = {b.coordinate.position.name: angles[b.name] for b in machine.bodies}
     values |= {b.coordinate.velocity.name: speeds[b.name] for b in machine.bodies}
     values |= _carrier(machine, start.get("carrier", {}), f"{where}.carrier")
+    for x in machine.sliders:
+        values |= _slider(machine, x, start.get(x.name, {}), f"{where}.{x.name}")
     return np.array([values[name] for name in machine.system.state_names])
 
 
 def static_position(machine: Machine) -> np.ndarray:
-    """Where the carrier rests under its load (m,): K x = load."""
-    c, numbers = machine.linear_carrier, machine.numbers
-    stiffness = np.array(c.stiffness.xreplace(numbers).tolist(), float)
+    """Where the carrier rests under its load (m,): K x = load; zero where its motion is prescribed."""
+    c, numbers, size = machine.linear_carrier, machine.numbers, len(machine.free_carrier)
+    stiffness = np.array(c.stiffness.xreplace(numbers).tolist(), float).reshape(size, size)
     load = np.array(c.load.xreplace(numbers).tolist(), float).ravel()
-    found: np.ndarray = np.linalg.lstsq(stiffness, load, rcond=None)[0]
-    return found
+    rest = iter(np.linalg.lstsq(stiffness, load, rcond=None)[0] if size else ())
+    return np.array([0.0 if q.prescribed is not None else float(next(rest)) for q in machine.carrier])
 
 
 def _carrier(machine: Machine, given: Any, where: str) -> dict[str, float]:
     if not isinstance(given, Mapping):
         raise InputError(where, given, 'allowed is a table such as { x = "1 mm" }')
-    directions = [c.position.name[-1] for c in machine.carrier]
-    refuse_unknown(given, [*directions, *(f"v{d}" for d in directions)], where)
-    length = Unit(machine.units.length, "displacement", "")
-    speed = Unit("m/s" if machine.units.length else "", "velocity", "")
+    free = machine.free_labels
+    refuse_unknown(given, [*free, *(f"v{d}" for d in free)], where)
     found = {}
-    for coordinate, rest, d in zip(machine.carrier, static_position(machine), directions, strict=True):
-        found[coordinate.position.name] = float(rest) + _read(length, given.get(d, 0.0), f"{where}.{d}")
-        found[coordinate.velocity.name] = _read(speed, given.get(f"v{d}", 0.0), f"{where}.v{d}")
+    for coordinate, rest, d in zip(machine.carrier, static_position(machine), machine.labels, strict=True):
+        position, velocity = coordinate.position.name, coordinate.velocity.name
+        if coordinate.prescribed is not None:
+            found[position] = machine.start_positions.get(d, 0.0)
+            continue
+        length = Unit("rad" if d == "r" else machine.units.length, "displacement", "")
+        speed = Unit(("rad/s" if d == "r" else "m/s") if machine.units.length else "", "velocity", "")
+        found[position] = float(rest) + _read(length, given.get(d, 0.0), f"{where}.{d}")
+        found[velocity] = _read(speed, given.get(f"v{d}", 0.0), f"{where}.v{d}")
     return found
+
+
+def _slider(machine: Machine, slider: Sliding, given: Any, where: str) -> dict[str, float]:
+    """The displacement and velocity of a slider; a bare value is the displacement."""
+    described = given if isinstance(given, Mapping) else {"displacement": given}
+    refuse_unknown(described, ("displacement", "velocity"), where)
+    length, speed = Unit("m", "displacement", ""), Unit("m/s", "velocity", "")
+    return {
+        slider.coordinate.position.name: _read(length, described.get("displacement", 0.0), f"{where}.displacement"),
+        slider.coordinate.velocity.name: _read(speed, described.get("velocity", 0.0), f"{where}.velocity"),
+    }
 
 
 def _read(unit: Unit, given: Any, where: str) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.machines.machine import Machine, Turning
-from wucht.machines.vibration import Vibration, group, net_torque
+from wucht.machines.vibration import Vibration, group, net_torque, unbalances
 from wucht.numerics.integrate import Trajectory
 from wucht.numerics.settling import Beat, Trend, beat, drift, trend
 from wucht.numerics.turns import PER_TURN, Turns, turns
@@ -56,13 +56,14 @@ class Verdict:
 
 
 def judge(machine: Machine, trajectory: Trajectory, free: float | None) -> Verdict:
-    """Decide the outcome of a run. free: what the drive reaches without vibration."""
+    """Decide the outcome of a run. free: what the drive reaches without vibration, at the end of the run."""
+    machine = machine.at(trajectory.end_time)
     rotor = machine.rotor
     bodies = group(machine, rotor)
     angle, speed = _motion(machine, trajectory, rotor)
     followers = {b.name: _motion(machine, trajectory, b) for b in bodies[1:]}
     averaged = turns(trajectory.time, angle, speed, followers)
-    vibration = Vibration.of(machine)
+    vibration = Vibration.of(machine).only([machine.bodies.index(b) for b in bodies])
     last_quarter = angle[-(len(angle) // 4 + 1) :]
     if averaged.count < _FEWEST_TURNS or np.ptp(last_quarter) < 2 * math.pi:
         verdict = _without_turning(machine, trajectory, averaged, speed, angle)
@@ -80,7 +81,7 @@ def _motion(machine: Machine, trajectory: Trajectory, body: Turning) -> tuple[np
     names = machine.system.state_names
     angle = trajectory.states[names.index(body.coordinate.position.name)]
     if body.coordinate.prescribed is not None:
-        return angle, np.full(len(angle), float(body.coordinate.prescribed.xreplace(machine.numbers)))
+        return angle, machine.prescribed_speed(body.coordinate, trajectory.time)
     return angle, trajectory.states[names.index(body.coordinate.velocity.name)]
 
 
@@ -93,12 +94,12 @@ def _turning(
     free: float | None,
 ) -> Verdict:
     index = [machine.bodies.index(b) for b in bodies]
-    unbalances = vibration.unbalances[index]
+    own = unbalances(machine)[index]
     sense = float(np.sign(averaged.speed[-1]))
     speed = sense * averaged.speed
     expected = None if free is None else sense * free
-    remaining = unbalances[0] + (unbalances[1:, None] * averaged.phases).sum(axis=0)
-    scale = unbalances[0] or unbalances.max()
+    remaining = own[0] + (own[1:, None] * averaged.phases).sum(axis=0)
+    scale = abs(own[0]) or float(np.abs(own).max())
     residual = remaining / scale if scale else np.zeros(len(speed))
     # A body slips that keeps falling back (or running ahead) over the last fifth of the run.
     late = averaged.last(0.2)
@@ -120,9 +121,9 @@ def _turning(
         else averaged.last(max(_LAST_SHARE, 2 * PER_TURN / len(speed)))
     )
     phases = {b.name: float(np.angle(averaged.phases[i, -1]) % (2 * math.pi)) for i, b in enumerate(bodies[1:])}
-    final = np.zeros(len(machine.bodies))
+    final = np.zeros(len(bodies))
     if not slipping:
-        final[index[1:]] = [phases[b.name] for b in bodies[1:]]
+        final[1:] = [sense * phases[b.name] for b in bodies[1:]]
     resonance = vibration.last_maximum(expected, final) if expected else None
     evidence = Evidence(
         turning=True,

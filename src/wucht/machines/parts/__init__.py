@@ -6,7 +6,7 @@ from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 
-from wucht.machines.parts.base import Body, Drive, Part
+from wucht.machines.parts.base import Body, Drive, Load, Part
 
 
 @cache
@@ -16,7 +16,7 @@ def _load() -> None:
 
 
 def known(family: type) -> dict[str, type[Part]]:
-    """All kinds of bodies or drives: every class that is a ``family`` and has a ``kind``, here or in the user's own code."""
+    """All kinds of bodies, drives or loads: every ``family`` class that has a ``kind``, here or in the user's own code."""
     _load()
     kinds: dict[str, type[Part]] = {}
     pending: list[type[Part]] = [family]
@@ -36,3 +36,8 @@ def bodies() -> dict[str, type[Part]]:
 def drives() -> dict[str, type[Part]]:
     """The kinds of drives by name."""
     return known(Drive)
+
+
+def loads() -> dict[str, type[Part]]:
+    """The kinds of loads by name."""
+    return known(Load)

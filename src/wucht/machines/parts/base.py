@@ -2,53 +2,48 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar, Literal
 
 import sympy as sp
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import Field
 
-from wucht.mechanics.energies import Energies
+from wucht.machines.parts.fields import Described, Parameter, si, unit_of
+from wucht.machines.parts.release import Release
+from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import Coordinate
-from wucht.quantities import Unit
 
-
-def si(unit: str, what: str, symbol: str, default: Any = ..., alias: str | None = None, **limits: Any) -> Any:
-    """A field that holds a physical quantity: its SI unit, its name in words, its symbol in equations, its limits (gt, ge)."""
-    return Field(default, alias=alias, description=what, json_schema_extra={"unit": unit, "symbol": symbol}, **limits)
-
-
-def unit_of(cls: type[BaseModel], name: str) -> Unit | None:
-    """The unit of a field made by ``si``, None for other fields."""
-    extra = cls.model_fields[name].json_schema_extra
-    if not isinstance(extra, dict):
-        return None
-    return Unit(str(extra["unit"]), cls.model_fields[name].description or name, str(extra["symbol"]))
+__all__ = ["Body", "Described", "Drive", "Frame", "Load", "OnShaft", "Parameter", "Part", "Point", "Release", "si", "unit_of"]
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """A number of a machine: its path, value, unit, symbol in equations and name in words."""
-
-    path: str
-    value: float
-    unit: str
-    symbol: str
-    what: str
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Where bodies live: position and velocity of the axis (zero where it is blocked), gravity, and all turning bodies."""
+class Point:
+    """Position and velocity of a point of the carrier; zero where it is blocked."""
 
     x: sp.Expr = sp.S.Zero
     y: sp.Expr = sp.S.Zero
     vx: sp.Expr = sp.S.Zero
     vy: sp.Expr = sp.S.Zero
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Where bodies live: the carrier, the axes on it, gravity, and all turning bodies.
+
+    centre: the carrier's own centre of mass. rotation: the velocity of its turning about the plane's normal (zero where it does
+    not turn). tilt: the velocity of its turning about an axis in the plane (a couple unbalance excites it). axes: the axis of
+    each body.
+    """
+
+    centre: Point = field(default_factory=Point)
+    rotation: sp.Expr = sp.S.Zero
+    tilt: sp.Expr = sp.S.Zero
     gravity: sp.Expr = sp.S.Zero
     bodies: Mapping[str, Coordinate] = field(default_factory=dict)
+    axes: Mapping[str, Point] = field(default_factory=dict)
 
     def angle(self, body: str) -> sp.Symbol:
         """The absolute angle of a body."""
@@ -58,37 +53,32 @@ class Frame:
         """The absolute angular velocity of a body."""
         return self.bodies[body].velocity
 
+    def axis(self, body: str) -> Point:
+        """The axis about which a body turns."""
+        return self.axes.get(body, self.centre)
+
     def carried(self, mass: sp.Expr, unbalance: sp.Expr, body: str) -> Energies:
-        """Energies of a mass carried by the axis, its centre off the axis: unbalance = mass times distance.
+        """Energies of a mass carried by a body's axis, its centre off the axis: unbalance = mass times distance.
 
         T = m (x'^2 + y'^2)/2 + U phi' (-x' sin phi + y' cos phi), V = m g y + U g sin phi; the part of T that is
         quadratic in phi' belongs to the body's inertia about the axis.
         """
-        phi, speed = self.angle(body), self.speed(body)
+        phi, speed, at = self.angle(body), self.speed(body), self.axis(body)
         return Energies(
-            kinetic=mass * (self.vx**2 + self.vy**2) / 2 + unbalance * speed * (-self.vx * sp.sin(phi) + self.vy * sp.cos(phi)),
-            potential=self.gravity * (mass * self.y + unbalance * sp.sin(phi)),
+            kinetic=mass * (at.vx**2 + at.vy**2) / 2 + unbalance * speed * (-at.vx * sp.sin(phi) + at.vy * sp.cos(phi)),
+            potential=self.gravity * (mass * at.y + unbalance * sp.sin(phi)),
         )
 
 
-class Part(BaseModel, ABC):
+class Part(Described, ABC):
     """A part states its kinetic and potential energy, its dissipation and the power applied to it.
 
-    Quantities are fields made by ``si``: given as a number in SI or a string with a unit. Every one of them that is given
+    Its fields made by ``si`` are given as a number in SI or a string with a unit. Every one of them that is given
     becomes a parameter ``path.field`` of the machine.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     kind: ClassVar[str] = ""
     not_yet: ClassVar[frozenset[str]] = frozenset()
-
-    @field_validator("*", mode="before")
-    @classmethod
-    def _read_units(cls, given: Any, info: ValidationInfo) -> Any:
-        unit = unit_of(cls, info.field_name) if info.field_name else None
-        if unit is None or given is None:
-            return given
-        return [unit.parse(g) for g in given] if isinstance(given, list) else unit.parse(given)
 
     @property
     @abstractmethod
@@ -115,39 +105,20 @@ class Part(BaseModel, ABC):
         return tuple(self.symbol(n) for n in names)
 
     def parameters(self) -> tuple[Parameter, ...]:
-        """The part's parameters: its quantities that are given, lists by component ``.x``, ``.y``."""
-        found = []
-        for name, described in type(self).model_fields.items():
-            unit, value = unit_of(type(self), name), getattr(self, name)
-            if unit is None or value is None:
-                continue
-            pairs = zip((".x", ".y"), value, strict=True) if isinstance(value, tuple) else (("", value),)
-            for suffix, number in pairs:
-                label = unit.symbol + (f"_{suffix[1:]}" if suffix else "")
-                found.append(
-                    Parameter(f"{self.path}.{described.alias or name}{suffix}", float(number), unit.si, label, unit.what)
-                )
-        return tuple(found)
+        """The part's parameters: its quantities that are given."""
+        return self.parameters_at(self.path)
 
 
 class Body(Part):
-    """A body that turns: it brings one angle."""
+    """A body of the machine, on the carrier or on another body (``about``)."""
 
     name: str = Field(description="name", pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")
-    not_yet: ClassVar[frozenset[str]] = frozenset({"release"})
+    release: Release | None = Field(None, description="release, { time = ... } or { speed = ... }")
 
     @property
     def path(self) -> str:
         """The body's name."""
         return self.name
-
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The absolute angle, counter-clockwise from +x to the centre of mass."""
-        return (Coordinate.named(f"{self.name}.angle", f"{self.name}.speed", angle=True),)
-
-    @abstractmethod
-    def moment(self) -> sp.Expr:
-        """The unbalance: mass times the distance of the centre of mass from the axis."""
 
     @property
     def reference(self) -> str | None:
@@ -155,17 +126,51 @@ class Body(Part):
         about = getattr(self, "about", None)
         return None if about is None else str(about)
 
+    def turns(self) -> bool:
+        """Whether the body's coordinate is its absolute angle."""
+        return True
 
-class Drive(Part):
-    """A drive acts between the foundation and one body."""
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The absolute angle, counter-clockwise from +x to the centre of mass."""
+        return (Coordinate.named(f"{self.name}.angle", f"{self.name}.speed", angle=True),)
 
-    on: str = Field(description="name of the driven body")
-    several: bool = Field(False, exclude=True)
+    def moment(self) -> sp.Expr:
+        """The unbalance: mass times the distance of the centre of mass from the axis."""
+        return sp.S.Zero
+
+    def moment_on_reference(self) -> sp.Expr:
+        """What it adds to the unbalance of the body it turns about, as a complex number in that body's frame."""
+        return sp.S.Zero
+
+
+class OnShaft(Part):
+    """What acts on the shaft of one body: a torque that depends on its speed."""
+
+    on: str = Field(description="name of the body")
+    label: str = Field("", exclude=True)
+    group: ClassVar[str] = ""
 
     @property
     def path(self) -> str:
-        """``drive`` for the only one; ``drives.BODY`` where a machine has several."""
-        return f"drives.{self.on}" if self.several else "drive"
+        """``drive`` for the only drive, ``drives.BODY`` where a machine has several; loads likewise."""
+        return f"{self.group}s.{self.label}" if self.label else self.group
+
+    def torque(self, speed: sp.Expr) -> sp.Expr:
+        """The torque at a speed: of a drive in the direction of positive speeds, of a load against it; zero if not given."""
+        return sp.S.Zero
+
+    def torque_at(self, speed: float) -> float:
+        """The torque in N m at a speed in rad/s, in numbers."""
+        w = sp.Symbol("speed", real=True)
+        numbers = {sp.Symbol(p.path, real=True): sp.Float(p.value) for p in self.parameters()}
+        return float(self.torque(w).xreplace(numbers).subs(w, speed))
+
+
+class Drive(OnShaft):
+    """A drive acts on one body. Its stator stands on the foundation, or on the carrier, which then feels its reaction."""
+
+    group: ClassVar[str] = "drive"
+    stator: Literal["foundation", "carrier"] = "foundation"
 
     def prescribed(self) -> sp.Expr | None:
         """The speed it enforces, or None if it applies a torque."""
@@ -174,3 +179,31 @@ class Drive(Part):
     def start_angle(self) -> float:
         """The angle at t = 0 of a body whose motion is prescribed."""
         return 0.0
+
+    def energies(self, frame: Frame) -> Energies:
+        """The torque, on the speed of the body against the stator."""
+        speed = frame.speed(self.on) - (frame.rotation if self.stator == "carrier" else 0)
+        return Energies(applied=(Applied(self.torque(speed), speed, name=self.path),))
+
+    def linearised(self, speed: float) -> tuple[float, float]:
+        """Slope and no-load speed of the straight line through a working point: torque = slope (no_load_speed - speed).
+
+        speed: in rad/s. Returns slope in N m s, positive where the torque falls, and the no-load speed in rad/s, infinite
+        where the torque does not depend on the speed.
+        """
+        w = sp.Symbol("speed", real=True)
+        numbers = {sp.Symbol(p.path, real=True): sp.Float(p.value) for p in self.parameters()}
+        torque = self.torque(w).xreplace(numbers)
+        here, slope = float(torque.subs(w, speed)), -float(sp.diff(torque, w).subs(w, speed))
+        return slope, speed + here / slope if slope else math.copysign(math.inf, here)
+
+
+class Load(OnShaft):
+    """A load on one body: it takes work out of its rotation."""
+
+    group: ClassVar[str] = "load"
+
+    def energies(self, frame: Frame) -> Energies:
+        """The torque against the speed of the body, booked as lost."""
+        speed = frame.speed(self.on)
+        return Energies(applied=(Applied(-self.torque(speed), speed, name=self.path, booked="lost"),))

@@ -1,65 +1,101 @@
-"""The carrier: what only translates, on springs and dampers."""
+"""The carrier that translates: on springs and dampers, on a foundation, or with a prescribed motion."""
 
 from __future__ import annotations
 
 from typing import ClassVar, Literal
 
 import sympy as sp
+from pydantic import Field
 
-from wucht.machines.parts.base import Frame, Part, si
+from wucht.machines.parts.base import Frame, Point, si
+from wucht.machines.parts.foundation import Foundation
+from wucht.machines.parts.motion import Motion
+from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 
 
-class Carrier(Part):
+class Carrier(Support):
     """A mass that moves in x, y or both, held by linear springs and dampers; y points up, against gravity.
 
-    Stiffness and damping are one number (isotropic) or a pair [x, y]. Bodies add their own mass.
+    Stiffness and damping are one number (isotropic) or a pair [x, y]. Bodies add their own mass. ``motion`` prescribes the
+    displacement in one direction; ``foundation`` is a mass on springs under one direction. ``directions = "fixed"``: the axis
+    does not move.
     """
 
     kind: ClassVar[str] = "carrier"
-    not_yet: ClassVar[frozenset[str]] = frozenset(
-        {"inertia", "rotation_stiffness", "rotation_damping", "mounts", "motion", "foundation"}
-    )
 
     mass: float = si("kg", "mass", "m", 0.0, ge=0)
-    directions: Literal["x", "y", "xy"] = "xy"
-    stiffness: float | tuple[float, float] = si("N/m", "stiffness", "c")
+    directions: Literal["x", "y", "xy", "fixed"] = "xy"
+    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None)
     damping: float | tuple[float, float] = si("N s/m", "damping", "b", 0.0)
-    gravity: float = si("m/s^2", "acceleration of gravity", "g", 0.0)
+    motion: Motion | None = Field(None, description="prescribed motion")
+    foundation: Foundation | None = Field(None, description="foundation")
 
     @property
-    def path(self) -> str:
-        """``carrier``."""
-        return "carrier"
+    def labels(self) -> tuple[str, ...]:
+        """x, y, and foundation."""
+        axes = () if self.directions == "fixed" else tuple(self.directions)
+        return (*axes, "foundation") if self.foundation else axes
 
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """The displacement of the axis from the place where the springs are free of force."""
-        return tuple(Coordinate.named(f"carrier.{d}", f"carrier.v{d}") for d in self.directions)
+        """The displacement of the axis from the place where the springs are free of force, then that of the foundation."""
+        found = [
+            Coordinate.named(f"carrier.{d}", f"carrier.v{d}", prescribed=self.prescribed(d))
+            for d in self.labels
+            if d != "foundation"
+        ]
+        if self.foundation:
+            d = self.foundation.direction
+            found.append(Coordinate.named(f"foundation.{d}", f"foundation.v{d}"))
+        return tuple(found)
 
     def check(self) -> None:
         """Stiffness and damping are not negative; a pair needs both directions; something must hold the weight."""
+        self.check_motion()
+        free = [d for d in self.labels if self.prescribed(d) is None and d != "foundation"]
+        if self.stiffness is None and free:
+            raise ValueError("stiffness", "this key is missing; needed is the stiffness in N/m")
         for name in ("stiffness", "damping"):
             value = getattr(self, name)
             if isinstance(value, tuple) and self.directions != "xy":
                 raise ValueError(name, f"allowed is one number, because directions = {self.directions!r}")
-            if min(value if isinstance(value, tuple) else (value,)) < 0:
+            if min(value if isinstance(value, tuple) else (value or 0.0,)) < 0:
                 raise ValueError(name, f"allowed is a {name} of at least 0")
+        if self.foundation and self.foundation.direction not in free:
+            raise ValueError(
+                "foundation", f"allowed is a foundation under one of the free directions: {', '.join(free) or 'none'}"
+            )
         vertical = self.stiffness[1] if isinstance(self.stiffness, tuple) else self.stiffness
-        if self.gravity and "y" in self.directions and vertical == 0:
+        if self.gravity and "y" in free and not vertical:
             raise ValueError("stiffness", "allowed is a positive stiffness in y, because gravity would make the carrier fall")
 
-    def component(self, name: str, direction: str) -> sp.Symbol:
+    def component(self, name: str, direction: str) -> sp.Expr:
         """The symbol of a stiffness or damping in a direction."""
-        return self.symbol(f"{name}.{direction}" if isinstance(getattr(self, name), tuple) else name)
+        value = getattr(self, name)
+        if value is None:
+            return sp.S.Zero
+        return self.symbol(f"{name}.{direction}" if isinstance(value, tuple) else name)
+
+    def placed(self) -> Frame:
+        """Position and velocity of the axis."""
+        named = dict(zip(self.labels, self.coordinates(), strict=True))
+        at = {d: named[d].position for d in "xy" if d in named} | {f"v{d}": named[d].velocity for d in "xy" if d in named}
+        return Frame(centre=Point(**at), gravity=self.symbol("gravity"))
 
     def energies(self, frame: Frame) -> Energies:
-        """T = m v^2/2, V = sum c x^2/2 + m g y, R = sum b x'^2/2."""
-        m = self.symbol("mass")
-        axes = tuple(zip(self.directions, self.coordinates(), strict=True))
-        return Energies(
-            kinetic=m * (frame.vx**2 + frame.vy**2) / 2,
-            potential=sp.Add(*(self.component("stiffness", d) * q.position**2 / 2 for d, q in axes))
-            + m * frame.gravity * frame.y,
-            dissipation=sp.Add(*(self.component("damping", d) * q.velocity**2 / 2 for d, q in axes)),
-        )
+        """T = m v^2/2, V = sum c x^2/2 + m g y, R = sum b x'^2/2; on a foundation, x against it and its own energies."""
+        m, at = self.symbol("mass"), frame.centre
+        named = dict(zip(self.labels, self.coordinates(), strict=True))
+        base = named.pop("foundation", None)
+        potential, dissipation = [m * frame.gravity * at.y], []
+        for d, q in named.items():
+            below = base if self.foundation and self.foundation.direction == d else None
+            x = q.position - (below.position if below else 0)
+            v = q.velocity - (below.velocity if below else 0)
+            potential.append(self.component("stiffness", d) * x**2 / 2)
+            dissipation.append(self.component("damping", d) * v**2 / 2)
+        own = Energies(m * (at.vx**2 + at.vy**2) / 2, sp.Add(*potential), sp.Add(*dissipation))
+        if base is None or self.foundation is None:
+            return own
+        return own + self.foundation.energies(base, frame.gravity)

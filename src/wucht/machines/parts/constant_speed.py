@@ -6,8 +6,7 @@ from typing import ClassVar
 
 import sympy as sp
 
-from wucht.machines.parts.base import Drive, Frame, si
-from wucht.mechanics.energies import Energies
+from wucht.machines.parts.base import Drive, si
 
 
 class ConstantSpeed(Drive):
@@ -25,7 +24,3 @@ class ConstantSpeed(Drive):
     def start_angle(self) -> float:
         """The angle at t = 0."""
         return self.angle
-
-    def energies(self, frame: Frame) -> Energies:
-        """No formula: the motion is given."""
-        return Energies()

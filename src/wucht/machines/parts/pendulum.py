@@ -8,24 +8,25 @@ from typing import ClassVar
 import sympy as sp
 from pydantic import Field
 
-from wucht.machines.parts.base import Body, Frame, si
-from wucht.mechanics.energies import Energies, total
+from wucht.machines.parts.base import Frame, si
+from wucht.machines.parts.track import Tracked
+from wucht.mechanics.energies import Energies
 
 
-class Pendulum(Body):
-    """A pendulum on the axis of ``about``, coupled to it by viscous damping: 002 (4.1)-(4.4)."""
+class Pendulum(Tracked):
+    """A pendulum on the axis of ``about``, or on a pivot that turns with it, coupled by viscous damping: 002 (4.1)-(4.4)."""
 
     kind: ClassVar[str] = "pendulum"
-    not_yet: ClassVar[frozenset[str]] = Body.not_yet | {"suspension", "track", "diameter", "restitution"}
 
     about: str = Field(description="name of the body turned about")
     mass: float = si("kg", "mass", "m", gt=0)
     length: float = si("m", "length", "l", gt=0)
     inertia: float | None = si("kg m^2", "moment of inertia about its axis of rotation", "J", None, gt=0)
     damping: float = si("N m s", "damping", "b", 0.0, ge=0)
+    suspension: tuple[float, float] | None = si("m", "pivot in the frame of the body turned about", "s", None)
 
     def check(self) -> None:
-        """The inertia about the axis is at least m l^2, which is its default."""
+        """The inertia about the axis is at least m l^2, which is its default; a track needs a diameter and no suspension."""
         least = self.mass * self.length * self.length
         if not math.isfinite(least):
             raise ValueError("length", "allowed is a length with which m l^2 can still be computed")
@@ -33,15 +34,46 @@ class Pendulum(Body):
             raise ValueError(
                 "inertia", f"allowed is at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default"
             )
+        if self.track is not None and self.suspension not in (None, (0.0, 0.0)):
+            raise ValueError("suspension", "allowed is none on a track: its bodies turn about one axis")
+        self.check_track()
+
+    def centre_radius(self) -> float:
+        """The length."""
+        return self.length
 
     def moment(self) -> sp.Expr:
         """The unbalance m l."""
         return self.symbol("mass") * self.symbol("length")
 
+    def moment_on_reference(self) -> sp.Expr:
+        """The pivot carries the mass: m (s_x + i s_y)."""
+        if self.suspension is None:
+            return sp.S.Zero
+        m, a, b = self.symbols("mass", "suspension.x", "suspension.y")
+        return m * (a + sp.I * b)
+
+    def about_axis(self) -> sp.Expr:
+        """The inertia about the pivot."""
+        m, l, j = self.symbols("mass", "length", "inertia")  # noqa: E741
+        return m * l**2 if self.inertia is None else j
+
     def energies(self, frame: Frame) -> Energies:
         """Carried mass with unbalance m l, J theta'^2/2, and b (theta' - phi')^2/2 lost against ``about``."""
-        m, l, j, b = self.symbols("mass", "length", "inertia", "damping")  # noqa: E741
-        about_axis = m * l**2 if self.inertia is None else j
+        m, b = self.symbols("mass", "damping")
         w, relative = frame.speed(self.name), frame.speed(self.name) - frame.speed(self.about)
-        own = Energies(kinetic=about_axis * w**2 / 2, dissipation=b * relative**2 / 2)
-        return total((frame.carried(m, self.moment(), self.name), own))
+        own = Energies(kinetic=self.about_axis() * w**2 / 2, dissipation=b * relative**2 / 2)
+        found = frame.carried(m, self.moment(), self.name) + own
+        return found if self.suspension is None else found + self._off_axis(frame)
+
+    def _off_axis(self, frame: Frame) -> Energies:
+        """What a pivot at s in the frame of ``about`` adds: m v.p' + m p'^2/2 + m l theta' p'.n(theta), p = R(phi) s."""
+        m, l, a, b = self.symbols("mass", "length", "suspension.x", "suspension.y")  # noqa: E741
+        at, phi, theta = frame.axis(self.name), frame.angle(self.about), frame.angle(self.name)
+        w0, w = frame.speed(self.about), frame.speed(self.name)
+        px, py = (-a * sp.sin(phi) - b * sp.cos(phi)) * w0, (a * sp.cos(phi) - b * sp.sin(phi)) * w0
+        swing = w0 * w * (a * sp.cos(theta - phi) + b * sp.sin(theta - phi))
+        return Energies(
+            kinetic=m * (at.vx * px + at.vy * py) + m * (a**2 + b**2) * w0**2 / 2 + m * l * swing,
+            potential=m * frame.gravity * (a * sp.sin(phi) + b * sp.cos(phi)),
+        )

@@ -7,18 +7,18 @@ from typing import ClassVar
 import sympy as sp
 from pydantic import Field
 
-from wucht.machines.parts.base import Body, Frame, si
-from wucht.mechanics.energies import Energies, total
+from wucht.machines.parts.base import Frame, si
+from wucht.machines.parts.track import Tracked
+from wucht.mechanics.energies import Energies
 
 
-class Roller(Body):
+class Roller(Tracked):
     """A ball or roller on a track of radius R: 000 (3)-(12). Its centre runs on the circle R - r.
 
     Rolling couples it to ``about``: its spin is (R phi_0' - (R - r) phi') / r, so its energy holds both speeds.
     """
 
     kind: ClassVar[str] = "roller"
-    not_yet: ClassVar[frozenset[str]] = Body.not_yet | {"track", "diameter", "restitution"}
 
     about: str = Field(description="name of the body turned about")
     mass: float = si("kg", "mass", "m", gt=0)
@@ -28,13 +28,29 @@ class Roller(Body):
     damping: float = si("N m s", "damping", "beta", 0.0, ge=0)
 
     def check(self) -> None:
-        """The roller fits into its track."""
+        """The roller fits into its track; its diameter is twice its radius."""
         if self.radius >= self.track_radius:
             raise ValueError("radius", f"allowed is less than the track radius of {self.track_radius:g} m")
+        if self.diameter is not None and abs(self.diameter - 2 * self.radius) > 1e-9 * self.radius:
+            raise ValueError("diameter", f"allowed is twice the radius, {2 * self.radius:g} m, which is the default")
+        self.check_track()
+
+    def centre_radius(self) -> float:
+        """R - r."""
+        return self.track_radius - self.radius
+
+    def width(self) -> float | None:
+        """Twice the radius."""
+        return 2 * self.radius
 
     def moment(self) -> sp.Expr:
         """The unbalance m (R - r)."""
         return self.symbol("mass") * (self.symbol("track_radius") - self.symbol("radius"))
+
+    def about_axis(self) -> sp.Expr:
+        """The inertia J_ii of 000 (7): (1 + mu) m (R - r)^2."""
+        m, track, r, mu = self.symbols("mass", "track_radius", "radius", "shape_factor")
+        return (1 + mu) * m * (track - r) ** 2
 
     def energies(self, frame: Frame) -> Energies:
         """000 (5): carried mass, m eps^2 phi'^2/2, and mu m (R phi_0' - eps phi')^2/2 of the rolling; 000 (12) is lost."""
@@ -45,4 +61,4 @@ class Roller(Body):
             kinetic=m * eps**2 * w**2 / 2 + mu * m * (track * w0 - eps * w) ** 2 / 2,
             dissipation=beta * (w - w0) ** 2 / 2,
         )
-        return total((frame.carried(m, self.moment(), self.name), own))
+        return frame.carried(m, self.moment(), self.name) + own

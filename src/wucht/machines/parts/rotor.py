@@ -7,25 +7,33 @@ from typing import ClassVar
 import sympy as sp
 
 from wucht.machines.parts.base import Body, Frame, si
-from wucht.mechanics.energies import Energies, total
+from wucht.mechanics.energies import Energies
 
 
 class Rotor(Body):
-    """An unbalanced rotor, 002 (3.28)-(3.29). Its unbalance is ``mass * eccentricity``, or given directly."""
+    """An unbalanced rotor, 002 (3.28)-(3.29). Its unbalance is ``mass * eccentricity``, or given directly.
+
+    ``position``: of its axis on a carrier that turns. ``couple_unbalance``: m e a of 001 (10), on a carrier that only turns.
+    """
 
     kind: ClassVar[str] = "rotor"
-    not_yet: ClassVar[frozenset[str]] = Body.not_yet | {"position", "couple_unbalance"}
 
     mass: float = si("kg", "mass", "M", gt=0)
     eccentricity: float | None = si("m", "eccentricity", "e", None, ge=0)
     unbalance: float | None = si("kg m", "unbalance", "U", None, ge=0)
+    couple_unbalance: float | None = si("kg m^2", "couple unbalance", "D", None, ge=0)
     inertia: float = si("kg m^2", "moment of inertia about its axis of rotation", "J", gt=0)
     bearing_damping: float = si("N m s", "bearing damping", "b_L", 0.0, ge=0)
+    position: tuple[float, float] | None = si("m", "position", "a", None)
 
     def check(self) -> None:
-        """One of eccentricity and unbalance; the inertia about the axis is at least m e^2."""
-        if (self.eccentricity is None) == (self.unbalance is None):
-            raise ValueError("eccentricity", "needed is either eccentricity or unbalance (0 for a balanced rotor)")
+        """One of eccentricity, unbalance and couple_unbalance; the inertia about the axis is at least m e^2."""
+        given = [u for u in (self.eccentricity, self.unbalance, self.couple_unbalance) if u is not None]
+        if len(given) != 1:
+            raise ValueError(
+                "eccentricity",
+                "needed is either eccentricity or unbalance (0 for a balanced rotor), or couple_unbalance on a carrier 'r'",
+            )
         e = self.eccentricity if self.eccentricity is not None else (self.unbalance or 0.0) / self.mass
         least = self.mass * e * e
         if self.inertia < least * (1 - 1e-12):
@@ -38,10 +46,15 @@ class Rotor(Body):
     def moment(self) -> sp.Expr:
         """The unbalance U = m e."""
         m, e, u = self.symbols("mass", "eccentricity", "unbalance")
-        return u if self.unbalance is not None else m * e
+        if self.unbalance is not None:
+            return u
+        return m * e if self.eccentricity is not None else sp.S.Zero
 
     def energies(self, frame: Frame) -> Energies:
-        """Carried mass with unbalance, J phi'^2/2, and b_L phi'^2/2 lost in the bearing."""
-        m, j, b = self.symbols("mass", "inertia", "bearing_damping")
+        """Carried mass with unbalance, J phi'^2/2, b_L phi'^2/2 lost in the bearing; -D phi' chi' sin phi: 001 (10)-(11)."""
+        m, j, b, couple = self.symbols("mass", "inertia", "bearing_damping", "couple_unbalance")
         w = frame.speed(self.name)
-        return total((frame.carried(m, self.moment(), self.name), Energies(kinetic=j * w**2 / 2, dissipation=b * w**2 / 2)))
+        own = Energies(kinetic=j * w**2 / 2, dissipation=b * (w - frame.rotation) ** 2 / 2)
+        tilted = Energies(kinetic=-couple * w * frame.tilt * sp.sin(frame.angle(self.name)))
+        found = frame.carried(m, self.moment(), self.name) + own
+        return found + tilted if self.couple_unbalance is not None else found

@@ -1,0 +1,146 @@
+"""Bodies of one track cannot pass each other: compliant contacts between neighbours.
+
+A contact is a linear spring and damper between the angles of two neighbours, on while their gap is negative. Its frequency is
+twenty times that of the operation, so that it is short against a turn; its damping ratio zeta follows from the restitution
+e = exp(-pi zeta/sqrt(1 - zeta^2)). Hard contacts would bounce infinitely often in a finite time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import sympy as sp
+
+from wucht.errors import InputError
+from wucht.machines.parts.fields import Parameter
+from wucht.machines.parts.track import RESTITUTION, Tracked
+from wucht.mechanics.energies import Energies
+from wucht.mechanics.lagrange import Coordinate
+from wucht.piecewise import PiecewiseCubic, step
+
+if TYPE_CHECKING:
+    from wucht.machines.machine import Machine
+
+FREQUENCY_RATIO = 20.0  # of the contact to the operating speed
+_PLAY = 1e-9  # rad: given to bodies that start just touching
+
+
+@dataclass(frozen=True)
+class Track:
+    """The bodies of a track, in the order of the file. frequency: of its contacts, in rad/s."""
+
+    name: str
+    bodies: tuple[Tracked, ...]
+    frequency: float
+
+    def symbol(self, key: str) -> sp.Symbol:
+        """The symbol of a parameter of the track."""
+        return sp.Symbol(f"tracks.{self.name}.{key}", real=True)
+
+
+def tracks_of(bodies: Sequence[Tracked], where: Mapping[str, str], frequency: Mapping[str, float]) -> tuple[Track, ...]:
+    """The tracks of a machine. where: of each body, for errors. frequency: of the contacts by track.
+
+    Raises ``InputError``: bodies of one track on different circles or about different bodies, or too many for it.
+    """
+    found: dict[str, list[Tracked]] = {}
+    for b in bodies:
+        if b.track is not None:
+            found.setdefault(b.track, []).append(b)
+    for listed in found.values():
+        first = listed[0]
+        for b in listed[1:]:
+            if b.reference != first.reference:
+                raise InputError(
+                    f"{where[b.name]}.track", b.track, f"{first.name!r} of this track turns about {first.reference!r}"
+                )
+            if abs(b.centre_radius() - first.centre_radius()) > 1e-9 * first.centre_radius():
+                at = f"the centre of {first.name!r} of this track runs on a circle of {first.centre_radius():g} m"
+                raise InputError(f"{where[b.name]}.track", b.track, f"{at}, that of this body on {b.centre_radius():g} m")
+        width = sum(angular_width(a, b) for a, b in _neighbours(listed))
+        if len(listed) > 1 and width > 2 * math.pi:
+            raise InputError(f"{where[first.name]}.track", first.track, f"{len(listed)} bodies of this size do not fit on it")
+    return tuple(Track(name, tuple(listed), frequency[name]) for name, listed in found.items() if len(listed) > 1)
+
+
+def _neighbours(listed: Sequence[Tracked]) -> list[tuple[Tracked, Tracked]]:
+    return list(zip(listed, [*listed[1:], listed[0]], strict=True))
+
+
+def angular_width(a: Tracked, b: Tracked) -> float:
+    """The angle between the centres of two bodies that touch, in rad."""
+    half = ((a.width() or 0.0) + (b.width() or 0.0)) / (4 * a.centre_radius())
+    return 2 * math.asin(min(half, 1.0))
+
+
+def contacts(track: Track, order: Sequence[Tracked], turns: Sequence[int], play: Sequence[float], angles: Mapping[str, Coordinate]
+) -> tuple[Energies, tuple[Parameter, ...]]:  # fmt: skip
+    """The energies of a track's contacts, and their parameters.
+
+    order: the bodies counter-clockwise; turns: whole turns by which the angle of each body's next is to be increased to lie
+    ahead of it; play: what is added to each gap.
+    """
+    frequency, potential, dissipation = track.symbol("contact_frequency"), [], []
+    parameters = [Parameter(frequency.name, track.frequency, "rad/s", "omega_c", "frequency of the contacts")]
+    for k, (a, b) in enumerate(_neighbours(order)):
+        offset = track.symbol(f"offset_{k + 1}")
+        gap = angles[b.name].position - angles[a.name].position + offset
+        rate = angles[b.name].velocity - angles[a.name].velocity
+        on = PiecewiseCubic(gap, step("contact", 0.0, 1.0, 0.0))
+        inertia = a.about_axis() * b.about_axis() / (a.about_axis() + b.about_axis())  # type: ignore[attr-defined]
+        bounce = (_log_restitution(a) + _log_restitution(b)) / 2
+        zeta = -bounce / sp.sqrt(sp.pi**2 + bounce**2)
+        potential.append(on * inertia * frequency**2 * gap**2 / 2)
+        dissipation.append(on * zeta * inertia * frequency * rate**2)
+        value = 2 * math.pi * turns[k] - angular_width(a, b) + play[k]
+        parameters.append(
+            Parameter(offset.name, value, "rad", f"delta_{k + 1}", f"angle added to the gap {a.name} to {b.name}")
+        )
+    for body in track.bodies:
+        if body.restitution is None:
+            path = f"{body.name}.restitution"
+            parameters.append(Parameter(path, RESTITUTION, "", "e", "coefficient of restitution"))
+    return Energies(potential=sp.Add(*potential), dissipation=sp.Add(*dissipation)), tuple(parameters)
+
+
+def _log_restitution(body: Tracked) -> sp.Expr:
+    return sp.log(body.symbol("restitution"))
+
+
+def arranged(machine: Machine, angles: Mapping[str, float], where: str = "study.start") -> Machine:
+    """The machine with contacts between those bodies that are neighbours at these angles (absolute, in rad).
+
+    Raises ``InputError`` where two bodies overlap.
+    """
+    if not machine.tracks:
+        return machine
+    coordinates = {b.name: b.coordinate for b in machine.bodies}
+    energies, parameters = list[Energies](), dict(machine.parameters)
+    for track in machine.tracks:
+        at = {b.name: angles[b.name] for b in track.bodies}
+        order = sorted(track.bodies, key=lambda b: at[b.name] % (2 * math.pi))
+        turns, play = [], []
+        for a, b in _neighbours(order):
+            ahead = (at[b.name] - at[a.name]) % (2 * math.pi) if b is not a else 2 * math.pi
+            gap = ahead - angular_width(a, b)
+            if gap < -_PLAY:
+                raise InputError(
+                    f"{where}.{b.name}", math.degrees(angles[b.name]), f"{a.name!r} and {b.name!r} of the track {track.name!r} "
+                    f"overlap: their centres must be {math.degrees(angular_width(a, b)):.4g} degrees apart"
+                )  # fmt: skip
+            turns.append(round((ahead - (at[b.name] - at[a.name])) / (2 * math.pi)))
+            play.append(_PLAY - gap if gap < _PLAY else 0.0)
+        found, more = contacts(track, order, turns, play, coordinates)
+        energies.append(found)
+        parameters |= {p.path: p for p in more if p.path not in machine.parameters or "offset" in p.path}
+    free = machine.energies[: len(machine.energies) - len(machine.tracks)]
+    return replace(machine, energies=(*free, *energies), parameters=parameters)
+
+
+def evenly(bodies: Sequence[Tracked]) -> dict[str, float]:
+    """Angles at which the bodies of a track stand evenly spaced, in the order given."""
+    return {b.name: float(a) for b, a in zip(bodies, np.arange(len(bodies)) * 2 * math.pi / len(bodies), strict=True)}

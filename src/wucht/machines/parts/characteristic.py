@@ -1,0 +1,40 @@
+"""A measured characteristic: points of speed and torque, and the curve through them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+from wucht.piecewise import Pieces, interpolated
+from wucht.quantities import Unit
+
+_COLUMNS = (Unit("rad/s", "speed"), Unit("N m", "torque"))
+
+
+def _read(given: Any) -> tuple[tuple[float, float], ...]:
+    """Points in SI from ``[[speed, torque], ...]``, numbers or strings with units. Raises ``ValueError`` with a sentence."""
+    if not isinstance(given, list | tuple) or not all(isinstance(p, list | tuple) and len(p) == 2 for p in given):
+        raise ValueError("allowed are pairs: [[speed, torque], ...]")
+    if len(given) < 2:
+        raise ValueError("allowed are at least 2 points [speed, torque]")
+    points = [(_COLUMNS[0].parse(w), _COLUMNS[1].parse(t)) for w, t in given]
+    for (before, _), (after, _) in pairwise(points):
+        if after <= before:
+            raise ValueError(f"allowed are increasing speeds; {after:g} rad/s follows {before:g} rad/s")
+    return tuple(points)
+
+
+# Points are no parameters: as a curve they can only be changed together.
+Points = Annotated[
+    tuple[tuple[float, float], ...],
+    BeforeValidator(_read),
+    Field(description="points [[speed, torque], ...]"),
+]
+
+
+def curve(name: str, points: tuple[tuple[float, float], ...]) -> Pieces:
+    """The monotone cubic through the points; beyond its ends the torque of the end holds."""
+    speeds, torques = zip(*points, strict=True)
+    return interpolated(name, speeds, torques, kind="monotone")

@@ -1,0 +1,22 @@
+"""The drive whose torque does not depend on speed."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import sympy as sp
+
+from wucht.machines.parts.base import Drive, si
+
+
+class ConstantTorque(Drive):
+    """torque = constant: the ideal force characteristic, 002 (2.81). Negative turns backwards."""
+
+    kind: ClassVar[str] = "constant-torque"
+
+    # The key is ``torque``, which in Python is the method.
+    level: float = si("N m", "torque", "T", alias="torque")
+
+    def torque(self, speed: sp.Expr) -> sp.Expr:
+        """002 (2.81)."""
+        return self.symbol("torque")

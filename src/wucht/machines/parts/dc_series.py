@@ -1,0 +1,36 @@
+"""The DC motor with its field winding in series with the armature."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import sympy as sp
+
+from wucht.machines.parts.base import Drive, si
+
+
+class DCSeries(Drive):
+    """A DC motor whose current makes its field: 002 (2.100)-(2.105). Without load its speed grows without bound.
+
+    The sign of the voltage does not matter, as it changes field and current together; ``sense`` = -1 is the motor with its
+    field reconnected: it turns backwards, torque(-speed) = -torque(speed) of the other.
+
+    Turned backwards by its load, it brakes with a growing torque, and at speed = -R/(k_M L_E) nothing limits its current any
+    more: there the formula has a pole and means nothing beyond. A real motor saturates before.
+    """
+
+    kind: ClassVar[str] = "dc-series"
+
+    voltage: float = si("V", "voltage", "U")
+    armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)
+    field_resistance: float = si("ohm", "resistance of the field winding", "R_E", ge=0)
+    field_inductance: float = si("H", "inductance of the field winding", "L_E", gt=0)
+    motor_constant: float = si("", "motor constant", "k_M", gt=0)
+    sense: Literal[1, -1] = 1
+
+    def torque(self, speed: sp.Expr) -> sp.Expr:
+        """002 (2.104), with k_M for the printed k_E."""
+        U, RA, RE, L, k = self.symbols(
+            "voltage", "armature_resistance", "field_resistance", "field_inductance", "motor_constant"
+        )
+        return self.sense * k * L * U**2 / (RA + RE + self.sense * k * L * speed) ** 2

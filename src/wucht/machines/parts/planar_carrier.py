@@ -1,0 +1,116 @@
+"""The planar rigid carrier: a body that translates and turns in its plane, such as a vibratory screen."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import sympy as sp
+from pydantic import Field
+
+from wucht.machines.parts.base import Frame, Point, si
+from wucht.machines.parts.fields import Described
+from wucht.machines.parts.motion import Motion
+from wucht.machines.parts.support import Support
+from wucht.mechanics.energies import Energies
+from wucht.mechanics.lagrange import Coordinate
+
+
+class Mount(Described):
+    """A spring and damper in x and y at a place on the carrier, measured from its centre of mass."""
+
+    at: tuple[float, float] = si("m", "place", "a")
+    stiffness: tuple[float, float] = si("N/m", "stiffness", "c")
+    damping: tuple[float, float] = si("N s/m", "damping", "b", (0.0, 0.0))
+
+
+class PlanarCarrier(Support):
+    """``directions = "xyr"``: a rigid body with rotors at given positions, on mounts or on springs at its centre of mass.
+
+    Its angle chi is small: a place (a, b) on it moves by (x - b chi, y + a chi), so that the carrier stays linear.
+    """
+
+    kind: ClassVar[str] = "carrier-xyr"
+
+    mass: float = si("kg", "mass", "m", gt=0)
+    inertia: float = si("kg m^2", "moment of inertia about the centre of mass", "J", gt=0)
+    directions: Literal["xyr"] = "xyr"
+    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None)
+    damping: float | tuple[float, float] = si("N s/m", "damping", "b", 0.0)
+    rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0)
+    rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0)
+    mounts: tuple[Mount, ...] = Field((), description="mounts")
+    motion: Motion | None = Field(None, description="prescribed motion")
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """x, y, r."""
+        return ("x", "y", "r")
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Displacement of the centre of mass and angle, from where the springs are free of force."""
+        return tuple(
+            Coordinate.named(f"carrier.{d}", f"carrier.v{d}", angle=False, prescribed=self.prescribed(d)) for d in self.labels
+        )
+
+    def check(self) -> None:
+        """Mounts, or stiffness and rotation_stiffness; none of them negative."""
+        self.check_motion()
+        if self.mounts and (self.stiffness is not None or self.rotation_stiffness is not None):
+            raise ValueError("mounts", "allowed are either mounts, or stiffness with rotation_stiffness")
+        if not self.mounts and (self.stiffness is None or self.rotation_stiffness is None):
+            missing = "stiffness" if self.stiffness is None else "rotation_stiffness"
+            raise ValueError(missing, "this key is missing; needed are mounts, or stiffness and rotation_stiffness")
+        pairs = [("stiffness", self.stiffness), ("damping", self.damping)]
+        pairs += [("mounts", v) for m in self.mounts for v in (m.stiffness, m.damping)]
+        for key, value in pairs:
+            if min(value if isinstance(value, tuple) else (value or 0.0,)) < 0:
+                raise ValueError(key, "allowed is a stiffness or damping of at least 0")
+        if self.mounts and all(m.stiffness == (0.0, 0.0) for m in self.mounts):
+            raise ValueError("mounts", "allowed is at least one mount with stiffness")
+
+    def placed(self) -> Frame:
+        """The frame at the centre of mass."""
+        x, y, r = self.coordinates()
+        centre = Point(x.position, y.position, x.velocity, y.velocity)
+        return Frame(centre=centre, rotation=r.velocity, gravity=self.symbol("gravity"))
+
+    def axis_at(self, position: tuple[sp.Expr, sp.Expr]) -> Point:
+        """A place (a, b) on the carrier: (x - b chi, y + a chi)."""
+        (x, y, r), (a, b) = self.coordinates(), position
+        return Point(
+            x.position - b * r.position, y.position + a * r.position, x.velocity - b * r.velocity, y.velocity + a * r.velocity
+        )
+
+    def energies(self, frame: Frame) -> Energies:
+        """T = m v^2/2 + J chi'^2/2; springs and dampers on the displacements of their places."""
+        m, j = self.symbols("mass", "inertia")
+        at, r = frame.centre, self.coordinates()[2]
+        potential, dissipation = [m * frame.gravity * at.y], []
+        for place, c, b in self._springs():
+            p = self.axis_at(place)
+            potential.append((c[0] * p.x**2 + c[1] * p.y**2) / 2)
+            dissipation.append((b[0] * p.vx**2 + b[1] * p.vy**2) / 2)
+        if not self.mounts:
+            cr, br = self.symbols("rotation_stiffness", "rotation_damping")
+            potential.append(cr * r.position**2 / 2)
+            dissipation.append(br * r.velocity**2 / 2)
+        kinetic = m * (at.vx**2 + at.vy**2) / 2 + j * r.velocity**2 / 2
+        return Energies(kinetic, sp.Add(*potential), sp.Add(*dissipation))
+
+    def _springs(self) -> list[tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, ...], tuple[sp.Expr, ...]]]:
+        """(place, (cx, cy), (bx, by)) of every spring."""
+        if not self.mounts:
+            zero = (sp.S.Zero, sp.S.Zero)
+            return [(zero, self._pair("stiffness"), self._pair("damping"))]
+        found = []
+        for i in range(len(self.mounts)):
+            at, c, b = (
+                tuple(self.symbol(f"mounts.{i + 1}.{name}.{d}") for d in "xy") for name in ("at", "stiffness", "damping")
+            )
+            found.append(((at[0], at[1]), c, b))
+        return found
+
+    def _pair(self, name: str) -> tuple[sp.Expr, ...]:
+        if isinstance(getattr(self, name), tuple):
+            return tuple(self.symbol(f"{name}.{d}") for d in "xy")
+        return (self.symbol(name),) * 2

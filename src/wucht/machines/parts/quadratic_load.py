@@ -1,0 +1,25 @@
+"""The load of a fan or a pump."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import sympy as sp
+
+from wucht.machines.parts.base import Load, si
+from wucht.piecewise import Pieces, PiecewiseCubic
+
+# w |w|, with its corner in the second derivative taken exactly.
+SIGNED_SQUARE = Pieces("signedsquare", (0.0,), ((0, 0, -1, 0), (0, 0, 1, 0)))
+
+
+class QuadraticLoad(Load):
+    """torque = coefficient * speed * abs(speed)."""
+
+    kind: ClassVar[str] = "quadratic"
+
+    coefficient: float = si("N m s^2", "coefficient of the load", "k_2", ge=0)
+
+    def torque(self, speed: sp.Expr) -> sp.Expr:
+        """Proportional to the square of the speed, against it."""
+        return self.symbol("coefficient") * PiecewiseCubic(speed, SIGNED_SQUARE)

@@ -1,0 +1,67 @@
+"""The carrier that only turns: 001, Bild 1b."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import sympy as sp
+from pydantic import Field
+
+from wucht.machines.parts.base import Frame, Point, si
+from wucht.machines.parts.motion import Motion
+from wucht.machines.parts.support import Support
+from wucht.mechanics.energies import Energies
+from wucht.mechanics.lagrange import Coordinate
+
+
+class RockingCarrier(Support):
+    """``directions = "r"``: a body on a torsion spring and damper.
+
+    With rotors that have a couple unbalance it turns about an axis across theirs, 001 (10)-(11); their share of its inertia
+    is taken as constant and belongs into ``inertia``. Otherwise it turns about the normal of the rotors' plane, and they act
+    through their positions.
+    """
+
+    kind: ClassVar[str] = "carrier-r"
+
+    directions: Literal["r"] = "r"
+    inertia: float = si("kg m^2", "moment of inertia about the axis of turning", "Theta", gt=0)
+    rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0)
+    rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0)
+    motion: Motion | None = Field(None, description="prescribed motion")
+    tilting: bool = Field(False, exclude=True)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """r."""
+        return ("r",)
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The angle from where the spring is free of moment."""
+        return (Coordinate.named("carrier.r", "carrier.vr", prescribed=self.prescribed("r")),)
+
+    def check(self) -> None:
+        """A free carrier needs a spring."""
+        self.check_motion()
+        if self.rotation_stiffness is None and self.motion is None:
+            raise ValueError("rotation_stiffness", "this key is missing; needed is the rotation stiffness in N m")
+
+    def placed(self) -> Frame:
+        """The frame at the axis of turning."""
+        (r,) = self.coordinates()
+        gravity = self.symbol("gravity")
+        return Frame(tilt=r.velocity, gravity=gravity) if self.tilting else Frame(rotation=r.velocity, gravity=gravity)
+
+    def axis_at(self, position: tuple[sp.Expr, sp.Expr]) -> Point:
+        """A place (a, b): (-b chi, a chi)."""
+        (r,), (a, b) = self.coordinates(), position
+        if self.tilting:
+            return Point()
+        return Point(-b * r.position, a * r.position, -b * r.velocity, a * r.velocity)
+
+    def energies(self, frame: Frame) -> Energies:
+        """T = Theta chi'^2/2, V = c chi^2/2, R = b chi'^2/2: 001 (11)."""
+        (r,) = self.coordinates()
+        inertia, b = self.symbols("inertia", "rotation_damping")
+        c = self.symbol("rotation_stiffness") if self.rotation_stiffness is not None else sp.S.Zero
+        return Energies(inertia * r.velocity**2 / 2, c * r.position**2 / 2, b * r.velocity**2 / 2)

@@ -1,0 +1,61 @@
+"""The slider: a mass in a radial guide of a turning body."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import sympy as sp
+from pydantic import Field
+
+from wucht.machines.parts.base import Body, Frame, si
+from wucht.mechanics.energies import Energies
+from wucht.mechanics.lagrange import Coordinate
+
+
+class Slider(Body):
+    """A point mass in a radial guide of ``about``, on a spring and a damper: 001 (64)-(65), on any carrier.
+
+    ``angle``: of the guide in the frame of ``about``. ``radius``: where the spring is free of force; the coordinate is the
+    displacement outward from there.
+    """
+
+    kind: ClassVar[str] = "slider"
+
+    about: str = Field(description="name of the body with the guide")
+    mass: float = si("kg", "mass", "m", gt=0)
+    angle: float = si("rad", "angle of the guide", "a", 0.0)
+    radius: float = si("m", "radius", "R", ge=0)
+    stiffness: float = si("N/m", "stiffness", "c", gt=0)
+    damping: float = si("N s/m", "damping", "b", 0.0, ge=0)
+
+    def turns(self) -> bool:
+        """It has a displacement, not an angle."""
+        return False
+
+    def check(self) -> None:
+        """A slider turns with its guide: it cannot be locked and released."""
+        if self.release is not None:
+            raise ValueError("release", "allowed is none: a slider always turns with its guide")
+
+    def moment_on_reference(self) -> sp.Expr:
+        """m R in the direction of the guide."""
+        m, angle, radius = self.symbols("mass", "angle", "radius")
+        return m * radius * sp.exp(sp.I * angle)
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The displacement outward, in m."""
+        return (Coordinate.named(f"{self.name}.displacement", f"{self.name}.velocity"),)
+
+    def energies(self, frame: Frame) -> Energies:
+        """T = m |v + d/dt[(R + x) e(psi)]|^2/2 with psi = phi + angle, V = c x^2/2 + m g (y + (R + x) sin psi), R = b x'^2/2."""
+        m, angle, radius, c, b = self.symbols("mass", "angle", "radius", "stiffness", "damping")
+        (guide,) = self.coordinates()
+        at, w = frame.axis(self.name), frame.speed(self.about)
+        psi, out, v = frame.angle(self.about) + angle, radius + guide.position, guide.velocity
+        along = at.vx * sp.cos(psi) + at.vy * sp.sin(psi)
+        across = -at.vx * sp.sin(psi) + at.vy * sp.cos(psi)
+        return Energies(
+            kinetic=m * (at.vx**2 + at.vy**2 + v**2 + out**2 * w**2) / 2 + m * (v * along + out * w * across),
+            potential=c * guide.position**2 / 2 + m * frame.gravity * (at.y + out * sp.sin(psi)),
+            dissipation=b * v**2 / 2,
+        )

@@ -1,0 +1,45 @@
+"""The synchronous motor: the speed of the mains, whatever torque that takes."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import sympy as sp
+
+from wucht.machines.parts.base import Drive, Frame, si
+from wucht.mechanics.energies import Energies
+
+
+class Synchronous(Drive):
+    """The body turns with the prescribed speed 2 pi f/p: the ideal kinematic characteristic, 002 (2.80).
+
+    The torque that this takes is a result. ``sense`` = -1 turns it backwards.
+    """
+
+    kind: ClassVar[str] = "synchronous"
+
+    frequency: float = si("Hz", "frequency of the mains", "f", ge=0)
+    pole_pairs: float = si("", "number of pole pairs", "p", ge=1)
+    angle: float = si("rad", "angle at t = 0", "phi_0", 0.0)
+    sense: Literal[1, -1] = 1
+
+    def check(self) -> None:
+        """A whole number of pole pairs."""
+        if self.pole_pairs != round(self.pole_pairs):
+            raise ValueError("pole_pairs", "allowed is a whole number of pole pairs")
+
+    def prescribed(self) -> sp.Expr:
+        """The synchronous speed: below 002 (2.106)."""
+        return self.sense * 2 * sp.pi * self.symbol("frequency") / self.symbol("pole_pairs")
+
+    def start_angle(self) -> float:
+        """The angle at t = 0."""
+        return self.angle
+
+    def torque(self, speed: sp.Expr) -> sp.Expr:
+        """No formula: it is what the motion takes."""
+        return sp.S.Zero
+
+    def energies(self, frame: Frame) -> Energies:
+        """No formula: the motion is given."""
+        return Energies()

@@ -1,0 +1,41 @@
+"""Bodies of one track: they cannot pass each other."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+from pydantic import Field
+
+from wucht.machines.parts.base import Body
+from wucht.machines.parts.fields import si
+
+RESTITUTION = 0.5
+
+
+class Tracked(Body):
+    """A body that may share a circular track with others. Without ``track`` it can pass them."""
+
+    track: str | None = Field(None, description="name of the track", pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")
+    diameter: float | None = si("m", "diameter", "d", None, gt=0)
+    restitution: float | None = si("", "coefficient of restitution", "e", None, ge=0.01, le=1)
+
+    @abstractmethod
+    def centre_radius(self) -> float:
+        """Radius of the circle on which the body's centre runs, in m."""
+
+    def width(self) -> float | None:
+        """The diameter in m, None if it is not given."""
+        return self.diameter
+
+    def check_track(self) -> None:
+        """A track needs a diameter. Raises ``ValueError(field, sentence)``."""
+        if self.track is None:
+            for key in ("diameter", "restitution"):
+                if getattr(self, key) is not None:
+                    raise ValueError(key, "allowed only with track = NAME: bodies without a track can pass each other")
+            return
+        width = self.width()
+        if width is None:
+            raise ValueError("diameter", "this key is missing; bodies of a track need their diameter in m")
+        if width >= 2 * self.centre_radius():
+            raise ValueError("diameter", f"allowed is less than twice the radius of the track, {2 * self.centre_radius():g} m")

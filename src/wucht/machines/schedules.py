@@ -1,0 +1,104 @@
+"""Schedules: a parameter that changes over time, with exact corners.
+
+A parameter that changes carries energy in or out of the machine: where masses change they come and leave with the velocity of
+their place, so the velocities do not jump, and the work of the schedule is the change of stored energy at the state of the moment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import sympy as sp
+
+from wucht.documents import choice, refuse_unknown
+from wucht.errors import InputError, nearest
+from wucht.machines.parts.fields import Parameter
+from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
+from wucht.quantities import Unit
+from wucht.system import TIME, Output, System
+
+SCHEDULED = "schedule_work"
+KEYS = ("parameter", "points", "interpolation")
+INTERPOLATIONS = ("linear", "steps", "smooth")
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """A parameter over time. pieces: its value as a function of time, constant before the first point and after the last."""
+
+    parameter: str
+    pieces: Pieces
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """The parameter's symbol."""
+        return sp.Symbol(self.parameter, real=True)
+
+    @property
+    def expression(self) -> sp.Expr:
+        """The value over time."""
+        return PiecewiseCubic(TIME, self.pieces)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The times of the first and the last point."""
+        return self.pieces.corners[0], self.pieces.corners[-1]
+
+
+def read_schedules(tables: Any, parameters: Mapping[str, Parameter], time: str) -> tuple[Schedule, ...]:
+    """The schedules in ``[[machine.schedules]]``. time: the unit of time. Raises ``InputError``."""
+    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in tables):
+        raise InputError("machine.schedules", tables, "allowed are tables: [[machine.schedules]]")
+    found: dict[str, Schedule] = {}
+    for i, table in enumerate(tables):
+        schedule = _read(table, parameters, time, f"machine.schedules[{i}]")
+        if schedule.parameter in found:
+            raise InputError(f"machine.schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
+        found[schedule.parameter] = schedule
+    return tuple(found.values())
+
+
+def _read(table: Mapping[str, Any], parameters: Mapping[str, Parameter], time: str, where: str) -> Schedule:
+    refuse_unknown(table, KEYS, where)
+    path = table.get("parameter")
+    if not isinstance(path, str) or path not in parameters:
+        allowed = f"allowed is a parameter of the machine; {nearest(str(path), parameters)}"
+        raise InputError(f"{where}.parameter", path, allowed)
+    points = table.get("points")
+    if not isinstance(points, list) or not points or not all(isinstance(p, list) and len(p) == 2 for p in points):
+        raise InputError(
+            f"{where}.points", points, 'allowed is a list of pairs [time, value], such as [["0 s", 0], ["5 s", 1]]'
+        )
+    parameter = parameters[path]
+    units = (Unit(time, "time"), Unit(parameter.unit, parameter.what))
+    numbers = [[_number(u, given, f"{where}.points[{k}][{j}]") for j, (u, given) in enumerate(zip(units, point, strict=True))]
+               for k, point in enumerate(points)]  # fmt: skip
+    times, values = zip(*numbers, strict=True)
+    if any(b <= a for a, b in zip(times, times[1:], strict=False)):
+        raise InputError(f"{where}.points", points, "allowed are points whose times increase")
+    kind = choice({"interpolation": "linear"} | dict(table), "interpolation", where, INTERPOLATIONS)
+    return Schedule(path, interpolated(path, times, values, kind))
+
+
+def _number(unit: Unit, given: Any, where: str) -> float:
+    try:
+        return unit.parse(given)
+    except ValueError as error:
+        raise InputError(where, given, str(error)) from None
+
+
+def with_schedules(system: System, schedules: Sequence[Schedule], stored: sp.Expr, unit: str) -> System:
+    """The System in which scheduled parameters are functions of time; the quadrature ``schedule_work`` is what they carry in."""
+    if not schedules:
+        return system
+    rates = [sp.diff(stored, s.symbol) * sp.diff(s.expression, TIME) for s in schedules]
+    work = Output(SCHEDULED, sp.Add(*rates), unit, "work of the schedules", jump=stored)
+    given = {s.symbol for s in schedules}
+    return replace(
+        system,
+        parameters=tuple(p for p in system.parameters if p not in given),
+        definitions=(*((s.symbol, s.expression) for s in schedules), *system.definitions),
+        quadratures=(*system.quadratures, work),
+    )

@@ -1,0 +1,102 @@
+"""Parameters set by path, before the machine is built: ``drive.slope``, ``carrier.mounts.1.stiffness.x``, ``u``."""
+
+from __future__ import annotations
+
+import copy
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+from wucht.documents import Document, choice, flatten, no_nan, table
+from wucht.errors import InputError, nearest
+from wucht.machines.models import MODELS
+
+
+def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
+    """A copy of the machine's table with parameters set by path. Raises ``InputError`` for a path that leads nowhere."""
+    document = copy.deepcopy(document)
+    for path, value in flatten(settings).items():
+        if isinstance(value, float):
+            no_nan(value, f"machine.set.{path}")
+        _set(document, path, value)
+    return document
+
+
+def shaft_tables(document: Document, group: str) -> list[Document]:
+    """The tables of ``drive`` or ``drives`` (``load``, ``loads``). Raises ``InputError`` where they are no tables."""
+    single, several = document.get(group), document.get(f"{group}s", [])
+    if single is not None and several:
+        raise InputError(f"machine.{group}s", None, f"allowed is either [machine.{group}] or [[machine.{group}s]]")
+    if single is not None and not isinstance(single, dict):
+        raise InputError(f"machine.{group}", single, f"allowed is a table: [machine.{group}]")
+    if not isinstance(several, list) or not all(isinstance(d, dict) for d in several):
+        raise InputError(f"machine.{group}s", several, f"allowed are tables: [[machine.{group}s]]")
+    return [single] if single is not None else several
+
+
+def shaft_labels(tables: list[Document]) -> list[str]:
+    """What distinguishes drives or loads in paths: nothing for the only one, the body, or body and kind where a body has two."""
+    if len(tables) == 1:
+        return [""]
+    on = [str(t.get("on", "")) for t in tables]
+    count = Counter(on)
+    return [o if count[o] == 1 else f"{o}.{t.get('kind', '')}" for o, t in zip(on, tables, strict=True)]
+
+
+def _set(document: Document, path: str, value: Any) -> None:
+    head, *rest = path.split(".")
+    where = f"machine.set.{path}"
+    if head == "study":
+        raise InputError(where, value, "a key of [study] is set from the command line as study.KEY=VALUE")
+    if "model" in document:
+        known = [f.alias or n for n, f in MODELS[choice(document, "model", "machine", MODELS)].model_fields.items()]
+        if rest or head not in known:
+            raise InputError(where, value, f"unknown parameter; {nearest(path, known)}")
+        table(document | {"parameters": document.setdefault("parameters", {})}, "parameters", "machine.parameters")[head] = (
+            value
+        )
+        return
+    parts = _addressable(document)
+    key = max((k for k in parts if path.startswith(f"{k}.")), key=len, default=None)
+    if key is None:
+        raise InputError(where, value, f"unknown parameter; {nearest(head, parts)}, each followed by '.key'")
+    _set_inside(parts[key], path[len(key) + 1 :].split("."), value, where, key)
+
+
+def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str) -> None:
+    """Walk down tables, numbered lists of tables and pairs, and set the last key."""
+    while len(inner) > 1 and isinstance(target, dict):
+        name, below = inner[0], target.get(inner[0])
+        if isinstance(below, dict):
+            target, inner = below, inner[1:]
+        elif isinstance(below, list) and inner[1].isdigit() and 1 <= int(inner[1]) <= len(below):
+            target, inner = below[int(inner[1]) - 1], inner[2:]
+        elif len(inner) == 2 and inner[1] in ("x", "y") and isinstance(below, list) and len(below) == 2:
+            below["xy".index(inner[1])] = value
+            return
+        elif len(inner) == 2 and inner[1] in ("x", "y") and name in target:
+            raise InputError(where, value, f"{key}.{name} is one number here; set both at once: {key}.{name} = [X, Y]")
+        else:
+            break
+    if len(inner) != 1 or not isinstance(target, dict):
+        raise InputError(where, value, f"unknown parameter; {nearest(inner[0] if inner else '', target)} in {key}")
+    target[inner[0]] = value
+
+
+def _addressable(document: Document) -> dict[str, Document]:
+    found: dict[str, Document] = {}
+    if isinstance(document.get("carrier"), dict):
+        found["carrier"] = document["carrier"]
+    for body in document.get("bodies", []):
+        if isinstance(body, dict) and "name" in body:
+            found[str(body["name"])] = body
+    for group in ("drive", "load"):
+        tables = shaft_tables(document, group)
+        for label, described in zip(shaft_labels(tables), tables, strict=True):
+            found[f"{group}s.{label}" if label else group] = described
+    names = {str(b["track"]) for b in document.get("bodies", []) if isinstance(b, dict) and "track" in b}
+    tracks = document.setdefault("tracks", {}) if names else document.get("tracks")
+    if isinstance(tracks, dict):
+        for name in names:
+            found[f"tracks.{name}"] = tracks.setdefault(name, {})
+    return found

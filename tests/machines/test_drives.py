@@ -1,0 +1,185 @@
+"""Drives: each kind is known by its name, its keys are those of the contract, and its torque is its formula."""
+
+import math
+
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wucht.documents import checked
+from wucht.errors import InputError
+from wucht.machines.parts import drives
+
+few = settings(max_examples=40, deadline=None, derandomize=True)
+INDUCTION = {
+    "on": "m", "voltage": "230 V", "frequency": "50 Hz", "pole_pairs": 2, "stator_resistance": "0.5 ohm",
+    "rotor_resistance": "0.4 ohm", "stator_reactance": "1.1 ohm", "rotor_reactance": "1.2 ohm",
+}  # fmt: skip
+SEPARATE = {"on": "m", "voltage": 200, "armature_resistance": 2, "motor_constant": 1.5, "flux": "0.8 V s"}
+WOUND = {
+    "on": "m", "voltage": 200, "armature_resistance": 2, "field_resistance": 1, "field_inductance": "0.1 H",
+    "motor_constant": 1.5,
+}  # fmt: skip
+POINTS = [["0 rpm", "5 N m"], [100, 8.0], [150, 0.0]]
+
+DESCRIBED = {
+    "constant-torque": {"on": "m", "torque": "5 N m"},
+    "dc-separate": SEPARATE,
+    "dc-shunt": WOUND,
+    "dc-series": WOUND,
+    "induction": INDUCTION,
+    "linear": {"on": "m", "slope": 0.1, "no_load_speed": 150},
+    "table": {"on": "m", "points": POINTS},
+}
+
+
+def drive(kind, **changes):
+    """A drive as a study file describes it."""
+    described = {**DESCRIBED.get(kind, {"on": "m"}), **changes}
+    made = checked(drives()[kind], {k: v for k, v in described.items() if v is not None}, "machine.drive")
+    made.check()
+    return made
+
+
+def values(part):
+    return {p.path: p.value for p in part.parameters()}
+
+
+def test_the_kinds_of_the_contract_are_known():
+    assert {*DESCRIBED, "constant-speed", "synchronous"} <= set(drives())
+
+
+@pytest.mark.parametrize("kind", sorted(DESCRIBED))
+def test_all_symbols_are_parameters(kind):
+    """What can change over time is a symbol, and every symbol has a value."""
+    made = drive(kind)
+    w = sp.Symbol("m.speed", real=True)
+    assert {s.name for s in made.torque(w).free_symbols - {w}} == set(values(made))
+
+
+@pytest.mark.parametrize("kind", sorted(DESCRIBED))
+@pytest.mark.parametrize("speed", [-40.0, 1.0, 37.0, 120.0, 220.0])
+def test_the_line_through_a_working_point_is_the_tangent(kind, speed):
+    made, h = drive(kind), 1e-3
+    slope, no_load = made.linearised(speed)
+    assert slope == pytest.approx(-(made.torque_at(speed + h) - made.torque_at(speed - h)) / (2 * h), rel=1e-5, abs=1e-9)
+    if slope:
+        assert slope * (no_load - speed) == pytest.approx(made.torque_at(speed), rel=1e-12, abs=1e-12)
+
+
+def test_constant_torque():
+    made = drive("constant-torque")
+    assert values(made) == {"drive.torque": 5.0}
+    assert made.torque_at(0.0) == made.torque_at(-300.0) == 5.0
+    assert made.linearised(10.0) == (0.0, math.inf)
+
+
+@pytest.mark.parametrize("kind", ["dc-shunt", "dc-series", "induction"])
+@few
+@given(speed=st.floats(-300, 300))
+def test_sense_turns_a_motor_round(kind, speed):
+    if kind == "dc-series" and speed < -15:
+        return  # beyond the pole at -R/(k L) = -20 rad/s the formula means nothing
+    assert drive(kind, sense=-1).torque_at(-speed) == pytest.approx(-drive(kind).torque_at(speed), rel=1e-12, abs=1e-12)
+
+
+@few
+@given(speed=st.floats(-300, 300))
+def test_a_negative_voltage_turns_a_separately_excited_motor_round(speed):
+    made, turned = drive("dc-separate"), drive("dc-separate", voltage="-200 V")
+    assert turned.torque_at(-speed) == pytest.approx(-made.torque_at(speed), rel=1e-12, abs=1e-12)
+
+
+def test_reactances_hold_at_the_rated_frequency():
+    """Half the frequency halves a reactance; without rated_frequency they are those at the given frequency."""
+    assert values(drive("induction"))["drive.rated_frequency"] == 50.0
+    half = drive("induction", frequency="25 Hz", rated_frequency="3000 rpm")
+    same = drive("induction", frequency="25 Hz", stator_reactance=0.55, rotor_reactance=0.6)
+    assert half.torque_at(60.0) == pytest.approx(same.torque_at(60.0), rel=1e-14)
+    assert half.breakdown() == pytest.approx(same.breakdown(), rel=1e-14)
+
+
+def test_an_induction_motor_has_no_torque_at_its_synchronous_speed():
+    made = drive("induction")
+    assert made.synchronous_speed() == pytest.approx(math.pi * 50)
+    assert made.torque_at(made.synchronous_speed()) == pytest.approx(0.0, abs=1e-11)
+    assert made.torque_at(170.0) < 0 < made.torque_at(150.0)
+
+
+def test_a_schedule_of_frequency_and_voltage_from_nearly_nothing():
+    """U/f held: the torque is finite and drives from the first instant."""
+    torques = [drive("induction", voltage=4.6 * f, frequency=f, rated_frequency=50).torque_at(0.0) for f in (1e-6, 0.1, 1, 50)]
+    assert all(math.isfinite(t) and t > 0 for t in torques)
+
+
+def test_synchronous():
+    made = drive("synchronous", frequency="50 Hz", pole_pairs=2, angle="90 deg", sense=-1)
+    numbers = {sp.Symbol(path, real=True): value for path, value in values(made).items()}
+    assert float(made.prescribed().subs(numbers)) == pytest.approx(-math.pi * 50)
+    assert made.start_angle() == pytest.approx(math.pi / 2)
+
+
+def test_a_table_goes_through_its_points_without_overshoot_and_holds_beyond_them():
+    made = drive("table")
+    assert values(made) == {}
+    assert [made.torque_at(w) for w in (-50.0, 0.0, 100.0, 150.0, 400.0)] == pytest.approx([5, 5, 8, 0, 0], abs=1e-12)
+    assert all(0 <= made.torque_at(w) <= 8 for w in range(-10, 170, 7))
+
+
+increasing = st.lists(st.tuples(st.floats(0.1, 50), st.floats(-20, 20)), min_size=2, max_size=8)
+
+
+@few
+@given(steps=increasing, at=st.floats(-20, 420))
+def test_between_two_points_a_table_stays_between_their_torques(steps, at):
+    speeds = [sum(h for h, _ in steps[: i + 1]) for i in range(len(steps))]
+    torques = [t for _, t in steps]
+    found = drive("table", points=[list(p) for p in zip(speeds, torques, strict=True)]).torque_at(at)
+    i = sum(w <= at for w in speeds)
+    near = torques[max(i - 1, 0) : i + 1]
+    assert min(near) - 1e-9 <= found <= max(near) + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes", "said"),
+    [
+        ("table", {"points": None}, r"drive.points: this key is missing"),
+        ("table", {"points": [[0, 1]]}, "at least 2 points"),
+        ("table", {"points": "motor.csv"}, r"allowed are pairs: \[\[speed, torque\], ...\]"),
+        ("table", {"points": [[0, 1], [2]]}, "allowed are pairs"),
+        ("table", {"points": [[0, 1], [0, 2]]}, "increasing speeds; 0 rad/s follows 0 rad/s"),
+        ("table", {"points": [[0, 1], ["5 N m", 2]]}, "allowed is a speed.*this one is a torque"),
+        ("table", {"points": [[0, 1], [1, math.nan]]}, "finite torque"),
+        ("induction", {"voltage": "50 Hz"}, "drive.voltage: given '50 Hz'; allowed is a voltage of a phase"),
+        ("induction", {"rotor_resistance": 0}, "greater than 0 ohm"),
+        (
+            "induction",
+            {"frequency": "0 Hz"},
+            r"drive.frequency: given '0 Hz'; allowed is a frequency of the mains greater than 0",
+        ),
+        ("induction", {"frequency": None}, "drive.frequency: this key is missing"),
+        ("induction", {"sense": 2}, "drive.sense: given 2; allowed is 1 or -1"),
+        ("induction", {"rated_frequency": "50 V"}, "drive.rated_frequency: .*this one is a voltage"),
+        ("dc-separate", {"sense": -1}, "unknown key"),
+        ("dc-series", {"field_inductance": 0}, "greater than 0 H"),
+        ("constant-torque", {"torque": "5 N"}, "drive.torque: given '5 N'; allowed is a torque, .*this one is a force"),
+    ],
+)
+def test_bad_values_are_refused_with_place_and_remedy(kind, changes, said):
+    with pytest.raises(InputError, match=said):
+        drive(kind, **changes)
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes", "field"),
+    [
+        ("induction", {"pole_pairs": 1.5}, "pole_pairs"),
+        ("synchronous", {"frequency": 50, "pole_pairs": 1.5}, "pole_pairs"),
+        ("induction", {"stator_reactance": 0, "rotor_reactance": 0}, "rotor_reactance"),
+    ],
+)
+def test_impossible_motors_are_refused(kind, changes, field):
+    with pytest.raises(ValueError, match="allowed is") as told:
+        drive(kind, **changes)
+    assert told.value.args[0] == field

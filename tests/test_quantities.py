@@ -1,0 +1,78 @@
+"""Units at the edge: what a string means, and what is refused."""
+
+import math
+
+import pytest
+
+from wucht.quantities import Unit
+
+
+@pytest.mark.parametrize(
+    "given", ["50 Hz", 50, 50.0, "50", "3000 rpm", "314.1592653589793 rad/s", "0.05 kHz", "18000 deg/s", "50 turn/s"]
+)
+def test_a_frequency_counts_turns(given):
+    assert Unit("Hz", "frequency").parse(given) == pytest.approx(50, rel=1e-14)
+
+
+@pytest.mark.parametrize("given", ["50 Hz", "3000 rpm", "314.1592653589793 rad/s", 100 * math.pi])
+def test_an_angular_speed_counts_radians(given):
+    assert Unit("rad/s", "speed").parse(given) == pytest.approx(100 * math.pi, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("50 1/s", "a number in Hz .* cannot be read .*write rpm, Hz or rad/s"),
+        ("50 s^-1", "does not say whether turns or radians"),
+        ("50 s", "this one is a time"),
+        ("50 Hz/s", "this one is a"),
+        ("50 hurz", "'hurz' is no known unit"),
+        (math.inf, "finite frequency in Hz"),
+    ],
+)
+def test_a_frequency_that_is_none_is_refused(given, said):
+    with pytest.raises(ValueError, match=said):
+        Unit("Hz", "frequency").parse(given)
+
+
+@pytest.mark.parametrize(
+    ("si", "given", "value"),
+    [
+        ("V", "0.4 kV", 400),
+        ("V", "230 V", 230),
+        ("ohm", "0.5 ohm", 0.5),
+        ("ohm", "50 mΩ", 0.05),
+        ("ohm", "3 V/A", 3),
+        ("H", "20 mH", 0.02),
+        ("H", "3 V s/A", 3),
+        ("H", "3 ohm s", 3),
+        ("Wb", "3 Wb", 3),
+        ("Wb", "3 V s", 3),
+        ("Wb", "3 V s/rad", 3),
+        ("Wb", "3 N m/A", 3),
+        ("V s", "3 mWb", 0.003),
+        ("N m s", "3 N m/(rad/s)", 3),
+        ("N m s^2", "3 kg m^2", 3),
+    ],
+)
+def test_electrical_units(si, given, value):
+    assert Unit(si, "quantity").parse(given) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("si", "given", "said"),
+    [
+        ("V", "3 A", "this one is a current"),
+        ("A", "3 V", "this one is a voltage"),
+        ("V", "3 mH", "this one is an inductance"),
+        ("H", "3 ohm", "this one is a resistance"),
+        ("ohm", "3 Wb", "this one is a magnetic flux"),
+        ("kg", "3 N m", "this one is a torque"),
+        ("kg", "3 kg m^2", "this one is a moment of inertia"),
+        ("kg", "3 kg m", "this one is an unbalance"),
+        ("kg", "3 K", r"this one is a quantity of dimension \[temperature\]"),
+    ],
+)
+def test_another_dimension_is_named(si, given, said):
+    with pytest.raises(ValueError, match=said):
+        Unit(si, "quantity").parse(given)
