@@ -12,17 +12,17 @@ def list_all() -> None:
     from wucht.documents import read_toml
     from wucht.machines.catalogue import FOLDER, names
     from wucht.machines.models import MODELS
-    from wucht.machines.parts import bodies, drives
-    from wucht.studies.files import STUDIES
+    from wucht.machines.parts import bodies, drives, loads
+    from wucht.machines.reading import CARRIERS
+    from wucht.studies.kinds import STUDIES
 
     for title, found in (
-        (
-            "parts",
-            {"carrier": "A mass that moves in x, y or both, held by linear springs and dampers.", **_first(bodies())},
-        ),
+        ("carriers", _first(CARRIERS)),
+        ("bodies", _first(bodies())),
         ("drives", _first(drives())),
+        ("loads", _first(loads())),
         ("dimensionless machines", _first(MODELS)),
-        ("studies", _first(STUDIES)),
+        ("studies", _first({name: kind.question for name, kind in STUDIES.items()})),
         ("catalogue", {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}),
     ):
         typer.echo(f"{title}:")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,9 +17,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wucht.studies.files import StudyFile
-
-_FILES = ("result.nc", "run-up.png", "summary.json")
-
 
 def run(
     study: Annotated[str, typer.Argument(help="A study file, or a name from `wucht list`.")],
@@ -34,12 +32,12 @@ def run(
     from wucht.plots import draw
     from wucht.results.store import load, prepare_folder, save, save_figure, save_summary, to_json
     from wucht.studies.files import read_study
-    from wucht.studies.run_up import run_up
 
     begun = time.perf_counter()
     asked = read_study(study, parse_settings(set_ or []))
-    folder = prepare_folder(out or Path("results") / Path(study).name.removesuffix(".toml"), _FILES)
-    target, figure, short = (folder / name for name in _FILES)
+    names = ("result.nc", f"{asked.question.kind}.png", "summary.json")
+    folder = prepare_folder(out or Path("results") / Path(study).name.removesuffix(".toml"), names)
+    target, figure, short = (folder / name for name in names)
     earlier = load(target) if resume and target.exists() else None
     with Interruption() as interruption, Progress(asked.machine.title) as progress:
 
@@ -47,7 +45,8 @@ def run(
             progress.update(reached, goal)
             interruption.check()
 
-        result = run_up(asked.machine, asked.question, report, lambda partial: _keep(save, partial, asked, target), earlier)
+        keep = partial(_keep, save, asked, target)
+        result = asked.kind.answer(asked.machine, asked.question, report, keep, earlier)
     result.attrs["document"] = json.dumps(asked.document, default=str)
     save(result, target)
     save_figure(draw(result), figure)
@@ -64,10 +63,10 @@ def run(
         raise typer.Exit(130)
 
 
-def _keep(save: Any, partial: xr.Dataset, asked: StudyFile, target: Path) -> None:
-    partial.attrs["document"] = json.dumps(asked.document, default=str)
-    partial.attrs["finished"] = 0
-    save(partial, target)
+def _keep(save: Any, asked: StudyFile, target: Path, so_far: xr.Dataset) -> None:
+    so_far.attrs["document"] = json.dumps(asked.document, default=str)
+    so_far.attrs["finished"] = 0
+    save(so_far, target)
 
 
 def _document(asked: StudyFile, result: xr.Dataset, files: list[Path], elapsed: float) -> dict[str, Any]:
@@ -84,7 +83,7 @@ def _document(asked: StudyFile, result: xr.Dataset, files: list[Path], elapsed: 
 
 
 def _say(document: dict[str, Any], folder: Path) -> None:
-    from wucht.cli.verdict import verdict_lines
+    from wucht.cli.verdicts import verdict_lines
 
     for line in verdict_lines(document):
         typer.echo(line)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -18,6 +19,10 @@ class Outcome(StrEnum):
     CAPTURED = "captured"
     CAPTURED_MODULATED = "captured-modulated"
     BALANCER_CAPTURED = "balancer-captured"
+    ENTRAINED = "entrained"
+    NOT_ENTRAINED = "not-entrained"
+    SYNCHRONISED = "synchronised"
+    NOT_SYNCHRONISED = "not-synchronised"
     STOPPED = "stopped"
     OSCILLATING = "oscillating"
     RUNAWAY = "runaway"
@@ -36,6 +41,10 @@ _SENTENCES = {
     Outcome.CAPTURED: "the rotor hangs in its resonance at a steady speed",
     Outcome.CAPTURED_MODULATED: "the rotor hangs in its resonance and beats",
     Outcome.BALANCER_CAPTURED: "the rotor reaches its speed, but bodies slip behind it at the resonance",
+    Outcome.ENTRAINED: "the vibration of the carrier takes the rotor along at its own frequency",
+    Outcome.NOT_ENTRAINED: "the rotor does not keep to the frequency of the carrier's vibration",
+    Outcome.SYNCHRONISED: "the rotors turn at the same mean speed",
+    Outcome.NOT_SYNCHRONISED: "the rotors turn at different mean speeds",
     Outcome.STOPPED: "no rotation is left",
     Outcome.OSCILLATING: "the rotor does not turn any more, it swings",
     Outcome.RUNAWAY: "the speed went beyond the given limit",
@@ -97,6 +106,39 @@ def classify(e: Evidence) -> Outcome:
     if beyond or (slipping and at_speed):
         return Outcome.BALANCER_CAPTURED if slipping else Outcome.PASSED
     return Outcome.CAPTURED_MODULATED if e.beating else Outcome.CAPTURED
+
+
+LOCK_TOLERANCE = 1e-3  # of the mean speed: contract, "by the mean speed over whole periods"
+FEWEST_PERIODS = 5
+
+
+@dataclass(frozen=True)
+class Locking:
+    """Mean speeds over whole periods, in magnitude: of the rotors, and the frequency of a prescribed vibration if there is one.
+
+    periods: how many. drift: by how much the slow phase moved in the second half of them, in rad.
+    """
+
+    speeds: tuple[float, ...]
+    frequency: float | None
+    periods: int
+    drift: float
+
+    def outcome(self) -> Outcome:
+        """The outcome. Without enough periods it is ``unidentified``.
+
+        With a prescribed vibration: ``entrained`` if the main rotor's mean speed is its frequency within 0.1 % and its phase
+        has come to rest (it moved by less than a tenth of a turn), else ``not-entrained``. With several rotors:
+        ``synchronised`` if all have the main rotor's mean speed within 0.1 %, likewise, else ``not-synchronised``.
+        """
+        if self.periods < FEWEST_PERIODS:
+            return Outcome.UNIDENTIFIED
+        reference = self.frequency if self.frequency is not None else self.speeds[0]
+        compared = self.speeds[:1] if self.frequency is not None else self.speeds[1:]
+        same = all(abs(w - reference) <= LOCK_TOLERANCE * reference for w in compared) and self.drift < 0.2 * math.pi
+        if self.frequency is not None:
+            return Outcome.ENTRAINED if same else Outcome.NOT_ENTRAINED
+        return Outcome.SYNCHRONISED if same else Outcome.NOT_SYNCHRONISED
 
 
 def _not_turning(e: Evidence) -> Outcome:

@@ -12,24 +12,17 @@ from wucht.errors import InputError, RunError
 from wucht.machines.catalogue import described_machine, load_document
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
-from wucht.studies.run_up import RunUp, prepared
-
-STUDIES = {"run-up": RunUp}
-NOT_YET = (
-    "response", "sweep", "coast-down", "synchronous-states", "entrainment", "approximation", "speed-curve", "orbit-branch",
-    "stability-map", "phase-portrait", "basin", "capture-probability", "optimise-balancer", "load-spectrum", "exciter-design",
-    "cam-law", "cam-contour", "cam-correction", "cam-prediction",
-)  # fmt: skip
-
+from wucht.studies.kinds import NOT_YET, STUDIES, Kind, Question
 
 @dataclass(frozen=True)
 class StudyFile:
-    """A study file read: the machine, the question, and the whole input as written."""
+    """A study file read: the machine, the kind of study and its question, and the whole input as written."""
 
     path: Path
     name: str
     machine: Machine
-    question: RunUp
+    kind: Kind
+    question: Question
     document: Document
 
 
@@ -42,27 +35,39 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
     document, path = load_document(name)
     own = flatten(settings or {})
     try:
-        machine, question, resolved = _read(document, path, name, own)
+        found = _read(document, path, name, own)
     except InputError as error:
         raise error.within(str(path), ": ") from None
-    return StudyFile(path, name, machine, question, resolved)
+    return StudyFile(path, name, *found)
 
 
-def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, RunUp, Document]:
+def _read(
+    document: Document, path: Path, name: str, settings: Mapping[str, Any]
+) -> tuple[Machine, Kind, Question, Document]:
     mine = {k: v for k, v in settings.items() if not k.startswith("study.")}
     described = described_machine(document, path, name, mine)
     machine = machine_from(described)
-    asked = dict(table(document, "study", "study")) if "study" in document else {"kind": "run-up"}
-    no_nan(asked, "study")
+    written = dict(table(document, "study", "study")) if "study" in document else {"kind": "run-up"}
+    no_nan(written, "study")
+    asked = _of_kind(written, settings.get("study.kind", written.get("kind")))
     for key, value in settings.items():
         if key.startswith("study."):
             _set_study(asked, key.removeprefix("study.").split("."), value)
-    question = STUDIES[choice(asked, "kind", "study", STUDIES, NOT_YET)].read(asked, machine)
+    kind = STUDIES[choice(asked, "kind", "study", STUDIES, NOT_YET)]
+    question = kind.question.read(asked, machine)
     try:
-        prepared(machine, question)
+        question.check(machine)
     except RunError as error:
         raise InputError("machine", None, str(error)) from None
-    return machine, question, {"study": asked, "machine": described}
+    return machine, kind, question, {"study": asked, "machine": described}
+
+
+def _of_kind(written: Document, kind: Any) -> Document:
+    """The table ``[study]``; of a file written for another kind only what this kind knows too."""
+    if kind == written.get("kind") or kind not in STUDIES:
+        return dict(written)
+    known = STUDIES[kind].question.keys
+    return {k: v for k, v in written.items() if k in known}
 
 
 def _set_study(asked: Document, keys: list[str], value: Any) -> None:

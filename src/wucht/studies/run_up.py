@@ -6,7 +6,7 @@ import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import sympy as sp
@@ -21,6 +21,8 @@ from wucht.numerics.integrate import Trajectory, integrate
 from wucht.numerics.program import Evaluator
 from wucht.quantities import Unit
 from wucht.results.outcomes import Outcome
+from wucht.studies.kinds import Checkpoint, Progress
+from wucht.studies.quantities import positive
 from wucht.studies.run_up_plan import Plan
 from wucht.studies.start import start_state
 from wucht.studies.verdict import Verdict, judge
@@ -34,8 +36,6 @@ _NO_ACCELERATION = 1e-12
 _SAVE_EVERY_S = 5.0
 _JUDGED_IF_COARSE = 10_000  # samples: no outcome comes of them, only phases and the like
 
-Progress = Callable[[float, float], None]
-Checkpoint = Callable[["xr.Dataset"], None]
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ class RunUp:
     speed_limit: float | None = None
     engine: str | None = None
 
-    kind = "run-up"
-    keys = ("kind", "until", "turns", "settled", "start", "model", "tolerance", "speed_limit", "engine")
+    kind: ClassVar[str] = "run-up"
+    keys: ClassVar[tuple[str, ...]] = ("kind", "until", "turns", "settled", "start", "model", "tolerance", "speed_limit", "engine")
 
     @classmethod
     def read(cls, table: Mapping[str, Any], machine: Machine) -> RunUp:
@@ -87,30 +87,21 @@ class RunUp:
             raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE }")
         if engine not in (None, "heyoka", "scipy", "scipy-radau"):
             raise InputError("study.engine", engine, "allowed is 'heyoka', 'scipy' or 'scipy-radau'")
-        tolerance = _positive(table, "tolerance", Unit("", "tolerance")) or DEFAULT_TOLERANCE
+        tolerance = positive(table, "tolerance", Unit("", "tolerance")) or DEFAULT_TOLERANCE
         if not 1e-16 <= tolerance <= 1e-2:
             raise InputError("study.tolerance", tolerance, "allowed is between 1e-16 and 0.01")
         return cls(
-            until=_positive({"until": until}, "until", Unit(units.time, "time")),
-            turns=_positive({"turns": turns}, "turns", Unit("", "number of turns")),
+            until=positive({"until": until}, "until", Unit(units.time, "time")),
+            turns=positive({"turns": turns}, "turns", Unit("", "number of turns")),
             start=dict(start),
             tolerance=tolerance,
-            speed_limit=_positive(table, "speed_limit", Unit(units.speed, "speed")),
+            speed_limit=positive(table, "speed_limit", Unit(units.speed, "speed")),
             engine=engine,
         )
 
-
-def _positive(table: Mapping[str, Any], key: str, unit: Unit) -> float | None:
-    given = table.get(key)
-    if given is None:
-        return None
-    try:
-        value = unit.parse(given)
-    except ValueError as error:
-        raise InputError(f"study.{key}", given, str(error)) from None
-    if value <= 0:
-        raise InputError(f"study.{key}", given, f"allowed is a {unit.what} greater than 0")
-    return value
+    def check(self, machine: Machine) -> None:
+        """Raises ``InputError`` where the start does not fit the machine, or where nothing would turn."""
+        prepared(machine, self)
 
 
 @np.errstate(all="ignore")  # a run that fails says so in a sentence, not by warnings about overflow

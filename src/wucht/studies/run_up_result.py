@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
-import time as clock
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,8 +17,8 @@ from wucht.numerics.integrate import Trajectory
 from wucht.numerics.peaks import extremes
 from wucht.results.conventions import variable
 from wucht.results.outcomes import Outcome
-from wucht.results.provenance import provenance
 from wucht.results.store import to_json
+from wucht.studies.attributes import attributes, structure
 from wucht.studies.run_up_variables import variables
 from wucht.studies.verdict import Verdict
 
@@ -52,37 +49,22 @@ def result(
     data["parameters_at_end"] = variable("own", trajectory.parameters, "run-time parameters at the end")
     data["end_state"] = variable("state", trajectory.end_state, "state and accumulated works at the end")
     found = xr_.Dataset(dict(data.items()), coords=coordinates)
+    summary = _summary(machine, found, verdict)
+    said = _warnings(trajectory, verdict, warnings)
+    found.attrs |= attributes(
+        machine, question, summary, verdict.sentence, said, begun, trajectory.failure, trajectory.interrupted
+    )
     found.attrs |= {
-        "study": "run-up",
-        "title": machine.title,
         "outcome": str(verdict.outcome),
-        "sentence": verdict.sentence,
-        "summary": to_json(_summary(machine, found, verdict), indent=None),
-        "warnings": to_json(_warnings(machine, trajectory, verdict, warnings), indent=None),
-        "dimensionless": int(not machine.units.time),
         "engine": flow.engine.name,
         "tolerance": flow.tolerance,
         "end_time": trajectory.end_time,
-        "finished": int(not (trajectory.interrupted or trajectory.failure)),
-        "failure": trajectory.failure or "",
-        **_provenance(machine, question, clock.perf_counter() - begun),
     }
     return found
 
 
-def _provenance(machine: Machine, question: RunUp, elapsed_s: float) -> dict[str, str | float]:
-    asked = {k: v for k, v in asdict(question).items() if v is not None} | {"kind": question.kind}
-    described = {
-        "title": machine.title,
-        "structure": _structure(machine),
-        "parameters": machine.values,
-        "bodies": [[b.name, b.kind, b.about] for b in machine.bodies],
-    }
-    return provenance(asked, described, elapsed_s)
-
-
-def _warnings(machine: Machine, trajectory: Trajectory, verdict: Verdict, warnings: Sequence[str]) -> list[str]:
-    said = [*machine.warnings, *warnings]
+def _warnings(trajectory: Trajectory, verdict: Verdict, warnings: Sequence[str]) -> list[str]:
+    said = list(warnings)
     if trajectory.failure:
         said.append(trajectory.failure)
     if trajectory.interrupted:
@@ -132,7 +114,15 @@ def _summary(machine: Machine, found: xr.Dataset, verdict: Verdict) -> dict[str,
         "natural_frequencies": natural_frequencies(machine),
         "dimensionless": numbers(machine),
         "advice": verdict.advice,
+        **_locking(verdict),
     }
+
+
+def _locking(verdict: Verdict) -> dict[str, Any]:
+    """Mean speeds over whole periods, and the phases of rotors to each other or to the vibration; nothing for other machines."""
+    if verdict.locked is None:
+        return {}
+    return {"mean_speeds": verdict.locked.speeds, "rotor_phases": verdict.locked.phases}
 
 
 def _time_mean(time: np.ndarray, values: np.ndarray) -> float:
@@ -141,17 +131,11 @@ def _time_mean(time: np.ndarray, values: np.ndarray) -> float:
     return float(np.trapezoid(values, time) / (time[-1] - time[0]))
 
 
-def _structure(machine: Machine) -> str:
-    """A fingerprint of the machine's equations."""
-    s = machine.system
-    return hashlib.sha256(repr((s.states, s.definitions, s.derivatives)).encode()).hexdigest()[:16]
-
-
 def restore(machine: Machine, question: RunUp, earlier: xr.Dataset) -> Trajectory:
     """The trajectory in an unfinished result, to be continued. Raises ``InputError`` if it answers another question."""
     given = json.loads(earlier.attrs["input"])
     mine = json.loads(to_json({"kind": question.kind, "start": question.start, "tolerance": question.tolerance}))
-    same = given["machine"]["structure"] == _structure(machine) and given["machine"]["parameters"] == machine.values
+    same = given["machine"]["structure"] == structure(machine) and given["machine"]["parameters"] == machine.values
     if not same or {key: given["study"].get(key) for key in mine} != mine:
         raise InputError("--resume", None, "the result in the output folder is of another machine, start or tolerance")
     rows: dict[str, np.ndarray] = {}

@@ -12,7 +12,16 @@ from wucht.machines.vibration import Vibration, group, net_torque, unbalances
 from wucht.numerics.integrate import Trajectory
 from wucht.numerics.settling import Beat, Trend, beat, drift, trend
 from wucht.numerics.turns import PER_TURN, Turns, turns
-from wucht.results.outcomes import SLIP_TOLERANCE, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Evidence, Outcome, classify
+from wucht.results.outcomes import (
+    FEWEST_PERIODS,
+    SLIP_TOLERANCE,
+    SPEED_TOLERANCE,
+    UNBALANCE_TOLERANCE,
+    Evidence,
+    Outcome,
+    classify,
+)
+from wucht.studies.locking import Locked, is_locking, locked, motion_of
 from wucht.studies.run_up_plan import SPEED_LIMIT
 
 STEADY_TOLERANCE = 1e-3  # of the free speed and of the rotor's unbalance
@@ -20,6 +29,7 @@ BEAT_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: le
 SLIP_DRIFT_TOLERANCE = 0.02  # of the slip: by how much a slipping body's mean speed may wander between windows
 _FEWEST_TURNS = 6
 _LAST_SHARE = 0.05
+_LOCKED_PERIODS = 200  # a run until settled of rotors that may be taken along goes on for four hundred of their turns
 
 
 @dataclass(frozen=True)
@@ -40,6 +50,7 @@ class Verdict:
     settling_time: float | None
     advice: str | None
     faster_branch: bool = False
+    locked: Locked | None = None
 
     @property
     def sentence(self) -> str:
@@ -52,6 +63,8 @@ class Verdict:
         """Whether the outcome is known and the numbers will change by less than the tolerance."""
         if self.outcome is Outcome.UNIDENTIFIED:
             return False
+        if self.locked is not None:
+            return self.locked.evidence.periods >= _LOCKED_PERIODS
         return self.evidence.beating or not self.evidence.turning or self.trend.steady(tolerance)
 
 
@@ -60,8 +73,8 @@ def judge(machine: Machine, trajectory: Trajectory, free: float | None) -> Verdi
     machine = machine.at(trajectory.end_time)
     rotor = machine.rotor
     bodies = group(machine, rotor)
-    angle, speed = _motion(machine, trajectory, rotor)
-    followers = {b.name: _motion(machine, trajectory, b) for b in bodies[1:]}
+    angle, speed = motion_of(machine, trajectory, rotor)
+    followers = {b.name: motion_of(machine, trajectory, b) for b in bodies[1:]}
     averaged = turns(trajectory.time, angle, speed, followers)
     vibration = Vibration.of(machine).only([machine.bodies.index(b) for b in bodies])
     last_quarter = angle[-(len(angle) // 4 + 1) :]
@@ -74,15 +87,23 @@ def judge(machine: Machine, trajectory: Trajectory, free: float | None) -> Verdi
     if trajectory.stopped_by == SPEED_LIMIT:
         evidence = replace(verdict.evidence, beyond_limit=True)
         return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None)
-    return verdict
+    turning = verdict.evidence.turning or verdict.outcome is Outcome.UNIDENTIFIED
+    return _by_locking(machine, trajectory, verdict) if is_locking(machine) and turning else verdict
 
 
-def _motion(machine: Machine, trajectory: Trajectory, body: Turning) -> tuple[np.ndarray, np.ndarray]:
-    names = machine.system.state_names
-    angle = trajectory.states[names.index(body.coordinate.position.name)]
-    if body.coordinate.prescribed is not None:
-        return angle, machine.prescribed_speed(body.coordinate, trajectory.time)
-    return angle, trajectory.states[names.index(body.coordinate.velocity.name)]
+def _by_locking(machine: Machine, trajectory: Trajectory, verdict: Verdict) -> Verdict:
+    """The verdict on rotors that may be taken along: by their mean speeds over whole periods."""
+    found = locked(machine, trajectory)
+    if found is None:
+        return verdict
+    outcome = found.evidence.outcome()
+    advice = None
+    if outcome is Outcome.UNIDENTIFIED:
+        span = found.window[1] - found.window[0]
+        needed = 2 * (FEWEST_PERIODS + 1) * span / max(found.evidence.periods, 1)
+        advice = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half: run at least until {needed:.3g}"
+    evidence = replace(verdict.evidence, mean_speed=abs(found.mean_speed), turning=True)
+    return replace(verdict, outcome=outcome, evidence=evidence, window=found.window, locked=found, advice=advice)
 
 
 def _turning(

@@ -1,0 +1,37 @@
+"""The verdict in words: what an engineer reads first."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from wucht.cli.verdicts.units import speaking
+
+
+def lines(document: dict[str, Any]) -> list[str]:
+    """The lines that ``wucht run`` prints for a run-up."""
+    s = document["summary"]
+    dimensional = document["units"] == "SI"
+    speed, length = speaking(document)
+    said = [f"{document['machine']}", f"verdict: {s['outcome'].upper()}: {s['sentence']}"]
+    beating = s["modulation_period"] is not None
+    range_ = f", beating between {speed(s['min_speed'])} and {speed(s['max_speed'])}" if beating else ""
+    free = f" of {speed(s['free_speed'])} without vibration" if s["free_speed"] is not None else ""
+    said.append(f"  speed        {speed(s['final_speed'])}{free}{range_}")
+    said.append(f"  resonance    {', '.join(f'{d}: {speed(f)}' for d, f in s['natural_frequencies'].items())}")
+    said.append(f"  amplitude    {length(s['final_amplitude'])} at the end, {length(s['peak_amplitude'])} at most")
+    if s["final_phases"]:
+        shown = [f"{name} {math.degrees(phase):.1f}°" for name, phase in s["final_phases"].items()]
+        said.append(f"  phases       {', '.join(shown)}")
+    if s["final_residual_unbalance"] is not None:
+        said.append(f"  unbalance    {100 * s['final_residual_unbalance']:.3g} % of the rotor's is left")
+    if s["settling_time"] is not None:
+        said.append(f"  settled at   {s['settling_time']:.4g}{' s' if dimensional else ''}")
+    if beating:
+        period = f"{s['modulation_period']:.5g}{' s' if dimensional else ''}"
+        said.append(f"  modulation   period {period}, {s['modulation_period_phi'] / (2 * math.pi):.4g} turns")
+    if s["dimensionless"] and document["units"] == "SI":
+        said.append(f"  in numbers   {', '.join(f'{name} {value:.4g}' for name, value in s['dimensionless'].items())}")
+    if s["energy_residual"] is not None:
+        said.append(f"  energy       balance closed to {s['energy_residual']:.1e}")
+    return said

@@ -1,0 +1,28 @@
+"""Numbers in the units that an engineer reads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+Speaker = Callable[[float | None], str]
+
+
+def speaking(document: dict[str, Any]) -> tuple[Speaker, Speaker]:
+    """How speeds and lengths are said: with units, or as plain numbers for a dimensionless machine."""
+    return (_si_speed, _si_length) if document["units"] == "SI" else (plain, plain)
+
+
+def plain(value: float | None) -> str:
+    return "none" if value is None else f"{value:.5g}"
+
+
+def _si_speed(value: float | None) -> str:
+    return "none" if value is None else f"{value:.5g} rad/s ({value * 30 / math.pi:.0f} rpm)"
+
+
+def _si_length(value: float | None) -> str:
+    if value is None:
+        return "none"
+    return f"{value * 1e3:.4g} mm" if abs(value) >= 1e-5 else f"{value * 1e6:.3g} um"
