@@ -124,13 +124,14 @@ def step(name: str, at: float, before: float, after: float) -> Pieces:
 def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[float], kind: str) -> Pieces:
     """A function through points, constant before the first and after the last.
 
-    abscissae, ordinates: (n,), the first increasing. kind: ``"steps"`` (each value holds until the next point), ``"linear"``, ``"smooth"`` (from
-    value to value with zero slope at each point, as a machine's control does), ``"monotone"`` (F. N. Fritsch, R. E. Carlson,
-    SIAM J. Numer. Anal. 17 (1980) 238-246: no overshoot between measured points), ``"spline"`` (continuous curvature).
+    abscissae, ordinates: (n,), the first increasing. kind: ``"steps"`` (each value holds until the next point), ``"linear"``,
+    ``"smooth"`` (from value to value with zero slope at each point, as a machine's control does), ``"monotone"``
+    (F. N. Fritsch, R. E. Carlson, SIAM J. Numer. Anal. 17 (1980) 238-246: no overshoot between measured points), ``"spline"``
+    (continuous curvature).
     """
     x, y = np.asarray(abscissae, float), np.asarray(ordinates, float)
     if len(x) == 1 or kind == "steps":
-        return Pieces(name, x, [(y[0], 0, 0, 0), *((v, 0, 0, 0) for v in y)])
+        return Pieces(name, x.tolist(), [(y[0], 0, 0, 0), *((v, 0, 0, 0) for v in y)])
     h, rise = np.diff(x), np.diff(y)
     if kind == "linear":
         inside = [(a, b, 0, 0) for a, b in zip(y, rise / h, strict=False)]
@@ -142,4 +143,4 @@ def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[floa
         # SciPy's rule for the ends of two points is a straight line for both.
         found = PchipInterpolator(x, y) if kind == "monotone" else CubicSpline(x, y, bc_type="natural")
         inside = [tuple(row[::-1]) for row in found.c.T]
-    return Pieces(name, x, [(y[0], 0, 0, 0), *inside, (y[-1], 0, 0, 0)])
+    return Pieces(name, x.tolist(), [(y[0], 0, 0, 0), *inside, (y[-1], 0, 0, 0)])

@@ -77,8 +77,9 @@ def angular_width(a: Tracked, b: Tracked) -> float:
     return 2 * math.asin(min(half, 1.0))
 
 
-def contacts(track: Track, order: Sequence[Tracked], turns: Sequence[int], play: Sequence[float], angles: Mapping[str, Coordinate]
-) -> tuple[Energies, tuple[Parameter, ...]]:  # fmt: skip
+def contacts(
+    track: Track, order: Sequence[Tracked], turns: Sequence[int], play: Sequence[float], angles: Mapping[str, Coordinate]
+) -> tuple[Energies, tuple[Parameter, ...]]:
     """The energies of a track's contacts, and their parameters.
 
     order: the bodies counter-clockwise; turns: whole turns by which the angle of each body's next is to be increased to lie

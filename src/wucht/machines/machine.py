@@ -33,7 +33,7 @@ SUPPLIED, LOST, MISMATCH = "supplied_work", "dissipated_work", "damper_mismatch"
 
 @dataclass(frozen=True)
 class Turning:
-    """A turning body as studies see it: name, kind, coordinate, the body it turns about, and until when it is locked to that."""
+    """A turning body as studies see it: name, kind, coordinate, what it turns about, and until when it is locked to that."""
 
     name: str
     kind: str
@@ -77,8 +77,8 @@ DIMENSIONLESS = Units("", "", "", "", "", "", "")
 class Machine:
     """A machine: energies in named coordinates, with parameter values.
 
-    carrier: its coordinates, and ``labels`` what they are called (x, y, r, foundation). bodies: those that turn, in the order of
-    the file; sliders: those in guides. axes: where the bodies' axes are. energies: of the parts, those of the carrier alone
+    carrier: its coordinates, and ``labels`` what they are called (x, y, r, foundation). bodies: those that turn, in the order
+    of the file; sliders: those in guides. axes: where the bodies' axes are. energies: of the parts, those of the carrier alone
     first, those of the contacts last. start_angles, start_positions: at t = 0, of what has a prescribed motion, by body and by
     label. mismatch: the power by which dampers that are not reciprocal violate action = reaction, or None.
     Two machines of one structure have equal ``system``s, whatever their values.
@@ -146,12 +146,16 @@ class Machine:
         """The carrier's coordinate whose motion is prescribed, if one is."""
         return next((c for c in self.carrier if c.prescribed is not None), None)
 
+    def with_values(self, values: Mapping[str, float]) -> Machine:
+        """The machine with other values of some parameters, by path; its structure stays."""
+        changed = {path: replace(self.parameters[path], value=float(value)) for path, value in values.items()}
+        return replace(self, parameters=dict(self.parameters) | changed)
+
     def at(self, time: float) -> Machine:
         """The machine with the values that its schedules give the parameters at a time."""
         if not self.schedules:
             return self
-        now = {s.parameter: replace(self.parameters[s.parameter], value=float(s.pieces(time))) for s in self.schedules}
-        return replace(self, parameters=dict(self.parameters) | now)
+        return self.with_values({s.parameter: float(s.pieces(time)) for s in self.schedules})
 
     def prescribed_speed(self, coordinate: Coordinate, time: np.ndarray | float) -> np.ndarray:
         """The prescribed velocity of a coordinate at times (N,), which may be a single one."""
@@ -217,10 +221,9 @@ class Machine:
             if c.prescribed is not None:
                 found.append(Output(c.velocity.name, c.velocity, u.speed, "speed"))
         alone = equations_of_motion(self.energies[:1], self.carrier)
-        for i, c in enumerate(self.carrier):
+        for i, label in enumerate(self.labels):
             # The bodies push the carrier with what its own equation of motion leaves open.
             inertial = sp.Add(*(alone.mass[i, k] * acceleration(other) for k, other in enumerate(self.carrier)))
-            label = self.labels[i]
             long_name = f"bearing moment in {label}" if label == "r" else f"bearing force in {label}"
             found.append(Output(f"bearing_force_{label}", inertial - alone.forces[i], u.force, long_name))
         for name, (position, velocity) in self.orbit.items():
@@ -229,7 +232,7 @@ class Machine:
 
     @cached_property
     def orbit(self) -> dict[str, tuple[sp.Expr, sp.Expr]]:
-        """The motion whose amplitude is looked at: x and y of the main rotor's axis, or the angle of a carrier that only turns."""
+        """The motion whose amplitude is looked at: x, y of the main rotor's axis, or the angle of a carrier that only turns."""
         if self.labels == ("r",):
             (c,) = self.carrier
             return {"r": (c.position, c.velocity)}

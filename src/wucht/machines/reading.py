@@ -25,7 +25,8 @@ CARRIERS: dict[str, type[Support]] = {
 }  # fmt: skip
 _LATER_BODIES = ("switchable-pendulum",)
 _RESERVED = (
-    "carrier", "drive", "drives", "load", "loads", "track", "tracks", "schedules", "study", "foundation", "machine", "psi", "delta"
+    "carrier", "drive", "drives", "load", "loads", "track", "tracks", "schedules", "study", "foundation", "machine", "psi",
+    "delta",
 )  # fmt: skip
 
 

@@ -1,13 +1,15 @@
 """Schedules: a parameter that changes over time, with exact corners.
 
 A parameter that changes carries energy in or out of the machine: where masses change they come and leave with the velocity of
-their place, so the velocities do not jump, and the work of the schedule is the change of stored energy at the state of the moment.
+their place, so the velocities do not jump, and the work of the schedule is the change of stored energy at the state of the
+moment.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import sympy as sp
@@ -76,7 +78,7 @@ def _read(table: Mapping[str, Any], parameters: Mapping[str, Parameter], time: s
     numbers = [[_number(u, given, f"{where}.points[{k}][{j}]") for j, (u, given) in enumerate(zip(units, point, strict=True))]
                for k, point in enumerate(points)]  # fmt: skip
     times, values = zip(*numbers, strict=True)
-    if any(b <= a for a, b in zip(times, times[1:], strict=False)):
+    if any(b <= a for a, b in pairwise(times)):
         raise InputError(f"{where}.points", points, "allowed are points whose times increase")
     kind = choice({"interpolation": "linear"} | dict(table), "interpolation", where, INTERPOLATIONS)
     return Schedule(path, interpolated(path, times, values, kind))
@@ -90,7 +92,7 @@ def _number(unit: Unit, given: Any, where: str) -> float:
 
 
 def with_schedules(system: System, schedules: Sequence[Schedule], stored: sp.Expr, unit: str) -> System:
-    """The System in which scheduled parameters are functions of time; the quadrature ``schedule_work`` is what they carry in."""
+    """The System in which scheduled parameters are functions of time; its quadrature ``schedule_work``: what they carry in."""
     if not schedules:
         return system
     rates = [sp.diff(stored, s.symbol) * sp.diff(s.expression, TIME) for s in schedules]

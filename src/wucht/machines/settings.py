@@ -35,7 +35,7 @@ def shaft_tables(document: Document, group: str) -> list[Document]:
 
 
 def shaft_labels(tables: list[Document]) -> list[str]:
-    """What distinguishes drives or loads in paths: nothing for the only one, the body, or body and kind where a body has two."""
+    """What tells drives or loads apart in paths: nothing for the only one, the body, or body and kind where a body has two."""
     if len(tables) == 1:
         return [""]
     on = [str(t.get("on", "")) for t in tables]

@@ -124,6 +124,15 @@ def operating_speed(machine: Machine) -> float:
     return max([*(abs(w) for w in free if w is not None), *natural_frequencies(machine).values(), 1.0])
 
 
+def energy_scale(machine: Machine) -> float:
+    """The kinetic energy of the bodies at operating speed, the size of the works in a run."""
+    speed = {b.coordinate.velocity: sp.Float(operating_speed(machine)) for b in machine.bodies}
+    rest = dict.fromkeys((s for c in machine.coordinates for s in (c.position, c.velocity)), sp.S.Zero) | speed
+    numbers = {s: sp.Float(v) for s, v in machine.numbers.items()}
+    found = float(sp.Add(*(e.kinetic for e in machine.energies)).xreplace(rest | numbers))
+    return found if found > 0 and math.isfinite(found) else 1.0
+
+
 def group(machine: Machine, rotor: Turning) -> list[Turning]:
     """A rotor and all bodies that turn about it, directly or through others."""
     members, names = [rotor], {rotor.name}

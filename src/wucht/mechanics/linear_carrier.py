@@ -40,8 +40,8 @@ def linear_carrier(
 ) -> LinearCarrier:
     """Read the carrier's matrices off the energies.
 
-    carrier: m coordinates; bodies: the turning ones; at_rest: all others, taken as zero. Raises ``WuchtError`` where the carrier
-    is not linear, or a coupling is no first harmonic of the body's angle.
+    carrier: m coordinates; bodies: the turning ones; at_rest: all others, taken as zero. Raises ``WuchtError`` where the
+    carrier is not linear, or a coupling is no first harmonic of the body's angle.
     """
     still = {s: sp.S.Zero for c in at_rest for s in (c.position, c.velocity)}
     energies = total(parts)

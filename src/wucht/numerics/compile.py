@@ -17,6 +17,9 @@ from wucht.numerics.program import Evaluator, Numbers, lower
 from wucht.system import Output, System
 
 DEFAULT_TOLERANCE = 1e-12
+# heyoka's steps are accurate relative to the largest state, often an angle of thousands of radians: a work of microjoules is
+# accumulated in a unit of its own size.
+_PER_UNIT = sp.Symbol("_per_unit", real=True)
 
 
 class Engine(Protocol):
@@ -100,10 +103,11 @@ def _ladders(system: System, events: tuple[Event, ...]) -> Ladders:
 
 def _smooth(system: System, ladders: Ladders) -> System:
     """The System that is integrated: quadratures are states, piecewise functions the polynomials of the rungs in use."""
+    rates = [_PER_UNIT * sp.sympify(q.expression) for q in system.quadratures]
     return System(
         (*system.states, *(_accumulator(q) for q in system.quadratures)),
-        tuple(ladders.smooth(sp.sympify(e)) for e in (*system.derivatives, *(q.expression for q in system.quadratures))),
-        (*system.parameters, *ladders.symbols),
+        tuple(ladders.smooth(sp.sympify(e)) for e in (*system.derivatives, *rates)),
+        (*system.parameters, _PER_UNIT, *ladders.symbols),
         tuple((s, ladders.smooth(e)) for s, e in system.definitions),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -73,16 +74,18 @@ def integrate(
     grid: np.ndarray,
     progress: Progress | None = None,
     budget_s: float | None = None,
+    unit: float = 1.0,
 ) -> Trajectory:
     """Integrate from ``grid[0]`` and sample at the grid's points.
 
     initial: the state (n,), or with the quadratures' values appended (n + m,) to continue a run. parameters: in the System's
     order, or by name. grid: (N,), increasing. progress: called with the time reached. budget_s: wall time after which to
-    return what there is, to be continued. A run that fails returns what it has with the sentence in ``failure``; so does
-    Ctrl-C, with ``interrupted``. The same run gives the same numbers to the last bit, paused and continued or not.
+    return what there is, to be continued. unit: the size that the quadratures have, for their accuracy. A run that fails
+    returns what it has with the sentence in ``failure``; so does Ctrl-C, with ``interrupted``. The same run gives the same numbers to the last bit, paused and continued or not.
     Raises ``RunError`` for an initial state that is not finite.
     """
-    run = _Run(flow, *_checked(flow, initial, parameters, grid))
+    # A power of two, so that a run which is continued has the same numbers to the last bit.
+    run = _Run(flow, *_checked(flow, initial, parameters, grid), 2.0 ** round(math.log2(unit)))
     begun, failure, interrupted = clock.perf_counter(), None, False
     try:
         run.start()
@@ -124,6 +127,7 @@ class _Run:
     state: np.ndarray
     pars: np.ndarray
     grid: np.ndarray
+    unit: float = 1.0
     times: list[np.ndarray] = field(default_factory=list)
     states: list[np.ndarray] = field(default_factory=list)
     hits: list[Hit] = field(default_factory=list)
@@ -135,12 +139,23 @@ class _Run:
     def start(self) -> None:
         time, ladders = float(self.grid[0]), self.flow.ladders
         if ladders:
-            self.rungs = ladders.start(time, self.state, self.pars)
+            self.rungs = ladders.start(time, self.state, self._own)
         self.flow.engine.forget_events()
-        self._place(time, self.state)
+        self._place(time, self._in_units(self.state))
 
     def _place(self, time: float, state: np.ndarray) -> None:
-        self.flow.engine.start(time, state, np.concatenate([self.pars, self.rungs]))
+        self.flow.engine.start(time, state, np.concatenate([self._own, self.rungs]))
+
+    @property
+    def _own(self) -> np.ndarray:
+        """The parameters without those of the rungs."""
+        return np.append(self.pars, 1 / self.unit)
+
+    def _in_units(self, states: np.ndarray, back: bool = False) -> np.ndarray:
+        """States (n + m) or (n + m, N) with the quadratures in units of their own, or back from there."""
+        n, changed = len(self.flow.system.states), states.copy()
+        changed[n:] = changed[n:] * self.unit if back else changed[n:] / self.unit
+        return changed
 
     def advance(self) -> bool:
         """One leg. Returns whether there is more to do."""
@@ -163,7 +178,7 @@ class _Run:
     def _record(self, piece: np.ndarray, samples: np.ndarray) -> None:
         taken = samples.shape[1]
         self.times.append(piece[:taken])
-        self.states.append(samples)
+        self.states.append(self._in_units(samples, back=True))
         self.done += taken
 
     @cached_property
@@ -178,7 +193,7 @@ class _Run:
             state = np.concatenate([changed, state[n:]])
         if self.flow.ladders and (event.action is not None or event.switch is not None):
             before, ladders = self.rungs, self.flow.ladders
-            self.rungs = ladders.moved(leg.time, state, self.pars, before, event.switch)
+            self.rungs = ladders.moved(leg.time, state, self._own, before, event.switch)
             state = self._jumped(leg.time, state, before)
         if event.action is not None or event.switch is not None:
             self._place(leg.time, state)
@@ -190,9 +205,9 @@ class _Run:
         if self.flow.jumps is None:
             return state
         n, at = len(self.flow.system.states), (np.array([time]), state[:, None])
-        old, new = (self.flow.jumps(*at, np.concatenate([self.pars, rungs])) for rungs in (before, self.rungs))
+        old, new = (self.flow.jumps(*at, np.concatenate([self._own, rungs])) for rungs in (before, self.rungs))
         gained = [float(new[q.name][0] - old[q.name][0]) for q in self.flow.system.quadratures]
-        return np.concatenate([state[:n], state[n:] + gained])
+        return np.concatenate([state[:n], state[n:] + np.array(gained) / self.unit])
 
     def failed(self, error: LegError) -> str:
         """Record what the failing leg still reached; returns the sentence."""
@@ -217,7 +232,7 @@ class _Run:
             {q.name: states[n + i] for i, q in enumerate(self.flow.system.quadratures)},
             self.pars,
             float(times[-1]) if at_sample else engine.time,
-            states[:, -1] if at_sample else engine.state,
+            states[:, -1] if at_sample else self._in_units(engine.state, back=True),
             tuple(self.hits),
             self.stopped_by,
             failure,

@@ -17,7 +17,11 @@ _MOST_NAMES = 7  # bodies named one by one in a legend
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Four panels (three without balancing bodies) from a run-up's Dataset alone."""
+    """Four panels (three without balancing bodies) from a run-up's Dataset alone; two for many run-ups."""
+    if "case" in result.dims:
+        from wucht.plots.run_ups import figure as of_many
+
+        return of_many(result)
     with_phases = "phase" in result and result.sizes.get("balancer", 0) > 0
     drawn, axes = new_figure(
         4 if with_phases else 3,

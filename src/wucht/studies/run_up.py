@@ -15,12 +15,13 @@ from wucht.documents import refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.contact import arranged
 from wucht.machines.machine import Machine
-from wucht.machines.vibration import free_speed
+from wucht.machines.vibration import energy_scale, free_speed
 from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
 from wucht.numerics.integrate import Trajectory, integrate
 from wucht.numerics.program import Evaluator
 from wucht.quantities import Unit
 from wucht.results.outcomes import Outcome
+from wucht.studies.cases import read_cases
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.quantities import positive
 from wucht.studies.run_up_plan import Plan
@@ -31,6 +32,7 @@ from wucht.system import System
 if TYPE_CHECKING:
     import xarray as xr
 
+ABSCISSAE = ("time", "phi", "psi")
 _SETTLED_TOLERANCE = 1e-5
 _NO_ACCELERATION = 1e-12
 _SAVE_EVERY_S = 5.0
@@ -43,19 +45,24 @@ class RunUp:
     """Start the machine and see what becomes of it.
 
     It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has settled. start: see
-    ``start_state``. tolerance: of the integration. speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``,
+    ``start_state``. starts: many of them, or ``values`` of the parameter ``along``: a run each, in one result. over: the
+    abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle) or ``"psi"`` (mean phase of its bodies). tolerance: of the integration. speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``,
     ``"scipy"``, ``"scipy-radau"`` or None for the best installed.
     """
 
     until: float | None = None
     turns: float | None = None
     start: Mapping[str, Any] = field(default_factory=dict)
+    starts: tuple[Mapping[str, Any], ...] = ()
+    along: str | None = None
+    values: tuple[float, ...] = ()
+    over: str = "time"
     tolerance: float = DEFAULT_TOLERANCE
     speed_limit: float | None = None
     engine: str | None = None
 
     kind: ClassVar[str] = "run-up"
-    keys: ClassVar[tuple[str, ...]] = ("kind", "until", "turns", "settled", "start", "model", "tolerance", "speed_limit", "engine")
+    keys: ClassVar[tuple[str, ...]] = ("kind", "until", "turns", "settled", "start", "starts", "along", "values", "over", "model", "tolerance", "speed_limit", "engine")
 
     @classmethod
     def read(cls, table: Mapping[str, Any], machine: Machine) -> RunUp:
@@ -90,7 +97,17 @@ class RunUp:
         tolerance = positive(table, "tolerance", Unit("", "tolerance")) or DEFAULT_TOLERANCE
         if not 1e-16 <= tolerance <= 1e-2:
             raise InputError("study.tolerance", tolerance, "allowed is between 1e-16 and 0.01")
+        over = table.get("over", "time")
+        if over not in ABSCISSAE:
+            raise InputError("study.over", over, f"allowed is {', '.join(ABSCISSAE)}")
+        if over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
+            raise InputError("study.over", over, "allowed is 'time' or 'phi': no body turns about the rotor")
+        starts, along, values = read_cases(table, machine)
         return cls(
+            over=over,
+            starts=starts,
+            along=along,
+            values=values,
             until=positive({"until": until}, "until", Unit(units.time, "time")),
             turns=positive({"turns": turns}, "turns", Unit("", "number of turns")),
             start=dict(start),
@@ -101,7 +118,15 @@ class RunUp:
 
     def check(self, machine: Machine) -> None:
         """Raises ``InputError`` where the start does not fit the machine, or where nothing would turn."""
-        prepared(machine, self)
+        for case in self.cases():
+            case_machine = machine if case.along is None else machine.with_values({case.along: case.values[0]})
+            prepared(case_machine, case)
+
+    def cases(self) -> list[RunUp]:
+        """The runs that are asked for: one with a start and a value each."""
+        starts = self.starts or (self.start,)
+        values = [(v,) for v in self.values] or [()]
+        return [replace(self, start=s, starts=(), values=v) for v in values for s in starts]
 
 
 @np.errstate(all="ignore")  # a run that fails says so in a sentence, not by warnings about overflow
@@ -119,6 +144,21 @@ def run_up(
     ``run_up_result``.
     Raises ``InputError`` for a start that does not fit the machine; a run that fails is recorded in the Dataset.
     """
+    if question.starts or question.values:
+        from wucht.studies.run_ups import run_ups
+
+        return run_ups(machine, question, progress, checkpoint, resume)
+    return single_run_up(machine, question, progress, checkpoint, resume)
+
+
+def single_run_up(
+    machine: Machine,
+    question: RunUp,
+    progress: Progress | None = None,
+    checkpoint: Checkpoint | None = None,
+    resume: xr.Dataset | None = None,
+) -> xr.Dataset:
+    """A run from one start: see ``run_up``."""
     from wucht.studies.run_up_result import restore, result
 
     begun = clock.perf_counter()
@@ -214,7 +254,7 @@ def _extend(
     state = initial if so_far is None else so_far.end_state
     grid = np.linspace(begin, goal, max(1, round((goal - begin) / plan.step)) + 1)
     report = None if progress is None else lambda t: progress(t, max(plan.expected_end, goal))
-    leg = integrate(flow, state, machine.values, grid, report, _SAVE_EVERY_S)
+    leg = integrate(flow, state, machine.values, grid, report, _SAVE_EVERY_S, energy_scale(machine))
     return leg if so_far is None else so_far.joined(leg)
 
 

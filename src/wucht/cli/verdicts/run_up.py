@@ -11,6 +11,8 @@ from wucht.cli.verdicts.units import speaking
 def lines(document: dict[str, Any]) -> list[str]:
     """The lines that ``wucht run`` prints for a run-up."""
     s = document["summary"]
+    if "cases" in s:
+        return _of_many(document)
     dimensional = document["units"] == "SI"
     speed, length = speaking(document)
     said = [f"{document['machine']}", f"verdict: {s['outcome'].upper()}: {s['sentence']}"]
@@ -34,4 +36,16 @@ def lines(document: dict[str, Any]) -> list[str]:
         said.append(f"  in numbers   {', '.join(f'{name} {value:.4g}' for name, value in s['dimensionless'].items())}")
     if s["energy_residual"] is not None:
         said.append(f"  energy       balance closed to {s['energy_residual']:.1e}")
+    return said
+
+
+def _of_many(document: dict[str, Any]) -> list[str]:
+    """A line a case."""
+    cases = document["summary"]["cases"]
+    speed, length = speaking(document)
+    said = [document["machine"], f"verdict: {', '.join(f'{n} {outcome}' for outcome, n in document['summary']['outcomes'].items())}"]
+    width = max((len(c["label"]) for c in cases), default=0)
+    for c in cases:
+        end = f"{speed(c['final_speed'])}, amplitude {length(c['final_amplitude'])}"
+        said.append(f"  {c['label']:{width}}  {c['outcome']:20} {end}")
     return said

@@ -48,7 +48,7 @@ class Described(BaseModel):
         return [unit.parse(g) for g in given] if isinstance(given, list) else unit.parse(given)
 
     def parameters_at(self, path: str) -> tuple[Parameter, ...]:
-        """The quantities that are given as parameters ``path.field``; pairs by component ``.x``, ``.y``; tables inside likewise."""
+        """The quantities given, as parameters ``path.field``; pairs by component ``.x``, ``.y``; tables inside likewise."""
         found: list[Parameter] = []
         for name, described in type(self).model_fields.items():
             unit, value = unit_of(type(self), name), getattr(self, name)

@@ -13,7 +13,7 @@ from wucht.mechanics.lagrange import Coordinate
 
 
 class Foundation(Described):
-    """A mass on springs and dampers of its own, on which the carrier's springs of one direction stand: 000, end of section 5."""
+    """A mass on its own springs and dampers, on which the carrier's springs of one direction stand: 000, end of section 5."""
 
     direction: Literal["x", "y"] = Field(description="direction")
     mass: float = si("kg", "mass", "m_f", gt=0)

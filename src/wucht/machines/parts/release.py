@@ -8,7 +8,7 @@ from wucht.machines.parts.fields import Described, si
 
 
 class Release(Described):
-    """Until a time, or until the speed of the body it turns about is reached for the first time, a body turns with that body."""
+    """Until a time, or until the body it turns about has reached a speed for the first time, a body turns with that body."""
 
     time: float | None = si("s", "time of release", "t_0", None, gt=0)
     speed: float | None = si("rad/s", "speed of release", "w_0", None, gt=0)

@@ -47,7 +47,7 @@ class Slider(Body):
         return (Coordinate.named(f"{self.name}.displacement", f"{self.name}.velocity"),)
 
     def energies(self, frame: Frame) -> Energies:
-        """T = m |v + d/dt[(R + x) e(psi)]|^2/2 with psi = phi + angle, V = c x^2/2 + m g (y + (R + x) sin psi), R = b x'^2/2."""
+        """T = m |v + d/dt[(R + x) e(psi)]|^2/2, psi = phi + angle; V = c x^2/2 + m g (y + (R + x) sin psi), R = b x'^2/2."""
         m, angle, radius, c, b = self.symbols("mass", "angle", "radius", "stiffness", "damping")
         (guide,) = self.coordinates()
         at, w = frame.axis(self.name), frame.speed(self.about)

@@ -1,0 +1,156 @@
+"""Forced vibration at a steady speed, the unbalance fixed, in closed form: 002 (2.74)-(2.79) for any linear carrier.
+
+All bodies turn with the speed w, each in its sense: phi_k = sigma_k (w t + alpha_k). With D(w) = K - w^2 M + i w C and the
+force F = sum U_k e_k exp(i alpha_k) the carrier moves by q = Re[z exp(i w t)], D z = w^2 F; then D z' = 2 w F - D' z.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import sympy as sp
+
+from wucht.errors import InputError, WuchtError
+from wucht.machines.machine import Machine
+from wucht.machines.vibration import Vibration, sense_of
+
+UNDAMPED = 1e-10  # damping ratio below which a resonance counts as undamped
+CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
+_NO_POLE = 1e-20  # of the stiffness: keeps D regular at speed 0 of a carrier without springs
+_WITH_SLOPE = tuple[np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Forced:
+    """The vibration of a machine at ``phases`` alpha_k (n,).
+
+    axis: (2, m), x and y of the main rotor's axis for each free coordinate of the carrier (of a carrier that only turns its
+    angle and nothing). sense: of the main rotor. Functions of the speed take (N,) and return values with their slopes.
+    """
+
+    vibration: Vibration
+    phases: np.ndarray
+    axis: np.ndarray
+    sense: float
+
+    @classmethod
+    def of(cls, machine: Machine, angles: np.ndarray) -> Forced:
+        """The vibration with the bodies at absolute angles (n,). Raises ``InputError`` where the carrier is not linear."""
+        try:
+            vibration = Vibration.of(machine)
+        except WuchtError as error:
+            raise InputError("machine", None, str(error)) from None
+        senses = np.array([sense_of(machine, b) for b in machine.bodies])
+        free = [c.position for c in machine.free_carrier]
+        rows = [[float(sp.diff(p, q).xreplace(machine.numbers)) for q in free] for p in _place(machine)]
+        return cls(vibration, senses * angles, np.array(rows).reshape(2, len(free)), float(senses[machine.bodies.index(machine.rotor)]))
+
+    @cached_property
+    def force(self) -> np.ndarray:
+        """F (m,), zero where the bodies' unbalances cancel."""
+        each = self.vibration.excitation * np.exp(1j * self.phases)[:, None]
+        total = each.sum(axis=0)
+        found: np.ndarray = np.where(np.abs(total) > CANCELLED * np.abs(each).sum(axis=0), total, 0.0)
+        return found
+
+    def displacement(self, speeds: np.ndarray) -> _WITH_SLOPE:
+        """z (N, m), complex."""
+        v, w = self.vibration, np.asarray(speeds, float)[:, None, None]
+        trace = np.abs(v.stiffness).max(initial=0.0) * np.eye(len(v.mass))
+        dynamic = v.stiffness - w**2 * v.mass + 1j * w * v.damping + (1e-14j * (w != 0) + _NO_POLE) * trace
+        z = np.linalg.solve(dynamic, w**2 * self.force[None, :, None])
+        slope = np.linalg.solve(dynamic, 2 * w * self.force[None, :, None] - (1j * v.damping - 2 * w * v.mass) @ z)
+        return z[..., 0], slope[..., 0]
+
+    def amplitude(self, speeds: np.ndarray) -> _WITH_SLOPE:
+        """The semi-major axis of the orbit of the main rotor's axis: 002 (2.78)."""
+        z, dz = self.displacement(speeds)
+        (f, df), (b, db) = (_modulus(_whirl(self.axis, z, s), _whirl(self.axis, dz, s)) for s in (1, -1))
+        return f + b, df + db
+
+    def minor(self, speeds: np.ndarray) -> np.ndarray:
+        """The semi-minor axis of that orbit (N,), negative where it runs against the rotor's sense of rotation."""
+        z, _ = self.displacement(speeds)
+        found: np.ndarray = self.sense * (np.abs(_whirl(self.axis, z, 1)) - np.abs(_whirl(self.axis, z, -1)))
+        return found
+
+    def centre(self, speeds: np.ndarray, eccentricity: float, angle: float) -> np.ndarray:
+        """The largest distance (N,) of a centre of mass from the axis' static position: 002 figure 2.18.
+
+        It is carried by the main rotor at an eccentricity; angle: of the main rotor, absolute.
+        """
+        z, _ = self.displacement(speeds)
+        arm = eccentricity * np.exp(1j * self.sense * angle)
+        offset = np.array([arm, -1j * self.sense * arm])
+        moved = z @ self.axis.T + offset
+        found: np.ndarray = (np.abs(moved[:, 0] + 1j * moved[:, 1]) + np.abs(moved[:, 0] - 1j * moved[:, 1])) / 2
+        return found
+
+    def torque(self, speeds: np.ndarray) -> _WITH_SLOPE:
+        """The vibration torque on all bodies together, positive where it brakes, w z^H C z/2: 002 (2.79) with its factor M."""
+        w, (z, dz), c = np.asarray(speeds, float), self.displacement(speeds), self.vibration.damping
+        square, cross = (np.einsum("ni,ij,nj->n", z.conj(), c, other).real for other in (z, dz))
+        return w * square / 2, square / 2 + w * cross
+
+    def torque_on(self, speeds: np.ndarray, members: Sequence[int]) -> _WITH_SLOPE:
+        """The vibration torque on some of the bodies, positive where it brakes: -w^2/2 sum Im[conj(U_i e_i exp(i alpha_i)) z]."""
+        e = self.vibration.excitation
+        rest = [i for i in range(len(e)) if i not in members]
+        if not np.abs(e[rest]).any():
+            return self.torque(speeds)  # the same, without the difference of large numbers
+        w, (z, dz) = np.asarray(speeds, float), self.displacement(speeds)
+        own = (e * np.exp(1j * self.phases)[:, None])[list(members)].sum(axis=0).conj()
+        return -(w**2) / 2 * (z @ own).imag, -w * (z @ own).imag - w**2 / 2 * (dz @ own).imag
+
+    @cached_property
+    def poles(self) -> np.ndarray:
+        """The poles of the carrier that vibrate, in the upper half plane: one a mode, damping and frequency."""
+        v, size = self.vibration, len(self.vibration.mass)
+        if not size:
+            return np.empty(0, complex)
+        below = -np.linalg.solve(v.mass, np.hstack([v.stiffness, v.damping]))
+        found: np.ndarray = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((size, size)), np.eye(size)]), below]))
+        return found[found.imag > UNDAMPED * np.abs(found).max(initial=0.0)]
+
+    def grid(self, low: float, high: float, points: int) -> np.ndarray:
+        """Speeds (N,) from low to high, evenly spaced and denser at the resonances, as their widths ask for."""
+        found = [np.linspace(low, high, points)]
+        for pole in self.poles:
+            frequency = abs(pole)
+            width = max(-pole.real, 1e-4 * frequency)
+            away = np.geomspace(0.02 * width, max(0.5 * frequency, width), 80)
+            found += [frequency - away, np.array([frequency]), frequency + away]
+        all_ = np.unique(np.concatenate(found))
+        return all_[(all_ >= low) & (all_ <= high)]
+
+    def undamped(self, low: float, high: float) -> list[float]:
+        """The resonances without damping that the unbalance excites, in a range of speeds: there the amplitude is infinite."""
+        found: list[float] = []
+        for pole in self.poles:
+            at = abs(pole)
+            if low <= at <= high and -pole.real < UNDAMPED * at and not any(math.isclose(at, f, rel_tol=1e-9) for f in found):
+                near, far = (np.abs(self.displacement(np.array([at * (1 + d)]))[0]) for d in (1e-7, 1e-4))
+                found += [at] if (near > 100 * far).any() else []
+        return sorted(found)
+
+
+def _place(machine: Machine) -> list[sp.Expr]:
+    found = [machine.orbit[n][0] for n in ("r",) if n in machine.orbit] or [
+        machine.orbit[n][0] if n in machine.orbit else sp.S.Zero for n in "xy"
+    ]
+    return [*found, sp.S.Zero][:2]
+
+
+def _whirl(axis: np.ndarray, z: np.ndarray, sense: int) -> np.ndarray:
+    """The circle (N,) that an orbit x, y = axis z runs through counter-clockwise (+1) or clockwise (-1)."""
+    found: np.ndarray = (z @ axis[0] + sense * 1j * (z @ axis[1])) / 2
+    return found
+
+
+def _modulus(value: np.ndarray, slope: np.ndarray) -> _WITH_SLOPE:
+    size = np.abs(value)
+    return size, np.divide((value.conj() * slope).real, size, out=np.zeros_like(size), where=size > 0)

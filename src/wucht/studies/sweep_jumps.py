@@ -1,0 +1,191 @@
+"""Where a branch ends: the jumps of a sweep, found closer than its finite rate lets them be seen.
+
+A ramp passes the fold p_f of a branch late, by a distance that grows with rate^(2/3). So the parameter is held: from the last
+steady state before the jump it is led to values in between, and held there until the machine has settled, or left the branch.
+Behind a fold the branch is left after a time T ~ (p - p_f)^(-1/2); this law tells how long to wait before it counts as staying.
+Near the fold p is a parabola in the speed, whose vertex is the fold (J. Guckenheimer, P. Holmes, Nonlinear Oscillations,
+Dynamical Systems, and Bifurcations of Vector Fields, 1983, section 3.4).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.studies.sweep_flow import Mover, Place, Reading
+from wucht.studies.sweep_plan import Plan
+
+_STEEP, _SMALLEST, _MOST = 6.0, 0.004, 8
+_SETTLED = 1e-6
+_MOST_WINDOWS = 400
+_PATIENCE = 3.0
+_FEWEST_WINDOWS = 10
+_SPREAD = (1.0, 4.0, 9.0, 16.0)  # of the points of the parabola: evenly spaced in the speed
+
+
+@dataclass(frozen=True)
+class Jump:
+    """value: of the parameter where the branch ends. before, after: steady readings on it there, and where the machine lands.
+
+    speed, amplitude: on the branch at its end. bracket: between which values the end lies. fold: whether it is one, or the branch
+    loses its stability in another way.
+    """
+
+    value: float
+    upward: bool
+    speed: float
+    amplitude: float
+    after: Reading
+    bracket: tuple[float, float]
+    fold: bool
+
+
+def settle(mover: Mover, plan: Plan, place: Place, most: int = 60, scale: float = 0.0) -> tuple[Place, Reading, bool]:
+    """Hold the parameter until nothing changes any more. Returns whether that was reached; a steady beat counts as settled.
+
+    scale: of the speed; what changes by less than a millionth of it has settled.
+    """
+    window = max(5 * plan.answer, 8 * plan.turn)
+    place, last = mover.leg(place, window)
+    quiet = 0
+    for _ in range(most):
+        place, here = mover.leg(place, window)
+        of_speed = max(abs(here.speed), scale)
+        still = abs(here.speed - last.speed) <= _SETTLED * of_speed
+        still = still and abs(here.amplitude - last.amplitude) <= 10 * _SETTLED * max(here.amplitude, last.amplitude)
+        quiet = quiet + 1 if still else 0
+        last = here
+        if quiet >= 2:
+            return place, here, True
+    return place, last, last.beating > 2e-3
+
+
+def jumps(mover: Mover, plan: Plan, places: Sequence[Place], readings: Sequence[Reading], tolerance: float) -> Iterator[Jump]:
+    """The jumps of one ramp. places, readings: at the end of each of its legs. tolerance: relative, of the value."""
+    signal = _Signal(mover)
+    y = np.array([signal(r) for r in readings])
+    for first, last in _steep(y):
+        found = _Search(mover, plan, signal, tolerance).jump(places, readings, first, last)
+        if found is not None:
+            yield found
+
+
+class _Signal:
+    """What jumps: the speed; where that is prescribed, the amplitude."""
+
+    def __init__(self, mover: Mover) -> None:
+        self.of_amplitude = mover.machine.rotor.coordinate.prescribed is not None
+
+    def __call__(self, reading: Reading) -> float:
+        return reading.amplitude if self.of_amplitude else reading.speed
+
+
+def _steep(y: np.ndarray) -> list[tuple[int, int]]:
+    """Where the signal (N,) changes much faster than elsewhere: pairs of indices before and after, the largest changes only."""
+    if len(y) < 4 or not np.ptp(y) > 1e-6 * np.abs(y).max():
+        return []
+    change = np.abs(np.diff(y))
+    steep = np.flatnonzero(change > max(_STEEP * float(np.median(change)), _SMALLEST * float(np.ptp(y))))
+    if not len(steep):
+        return []
+    groups = np.split(steep, np.flatnonzero(np.diff(steep) > 3) + 1)
+    pairs = [(int(g[0]), min(int(g[-1]) + 1, len(y) - 1)) for g in groups]
+    large = [p for p in pairs if abs(y[p[1]] - y[p[0]]) > 5 * _SMALLEST * np.ptp(y)]
+    return sorted(sorted(large, key=lambda p: -abs(y[p[1]] - y[p[0]]))[:_MOST])
+
+
+@dataclass
+class _Search:
+    mover: Mover
+    plan: Plan
+    signal: _Signal
+    tolerance: float
+
+    def jump(self, places: Sequence[Place], readings: Sequence[Reading], first: int, last: int) -> Jump | None:
+        """The end of the branch between two legs, None if the signal is steep there but does not jump."""
+        beyond = min(last + 1, len(places) - 1)
+        _, landed, _ = settle(self.mover, self.plan, places[beyond])
+        self.after, self.window = self.signal(landed), max(2 * self.plan.answer, 4 * self.plan.turn)
+        stays = self._last_steady(places, readings, first)
+        if stays is None:
+            return None
+        low, self.before = stays, self.signal(self.steady)
+        high, upward = places[beyond].value, places[beyond].value > stays.value
+        wait, left = math.inf, None
+        while abs(high - low.value) > self._width(high):
+            held, steady, took = self._hold(low, (low.value + high) / 2, wait)
+            if took is None:
+                low, self.steady = held, steady
+            else:
+                high, left = held.value, held
+                wait = _PATIENCE * took * math.sqrt(max(1.0, abs(high - low.value) / self._width(high)))
+        if left is None:
+            left = places[beyond]
+        _, after, _ = settle(self.mover, self.plan, left)
+        height = abs(self.signal(after) - self.signal(self.steady))
+        if height < 0.3 * abs(self.after - self.before):
+            return None
+        vertex = self._vertex(low, high)
+        bracket = (min(low.value, high), max(low.value, high))
+        if vertex is None:
+            return Jump((low.value + high) / 2, upward, self.steady.speed, self.steady.amplitude, after, bracket, False)
+        return Jump(vertex[0], upward, vertex[1], vertex[2], after, bracket, True)
+
+    def _width(self, value: float) -> float:
+        """The width of the bracket that is asked for."""
+        return self.tolerance * max(abs(value), 1e-3 * self.plan.rate * self.plan.samples * self.plan.step)
+
+    def _last_steady(self, places: Sequence[Place], readings: Sequence[Reading], first: int) -> Place | None:
+        """The last place before the jump at which the machine stays if the parameter is held. The ramp may have passed it."""
+        back = 0
+        while True:
+            i = max(0, first - back)
+            self.before = self.signal(readings[i])
+            held, self.steady, took = self._hold(places[i], places[i].value, math.inf)
+            if took is None:
+                return held
+            if i == 0:
+                return None
+            back = 2 * back + 1
+
+    def _hold(self, place: Place, value: float, wait: float) -> tuple[Place, Reading, float | None]:
+        """Lead the parameter to a value and hold it there. Returns where that ends, and after what time the branch was left."""
+        begun = place.time
+        place, last = self.mover.leg(place, self.window, value)
+        quiet, reading = 0, last
+        for k in range(_MOST_WINDOWS):
+            place, reading = self.mover.leg(place, self.window)
+            here = self.signal(reading)
+            if abs(here - self.after) < abs(here - self.before):
+                return place, reading, place.time - begun
+            still = abs(here - self.signal(last)) <= _SETTLED * abs(self.after - self.before)
+            quiet, last = (quiet + 1 if still else 0), reading
+            if quiet >= 2 or (k >= _FEWEST_WINDOWS and place.time - begun > wait):
+                break
+        return place, reading, None
+
+    def _vertex(self, low: Place, high: float) -> tuple[float, float, float] | None:
+        """Fold, speed and amplitude there, from steady states beside it; None if they do not lie on a parabola that ends here."""
+        sense, reach = math.copysign(1.0, high - low.value), 20 * self._width(high)
+        found, place = list[Reading](), low
+        for distance in _SPREAD:
+            place, _ = self.mover.leg(place, self.window, low.value - sense * reach * distance)
+            place, reading, settled = settle(self.mover, self.plan, place, scale=0.0)
+            if not settled or abs(self.signal(reading) - self.after) < abs(self.signal(reading) - self.before):
+                return None
+            found.append(reading)
+        y = np.array([self.signal(r) for r in found])
+        p = np.array([r.value for r in found]) - high
+        middle, span = y.mean(), np.ptp(y) or 1.0
+        cubic = np.polynomial.Polynomial.fit((y - middle) / span, p, 3)
+        for root in cubic.deriv().roots():
+            value = cubic(root.real)
+            if abs(root.imag) < 1e-9 and abs(value + sense * self._width(high) / 2) <= 2 * self._width(high):
+                at = float(middle + span * root.real)
+                amplitude = np.polynomial.Polynomial.fit((y - middle) / span, [r.amplitude for r in found], 3)(root.real)
+                speed = np.polynomial.Polynomial.fit((y - middle) / span, [r.speed for r in found], 3)(root.real)
+                return float(high + value), at if not self.signal.of_amplitude else float(speed), float(amplitude)
+        return None

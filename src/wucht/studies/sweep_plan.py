@@ -1,0 +1,92 @@
+"""How slowly a parameter is moved: from the times in which the machine answers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import sympy as sp
+
+from wucht.machines.dimensionless import natural_frequencies
+from wucht.machines.machine import Machine, Turning
+from wucht.machines.vibration import Vibration, free_speed, group, net_torque
+from wucht.studies.sweep_flow import with_value
+
+if TYPE_CHECKING:
+    from wucht.studies.sweep import Sweep
+
+ANSWERS = 1000  # the default rate: the range takes a thousand times as long as the machine takes to answer
+MOST_TURNS = 100_000  # of one ramp at the default rate
+SAMPLES = 400  # of one ramp
+_TURNS_A_SAMPLE = 3
+
+
+@dataclass(frozen=True)
+class Plan:
+    """answer: the slowest decay of the machine's small motions, at least a turn. fastest, turn: speed and longest turn expected.
+
+    rate: of the parameter. samples: of a ramp. step: duration of one. warnings: what is doubtful.
+    """
+
+    answer: float
+    fastest: float
+    turn: float
+    rate: float
+    samples: int
+    step: float
+    warnings: tuple[str, ...]
+
+    @classmethod
+    def of(cls, machine: Machine, question: Sweep) -> Plan:
+        """The plan of a sweep."""
+        low, high = question.range
+        ends = [with_value(machine, question.along, v) for v in (low, (low + high) / 2, high)]
+        speeds = [abs(free_speed(m, r) or 0.0) for m in ends for r in m.rotors]
+        natural = [f for m in ends for f in natural_frequencies(m).values() if f > 0]
+        shaken = [m.values.get("carrier.motion.frequency", 0.0) for m in ends]
+        fastest = max([*speeds, *natural, *shaken]) or 1.0
+        turn = 2 * math.pi / max(min([w for w in [*speeds, *natural] if w > 0], default=fastest), 0.02 * fastest)
+        answer = max(turn, *(_answer(m) for m in ends))
+        duration, said = ANSWERS * answer, list[str]()
+        most = MOST_TURNS * 2 * math.pi / fastest
+        if question.rate is not None:
+            duration = (high - low) / question.rate
+        elif duration > most:
+            duration = most
+            said.append(
+                f"the machine answers slowly (in {answer:.3g}): the default rate is limited to {MOST_TURNS} turns a ramp; "
+                "give a lower rate to be sure that the sweep is quasi-static"
+            )
+        samples = max(8, min(SAMPLES, int(duration / (_TURNS_A_SAMPLE * turn))))
+        return cls(answer, fastest, turn, (high - low) / duration, samples, duration / samples, tuple(said))
+
+
+def _answer(machine: Machine) -> float:
+    """The time constant of the slowest decay of the carrier's free vibration and of the drives' speed; 0 if none decays."""
+    v = Vibration.of(machine)
+    n, found = len(v.mass), [0.0]
+    if n:
+        inverse = np.linalg.inv(v.mass)
+        matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ v.stiffness, -inverse @ v.damping]])
+        values = np.linalg.eigvals(matrix)
+        decays = -values.real[-values.real > 1e-9 * np.abs(values).max()]
+        found += (1 / decays).tolist()
+    for rotor in machine.rotors:
+        speed = free_speed(machine, rotor)
+        if rotor.coordinate.prescribed is not None or speed is None:
+            continue
+        torque, h = net_torque(machine, rotor), 1e-3 * (abs(speed) or 1.0)
+        slope = (torque(speed - h) - torque(speed + h)) / (2 * h)
+        if slope > 0:
+            found.append(_inertia(machine, rotor) / slope)
+    return max(found)
+
+
+def _inertia(machine: Machine, rotor: Turning) -> float:
+    """The inertia of a rotor with all bodies that turn with it."""
+    at = {c.velocity: sp.S.Zero for c in machine.coordinates} | {c.position: sp.S.Zero for c in machine.coordinates}
+    at |= {b.coordinate.velocity: sp.S.One for b in group(machine, rotor)}
+    kinetic = sp.Add(*(e.kinetic for e in machine.energies)).xreplace(at).xreplace(machine.numbers)
+    return 2 * float(kinetic)
