@@ -20,8 +20,8 @@ from wucht.machines.vibration import Vibration, sense_of
 
 UNDAMPED = 1e-10  # damping ratio below which a resonance counts as undamped
 CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
-_NO_POLE = 1e-20  # of the stiffness: keeps D regular at speed 0 of a carrier without springs
-_WITH_SLOPE = tuple[np.ndarray, np.ndarray]
+_TRACE = 1e-14j  # of the stiffness: damping that keeps D regular at the natural frequency of an undamped direction
+WithSlope = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -57,16 +57,16 @@ class Forced:
         found: np.ndarray = np.where(np.abs(total) > CANCELLED * np.abs(each).sum(axis=0), total, 0.0)
         return found
 
-    def displacement(self, speeds: np.ndarray) -> _WITH_SLOPE:
+    def displacement(self, speeds: np.ndarray) -> WithSlope:
         """z (N, m), complex."""
         v, w = self.vibration, np.asarray(speeds, float)[:, None, None]
-        trace = np.abs(v.stiffness).max(initial=0.0) * np.eye(len(v.mass))
-        dynamic = v.stiffness - w**2 * v.mass + 1j * w * v.damping + (1e-14j * (w != 0) + _NO_POLE) * trace
+        dynamic = v.stiffness - w**2 * v.mass + 1j * w * v.damping
+        dynamic = dynamic + _TRACE * (np.abs(v.stiffness).max(initial=0.0) or 1.0) * np.eye(len(v.mass))
         z = np.linalg.solve(dynamic, w**2 * self.force[None, :, None])
         slope = np.linalg.solve(dynamic, 2 * w * self.force[None, :, None] - (1j * v.damping - 2 * w * v.mass) @ z)
         return z[..., 0], slope[..., 0]
 
-    def amplitude(self, speeds: np.ndarray) -> _WITH_SLOPE:
+    def amplitude(self, speeds: np.ndarray) -> WithSlope:
         """The semi-major axis of the orbit of the main rotor's axis: 002 (2.78)."""
         z, dz = self.displacement(speeds)
         (f, df), (b, db) = (_modulus(_whirl(self.axis, z, s), _whirl(self.axis, dz, s)) for s in (1, -1))
@@ -90,13 +90,13 @@ class Forced:
         found: np.ndarray = (np.abs(moved[:, 0] + 1j * moved[:, 1]) + np.abs(moved[:, 0] - 1j * moved[:, 1])) / 2
         return found
 
-    def torque(self, speeds: np.ndarray) -> _WITH_SLOPE:
+    def torque(self, speeds: np.ndarray) -> WithSlope:
         """The vibration torque on all bodies together, positive where it brakes, w z^H C z/2: 002 (2.79) with its factor M."""
         w, (z, dz), c = np.asarray(speeds, float), self.displacement(speeds), self.vibration.damping
         square, cross = (np.einsum("ni,ij,nj->n", z.conj(), c, other).real for other in (z, dz))
         return w * square / 2, square / 2 + w * cross
 
-    def torque_on(self, speeds: np.ndarray, members: Sequence[int]) -> _WITH_SLOPE:
+    def torque_on(self, speeds: np.ndarray, members: Sequence[int]) -> WithSlope:
         """The vibration torque on some of the bodies, positive where it brakes: -w^2/2 sum Im[conj(U_i e_i exp(i alpha_i)) z]."""
         e = self.vibration.excitation
         rest = [i for i in range(len(e)) if i not in members]
@@ -151,6 +151,6 @@ def _whirl(axis: np.ndarray, z: np.ndarray, sense: int) -> np.ndarray:
     return found
 
 
-def _modulus(value: np.ndarray, slope: np.ndarray) -> _WITH_SLOPE:
+def _modulus(value: np.ndarray, slope: np.ndarray) -> WithSlope:
     size = np.abs(value)
     return size, np.divide((value.conj() * slope).real, size, out=np.zeros_like(size), where=size > 0)

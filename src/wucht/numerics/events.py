@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,8 +61,3 @@ class LegError(RunError):
     def __init__(self, reason: str, samples: np.ndarray, remedy: str) -> None:
         super().__init__(reason)
         self.samples, self.remedy = samples, remedy
-
-
-def interrupting(events: Sequence[Event]) -> list[int]:
-    """The indices of the events at which an integrator stops."""
-    return [i for i, e in enumerate(events) if e.interrupts]

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import RunError
-from wucht.numerics.events import Event, Hit, Leg, LegError, interrupting
+from wucht.numerics.events import Event, Hit, Leg, LegError
 from wucht.numerics.program import Numbers, Program
 from wucht.system import TIME
 
@@ -97,18 +97,22 @@ class HeyokaEngine:
         self._hits: list[Hit] = []
         direction = {1: hy.event_direction.positive, -1: hy.event_direction.negative, 0: hy.event_direction.any}
         terminal, passing = [], []
-        for i, (event, function) in enumerate(zip(events, (watch(r) for r in event_program.results), strict=True)):
+        self._terminal = []
+        constants = {s for s, _ in event_program.constants}
+        for i, (event, result) in enumerate(zip(events, event_program.results, strict=True)):
+            if result.free_symbols <= constants:
+                continue  # what does not change never goes through zero, and heyoka refuses to watch it
+            function = watch(result)
             if event.interrupts:
+                self._terminal.append(i)
                 terminal.append(hy.t_event(function, direction=direction[event.direction]))
             else:
                 passing.append(hy.nt_event(function, callback=self._note(i), direction=direction[event.direction]))
-        self._terminal = interrupting(events)
         extra = {"t_events": terminal} if terminal else {}
         extra |= {"nt_events": passing} if passing else {}
         self._integrator = hy.taylor_adaptive(
             system,
             [0.0] * len(variables),
-            pars=[0.0] * (n_own + len(event_program.constants)),
             tol=tolerance,
             compact_mode=len(program.lines) > _COMPACT_ABOVE,
             **extra,
@@ -129,7 +133,8 @@ class HeyokaEngine:
         ta = self._integrator
         ta.time = time
         ta.state[:] = state
-        ta.pars[:] = [*self._program.constant_values(parameters), *self._event_program.constant_values(parameters)]
+        values = [*self._program.constant_values(parameters), *self._event_program.constant_values(parameters)]
+        ta.pars[:] = values[: len(ta.pars)]  # those of events that are not watched come last
 
     def forget_events(self) -> None:
         """Clear the cool-downs: a new run begins."""

@@ -135,9 +135,11 @@ class _Run:
     stopped_by: str | None = None
 
     rungs: np.ndarray = field(default_factory=lambda: np.empty(0))
+    sampled: np.ndarray = field(default_factory=lambda: np.empty(0))  # the parameters at the last sample
 
     def start(self) -> None:
         time, ladders = float(self.grid[0]), self.flow.ladders
+        self.sampled = self.pars
         if ladders:
             self.rungs = ladders.start(time, self.state, self._own)
         self.flow.engine.forget_events()
@@ -163,6 +165,7 @@ class _Run:
         piece = self.grid[self.done : self.done + _SAMPLES_A_LEG + (self.done == 0)]
         leg = self.flow.engine.leg(piece)
         self._record(piece, leg.states)
+        self.sampled = self.pars
         self.hits.extend(h for h in leg.hits if h.name not in self._switches and not self._seen(h))
         if len(self.hits) > _MOST_HITS:
             raise LegError(f"more than {_MOST_HITS} events happened", leg.states[:, :0], "Look for an event that repeats")
@@ -230,7 +233,7 @@ class _Run:
             times,
             states[:n],
             {q.name: states[n + i] for i, q in enumerate(self.flow.system.quadratures)},
-            self.pars,
+            self.sampled if at_sample else self.pars,
             float(times[-1]) if at_sample else engine.time,
             states[:, -1] if at_sample else self._in_units(engine.state, back=True),
             tuple(self.hits),

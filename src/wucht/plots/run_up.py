@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,24 +30,37 @@ def figure(result: xr.Dataset) -> Figure:
         result.attrs["title"],
         f"{result.attrs['outcome']}: {result.attrs['sentence']}",
     )
+    at, name = abscissa(result)
     panels = iter(axes)
-    _speed(next(panels), result)
-    _amplitude(next(panels), result)
+    _speed(next(panels), result, at)
+    _amplitude(next(panels), result, at)
     if with_phases:
-        _phases(next(panels), result)
-    _power(next(panels), result)
-    for axis in axes if float(result.time[-1]) > float(result.time[0]) else ():
-        axis.set_xlim(float(result.time[0]), float(result.time[-1]))
-    axes[-1].set_xlabel(label(result, "time") if result.time.attrs["units"] else "time $\\tau$")
+        _phases(next(panels), result, at)
+    _power(next(panels), result, at)
+    low, high = float(at.min()), float(at.max())
+    for axis in axes if high > low else ():
+        axis.set_xlim(low, high)
+    axes[-1].set_xlabel(name)
     return drawn
+
+
+def abscissa(result: xr.Dataset) -> tuple[np.ndarray, str]:
+    """What the figure is drawn over (N,), and its name: time, the rotor's angle, or the mean phase of the bodies about it."""
+    over = json.loads(result.attrs["input"])["study"].get("over", "time")
+    if over == "time":
+        return result.time.values, label(result, "time") if result.time.attrs["units"] else "time $\\tau$"
+    rotor = result.angle.values[0]
+    if over == "phi":
+        return rotor - rotor[0], "angle of the rotor $\\varphi$ (rad)"
+    about = [i for i, name in enumerate(result.body.values) if name in result.balancer.values]
+    return result.angle.values[about].mean(axis=0) - rotor, "mean phase of the bodies $\\psi$ (rad)"
 
 
 def _legend(axis: Axes) -> None:
     axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
 
 
-def _speed(axis: Axes, result: xr.Dataset) -> None:
-    time = result.time.values
+def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
     bodies = [str(b) for b in result.body.values]
     for i in range(min(len(bodies), _MOST_NAMES)):
         axis.plot(*thinned(time, result.speed.values[i]), label=bodies[i], **line_style(i), zorder=3 - 0.1 * i)
@@ -62,10 +76,9 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
     _legend(axis)
 
 
-def _amplitude(axis: Axes, result: xr.Dataset) -> None:
+def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
     dimensional = result.amplitude.attrs["units"] == "m"
-    scale, unit = (1e3, "mm") if dimensional else (1.0, "")
-    time = result.time.values
+    scale, unit = (1e3, "mm") if dimensional else (1.0, result.amplitude.attrs["units"])
     between = np.abs(result.amplitude.values - result.radius.values)
     if (between > 2e-2 * float(result.peak_amplitude)).any():
         axis.plot(*thinned(time, scale * result.radius.values), color=COLOURS[4], linewidth=0.4, label="distance")
@@ -75,8 +88,7 @@ def _amplitude(axis: Axes, result: xr.Dataset) -> None:
     _legend(axis)
 
 
-def _phases(axis: Axes, result: xr.Dataset) -> None:
-    time = result.time.values
+def _phases(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
     for i, name in enumerate(result.balancer.values):
         shown = without_jumps(np.degrees(result.phase.values[i]), 360.0)
         named = str(name) if i < _MOST_NAMES else None
@@ -87,8 +99,7 @@ def _phases(axis: Axes, result: xr.Dataset) -> None:
     _legend(axis)
 
 
-def _power(axis: Axes, result: xr.Dataset) -> None:
-    time = result.time.values
+def _power(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
     axis.plot(*thinned(time, result.motor_power.values), color=COLOURS[1], linewidth=1.0, label="motor power")
     axis.set_ylabel(label(result, "motor_power"))
     other = axis.twinx()

@@ -22,24 +22,24 @@ def figure(result: xr.Dataset) -> Figure:
     cases = json.loads(result.attrs["summary"])["cases"]
     dimensional = result.amplitude.attrs["units"] == "m"
     scale, unit = (1e3, "mm") if dimensional else (1.0, result.amplitude.attrs["units"])
+    over = "abscissa" in result
     for k, case in enumerate(cases):
         run = result.isel(case=k)
         inside = np.isfinite(run.time.values)
-        time = run.time.values[inside]
+        at = run["abscissa" if over else "time"].values[inside]
         name = f"{case['label']}: {case['outcome']}" if k < _MOST_NAMED else None
         # Runs that end alike lie upon each other: later ones are dashed, so that the earlier stay visible.
         style = line_style(k) | {"linestyle": DASHES[min(k, len(DASHES) - 1)] if len(cases) <= len(DASHES) else "-"}
-        speed.plot(*thinned(time, run.speed.values[0][inside]), label=name, **style)
-        amplitude.plot(*thinned(time, scale * run.amplitude.values[inside]), **style)
+        speed.plot(*thinned(at, run.speed.values[0][inside]), label=name, **style)
+        amplitude.plot(*thinned(at, scale * run.amplitude.values[inside]), **style)
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
     for k, value in enumerate(sorted(free) if len(free) <= 2 else ()):  # noqa: PLR2004
         speed.axhline(value, color=GREY, linestyle=":", linewidth=0.9, label="no-load speed" if k == 0 else None)
     speed.set_ylabel(label(result, "speed"))
     amplitude.set_ylabel(label(result, "amplitude", unit))
     amplitude.set_ylim(bottom=0)
-    amplitude.set_xlabel(label(result, "time") if result.time.attrs["units"] else "time $\\tau$")
-    end = float(np.nanmax(result.time.values))
-    amplitude.set_xlim(0, end if end > 0 else 1)
+    plain = label(result, "time") if result.time.attrs["units"] else "time $\\tau$"
+    amplitude.set_xlabel(label(result, "abscissa") if over else plain)
     columns = 1 if max(len(c["label"]) for c in cases) > _LONG else 2
     rows = -(-min(len(cases) + 1, _MOST_NAMED) // columns)
     drawn.subplots_adjust(right=0.97, bottom=(0.55 + 0.17 * rows) / _HEIGHT)

@@ -24,7 +24,7 @@ from wucht.results.outcomes import Outcome
 from wucht.studies.cases import read_cases
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.quantities import positive
-from wucht.studies.run_up_plan import Plan
+from wucht.studies.run_up_plan import Plan, released_at_start
 from wucht.studies.start import start_state
 from wucht.studies.verdict import Verdict, judge
 from wucht.system import System
@@ -200,7 +200,7 @@ def prepared(machine: Machine, question: RunUp) -> tuple[Machine, np.ndarray]:
     initial = start_state(machine, question.start)
     names = machine.system.state_names
     at = {b.name: float(initial[names.index(b.coordinate.position.name)]) for b in machine.bodies}
-    machine = arranged(machine, at)
+    machine = released_at_start(arranged(machine, at), initial)
     end = question.until or 0.0
     prescribed = [
         float(np.abs(machine.prescribed_speed(b.coordinate, np.linspace(0.0, end, 100))).max())
@@ -251,10 +251,10 @@ def _extend(
     progress: Progress | None,
 ) -> Trajectory:
     begin = 0.0 if so_far is None else so_far.end_time
-    state = initial if so_far is None else so_far.end_state
+    state, values = (initial, machine.values) if so_far is None else (so_far.end_state, so_far.parameters)
     grid = np.linspace(begin, goal, max(1, round((goal - begin) / plan.step)) + 1)
     report = None if progress is None else lambda t: progress(t, max(plan.expected_end, goal))
-    leg = integrate(flow, state, machine.values, grid, report, _SAVE_EVERY_S, energy_scale(machine))
+    leg = integrate(flow, state, values, grid, report, _SAVE_EVERY_S, energy_scale(machine))
     return leg if so_far is None else so_far.joined(leg)
 
 

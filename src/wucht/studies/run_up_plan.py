@@ -126,11 +126,27 @@ def release_event(machine: Machine, body: Turning) -> Event:
     if release.time is not None:
         rising = TIME / sp.Symbol(f"{body.name}.release.time", real=True) - 1
     else:
-        leader = next(
-            b for b in machine.bodies if (b.name == body.about if body.about else b.name != body.name and not b.about)
-        )
-        rising = (leader.coordinate.velocity / sp.Symbol(f"{body.name}.release.speed", real=True)) ** 2 - 1
+        rising = (leader_of(machine, body).coordinate.velocity / sp.Symbol(f"{body.name}.release.speed", real=True)) ** 2 - 1
     return Event(f"release of {body.name}", rising, +1, action=let_go)
+
+
+def leader_of(machine: Machine, body: Turning) -> Turning:
+    """The body whose speed releases a locked one: that it turns about, for a rotor the first other rotor."""
+    return next(b for b in machine.bodies if (b.name == body.about if body.about else b.name != body.name and not b.about))
+
+
+def released_at_start(machine: Machine, initial: np.ndarray) -> Machine:
+    """The machine with those bodies unlocked whose speed of release is reached at t = 0: the event would never come."""
+    names, free = machine.system.state_names, {}
+    for body in machine.bodies:
+        if body.release is None or body.release.speed is None:
+            continue
+        leader = leader_of(machine, body).coordinate
+        prescribed = leader.prescribed is not None
+        speed = machine.prescribed_speed(leader, 0.0)[0] if prescribed else initial[names.index(leader.velocity.name)]
+        if abs(speed) >= body.release.speed:
+            free[body.locked.name] = 0.0
+    return machine.with_values(free) if free else machine
 
 
 def _warnings(machine: Machine, question: RunUp, free: float | None, samples_per_turn: float) -> list[str]:

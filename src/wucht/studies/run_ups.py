@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_SAMPLES = 20_000  # a case
-_KEPT = ("speed", "amplitude", "phase", "energy_residual")
+_KEPT = ("speed", "amplitude", "phase", "energy_residual", "abscissa")
 
 
 def run_ups(
@@ -44,7 +44,7 @@ def run_ups(
         share = None if progress is None else _share(progress, k, len(cases))
         run = single_run_up(mine, case, share)
         if run.attrs["finished"] or run.attrs["failure"]:
-            done.append(_reduced(run))
+            done.append(_reduced(run, question.over))
         if not run.attrs["finished"] and not run.attrs["failure"]:
             break
         if checkpoint is not None and k + 1 < len(cases):
@@ -72,9 +72,15 @@ def _share(progress: Progress, k: int, count: int) -> Progress:
     return lambda reached, goal: progress((k + min(reached / goal, 1.0) if goal else k) / count, 1.0)
 
 
-def _reduced(run: xr.Dataset) -> xr.Dataset:
-    """What is kept of a run: a few variables, sampled no more densely than a figure shows."""
+def _reduced(run: xr.Dataset, over: str) -> xr.Dataset:
+    """What is kept of a run: a few variables, sampled no more densely than a figure shows, and the figure's abscissa."""
     stride = -(-run.sizes["time"] // _MOST_SAMPLES)
+    rotor = run.angle.isel(body=0, drop=True)
+    if over == "phi":
+        run = run.assign(abscissa=(rotor - rotor[0]).assign_attrs(long_name="angle of the rotor", units="rad"))
+    if over == "psi":
+        mean = run.angle.sel(body=run.balancer.values).mean(dim="body") - rotor
+        run = run.assign(abscissa=mean.assign_attrs(long_name="mean phase of the bodies", units="rad"))
     kept = run[[n for n in _KEPT if n in run]].isel(time=slice(None, None, stride))
     kept.attrs = {key: run.attrs[key] for key in ("summary", "outcome", "failure", "warnings")}
     return kept

@@ -23,6 +23,7 @@ _SETTLED = 1e-6
 _MOST_WINDOWS = 400
 _PATIENCE = 3.0
 _FEWEST_WINDOWS = 10
+_REACH = 4.0  # of the first of them before the end of the branch, in widths of the bracket
 _SPREAD = (1.0, 4.0, 9.0, 16.0)  # of the points of the parabola: evenly spaced in the speed
 
 
@@ -169,7 +170,7 @@ class _Search:
 
     def _vertex(self, low: Place, high: float) -> tuple[float, float, float] | None:
         """Fold, speed and amplitude there, from steady states beside it; None if they do not lie on a parabola that ends here."""
-        sense, reach = math.copysign(1.0, high - low.value), 20 * self._width(high)
+        sense, reach = math.copysign(1.0, high - low.value), _REACH * self._width(high)
         found, place = list[Reading](), low
         for distance in _SPREAD:
             place, _ = self.mover.leg(place, self.window, low.value - sense * reach * distance)

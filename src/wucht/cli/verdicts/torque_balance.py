@@ -1,0 +1,29 @@
+"""The verdict of a torque balance in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from wucht.cli.verdicts.units import speaking
+
+
+def lines(document: dict[str, Any]) -> list[str]:
+    """The lines that ``wucht run`` prints for a torque balance."""
+    s = document["summary"]
+    speed, _ = speaking(document)
+    dimensional = document["units"] == "SI"
+    torque, slope = (" N m", " N m s") if dimensional else ("", "")
+    said = [f"{document['machine']}", f"verdict: {s['sentence']}"]
+    for p in s["working_points"]:
+        kind = "stable" if p["stable"] else "touching" if p["tangential"] else "unstable"
+        slip = "" if p["slip"] is None else f", slip {100 * p['slip']:.3g} %"
+        line = f"drive there like {p['slope']:.4g}{slope} from {speed(p['no_load_speed'])}"
+        line = "drive of constant torque there" if p["no_load_speed"] is None else line
+        said.append(f"  {kind:12} {speed(p['speed'])}: {p['torque']:.4g}{torque}{slip}; {line}")
+    if s["free_speed"] is not None:
+        said.append(f"  free         {speed(s['free_speed'])} without vibration")
+    if s["breakdown"] is not None:
+        b = s["breakdown"]
+        said.append(f"  breakdown    {b['torque']:.4g}{torque} at {speed(b['speed'])}, slip {100 * b['slip']:.3g} %")
+    said.append(f"  resonance    {', '.join(f'{d}: {speed(f)}' for d, f in s['natural_frequencies'].items()) or 'none'}")
+    return said

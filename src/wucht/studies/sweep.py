@@ -1,0 +1,234 @@
+"""The study ``sweep``: move a parameter slowly up and down, and find where the machine jumps."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from wucht.documents import choice, refuse_unknown
+from wucht.errors import InputError
+from wucht.machines.contact import arranged
+from wucht.machines.machine import Machine
+from wucht.numerics.compile import DEFAULT_TOLERANCE, compile_system
+from wucht.quantities import Unit
+from wucht.studies.kinds import Checkpoint, Progress
+from wucht.studies.quantities import parameter, positive, span
+from wucht.studies.run_up_plan import release_event
+from wucht.studies.start import start_state
+from wucht.studies.sweep_flow import Halted, Mover, Place, Reading, moving_system, with_value
+from wucht.studies.sweep_jumps import Jump, jumps, settle
+from wucht.studies.sweep_plan import Plan
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_SAVE_EVERY_S = 5.0
+_TOO_FAST = 0.01  # by how much the speed may change after a ramp
+JUMP_TOLERANCE = 1e-4
+DIRECTIONS = ("both", "up", "down")
+ENGINES = ("heyoka", "scipy", "scipy-radau")
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Move the parameter ``along`` through ``range``, so slowly that the machine follows.
+
+    rate: in the parameter's unit a unit of time; None: the range takes a thousand times as long as the machine takes to answer.
+    direction: ``"both"`` (up, then down again), ``"up"`` or ``"down"``. start: see ``start_state``; the machine starts there
+    with the parameter at its first value, and settles. jump_tolerance: relative, of the values at which it jumps. tolerance: of
+    the integration. engine: see ``RunUp``.
+    """
+
+    along: str
+    range: tuple[float, float]
+    rate: float | None = None
+    direction: str = "both"
+    start: Mapping[str, Any] = field(default_factory=dict)
+    jump_tolerance: float = JUMP_TOLERANCE
+    tolerance: float = DEFAULT_TOLERANCE
+    engine: str | None = None
+
+    kind: ClassVar[str] = "sweep"
+    keys: ClassVar[tuple[str, ...]] = (
+        "kind", "along", "range", "rate", "direction", "start", "jump_tolerance", "tolerance", "engine",
+    )  # fmt: skip
+
+    @classmethod
+    def read(cls, table: Mapping[str, Any], machine: Machine) -> Sweep:
+        """From the table ``[study]``. Raises ``InputError``, located from ``study`` on."""
+        refuse_unknown(table, cls.keys, "study")
+        along = parameter(table, "along", machine)
+        unit = Unit(along.unit, along.what)
+        limits = span(table, "range", unit)
+        if limits is None:
+            raise InputError("study.range", None, f"this key is missing; needed is a pair [low, high] of a {along.what}")
+        time = machine.units.time
+        a_second = Unit(f"{along.unit or '1'}/{time}" if time else along.unit, f"{along.what} a unit of time")
+        start: Any = table.get("start", {})
+        if not isinstance(start, Mapping):
+            raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE }")
+        if "engine" in table:
+            choice(dict(table), "engine", "study", ENGINES)
+        tolerances = [
+            _within(table, "jump_tolerance", JUMP_TOLERANCE, (1e-8, 0.1)),
+            _within(table, "tolerance", DEFAULT_TOLERANCE, (1e-16, 1e-2)),
+        ]
+        direction = choice({"direction": "both"} | dict(table), "direction", "study", DIRECTIONS)
+        rate = positive(table, "rate", a_second)
+        return cls(along.path, limits, rate, direction, dict(start), *tolerances, table.get("engine"))
+
+    def check(self, machine: Machine) -> None:
+        """Raises ``InputError`` where the start or the range does not fit the machine."""
+        if machine.schedules:
+            raise InputError("machine.schedules", None, "not allowed in a sweep: the machine would change by itself")
+        unswept = {"carrier.motion.frequency": "the phase of the motion would run away"}
+        for b in machine.bodies:
+            for key in ("locked", "release.time", "release.speed"):
+                unswept[f"{b.name}.{key}"] = "it says when a body is released"
+        if self.along in unswept:
+            raise InputError("study.along", self.along, f"not allowed: {unswept[self.along]}")
+        for i, value in enumerate(self.range):
+            _check_value(machine, self.along, value, f"study.range[{i}]")
+        _prepared(machine, self)
+
+
+def _within(table: Mapping[str, Any], key: str, default: float, limits: tuple[float, float]) -> float:
+    given = positive(table, key, Unit("", key.replace("_", " "))) or default
+    if not limits[0] <= given <= limits[1]:
+        raise InputError(f"study.{key}", given, f"allowed is between {limits[0]:g} and {limits[1]:g}")
+    return given
+
+
+def _check_value(machine: Machine, path: str, value: float, where: str) -> None:
+    """Raises ``InputError`` where the part to which a parameter belongs does not allow a value."""
+    for part in machine.parts:
+        prefix = f"{part.path}." if part.path else ""
+        name = path.removeprefix(prefix)
+        fields = {f.alias or n: n for n, f in type(part).model_fields.items()}
+        if not path.startswith(prefix) or name not in fields:
+            continue
+        own = {f.alias or n: getattr(part, n) for n, f in type(part).model_fields.items() if n in part.model_fields_set}
+        try:
+            type(part).model_validate(own | {name: value}).check()
+        except ValueError as error:
+            said = error.args[1] if len(error.args) == 2 else error.errors()[0]["msg"] if hasattr(error, "errors") else str(error)
+            raise InputError(where, value, f"{said[0].lower()}{said[1:]}") from None
+
+
+def _prepared(machine: Machine, question: Sweep) -> tuple[Machine, np.ndarray]:
+    """The machine with the bodies of its tracks in order and the parameter at its first value, and the state (n,)."""
+    first = question.range[1] if question.direction == "down" else question.range[0]
+    machine = with_value(machine, question.along, first)
+    initial = start_state(machine, question.start)
+    names = machine.system.state_names
+    at = {b.name: float(initial[names.index(b.coordinate.position.name)]) for b in machine.bodies}
+    return arranged(machine, at), initial
+
+
+@dataclass
+class Record:
+    """What a sweep has found so far. readings, places: after each leg of each ramp; jumps in the order in which they happen."""
+
+    readings: dict[str, list[Reading]] = field(default_factory=dict)
+    places: dict[str, list[Place]] = field(default_factory=dict)
+    jumps: list[Jump] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    failure: str | None = None
+    interrupted: bool = False
+
+
+@np.errstate(all="ignore")  # a run that fails says so in a sentence, not by warnings about overflow
+def sweep(
+    machine: Machine,
+    question: Sweep,
+    progress: Progress | None = None,
+    checkpoint: Checkpoint | None = None,
+    resume: xr.Dataset | None = None,
+) -> xr.Dataset:
+    """Settle, ramp, settle again, find the jumps; then back. Returns the Dataset described in ``sweep_result``.
+
+    progress: called with the ramps done and to do. checkpoint: called now and then with the result so far. resume: an
+    unfinished sweep begins again. Raises ``InputError`` for a start that does not fit; a failure is recorded in the Dataset.
+    """
+    from wucht.studies.sweep_result import result
+
+    begun = clock.perf_counter()
+    machine, initial = _prepared(machine, question)
+    plan = Plan.of(machine, question)
+    record = Record(warnings=list(plan.warnings))
+    if resume is not None and not resume.attrs.get("finished"):
+        record.warnings.append("an interrupted sweep cannot be continued: it began again")
+    events = tuple(release_event(machine, b) for b in machine.bodies if b.release is not None)
+    flow = compile_system(moving_system(machine, question.along), question.tolerance, events, question.engine)
+    ways = ["up", "down"] if question.direction == "both" else [question.direction]
+
+    def report() -> None:
+        if progress is not None:
+            done = sum(len(r) for r in record.readings.values()) / plan.samples
+            progress(min(done, len(ways)), float(len(ways)))
+
+    def described() -> xr.Dataset:
+        return result(machine, question, plan, flow.engine.name, record, begun)
+
+    mover = Mover(machine, question.along, flow, plan.fastest, report)
+    keep = _Keeper(checkpoint, described)
+    try:
+        first = question.range[1] if ways[0] == "down" else question.range[0]
+        place = _settled(mover, plan, mover.begin(first, initial), record, "before the sweep")[0]
+        for way in ways:
+            place = _ramp(mover, plan, place, question, way, record, keep)
+            found = jumps(mover, plan, record.places[way], record.readings[way], question.jump_tolerance)
+            record.jumps.extend(found)
+    except Halted as halt:
+        record.failure, record.interrupted = halt.failure, halt.failure is None
+    except KeyboardInterrupt:
+        record.interrupted = True
+    return described()
+
+
+def _ramp(
+    mover: Mover, plan: Plan, place: Place, question: Sweep, way: str, record: Record, keep: Callable[[], None]
+) -> Place:
+    """One ramp in equal legs, and settling at its end."""
+    begin, end = question.range if way == "up" else question.range[::-1]
+    readings, places = record.readings.setdefault(way, []), record.places.setdefault(way, [])
+    for value in np.linspace(begin, end, plan.samples + 1)[1:]:
+        place, reading = mover.leg(place, plan.step, float(value))
+        readings.append(reading)
+        places.append(place)
+        keep()
+    place, settled = _settled(mover, plan, place, record, f"after the way {way}")
+    change, last = abs(settled.speed - readings[-1].speed), readings[-1]
+    if last.beating < _TOO_FAST and change > _TOO_FAST * max(abs(settled.speed), abs(last.speed)):
+        record.warnings.append(
+            f"the sweep is too fast: after the way {way} the speed still changed from {last.speed:.5g} to {settled.speed:.5g}; "
+            f"give a rate below {plan.rate:.3g}"
+        )
+    return place
+
+
+def _settled(mover: Mover, plan: Plan, place: Place, record: Record, when: str) -> tuple[Place, Reading]:
+    place, reading, steady = settle(mover, plan, place)
+    if not steady:
+        record.warnings.append(f"the machine did not settle {when}: its speed was still changing at {reading.speed:.5g}")
+    return place, reading
+
+
+class _Keeper:
+    """Saves what there is now and then."""
+
+    def __init__(self, checkpoint: Checkpoint | None, describe: Callable[[], xr.Dataset]) -> None:
+        self._checkpoint, self._describe, self._last = checkpoint, describe, clock.perf_counter()
+
+    def __call__(self) -> None:
+        if self._checkpoint is None or clock.perf_counter() - self._last < _SAVE_EVERY_S:
+            return
+        self._checkpoint(self._describe())
+        self._last = clock.perf_counter()
+
+
+__all__ = ["Record", "Sweep", "sweep"]

@@ -1,0 +1,142 @@
+"""Piecewise cubics: their values against NumPy's and SciPy's interpolation, their derivatives, their life inside SymPy."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.interpolate import CubicSpline, PchipInterpolator
+
+from wucht.errors import WuchtError
+from wucht.piecewise import Pieces, PiecewiseCubic, interpolated, step
+
+x, t = sp.symbols("x t", real=True)
+TIMES, VALUES = [-2.0, -0.5, 1.0, 1.25, 4.0], [1.0, -3.0, 2.0, 2.0, 0.5]
+INSIDE = np.linspace(-2.0, 4.0, 997)
+OUTSIDE = np.array([-50.0, -2.000001, 4.000001, 1e6])
+KINDS = ("steps", "linear", "smooth", "monotone", "spline")
+
+
+def held(points):
+    """VALUES at TIMES, constant outside."""
+    return np.where(points < TIMES[0], VALUES[0], VALUES[-1])
+
+
+@pytest.mark.parametrize(
+    ("kind", "reference"),
+    [
+        ("linear", lambda p: np.interp(p, TIMES, VALUES)),
+        ("monotone", PchipInterpolator(TIMES, VALUES)),
+        ("spline", CubicSpline(TIMES, VALUES, bc_type="natural")),
+        ("steps", lambda p: np.array(VALUES)[np.searchsorted(TIMES, p, side="right") - 1]),
+    ],
+)
+def test_between_points_as_numpy_and_scipy(kind, reference):
+    found = interpolated("f", TIMES, VALUES, kind)
+    assert found(INSIDE) == pytest.approx(reference(INSIDE), abs=1e-13)
+    assert found(OUTSIDE) == pytest.approx(held(OUTSIDE), abs=0)
+
+
+def test_smooth_goes_from_value_to_value_without_slope_or_overshoot():
+    """Between two points 3 s^2 - 2 s^3 of the way: half the way in the middle, 0.15625 of it after a quarter."""
+    found = interpolated("f", TIMES, VALUES, "smooth")
+    assert found(np.array(TIMES)) == pytest.approx(VALUES, abs=1e-14)
+    assert found.derivative(np.array(TIMES)) == pytest.approx(0, abs=1e-13)
+    assert found.derivative(np.array(TIMES) - 1e-9) == pytest.approx(0, abs=1e-7)
+    assert found(-2 + 1.5 / 4) == pytest.approx(1 - 4 * 0.15625, abs=1e-14)
+    assert found(-1.25) == pytest.approx(-1.0, abs=1e-14)
+    assert (np.diff(found(INSIDE[INSIDE <= -0.5])) <= 0).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_point_is_a_constant(kind):
+    found = interpolated("f", [3.0], [7.0], kind)
+    assert [found(at) for at in (-1e9, 3.0, 1e9)] == [7.0, 7.0, 7.0]
+    assert found.degree == 0
+    assert found.jumps() == ()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_derivative_is_the_slope(kind):
+    """Against central differences of 1e-6, away from corners; those are right to 1e-9 for cubics of order one."""
+    found, h = interpolated("f", TIMES, VALUES, kind), 1e-6
+    smooth = np.array([p for p in INSIDE if np.abs(p - np.array(TIMES)).min() > 2 * h])
+    slope = (found(smooth + h) - found(smooth - h)) / (2 * h)
+    assert found.derivative(smooth) == pytest.approx(slope, abs=2e-8)
+
+
+def test_at_a_corner_the_value_from_the_right_holds():
+    heaviside = step("H", 2.0, -1.0, 5.0)
+    assert heaviside(2.0) == 5.0
+    assert heaviside(np.nextafter(2.0, -1)) == -1.0
+    assert interpolated("f", [0, 1, 2], [4, 5, 6], "steps")(1.0) == 5.0
+
+
+def test_jumps_are_where_the_value_jumps():
+    assert step("H", 2.0, -1.0, 5.0).jumps() == (2.0,)
+    assert step("H", 2.0, 3.0, 3.0).jumps() == ()
+    assert interpolated("f", [0, 1, 2, 3], [4, 5, 5, 7], "steps").jumps() == (1.0, 3.0)  # 4 holds before the first point too
+    for kind in KINDS[1:]:
+        assert interpolated("f", TIMES, VALUES, kind).jumps() == ()
+    assert Pieces("f", (0.0, 1.0), ((0, 0, 0, 0), (0, 1, 0, 0), (2, 0, 0, 0))).jumps() == (1.0,)
+
+
+def test_degree():
+    kinds = {k: interpolated("f", TIMES, VALUES, k).degree for k in KINDS}
+    assert kinds == {"steps": 0, "linear": 1, "smooth": 3, "monotone": 3, "spline": 3}
+    assert interpolated("f", TIMES, VALUES, "linear").derivative.degree == 0
+
+
+@pytest.mark.parametrize(
+    ("corners", "coefficients", "said"),
+    [
+        ((1.0, 1.0), np.zeros((3, 4)), "must increase"),
+        ((2.0, 1.0), np.zeros((3, 4)), "must increase"),
+        ((1.0, np.nan), np.zeros((3, 4)), "finite"),
+        ((1.0, np.inf), np.zeros((3, 4)), "finite"),
+        ((1.0,), [[np.nan, 0, 0, 0], [0, 0, 0, 0]], "finite"),
+        ((1.0, 2.0), np.zeros((2, 4)), "2 corners need 3 pieces of 4 coefficients"),
+        ((1.0,), np.zeros((2, 3)), "1 corners need 2 pieces of 4 coefficients"),
+        ((), np.zeros((1, 4)), "pieces of 4 coefficients"),
+    ],
+)
+def test_what_is_no_function_is_refused(corners, coefficients, said):
+    with pytest.raises(WuchtError, match=said):
+        Pieces("f", corners, coefficients)
+
+
+def test_equal_pieces_are_one_symbolic_function():
+    one, other = (PiecewiseCubic(x, interpolated("f", TIMES, VALUES, "linear")) for _ in range(2))
+    assert one == other
+    assert hash(one) == hash(other)
+    assert one - other == 0
+    different = PiecewiseCubic(x, interpolated("f", TIMES, [1.0, -3.0, 2.0, 2.0, 0.6], "linear"))
+    assert one != different
+    assert one != PiecewiseCubic(x, interpolated("g", TIMES, VALUES, "linear"))
+    assert copy.deepcopy(one) == one
+    assert pickle.loads(pickle.dumps(one.args[1])) == one.args[1]
+
+
+def test_the_chain_rule():
+    pieces = interpolated("f", TIMES, VALUES, "monotone")
+    found = sp.diff(PiecewiseCubic(x**2 - 1, pieces), x)
+    assert found == 2 * x * PiecewiseCubic(x**2 - 1, pieces.derivative)
+    assert sp.diff(PiecewiseCubic(x, pieces), t) == 0
+    assert sp.diff(PiecewiseCubic(x * t, pieces) ** 2, t) == 2 * x * PiecewiseCubic(x * t, pieces) * PiecewiseCubic(
+        x * t, pieces.derivative
+    )
+
+
+def test_a_number_gives_a_number():
+    pieces = interpolated("f", TIMES, VALUES, "linear")
+    assert PiecewiseCubic(sp.Rational(1, 4), pieces) == pytest.approx(-0.5)
+    assert PiecewiseCubic(x, pieces).subs(x, sp.Rational(1, 4)) == pytest.approx(-0.5)
+    assert PiecewiseCubic(x, pieces).is_real
+
+
+def test_it_is_printed_by_its_name():
+    pieces = interpolated("drive.voltage", TIMES, VALUES, "linear")
+    assert str(PiecewiseCubic(t, pieces)) == "drive.voltage(t)"
+    assert sp.latex(PiecewiseCubic(t, pieces)) == r"\mathrm{drive.voltage}\left(t\right)"
+    assert sp.latex(PiecewiseCubic(t, pieces) ** 2).endswith("^{2}")
