@@ -11,7 +11,7 @@ import unicodedata
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -121,18 +121,56 @@ def choice(document: Mapping[str, Any], key: str, where: str, known: Iterable[st
 
 def _located(cls: type[BaseModel], error: ValidationError, where: str, document: Mapping[str, Any]) -> InputError:
     first = error.errors(include_url=False)[0]
-    key = str(first["loc"][0]) if first["loc"] else ""
-    at = f"{where}.{key}" if where else key
+    inner, place = _inner(cls, first["loc"])
+    if len(place) > 1 and inner is not cls:
+        # The fault lies in a table inside: seen from there.
+        for step in place[:-1]:
+            document = document[step] if isinstance(document, Mapping | list) else {}
+        within = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in place[:-1])
+        cls, where = inner, f"{where}{within}"
+    key = str(place[-1]) if place else ""
+    at = f"{where}.{key}" if where and key else where or key
     fields = {f.alias or name: f for name, f in cls.model_fields.items()}
     extra = fields[key].json_schema_extra if key in fields else None
     unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
     what = (fields[key].description if key in fields else None) or key
     if first["type"] == "missing":
         return InputError(at, None, f"this key is missing; needed is the {what}" + (f" in {unit}" if unit else ""))
-    given = document.get(key, first["input"])
+    given = document.get(key, first["input"]) if isinstance(document, Mapping) else first["input"]
+    if first["type"] == "extra_forbidden":
+        return InputError(at, given, f"unknown key; {nearest(key, fields)}")
     if isinstance(given, list) and any(e["type"] in ("too_short", "too_long", "tuple_type") for e in error.errors()):
         return InputError(at, given, "allowed is one number, or a pair [x, y]")
     return InputError(at, given, _allowed(first["type"], first.get("ctx", {}), what, unit, first["msg"]))
+
+
+def _inner(cls: type[BaseModel], location: Iterable[int | str]) -> tuple[type[BaseModel], list[int | str]]:
+    """The table in which a fault lies, and the way to its key from the outermost: names and numbers of tables inside."""
+    place: list[int | str] = []
+    for step in location:
+        fields = {f.alias or name: f for name, f in cls.model_fields.items()}
+        if place and isinstance(place[-1], str) and place[-1] in fields:
+            models = _models(fields[place[-1]].annotation)
+            if not models:
+                break
+            if isinstance(step, int):
+                place.append(step)
+                continue
+            cls = models[0]
+        elif place and isinstance(place[-1], int) and len(place) > 1:
+            models = _models(fields[str(place[-2])].annotation)
+            if not models:
+                break
+            cls = models[0]
+        place.append(step)
+    return cls, place
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    """The models that a field's type names."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [m for inner in get_args(annotation) for m in _models(inner)]
 
 
 _LIMITS = {"gt": "greater than", "ge": "of at least", "le": "of at most", "lt": "less than"}

@@ -79,6 +79,7 @@ def _from_model(document: Document, title: str) -> Machine:
 def _from_parts(document: Document, title: str) -> Machine:
     if "parameters" in document:
         raise InputError("machine.parameters", None, "allowed only with model = ...; SI machines carry values in their parts")
+    table(document, "carrier", "machine.carrier")
     bodies, where = read_bodies(document)
     carrier = read_carrier(document, bodies, where)
     shafts = read_shafts(document, bodies)

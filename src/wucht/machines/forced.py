@@ -6,7 +6,6 @@ force F = sum U_k e_k exp(i alpha_k) the carrier moves by q = Re[z exp(i w t)], 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,6 +19,7 @@ from wucht.machines.vibration import Vibration, sense_of
 
 UNDAMPED = 1e-10  # damping ratio below which a resonance counts as undamped
 CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
+_EQUAL = 1e-9  # relative difference of poles that are one, as those of x and y on an isotropic carrier
 _TRACE = 1e-14j  # of the stiffness: damping that keeps D regular at the natural frequency of an undamped direction
 WithSlope = tuple[np.ndarray, np.ndarray]
 
@@ -47,7 +47,8 @@ class Forced:
         senses = np.array([sense_of(machine, b) for b in machine.bodies])
         free = [c.position for c in machine.free_carrier]
         rows = [[float(sp.diff(p, q).xreplace(machine.numbers)) for q in free] for p in _place(machine)]
-        return cls(vibration, senses * angles, np.array(rows).reshape(2, len(free)), float(senses[machine.bodies.index(machine.rotor)]))
+        axis, main = np.array(rows).reshape(2, len(free)), machine.bodies.index(machine.rotor)
+        return cls(vibration, senses * angles, axis, float(senses[main]))
 
     @cached_property
     def force(self) -> np.ndarray:
@@ -97,7 +98,7 @@ class Forced:
         return w * square / 2, square / 2 + w * cross
 
     def torque_on(self, speeds: np.ndarray, members: Sequence[int]) -> WithSlope:
-        """The vibration torque on some of the bodies, positive where it brakes: -w^2/2 sum Im[conj(U_i e_i exp(i alpha_i)) z]."""
+        """That on some of the bodies, positive where it brakes: -w^2/2 sum Im[conj(U_i e_i exp(i alpha_i)) z]."""
         e = self.vibration.excitation
         rest = [i for i in range(len(e)) if i not in members]
         if not np.abs(e[rest]).any():
@@ -108,13 +109,17 @@ class Forced:
 
     @cached_property
     def poles(self) -> np.ndarray:
-        """The poles of the carrier that vibrate, in the upper half plane: one a mode, damping and frequency."""
+        """The poles of the carrier that vibrate, in the upper half plane: damping and frequency, equal ones once."""
         v, size = self.vibration, len(self.vibration.mass)
         if not size:
             return np.empty(0, complex)
         below = -np.linalg.solve(v.mass, np.hstack([v.stiffness, v.damping]))
-        found: np.ndarray = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((size, size)), np.eye(size)]), below]))
-        return found[found.imag > UNDAMPED * np.abs(found).max(initial=0.0)]
+        all_ = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((size, size)), np.eye(size)]), below]))
+        found: list[complex] = []
+        for pole in all_[all_.imag > UNDAMPED * np.abs(all_).max(initial=0.0)]:
+            if not any(abs(pole - other) < _EQUAL * abs(pole) for other in found):
+                found.append(complex(pole))
+        return np.array(found)
 
     def grid(self, low: float, high: float, points: int) -> np.ndarray:
         """Speeds (N,) from low to high, evenly spaced and denser at the resonances, as their widths ask for."""
@@ -132,7 +137,7 @@ class Forced:
         found: list[float] = []
         for pole in self.poles:
             at = abs(pole)
-            if low <= at <= high and -pole.real < UNDAMPED * at and not any(math.isclose(at, f, rel_tol=1e-9) for f in found):
+            if low <= at <= high and -pole.real < UNDAMPED * at:
                 near, far = (np.abs(self.displacement(np.array([at * (1 + d)]))[0]) for d in (1e-7, 1e-4))
                 found += [at] if (near > 100 * far).any() else []
         return sorted(found)
@@ -152,5 +157,5 @@ def _whirl(axis: np.ndarray, z: np.ndarray, sense: int) -> np.ndarray:
 
 
 def _modulus(value: np.ndarray, slope: np.ndarray) -> WithSlope:
-    size = np.abs(value)
+    size: np.ndarray = np.abs(value)
     return size, np.divide((value.conj() * slope).real, size, out=np.zeros_like(size), where=size > 0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.mechanics.lagrange import Coordinate
-from wucht.system import SecondOrder
+from wucht.system import TIME, SecondOrder
 
 _GREEK = {"epsilon": "\\varepsilon", "phi": "\\varphi", "phi_0": "\\varphi_0"}
 
@@ -56,7 +56,7 @@ def written(
     """One equation a coordinate, ``inertia = forces``.
 
     zero: parameters that are zero and left out. normalise: divide each equation by its own inertia. A coordinate whose motion
-    is prescribed gets the equation of the torque that this takes.
+    is prescribed gets its velocity, and the equation of the force or torque that this takes.
     """
     nothing = dict.fromkeys(zero, sp.S.Zero)
     symbols = notation.symbols(coordinates, latex)
@@ -67,16 +67,22 @@ def written(
         terms = []
         for j, other in enumerate(coordinates):
             entry = motion.mass[i, j].xreplace(nothing)
-            if entry == 0 or other.prescribed is not None:
+            if entry == 0 or (other.prescribed is not None and sp.diff(other.prescribed, TIME) == 0):
                 continue
             own = scale.xreplace(nothing)
             factor = sp.simplify(entry / own) if normalise else sp.factor_terms(sp.expand(entry))
             terms.append(factor.xreplace(symbols) * notation.acceleration(other, latex))
         left = sp.Add(*terms)
         right = motion.forces[i].xreplace(nothing)
-        right = sp.collect(sp.expand(right / scale.xreplace(nothing)), [c.velocity for c in coordinates]).xreplace(symbols)
+        right = sp.expand(right / scale.xreplace(nothing)) if normalise else right
+        right = sp.collect(right, [c.velocity for c in coordinates]).xreplace(symbols)
         if c.prescribed is not None:
-            torque = sp.Symbol("T_{\\mathrm{motor}}" if latex else "T_motor")
-            right = right + torque
-        lines.append(f"{sp.latex(left)} = {sp.latex(right)}" if latex else f"{sp.sstr(left)} = {sp.sstr(right)}")
+            lines.append(_equation(symbols[c.velocity], c.prescribed.xreplace(nothing).xreplace(symbols), latex))
+            name, index = ("T", "motor") if c.angle else ("F", "drive")
+            right = right + sp.Symbol(f"{name}_{{\\mathrm{{{index}}}}}" if latex else f"{name}_{index}")
+        lines.append(_equation(left, right, latex))
     return lines
+
+
+def _equation(left: sp.Expr, right: sp.Expr, latex: bool) -> str:
+    return f"{sp.latex(left)} = {sp.latex(right)}" if latex else f"{sp.sstr(left)} = {sp.sstr(right)}"

@@ -71,7 +71,8 @@ def _amplitude(axis: Axes, result: xr.Dataset) -> None:
     for i, name in enumerate(map(str, result.direction.values)):
         along = result.displacement_amplitude.values[i]
         if name != "r" and np.abs(along - amplitude).max(initial=0.0) > 1e-6 * amplitude.max(initial=0.0):
-            axis.plot(*thinned(speed, scale * along), label=f"carrier {name}", **line_style(i + 1))
+            named = name if name == "foundation" else f"carrier {name}"
+            axis.plot(*thinned(speed, scale * along), label=named, **line_style(i + 1))
     axis.set_ylabel(label(result, "amplitude", unit))
     _limit(axis, result, scale)
 
@@ -124,5 +125,5 @@ def _torque(axis: Axes, result: xr.Dataset) -> None:
     used = required[speed <= 1.1 * free] if np.isfinite(free) else required
     top = max(float(result.vibration_torque.max()), float(used.max(initial=0.0)))
     if 0 < 1.5 * top < float(required.max()):
-        axis.set_ylim(top=1.15 * top)  # a fan's load far beyond the speed of the drive would hide all else
+        axis.set_ylim(-0.05 * top, 1.15 * top)  # a fan's load far beyond the speed of the drive would hide all else
     axis.set_ylabel(label(result, "required_torque"))

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_TALLEST = 2.5  # a resonance is cut at this many times the drive's largest torque
+_TALLEST, _BRAKING = 2.5, 0.5  # of the drive's largest torque: resonances are cut above, and its braking below this share
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -81,10 +81,12 @@ def _points(axis: Axes, result: xr.Dataset, torque: np.ndarray) -> None:
 def _limits(axis: Axes, result: xr.Dataset, drive: np.ndarray) -> None:
     """So that the drive is seen, however high the resonance."""
     vibration = result.vibration_torque.values + result.load_torque.values
-    largest = float(np.abs(drive).max(initial=0.0))
+    driving = drive[drive * result.speed.values >= 0]
+    largest = float(np.abs(driving).max(initial=0.0))
     low, high = float(min(drive.min(), vibration.min(), 0.0)), float(max(drive.max(), vibration.max(), 0.0))
     if largest > 0:
-        low, high = max(low, -_TALLEST * largest), min(high, _TALLEST * largest)
+        above, below = (_TALLEST if driving[np.abs(driving).argmax()] * s > 0 else _BRAKING for s in (1, -1))
+        low, high = max(low, -below * largest), min(high, above * largest)
     if high > low:
         axis.set_ylim(low - 0.05 * (high - low), high + 0.08 * (high - low))
 
@@ -99,5 +101,6 @@ def _speeds(axis: Axes, result: xr.Dataset, named: bool) -> None:
         axis.axvline(f, color=GREY, linestyle=":", linewidth=0.9, label=name, zorder=1)
     free = float(result.free_speed)
     if low <= free <= high:
-        axis.axvline(free, color=GREY, linestyle="--", linewidth=0.9, label="speed without vibration" if named else None, zorder=1)
+        name = "speed without vibration" if named else None
+        axis.axvline(free, color=GREY, linestyle="--", linewidth=0.9, label=name, zorder=1)
     axis.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)

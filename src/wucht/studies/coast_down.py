@@ -95,7 +95,10 @@ def _undriven(e: Energies) -> Energies:
 
 
 def prepared(machine: Machine, question: CoastDown) -> tuple[Machine, np.ndarray]:
-    """The machine without drives, the bodies of its tracks in order, and the state (n,) to start from. Raises ``InputError``."""
+    """The machine without drives, the bodies of its tracks in order, and the state (n,) to start from.
+
+    Raises ``InputError``.
+    """
     coasting = without_drives(machine)
     state = start_state(coasting, question.start)
     names = coasting.system.state_names
@@ -160,7 +163,7 @@ def coast_down(
     turn = 2 * math.pi / max([abs(start_speed), *natural])
     limit = question.until or _MOST_TURNS * turn
     step = _step(turn, limit)
-    record.stride = limit / ROWS
+    record.stride = limit / ROWS if question.until is not None else turn
     said = [] if resume is None or resume.attrs.get("finished") else ["an interrupted run cannot be continued: it began again"]
 
     def described(t: Trajectory | None) -> xr.Dataset:
@@ -191,7 +194,7 @@ def _leg(
     count = max(1, min(SAMPLES_A_LEG, round((limit - begin) / step)))
     grid = begin + step * np.arange(count + 1)
     state = initial if before is None else before.end_state
-    return integrate(flow, state, machine.values if before is None else before.parameters, grid, report)
+    return integrate(flow, state, machine.values if before is None else before.parameters.tolist(), grid, report)
 
 
 def _done(record: Record, question: CoastDown, time: float, limit: float) -> bool:

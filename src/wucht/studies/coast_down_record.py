@@ -64,7 +64,7 @@ class Record:
         sense = math.copysign(1.0, self.start_speed)
         back = np.flatnonzero(sense * joined[2] <= 0)
         joined = joined[:, : back[0]] if len(back) else joined
-        found = turns(*joined, {})
+        found = turns(joined[0], joined[1], joined[2], {})
         if not len(found.time):
             if self.half_time is None:
                 self._halved(joined[0], joined[2], joined[2])
@@ -73,7 +73,7 @@ class Record:
         if self.half_time is None:
             self._halved(found.time, found.speed, joined[2])
         last = self.turn_time[-1] if self.turn_time else -math.inf
-        whole = found.time[:: PER_TURN] > last + 0.5 * 2 * math.pi / np.abs(found.speed[::PER_TURN])
+        whole = found.time[::PER_TURN] > last + 0.5 * 2 * math.pi / np.abs(found.speed[::PER_TURN])
         self.turn_time += found.time[::PER_TURN][whole].tolist()
         self.turn_speed += found.speed[::PER_TURN][whole].tolist()
         kept = np.abs(joined[1, -1] - joined[1]) < 8 * math.pi
@@ -151,5 +151,3 @@ class Record:
         self._scale = max(self._scale, *(float(np.abs(x).max(initial=0.0)) for x in (stored, supplied, carried))) or 1.0
         found: np.ndarray = np.abs(supplied + carried - lost - (stored - self._stored)) / self._scale
         return found
-
-

@@ -39,13 +39,16 @@ class Ending:
 
 
 def ending(record: Record) -> Ending:
-    """Judged by the last tenth of the run.
+    """Judged by the last tenth of the run, or by what follows the first reversal if that is shorter.
 
     ``stopped``: below a ten-thousandth of the speed at the start. ``oscillating``: turned back at least twice, and less than a
     turn was made. Else None: it still turns, or creeps on.
     """
     time, angle, speed = (record.column(n) for n in ("time", "angle", "speed"))
-    late = time >= time[-1] - _LAST * (time[-1] - time[0])
+    since = time[-1] - _LAST * (time[-1] - time[0])
+    if record.reversal_time is not None:
+        since = min(max(since, record.reversal_time), float(time[-2]))
+    late = time >= since
     low, high = float(record.column("min_speed")[late].min()), float(record.column("max_speed")[late].max())
     duration = float(time[late][-1] - time[late][0])
     mean = float((angle[late][-1] - angle[late][0]) / duration) if duration else float(speed[-1])

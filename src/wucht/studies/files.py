@@ -64,7 +64,7 @@ def _read(
 
 def _of_kind(written: Document, kind: Any) -> Document:
     """The table ``[study]``; of a file written for another kind only what this kind knows too."""
-    if kind == written.get("kind") or kind not in STUDIES:
+    if kind == written.get("kind") or not isinstance(kind, str) or kind not in STUDIES:
         return dict(written)
     known = STUDIES[kind].question.keys
     return {k: v for k, v in written.items() if k in known}

@@ -7,25 +7,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-
 from wucht.documents import refuse_unknown
 from wucht.errors import InputError
-from wucht.machines.contact import arranged
 from wucht.machines.dimensionless import natural_frequencies
-from wucht.machines.forced import Forced
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed
 from wucht.quantities import Unit
 from wucht.studies.kinds import Checkpoint, Progress
-from wucht.studies.quantities import quantity, span
-from wucht.studies.start import start_state
+from wucht.studies.quantities import span
+from wucht.studies.steady import angles_of, forced, read_phases, read_points
 
 if TYPE_CHECKING:
     import xarray as xr
 
 DEFAULT_POINTS = 600
-_MOST_POINTS = 100_000
 
 
 @dataclass(frozen=True)
@@ -59,40 +54,10 @@ class Response:
         """Raises ``InputError`` where the start does not fit the machine, or nothing is free to vibrate."""
         if not machine.free_carrier:
             raise InputError(
-                "machine.carrier", None, "nothing here is free to vibrate: a response needs a carrier on springs, and this one is "
-                f"{'fixed' if machine.shaken is None else 'moved as prescribed'}",
+                "machine.carrier", None, "nothing here is free to vibrate: a response needs a carrier on springs, and this one "
+                f"is {'fixed' if machine.shaken is None else 'moved as prescribed'}",
             )  # fmt: skip
         forced(machine, self.start)
-
-
-def read_points(table: Mapping[str, Any], default: int) -> int:
-    """The number of points. Raises ``InputError``."""
-    points = quantity(table, "points", Unit("", "number of points"))
-    if points is not None and not (points == int(points) and 2 <= points <= _MOST_POINTS):
-        raise InputError("study.points", table["points"], f"allowed is a whole number from 2 to {_MOST_POINTS}")
-    return default if points is None else int(points)
-
-
-def read_phases(table: Mapping[str, Any]) -> dict[str, Any]:
-    """The table ``start``. Raises ``InputError``."""
-    start = table.get("start", {})
-    if not isinstance(start, Mapping):
-        raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE }")
-    return dict(start)
-
-
-def angles_of(machine: Machine, start: Mapping[str, Any]) -> np.ndarray:
-    """The absolute angles (n,) of the bodies at their start. Raises ``InputError``, also where bodies of a track overlap."""
-    state = start_state(machine, start)
-    names = machine.system.state_names
-    angles = {b.name: float(state[names.index(b.coordinate.position.name)]) for b in machine.bodies}
-    arranged(machine, angles)
-    return np.array(list(angles.values()))
-
-
-def forced(machine: Machine, start: Mapping[str, Any]) -> Forced:
-    """The vibration with the bodies at their start. Raises ``InputError``."""
-    return Forced.of(machine, angles_of(machine, start))
 
 
 def speed_range(machine: Machine) -> tuple[float, float]:

@@ -20,6 +20,7 @@ from wucht.machines.vibration import free_speed, sense_of
 from wucht.numerics.zeros import crossings
 from wucht.results.conventions import Variable, variable
 from wucht.studies.attributes import attributes
+from wucht.studies.steady import left_out
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,6 +83,12 @@ class Answered:
     def peaks(self) -> list[dict[str, float]]:
         """All local maxima of the amplitude in the range."""
         return [{"speed": float(w), "amplitude": self.amplitude_at(float(w))} for w in self.peak_speeds]
+
+    @cached_property
+    def torque_peaks(self) -> list[dict[str, float]]:
+        """All local maxima of the vibration torque in the range."""
+        at = self.torque_peak_speeds
+        return [{"speed": float(w), "torque": float(t)} for w, t in zip(at, self.forced.torque(at)[0], strict=True)]
 
     @cached_property
     def eccentricity(self) -> float | None:
@@ -162,8 +169,8 @@ def _vibration(found: Answered) -> Variables:
     machine, units, speeds = found.machine, found.machine.units, found.grid
     z = found.forced.displacement(speeds)[0].T
     return {
-        "displacement_real": variable("direction speed", z.real, "in-phase displacement of the carrier (r: rad)", units.length),
-        "displacement_imag": variable("direction speed", z.imag, "out-of-phase displacement of the carrier (r: rad)", units.length),
+        "displacement_real": variable("direction speed", z.real, "displacement at the start of a turn (r: rad)", units.length),
+        "displacement_imag": variable("direction speed", z.imag, "displacement a quarter turn before (r: rad)", units.length),
         "displacement_amplitude": variable("direction speed", np.abs(z), "amplitude of the carrier (r: rad)", units.length),
         "lag": variable("direction speed", _lag(found, z), "phase lag behind the unbalance", "rad"),
         "amplitude": variable("speed", found.forced.amplitude(speeds)[0], "amplitude of the axis", machine.orbit_unit),
@@ -185,7 +192,7 @@ def _lag(found: Answered, z: np.ndarray) -> np.ndarray:
     if foundation is not None:
         by_label["foundation"] = by_label.get(foundation.direction, 0.0)
     behind = np.array([by_label[label] or main for label in machine.free_labels])
-    lag = np.mod(-np.angle(z / behind[:, None]), 2 * math.pi)
+    lag: np.ndarray = np.mod(-np.angle(z / behind[:, None]), 2 * math.pi)
     lag[lag > 2 * math.pi - 1e-9] = 0.0
     size = np.abs(z).max(axis=1)
     lag[size <= _NO_MOTION * size.max(initial=0.0)] = math.nan
@@ -225,7 +232,7 @@ def _summary(found: Answered, dataset: xr.Dataset, natural: dict[str, float], fr
         "peaks": found.peaks,
         "peak_torque": float(torque[hardest]),
         "peak_torque_speed": float(speeds[hardest]) if torque[hardest] > 0 else None,
-        "torque_peaks": [{"speed": float(w), "torque": float(found.forced.torque(w[None])[0][0])} for w in found.torque_peak_speeds],
+        "torque_peaks": found.torque_peaks,
         "free_speed": free,
         "amplitude_at_free_speed": None if free is None else found.amplitude_at(abs(free)),
         "eccentricity": found.eccentricity,
@@ -250,11 +257,7 @@ def _warnings(found: Answered) -> list[str]:
     machine, said = found.machine, []
     for speed in found.undamped:
         said.append(f"nothing damps the resonance at {speed:.6g}{_unit(machine)}: there the amplitude is infinite")
-    if machine.shaken is not None:
-        said.append("the prescribed motion of the carrier is left out: only what the unbalance causes is shown")
-    if machine.sliders:
-        said.append("sliders are taken where their springs are free of force: their unbalance does not grow with the speed here")
-    return said
+    return said + left_out(machine)
 
 
 def _unit(machine: Machine) -> str:

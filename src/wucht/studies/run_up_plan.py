@@ -11,7 +11,7 @@ import sympy as sp
 
 from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine, Turning
-from wucht.machines.vibration import free_speed
+from wucht.machines.vibration import free_speed, net_torque
 from wucht.numerics.events import Event
 from wucht.system import TIME
 
@@ -24,6 +24,7 @@ _FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest spee
 _MOST_TURNS = 25_000
 FEWEST_SAMPLES_PER_TURN = 8
 _LEGS = 20
+_RUNAWAY, _SLOWEST_RUNAWAY = 20.0, 150.0  # times the highest natural frequency, or this in rad/s: 30,000 rpm at least
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 
 
@@ -108,9 +109,23 @@ def _events(machine: Machine, question: RunUp, initial: np.ndarray) -> list[Even
     if question.turns is not None:
         turned = rotor.position - initial[machine.system.state_names.index(rotor.position.name)]
         found.append(Event(TURNS_DONE, (turned / (2 * math.pi * question.turns)) ** 2 - 1, +1, terminal=True))
-    if question.speed_limit is not None and rotor.prescribed is None:
-        found.append(Event(SPEED_LIMIT, (rotor.velocity / question.speed_limit) ** 2 - 1, +1, terminal=True))
+    limit = question.speed_limit or runaway_limit(machine)
+    if limit is not None and rotor.prescribed is None:
+        found.append(Event(SPEED_LIMIT, (rotor.velocity / limit) ** 2 - 1, +1, terminal=True))
     return [*found, *(release_event(machine, b) for b in machine.bodies if b.release is not None)]
+
+
+def runaway_limit(machine: Machine) -> float | None:
+    """Where a run ends whose drive meets no load that could hold it, in rad/s; None for all other machines.
+
+    Such are a series motor without load, 002 (2.105), and a constant torque without losses.
+    """
+    rotor = machine.rotor
+    if not machine.units.time or rotor.coordinate.prescribed is not None or machine.schedules:
+        return None
+    if free_speed(machine, rotor) is not None or net_torque(machine, rotor)(0.0) == 0.0:
+        return None
+    return _RUNAWAY * max([*natural_frequencies(machine).values(), _SLOWEST_RUNAWAY])
 
 
 def release_event(machine: Machine, body: Turning) -> Event:
@@ -151,6 +166,12 @@ def released_at_start(machine: Machine, initial: np.ndarray) -> Machine:
 
 def _warnings(machine: Machine, question: RunUp, free: float | None, samples_per_turn: float) -> list[str]:
     said = []
+    limit = runaway_limit(machine)
+    if limit is not None and question.speed_limit is None:
+        said.append(
+            "no load and no loss holds the drive: without vibration its speed would grow without limit, as that of a series motor "
+            f"without load, 002 (2.105); the run ends at {limit:.4g} rad/s, or at study.speed_limit"
+        )
     unit = f" {machine.units.time}" if machine.units.time else ""
     if question.until is not None and free and question.until < 20 * math.pi / abs(free):
         said.append(

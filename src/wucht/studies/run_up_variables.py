@@ -83,7 +83,7 @@ def _vibration(machine: Machine, row: Mapping[str, np.ndarray], time: np.ndarray
     at_rest = _static_orbit(machine)
     offset = np.array([row[f"orbit.{n}"] - at_rest[n] for n in machine.orbit]).reshape(-1, len(time))
     rate = np.array([row[f"orbit.v{n}"] for n in machine.orbit]).reshape(-1, len(time))
-    distance = np.sqrt((offset**2).sum(axis=0))
+    distance = np.hypot.reduce(offset, axis=0) if len(offset) else np.zeros(len(time))
     amplitude, peak = _amplitude(time, offset, rate, row[machine.rotor.coordinate.velocity.name], natural)
     per_time = f"{units.length}/{units.time}" if units.time else ""
     return {

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from pydantic import ValidationError
 
 from wucht.documents import choice, refuse_unknown
 from wucht.errors import InputError
@@ -19,7 +20,7 @@ from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.quantities import parameter, positive, span
 from wucht.studies.run_up_plan import release_event
 from wucht.studies.start import start_state
-from wucht.studies.sweep_flow import Halted, Mover, Place, Reading, moving_system, with_value
+from wucht.studies.sweep_flow import HaltError, Mover, Place, Reading, moving_system, with_value
 from wucht.studies.sweep_jumps import Jump, jumps, settle
 from wucht.studies.sweep_plan import Plan
 
@@ -73,13 +74,16 @@ class Sweep:
             raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE }")
         if "engine" in table:
             choice(dict(table), "engine", "study", ENGINES)
-        tolerances = [
-            _within(table, "jump_tolerance", JUMP_TOLERANCE, (1e-8, 0.1)),
-            _within(table, "tolerance", DEFAULT_TOLERANCE, (1e-16, 1e-2)),
-        ]
-        direction = choice({"direction": "both"} | dict(table), "direction", "study", DIRECTIONS)
-        rate = positive(table, "rate", a_second)
-        return cls(along.path, limits, rate, direction, dict(start), *tolerances, table.get("engine"))
+        return cls(
+            along=along.path,
+            range=limits,
+            rate=positive(table, "rate", a_second),
+            direction=choice({"direction": "both"} | dict(table), "direction", "study", DIRECTIONS),
+            start=dict(start),
+            jump_tolerance=_within(table, "jump_tolerance", JUMP_TOLERANCE, (1e-8, 0.1)),
+            tolerance=_within(table, "tolerance", DEFAULT_TOLERANCE, (1e-16, 1e-2)),
+            engine=table.get("engine"),
+        )
 
     def check(self, machine: Machine) -> None:
         """Raises ``InputError`` where the start or the range does not fit the machine."""
@@ -115,8 +119,14 @@ def _check_value(machine: Machine, path: str, value: float, where: str) -> None:
         try:
             type(part).model_validate(own | {name: value}).check()
         except ValueError as error:
-            said = error.args[1] if len(error.args) == 2 else error.errors()[0]["msg"] if hasattr(error, "errors") else str(error)
-            raise InputError(where, value, f"{said[0].lower()}{said[1:]}") from None
+            raise InputError(where, value, _reason(error)) from None
+
+
+def _reason(error: ValueError) -> str:
+    if len(error.args) == 2:  # of a part's own check: field and sentence
+        return str(error.args[1])
+    said = str(error.errors()[0]["msg"]) if isinstance(error, ValidationError) else str(error)
+    return f"allowed is what fits: {said[0].lower()}{said[1:]}"
 
 
 def _prepared(machine: Machine, question: Sweep) -> tuple[Machine, np.ndarray]:
@@ -183,16 +193,14 @@ def sweep(
             place = _ramp(mover, plan, place, question, way, record, keep)
             found = jumps(mover, plan, record.places[way], record.readings[way], question.jump_tolerance)
             record.jumps.extend(found)
-    except Halted as halt:
+    except HaltError as halt:
         record.failure, record.interrupted = halt.failure, halt.failure is None
     except KeyboardInterrupt:
         record.interrupted = True
     return described()
 
 
-def _ramp(
-    mover: Mover, plan: Plan, place: Place, question: Sweep, way: str, record: Record, keep: Callable[[], None]
-) -> Place:
+def _ramp(mover: Mover, plan: Plan, place: Place, question: Sweep, way: str, record: Record, keep: Callable[[], None]) -> Place:
     """One ramp in equal legs, and settling at its end."""
     begin, end = question.range if way == "up" else question.range[::-1]
     readings, places = record.readings.setdefault(way, []), record.places.setdefault(way, [])

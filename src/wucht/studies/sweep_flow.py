@@ -29,7 +29,7 @@ _MOST_TURNS_SEEN = 200  # of a leg: what is sampled densely, at its end
 _TURNS_UNSEEN = 5  # between two samples before that
 
 
-class Halted(Exception):
+class HaltError(Exception):
     """The user stopped the run, or it failed with a sentence."""
 
     def __init__(self, failure: str | None) -> None:
@@ -113,7 +113,7 @@ class Mover:
         return Place(0.0, value, np.concatenate([initial, works]), np.array(pars, float))
 
     def leg(self, place: Place, duration: float, to: float | None = None) -> tuple[Place, Reading]:
-        """Move the parameter evenly to a value (None: hold it) for a time. Raises ``Halted``."""
+        """Move the parameter evenly to a value (None: hold it) for a time. Raises ``HaltError``."""
         rate = 0.0 if to is None else (to - place.value) / duration
         pars = place.parameters.copy()
         for symbol, number in ((BASE, place.value), (RATE, rate), (ORIGIN, place.time)):
@@ -121,8 +121,8 @@ class Mover:
         end = place.time + duration
         seen = min(duration, _MOST_TURNS_SEEN * 2 * math.pi / self.fastest)
         if seen < duration:
-            unseen = np.linspace(place.time, end - seen, 2 + int((duration - seen) * self.fastest / (2 * math.pi * _TURNS_UNSEEN)))
-            before = self._run(unseen, place.state, pars)
+            count = 2 + int((duration - seen) * self.fastest / (2 * math.pi * _TURNS_UNSEEN))
+            before = self._run(np.linspace(place.time, end - seen, count), place.state, pars)
             state, pars = before.end_state, before.parameters
         else:
             state = place.state
@@ -131,14 +131,18 @@ class Mover:
         there = place.value if to is None else to
         return Place(end, there, found.end_state, found.parameters), self._read(found, place, rate)
 
+    def _reported(self, _time: float) -> None:
+        if self.report is not None:
+            self.report()
+
     @cached_property
     def _index(self) -> dict[str, int]:
         return {n: i for i, n in enumerate(self.flow.system.parameter_names)}
 
     def _run(self, grid: np.ndarray, state: np.ndarray, pars: np.ndarray) -> Trajectory:
-        found = integrate(self.flow, state, pars, grid, None if self.report is None else lambda _t: self.report and self.report())
+        found = integrate(self.flow, state, pars.tolist(), grid, self._reported)
         if found.failure or found.interrupted:
-            raise Halted(found.failure)
+            raise HaltError(found.failure)
         return found
 
     def _read(self, t: Trajectory, place: Place, rate: float) -> Reading:

@@ -11,15 +11,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from wucht.studies.sweep_flow import Mover, Place, Reading
 from wucht.studies.sweep_plan import Plan
 
-_STEEP, _SMALLEST, _MOST = 6.0, 0.004, 8
+_STEEP, _SMALLEST, _MOST = 2.0, 0.02, 8  # times the median slope; share of the whole range; candidates
 _SETTLED = 1e-6
+_SAME = 0.2  # of the change between the legs is left between two values that close: else it is steep, but no jump
+_CORE = 0.25  # of the largest change between two legs: what changes less is not the jump, but the branch that bends towards it
 _MOST_WINDOWS = 400
 _PATIENCE = 3.0
 _FEWEST_WINDOWS = 10
@@ -29,10 +31,10 @@ _SPREAD = (1.0, 4.0, 9.0, 16.0)  # of the points of the parabola: evenly spaced 
 
 @dataclass(frozen=True)
 class Jump:
-    """value: of the parameter where the branch ends. before, after: steady readings on it there, and where the machine lands.
+    """value: of the parameter where the branch ends. upward: whether it rises. after: a steady reading where the machine lands.
 
-    speed, amplitude: on the branch at its end. bracket: between which values the end lies. fold: whether it is one, or the branch
-    loses its stability in another way.
+    speed, amplitude: on the branch at its end. bracket: between which values the end lies. fold: whether the branch ends in a
+    parabola there; else it loses its stability in another way.
     """
 
     value: float
@@ -85,16 +87,21 @@ class _Signal:
 
 
 def _steep(y: np.ndarray) -> list[tuple[int, int]]:
-    """Where the signal (N,) changes much faster than elsewhere: pairs of indices before and after, the largest changes only."""
+    """Where the signal (N,) changes faster than elsewhere: pairs of indices before and after, the largest changes only.
+
+    These are candidates only: whether the machine jumps there is found by holding the parameter.
+    """
     if len(y) < 4 or not np.ptp(y) > 1e-6 * np.abs(y).max():
         return []
     change = np.abs(np.diff(y))
-    steep = np.flatnonzero(change > max(_STEEP * float(np.median(change)), _SMALLEST * float(np.ptp(y))))
+    usual, least = float(np.median(change)), _SMALLEST * float(np.ptp(y))
+    steep = np.flatnonzero(change > max(_STEEP * usual, 0.1 * least))
     if not len(steep):
         return []
     groups = np.split(steep, np.flatnonzero(np.diff(steep) > 3) + 1)
-    pairs = [(int(g[0]), min(int(g[-1]) + 1, len(y) - 1)) for g in groups]
-    large = [p for p in pairs if abs(y[p[1]] - y[p[0]]) > 5 * _SMALLEST * np.ptp(y)]
+    cores = [g[change[g] > _CORE * change[g].max()] for g in groups]
+    pairs = [(int(g[0]), int(g[-1]) + 1) for g in cores]
+    large = [p for p in pairs if abs(y[p[1]] - y[p[0]]) - (p[1] - p[0]) * usual > least]
     return sorted(sorted(large, key=lambda p: -abs(y[p[1]] - y[p[0]]))[:_MOST])
 
 
@@ -104,6 +111,10 @@ class _Search:
     plan: Plan
     signal: _Signal
     tolerance: float
+    after: float = math.nan
+    before: float = math.nan
+    window: float = 0.0
+    steady: Reading = field(default_factory=lambda: Reading(*[math.nan] * 6))
 
     def jump(self, places: Sequence[Place], readings: Sequence[Reading], first: int, last: int) -> Jump | None:
         """The end of the branch between two legs, None if the signal is steep there but does not jump."""
@@ -114,12 +125,13 @@ class _Search:
         if stays is None:
             return None
         low, self.before = stays, self.signal(self.steady)
+        expected = abs(self.after - self.before)
         high, upward = places[beyond].value, places[beyond].value > stays.value
         wait, left = math.inf, None
         while abs(high - low.value) > self._width(high):
             held, steady, took = self._hold(low, (low.value + high) / 2, wait)
             if took is None:
-                low, self.steady = held, steady
+                low, self.steady, self.before = held, steady, self.signal(steady)
             else:
                 high, left = held.value, held
                 wait = _PATIENCE * took * math.sqrt(max(1.0, abs(high - low.value) / self._width(high)))
@@ -127,7 +139,7 @@ class _Search:
             left = places[beyond]
         _, after, _ = settle(self.mover, self.plan, left)
         height = abs(self.signal(after) - self.signal(self.steady))
-        if height < 0.3 * abs(self.after - self.before):
+        if height < _SAME * expected:
             return None
         vertex = self._vertex(low, high)
         bracket = (min(low.value, high), max(low.value, high))
@@ -169,7 +181,7 @@ class _Search:
         return place, reading, None
 
     def _vertex(self, low: Place, high: float) -> tuple[float, float, float] | None:
-        """Fold, speed and amplitude there, from steady states beside it; None if they do not lie on a parabola that ends here."""
+        """Fold, speed and amplitude there, from steady states beside it; None if their parabola does not end here."""
         sense, reach = math.copysign(1.0, high - low.value), _REACH * self._width(high)
         found, place = list[Reading](), low
         for distance in _SPREAD:
@@ -185,8 +197,9 @@ class _Search:
         for root in cubic.deriv().roots():
             value = cubic(root.real)
             if abs(root.imag) < 1e-9 and abs(value + sense * self._width(high) / 2) <= 2 * self._width(high):
-                at = float(middle + span * root.real)
-                amplitude = np.polynomial.Polynomial.fit((y - middle) / span, [r.amplitude for r in found], 3)(root.real)
-                speed = np.polynomial.Polynomial.fit((y - middle) / span, [r.speed for r in found], 3)(root.real)
-                return float(high + value), at if not self.signal.of_amplitude else float(speed), float(amplitude)
+                speed, amplitude = (
+                    float(np.polynomial.Polynomial.fit((y - middle) / span, np.array(column), 3)(root.real))
+                    for column in zip(*((r.speed, r.amplitude) for r in found), strict=True)
+                )
+                return float(high + value), speed, amplitude
         return None

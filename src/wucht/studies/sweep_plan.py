@@ -25,9 +25,10 @@ _TURNS_A_SAMPLE = 3
 
 @dataclass(frozen=True)
 class Plan:
-    """answer: the slowest decay of the machine's small motions, at least a turn. fastest, turn: speed and longest turn expected.
+    """answer: the slowest decay of the machine's small motions, at least a turn.
 
-    rate: of the parameter. samples: of a ramp. step: duration of one. warnings: what is doubtful.
+    fastest, turn: the largest speed and the longest turn expected. rate: of the parameter.
+    samples: of a ramp. step: duration of one. warnings: what is doubtful.
     """
 
     answer: float

@@ -43,9 +43,7 @@ def result(machine: Machine, question: Sweep, plan: Plan, engine: str, record: R
     words = {"what": along.what, "unit": along.unit, "speed": machine.units.speed, "length": machine.orbit_unit}
     ways = list(record.readings)
     data = {
-        name: variable(
-            "direction sample", _table(record, ways, plan.samples, key), text.format(**words), unit.format(**words)
-        )
+        name: variable("direction sample", _table(record, ways, plan.samples, key), text.format(**words), unit.format(**words))
         for name, (key, text, unit) in _VARIABLES.items()
     }
     grid = np.linspace(*question.range, _FREE_SPEEDS)

@@ -1,4 +1,4 @@
-"""The study ``torque-balance``: at which speeds the drive's torque equals that of load and vibration. 002 (3.51), figure 3.2b."""
+"""The study ``torque-balance``: where the drive's torque equals that of load and vibration. 002 (3.51), figure 3.2b."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from wucht.machines.vibration import free_speed, group
 from wucht.quantities import Unit
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.quantities import span
-from wucht.studies.response import angles_of, forced, read_phases, read_points
+from wucht.studies.steady import angles_of, forced, read_phases, read_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,8 +55,8 @@ class TorqueBalance:
         forced(machine, self.start)
         if rotor.coordinate.prescribed is not None:
             raise InputError(
-                "machine.drive", None, f"the drive gives {rotor.name!r} its speed, whatever torque that takes: there is nothing "
-                "to balance; study.kind = 'response' shows the torque that it takes",
+                "machine.drive", None, f"the drive gives {rotor.name!r} its speed, whatever torque that takes: nothing is to "
+                "be balanced; study.kind = 'response' shows the torque that it takes",
             )  # fmt: skip
         turning = {b.name for b in group(machine, rotor)}
         if not isinstance(machine.parts[0], Model) and not any(d.on in turning for d in machine.drives):

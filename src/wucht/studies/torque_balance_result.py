@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from wucht.machines.vibration import free_speed, group, sense_of
 from wucht.numerics.zeros import crossings
 from wucht.results.conventions import variable
 from wucht.studies.attributes import attributes
+from wucht.studies.steady import left_out
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from wucht.studies.torque_balance import TorqueBalance
 
 TOUCHING = 1e-9  # of the torques: where the difference of drive and resistance has an extremum so small, they touch
+_AROUND = 1e-3  # of the largest speed: how far around a working point torques are compared with
 _FAST = 1e9  # rad/s: a torque left at all speeds up to this meets no load
 
 
@@ -92,7 +94,7 @@ class Balance:
 
     @cached_property
     def grid(self) -> np.ndarray:
-        """The speeds (N,): even, denser at standstill, at resonances and where an induction motor pulls out, and all extremes."""
+        """The speeds (N,): denser at standstill, resonances and where an induction motor pulls out; all extremes."""
         (low, high), size = self.range, max(map(abs, self.range))
         near = np.concatenate([-np.geomspace(0.5, 1e-5, 60), [0.0], np.geomspace(1e-5, 0.5, 60)])
         resonances = self.forced.grid(0.0, size, 2) if self.machine.free_carrier else np.empty(0)
@@ -108,22 +110,25 @@ class Balance:
     def working_points(self) -> list[WorkingPoint]:
         """All of them, in increasing order of the speed."""
         grid = self.grid
-        value, slope = self.surplus(grid)
+        value, _ = self.surplus(grid)
         roots = crossings(lambda w: self.surplus(w)[0], grid)
         ends = [float(grid[i]) for i in (0, -1) if value[i] == 0]
         crossing = [float(w) for w in np.unique([*roots, *ends]) if abs(self._share(float(w))) < 1e-6]
         extremes = crossings(lambda w: self.surplus(w)[1], grid)
-        step = 1e-6 * max(map(abs, self.range))
-        touching = [
-            float(w) for w in extremes if abs(self._share(float(w))) < TOUCHING and all(abs(w - c) > step for c in crossing)
-        ]
+        touching = [float(w) for w in extremes if abs(self._share(float(w))) < TOUCHING and not self._beside(w, crossing)]
         return sorted((self._point(w, w in touching) for w in [*crossing, *touching]), key=lambda p: p.speed)
 
+    def _beside(self, speed: float, crossing: list[float]) -> bool:
+        """Whether the curves cross between an extremum's two neighbours on the grid, so that they do not merely touch."""
+        i, last = int(np.searchsorted(self.grid, speed)), len(self.grid) - 1
+        low, high = self.grid[max(i - 2, 0)], self.grid[min(i + 2, last)]
+        return any(low <= c <= high for c in crossing)
+
     def _share(self, speed: float) -> float:
-        """The surplus, of the torques of which it is the difference."""
-        at = np.array([speed])
+        """The surplus, of the torques around there of which it is the difference."""
+        at = speed + np.array([0.0, -_AROUND, _AROUND]) * max(map(abs, self.range))
         parts = (self.shaft.drive(at)[0], self.shaft.losses(at)[0], self.vibration(at)[0])
-        scale = float(max(np.abs(p).max() for p in parts))
+        scale = float(np.abs(parts).max())
         return float(self.surplus(at)[0][0]) / scale if scale else 0.0
 
     def _point(self, speed: float, tangential: bool) -> WorkingPoint:
@@ -187,8 +192,9 @@ def result(
         "natural_frequency": variable("mode", list(natural.values()), "natural frequency", units.speed),
     }
     dataset = xr_.Dataset(dict(data.items()), coords=coordinates)
+    sentence = _sentence(found)
     summary = {
-        "sentence": _sentence(found),
+        "sentence": sentence,
         "on": rotor.name,
         "range": list(range_),
         "working_points": [asdict(p) for p in points],
@@ -197,7 +203,7 @@ def result(
         "runaway": found.runaway,
         "natural_frequencies": natural,
     }
-    dataset.attrs |= attributes(machine, question, summary, summary["sentence"], _warnings(found), begun)
+    dataset.attrs |= attributes(machine, question, summary, sentence, _warnings(found), begun)
     return dataset
 
 
@@ -209,15 +215,13 @@ def _breakdown(found: Balance) -> dict[str, float] | None:
 def _sentence(found: Balance) -> str:
     points = found.working_points
     stable = sum(p.stable for p in points)
-    count = f"{len(points) or 'no'} working point{'' if len(points) == 1 else 's'}, {stable} of them stable" if points else ""
+    count = f"{len(points)} working points, {stable} of them stable"
+    if len(points) == 1:
+        count = f"one working point, {'stable' if stable else 'not stable'}"
     if found.runaway:
         away = "without vibration the drive's torque never meets the load: the rotor would run away"
-        return f"{away}; with it {count} in the range" if points else away
-    if not points:
-        return "drive, load and vibration meet nowhere in the range"
-    if len(points) == 1:
-        return f"one working point, {'stable' if stable else 'not stable'}"
-    return count
+        return f"{away}; with it {'are' if len(points) > 1 else 'is'} {count}" if points else away
+    return count if points else "drive, load and vibration meet nowhere in the range"
 
 
 def _warnings(found: Balance) -> list[str]:
@@ -226,8 +230,4 @@ def _warnings(found: Balance) -> list[str]:
         said.append("at a working point the curves only touch: the least change makes two of it or none")
     if len(machine.rotors) > 1:
         said.append(f"all rotors are taken to turn as fast as {found.rotor.name!r}, in the phases of the start")
-    if machine.shaken is not None:
-        said.append("the prescribed motion of the carrier is left out: it has a torque of its own")
-    if machine.sliders:
-        said.append("sliders are taken where their springs are free of force: their unbalance does not grow with the speed here")
-    return said
+    return said + left_out(machine)

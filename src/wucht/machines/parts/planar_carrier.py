@@ -57,9 +57,8 @@ class PlanarCarrier(Support):
         self.check_motion()
         if self.mounts and (self.stiffness is not None or self.rotation_stiffness is not None):
             raise ValueError("mounts", "allowed are either mounts, or stiffness with rotation_stiffness")
-        if not self.mounts and (self.stiffness is None or self.rotation_stiffness is None):
-            missing = "stiffness" if self.stiffness is None else "rotation_stiffness"
-            raise ValueError(missing, "this key is missing; needed are mounts, or stiffness and rotation_stiffness")
+        if not self.mounts and self.stiffness is None:
+            raise ValueError("stiffness", "this key is missing; needed are mounts, or stiffness and rotation_stiffness")
         pairs = [("stiffness", self.stiffness), ("damping", self.damping)]
         pairs += [("mounts", v) for m in self.mounts for v in (m.stiffness, m.damping)]
         for key, value in pairs:
@@ -92,7 +91,7 @@ class PlanarCarrier(Support):
             dissipation.append((b[0] * p.vx**2 + b[1] * p.vy**2) / 2)
         if not self.mounts:
             cr, br = self.symbols("rotation_stiffness", "rotation_damping")
-            potential.append(cr * r.position**2 / 2)
+            potential.append(cr * r.position**2 / 2 if self.rotation_stiffness is not None else sp.S.Zero)
             dissipation.append(br * r.velocity**2 / 2)
         kinetic = m * (at.vx**2 + at.vy**2) / 2 + j * r.velocity**2 / 2
         return Energies(kinetic, sp.Add(*potential), sp.Add(*dissipation))

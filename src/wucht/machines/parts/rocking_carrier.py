@@ -25,6 +25,7 @@ class RockingCarrier(Support):
     kind: ClassVar[str] = "carrier-r"
 
     directions: Literal["r"] = "r"
+    mass: float = si("kg", "mass (it rests: the carrier only turns)", "m", 0.0, ge=0)
     inertia: float = si("kg m^2", "moment of inertia about the axis of turning", "Theta", gt=0)
     rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0)
     rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0)

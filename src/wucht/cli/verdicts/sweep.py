@@ -1,0 +1,36 @@
+"""The verdict of a sweep in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from wucht.cli.verdicts.units import speaking
+
+
+def lines(document: dict[str, Any]) -> list[str]:
+    """The lines that ``wucht run`` prints for a sweep."""
+    s = document["summary"]
+    speed, length = speaking(document)
+    along = s["along"]
+    low, high = s["range"]
+    count = len(s["jumps"])
+    headline = {0: "NO JUMP", 1: "ONE JUMP"}.get(count, f"{count} JUMPS")
+    said = [document["machine"]]
+    said.append(f"verdict: {s['sentence'].upper() if s['sentence'].startswith('the sweep') else headline}")
+    chosen = " (chosen: so slow that the machine follows)" if s["rate_chosen"] else ""
+    said.append(f"  sweep        {along} from {low:.5g} to {high:.5g} at {s['rate']:.3g} a unit of time{chosen}")
+    for way, ends in s["ends"].items():
+        said.append(f"  {way:<12} {speed(ends['from_speed'])} to {speed(ends['to_speed'])}")
+    for jump in s["jumps"]:
+        arrow = "rising" if jump["direction"] == "up" else "falling"
+        said.append(f"  jump         {arrow}, at {along} = {jump[along]:.6g}:")
+        said.append(f"               speed {speed(jump['from_speed'])} to {speed(jump['to_speed'])}")
+        said.append(f"               amplitude {length(jump['from_amplitude'])} to {length(jump['to_amplitude'])}")
+    if s["hysteresis"]:
+        below, above = s["hysteresis"]
+        said.append(f"  hysteresis   between {below:.6g} and {above:.6g} the state depends on where the machine comes from")
+    if s["jumps"]:
+        said.append(f"  accuracy     of these values {s['jump_tolerance']:.0e}, relative, found by holding {along}: not late by the rate")
+    if s["energy_residual"] is not None:
+        said.append(f"  energy       balance closed to {s['energy_residual']:.1e}")
+    return said

@@ -1,0 +1,58 @@
+"""What the studies of a steady speed have in common: the phases of the bodies, and what a linear carrier leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from wucht.errors import InputError
+from wucht.machines.contact import arranged
+from wucht.machines.forced import Forced
+from wucht.machines.machine import Machine
+from wucht.quantities import Unit
+from wucht.studies.quantities import quantity
+from wucht.studies.start import start_state
+
+_MOST_POINTS = 100_000
+
+
+def read_points(table: Mapping[str, Any], default: int) -> int:
+    """The number of points. Raises ``InputError``."""
+    points = quantity(table, "points", Unit("", "number of points"))
+    if points is not None and not (points == int(points) and 2 <= points <= _MOST_POINTS):
+        raise InputError("study.points", table["points"], f"allowed is a whole number from 2 to {_MOST_POINTS}")
+    return default if points is None else int(points)
+
+
+def read_phases(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The table ``start``. Raises ``InputError``."""
+    start = table.get("start", {})
+    if not isinstance(start, Mapping):
+        raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE }")
+    return dict(start)
+
+
+def angles_of(machine: Machine, start: Mapping[str, Any]) -> np.ndarray:
+    """The absolute angles (n,) of the bodies at their start. Raises ``InputError``, also where bodies of a track overlap."""
+    state = start_state(machine, start)
+    names = machine.system.state_names
+    angles = {b.name: float(state[names.index(b.coordinate.position.name)]) for b in machine.bodies}
+    arranged(machine, angles)
+    return np.array(list(angles.values()))
+
+
+def forced(machine: Machine, start: Mapping[str, Any]) -> Forced:
+    """The vibration with the bodies at their start. Raises ``InputError``."""
+    return Forced.of(machine, angles_of(machine, start))
+
+
+def left_out(machine: Machine) -> list[str]:
+    """Sentences about what is not in the steady vibration of a linear carrier."""
+    said = []
+    if machine.shaken is not None:
+        said.append("the prescribed motion of the carrier is left out: only what the unbalance causes is computed")
+    if machine.sliders:
+        said.append("sliders are taken where their springs are free of force: their unbalance does not grow with the speed")
+    return said

@@ -1,0 +1,148 @@
+"""The figures of ``response`` and ``torque-balance``: panels, labels, markers; drawn from the Dataset alone."""
+
+from __future__ import annotations
+
+import io
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from wucht.errors import InputError
+from wucht.machines.catalogue import load_machine
+from wucht.machines.files import machine_from
+from wucht.plots import draw
+from wucht.studies.response import Response, response
+from wucht.studies.torque_balance import TorqueBalance, torque_balance
+
+ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
+CARRIER = {"mass": 3.0, "stiffness": [2e4, 6e4], "damping": 40.0}
+LINEAR = {"kind": "linear", "slope": 0.05, "no_load_speed": 250.0}
+
+
+def labels(axis: Axes) -> list[str]:
+    legend = axis.get_legend()
+    assert legend is not None
+    return [text.get_text() for text in legend.get_texts()]
+
+
+def line(axis: Axes, name: str) -> Any:
+    return next(drawn for drawn in axis.get_lines() if drawn.get_label() == name)
+
+
+def answered(**carrier: Any) -> xr.Dataset:
+    return response(machine_from({"carrier": CARRIER | carrier, "bodies": [ROTOR], "drive": LINEAR}), Response())
+
+
+@pytest.fixture(scope="module")
+def found() -> xr.Dataset:
+    return answered()
+
+
+@pytest.fixture(scope="module")
+def balance() -> xr.Dataset:
+    return torque_balance(load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": 2}), TorqueBalance())
+
+
+def test_response_panels(found: xr.Dataset) -> None:
+    figure = draw(found)
+    assert [a.get_ylabel() for a in figure.axes] == [
+        "amplitude of the axis (mm)", "phase lag (\u00b0)", "distance from rest (mm)", "torque required (N m)",
+    ]  # fmt: skip
+    assert figure.axes[-1].get_xlabel() == "speed (rad/s)"
+    amplitude, phase, centre, torque = figure.axes
+    assert labels(amplitude) == ["axis", "carrier x", "carrier y", "critical speeds", "speed of the drive"]
+    assert labels(phase) == ["x", "y"]
+    assert labels(centre) == ["centre of mass", "axis", "eccentricity"]
+    assert labels(torque) == ["vibration"]
+    assert found.attrs["sentence"] in figure.get_suptitle()
+
+
+def test_response_lines(found: xr.Dataset) -> None:
+    amplitude, phase, _, torque = draw(found).axes
+    assert line(amplitude, "axis").get_ydata().max() == pytest.approx(1e3 * float(found.peak_amplitude.max()))
+    marked = [float(x.get_xdata()[0]) for x in amplitude.get_lines() if x.get_linestyle() == ":" and len(x.get_xdata()) == 2]
+    assert marked == pytest.approx([math.sqrt(2e4 / 5), math.sqrt(6e4 / 5)])
+    assert line(amplitude, "speed of the drive").get_xdata()[0] == 250.0
+    assert phase.get_ylim() == (-10, 190)
+    assert line(torque, "vibration").get_ydata().max() == pytest.approx(float(found.vibration_torque.max()))
+
+
+def test_an_isotropic_carrier_has_one_line_a_panel() -> None:
+    amplitude, phase, *_ = draw(response(load_machine("drozdetskaya-2020/table-3.1-laval"), Response())).axes
+    assert labels(amplitude) == ["axis", "critical speed", "speed of the drive"]
+    assert labels(phase) == ["x and y"]
+    assert amplitude.get_ylabel() == "amplitude of the axis"
+
+
+def test_an_infinite_amplitude_is_cut() -> None:
+    figure = draw(answered(stiffness=2e4, damping=0.0))
+    top = figure.axes[0].get_ylim()[1]
+    assert 5 < top < 200  # mm; the samples by the resonance reach metres
+
+
+def test_losses_are_drawn_apart() -> None:
+    rotor = ROTOR | {"bearing_damping": 0.1}
+    figure = draw(response(machine_from({"carrier": CARRIER, "bodies": [rotor], "drive": LINEAR}), Response()))
+    assert labels(figure.axes[-1]) == ["with losses", "loads and bearings", "vibration"]
+
+
+def test_a_carrier_that_turns_has_no_centre_of_mass_panel() -> None:
+    rotor = {k: v for k, v in ROTOR.items() if k != "eccentricity"} | {"couple_unbalance": 1e-3}
+    carrier = {"directions": "r", "inertia": 0.5, "rotation_stiffness": 2e3, "rotation_damping": 2.0}
+    figure = draw(response(machine_from({"carrier": carrier, "bodies": [rotor], "drive": LINEAR}), Response()))
+    assert [a.get_ylabel() for a in figure.axes] == ["amplitude of the axis (rad)", "phase lag (\u00b0)", "torque required (N m)"]
+
+
+def test_torque_balance_marks_the_working_points(balance: xr.Dataset) -> None:
+    (axis,) = draw(balance).axes
+    stable, other = line(axis, "working point, stable"), line(axis, "working point, not stable")
+    assert list(stable.get_xdata()) == pytest.approx([0.9686444, 1.8176384], abs=1e-7)
+    assert list(other.get_xdata()) == pytest.approx([1.0937039], abs=1e-7)
+    assert stable.get_markerfacecolor() != other.get_markerfacecolor() == "white"
+    assert list(other.get_ydata()) == pytest.approx([2 * (2 - 1.0937039)], abs=1e-6)
+    solid, dashed = line(axis, "vibration"), line(axis, "vibration, unstable")
+    assert dashed.get_linestyle() == "--"
+    inside = np.interp(1.0937039, dashed.get_xdata(), np.isfinite(dashed.get_ydata()).astype(float))
+    assert inside == 1
+    assert not np.isfinite(solid.get_ydata())[np.searchsorted(solid.get_xdata(), 1.0937039)]
+
+
+def test_torque_balance_with_a_load() -> None:
+    m = machine_from(
+        {"carrier": CARRIER, "bodies": [ROTOR | {"bearing_damping": 0.01}], "drive": LINEAR,
+         "loads": [{"kind": "quadratic", "coefficient": 1e-5}]}
+    )  # fmt: skip
+    figure = draw(torque_balance(m, TorqueBalance()))
+    above, below = figure.axes
+    assert above.get_ylabel() == below.get_ylabel() == "torque (N m)"
+    assert {"drive", "load and bearings", "load and vibration", "working point, stable"} <= set(labels(above))
+    assert {"drive less load", "vibration", "natural frequencies", "speed without vibration"} <= set(labels(below))
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+@pytest.mark.filterwarnings("error")
+def test_every_format(found: xr.Dataset, balance: xr.Dataset, ending: str) -> None:
+    for result in (found, balance):
+        file = io.BytesIO()
+        draw(result).savefig(file, format=ending)
+        assert file.getbuffer().nbytes > 5000
+
+
+@pytest.mark.filterwarnings("error")
+def test_what_is_empty_can_be_drawn() -> None:
+    rotor = ROTOR | {"eccentricity": 0.0}
+    m = machine_from({"carrier": CARRIER, "bodies": [rotor], "drive": LINEAR})
+    for result in (response(m, Response()), torque_balance(m, TorqueBalance()), torque_balance(m, TorqueBalance((1.0, 2.0)))):
+        drawn: Figure = draw(result)
+        drawn.savefig(io.BytesIO(), format="png")
+
+
+def test_a_dataset_that_is_no_result_is_refused(found: xr.Dataset, balance: xr.Dataset) -> None:
+    for result in (found.drop_vars("amplitude"), balance.drop_vars("drive_torque")):
+        with pytest.raises(InputError, match="no complete result"):
+            draw(result)
