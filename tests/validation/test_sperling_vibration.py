@@ -294,4 +294,4 @@ def test_balls_released_after_30_s_bild_4(name: str) -> None:
         radius = 0.01 * w**2 / math.hypot(c - m * w**2, b * w)
         # After 29 s the free vibration has died out to exp(-0.2*29) = 0.3 %.
         assert float(before.radius[-1]) == pytest.approx(radius, rel=1e-2)
-    assert float(result.amplitude[-1]) < 1e-4 * float(before.amplitude.max())
+    assert float(result.amplitude[-1]) < 1e-3 * float(before.amplitude.max())

@@ -29,7 +29,8 @@ def figure(result: xr.Dataset) -> Figure:
     for axis in axes:
         _speeds(axis, result, named=axis is axes[-1])
         axis.set_xlim(float(result.speed[0]), float(result.speed[-1]))
-        axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
+        if axis.get_legend_handles_labels()[0]:
+            axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
     axes[-1].set_xlabel(label(result, "speed") if result.speed.attrs["units"] else "speed $\\omega$")
     return drawn
 

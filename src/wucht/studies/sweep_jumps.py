@@ -20,6 +20,7 @@ from wucht.studies.sweep_plan import Plan
 
 _STEEP, _SMALLEST, _MOST = 2.0, 0.02, 8  # times the median slope; share of the whole range; candidates
 _SETTLED = 1e-6
+_OTHER = 0.3  # of the change: if holding the parameter changes the signal by more, the ramp was in another state
 _SAME = 0.2  # of the change between the legs is left between two values that close: else it is steep, but no jump
 _CORE = 0.25  # of the largest change between two legs: what changes less is not the jump, but the branch that bends towards it
 _MOST_WINDOWS = 400
@@ -34,7 +35,8 @@ class Jump:
     """value: of the parameter where the branch ends. upward: whether it rises. after: a steady reading where the machine lands.
 
     speed, amplitude: on the branch at its end. bracket: between which values the end lies. fold: whether the branch ends in a
-    parabola there; else it loses its stability in another way.
+    parabola there; else it loses its stability in another way. only_seen: by the ramp, because the machine does not stay in the
+    state before the jump if the parameter is held.
     """
 
     value: float
@@ -44,6 +46,7 @@ class Jump:
     after: Reading
     bracket: tuple[float, float]
     fold: bool
+    only_seen: bool = False
 
 
 def settle(mover: Mover, plan: Plan, place: Place, most: int = 60, scale: float = 0.0) -> tuple[Place, Reading, bool]:
@@ -123,9 +126,13 @@ class _Search:
         self.after, self.window = self.signal(landed), max(2 * self.plan.answer, 4 * self.plan.turn)
         stays = self._last_steady(places, readings, first)
         if stays is None:
+            return self._as_seen(places, readings, first, beyond, landed)
+        if self._overlap(self.steady, landed):
             return None
         low, self.before = stays, self.signal(self.steady)
-        expected = abs(self.after - self.before)
+        expected = abs(self.after - self.signal(readings[first]))
+        if abs(self.before - self.signal(readings[first])) > _OTHER * expected:
+            return self._as_seen(places, readings, first, beyond, landed)
         high, upward = places[beyond].value, places[beyond].value > stays.value
         wait, left = math.inf, None
         while abs(high - low.value) > self._width(high):
@@ -139,13 +146,26 @@ class _Search:
             left = places[beyond]
         _, after, _ = settle(self.mover, self.plan, left)
         height = abs(self.signal(after) - self.signal(self.steady))
-        if height < _SAME * expected:
+        if height < _SAME * expected or self._overlap(self.steady, after):
             return None
         vertex = self._vertex(low, high)
         bracket = (min(low.value, high), max(low.value, high))
         if vertex is None:
             return Jump((low.value + high) / 2, upward, self.steady.speed, self.steady.amplitude, after, bracket, False)
         return Jump(vertex[0], upward, vertex[1], vertex[2], after, bracket, True)
+
+    def _overlap(self, one: Reading, other: Reading) -> bool:
+        """Whether the beats of two readings overlap: then their means differ only by where the beats are cut."""
+        return not self.signal.of_amplitude and max(one.low, other.low) < min(one.high, other.high)
+
+    @staticmethod
+    def _as_seen(places: Sequence[Place], readings: Sequence[Reading], first: int, beyond: int, landed: Reading) -> Jump:
+        """The jump as the ramp shows it: where the parameter is held before it, the machine goes to another state."""
+        ends = places[first].value, places[beyond].value
+        before = readings[first]
+        return Jump(
+            sum(ends) / 2, ends[1] > ends[0], before.speed, before.amplitude, landed, (min(ends), max(ends)), False, True
+        )
 
     def _width(self, value: float) -> float:
         """The width of the bracket that is asked for."""

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
 from wucht.documents import refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.dimensionless import natural_frequencies
@@ -79,6 +81,7 @@ def speed_range(machine: Machine, rotor: Turning) -> tuple[float, float]:
     return min(0.0, end), max(0.0, end)
 
 
+@np.errstate(all="ignore")  # a characteristic may have a pole outside what it is made for: the series motor turned backwards
 def torque_balance(
     machine: Machine,
     question: TorqueBalance,
