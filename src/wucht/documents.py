@@ -124,8 +124,10 @@ def _located(cls: type[BaseModel], error: ValidationError, where: str, document:
     inner, place = _inner(cls, first["loc"])
     if len(place) > 1 and inner is not cls:
         # The fault lies in a table inside: seen from there.
+        inside: Any = document
         for step in place[:-1]:
-            document = document[step] if isinstance(document, Mapping | list) else {}
+            inside = inside[step]
+        document = inside
         within = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in place[:-1])
         cls, where = inner, f"{where}{within}"
     key = str(place[-1]) if place else ""

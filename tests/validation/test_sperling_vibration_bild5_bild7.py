@@ -4,9 +4,9 @@ L. Sperling, F. Merten, H. Duckstein, "Rotation und Vibration in Beispielen zur 
 and vibration in examples of the method of direct separation of motions), Institut fuer Mechanik, Otto-von-Guericke-Universitaet
 Magdeburg. Source 001; equations and figures ("Bild") are numbered as there.
 
-Bild 5 prints no J_1. With the J_1 = m_1 eps_1^2 = 1e-5 kg m^2 of Bild 2, which is ours here, the speed ripples twice a turn; the
-averaged equation (60) leaves that out. So the folds of the full equations lie 0.5 % and 0.6 % beyond those of (60), and come near
-them as 1/J_1. Bild 7: cases.md, and the equations (64)-(65) written down once more and integrated by SciPy.
+Bild 5 prints no J_1. With the J_1 = m_1 eps_1^2 = 1e-5 kg m^2 of Bild 2, which is ours here, the speed ripples twice a turn;
+the averaged equation (60) leaves that out. So the folds of the full equations lie 0.5 % and 0.6 % beyond those of (60), and
+come near them as 1/J_1. Bild 7: cases.md, and the equations (64)-(65) written down once more and integrated by SciPy.
 """
 
 from __future__ import annotations

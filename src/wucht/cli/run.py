@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from wucht.studies.files import StudyFile
 
+
 def run(
     study: Annotated[str, typer.Argument(help="A study file, or a name from `wucht list`.")],
     set_: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; repeatable.")] = None,

@@ -31,11 +31,12 @@ _PLAY = 1e-9  # rad: given to bodies that start just touching
 
 @dataclass(frozen=True)
 class Track:
-    """The bodies of a track, in the order of the file. frequency: of its contacts, in rad/s."""
+    """The bodies of a track, in the order of the file. frequency: of its contacts, in rad/s. order: the names, counter-clockwise."""
 
     name: str
     bodies: tuple[Tracked, ...]
     frequency: float
+    order: tuple[str, ...] = ()
 
     def symbol(self, key: str) -> sp.Symbol:
         """The symbol of a parameter of the track."""
@@ -115,31 +116,48 @@ def _log_restitution(body: Tracked) -> sp.Expr:
 def arranged(machine: Machine, angles: Mapping[str, float], where: str = "study.start") -> Machine:
     """The machine with contacts between those bodies that are neighbours at these angles (absolute, in rad).
 
+    Where the order is that of the machine, only the offsets change: its equations need not be derived again.
     Raises ``InputError`` where two bodies overlap.
     """
     if not machine.tracks:
         return machine
     coordinates = {b.name: b.coordinate for b in machine.bodies}
-    energies, parameters = list[Energies](), dict(machine.parameters)
+    energies, offsets, tracks = list[Energies](), dict[str, float](), list[Track]()
+    parameters = dict(machine.parameters)
     for track in machine.tracks:
-        at = {b.name: angles[b.name] for b in track.bodies}
-        order = sorted(track.bodies, key=lambda b: at[b.name] % (2 * math.pi))
-        turns, play = [], []
-        for a, b in _neighbours(order):
-            ahead = (at[b.name] - at[a.name]) % (2 * math.pi) if b is not a else 2 * math.pi
-            gap = ahead - angular_width(a, b)
-            if gap < -_PLAY:
-                raise InputError(
-                    f"{where}.{b.name}", math.degrees(angles[b.name]), f"{a.name!r} and {b.name!r} of the track {track.name!r} "
-                    f"overlap: their centres must be {math.degrees(angular_width(a, b)):.4g} degrees apart"
-                )  # fmt: skip
-            turns.append(round((ahead - (at[b.name] - at[a.name])) / (2 * math.pi)))
-            play.append(_PLAY - gap if gap < _PLAY else 0.0)
-        found, more = contacts(track, order, turns, play, coordinates)
+        order = _counter_clockwise(track, angles)
+        found, more = contacts(track, order, *_gaps(track, order, angles, where), coordinates)
         energies.append(found)
-        parameters |= {p.path: p for p in more if p.path not in machine.parameters or "offset" in p.path}
+        tracks.append(replace(track, order=tuple(b.name for b in order)))
+        offsets |= {p.path: p.value for p in more if "offset" in p.path}
+        parameters |= {p.path: p for p in more if p.path not in machine.parameters}
+    if [t.order for t in tracks] == [t.order for t in machine.tracks]:
+        return machine.with_values(offsets)
     free = machine.energies[: len(machine.energies) - len(machine.tracks)]
-    return replace(machine, energies=(*free, *energies), parameters=parameters)
+    return replace(machine, energies=(*free, *energies), parameters=parameters, tracks=tuple(tracks)).with_values(offsets)
+
+
+def _counter_clockwise(track: Track, angles: Mapping[str, float]) -> list[Tracked]:
+    """The bodies of a track in the order of their angles, the first of the file first."""
+    first = angles[track.bodies[0].name]
+    return sorted(track.bodies, key=lambda b: (angles[b.name] - first) % (2 * math.pi))
+
+
+def _gaps(track: Track, order: Sequence[Tracked], angles: Mapping[str, float], where: str) -> tuple[list[int], list[float]]:
+    """The whole turns to each body's next, and the play of those that just touch."""
+    turns, play = [], []
+    for a, b in _neighbours(order):
+        apart = angles[b.name] - angles[a.name]
+        ahead = apart % (2 * math.pi)
+        gap = ahead - angular_width(a, b)
+        if gap < -_PLAY:
+            raise InputError(
+                f"{where}.{b.name}", math.degrees(angles[b.name]), f"{a.name!r} and {b.name!r} of the track {track.name!r} "
+                f"overlap: their centres must be {math.degrees(angular_width(a, b)):.4g} degrees apart"
+            )  # fmt: skip
+        turns.append(round((ahead - apart) / (2 * math.pi)))
+        play.append(_PLAY - gap if gap < _PLAY else 0.0)
+    return turns, play
 
 
 def evenly(bodies: Sequence[Tracked]) -> dict[str, float]:

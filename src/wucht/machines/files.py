@@ -90,7 +90,9 @@ def _from_parts(document: Document, title: str) -> Machine:
             raise InputError(f"{where[b.name]}.release", None, "not allowed: the drive prescribes this body's motion")
         alone = b.reference is None and not any(o.reference is None for o in bodies if o is not b)
         if b.release is not None and b.release.speed is not None and alone:
-            raise InputError(f"{where[b.name]}.release", None, "allowed is { time = ... }: no other body's speed can release it")
+            raise InputError(
+                f"{where[b.name]}.release", None, "allowed is { time = ... }: no other body's speed can release it"
+            )
     parts: tuple[Part, ...] = (carrier, *bodies, *shafts)
     parameters = {p.path: p for part in parts for p in part.parameters()}
     parameters |= {p.path: p for b in bodies if b.release is not None for p in (_locked(b),)}

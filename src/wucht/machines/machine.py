@@ -107,6 +107,12 @@ class Machine:
         return (*self.carrier, *(b.coordinate for b in self.bodies), *(s.coordinate for s in self.sliders))
 
     @cached_property
+    def state_names(self) -> tuple[str, ...]:
+        """The names of the System's states, in order: positions, then the velocities that are free."""
+        free = (c.velocity.name for c in self.coordinates if c.prescribed is None)
+        return (*(c.position.name for c in self.coordinates), *free)
+
+    @cached_property
     def values(self) -> dict[str, float]:
         """Parameter values by path."""
         return {path: p.value for path, p in self.parameters.items()}
@@ -146,10 +152,20 @@ class Machine:
         """The carrier's coordinate whose motion is prescribed, if one is."""
         return next((c for c in self.carrier if c.prescribed is not None), None)
 
+    @cached_property
+    def turning(self) -> Coordinate | None:
+        """The carrier's turning about the normal of the plane, with which a locked rotor turns; None where it does not turn."""
+        tilting = any(getattr(p, "tilting", False) for p in self.parts)
+        return None if tilting or "r" not in self.labels else self.carrier[self.labels.index("r")]
+
     def with_values(self, values: Mapping[str, float]) -> Machine:
         """The machine with other values of some parameters, by path; its structure stays."""
         changed = {path: replace(self.parameters[path], value=float(value)) for path, value in values.items()}
-        return replace(self, parameters=dict(self.parameters) | changed)
+        found = replace(self, parameters=dict(self.parameters) | changed)
+        for name in ("system", "linear_carrier"):  # of the structure alone: what has been derived is not derived again
+            if name in self.__dict__:
+                found.__dict__[name] = self.__dict__[name]
+        return found
 
     def at(self, time: float) -> Machine:
         """The machine with the values that its schedules give the parameters at a time."""
@@ -202,7 +218,7 @@ class Machine:
             while above is not None:
                 depth[b.name] += 1
                 above = next(o.about for o in self.bodies if o.name == above)
-        turning = self.labels.index("r") if "r" in self.labels and len(self.labels) > 1 else None
+        turning = self.carrier.index(self.turning) if self.turning is not None else None
         locked = sorted((b for b in self.bodies if b.release is not None), key=lambda b: -depth[b.name])
         return [Lock(index[b.name], turning if b.about is None else index[b.about], b.locked) for b in locked]
 

@@ -126,7 +126,7 @@ def operating_speed(machine: Machine) -> float:
 
 def energy_scale(machine: Machine) -> float:
     """The kinetic energy of the bodies at operating speed, the size of the works in a run."""
-    speed = {b.coordinate.velocity: sp.Float(operating_speed(machine)) for b in machine.bodies}
+    speed = dict.fromkeys((b.coordinate.velocity for b in machine.bodies), sp.Float(operating_speed(machine)))
     rest = dict.fromkeys((s for c in machine.coordinates for s in (c.position, c.velocity)), sp.S.Zero) | speed
     numbers = {s: sp.Float(v) for s, v in machine.numbers.items()}
     found = float(sp.Add(*(e.kinetic for e in machine.energies)).xreplace(rest | numbers))

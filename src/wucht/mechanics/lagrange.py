@@ -56,7 +56,7 @@ def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordin
     v = [c.velocity for c in coordinates]
     n = len(q)
     mass = sp.zeros(n, n)
-    forces = [sp.S.Zero] * n
+    forces, other = [sp.S.Zero] * n, [sp.S.Zero] * n
     for part in parts:
         used = {k for k in range(n) for e in (part.kinetic, part.potential, part.dissipation) if e.has(q[k]) or e.has(v[k])}
         for i in sorted(used):
@@ -67,10 +67,10 @@ def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordin
                     raise WuchtError(f"the kinetic energy {part.kinetic} is not quadratic in the velocities")
                 mass[i, j] += inertia
                 forces[i] -= sp.diff(momentum, q[j]) * v[j]
-            forces[i] += sp.diff(part.kinetic - part.potential, q[i]) - sp.diff(part.dissipation, v[i])
-            forces[i] -= sp.diff(momentum, TIME)
+            forces[i] += sp.diff(part.kinetic, q[i]) - sp.diff(momentum, TIME)
+            other[i] -= sp.diff(part.potential, q[i]) + sp.diff(part.dissipation, v[i])
     # T is quadratic in the velocities, so the velocity products appear twice; expanding merges them.
-    forces = [sp.expand(f) for f in forces]
+    forces = [sp.expand(f) + rest for f, rest in zip(forces, other, strict=True)]
     for applied in (a for part in parts for a in part.applied):
         for i in range(n):
             forces[i] += applied.force * sp.diff(applied.rate, v[i])

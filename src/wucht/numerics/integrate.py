@@ -94,7 +94,7 @@ def integrate(
             more = run.advance()
             if progress:
                 progress(flow.engine.time)
-            if budget_s is not None and clock.perf_counter() - begun > budget_s:
+            if budget_s is not None and run.at_sample and clock.perf_counter() - begun > budget_s:
                 break
     except KeyboardInterrupt:
         interrupted = True
@@ -132,6 +132,7 @@ class _Run:
     states: list[np.ndarray] = field(default_factory=list)
     hits: list[Hit] = field(default_factory=list)
     done: int = 0
+    at_sample: bool = True  # not at a corner between two samples: a run that goes on keeps its even grid
     stopped_by: str | None = None
 
     rungs: np.ndarray = field(default_factory=lambda: np.empty(0))
@@ -165,12 +166,15 @@ class _Run:
         piece = self.grid[self.done : self.done + _SAMPLES_A_LEG + (self.done == 0)]
         leg = self.flow.engine.leg(piece)
         self._record(piece, leg.states)
+        self.at_sample = leg.stopped_by is None
         self.sampled = self.pars
         self.hits.extend(h for h in leg.hits if h.name not in self._switches and not self._seen(h))
         if len(self.hits) > _MOST_HITS:
             raise LegError(f"more than {_MOST_HITS} events happened", leg.states[:, :0], "Look for an event that repeats")
         if leg.stopped_by is not None:
             self._act(leg)
+        elif self.flow.ladders:
+            self._look_around(leg)
         return self.done < len(self.grid) and self.stopped_by is None
 
     def _seen(self, hit: Hit) -> bool:
@@ -202,6 +206,13 @@ class _Run:
             self._place(leg.time, state)
         if event.terminal:
             self.stopped_by = event.name
+
+    def _look_around(self, leg: Leg) -> None:
+        """A corner at the very end of a leg is taken now: a run that is continued from there begins beyond it."""
+        before = self.rungs
+        self.rungs = self.flow.ladders.moved(leg.time, leg.state, self._own, before, None)
+        if not np.array_equal(before, self.rungs):
+            self._place(leg.time, self._jumped(leg.time, leg.state, before))
 
     def _jumped(self, time: float, state: np.ndarray, before: np.ndarray) -> np.ndarray:
         """The state with what the quadratures gain from the change of rungs."""

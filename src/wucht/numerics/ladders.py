@@ -20,7 +20,8 @@ from wucht.piecewise import Pieces, PiecewiseCubic
 from wucht.system import TIME, System
 
 _ENDS = 4
-_SOON = 1e-9  # relative to the time: how far to look ahead where an argument lies exactly on a corner
+_SOON = (1e-9, 1e-5)  # relative to the time: how far to look ahead where an argument lies on a corner; the second from rest
+_ROUNDING = 1000 * np.finfo(float).eps  # of the largest number that occurs: so near an argument is on its corner
 
 
 @dataclass(frozen=True)
@@ -63,13 +64,25 @@ class Ladder:
         low = self.corners[index - 1] if index > 0 else -np.inf
         return float(low), float(self.corners[index]) if index < len(self.corners) else np.inf
 
+    @property
+    def scale(self) -> float:
+        """The size of the corners."""
+        return max(float(np.ptp(self.corners)), float(np.abs(self.corners).max())) or 1.0
+
+    def place(self, here: float, ahead: float, size: float) -> int:
+        """The rung of an argument; of one on a corner that to which it moves. size: of the numbers it is computed from."""
+        near = float(self.corners[np.abs(self.corners - here).argmin()])
+        if abs(here - near) <= _ROUNDING * max(self.scale, size) and ahead != here:
+            return int(np.searchsorted(self.corners, near, side="right" if ahead > here else "left"))
+        return int(np.searchsorted(self.corners, here, side="right"))
+
     def watched(self) -> tuple[sp.Expr, sp.Expr]:
         """What rises through zero at the upper end of the rung, and falls through zero at the lower one.
 
         heyoka's steps are accurate relative to the largest of all states and watched functions: so these stay of order one.
         """
         low, high, has_low, has_high = self.symbols[:_ENDS]
-        scale = max(float(np.ptp(self.corners)), float(np.abs(self.corners).max())) or 1.0
+        scale = self.scale
         return has_high * (self.argument - high) / scale - (1 - has_high), has_low * (self.argument - low) / scale + (
             1 - has_low
         )
@@ -142,10 +155,15 @@ class Ladders:
         )
 
         def look(time: float, state: np.ndarray, parameters: Numbers) -> tuple[list[float], list[float]]:
-            fixed = position.constant_values(parameters).tolist()
-            soon = _SOON * max(1.0, abs(time))
-            ahead = state + soon * np.array(rate(state.tolist(), time, rates.constant_values(parameters).tolist()))
-            return where(state.tolist(), time, fixed), where(ahead.tolist(), time + soon, fixed)
+            fixed, moving = position.constant_values(parameters).tolist(), rates.constant_values(parameters).tolist()
+            here = where(state.tolist(), time, fixed)
+            ahead = list(here)
+            for step in (s * max(1.0, abs(time)) for s in _SOON):
+                half = state + step / 2 * np.array(rate(state.tolist(), time, moving))
+                then = state + step * np.array(rate(half.tolist(), time + step / 2, moving))
+                found = where(then.tolist(), time + step, fixed)
+                ahead = [f if a == h else a for a, h, f in zip(ahead, here, found, strict=True)]
+            return here, ahead
 
         self._look = look
 
@@ -155,9 +173,8 @@ class Ladders:
         for _ in range(len(self.ladders) + 1):  # an argument may depend on another ladder's rung
             values = self._values(rungs)
             here, ahead = self._looked(time, state, np.concatenate([parameters, values]))
-            for i, ladder in enumerate(self.ladders):
-                at = ahead[i] if here[i] in ladder.corners else here[i]
-                rungs[i] = int(np.searchsorted(ladder.corners, at, side="right"))
+            size = max(abs(time), float(np.abs(state).max(initial=0.0)))
+            rungs = [ladder.place(h, a, size) for ladder, h, a in zip(self.ladders, here, ahead, strict=True)]
         return self._values(rungs)
 
     def moved(
@@ -165,20 +182,17 @@ class Ladders:
     ) -> np.ndarray:
         """The values after an event. fired: the ladder that reached an end of its rung and the direction, if one did.
 
-        Where two arguments reach a corner together only one event may be told; so every ladder is checked.
+        Where two arguments reach a corner together only one event may be told, and an argument that has just passed its corner
+        may by rounding lie before it: so every other ladder is placed by where its argument is and where it goes.
         """
         rungs = self._rungs(values)
         if fired is not None:
             rungs[fired[0]] += fired[1]
         here, ahead = self._looked(time, state, np.concatenate([parameters, self._values(rungs)]))
+        size = max(abs(time), float(np.abs(state).max(initial=0.0)))
         for i, ladder in enumerate(self.ladders):
-            if fired is not None and i == fired[0]:
-                continue
-            low, high = ladder.ends(rungs[i])
-            if here[i] > high or (here[i] == high and ahead[i] > high):
-                rungs[i] = int(np.searchsorted(ladder.corners, here[i], side="right"))
-            elif here[i] < low or (here[i] == low and ahead[i] < low):
-                rungs[i] = int(np.searchsorted(ladder.corners, here[i], side="left"))
+            if fired is None or i != fired[0]:
+                rungs[i] = ladder.place(here[i], ahead[i], size)
         return self._values(rungs)
 
     def _looked(self, time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[list[float], list[float]]:

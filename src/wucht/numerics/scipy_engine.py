@@ -15,6 +15,7 @@ from wucht.numerics.program import Numbers, Program, python_function
 from wucht.system import TIME
 
 _COOL_DOWN = 1e-9
+_NOT_ZERO = 1e-300
 _SMALLEST_TOLERANCE = 1e-13  # solve_ivp refuses less than 100 units of rounding
 
 
@@ -43,8 +44,8 @@ class ScipyEngine:
         self._time, self._state = time, np.array(state, dtype=float)
         self._constants = self._program.constant_values(parameters).tolist()
         self._event_constants = self._event_program.constant_values(parameters).tolist()
-        for index in self._cooled:
-            self._cooled[index] = self._cool(index)
+        # Only those that have just happened: one of long ago may be about to happen again, at this very corner.
+        self._cooled = {i: self._cool(i) for i, (end, _) in self._cooled.items() if end >= time}
 
     def forget_events(self) -> None:
         """A new run begins."""
@@ -58,7 +59,10 @@ class ScipyEngine:
             value = float(watched(y.tolist(), t, self._event_constants)[index])
             end, sign = self._cooled.get(index, (-np.inf, 0.0))
             # Just after an event its function is rounding noise around zero, which must not count as another event.
-            return sign * (abs(value) + 1e-300) if t <= end else value
+            if t <= end:
+                return (sign or -event.direction) * (abs(value) + _NOT_ZERO)
+            # SciPy takes a function that stays exactly zero for one that goes through zero at every step.
+            return value or -event.direction * _NOT_ZERO
 
         function.terminal = event.interrupts  # type: ignore[attr-defined]
         function.direction = event.direction  # type: ignore[attr-defined]

@@ -43,7 +43,8 @@ def figure(result: xr.Dataset) -> Figure:
     unit = result.attrs["along_unit"]
     amplitude.set_xlabel(result.attrs["along"] + (f" ({unit})" if unit else ""))
     for axis in axes:
-        axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
+        if axis.get_legend_handles_labels()[0]:
+            axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
     return drawn
 
 

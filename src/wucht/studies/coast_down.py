@@ -16,7 +16,7 @@ from wucht.machines.contact import arranged
 from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Drive
-from wucht.machines.vibration import free_speed, group
+from wucht.machines.vibration import energy_scale, free_speed, group
 from wucht.mechanics.energies import Energies
 from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
 from wucht.numerics.events import Event
@@ -194,7 +194,8 @@ def _leg(
     count = max(1, min(SAMPLES_A_LEG, round((limit - begin) / step)))
     grid = begin + step * np.arange(count + 1)
     state = initial if before is None else before.end_state
-    return integrate(flow, state, machine.values if before is None else before.parameters.tolist(), grid, report)
+    given = machine.values if before is None else before.parameters.tolist()
+    return integrate(flow, state, given, grid, report, None, energy_scale(machine))
 
 
 def _done(record: Record, question: CoastDown, time: float, limit: float) -> bool:

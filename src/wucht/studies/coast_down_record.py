@@ -67,11 +67,11 @@ class Record:
         found = turns(joined[0], joined[1], joined[2], {})
         if not len(found.time):
             if self.half_time is None:
-                self._halved(joined[0], joined[2], joined[2])
+                self._halved(joined[0], joined[2], 2)
             self._tail = joined
             return
         if self.half_time is None:
-            self._halved(found.time, found.speed, joined[2])
+            self._halved(found.time, found.speed, 2 * PER_TURN)
         last = self.turn_time[-1] if self.turn_time else -math.inf
         whole = found.time[::PER_TURN] > last + 0.5 * 2 * math.pi / np.abs(found.speed[::PER_TURN])
         self.turn_time += found.time[::PER_TURN][whole].tolist()
@@ -79,19 +79,19 @@ class Record:
         kept = np.abs(joined[1, -1] - joined[1]) < 8 * math.pi
         self._tail = joined[:, kept]
 
-    def _halved(self, time: np.ndarray, mean: np.ndarray, speed: np.ndarray) -> None:
-        """The root of the cubic through the averages of two turns before and after the crossing.
+    def _halved(self, time: np.ndarray, speed: np.ndarray, reach: int) -> None:
+        """The root of the cubic through the points before and after the crossing, ``reach`` each.
 
-        Before there is one whole turn the speed itself is all there is.
+        They are averages over a turn; before there is one whole turn, the speed itself.
         """
-        over = np.abs(mean) - abs(self.start_speed) / 2
+        over = np.abs(speed) - abs(self.start_speed) / 2
         below = np.flatnonzero((over[:-1] > 0) & (over[1:] <= 0))
         if not len(below):
             return
-        near = slice(max(0, int(below[0]) - 2 * PER_TURN), int(below[0]) + 2 * PER_TURN + 2)
+        near = slice(max(0, int(below[0]) - reach), int(below[0]) + reach + 2)
         t, y, i = time[near], over[near], int(below[0])
         straight = time[i] + over[i] / (over[i] - over[i + 1]) * (time[i + 1] - time[i])
-        if len(t) < PER_TURN or mean is speed:
+        if len(t) < 4:
             self.half_time = float(straight)
             return
         roots = np.polynomial.Polynomial.fit(t, y, 3).roots()

@@ -14,6 +14,7 @@ from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.studies.kinds import NOT_YET, STUDIES, Kind, Question
 
+
 @dataclass(frozen=True)
 class StudyFile:
     """A study file read: the machine, the kind of study and its question, and the whole input as written."""
@@ -41,9 +42,7 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
     return StudyFile(path, name, *found)
 
 
-def _read(
-    document: Document, path: Path, name: str, settings: Mapping[str, Any]
-) -> tuple[Machine, Kind, Question, Document]:
+def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Kind, Question, Document]:
     mine = {k: v for k, v in settings.items() if not k.startswith("study.")}
     described = described_machine(document, path, name, mine)
     machine = machine_from(described)
@@ -66,7 +65,7 @@ def _of_kind(written: Document, kind: Any) -> Document:
     """The table ``[study]``; of a file written for another kind only what this kind knows too."""
     if kind == written.get("kind") or not isinstance(kind, str) or kind not in STUDIES:
         return dict(written)
-    known = STUDIES[kind].question.keys
+    known = {*STUDIES[kind].question.keys} - {"range", "along", "values", "rate", "points"}  # each means another thing in each
     return {k: v for k, v in written.items() if k in known}
 
 

@@ -15,7 +15,7 @@ from wucht.documents import refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.contact import arranged
 from wucht.machines.machine import Machine
-from wucht.machines.vibration import energy_scale, free_speed
+from wucht.machines.vibration import free_speed
 from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
 from wucht.numerics.integrate import Trajectory, integrate
 from wucht.numerics.program import Evaluator
@@ -37,7 +37,6 @@ _SETTLED_TOLERANCE = 1e-5
 _NO_ACCELERATION = 1e-12
 _SAVE_EVERY_S = 5.0
 _JUDGED_IF_COARSE = 10_000  # samples: no outcome comes of them, only phases and the like
-
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,21 @@ class RunUp:
     engine: str | None = None
 
     kind: ClassVar[str] = "run-up"
-    keys: ClassVar[tuple[str, ...]] = ("kind", "until", "turns", "settled", "start", "starts", "along", "values", "over", "model", "tolerance", "speed_limit", "engine")
+    keys: ClassVar[tuple[str, ...]] = (
+        "kind",
+        "until",
+        "turns",
+        "settled",
+        "start",
+        "starts",
+        "along",
+        "values",
+        "over",
+        "model",
+        "tolerance",
+        "speed_limit",
+        "engine",
+    )
 
     @classmethod
     def read(cls, table: Mapping[str, Any], machine: Machine) -> RunUp:
@@ -125,7 +138,7 @@ class RunUp:
     def cases(self) -> list[RunUp]:
         """The runs that are asked for: one with a start and a value each."""
         starts = self.starts or (self.start,)
-        values = [(v,) for v in self.values] or [()]
+        values: list[tuple[float, ...]] = [(v,) for v in self.values] or [()]
         return [replace(self, start=s, starts=(), values=v) for v in values for s in starts]
 
 
@@ -198,7 +211,7 @@ def prepared(machine: Machine, question: RunUp) -> tuple[Machine, np.ndarray]:
     Raises ``InputError`` where the start does not fit the machine, or where nothing would turn.
     """
     initial = start_state(machine, question.start)
-    names = machine.system.state_names
+    names = machine.state_names
     at = {b.name: float(initial[names.index(b.coordinate.position.name)]) for b in machine.bodies}
     machine = released_at_start(arranged(machine, at), initial)
     end = question.until or 0.0
@@ -251,10 +264,11 @@ def _extend(
     progress: Progress | None,
 ) -> Trajectory:
     begin = 0.0 if so_far is None else so_far.end_time
-    state, values = (initial, machine.values) if so_far is None else (so_far.end_state, so_far.parameters)
+    state = initial if so_far is None else so_far.end_state
+    values = machine.system.values(machine.values) if so_far is None else so_far.parameters
     grid = np.linspace(begin, goal, max(1, round((goal - begin) / plan.step)) + 1)
     report = None if progress is None else lambda t: progress(t, max(plan.expected_end, goal))
-    leg = integrate(flow, state, values, grid, report, _SAVE_EVERY_S, energy_scale(machine))
+    leg = integrate(flow, state, values, grid, report, _SAVE_EVERY_S, plan.energy)
     return leg if so_far is None else so_far.joined(leg)
 
 

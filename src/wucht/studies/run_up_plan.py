@@ -11,7 +11,7 @@ import sympy as sp
 
 from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine, Turning
-from wucht.machines.vibration import free_speed, net_torque
+from wucht.machines.vibration import energy_scale, free_speed, net_torque
 from wucht.numerics.events import Event
 from wucht.system import TIME
 
@@ -32,13 +32,14 @@ TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 class Plan:
     """step: between samples. first: the end of the first leg. expected_end: for the progress. samples_per_turn: at the
     highest speed expected. until_settled: the verdict ends
-    the run. events: that end it. warnings: what is doubtful about the question."""
+    the run. energy: the size of the works. events: that end it. warnings: what is doubtful about the question."""
 
     step: float
     first: float
     expected_end: float
     samples_per_turn: float
     until_settled: bool
+    energy: float
     events: tuple[Event, ...]
     warnings: tuple[str, ...]
 
@@ -68,6 +69,7 @@ class Plan:
             end,
             turn / step,
             question.until is None and question.turns is None,
+            energy_scale(machine),
             tuple(_events(machine, question, initial)),
             tuple(_warnings(machine, question, free, turn / step)),
         )

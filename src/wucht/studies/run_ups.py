@@ -100,7 +100,10 @@ def _joined(machine: Machine, question: RunUp, runs: Sequence[xr.Dataset], begun
         found["time"].attrs = {"long_name": "time", "units": machine.units.time}
         found = found.assign_coords(case=variable("case", labels, "case"))
     summaries = [json.loads(r.attrs["summary"]) for r in runs]
-    own = [{"label": n, "start": dict(c.start), "value": c.values[0] if c.values else None} for n, c in zip(labels, cases, strict=False)]
+    own = [
+        {"label": n, "start": dict(c.start), "value": c.values[0] if c.values else None}
+        for n, c in zip(labels, cases, strict=False)
+    ]
     count = Counter(s["outcome"] for s in summaries)
     sentence = ", ".join(f"{n} {outcome}" for outcome, n in count.most_common()) or "no run finished"
     interrupted = len(runs) < len(cases)

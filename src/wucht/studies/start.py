@@ -36,6 +36,7 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
             given[body.name] = psi + sign * delta / 2
     angles: dict[str, float] = {}
     speeds: dict[str, float] = {}
+    carrier = _carrier(machine, start.get("carrier", {}), f"{where}.carrier")
     for body in _from_the_axis_out(machine):
         value = given.get(body.name, {})
         described = value if isinstance(value, Mapping) else {"angle": value}
@@ -55,7 +56,7 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
         if prescribed is not None:
             speeds[body.name] = float(machine.prescribed_speed(body.coordinate, 0.0)[0])
         elif body.release is not None:
-            speeds[body.name] = speeds[body.about] if body.about else 0.0
+            speeds[body.name] = speeds[body.about] if body.about else _turning(machine, carrier)
         elif "speed" in described:
             speeds[body.name] = _read(speed_unit, described["speed"], f"{at}.speed")
         else:
@@ -63,10 +64,10 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
             speeds[body.name] = speeds[body.about] if led and body.about else 0.0
     values = {b.coordinate.position.name: angles[b.name] for b in machine.bodies}
     values |= {b.coordinate.velocity.name: speeds[b.name] for b in machine.bodies}
-    values |= _carrier(machine, start.get("carrier", {}), f"{where}.carrier")
+    values |= carrier
     for x in machine.sliders:
         values |= _slider(machine, x, start.get(x.name, {}), f"{where}.{x.name}")
-    return np.array([values[name] for name in machine.system.state_names])
+    return np.array([values[name] for name in machine.state_names])
 
 
 def static_position(machine: Machine) -> np.ndarray:
@@ -94,6 +95,15 @@ def _carrier(machine: Machine, given: Any, where: str) -> dict[str, float]:
         found[position] = float(rest) + _read(length, given.get(d, 0.0), f"{where}.{d}")
         found[velocity] = _read(speed, given.get(f"v{d}", 0.0), f"{where}.v{d}")
     return found
+
+
+def _turning(machine: Machine, carrier: Mapping[str, float]) -> float:
+    """The angular velocity of the carrier, with which a locked rotor starts."""
+    if machine.turning is None:
+        return 0.0
+    if machine.turning.prescribed is not None:
+        return float(machine.prescribed_speed(machine.turning, 0.0)[0])
+    return carrier[machine.turning.velocity.name]
 
 
 def _slider(machine: Machine, slider: Sliding, given: Any, where: str) -> dict[str, float]:

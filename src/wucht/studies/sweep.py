@@ -21,7 +21,7 @@ from wucht.studies.quantities import parameter, positive, span
 from wucht.studies.run_up_plan import release_event
 from wucht.studies.start import start_state
 from wucht.studies.sweep_flow import HaltError, Mover, Place, Reading, moving_system, with_value
-from wucht.studies.sweep_jumps import Jump, jumps, settle
+from wucht.studies.sweep_jumps import JUMP_TOLERANCE, Jump, jumps, settle
 from wucht.studies.sweep_plan import Plan
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 _SAVE_EVERY_S = 5.0
 _TOO_FAST = 0.01  # by how much the speed may change after a ramp
-JUMP_TOLERANCE = 1e-4
 DIRECTIONS = ("both", "up", "down")
 ENGINES = ("heyoka", "scipy", "scipy-radau")
 

@@ -16,6 +16,7 @@ import sympy as sp
 
 from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.schedules import SCHEDULED
+from wucht.machines.vibration import energy_scale, group
 from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.compile import Flow
 from wucht.numerics.integrate import Trajectory, integrate
@@ -122,25 +123,45 @@ class Mover:
         seen = min(duration, _MOST_TURNS_SEEN * 2 * math.pi / self.fastest)
         if seen < duration:
             count = 2 + int((duration - seen) * self.fastest / (2 * math.pi * _TURNS_UNSEEN))
-            before = self._run(np.linspace(place.time, end - seen, count), place.state, pars)
+            before = self._run(np.linspace(place.time, end - seen, count), self._small(place.state), pars)
             state, pars = before.end_state, before.parameters
         else:
-            state = place.state
+            state = self._small(place.state)
         count = max(8, math.ceil(seen * self.fastest / (2 * math.pi) * SAMPLES_PER_TURN))
         found = self._run(np.linspace(end - seen, end, count + 1), state, pars)
         there = place.value if to is None else to
-        return Place(end, there, found.end_state, found.parameters), self._read(found, place, rate)
+        works = place.state[len(self.flow.system.states) :]
+        ended = found.end_state.copy()
+        ended[len(self.flow.system.states) :] += works
+        return Place(end, there, ended, found.parameters), self._read(found, place, rate)
+
+    def _small(self, state: np.ndarray) -> np.ndarray:
+        """The state with whole turns of each rotor and its bodies taken away, and no work done yet.
+
+        heyoka's steps are accurate relative to the largest number in the state: after many turns that would be an angle.
+        """
+        names, found = self.flow.system.state_names, state.copy()
+        for rotor in self.machine.rotors:
+            turned = 2 * math.pi * np.round(state[names.index(rotor.coordinate.position.name)] / (2 * math.pi))
+            for body in group(self.machine, rotor):
+                found[names.index(body.coordinate.position.name)] -= turned
+        found[len(names) :] = 0.0
+        return found
 
     def _reported(self, _time: float) -> None:
         if self.report is not None:
             self.report()
 
     @cached_property
+    def _unit(self) -> float:
+        return energy_scale(self.machine)
+
+    @cached_property
     def _index(self) -> dict[str, int]:
         return {n: i for i, n in enumerate(self.flow.system.parameter_names)}
 
     def _run(self, grid: np.ndarray, state: np.ndarray, pars: np.ndarray) -> Trajectory:
-        found = integrate(self.flow, state, pars.tolist(), grid, self._reported)
+        found = integrate(self.flow, state, pars.tolist(), grid, self._reported, None, self._unit)
         if found.failure or found.interrupted:
             raise HaltError(found.failure)
         return found
@@ -160,7 +181,9 @@ class Mover:
             middle = (t.time[0] + t.time[-1]) / 2
             mean = low = high = (angle[-1] - angle[0]) / (t.time[-1] - t.time[0])
         value = place.value + rate * (middle - place.time)
-        return Reading(value, float(mean), float(low), float(high), self._amplitude(t, row, value), self._energy(t, row))
+        return Reading(
+            value, float(mean), float(low), float(high), self._amplitude(t, row, value), self._energy(t, row, place.state)
+        )
 
     def _amplitude(self, t: Trajectory, row: dict[str, np.ndarray], value: float) -> float:
         names = list(self.machine.orbit)
@@ -183,8 +206,9 @@ class Mover:
         load = self.machine.linear_carrier.load.xreplace(self.machine.numbers)
         return np.zeros(len(self.machine.orbit)) if all(x == 0 for x in load) else None
 
-    def _energy(self, t: Trajectory, row: dict[str, np.ndarray]) -> float:
-        stored, works = row["stored_energy"], t.quadratures
+    def _energy(self, t: Trajectory, row: dict[str, np.ndarray], before: np.ndarray) -> float:
+        done = dict(zip((q.name for q in self.flow.system.quadratures), before[len(self.flow.system.states) :], strict=True))
+        stored, works = row["stored_energy"], {name: done[name] + w for name, w in t.quadratures.items()}
         if self.stored_at_start is None:
             self.stored_at_start = float(stored[0] - works[SUPPLIED][0] + works[LOST][0] - works[SCHEDULED][0])
         self.scale = max(self.scale, *(float(np.abs(x).max()) for x in (stored, works[SUPPLIED], works[SCHEDULED])))

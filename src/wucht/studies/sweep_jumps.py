@@ -26,6 +26,7 @@ _CORE = 0.25  # of the largest change between two legs: what changes less is not
 _MOST_WINDOWS = 400
 _PATIENCE = 3.0
 _FEWEST_WINDOWS = 10
+JUMP_TOLERANCE = 1e-4
 _REACH = 4.0  # of the first of them before the end of the branch, in widths of the bracket
 _SPREAD = (1.0, 4.0, 9.0, 16.0)  # of the points of the parabola: evenly spaced in the speed
 
@@ -124,16 +125,18 @@ class _Search:
         beyond = min(last + 1, len(places) - 1)
         _, landed, _ = settle(self.mover, self.plan, places[beyond])
         self.after, self.window = self.signal(landed), max(2 * self.plan.answer, 4 * self.plan.turn)
-        stays = self._last_steady(places, readings, first)
-        if stays is None:
-            return self._as_seen(places, readings, first, beyond, landed)
+        found = self._last_steady(places, readings, first)
+        seen = readings[first] if found is None else found[1]
+        expected = abs(self.after - self.signal(seen))
+        if found is None or abs(self.signal(self.steady) - self.signal(seen)) > _OTHER * expected:
+            return None if self._overlap(seen, landed) else self._as_seen(places, readings, first, beyond, landed)
         if self._overlap(self.steady, landed):
             return None
-        low, self.before = stays, self.signal(self.steady)
-        expected = abs(self.after - self.signal(readings[first]))
-        if abs(self.before - self.signal(readings[first])) > _OTHER * expected:
-            return self._as_seen(places, readings, first, beyond, landed)
-        high, upward = places[beyond].value, places[beyond].value > stays.value
+        return self._closed_in(found[0], places[beyond], expected)
+
+    def _closed_in(self, low: Place, beyond: Place, expected: float) -> Jump | None:
+        """The jump between a place where the machine stays and one beyond, None if what is left of the change is too small."""
+        self.before, high, upward = self.signal(self.steady), beyond.value, beyond.value > low.value
         wait, left = math.inf, None
         while abs(high - low.value) > self._width(high):
             held, steady, took = self._hold(low, (low.value + high) / 2, wait)
@@ -143,7 +146,7 @@ class _Search:
                 high, left = held.value, held
                 wait = _PATIENCE * took * math.sqrt(max(1.0, abs(high - low.value) / self._width(high)))
         if left is None:
-            left = places[beyond]
+            left = beyond
         _, after, _ = settle(self.mover, self.plan, left)
         height = abs(self.signal(after) - self.signal(self.steady))
         if height < _SAME * expected or self._overlap(self.steady, after):
@@ -171,15 +174,18 @@ class _Search:
         """The width of the bracket that is asked for."""
         return self.tolerance * max(abs(value), 1e-3 * self.plan.rate * self.plan.samples * self.plan.step)
 
-    def _last_steady(self, places: Sequence[Place], readings: Sequence[Reading], first: int) -> Place | None:
-        """The last place before the jump at which the machine stays if the parameter is held. The ramp may have passed it."""
+    def _last_steady(self, places: Sequence[Place], readings: Sequence[Reading], first: int) -> tuple[Place, Reading] | None:
+        """The last place before the jump at which the machine stays if the parameter is held, and the ramp's reading there.
+
+        A fast ramp has passed it when the jump is seen.
+        """
         back = 0
         while True:
             i = max(0, first - back)
             self.before = self.signal(readings[i])
             held, self.steady, took = self._hold(places[i], places[i].value, math.inf)
             if took is None:
-                return held
+                return held, readings[i]
             if i == 0:
                 return None
             back = 2 * back + 1
@@ -202,7 +208,8 @@ class _Search:
 
     def _vertex(self, low: Place, high: float) -> tuple[float, float, float] | None:
         """Fold, speed and amplitude there, from steady states beside it; None if their parabola does not end here."""
-        sense, reach = math.copysign(1.0, high - low.value), _REACH * self._width(high)
+        sense, gap = math.copysign(1.0, high - low.value), abs(high - low.value)
+        reach = _REACH * min(self._width(high), JUMP_TOLERANCE * max(abs(high), abs(low.value)))
         found, place = list[Reading](), low
         for distance in _SPREAD:
             place, _ = self.mover.leg(place, self.window, low.value - sense * reach * distance)
@@ -216,10 +223,11 @@ class _Search:
         cubic = np.polynomial.Polynomial.fit((y - middle) / span, p, 3)
         for root in cubic.deriv().roots():
             value = cubic(root.real)
-            if abs(root.imag) < 1e-9 and abs(value + sense * self._width(high) / 2) <= 2 * self._width(high):
+            if abs(root.imag) < 1e-9 and abs(value + sense * gap / 2) <= gap / 2 + self._width(high) / 2:
                 speed, amplitude = (
                     float(np.polynomial.Polynomial.fit((y - middle) / span, np.array(column), 3)(root.real))
                     for column in zip(*((r.speed, r.amplitude) for r in found), strict=True)
                 )
-                return float(high + value), speed, amplitude
+                inside = sense * max(-gap, min(0.0, sense * float(value)))
+                return high + inside, speed, amplitude
         return None

@@ -129,8 +129,8 @@ def _ends(readings: list[Reading]) -> dict[str, float]:
 def _warnings(record: Record) -> list[str]:
     said = list(record.warnings)
     said += [
-        f"the jump near {j.value:.5g} is only known to lie between {j.bracket[0]:.6g} and {j.bracket[1]:.6g}: where the parameter is "
-        "held before it, the machine does not stay in the state of the sweep; a lower rate shows where it goes"
+        f"the jump near {j.value:.5g} is only known to lie between {j.bracket[0]:.6g} and {j.bracket[1]:.6g}: where the "
+        "parameter is held before it, the machine does not stay in the state of the sweep; a lower rate shows where it goes"
         for j in record.jumps
         if j.only_seen
     ]

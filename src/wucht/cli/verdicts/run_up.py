@@ -43,7 +43,10 @@ def _of_many(document: dict[str, Any]) -> list[str]:
     """A line a case."""
     cases = document["summary"]["cases"]
     speed, length = speaking(document)
-    said = [document["machine"], f"verdict: {', '.join(f'{n} {outcome}' for outcome, n in document['summary']['outcomes'].items())}"]
+    said = [
+        document["machine"],
+        f"verdict: {', '.join(f'{n} {outcome}' for outcome, n in document['summary']['outcomes'].items())}",
+    ]
     width = max((len(c["label"]) for c in cases), default=0)
     for c in cases:
         end = f"{speed(c['final_speed'])}, amplitude {length(c['final_amplitude'])}"

@@ -30,9 +30,7 @@ def lines(document: dict[str, Any]) -> list[str]:
         below, above = s["hysteresis"]
         said.append(f"  hysteresis   between {below:.6g} and {above:.6g} the state depends on where the machine comes from")
     if s["jumps"]:
-        said.append(
-            f"  accuracy     of these values {s['jump_tolerance']:.0e}, relative, found by holding {along}: not late by the rate"
-        )
+        said.append(f"  accuracy     {s['jump_tolerance']:.0e} of these values, found by holding {along}: not late by the rate")
     if s["energy_residual"] is not None:
         said.append(f"  energy       balance closed to {s['energy_residual']:.1e}")
     return said

@@ -1,0 +1,86 @@
+"""``wucht run`` of sweeps and coast-downs, and their templates."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+
+from wucht.cli.progress import Progress
+
+Command = Callable[..., Any]
+Refused = Callable[..., str]
+
+QUICK = ("--set", "study.range=[9.0, 10.5]", "--set", "study.rate=0.02", "--set", "study.jump_tolerance=1e-3")
+
+
+def test_run_a_sweep(wucht: Command) -> None:
+    said = wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out")
+    assert said.code == 0, said.err
+    assert "ONE JUMP" in said.out
+    assert "rad/s" in said.out
+    summary = json.loads(Path("out/summary.json").read_text())["summary"]
+    (jump,) = summary["jumps"]
+    assert jump["direction"] == "up"
+    assert jump["drive.no_load_speed"] == pytest.approx(9.8298, rel=1e-3)
+    assert {"from_speed", "to_speed"} <= set(jump)
+    assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "summary.json", "sweep.png"]
+    assert wucht("plot", "out/result.nc").code == 0
+
+
+def test_run_a_coast_down(wucht: Command) -> None:
+    said = wucht("run", "sperling-vibration/figure-7", "--set", "study.until=30 s", "-o", "out", "--json")
+    assert said.code == 0, said.err
+    summary = said.document["summary"]
+    assert summary["half_time"] is None
+    assert summary["reversal_time"] is None
+    assert summary["outcome"] is None
+    assert wucht("plot", "out/result.nc").code == 0
+    told = wucht("run", "sperling-vibration/figure-7", "--set", "study.until=30 s", "-o", "out")
+    assert "still turns" in told.out
+
+
+@pytest.mark.parametrize("name", ["sperling-vibration/figure-5", "sperling-vibration/figure-7"])
+def test_ctrl_c_leaves_a_valid_result(wucht: Command, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    calls = iter(range(1, 10**9))
+
+    def update(_self: Progress, _reached: float, _goal: float) -> None:
+        if next(calls) == 3:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Progress, "update", update)
+    said = wucht("run", name, "-o", "out")
+    assert said.code == 130
+    assert "interrupted" in said.err
+    assert "Traceback" not in said.err
+    assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
+    assert wucht("plot", "out/result.nc").code == 0
+
+
+def test_resume_of_an_interrupted_sweep_begins_again(wucht: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as m:
+        m.setattr(Progress, "update", lambda *_: signal.raise_signal(signal.SIGINT))
+        assert wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out").code == 130
+    said = wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out", "--resume")
+    assert said.code == 0
+    assert "began again" in said.err
+
+
+@pytest.mark.parametrize("name", ["sweep", "coast-down"])
+def test_the_template_runs(wucht: Command, name: str) -> None:
+    assert wucht("new", name).code == 0
+    quick = ("--set", "study.rate=1" if name == "sweep" else "study.until=10 s")
+    said = wucht("run", f"{name}.toml", *quick, "-o", "out")
+    assert said.code == 0, said.err
+    assert "verdict" in said.out
+
+
+def test_bad_input_says_where(refused: Refused) -> None:
+    refused("run", "sperling-vibration/figure-5", "--set", "study.along=drive.sloped", says=("study.along", "drive.slope"))
+    refused("run", "sperling-vibration/figure-5", "--set", "study.range=[3, 1]", says=("study.range", "low below high"))
+    refused("run", "sperling-vibration/figure-7", "--set", "study.start={}", says=("study.start", "nothing turns"))

@@ -1,0 +1,173 @@
+"""The study ``coast-down``: against closed solutions, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.errors import InputError
+from wucht.machines.catalogue import load_machine
+from wucht.machines.files import machine_from
+from wucht.machines.machine import Machine
+from wucht.studies.coast_down import CoastDown, coast_down, prepared
+
+J, LOSS = 0.02, 0.004  # kg m^2, N m s
+
+
+def disc(*, load: dict[str, Any] | None = None, drive: dict[str, Any] | None = None, **carrier: Any) -> Machine:
+    """A balanced disc in a bearing with losses, on a fixed axis."""
+    described: dict[str, Any] = {
+        "carrier": {"directions": "fixed"} | carrier,
+        "bodies": [{"kind": "rotor", "name": "disc", "mass": 1.0, "unbalance": 0.0, "inertia": J, "bearing_damping": LOSS}],
+    }
+    if load:
+        described["load"] = load
+    if drive:
+        described["drive"] = drive
+    return machine_from(described)
+
+
+def heavy_disc(gravity: float = 9.81) -> Machine:
+    """The same with an unbalance under gravity: a pendulum once it has no more speed."""
+    body = {"kind": "rotor", "name": "disc", "mass": 1.0, "unbalance": 2e-3, "inertia": J, "bearing_damping": LOSS}
+    return machine_from({"carrier": {"directions": "fixed", "gravity": gravity}, "bodies": [body]})
+
+
+def summary(result: xr.Dataset) -> dict[str, Any]:
+    found = json.loads(result.attrs["summary"])
+    assert isinstance(found, dict)
+    return found
+
+
+AT_100 = {"disc": {"speed": 100.0}}
+
+
+def test_exponential_decay() -> None:
+    """omega = omega_0 exp(-b t/J): half after J ln 2/b.
+
+    Over the angle the speed is a straight line; its mean over a turn is less than that in the middle by (pi b/(J omega))^2/3.
+    """
+    found = coast_down(disc(), CoastDown(until=20.0, start=AT_100))
+    half = J / LOSS * (math.log(2) - (math.pi * LOSS / J / 50) ** 2 / 3)
+    assert summary(found)["half_time"] == pytest.approx(half, abs=1e-6)
+    np.testing.assert_allclose(found.speed, 100 * np.exp(-LOSS / J * found.time), rtol=1e-9)
+    assert summary(found)["outcome"] is None
+    assert summary(found)["reversal_time"] is None
+    assert summary(found)["energy_residual"] < 1e-10
+    assert "still turns" in found.attrs["sentence"]
+
+
+def test_without_until_it_ends_at_a_hundredth() -> None:
+    found = summary(coast_down(disc(), CoastDown(start=AT_100)))
+    assert found["end_time"] >= J / LOSS * math.log(100)
+    assert abs(found["final_speed"]) < 2.0
+
+
+def test_long_runs_keep_few_rows() -> None:
+    found = coast_down(disc(), CoastDown(start={"disc": {"speed": 1e4}}))
+    assert found.sizes["time"] <= 8000
+    assert (np.diff(found.time) > 0).all()
+    assert summary(found)["half_time"] == pytest.approx(J / LOSS * math.log(2), rel=1e-6)
+
+
+def test_coulomb_friction_stops_it() -> None:
+    found = summary(coast_down(disc(load={"kind": "coulomb", "torque": 0.05}), CoastDown(until=60.0, start=AT_100)))
+    # J w' = -b w - M_c from w_0: w = 0 at (J/b) ln(1 + b w_0/M_c)
+    assert found["half_time"] == pytest.approx(J / LOSS * math.log((LOSS * 100 + 0.05) / (LOSS * 50 + 0.05)), rel=1e-4)
+    assert found["outcome"] == "stopped"
+
+
+def test_it_starts_with_the_speed_of_its_drive() -> None:
+    driven = disc(drive={"kind": "linear", "slope": 0.036, "no_load_speed": 100.0})
+    found = coast_down(driven, CoastDown(until=1.0))
+    assert summary(found)["start_speed"] == pytest.approx(90.0)  # slope (100 - w) = b w
+    assert float(found.speed[-1]) == pytest.approx(90 * math.exp(-LOSS / J), rel=1e-9)
+
+
+def test_a_prescribed_speed_is_let_go() -> None:
+    found = coast_down(disc(drive={"kind": "constant-speed", "speed": 80.0}), CoastDown(until=1.0))
+    assert float(found.speed[-1]) == pytest.approx(80 * math.exp(-LOSS / J), rel=1e-9)
+
+
+def test_bodies_turn_along_at_the_start() -> None:
+    machine = load_machine("drozdetskaya-2020/r1-u40")
+    coasting, state = prepared(machine, CoastDown(start={"p1": 0.3, "p2": {"speed": 10.0}}))
+    at = dict(zip(coasting.system.state_names, state, strict=True))
+    assert at["p1.speed"] == pytest.approx(at["drum.speed"])
+    assert at["p1.angle"] == pytest.approx(0.3)
+    assert at["p2.speed"] == 10.0
+    assert at["drum.speed"] == pytest.approx(200.0)
+
+
+def test_through_the_resonance() -> None:
+    """The carrier's vibration takes energy out while the rotor passes its natural frequency of 101 rad/s."""
+    found = coast_down(load_machine("drozdetskaya-2020/r1-u40"), CoastDown(until=3.0, start={"p1": 0.3, "p2": -0.5}))
+    assert summary(found)["energy_residual"] < 1e-9
+    assert summary(found)["peak_amplitude"] > 0
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_heavy_disc_turns_back_and_swings(sense: float) -> None:
+    found = coast_down(heavy_disc(), CoastDown(until=60.0, start={"disc": {"angle": math.pi / 2, "speed": sense * 20.0}}))
+    said = summary(found)
+    assert said["outcome"] in ("oscillating", "stopped")
+    at = said["reversal_time"]
+    assert 0 < at < 60.0
+    time, speed = found.time.values, found.speed.values
+    first = int(np.flatnonzero(sense * speed < 0)[0])
+    assert time[first - 1] <= at <= time[first]
+    assert said["half_time"] < at
+
+
+def test_no_reversal_without_gravity() -> None:
+    assert summary(coast_down(heavy_disc(0.0), CoastDown(until=10.0, start=AT_100)))["reversal_time"] is None
+
+
+def test_half_of_less_than_a_turn() -> None:
+    found = summary(coast_down(disc(), CoastDown(until=20.0, start={"disc": {"speed": 0.5}})))
+    assert found["half_time"] == pytest.approx(J / LOSS * math.log(2), rel=1e-3)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_an_interrupted_run_is_a_valid_result(count: int) -> None:
+    calls = iter(range(1, 10**9))
+
+    def progress(_reached: float, _goal: float) -> None:
+        if next(calls) == count:
+            raise KeyboardInterrupt
+
+    found = coast_down(disc(), CoastDown(until=1000.0, start=AT_100), progress)
+    assert found.attrs["finished"] == 0
+    assert found.sizes["time"] >= 1
+    assert any("interrupted" in w for w in json.loads(found.attrs["warnings"]))
+
+
+def test_scipy_agrees() -> None:
+    asked = CoastDown(until=5.0, start=AT_100, engine="scipy")
+    other = CoastDown(until=5.0, start=AT_100)
+    ours, theirs = summary(coast_down(heavy_disc(), other)), summary(coast_down(heavy_disc(), asked))
+    assert ours["half_time"] == pytest.approx(theirs["half_time"], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        ({"until": 0}, "greater than 0"),
+        ({"until": 5, "turns": 3}, "unknown key"),
+        ({"until": 5}, "nothing turns"),
+        ({"until": 5, "start": {"disk": {"speed": 1}}}, "disc"),
+        ({"until": 5, "start": AT_100, "engine": "magic"}, "heyoka"),
+        ({"until": 5, "start": AT_100, "tolerance": 1}, "between"),
+    ],
+)
+def test_bad_questions(table: dict[str, Any], says: str) -> None:
+    def ask() -> None:
+        CoastDown.read({"kind": "coast-down"} | table, disc()).check(disc())
+
+    with pytest.raises(InputError, match=says):
+        ask()

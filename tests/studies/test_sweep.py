@@ -1,0 +1,184 @@
+"""The study ``sweep``: jumps that do not depend on the rate, and sweeps that end early or do not jump."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.errors import InputError
+from wucht.machines.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.studies.sweep import Sweep, sweep
+from wucht.studies.sweep_flow import with_value
+
+OMEGA_1 = "drive.no_load_speed"
+FIGURE_5 = "sperling-vibration/figure-5"
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    return load_machine(FIGURE_5)
+
+
+def summary(result: xr.Dataset) -> dict[str, Any]:
+    found = json.loads(result.attrs["summary"])
+    assert isinstance(found, dict)
+    return found
+
+
+def warnings(result: xr.Dataset) -> list[str]:
+    found: list[str] = json.loads(result.attrs["warnings"])
+    return found
+
+
+@pytest.fixture(scope="module")
+def both(machine: Machine) -> xr.Dataset:
+    return sweep(machine, Sweep(OMEGA_1, (5.0, 12.0)))
+
+
+def test_both_ways_are_stored(both: xr.Dataset) -> None:
+    assert list(both.direction.values) == ["up", "down"]
+    up, down = both.sel(direction="up"), both.sel(direction="down")
+    assert (np.diff(up.value) > 0).all()
+    assert (np.diff(down.value) < 0).all()
+    assert both.sizes["sample"] == 400
+    for name in ("value", "speed", "amplitude", "energy_residual"):
+        assert np.isfinite(both[name]).all(), name
+        assert both[name].attrs["long_name"]
+    assert both.attrs["finished"] == 1
+
+
+def test_the_branches_part_only_between_the_jumps(both: xr.Dataset) -> None:
+    low, high = summary(both)["hysteresis"]
+    up, down = both.sel(direction="up"), both.sel(direction="down")
+    apart = np.abs(up.speed.values - np.interp(up.value, down.value[::-1], down.speed[::-1]))
+    inside = (up.value.values > low) & (up.value.values < high)
+    assert apart[inside].min() > 1.0
+    outside = (up.value.values < low - 0.15) | (up.value.values > high + 0.15)
+    assert apart[outside].max() < 0.01
+
+
+@pytest.mark.parametrize("rate", [0.5, 0.05])
+def test_the_jump_does_not_depend_on_the_rate(machine: Machine, both: xr.Dataset, rate: float) -> None:
+    """The ramp itself jumps late: at 0.05 (rad/s)/s by more than 0.2 rad/s. What is found is the fold all the same."""
+    expected, found = summary(both)["jumps"][0], sweep(machine, Sweep(OMEGA_1, (5.0, 12.0), rate, "up"))
+    (jump,) = summary(found)["jumps"]
+    assert jump[OMEGA_1] == pytest.approx(expected[OMEGA_1], rel=1e-4)
+    for key in ("from_speed", "to_speed"):  # next to the fold the speed changes with the root of the distance
+        assert jump[key] == pytest.approx(expected[key], rel=1e-3)
+    one = found.isel(direction=0)
+    late = one.value.values[int(np.flatnonzero(one.speed.values > 7.8)[0])]
+    assert late > expected[OMEGA_1] + 0.2
+
+
+def test_the_bracket_is_as_narrow_as_asked(machine: Machine) -> None:
+    (jump,) = summary(sweep(machine, Sweep(OMEGA_1, (9.0, 10.5), 0.01, "up", jump_tolerance=1e-5)))["jumps"]
+    low, high = jump["bracket"]
+    assert 0 < high - low <= 1.001e-5 * high
+    assert low - (high - low) <= jump[OMEGA_1] <= high + (high - low)
+    assert jump["fold"]
+    assert jump[OMEGA_1] == pytest.approx(9.82982, rel=3e-6)  # 9.829820 at a tolerance of 1e-6
+
+
+def test_down_alone_begins_at_the_upper_end(machine: Machine) -> None:
+    found = sweep(machine, Sweep(OMEGA_1, (8.0, 12.0), 0.02, "down"))
+    assert float(found.value[0, 0]) > 11.9
+    (jump,) = summary(found)["jumps"]
+    assert jump["direction"] == "down"
+    assert jump[OMEGA_1] == pytest.approx(8.8997, rel=1e-4)
+    assert summary(found)["hysteresis"] is None
+
+
+def test_a_strong_drive_does_not_jump(machine: Machine) -> None:
+    found = sweep(with_value(machine, "drive.slope", 2e-4), Sweep(OMEGA_1, (5.0, 8.0), 0.02))
+    assert summary(found)["jumps"] == []
+    assert "no jump" in found.attrs["sentence"]
+
+
+def test_steep_is_no_jump(machine: Machine) -> None:
+    """Just beyond the cusp the curve is nearly vertical, but both ways agree."""
+    found = sweep(with_value(machine, "carrier.damping", 2.2), Sweep(OMEGA_1, (6.0, 11.0), 0.01))
+    assert summary(found)["jumps"] == []
+
+
+def test_another_parameter_of_a_dimensionless_machine() -> None:
+    """002, Table 3.1: the folds of the Laval rotor are at twice the u of the carrier with one direction (cases.md)."""
+    found = sweep(load_machine("drozdetskaya-2020/table-3.1-laval"), Sweep("u", (1.0, 7.0), 2e-4))
+    up, down = summary(found)["jumps"]
+    assert up["u"] == pytest.approx(2 * 2.6053860, rel=1e-4)
+    assert up["from_speed"] == pytest.approx(1.0213376, rel=2e-4)
+    assert down["u"] == pytest.approx(2 * 0.8937191, rel=1e-4)
+    assert down["from_speed"] == pytest.approx(1.4239669, rel=1e-3)
+
+
+def test_a_sweep_that_is_too_fast_says_so(machine: Machine) -> None:
+    found = sweep(machine, Sweep(OMEGA_1, (5.0, 12.0), 1.0, "up"))
+    assert any("too fast" in w for w in warnings(found))
+
+
+@pytest.mark.parametrize("count", [1, 60])
+def test_an_interrupted_sweep_is_a_valid_result(machine: Machine, count: int) -> None:
+    calls = iter(range(1, 10**9))
+
+    def progress(_done: float, _goal: float) -> None:
+        if next(calls) == count:
+            raise KeyboardInterrupt
+
+    found = sweep(machine, Sweep(OMEGA_1, (5.0, 12.0)), progress)
+    assert found.attrs["finished"] == 0
+    assert any("interrupted" in w for w in warnings(found))
+    assert found.sizes["direction"] == (0 if count == 1 else 1)
+
+
+def test_progress_grows(machine: Machine) -> None:
+    seen: list[float] = []
+    sweep(machine, Sweep(OMEGA_1, (5.0, 6.0), 0.05), lambda done, goal: seen.append(done / goal))
+    assert seen[0] == 0
+    assert (np.diff(seen) >= 0).all()
+    assert seen[-1] == 1.0
+
+
+def test_scipy_finds_the_same(machine: Machine) -> None:
+    found = sweep(machine, Sweep(OMEGA_1, (9.0, 10.6), 0.02, "up", jump_tolerance=1e-3, tolerance=1e-8, engine="scipy"))
+    (jump,) = summary(found)["jumps"]
+    assert jump[OMEGA_1] == pytest.approx(9.8298, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        ({"range": [5, 12]}, "along"),
+        ({"along": "drive.no_load_spede", "range": [5, 12]}, "drive.no_load_speed"),
+        ({"along": OMEGA_1}, "range"),
+        ({"along": OMEGA_1, "range": [12, 5]}, "low below high"),
+        ({"along": OMEGA_1, "range": ["5 kg", "12 kg"]}, "rad/s"),
+        ({"along": OMEGA_1, "range": [5, 12], "rate": -1}, "greater than 0"),
+        ({"along": OMEGA_1, "range": [5, 12], "direction": "sideways"}, "both"),
+        ({"along": OMEGA_1, "range": [5, 12], "engine": "magic"}, "heyoka"),
+        ({"along": OMEGA_1, "range": [5, 12], "jump_tolerance": 1}, "between"),
+        ({"along": OMEGA_1, "range": [5, 12], "untill": 1}, "unknown key"),
+        ({"along": "rotor.mass", "range": [-1, 1]}, "greater than 0"),
+        ({"along": "rotor.inertia", "range": [1e-9, 1]}, "m e^2"),
+        ({"along": OMEGA_1, "range": [5, 12], "start": {"roter": 1}}, "rotor"),
+    ],
+)
+def test_bad_questions(machine: Machine, table: dict[str, Any], says: str) -> None:
+    def ask() -> None:
+        question = Sweep.read({"kind": "sweep"} | table, machine)
+        question.check(machine)
+
+    refused: Callable[[], None] = ask
+    with pytest.raises(InputError, match=says.replace("^", r"\^")):
+        refused()
+
+
+def test_the_rate_may_have_a_unit(machine: Machine) -> None:
+    asked = Sweep.read({"along": OMEGA_1, "range": ["5 rad/s", "12 rad/s"], "rate": "0.1 rad/s^2"}, machine)
+    assert asked.rate == pytest.approx(0.1)
+    slope = Sweep.read({"along": "drive.slope", "range": [1e-5, 1e-4], "rate": "1e-6 N m"}, machine)
+    assert slope.rate == pytest.approx(1e-6)
