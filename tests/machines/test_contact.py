@@ -19,7 +19,15 @@ RING = {"kind": "rotor", "name": "ring", "mass": 2.0, "eccentricity": 0.0, "iner
 
 def ball(name, **more):
     """A point ball of 0.1 kg on a circle of 0.1 m, 20 mm thick: two that touch are 0.2003 rad apart."""
-    return {"kind": "pendulum", "name": name, "about": "ring", "mass": 0.1, "length": 0.1, "diameter": 0.02, "track": "t"} | more
+    return {
+        "kind": "pendulum",
+        "name": name,
+        "about": "ring",
+        "mass": 0.1,
+        "length": 0.1,
+        "diameter": 0.02,
+        "track": "t",
+    } | more
 
 
 def moved(machine, start, grid, engine=None):
@@ -233,7 +241,10 @@ def test_starts_that_overlap_are_refused(start, said):
 @pytest.mark.parametrize(
     ("bodies", "said"),
     [
-        ([ball("a"), ball("b", length=0.11)], r"centre of 'a' of this track runs on a circle of 0.1 m, that of this body on 0.11 m"),
+        (
+            [ball("a"), ball("b", length=0.11)],
+            r"centre of 'a' of this track runs on a circle of 0.1 m, that of this body on 0.11 m",
+        ),
         ([ball("a"), ball("b", about="a")], "'a' of this track turns about 'ring'"),
         ([ball(f"b{i}") for i in range(32)], "32 bodies of this size do not fit"),
         ([ball("a", diameter=0.3), ball("b")], "allowed is less than twice the radius"),

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
-from witness import Mechanism, along
 
+from witness import Mechanism, along
 from wucht.errors import InputError
 from wucht.machines.files import machine_from
 from wucht.numerics.compile import compile_system

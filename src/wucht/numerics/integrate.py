@@ -13,6 +13,7 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.compile import Flow
 from wucht.numerics.events import Hit, Leg, LegError
+from wucht.numerics.program import Numbers
 
 Progress = Callable[[float], None]
 _SAMPLES_A_LEG = 1024
@@ -70,7 +71,7 @@ class Trajectory:
 def integrate(
     flow: Flow,
     initial: Sequence[float] | np.ndarray,
-    parameters: Sequence[float] | Mapping[str, float],
+    parameters: Numbers | Mapping[str, float],
     grid: np.ndarray,
     progress: Progress | None = None,
     budget_s: float | None = None,
@@ -104,7 +105,7 @@ def integrate(
 
 
 def _checked(
-    flow: Flow, initial: Sequence[float] | np.ndarray, parameters: Sequence[float] | Mapping[str, float], grid: np.ndarray
+    flow: Flow, initial: Sequence[float] | np.ndarray, parameters: Numbers | Mapping[str, float], grid: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     system = flow.system
     pars = np.array(system.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)

@@ -33,7 +33,7 @@ def figure(result: xr.Dataset) -> Figure:
         speed.plot(*thinned(at, run.speed.values[0][inside]), label=name, **style)
         amplitude.plot(*thinned(at, scale * run.amplitude.values[inside]), **style)
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
-    for k, value in enumerate(sorted(free) if len(free) <= 2 else ()):  # noqa: PLR2004
+    for k, value in enumerate(sorted(free) if len(free) <= 2 else ()):
         speed.axhline(value, color=GREY, linestyle=":", linewidth=0.9, label="no-load speed" if k == 0 else None)
     speed.set_ylabel(label(result, "speed"))
     amplitude.set_ylabel(label(result, "amplitude", unit))
