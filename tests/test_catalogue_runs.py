@@ -1,5 +1,7 @@
 """Every file of the catalogue runs as it stands and gives these numbers."""
 
+import json
+
 import pytest
 
 from wucht.machines.catalogue import names
@@ -19,14 +21,66 @@ EXPECTED = {
     "drozdetskaya-2020/table-3.1-laval": ("captured", 0.9686444, 4.62447),
     "drozdetskaya-2020/table-5.1": ("captured-modulated", None, 8.67954),
     "drozdetskaya-2020/table-a.1": ("captured-modulated", None, 5.27481),
-    "practice/angle-grinder": ("compensated", 1130.19, 0.0001374),
-    "practice/laboratory-centrifuge": ("compensated", 418.66, 0.0002013),
-    "practice/laundry-drum": ("compensated", 126.13, 0.01343),
+    "drozdetskaya-2020/figure-5.11": ("captured-modulated", None, 8.67954),
+    "drozdetskaya-2020/figure-5.12": ("captured-modulated", None, 8.67954),
+    "drozdetskaya-2020/figure-5.13": ("compensated", 2.0, 8.94819),
+    "sperling-rollers/figure-10": ("passed", 300.0, 0.00144141),
+    "sperling-rollers/figure-7": ("passed", 40.0, 0.000208205),
+    "sperling-rollers/figure-8": ("compensated", 80.0, 0.00152824),
+    "sperling-rollers/figure-9": ("compensated", 300.0, 0.00122036),
+    "sperling-rollers/table-1": ("compensated", 300.0, 0.000198304),
+    "sperling-rollers/table-2": ("passed", 300.0, 0.000191103),
+    "sperling-rollers/table-3": ("passed", 300.0, 0.00036979),
+    "sperling-vibration/against-the-drive": ("entrained", 6.283185, 0.005),
+    "sperling-vibration/figure-2a": ("entrained", 6.283185, 0.001),
+    "sperling-vibration/figure-2b": ("not-entrained", 4.15085, 0.001),
+    "sperling-vibration/figure-4": ("compensated", 12.0, 0.0338981),
+    "sperling-vibration/figure-4-y-blocked": ("compensated", 12.0, 0.0260289),
+    "sperling-vibration/self-synchronisation-lost": ("not-synchronised", 11.9809, 0.00542945),
+    "sperling-vibration/self-synchronisation-soft": ("synchronised", 12.0, 0.00451791),
+    "sperling-vibration/self-synchronisation-soft-unequal": ("synchronised", 12.2496, 0.00462749),
+    "sperling-vibration/self-synchronisation-stiff": ("synchronised", 11.9277, 0.00173119),
+    "sperling-vibration/self-synchronisation-stiff-unequal": ("synchronised", 12.1662, 0.00176422),
+    "sperling-vibration/sustained-rotation": ("entrained", 6.283185, 0.005),
+}
+# Many runs in one result: the outcome of each.
+SEVERAL = {
+    "drozdetskaya-2020/figure-3.3": ["captured", "captured", "passed"],
+    "drozdetskaya-2020/figure-5.14": ["captured-modulated", "compensated"],
+    "drozdetskaya-2020/figure-5.15": ["captured-modulated", "compensated"],
+    "drozdetskaya-2020/figure-5.4": ["captured", "captured-modulated", "compensated"],
+    "drozdetskaya-2020/figure-5.9b": ["compensated", "compensated", "compensated"],
+}
+# Other studies: the path into the summary, and the number there (six digits, checked in tests/validation).
+OTHERS = {
+    "sperling-vibration/figure-5": {("jumps", 0, "drive.no_load_speed"): 9.78557, ("jumps", 1, "drive.no_load_speed"): 8.84703},
+    "sperling-vibration/figure-7": {("half_time",): 813.322, ("reversal_time",): 4183.99},
 }
 
 
 def test_every_file_is_listed() -> None:
-    assert sorted(EXPECTED) == names()
+    practice = {n for n in names() if n.startswith("practice/")}  # tests/test_practice_runs.py
+    assert sorted({*EXPECTED, *SEVERAL, *OTHERS, *practice}) == names()
+
+
+@pytest.mark.parametrize("name", sorted(SEVERAL))
+def test_runs_of_one_figure_end_as_they_should(name: str) -> None:
+    study = read_study(name)
+    found = summary(run_up(study.machine, study.question))
+    assert [case["outcome"] for case in found["cases"]] == SEVERAL[name]
+    assert max(case["energy_residual"] for case in found["cases"]) < 1e-9
+
+
+@pytest.mark.parametrize("name", sorted(OTHERS))
+def test_other_studies_give_their_numbers(name: str) -> None:
+    study = read_study(name)
+    found = json.loads(study.kind.answer(study.machine, study.question).attrs["summary"])
+    for path, expected in OTHERS[name].items():
+        value = found
+        for step in path:
+            value = value[step]
+        assert value == pytest.approx(expected, rel=2e-4)
+    assert found["energy_residual"] < 1e-9
 
 
 @pytest.mark.parametrize("name", sorted(EXPECTED))

@@ -141,12 +141,12 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_nothing_tunnels(case):
-    """The deepest overlap is that of a spring of 20 times the operating speed: closing speed/(20 w), a few thousandths of a
-    radian at the worst, of 0.2 rad that two balls are apart. A ball that tunnelled would be at -0.2 rad and go on from there."""
+    """The deepest overlap is that of a spring of 20 times the operating speed: closing speed/(20 w), 0.05 rad where a ball at
+    rest meets one at full speed, of 0.2 rad that two balls are apart. One that tunnelled would go on beyond -0.2 rad."""
     count, start, gravity = CASES[case]
     machine, rows = moved(grinder(count, gravity), start, np.linspace(0, 1.0, 4001))
     found = gaps(machine, rows)
-    assert found.min() > -0.02
+    assert found.min() > -0.05
     assert found.min() < 1e-6  # they met
     assert found.sum(axis=0) == pytest.approx(found[:, 0].sum(), abs=1e-9)  # and always the whole circle
     assert energy_gap(rows) < 1e-9
@@ -154,7 +154,7 @@ def test_nothing_tunnels(case):
 
 
 def test_a_long_run():
-    """Three balls for two minutes, four thousand turns, the engine far from its start."""
+    """Three balls for twenty seconds, six hundred turns, under gravity."""
     machine, rows = moved(grinder(3, 9.81), spread(3), np.linspace(0, 20.0, 8001))
     found = gaps(machine, rows)
     assert found.min() > -0.02
@@ -170,7 +170,7 @@ def test_the_stiffness_of_the_contact_does_not_matter():
         assert frequency == pytest.approx(20 * 200.0)
         hard = grinder(count, contact_frequency=5 * frequency)
         start = spread(count, 2.5, 0.3)
-        found = [summary(run_up(m, RunUp(until=2.0, start=start))) for m in (soft, hard)]
+        found = [summary(run_up(m, RunUp(until=6.0, start=start))) for m in (soft, hard)]
         assert abs(found[0]["final_speed"] - found[1]["final_speed"]) < 1e-3
         assert found[0]["energy_residual"] < 1e-9
         assert found[1]["energy_residual"] < 1e-9
@@ -179,7 +179,8 @@ def test_the_stiffness_of_the_contact_does_not_matter():
 def test_symmetric_starts_stay_symmetric():
     """Two balls that meet head on, mirrored at the line of a ring that is held: both corners of a collision at one instant."""
     bodies = [RING, *(ball(n, damping=1e-4) for n in "abcd")]
-    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": bodies, "drive": STILL})
+    document = {"carrier": {"directions": "fixed"}, "bodies": bodies, "drive": STILL}
+    machine = machine_from(document | {"tracks": {"t": {"contact_frequency": 2000.0}}})
     start = {
         "a": {"angle": 0.5, "speed": -7.0}, "b": {"angle": -0.5, "speed": 7.0},
         "c": {"angle": 2.5, "speed": 5.0}, "d": {"angle": -2.5, "speed": -5.0},
@@ -187,7 +188,7 @@ def test_symmetric_starts_stay_symmetric():
     machine, rows = moved(machine, start, np.linspace(0, 3, 601))
     assert rows["a.angle"] == pytest.approx(-rows["b.angle"], abs=1e-10)
     assert rows["c.angle"] == pytest.approx(-rows["d.angle"], abs=1e-10)
-    assert gaps(machine, rows).min() > -0.5  # 7 rad/s against contacts of 20 rad/s: the operating speed of a held ring is 1
+    assert gaps(machine, rows).min() > -14 / 2000
     assert energy_gap(rows) < 1e-9
 
 

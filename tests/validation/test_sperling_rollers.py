@@ -24,6 +24,7 @@ from scipy.optimize import fsolve
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion, reaction
+from wucht.studies.files import read_study
 from wucht.studies.run_up import RunUp, run_up, summary
 
 OMEGA_X, OMEGA_Y = 62.5, 125.1  # rad/s, section 6
@@ -267,3 +268,26 @@ def test_shift_by_damping_vanishes_with_damping(table: int, speed: float, state:
     # Proportional as long as the shift is small: 13 degrees are not quite (second order: 0.7 % of it).
     assert shifts[0.0025] == pytest.approx(shifts[0.005] / 2, rel=0.02)
     assert shifts[0.00125] == pytest.approx(shifts[0.0025] / 2, rel=0.02)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Bild 7 to 10: from an unstable position to a stable one, as the files of the catalogue run them
+# ----------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("figure", "phases", "tolerance"),
+    [
+        # At 40 rad/s the synchronising torques are weak and the support's damping shifts the phases by 0.84 degrees.
+        (7, (0.0, 0.0), 1.0),
+        (8, (138.59, 262.82), 5e-3),  # compensation does not depend on damping: cases.md, last digit
+        (9, (221.41, 97.18), 5e-3),
+        (10, (180.0, 0.0), 0.1),
+    ],
+)
+def test_motion_to_the_stable_position_bild_7_to_10(figure: int, phases: tuple[float, float], tolerance: float) -> None:
+    study = read_study(f"sperling-rollers/figure-{figure}")
+    found = summary(run_up(study.machine, study.question))
+    for name, phase in zip(("r1", "r2"), phases, strict=True):
+        assert math.remainder(math.degrees(found["final_phases"][name]) - phase, 360.0) == pytest.approx(0.0, abs=tolerance)
+    assert found["energy_residual"] < 1e-9
