@@ -31,7 +31,10 @@ _PLAY = 1e-9  # rad: given to bodies that start just touching
 
 @dataclass(frozen=True)
 class Track:
-    """The bodies of a track, in the order of the file. frequency: of its contacts, in rad/s. order: the names, counter-clockwise."""
+    """The bodies of a track, in the order of the file.
+
+    frequency: of its contacts, in rad/s. order: the names, counter-clockwise.
+    """
 
     name: str
     bodies: tuple[Tracked, ...]

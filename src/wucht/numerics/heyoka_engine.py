@@ -153,8 +153,9 @@ class HeyokaEngine:
         self._hits.clear()
         ahead = grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
         outcome, samples = self._reached, np.empty((0, len(ta.state)))
-        if ahead and self._after_event:
-            outcome = ta.step(max_delta_t=min(_FIRST_STEP * abs(ta.last_h), (grid[0] - ta.time) / 2))[0]
+        first = min(_FIRST_STEP * abs(ta.last_h), (grid[0] - ta.time) / 2) if ahead and self._after_event else 0.0
+        if ta.time < ta.time + first < grid[0]:
+            outcome = ta.step(max_delta_t=first)[0]
         if outcome in (self._reached, self._went_on):
             result = ta.propagate_grid(np.concatenate([[ta.time], grid]) if ahead else grid, max_steps=_MAX_STEPS)
             outcome, samples = result[0], result[-1][int(ahead) :]

@@ -82,8 +82,8 @@ def integrate(
     initial: the state (n,), or with the quadratures' values appended (n + m,) to continue a run. parameters: in the System's
     order, or by name. grid: (N,), increasing. progress: called with the time reached. budget_s: wall time after which to
     return what there is, to be continued. unit: the size that the quadratures have, for their accuracy. A run that fails
-    returns what it has with the sentence in ``failure``; so does Ctrl-C, with ``interrupted``. The same run gives the same numbers to the last bit, paused and continued or not.
-    Raises ``RunError`` for an initial state that is not finite.
+    returns what it has with the sentence in ``failure``; so does Ctrl-C, with ``interrupted``. The same run gives the same
+    numbers to the last bit, paused and continued or not. Raises ``RunError`` for an initial state that is not finite.
     """
     # A power of two, so that a run which is continued has the same numbers to the last bit.
     run = _Run(flow, *_checked(flow, initial, parameters, grid), 2.0 ** round(math.log2(unit)))

@@ -8,7 +8,7 @@ from typing import Any
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.quantities import Unit
-from wucht.studies.quantities import parameter, quantity
+from wucht.studies.keys import allowed_value, parameter, quantity
 
 MOST_CASES = 500
 
@@ -34,4 +34,7 @@ def read_cases(
     path = parameter(table, "along", machine)
     unit = Unit(path.unit, path.what)
     read = [quantity({f"values[{i}]": v}, f"values[{i}]", unit) for i, v in enumerate(values)]
-    return tuple(dict(s) for s in starts), path.path, tuple(v for v in read if v is not None)
+    found = tuple(v for v in read if v is not None)
+    for i, value in enumerate(found):
+        allowed_value(machine, path.path, value, f"study.values[{i}]")
+    return tuple(dict(s) for s in starts), path.path, found

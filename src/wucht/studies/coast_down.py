@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from wucht.documents import choice, refuse_unknown
+from wucht.documents import refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.contact import arranged
 from wucht.machines.dimensionless import natural_frequencies
@@ -23,16 +23,15 @@ from wucht.numerics.events import Event
 from wucht.numerics.integrate import Trajectory, integrate
 from wucht.quantities import Unit
 from wucht.studies.coast_down_record import Record
+from wucht.studies.keys import engine_of, positive, start_of, tolerance_of
 from wucht.studies.kinds import Checkpoint, Progress
-from wucht.studies.quantities import positive
 from wucht.studies.run_up_plan import release_event
-from wucht.studies.start import start_state
+from wucht.studies.start import angles_in, start_state
 
 if TYPE_CHECKING:
     import xarray as xr
 
 REVERSAL = "reversal"
-ENGINES = ("heyoka", "scipy", "scipy-radau")
 SAMPLES_PER_TURN, SAMPLES_A_LEG, ROWS = 24, 20_480, 4000
 SLOW = 0.01  # of the speed at the start: without `until` the run ends there
 _MOST_TURNS = 50_000
@@ -61,15 +60,8 @@ class CoastDown:
     def read(cls, table: Mapping[str, Any], machine: Machine) -> CoastDown:
         """From the table ``[study]``. Raises ``InputError``, located from ``study`` on."""
         refuse_unknown(table, cls.keys, "study")
-        start: Any = table.get("start", {})
-        if not isinstance(start, Mapping):
-            raise InputError("study.start", start, "allowed is a table: start = { BODY = { speed = SPEED } }")
-        if "engine" in table:
-            choice(dict(table), "engine", "study", ENGINES)
-        tolerance = positive(table, "tolerance", Unit("", "tolerance")) or DEFAULT_TOLERANCE
-        if not 1e-16 <= tolerance <= 1e-2:
-            raise InputError("study.tolerance", tolerance, "allowed is between 1e-16 and 0.01")
-        return cls(positive(table, "until", Unit(machine.units.time, "time")), dict(start), tolerance, table.get("engine"))
+        until = positive(table, "until", Unit(machine.units.time, "time"))
+        return cls(until, start_of(table), tolerance_of(table), engine_of(table))
 
     def check(self, machine: Machine) -> None:
         """Raises ``InputError`` where the start does not fit the machine, or where nothing would turn."""
@@ -101,7 +93,7 @@ def prepared(machine: Machine, question: CoastDown) -> tuple[Machine, np.ndarray
     """
     coasting = without_drives(machine)
     state = start_state(coasting, question.start)
-    names = coasting.system.state_names
+    names = coasting.state_names
     for rotor in machine.rotors:
         here = names.index(rotor.coordinate.velocity.name)
         if rotor.name in machine.start_angles and not _gives(question.start, rotor.name, "angle"):
@@ -117,8 +109,7 @@ def prepared(machine: Machine, question: CoastDown) -> tuple[Machine, np.ndarray
             f"nothing turns: the machine has no drive to give {machine.rotor.name} a speed; "
             f'needed is start = {{ {machine.rotor.name} = {{ speed = "100 rad/s" }} }}',
         )  # fmt: skip
-    at = {b.name: float(state[names.index(b.coordinate.position.name)]) for b in machine.bodies}
-    return arranged(coasting, at), state
+    return arranged(coasting, angles_in(coasting, state)), state
 
 
 def _gives(start: Mapping[str, Any], body: str, key: str) -> bool:

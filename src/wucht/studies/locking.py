@@ -20,9 +20,9 @@ _PER_PERIOD = 64
 class Locked:
     """The evidence, and what goes into the summary.
 
-    mean_speed: of the main rotor over whole periods, with its sign. speeds: of all rotors. phases: of the other rotors to the
-    main one, or of the main rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods, wrapped
-    to [0, 2 pi). window: begin and end time.
+    mean_speed: of the main rotor over whole periods, with its sign. speeds: of all rotors. phases: of the other rotors to
+    the main one, or of the main rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods,
+    wrapped to [0, 2 pi). window: begin and end time.
     """
 
     evidence: Locking

@@ -13,9 +13,9 @@ from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed
 from wucht.quantities import Unit
+from wucht.studies.keys import span, start_of
 from wucht.studies.kinds import Checkpoint, Progress
-from wucht.studies.quantities import span
-from wucht.studies.steady import angles_of, forced, read_phases, read_points
+from wucht.studies.steady import angles_of, forced, read_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +48,7 @@ class Response:
         if found is not None and found[0] < 0:
             allowed = "allowed is a pair [low, high] of speeds of at least 0; bodies turn in the sense of their drives"
             raise InputError("study.range", table["range"], allowed)
-        return cls(found, read_points(table, DEFAULT_POINTS), read_phases(table))
+        return cls(found, read_points(table, DEFAULT_POINTS), start_of(table))
 
     def check(self, machine: Machine) -> None:
         """Raises ``InputError`` where the start does not fit the machine, or nothing is free to vibrate."""

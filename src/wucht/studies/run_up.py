@@ -22,8 +22,8 @@ from wucht.numerics.program import Evaluator
 from wucht.quantities import Unit
 from wucht.results.outcomes import Outcome
 from wucht.studies.cases import read_cases
+from wucht.studies.keys import engine_of, positive, start_of, tolerance_of
 from wucht.studies.kinds import Checkpoint, Progress
-from wucht.studies.quantities import positive
 from wucht.studies.run_up_plan import Plan, released_at_start
 from wucht.studies.start import start_state
 from wucht.studies.verdict import Verdict, judge
@@ -45,8 +45,9 @@ class RunUp:
 
     It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has settled. start: see
     ``start_state``. starts: many of them, or ``values`` of the parameter ``along``: a run each, in one result. over: the
-    abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle) or ``"psi"`` (mean phase of its bodies). tolerance: of the integration. speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``,
-    ``"scipy"``, ``"scipy-radau"`` or None for the best installed.
+    abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle) or ``"psi"`` (mean phase of its bodies). tolerance: of
+    the integration. speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``, ``"scipy"``,
+    ``"scipy-radau"`` or None for the best installed.
     """
 
     until: float | None = None
@@ -86,47 +87,24 @@ class RunUp:
             raise InputError("study.model", model, "not yet: the slow equations come with a later version; allowed is 'full'")
         if model != "full":
             raise InputError("study.model", model, "allowed is 'full'")
-        until, turns, settled = table.get("until"), table.get("turns"), table.get("settled")
-        if isinstance(until, Mapping):
-            refuse_unknown(until, ("turns", "settled"), "study.until")
-            if not until:
-                raise InputError("study.until", {}, "allowed is a time, { turns = NUMBER } or { settled = true }")
-            turns, settled = until.get("turns", turns), until.get("settled", settled)
-            until = None
-        if until == "settled":
-            until, settled = None, True
-        if settled is not None and not isinstance(settled, bool):
-            raise InputError("study.settled", settled, "allowed is true or false")
-        if sum(x is not None for x in (until, turns, settled or None)) > 1:
-            raise InputError("study.until", None, "allowed is one of until, turns and settled")
-        if settled is False and until is None and turns is None:
-            raise InputError("study.settled", False, "needed is until = a time or turns = a number, if not settled = true")
-        units, engine = machine.units, table.get("engine")
-        start: Any = table.get("start", {})
-        if not isinstance(start, Mapping):
-            raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE }")
-        if engine not in (None, "heyoka", "scipy", "scipy-radau"):
-            raise InputError("study.engine", engine, "allowed is 'heyoka', 'scipy' or 'scipy-radau'")
-        tolerance = positive(table, "tolerance", Unit("", "tolerance")) or DEFAULT_TOLERANCE
-        if not 1e-16 <= tolerance <= 1e-2:
-            raise InputError("study.tolerance", tolerance, "allowed is between 1e-16 and 0.01")
         over = table.get("over", "time")
         if over not in ABSCISSAE:
             raise InputError("study.over", over, f"allowed is {', '.join(ABSCISSAE)}")
         if over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
             raise InputError("study.over", over, "allowed is 'time' or 'phi': no body turns about the rotor")
         starts, along, values = read_cases(table, machine)
+        until, turns = _extent(table, Unit(machine.units.time, "time"))
         return cls(
             over=over,
             starts=starts,
             along=along,
             values=values,
-            until=positive({"until": until}, "until", Unit(units.time, "time")),
-            turns=positive({"turns": turns}, "turns", Unit("", "number of turns")),
-            start=dict(start),
-            tolerance=tolerance,
-            speed_limit=positive(table, "speed_limit", Unit(units.speed, "speed")),
-            engine=engine,
+            until=until,
+            turns=turns,
+            start=start_of(table),
+            tolerance=tolerance_of(table),
+            speed_limit=positive(table, "speed_limit", Unit(machine.units.speed, "speed")),
+            engine=engine_of(table),
         )
 
     def check(self, machine: Machine) -> None:
@@ -140,6 +118,26 @@ class RunUp:
         starts = self.starts or (self.start,)
         values: list[tuple[float, ...]] = [(v,) for v in self.values] or [()]
         return [replace(self, start=s, starts=(), values=v) for v in values for s in starts]
+
+
+def _extent(table: Mapping[str, Any], time: Unit) -> tuple[float | None, float | None]:
+    """``until`` and ``turns``: one of them, or neither to run until settled. Raises ``InputError``."""
+    until, turns, settled = table.get("until"), table.get("turns"), table.get("settled")
+    if isinstance(until, Mapping):
+        refuse_unknown(until, ("turns", "settled"), "study.until")
+        if not until:
+            raise InputError("study.until", {}, "allowed is a time, { turns = NUMBER } or { settled = true }")
+        turns, settled = until.get("turns", turns), until.get("settled", settled)
+        until = None
+    if until == "settled":
+        until, settled = None, True
+    if settled is not None and not isinstance(settled, bool):
+        raise InputError("study.settled", settled, "allowed is true or false")
+    if sum(x is not None for x in (until, turns, settled or None)) > 1:
+        raise InputError("study.until", None, "allowed is one of until, turns and settled")
+    if settled is False and until is None and turns is None:
+        raise InputError("study.settled", False, "needed is until = a time or turns = a number, if not settled = true")
+    return positive({"until": until}, "until", time), positive({"turns": turns}, "turns", Unit("", "number of turns"))
 
 
 @np.errstate(all="ignore")  # a run that fails says so in a sentence, not by warnings about overflow

@@ -171,8 +171,8 @@ def _warnings(machine: Machine, question: RunUp, free: float | None, samples_per
     limit = runaway_limit(machine)
     if limit is not None and question.speed_limit is None:
         said.append(
-            "no load and no loss holds the drive: without vibration its speed would grow without limit, as that of a series motor "
-            f"without load, 002 (2.105); the run ends at {limit:.4g} rad/s, or at study.speed_limit"
+            "no load and no loss holds the drive: without vibration its speed would grow without limit, as that of a series "
+            f"motor without load, 002 (2.105); the run ends at {limit:.4g} rad/s, or at study.speed_limit"
         )
     unit = f" {machine.units.time}" if machine.units.time else ""
     if question.until is not None and free and question.until < 20 * math.pi / abs(free):

@@ -119,7 +119,7 @@ def _summary(machine: Machine, found: xr.Dataset, verdict: Verdict) -> dict[str,
 
 
 def _locking(verdict: Verdict) -> dict[str, Any]:
-    """Mean speeds over whole periods, and the phases of rotors to each other or to the vibration; nothing for other machines."""
+    """Mean speeds over whole periods, and phases of rotors to each other or to the vibration; nothing for other machines."""
     if verdict.locked is None:
         return {}
     return {"mean_speeds": verdict.locked.speeds, "rotor_phases": verdict.locked.phases}

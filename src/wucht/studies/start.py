@@ -70,6 +70,11 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
     return np.array([values[name] for name in machine.state_names])
 
 
+def angles_in(machine: Machine, state: np.ndarray) -> dict[str, float]:
+    """The angles of the bodies in a state (n,), by name."""
+    return {b.name: float(state[machine.state_names.index(b.coordinate.position.name)]) for b in machine.bodies}
+
+
 def static_position(machine: Machine) -> np.ndarray:
     """Where the carrier rests under its load (m,): K x = load; zero where its motion is prescribed."""
     c, numbers, size = machine.linear_carrier, machine.numbers, len(machine.free_carrier)

@@ -12,8 +12,8 @@ from wucht.machines.contact import arranged
 from wucht.machines.forced import Forced
 from wucht.machines.machine import Machine
 from wucht.quantities import Unit
-from wucht.studies.quantities import quantity
-from wucht.studies.start import start_state
+from wucht.studies.keys import quantity
+from wucht.studies.start import angles_in, start_state
 
 _MOST_POINTS = 100_000
 
@@ -26,19 +26,9 @@ def read_points(table: Mapping[str, Any], default: int) -> int:
     return default if points is None else int(points)
 
 
-def read_phases(table: Mapping[str, Any]) -> dict[str, Any]:
-    """The table ``start``. Raises ``InputError``."""
-    start = table.get("start", {})
-    if not isinstance(start, Mapping):
-        raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE }")
-    return dict(start)
-
-
 def angles_of(machine: Machine, start: Mapping[str, Any]) -> np.ndarray:
     """The absolute angles (n,) of the bodies at their start. Raises ``InputError``, also where bodies of a track overlap."""
-    state = start_state(machine, start)
-    names = machine.system.state_names
-    angles = {b.name: float(state[names.index(b.coordinate.position.name)]) for b in machine.bodies}
+    angles = angles_in(machine, start_state(machine, start))
     arranged(machine, angles)
     return np.array(list(angles.values()))
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from pydantic import ValidationError
 
 from wucht.documents import choice, refuse_unknown
 from wucht.errors import InputError
@@ -16,10 +15,10 @@ from wucht.machines.contact import arranged
 from wucht.machines.machine import Machine
 from wucht.numerics.compile import DEFAULT_TOLERANCE, compile_system
 from wucht.quantities import Unit
+from wucht.studies.keys import allowed_value, engine_of, parameter, positive, span, start_of, tolerance_of, within
 from wucht.studies.kinds import Checkpoint, Progress
-from wucht.studies.quantities import parameter, positive, span
 from wucht.studies.run_up_plan import release_event
-from wucht.studies.start import start_state
+from wucht.studies.start import angles_in, start_state
 from wucht.studies.sweep_flow import HaltError, Mover, Place, Reading, moving_system, with_value
 from wucht.studies.sweep_jumps import JUMP_TOLERANCE, Jump, jumps, settle
 from wucht.studies.sweep_plan import Plan
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
 _SAVE_EVERY_S = 5.0
 _TOO_FAST = 0.01  # by how much the speed may change after a ramp
 DIRECTIONS = ("both", "up", "down")
-ENGINES = ("heyoka", "scipy", "scipy-radau")
 
 
 @dataclass(frozen=True)
@@ -68,20 +66,15 @@ class Sweep:
             raise InputError("study.range", None, f"this key is missing; needed is a pair [low, high] of a {along.what}")
         time = machine.units.time
         a_second = Unit(f"{along.unit or '1'}/{time}" if time else along.unit, f"{along.what} a unit of time")
-        start: Any = table.get("start", {})
-        if not isinstance(start, Mapping):
-            raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE }")
-        if "engine" in table:
-            choice(dict(table), "engine", "study", ENGINES)
         return cls(
             along=along.path,
             range=limits,
             rate=positive(table, "rate", a_second),
             direction=choice({"direction": "both"} | dict(table), "direction", "study", DIRECTIONS),
-            start=dict(start),
-            jump_tolerance=_within(table, "jump_tolerance", JUMP_TOLERANCE, (1e-8, 0.1)),
-            tolerance=_within(table, "tolerance", DEFAULT_TOLERANCE, (1e-16, 1e-2)),
-            engine=table.get("engine"),
+            start=start_of(table),
+            jump_tolerance=within(table, "jump_tolerance", JUMP_TOLERANCE, 1e-8, 0.1),
+            tolerance=tolerance_of(table),
+            engine=engine_of(table),
         )
 
     def check(self, machine: Machine) -> None:
@@ -95,37 +88,8 @@ class Sweep:
         if self.along in unswept:
             raise InputError("study.along", self.along, f"not allowed: {unswept[self.along]}")
         for i, value in enumerate(self.range):
-            _check_value(machine, self.along, value, f"study.range[{i}]")
+            allowed_value(machine, self.along, value, f"study.range[{i}]")
         _prepared(machine, self)
-
-
-def _within(table: Mapping[str, Any], key: str, default: float, limits: tuple[float, float]) -> float:
-    given = positive(table, key, Unit("", key.replace("_", " "))) or default
-    if not limits[0] <= given <= limits[1]:
-        raise InputError(f"study.{key}", given, f"allowed is between {limits[0]:g} and {limits[1]:g}")
-    return given
-
-
-def _check_value(machine: Machine, path: str, value: float, where: str) -> None:
-    """Raises ``InputError`` where the part to which a parameter belongs does not allow a value."""
-    for part in machine.parts:
-        prefix = f"{part.path}." if part.path else ""
-        name = path.removeprefix(prefix)
-        fields = {f.alias or n: n for n, f in type(part).model_fields.items()}
-        if not path.startswith(prefix) or name not in fields:
-            continue
-        own = {f.alias or n: getattr(part, n) for n, f in type(part).model_fields.items() if n in part.model_fields_set}
-        try:
-            type(part).model_validate(own | {name: value}).check()
-        except ValueError as error:
-            raise InputError(where, value, _reason(error)) from None
-
-
-def _reason(error: ValueError) -> str:
-    if len(error.args) == 2:  # of a part's own check: field and sentence
-        return str(error.args[1])
-    said = str(error.errors()[0]["msg"]) if isinstance(error, ValidationError) else str(error)
-    return f"allowed is what fits: {said[0].lower()}{said[1:]}"
 
 
 def _prepared(machine: Machine, question: Sweep) -> tuple[Machine, np.ndarray]:
@@ -133,9 +97,7 @@ def _prepared(machine: Machine, question: Sweep) -> tuple[Machine, np.ndarray]:
     first = question.range[1] if question.direction == "down" else question.range[0]
     machine = with_value(machine, question.along, first)
     initial = start_state(machine, question.start)
-    names = machine.system.state_names
-    at = {b.name: float(initial[names.index(b.coordinate.position.name)]) for b in machine.bodies}
-    return arranged(machine, at), initial
+    return arranged(machine, angles_in(machine, initial)), initial
 
 
 @dataclass

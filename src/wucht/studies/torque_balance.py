@@ -16,9 +16,9 @@ from wucht.machines.machine import Machine, Turning
 from wucht.machines.models import Model
 from wucht.machines.vibration import free_speed, group
 from wucht.quantities import Unit
+from wucht.studies.keys import span, start_of
 from wucht.studies.kinds import Checkpoint, Progress
-from wucht.studies.quantities import span
-from wucht.studies.steady import angles_of, forced, read_phases, read_points
+from wucht.studies.steady import angles_of, forced, read_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +49,7 @@ class TorqueBalance:
         """From the table ``[study]``. Raises ``InputError``, located from ``study`` on."""
         refuse_unknown(table, cls.keys, "study")
         found = span(table, "range", Unit(machine.units.speed, "speed"))
-        return cls(found, table.get("on"), read_points(table, DEFAULT_POINTS), read_phases(table))
+        return cls(found, table.get("on"), read_points(table, DEFAULT_POINTS), start_of(table))
 
     def check(self, machine: Machine) -> None:
         """Raises ``InputError`` where the start does not fit the machine, or the shaft has no drive with a torque."""

@@ -15,6 +15,7 @@ def speaking(document: dict[str, Any]) -> tuple[Speaker, Speaker]:
 
 
 def plain(value: float | None) -> str:
+    """A number without a unit."""
     return "none" if value is None else f"{value:.5g}"
 
 

@@ -1,0 +1,110 @@
+"""Keys of ``[study]`` that several studies have, and quantities in them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import ValidationError
+
+from wucht.errors import InputError, nearest
+from wucht.machines.machine import Machine
+from wucht.machines.parts.fields import Parameter
+from wucht.numerics.compile import DEFAULT_TOLERANCE
+from wucht.quantities import Unit
+
+
+def quantity(table: Mapping[str, Any], key: str, unit: Unit) -> float | None:
+    """The value of a key, None if it is not given. Raises ``InputError``."""
+    given = table.get(key)
+    if given is None:
+        return None
+    try:
+        return unit.parse(given)
+    except ValueError as error:
+        raise InputError(f"study.{key}", given, str(error)) from None
+
+
+def positive(table: Mapping[str, Any], key: str, unit: Unit) -> float | None:
+    """The value of a key, greater than 0, None if it is not given. Raises ``InputError``."""
+    value = quantity(table, key, unit)
+    if value is not None and value <= 0:
+        raise InputError(f"study.{key}", table[key], f"allowed is a {unit.what} greater than 0")
+    return value
+
+
+def span(table: Mapping[str, Any], key: str, unit: Unit) -> tuple[float, float] | None:
+    """A pair [low, high], None if it is not given. Raises ``InputError``."""
+    given = table.get(key)
+    if given is None:
+        return None
+    if not isinstance(given, list) or len(given) != 2:
+        raise InputError(f"study.{key}", given, f"allowed is a pair [low, high] of a {unit.what}")
+    low, high = (quantity({f"{key}[{i}]": g}, f"{key}[{i}]", unit) or 0.0 for i, g in enumerate(given))
+    if not low < high:
+        raise InputError(f"study.{key}", given, "allowed is a pair [low, high] with low below high")
+    return low, high
+
+
+def parameter(table: Mapping[str, Any], key: str, machine: Machine) -> Parameter:
+    """The parameter of the machine that a key names. Raises ``InputError``."""
+    given = table.get(key)
+    if given is None:
+        raise InputError(f"study.{key}", None, "this key is missing; needed is the path of a parameter, such as drive.slope")
+    if not isinstance(given, str) or given not in machine.parameters:
+        raise InputError(f"study.{key}", given, f"unknown parameter; {nearest(str(given), machine.parameters)}")
+    return machine.parameters[given]
+
+
+ENGINES = ("heyoka", "scipy", "scipy-radau")
+
+
+def within(table: Mapping[str, Any], key: str, default: float, low: float, high: float) -> float:
+    """A number between two limits. Raises ``InputError``."""
+    given = positive(table, key, Unit("", key.replace("_", " "))) or default
+    if not low <= given <= high:
+        raise InputError(f"study.{key}", given, f"allowed is between {low:g} and {high:g}")
+    return given
+
+
+def tolerance_of(table: Mapping[str, Any]) -> float:
+    """The tolerance of the integration. Raises ``InputError``."""
+    return within(table, "tolerance", DEFAULT_TOLERANCE, 1e-16, 1e-2)
+
+
+def engine_of(table: Mapping[str, Any]) -> str | None:
+    """The engine that is asked for, None for the best installed. Raises ``InputError``."""
+    engine: str | None = table.get("engine")
+    if engine is not None and engine not in ENGINES:
+        raise InputError("study.engine", engine, f"allowed is {', '.join(map(repr, ENGINES))}")
+    return engine
+
+
+def start_of(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The start as written: see ``start_state``. Raises ``InputError``."""
+    start = table.get("start", {})
+    if not isinstance(start, Mapping):
+        raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }")
+    return dict(start)
+
+
+def allowed_value(machine: Machine, path: str, value: float, where: str) -> None:
+    """Raises ``InputError`` where the part to which a parameter belongs does not allow a value."""
+    for part in machine.parts:
+        prefix = f"{part.path}." if part.path else ""
+        name = path.removeprefix(prefix)
+        fields = {f.alias or n: n for n, f in type(part).model_fields.items()}
+        if not path.startswith(prefix) or name not in fields:
+            continue
+        own = {f.alias or n: getattr(part, n) for n, f in type(part).model_fields.items() if n in part.model_fields_set}
+        try:
+            type(part).model_validate(own | {name: value}).check()
+        except ValueError as error:
+            raise InputError(where, value, _reason(error)) from None
+
+
+def _reason(error: ValueError) -> str:
+    if len(error.args) == 2:  # of a part's own check: field and sentence
+        return str(error.args[1])
+    said = str(error.errors()[0]["msg"]) if isinstance(error, ValidationError) else str(error)
+    return f"allowed is what fits: {said[0].lower()}{said[1:]}"
