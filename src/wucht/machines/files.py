@@ -127,7 +127,7 @@ def _from_parts(document: Document, title: str) -> Machine:
         start_angles={d.on: d.start_angle() for d in shafts if isinstance(d, Drive) and d.on in prescribed},
         start_positions=carrier.start_positions(),
         schedules=schedules,
-        warnings=doubts(bodies),
+        warnings=() if any(s.parameter.startswith(f"{b.name}.") for s in schedules for b in bodies) else doubts(bodies),
     ).at(0.0)
     return _with_tracks(machine, document, [b for b in bodies if isinstance(b, Tracked)], where)
 

@@ -158,6 +158,11 @@ class Machine:
         tilting = any(getattr(p, "tilting", False) for p in self.parts)
         return None if tilting or "r" not in self.labels else self.carrier[self.labels.index("r")]
 
+    @cached_property
+    def corners(self) -> tuple[float, ...]:
+        """The times of the points of all schedules, in order, at least t = 0."""
+        return tuple(sorted({0.0, *(t for s in self.schedules for t in s.pieces.corners)}))
+
     def with_values(self, values: Mapping[str, float]) -> Machine:
         """The machine with other values of some parameters, by path; its structure stays."""
         changed = {path: replace(self.parameters[path], value=float(value)) for path, value in values.items()}

@@ -82,6 +82,6 @@ def response(
     """
     from wucht.studies.response_result import result
 
-    begun = clock.perf_counter()
+    begun, machine = clock.perf_counter(), machine.at(machine.corners[-1])  # steady: with its schedules done
     question.check(machine)
     return result(machine, question, angles_of(machine, question.start), question.range or speed_range(machine), begun)

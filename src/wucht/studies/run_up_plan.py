@@ -46,11 +46,11 @@ class Plan:
     @classmethod
     def of(cls, machine: Machine, question: RunUp, initial: np.ndarray) -> Plan:
         """The plan of a run from an initial state."""
-        seen = [machine.at(t) for t in _corners(machine)]
+        seen = [machine.at(t) for t in machine.corners]
         natural = [f for m in seen for f in natural_frequencies(m).values() if f > 0]
-        reached = [abs(free_speed(m, r, t) or 0.0) for m, t in zip(seen, _corners(machine), strict=True) for r in m.rotors]
+        reached = [abs(free_speed(m, r, t) or 0.0) for m, t in zip(seen, machine.corners, strict=True) for r in m.rotors]
         fastest = max([*_speeds(machine, initial), *reached, *natural]) or 1.0
-        free = free_speed(seen[-1], machine.rotor, _corners(machine)[-1])
+        free = free_speed(seen[-1], machine.rotor, machine.corners[-1])
         slowest = max(min([abs(free or 0.0) or fastest, *natural]), 1e-3 * fastest)
         turn = 2 * math.pi / fastest
         if question.until is not None:
@@ -92,16 +92,11 @@ class Plan:
         return [self.first * 2**k for k in range(legs + 1)]
 
 
-def _corners(machine: Machine) -> list[float]:
-    """The times between which schedules run, at least t = 0."""
-    return sorted({0.0, *(t for s in machine.schedules for t in s.pieces.corners)})
-
-
 def _speeds(machine: Machine, initial: np.ndarray) -> list[float]:
     """Speeds at the start, of prescribed rotations and of prescribed motions."""
     free = [abs(initial[i]) for i, name in enumerate(machine.system.state_names) if name.endswith(".speed")]
     given = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
-    turned = [float(np.abs(machine.prescribed_speed(c, np.array(_corners(machine)))).max()) for c in given]
+    turned = [float(np.abs(machine.prescribed_speed(c, np.array(machine.corners))).max()) for c in given]
     return [*free, *turned, machine.values.get("carrier.motion.frequency", 0.0)]
 
 

@@ -87,6 +87,7 @@ def _summary(machine: Machine, found: xr.Dataset, verdict: Verdict) -> dict[str,
         inside = np.zeros(len(time), bool)
         inside[-1:] = True
     rotor = found.speed.sel(body=machine.rotor.name).values
+    machine = machine.at(float(time[-1]) if len(time) else 0.0)
     amplitude, beating = found.amplitude.values[inside], verdict.beat
     sense = float(np.sign(rotor[inside].mean())) or 1.0
     mean = sense * verdict.evidence.mean_speed if verdict.evidence.turning else _time_mean(time[inside], rotor[inside])

@@ -75,7 +75,8 @@ def _rotation(machine: Machine, row: Mapping[str, np.ndarray], time: np.ndarray)
 
 
 def _vibration(machine: Machine, row: Mapping[str, np.ndarray], time: np.ndarray) -> Variables:
-    units, natural = machine.units, natural_frequencies(machine)
+    units = machine.units
+    natural = natural_frequencies(machine.at(float(time[-1]) if len(time) else 0.0))
     names = [(c.position.name, c.velocity.name) for c in machine.carrier]
     displacement = np.array([row[q] for q, _ in names]).reshape(len(names), len(time))
     velocity = np.array([row[v] for _, v in names]).reshape(len(names), len(time))

@@ -96,7 +96,7 @@ def torque_balance(
     """
     from wucht.studies.torque_balance_result import result
 
-    begun = clock.perf_counter()
+    begun, machine = clock.perf_counter(), machine.at(machine.corners[-1])  # steady: with its schedules done
     question.check(machine)
     rotor = question.rotor(machine)
     angles = angles_of(machine, question.start)

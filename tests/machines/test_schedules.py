@@ -1,0 +1,256 @@
+"""Parameters over time: against closed solutions and energy balances, with exact corners."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.errors import InputError
+from wucht.machines.files import machine_from
+from wucht.machines.schedules import SCHEDULED
+from wucht.numerics.compile import compile_system
+from wucht.numerics.integrate import integrate
+from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.start import start_state
+
+DRUM = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.03}
+BALANCED = DRUM | {"eccentricity": 0.0}
+CARRIER = {"mass": 1.0, "stiffness": 1.2e4, "damping": 20.0}
+DC = {"kind": "dc-separate", "voltage": 0.0, "armature_resistance": 2.0, "motor_constant": 1.0, "flux": 0.5}
+LINEAR = {"kind": "linear", "slope": 0.05, "no_load_speed": 90.0}
+PENDULUM = {"kind": "pendulum", "name": "p", "about": "drum", "mass": 0.1, "length": 0.1, "damping": 0.01}
+
+
+def schedule(parameter, *points, **more):
+    return {"parameter": parameter, "points": [list(p) for p in points]} | more
+
+
+def machine_with(*schedules, **parts):
+    return machine_from({"carrier": CARRIER, "bodies": [DRUM], "drive": LINEAR} | parts | {"schedules": list(schedules)})
+
+
+def moved(machine, end, samples=201, start=None, engine=None):
+    flow = compile_system(machine.system, engine=engine)
+    time = np.linspace(0, end, samples)
+    run = integrate(flow, start_state(machine, start or {}), machine.values, time)
+    assert run.failure is None
+    rows = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures) | {"time": time}
+    return rows | flow.outputs(run.time, run.states, run.parameters)
+
+
+def energy_gap(rows):
+    """Work of motors and schedules less what is lost and stored. (N,), relative to the largest of them"""
+    gap = rows["supplied_work"] + rows[SCHEDULED] - rows["dissipated_work"] - rows["stored_energy"] + rows["stored_energy"][0]
+    return np.abs(gap) / max(np.abs(rows["supplied_work"]).max(), np.abs(rows["stored_energy"]).max())
+
+
+def voltage_ramp(time, inertia=0.03, R=2.0, k=0.5, rate=20.0, end=1.5, before=0.2):
+    """J w' = k (U - k w)/R with U = rate (t - before) until t = end, then constant."""
+    tau = inertia * R / k**2
+    s = np.clip(time - before, 0, None)
+    until = np.minimum(s, end - before)
+    w = rate / k * (until - tau * (1 - np.exp(-until / tau)))
+    final = rate / k * (end - before)
+    return np.where(time <= end, w, final - (final - w) * np.exp(-(time - end) / tau))
+
+
+@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+def test_a_voltage_ramp(engine):
+    """A balanced rotor on a separately excited motor: the closed solution of a linear equation, exact at both corners."""
+    if engine == "heyoka":
+        pytest.importorskip("heyoka")
+    machine = machine_with(schedule("drive.voltage", ["0.2 s", "0 V"], [1.5, 26.0]), bodies=[BALANCED], drive=DC)
+    rows = moved(machine, 4.0, engine=engine)
+    assert rows["drum.speed"] == pytest.approx(voltage_ramp(rows["time"]), abs=1e-9)
+    assert rows[SCHEDULED] == pytest.approx(0.0, abs=1e-12)  # a voltage stores nothing
+
+
+def test_a_smooth_voltage():
+    """The work of a smooth ramp, by quadrature of the closed impulse response (Duhamel)."""
+    points = ([0.0, 0.0], [1.0, 26.0])
+    machine = machine_with(schedule("drive.voltage", *points, interpolation="smooth"), bodies=[BALANCED], drive=DC)
+    rows = moved(machine, 2.0, 21)
+    tau = 0.03 * 2.0 / 0.25
+    s, weights = np.polynomial.legendre.leggauss(60)
+    for t, w in zip(rows["time"][1:], rows["drum.speed"][1:], strict=True):
+        total = 0.0
+        for low, high in ((0.0, min(t, 1.0)), (1.0, max(t, 1.0))):
+            at = low + (high - low) * (s + 1) / 2
+            voltage = np.where(at < 1, 26 * (3 * at**2 - 2 * at**3), 26.0)
+            total += (weights * 0.5 / 2.0 * voltage * np.exp(-(t - at) / tau)).sum() * (high - low) / 2 / 0.03
+        assert w == pytest.approx(total, abs=1e-9)
+
+
+def test_a_step_of_a_torque():
+    """Constant torque on a rotor on a fixed axis: straight lines, with corners at the steps, one of them at a sample."""
+    drive = {"kind": "constant-torque", "torque": 0.0}
+    steps = schedule("drive.torque", [0.5, 0.3], [1.0, -0.6], [1.25, 0.0], interpolation="steps")
+    rows = moved(machine_with(steps, bodies=[BALANCED], drive=drive, carrier={"directions": "fixed"}), 2.0)
+    t = rows["time"]  # the first value holds before the first point
+    exact = 10 * np.minimum(t, 1.0) - 20 * np.clip(t - 1.0, 0, 0.25)
+    assert rows["drum.speed"] == pytest.approx(exact, abs=1e-11)
+
+
+SOFTER = {
+    "linear": schedule("carrier.stiffness", [0.3, 1.2e4], [0.9, 2e3]),
+    "smooth": schedule("carrier.stiffness", [0.3, 1.2e4], [0.9, 2e3], interpolation="smooth"),
+    "steps": schedule("carrier.stiffness", [0.0, 1.2e4], [0.3, 5e3], [0.95, 2e4], interpolation="steps"),
+}
+
+
+@pytest.mark.parametrize("kind", SOFTER)
+@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+def test_the_energy_of_a_support_that_softens(kind, engine):
+    """What the schedule takes out is booked: with steps c x^2/2 at the moment of the step."""
+    if engine == "heyoka":
+        pytest.importorskip("heyoka")
+    machine = machine_with(SOFTER[kind], bodies=[DRUM, PENDULUM])
+    rows = moved(machine, 1.5, 401, {"p": 1.0, "carrier": {"x": "3 mm"}}, engine)
+    away = np.abs(rows["time"][:, None] - [0.3, 0.95]).min(axis=1) > 1e-6
+    assert energy_gap(rows)[away].max() < 1e-9
+    assert np.ptp(rows[SCHEDULED]) > 1e-3
+
+
+def test_the_work_of_a_step_by_hand():
+    """No rotation, no damping: x = x_0 cos(w t), the stiffness is doubled at the time t_1: work c x_1^2/2; then w sqrt(2)."""
+    carrier = {"directions": "x", "mass": 1.0, "stiffness": 300.0}
+    steps = schedule("carrier.stiffness", [0.0, 300.0], [0.4, 600.0], interpolation="steps")
+    idle = DRUM | {"eccentricity": 0.0}
+    machine = machine_from({"carrier": carrier, "bodies": [idle], "schedules": [steps]})
+    rows = moved(machine, 1.0, 11, {"carrier": {"x": 0.01}})
+    w = math.sqrt(300 / 3)
+    x1, v1 = 0.01 * math.cos(0.4 * w), -0.01 * w * math.sin(0.4 * w)
+    late = rows["time"] > 0.41
+    s, w2 = rows["time"][late] - 0.4, w * math.sqrt(2)
+    assert rows["carrier.x"][late] == pytest.approx(x1 * np.cos(w2 * s) + v1 / w2 * np.sin(w2 * s), abs=1e-13)
+    assert rows[SCHEDULED][late] == pytest.approx(300 * x1**2 / 2, abs=1e-13)
+
+
+@pytest.mark.parametrize("kind", ["linear", "steps", "smooth"])
+def test_an_unbalance_that_appears(kind):
+    """A drum balanced until 0.4 s stands still on its springs until then; the energy balance closes, steps included."""
+    appears = schedule("drum.eccentricity", [0.4, 0.0], [0.6, 0.01], interpolation=kind)
+    machine = machine_with(appears)
+    rows = moved(machine, 1.2, 601)
+    before = rows["time"] <= (0.6 if kind == "steps" else 0.4)
+    assert np.abs(rows["carrier.x"][before]).max() == 0.0
+    assert np.abs(rows["carrier.x"]).max() > 1e-3
+    away = np.abs(rows["time"] - 0.6) > 1e-6
+    assert energy_gap(rows)[away].max() < 1e-9
+
+
+def test_a_laundry_that_loses_water_loses_its_energy():
+    """Mass and unbalance change together, at the same corners; the balance closes."""
+    masses = schedule("drum.mass", [0.2, 2.0], [0.5, 1.2], [0.7, 1.2], [1.0, 0.8])
+    arms = schedule("drum.eccentricity", [0.2, 0.01], [0.5, 0.003], [0.7, 0.003], [1.0, 0.008])
+    rows = moved(machine_with(masses, arms, bodies=[DRUM, PENDULUM]), 1.4, 281, {"p": -0.5})
+    assert energy_gap(rows).max() < 1e-9
+    assert rows[SCHEDULED][-1] < -0.01
+
+
+@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+def test_two_schedules_with_the_same_corners(engine):
+    """Voltage and flux change at the same times: against the same motor in two runs, one after the other."""
+    if engine == "heyoka":
+        pytest.importorskip("heyoka")
+    both = [
+        schedule("drive.voltage", [0.0, 10.0], [0.7, 24.0], interpolation="steps"),
+        schedule("drive.flux", [0.0, 0.5], [0.7, 0.3], interpolation="steps"),
+    ]
+    rows = moved(machine_with(*both, bodies=[BALANCED], drive=DC), 2.0, 41, engine=engine)
+    t = rows["time"]
+
+    def run(start, voltage, flux, s):
+        free, tau = voltage / flux, 0.03 * 2.0 / flux**2
+        return free + (start - free) * np.exp(-s / tau)
+
+    middle = run(0.0, 10.0, 0.5, 0.7)
+    exact = np.where(t < 0.7, run(0.0, 10.0, 0.5, t), run(middle, 24.0, 0.3, t - 0.7))
+    assert rows["drum.speed"] == pytest.approx(exact, abs=1e-9)
+
+
+def test_a_prescribed_speed_that_rises():
+    """Omega from 0 to 40 rad/s within 2 s: the angle is a parabola, the torque J alpha plus that of gravity; then they are gone."""
+    ramp = schedule("drive.speed", [0.0, 0.0], [2.0, 40.0])
+    drive = {"kind": "constant-speed", "speed": 0.0, "angle": 0.2}
+    rows = moved(machine_with(ramp, drive=drive, carrier={"directions": "fixed", "gravity": 9.81}), 3.0, 61)
+    t = rows["time"]
+    angle = 0.2 + np.where(t < 2, 10 * t**2, 40 * t - 40)
+    assert rows["drum.angle"] == pytest.approx(angle, abs=1e-11)
+    away = t != 2.0
+    torque = np.where(t < 2, 20 * 0.03, 0.0) + 0.02 * 9.81 * np.cos(angle)
+    assert rows["motor_torque"][away] == pytest.approx(torque[away], abs=1e-9)
+    assert energy_gap(rows).max() < 1e-10
+
+
+def test_a_prescribed_motion_whose_frequency_is_scheduled_starts_where_it_should():
+    motion = {"direction": "x", "amplitude": 0.0, "frequency": 30.0}
+    carrier = {"directions": "x", "motion": motion}
+    machine = machine_with(schedule("carrier.motion.amplitude", [0.0, 0.0], [1.0, 2e-3], interpolation="smooth"), carrier=carrier)
+    rows = moved(machine, 2.0, 201)
+    assert energy_gap(rows).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("parameter", "parts"),
+    [
+        ("drive.speed", {"drive": {"kind": "constant-speed", "speed": 3.0}}),
+        ("carrier.motion.amplitude", {"carrier": {"motion": {"direction": "x", "amplitude": 1.0, "frequency": 3.0}, "stiffness": 1.0}}),
+        ("drive.frequency", {"drive": {"kind": "synchronous", "frequency": 50.0, "pole_pairs": 2}}),
+    ],
+)  # fmt: skip
+def test_what_is_prescribed_cannot_jump(parameter, parts):
+    with pytest.raises(InputError, match=r"schedules\[0\].interpolation.*cannot jump"):
+        machine_with(schedule(parameter, [0.0, 1.0], [1.0, 2.0], interpolation="steps"), **parts)
+    machine_with(schedule(parameter, [0.0, 1.0], [1.0, 1.0], interpolation="steps"), **parts)  # this one does not
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        (schedule("drive.slop", [0, 1]), r"schedules\[0\].parameter: given 'drive.slop'; .*did you mean 'drive.slope'"),
+        ({"points": [[0, 1]]}, r"schedules\[0\].parameter"),
+        (schedule("drive.slope"), "allowed is a list of pairs"),
+        ({"parameter": "drive.slope", "points": [[0, 1, 2]]}, "allowed is a list of pairs"),
+        (schedule("drive.slope", [0, 1], [0, 2]), "times increase"),
+        (schedule("drive.slope", [1, 1], [0, 2]), "times increase"),
+        (schedule("drive.slope", ["0 m", 1]), r"points\[0\]\[0\]: given '0 m'"),
+        (schedule("drive.slope", [0, "3 kg"]), r"points\[0\]\[1\]: given '3 kg'"),
+        (schedule("drive.slope", [0, 1], interpolation="cubic"), "unknown interpolation"),
+        (schedule("drive.slope", [0, 1], colour="red"), "unknown key"),
+        (schedule("drive.slope", [0, float("nan")]), "finite"),
+    ],
+)
+def test_schedules_that_cannot_be_are_refused(table, said):
+    with pytest.raises(InputError, match=said):
+        machine_with(table)
+
+
+def test_one_schedule_a_parameter():
+    with pytest.raises(InputError, match=r"schedules\[1\].parameter: given 'drive.slope'; this parameter has a schedule already"):
+        machine_with(schedule("drive.slope", [0, 1]), schedule("drive.slope", [0, 2]))
+
+
+def test_a_schedule_overrides_what_is_set():
+    document = {
+        "carrier": CARRIER, "bodies": [DRUM], "drive": LINEAR, "set": {"drive.slope": 0.9, "drum.mass": 3.0},
+        "schedules": [schedule("drive.slope", [0.0, 0.05], [1.0, 0.1])],
+    }  # fmt: skip
+    machine = machine_from(document)
+    assert machine.values["drive.slope"] == 0.05
+    assert machine.values["drum.mass"] == 3.0
+    assert machine.at(0.5).values["drive.slope"] == pytest.approx(0.075)
+    assert "drive.slope" not in machine.system.parameter_names
+
+
+def test_a_run_up_with_a_schedule_reports_its_energy():
+    result = run_up(machine_with(SOFTER["steps"]), RunUp(until=1.5))
+    assert summary(result)["energy_residual"] < 1e-9
+    assert result[SCHEDULED].attrs["units"] == "J"
+
+
+def test_a_run_up_whose_legs_end_at_a_corner():
+    """Of 1.5 s in twenty legs, one ends at 0.3 s: the step there is booked once."""
+    steps = schedule("carrier.stiffness", [0.0, 1.2e4], [0.3, 5e3], [0.75, 2e4], interpolation="steps")
+    result = run_up(machine_with(steps), RunUp(until=1.5, start={"carrier": {"x": "3 mm"}}))
+    assert summary(result)["energy_residual"] < 1e-9

@@ -1,0 +1,109 @@
+"""The practical machines of the catalogue give what docs/practice/ says about them."""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.machines.contact import angular_width
+from wucht.studies.files import read_study
+from wucht.studies.run_up import run_up, summary
+
+# name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places hang on the last bit; these do not.
+EXPECTED = {
+    "practice/angle-grinder": ("compensated", 1130.183, 1.3135e-4),
+    "practice/balls-at-resonance": ("balancer-captured", 418.38, 6.83e-4),
+    "practice/balls-at-resonance-thick-oil": ("compensated", 418.46, 8.12e-4),
+    "practice/grinder-10-balls": ("compensated", 1130.183, 1.42e-4),
+    "practice/grinder-2-balls": ("passed", 1130.168, 1.3169e-4),
+    "practice/grinder-4-balls": ("compensated", 1130.183, 1.3150e-4),
+    "practice/grinder-6-balls": ("compensated", 1130.183, 1.3135e-4),
+    "practice/laundry-drum": ("compensated", 126.14, 0.01067),
+    "practice/laundry-drum-tumbling": ("compensated", 126.166, 0.00892),
+    "practice/screen": ("synchronised", 155.1556, 0.00601),
+    "practice/screen-unsynchronised": ("not-synchronised", 155.232, 0.00467),
+}
+
+
+@pytest.fixture(scope="module")
+def results() -> dict[str, xr.Dataset]:
+    return {}
+
+
+@pytest.fixture
+def ran(results: dict[str, xr.Dataset]):
+    """The result of a catalogue name, computed once."""
+
+    def of(name: str) -> xr.Dataset:
+        if name not in results:
+            study = read_study(name)
+            results[name] = run_up(study.machine, study.question)
+        return results[name]
+
+    return of
+
+
+@pytest.mark.parametrize("name", sorted(EXPECTED))
+def test_runs_and_gives_its_numbers(name: str, ran) -> None:
+    outcome, speed, peak = EXPECTED[name]
+    found = summary(ran(name))
+    assert found["outcome"] == outcome
+    assert found["final_speed"] == pytest.approx(speed, rel=1e-4)
+    # As in test_catalogue_runs; where balls collide before the peak, it moves a little with the last bit.
+    assert found["peak_amplitude"] == pytest.approx(peak, rel=5e-2)
+    assert found["energy_residual"] < 1e-8
+
+
+@pytest.mark.parametrize("name", sorted(n for n in EXPECTED if "screen" not in n))
+def test_no_ball_passes_another(name: str, ran) -> None:
+    """The balls keep their order on the track, and are pressed into each other by less than a hundredth of a radian."""
+    track = read_study(name).machine.tracks[0]
+    angles = np.array([ran(name).angle.sel(body=b.name).values for b in track.bodies])
+    angles = angles[np.argsort(angles[:, 0] % (2 * math.pi))]
+    ahead = np.diff(np.vstack([angles, angles[:1]]), axis=0)
+    ahead -= 2 * math.pi * np.floor(ahead[:, :1] / (2 * math.pi))
+    assert (ahead - angular_width(track.bodies[0], track.bodies[1])).min() > -0.01
+
+
+def test_two_balls_side_by_side_leave_the_rest_of_the_unbalance(ran) -> None:
+    """1 - (2 m eps/U) cos(beta/2), beta = 2 asin(r/eps) between balls that touch: 2 m eps = 105, U = 150 g mm, eps = 25, r = 4 mm."""
+    left = 1 - 105 / 150 * math.sqrt(1 - (4 / 25) ** 2)
+    assert summary(ran("practice/grinder-2-balls"))["final_residual_unbalance"] == pytest.approx(left, abs=1e-4)
+
+
+def test_balls_in_thin_oil_hang_in_a_heap_below_the_resonance(ran) -> None:
+    result = ran("practice/balls-at-resonance")
+    speeds = result.speed.isel(time=slice(-5000, None)).mean("time").values
+    assert speeds[1:] == pytest.approx([55.52] * 4, abs=0.05)
+    assert speeds[1] < result.natural_frequency.values.min()
+
+
+def test_the_screen_throws_along_the_line_between_its_exciters(ran) -> None:
+    """Angles of e1 and e2 add up to 90.37 degrees: the forces add up along 45.2 degrees; amplitude 2 U/M, a little more."""
+    result = ran("practice/screen")
+    found = summary(result)
+    assert math.degrees(found["rotor_phases"]["e2"]) == pytest.approx(360 - 90.37, abs=0.1)
+    assert found["final_amplitude"] == pytest.approx(2.29e-3, rel=1e-2)
+    last = result.displacement.isel(time=slice(-300, None))
+    x, y = last.sel(direction="x").values, last.sel(direction="y").values
+    spread, axes = np.linalg.eigh(np.cov(x, y))
+    assert math.degrees(math.atan2(axes[1, 1], axes[0, 1])) % 180 == pytest.approx(45.5, abs=0.5)
+    assert math.sqrt(spread[0] / spread[1]) < 0.01  # straight
+
+
+def test_the_line_of_an_unsynchronised_screen_turns(ran) -> None:
+    result = ran("practice/screen-unsynchronised")
+    found = summary(result)
+    speeds = found["mean_speeds"]
+    assert 1 + speeds["e2"] / speeds["e1"] == pytest.approx(0.0134, abs=5e-4)
+    assert found["modulation_period"] == pytest.approx(3.04, abs=0.02)
+
+
+def test_laundry_that_loses_water_is_followed_without_vibration(ran) -> None:
+    """While the unbalance falls from 0.12 to 0.08 kg m between 60 and 80 s, the axis moves by micrometres."""
+    result = ran("practice/laundry-drum-tumbling")
+    blow = float(result.amplitude.sel(time=slice(40.0, 42.0)).max())
+    water = float(result.amplitude.sel(time=slice(62.0, 80.0)).max())
+    assert 4e-4 < blow < 7e-4
+    assert water < 2e-5
