@@ -69,7 +69,7 @@ def test_no_ball_passes_another(name: str, ran) -> None:
 def test_two_balls_side_by_side_leave_the_rest_of_the_unbalance(ran) -> None:
     """1 - (2 m eps/U) cos(beta/2), beta = 2 asin(r/eps) between balls that touch: 2 m eps = 105, U = 150 g mm, eps = 25, r = 4 mm."""
     left = 1 - 105 / 150 * math.sqrt(1 - (4 / 25) ** 2)
-    assert summary(ran("practice/grinder-2-balls"))["final_residual_unbalance"] == pytest.approx(left, abs=1e-4)
+    assert summary(ran("practice/grinder-2-balls"))["final_residual_unbalance"] == pytest.approx(left, abs=1e-3)
 
 
 def test_balls_in_thin_oil_hang_in_a_heap_below_the_resonance(ran) -> None:

@@ -122,6 +122,10 @@ def choice(document: Mapping[str, Any], key: str, where: str, known: Iterable[st
 def _located(cls: type[BaseModel], error: ValidationError, where: str, document: Mapping[str, Any]) -> InputError:
     first = error.errors(include_url=False)[0]
     inner, place = _inner(cls, first["loc"])
+    if first["type"] == "missing" and len(first["loc"]) > len(place):  # an item of a pair
+        first = {**first, "type": "too_short"}
+    if place and isinstance(place[-1], int):  # an item of a list is told with its list
+        inner, place = cls, place[:-1]
     if len(place) > 1 and inner is not cls:
         # The fault lies in a table inside: seen from there.
         inside: Any = document
@@ -141,7 +145,7 @@ def _located(cls: type[BaseModel], error: ValidationError, where: str, document:
     given = document.get(key, first["input"]) if isinstance(document, Mapping) else first["input"]
     if first["type"] == "extra_forbidden":
         return InputError(at, given, f"unknown key; {nearest(key, fields)}")
-    if isinstance(given, list) and any(e["type"] in ("too_short", "too_long", "tuple_type") for e in error.errors()):
+    if unit and isinstance(given, list) and any(e["type"] in ("too_short", "too_long", "missing") for e in error.errors()):
         return InputError(at, given, "allowed is one number, or a pair [x, y]")
     return InputError(at, given, _allowed(first["type"], first.get("ctx", {}), what, unit, first["msg"]))
 
@@ -191,4 +195,12 @@ def _allowed(kind: str, context: Mapping[str, Any], what: str, unit: str, messag
             return "allowed is a name of up to 64 letters, digits, '-' and '_' that begins with a letter"
         case "string_type":
             return f"allowed is {article(what)}, a text"
+        case "model_type" | "dict_type":
+            return "allowed is a table: { KEY = VALUE, ... }"
+        case "float_type" | "int_type":
+            return f"allowed is one number or quantity: {article(what)}" + (f" in {unit}" if unit else "")
+        case "tuple_type" | "too_short" | "too_long" if unit:
+            return f"allowed is a pair [x, y]: {article(what)} in {unit}"
+        case "tuple_type" | "too_short" | "too_long":
+            return f"allowed is a list of {what}" + (f", at least {context['min_length']}" if "min_length" in context else "")
     return f"allowed is the {what}: {message[0].lower()}{message[1:]}"

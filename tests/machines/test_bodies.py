@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
-from witness import Mechanism, along
 
+from witness import Mechanism, along
 from wucht.errors import InputError
 from wucht.machines.files import machine_from
 from wucht.mechanics.lagrange import acceleration
@@ -130,7 +130,12 @@ def test_several_rotors_and_bodies_about_each():
     rows = moved(document, start)
     m, at, phi = on_springs("back", "idle", "p1", "p2")
     back, idle_a, p1, p2 = m.q[3:]
-    for angle, mass, arm, inertia in ((back, 1.5, 0.02, 0.01), (idle_a, 0.5, 0.02, 0.005), (p1, 0.2, 0.1, 2e-3), (p2, 0.2, 0.1, 2e-3)):
+    for angle, mass, arm, inertia in (
+        (back, 1.5, 0.02, 0.01),
+        (idle_a, 0.5, 0.02, 0.005),
+        (p1, 0.2, 0.1, 2e-3),
+        (p2, 0.2, 0.1, 2e-3),
+    ):
         m.mass(mass, at + arm * along(angle), 9.81)
         m.turning(inertia - mass * arm**2, angle)
     for damping, turned in ((3e-3, back), (1e-3, idle_a), (0.01, p1 - phi), (0.01, p2 - back)):
@@ -147,7 +152,15 @@ def test_several_rotors_and_bodies_about_each():
 
 def test_a_roller_about_a_drum_that_turns_backwards():
     """Rolling without slip: spin (R phi_0' - (R - r) phi')/r, 000 (3)."""
-    roller = {"kind": "roller", "name": "r", "about": "drum", "mass": 0.3, "track_radius": 0.12, "radius": 0.02, "damping": 0.01}
+    roller = {
+        "kind": "roller",
+        "name": "r",
+        "about": "drum",
+        "mass": 0.3,
+        "track_radius": 0.12,
+        "radius": 0.02,
+        "damping": 0.01,
+    }
     document = {"carrier": CARRIER, "bodies": [DRUM, roller], "drive": DRIVE | {"no_load_speed": -45.0}}
     rows = moved(document, {"drum": 0.4, "r": 0.7})
     m, at, phi = on_springs("p")
@@ -176,16 +189,18 @@ def test_a_suspension_of_zero_is_none():
     [
         ([{"kind": "slider", "name": "s", "mass": 1.0, "radius": 0.1, "stiffness": 1.0}], "about"),
         ([{"kind": "slider", "name": "s", "about": "drum", "mass": 1.0, "radius": 0.1, "stiffness": 0.0}], "greater than 0"),
-        ([{"kind": "slider", "name": "s", "about": "drum", "mass": 1.0, "radius": 0.1, "stiffness": 1.0, "release": {"time": 1.0}}],
-         "always turns with its guide"),
+        ([{"kind": "slider", "name": "s", "about": "drum", "mass": 1.0, "radius": 0.1, "stiffness": 1.0,
+           "release": {"time": 1.0}}], "always turns with its guide"),
         ([{"kind": "slider", "name": "s", "about": "drum", "mass": 1.0, "radius": 0.1, "stiffness": 1.0},
           {"kind": "pendulum", "name": "p", "about": "s", "mass": 1.0, "length": 0.1}], "slides in a guide"),
         ([{"kind": "pendulum", "name": "p", "about": "drum", "mass": 1.0, "length": 0.1, "suspension": [0.1, 0.0]},
-          {"kind": "pendulum", "name": "q", "about": "p", "mass": 1.0, "length": 0.1}], "this pendulum has a suspension off it"),
+          {"kind": "pendulum", "name": "q", "about": "p", "mass": 1.0, "length": 0.1}],
+         "this pendulum has a suspension off it"),
         ([{"kind": "pendulum", "name": "p", "about": "drum", "mass": 1.0, "length": 0.1, "release": {}}], "release"),
-        ([{"kind": "pendulum", "name": "p", "about": "drum", "mass": 1.0, "length": 0.1, "release": {"time": 1.0, "speed": 1.0}}],
-         "one of both"),
-        ([{"kind": "pendulum", "name": "p", "about": "drum", "mass": 1.0, "length": 0.1, "release": {"time": "3 kg"}}], "release"),
+        ([{"kind": "pendulum", "name": "p", "about": "drum", "mass": 1.0, "length": 0.1,
+           "release": {"time": 1.0, "speed": 1.0}}], "one of both"),
+        ([{"kind": "pendulum", "name": "p", "about": "drum", "mass": 1.0, "length": 0.1,
+           "release": {"time": "3 kg"}}], "release"),
     ],
 )  # fmt: skip
 def test_bodies_that_cannot_be_are_refused(bodies, said):

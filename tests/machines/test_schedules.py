@@ -106,8 +106,7 @@ def test_the_energy_of_a_support_that_softens(kind, engine):
         pytest.importorskip("heyoka")
     machine = machine_with(SOFTER[kind], bodies=[DRUM, PENDULUM])
     rows = moved(machine, 1.5, 401, {"p": 1.0, "carrier": {"x": "3 mm"}}, engine)
-    away = np.abs(rows["time"][:, None] - [0.3, 0.95]).min(axis=1) > 1e-6
-    assert energy_gap(rows)[away].max() < 1e-9
+    assert energy_gap(rows).max() < 1e-9  # at the samples at the very corners as well
     assert np.ptp(rows[SCHEDULED]) > 1e-3
 
 
@@ -135,8 +134,7 @@ def test_an_unbalance_that_appears(kind):
     before = rows["time"] <= (0.6 if kind == "steps" else 0.4)
     assert np.abs(rows["carrier.x"][before]).max() == 0.0
     assert np.abs(rows["carrier.x"]).max() > 1e-3
-    away = np.abs(rows["time"] - 0.6) > 1e-6
-    assert energy_gap(rows)[away].max() < 1e-9
+    assert energy_gap(rows).max() < 1e-9
 
 
 def test_a_laundry_that_loses_water_loses_its_energy():
@@ -170,7 +168,7 @@ def test_two_schedules_with_the_same_corners(engine):
 
 
 def test_a_prescribed_speed_that_rises():
-    """Omega from 0 to 40 rad/s within 2 s: the angle is a parabola, the torque J alpha plus that of gravity; then they are gone."""
+    """Omega from 0 to 40 rad/s within 2 s: the angle is a parabola, the torque J alpha plus that of gravity."""
     ramp = schedule("drive.speed", [0.0, 0.0], [2.0, 40.0])
     drive = {"kind": "constant-speed", "speed": 0.0, "angle": 0.2}
     rows = moved(machine_with(ramp, drive=drive, carrier={"directions": "fixed", "gravity": 9.81}), 3.0, 61)
@@ -183,10 +181,12 @@ def test_a_prescribed_speed_that_rises():
     assert energy_gap(rows).max() < 1e-10
 
 
-def test_a_prescribed_motion_whose_frequency_is_scheduled_starts_where_it_should():
+def test_the_energy_of_a_prescribed_motion_whose_amplitude_grows():
     motion = {"direction": "x", "amplitude": 0.0, "frequency": 30.0}
     carrier = {"directions": "x", "motion": motion}
-    machine = machine_with(schedule("carrier.motion.amplitude", [0.0, 0.0], [1.0, 2e-3], interpolation="smooth"), carrier=carrier)
+    machine = machine_with(
+        schedule("carrier.motion.amplitude", [0.0, 0.0], [1.0, 2e-3], interpolation="smooth"), carrier=carrier
+    )
     rows = moved(machine, 2.0, 201)
     assert energy_gap(rows).max() < 1e-9
 
@@ -195,7 +195,8 @@ def test_a_prescribed_motion_whose_frequency_is_scheduled_starts_where_it_should
     ("parameter", "parts"),
     [
         ("drive.speed", {"drive": {"kind": "constant-speed", "speed": 3.0}}),
-        ("carrier.motion.amplitude", {"carrier": {"motion": {"direction": "x", "amplitude": 1.0, "frequency": 3.0}, "stiffness": 1.0}}),
+        ("carrier.motion.amplitude",
+         {"carrier": {"motion": {"direction": "x", "amplitude": 1.0, "frequency": 3.0}, "stiffness": 1.0}}),
         ("drive.frequency", {"drive": {"kind": "synchronous", "frequency": 50.0, "pole_pairs": 2}}),
     ],
 )  # fmt: skip
@@ -227,7 +228,9 @@ def test_schedules_that_cannot_be_are_refused(table, said):
 
 
 def test_one_schedule_a_parameter():
-    with pytest.raises(InputError, match=r"schedules\[1\].parameter: given 'drive.slope'; this parameter has a schedule already"):
+    with pytest.raises(
+        InputError, match=r"schedules\[1\].parameter: given 'drive.slope'; this parameter has a schedule already"
+    ):
         machine_with(schedule("drive.slope", [0, 1]), schedule("drive.slope", [0, 2]))
 
 

@@ -1,4 +1,4 @@
-"""Parameters set by path before the machine is built, down into tables, lists and pairs, and refused where they lead nowhere."""
+"""Parameters set by path before the machine is built, down into tables, lists and pairs, and refused otherwise."""
 
 import copy
 

@@ -196,7 +196,7 @@ def test_the_torque_on_a_drum_that_is_sped_up():
 
 
 def test_a_locked_rotor_turns_with_a_carrier_that_turns():
-    """On a carrier that turns about the normal the locked rotor is part of it: natural frequency sqrt(c/(Theta + J + m a^2))."""
+    """On a carrier that turns about the normal the locked rotor is part of it: frequency sqrt(c/(Theta + J + m a^2))."""
     body = {"kind": "rotor", "name": "exciter", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.05, "release": FAR}
     carrier = {"directions": "r", "inertia": 0.4, "rotation_stiffness": 90.0}
     machine = machine_from({"carrier": carrier, "bodies": [body | {"position": [0.3, 0.0]}]})

@@ -42,7 +42,8 @@ def test_both_machines_have_the_same_motion(count, drawn, length, natural, ratio
     couples = [0.02 * d for d in drawn[:3]]
     inertias = [0.05 * d for d in drawn[3:6]]
     drives = [
-        {"kind": "linear", "on": f"r{i}", "slope": 0.1, "no_load_speed": senses[i] * natural * drawn[6 + i]} for i in range(count)
+        {"kind": "linear", "on": f"r{i}", "slope": 0.1, "no_load_speed": senses[i] * natural * drawn[6 + i]}
+        for i in range(count)
     ]
     rotors = [{"kind": "rotor", "name": f"r{i}", "mass": 1e-9, "inertia": inertias[i]} for i in range(count)]
     rocking = {

@@ -132,14 +132,11 @@ def read_shafts(document: Document, bodies: Sequence[Body]) -> list[OnShaft]:
 def _on_shafts(document: Document, bodies: Sequence[Body], group: str, kinds: Mapping[str, type[Any]]) -> list[OnShaft]:
     tables = shaft_tables(document, group)
     names = [b.name for b in bodies if b.turns()]
-    rotors = [b.name for b in bodies if b.reference is None]
     found: list[OnShaft] = []
     for i, (given, label) in enumerate(zip(tables, shaft_labels(tables), strict=True)):
         where = f"machine.{group}" if group in document else f"machine.{group}s[{i}]"
         cls = kinds[choice(given, "kind", where, kinds)]
         content = {k: v for k, v in given.items() if k != "kind"}
-        if "on" not in content and len(rotors) == 1:
-            content["on"] = rotors[0]
         shaft = part(cls, content, where).model_copy(update={"label": label})
         if shaft.on not in names:
             raise InputError(f"{where}.on", shaft.on, f"there is no such body; {nearest(shaft.on, names)}")

@@ -24,6 +24,7 @@ from wucht.system import TIME, Output, System
 SCHEDULED = "schedule_work"
 KEYS = ("parameter", "points", "interpolation")
 INTERPOLATIONS = ("linear", "steps", "smooth")
+_MOMENTS = (".locked", ".release.time", ".release.speed")
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,10 @@ def _read(table: Mapping[str, Any], parameters: Mapping[str, Parameter], time: s
     if not isinstance(path, str) or path not in parameters:
         allowed = f"allowed is a parameter of the machine; {nearest(str(path), parameters)}"
         raise InputError(f"{where}.parameter", path, allowed)
+    of_a_drive = path.startswith(("drive.", "drives."))
+    if path.endswith(_MOMENTS) or (of_a_drive and path.endswith(".angle")):
+        moment = "not allowed: this parameter counts at one moment, and does not change over time"
+        raise InputError(f"{where}.parameter", path, moment)
     points = table.get("points")
     if not isinstance(points, list) or not points or not all(isinstance(p, list) and len(p) == 2 for p in points):
         raise InputError(

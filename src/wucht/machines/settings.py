@@ -23,7 +23,7 @@ def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
 
 
 def shaft_tables(document: Document, group: str) -> list[Document]:
-    """The tables of ``drive`` or ``drives`` (``load``, ``loads``). Raises ``InputError`` where they are no tables."""
+    """The tables of ``drive`` or ``drives`` (``load``, ``loads``), on the only rotor by default. Raises ``InputError``."""
     single, several = document.get(group), document.get(f"{group}s", [])
     if single is not None and several:
         raise InputError(f"machine.{group}s", None, f"allowed is either [machine.{group}] or [[machine.{group}s]]")
@@ -31,7 +31,13 @@ def shaft_tables(document: Document, group: str) -> list[Document]:
         raise InputError(f"machine.{group}", single, f"allowed is a table: [machine.{group}]")
     if not isinstance(several, list) or not all(isinstance(d, dict) for d in several):
         raise InputError(f"machine.{group}s", several, f"allowed are tables: [[machine.{group}s]]")
-    return [single] if single is not None else several
+    found = [single] if single is not None else several
+    bodies = [b for b in document.get("bodies", []) if isinstance(b, dict)] if isinstance(document.get("bodies"), list) else []
+    rotors = [b["name"] for b in bodies if "about" not in b and "name" in b]
+    if len(rotors) == 1:
+        for described in found:
+            described.setdefault("on", rotors[0])
+    return found
 
 
 def shaft_labels(tables: list[Document]) -> list[str]:
@@ -87,14 +93,14 @@ def _addressable(document: Document) -> dict[str, Document]:
     found: dict[str, Document] = {}
     if isinstance(document.get("carrier"), dict):
         found["carrier"] = document["carrier"]
-    for body in document.get("bodies", []):
-        if isinstance(body, dict) and "name" in body:
-            found[str(body["name"])] = body
+    listed = document.get("bodies", [])
+    bodies = [b for b in listed if isinstance(b, dict)] if isinstance(listed, list) else []
+    found |= {str(b["name"]): b for b in bodies if "name" in b}
     for group in ("drive", "load"):
         tables = shaft_tables(document, group)
         for label, described in zip(shaft_labels(tables), tables, strict=True):
             found[f"{group}s.{label}" if label else group] = described
-    names = {str(b["track"]) for b in document.get("bodies", []) if isinstance(b, dict) and "track" in b}
+    names = {str(b["track"]) for b in bodies if "track" in b}
     tracks = document.setdefault("tracks", {}) if names else document.get("tracks")
     if isinstance(tracks, dict):
         for name in names:

@@ -24,18 +24,18 @@ _BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
 def read_table(path: Path, columns: Columns) -> list[list[float]]:
     """The rows of a text file of two columns, in SI.
 
-    columns: what each holds and its SI unit. They are separated by commas, semicolons or blanks; between semicolons a decimal
+    columns: what each holds and its SI unit. They are separated by commas, semicolons, tabs or blanks; between semicolons a decimal
     comma is understood. ``#`` begins a comment. The first line may be a heading whose columns carry units, as in
-    ``speed (rpm), torque [N m]``; without units numbers are SI. Raises ``InputError``, with the line, for a file that cannot be
+    ``speed (rpm), torque [N m]`` or ``rpm, N m``; without units numbers are SI. Raises ``InputError``, with the line, for a file that cannot be
     read, a line that is no row of two numbers, a first column that does not increase, and fewer than two rows.
     """
     units = [Unit(si, what) for what, si in columns]
-    scale = [1.0, 1.0]
+    scale, headed = [1.0, 1.0], False
     rows: list[list[float]] = []
     for number, line in _lines(path):
         try:
-            if not rows and _is_heading(line):
-                scale = _scales(line, units)
+            if not rows and not headed and _is_heading(line):
+                scale, headed = _scales(line, units), True
                 continue
             row = [n * f for n, f in zip(_row(line, units), scale, strict=True)]
             if rows and row[0] <= rows[-1][0]:
@@ -56,8 +56,9 @@ def with_tables(described: Document, folder: Path) -> Document:
     on, for a file that cannot be used, and where there are points beside it. What else is wrong is left to the machine to tell.
     """
     found = dict(described)
-    if "drive" in found:
-        found["drive"] = _characteristic(found["drive"], folder, "machine.drive")
+    for key in ("drive", "load"):
+        if key in found:
+            found[key] = _characteristic(found[key], folder, f"machine.{key}")
     for key in ("drives", "loads"):
         if isinstance(found.get(key), list):
             found[key] = [_characteristic(d, folder, f"machine.{key}[{i}]") for i, d in enumerate(found[key])]
@@ -106,7 +107,7 @@ def _lines(path: Path) -> list[tuple[int, str]]:
 
 
 def _separator(line: str) -> str:
-    return next((s for s in ";," if s in line), " ")
+    return next((s for s in ";,\t" if s in line), " ")
 
 
 def _cells(line: str) -> list[str]:
@@ -155,6 +156,16 @@ def _scales(line: str, units: list[Unit]) -> list[float]:
             raise ValueError(f"{cell[:40]!r} is no heading; allowed is {unit.what} or {unit.what} [{unit.si}]")
         if other.what in parts[1].lower() and unit.what not in parts[1].lower():
             raise ValueError(f"the columns are exchanged; allowed is {units[0].what} first, then {units[1].what}")
-        given = parts[2] or parts[3]
-        factors.append(unit.parse(f"1 {given}") if given else 1.0)
+        if parts[2] is None and parts[3] is None:
+            factors.append(_unit_alone(parts[1], unit))
+        else:
+            factors.append(unit.parse(f"1 {parts[2] or parts[3] or '?'}"))
     return factors
+
+
+def _unit_alone(name: str, unit: Unit) -> float:
+    """How many SI units a heading is that is a unit without a name, such as ``rpm``; 1 for a name."""
+    try:
+        return unit.parse(f"1 {name}")
+    except ValueError:
+        return 1.0

@@ -12,7 +12,7 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.numerics.events import Event, Leg
-from wucht.numerics.ladders import Ladders
+from wucht.numerics.ladders import Ladders, Look, looking
 from wucht.numerics.program import Evaluator, Numbers, lower
 from wucht.system import Output, System
 
@@ -41,7 +41,8 @@ class Flow:
     """A compiled System with its events. Not to be shared by threads: take one a thread (``compile_system`` is cheap then).
 
     events: those asked for, then those of the ladders. ladders: of the System's piecewise functions. jumps: what the
-    quadratures gain where a piecewise function jumps, as a function of the state on a rung, or None if nothing can.
+    quadratures gain where a piecewise function jumps, as a function of the state on a rung, or None if nothing can. acting: the
+    events with an action or an end, and ``look``, which tells where their functions are, because two may happen together.
     """
 
     system: System
@@ -51,6 +52,8 @@ class Flow:
     outputs: Evaluator
     ladders: Ladders
     jumps: Evaluator | None
+    acting: tuple[int, ...] = ()
+    look: Look | None = None
 
 
 def available_engine() -> str:
@@ -92,7 +95,9 @@ def compile_system(
     else:
         raise WuchtError(f"unknown engine {chosen!r}; known: heyoka, scipy, scipy-radau")
     outputs = Evaluator.of(system, [o.expression for o in system.outputs], [o.name for o in system.outputs])
-    return Flow(system, watched, tolerance, compiled, outputs, ladders, _jumps(system, flow, ladders))
+    acting = tuple(i for i, e in enumerate(events) if e.interrupts)
+    look = looking(flow, [ladders.smooth(events[i].expression) for i in acting]) if acting else None
+    return Flow(system, watched, tolerance, compiled, outputs, ladders, _jumps(system, flow, ladders), acting, look)
 
 
 def _ladders(system: System, events: tuple[Event, ...]) -> Ladders:

@@ -108,7 +108,9 @@ class HeyokaEngine:
             function = watch(result)
             if event.interrupts:
                 self._terminal.append(i)
-                terminal.append(hy.t_event(function, direction=direction[event.direction]))
+                # At a corner another function is watched from then on: a second one may follow at once, as when a ball bounces.
+                rest = {"cooldown": 0.0} if event.switch is not None else {}
+                terminal.append(hy.t_event(function, direction=direction[event.direction], **rest))
             else:
                 passing.append(hy.nt_event(function, callback=self._note(i), direction=direction[event.direction]))
         extra = {"t_events": terminal} if terminal else {}

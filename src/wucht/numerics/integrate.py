@@ -13,6 +13,7 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.compile import Flow
 from wucht.numerics.events import Hit, Leg, LegError
+from wucht.numerics.ladders import ROUNDING
 from wucht.numerics.program import Numbers
 
 Progress = Callable[[float], None]
@@ -135,7 +136,7 @@ class _Run:
     done: int = 0
     at_sample: bool = True  # not at a corner between two samples: a run that goes on keeps its even grid
     stopped_by: str | None = None
-
+    acted: dict[int, float] = field(default_factory=dict)
     rungs: np.ndarray = field(default_factory=lambda: np.empty(0))
     sampled: np.ndarray = field(default_factory=lambda: np.empty(0))  # the parameters at the last sample
 
@@ -174,7 +175,7 @@ class _Run:
             raise LegError(f"more than {_MOST_HITS} events happened", leg.states[:, :0], "Look for an event that repeats")
         if leg.stopped_by is not None:
             self._act(leg)
-        elif self.flow.ladders:
+        elif self.flow.ladders or self.flow.acting:
             self._look_around(leg)
         return self.done < len(self.grid) and self.stopped_by is None
 
@@ -194,33 +195,79 @@ class _Run:
         return frozenset(e.name for e in self.flow.events if e.switch is not None)
 
     def _act(self, leg: Leg) -> None:
-        event, n = self.flow.events[leg.stopped_by or 0], len(self.flow.system.states)
-        state = leg.state
-        if event.action is not None:
-            changed, self.pars = event.action(leg.time, state[:n].copy(), self.pars.copy())
-            state = np.concatenate([changed, state[n:]])
-        if self.flow.ladders and (event.action is not None or event.switch is not None):
-            before, ladders = self.rungs, self.flow.ladders
-            self.rungs = ladders.moved(leg.time, state, self._own, before, event.switch)
-            state = self._jumped(leg.time, state, before)
-        if event.action is not None or event.switch is not None:
+        """What the event does at which the leg stopped, and what those do that happen at the same time."""
+        index = leg.stopped_by or 0
+        switch = self.flow.events[index].switch
+        first = [] if switch is not None or self._has_acted(index, leg.time) else [index]
+        state = self._after_actions(leg.time, leg.state, first)
+        if self.flow.ladders and (switch is not None or state is not leg.state):
+            state = self._moved(leg.time, state, switch)
+        if switch is not None or state is not leg.state:
             self._place(leg.time, state)
-        if event.terminal:
-            self.stopped_by = event.name
 
     def _look_around(self, leg: Leg) -> None:
-        """A corner at the very end of a leg is taken now: a run that is continued from there begins beyond it."""
+        """Corners and events at the very end of a leg are taken now: a run that is continued from there begins beyond them."""
+        state = self._after_actions(leg.time, leg.state, [])
         before = self.rungs
-        self.rungs = self.flow.ladders.moved(leg.time, leg.state, self._own, before, None)
-        if not np.array_equal(before, self.rungs):
-            self._place(leg.time, self._jumped(leg.time, leg.state, before))
+        moved = self._moved(leg.time, state, None) if self.flow.ladders else state
+        if state is not leg.state or not np.array_equal(before, self.rungs):
+            self._place(leg.time, moved)
 
-    def _jumped(self, time: float, state: np.ndarray, before: np.ndarray) -> np.ndarray:
+    def _after_actions(self, time: float, state: np.ndarray, acting: list[int]) -> np.ndarray:
+        """The state after these events' actions and those of events at the same time: an engine may tell one only."""
+        n, together = len(self.flow.system.states), [*acting, *self._together(time, state, acting)]
+        for i in together:
+            event, self.acted[i] = self.flow.events[i], time
+            if event.action is not None:
+                changed, self.pars = event.action(time, state[:n].copy(), self.pars.copy())
+                state = np.concatenate([changed, state[n:]])
+            if event.terminal:
+                self.stopped_by = self.stopped_by or event.name
+            if i not in acting:
+                self.hits.append(Hit(event.name, time, state[:n].copy()))
+        return state
+
+    def _together(self, time: float, state: np.ndarray, acting: list[int]) -> list[int]:
+        if self.flow.look is None or len(self.flow.acting) <= len(acting):
+            return []
+        here, ahead = self.flow.look(time, state, np.concatenate([self._own, self.rungs]))
+        found = []
+        for i, h, a in zip(self.flow.acting, here, ahead, strict=True):
+            direction = self.flow.events[i].direction
+            crosses = (a > h and direction >= 0) or (a < h and direction <= 0)
+            if i not in acting and abs(h) <= ROUNDING and crosses and not self._has_acted(i, time):
+                found.append(i)
+        return found
+
+    def _has_acted(self, index: int, time: float) -> bool:
+        """Whether an event is one that was taken together with another just now."""
+        return index in self.acted and abs(time - self.acted[index]) <= 1e-12 * max(1.0, abs(time))
+
+    def _moved(self, time: float, state: np.ndarray, switch: tuple[int, int] | None) -> np.ndarray:
+        """The rungs after an event; returns the state with what the quadratures gain."""
+        before = self.rungs
+        self.rungs = self.flow.ladders.moved(time, state, self._own, before, switch)
+        if np.array_equal(before, self.rungs):
+            return state
+        self._correct_sample(time, before)
+        return self._jumped(time, state, before, self.rungs)
+
+    def _correct_sample(self, time: float, before: np.ndarray) -> None:
+        """A sample at the very corner was taken before what the quadratures gain there, but is looked at from the right."""
+        block = next((s for s in reversed(self.states) if s.shape[1]), None)
+        at = float(self.grid[self.done - 1])
+        if block is None or self.flow.jumps is None or abs(at - time) > 1e-12 * max(1.0, abs(time)):
+            return
+        state = self._in_units(block[:, -1])
+        seen = self.flow.ladders.seen(at, state, self._own, self.rungs)
+        block[:, -1] = self._in_units(self._jumped(at, state, before, seen), back=True)
+
+    def _jumped(self, time: float, state: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
         """The state with what the quadratures gain from the change of rungs."""
         if self.flow.jumps is None:
             return state
         n, at = len(self.flow.system.states), (np.array([time]), state[:, None])
-        old, new = (self.flow.jumps(*at, np.concatenate([self._own, rungs])) for rungs in (before, self.rungs))
+        old, new = (self.flow.jumps(*at, np.concatenate([self._own, rungs])) for rungs in (before, after))
         gained = [float(new[q.name][0] - old[q.name][0]) for q in self.flow.system.quadratures]
         return np.concatenate([state[:n], state[n:] + np.array(gained) / self.unit])
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -21,7 +20,10 @@ from wucht.system import TIME, System
 
 _ENDS = 4
 _SOON = (1e-9, 1e-5)  # relative to the time: how far to look ahead where an argument lies on a corner; the second from rest
-_ROUNDING = 1000 * np.finfo(float).eps  # of the largest number that occurs: so near an argument is on its corner
+BEHIND = 2e-15  # of the largest number that occurs: how far beyond its argument a rung's end is watched at least
+ROUNDING = 1000 * np.finfo(float).eps  # of the largest number that occurs: so near an argument is on its corner
+
+Look = Callable[[float, np.ndarray, Numbers], tuple[list[float], list[float]]]
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class Ladder:
     def place(self, here: float, ahead: float, size: float) -> int:
         """The rung of an argument; of one on a corner that to which it moves. size: of the numbers it is computed from."""
         near = float(self.corners[np.abs(self.corners - here).argmin()])
-        if abs(here - near) <= _ROUNDING * max(self.scale, size) and ahead != here:
+        if abs(here - near) <= ROUNDING * max(self.scale, size) and ahead != here:
             return int(np.searchsorted(self.corners, near, side="right" if ahead > here else "left"))
         return int(np.searchsorted(self.corners, here, side="right"))
 
@@ -87,10 +89,17 @@ class Ladder:
             1 - has_low
         )
 
-    def rung(self, index: int) -> list[float]:
-        """The values of the symbols on a rung; rung i begins at corner i - 1."""
+    def rung(self, index: int, here: float | None = None, size: float = 1.0) -> list[float]:
+        """The values of the symbols on a rung; rung i begins at corner i - 1. here: where the argument is.
+
+        heyoka does not see an event whose function begins a step at exactly zero and passes zero again in that step, nor one that
+        begins beyond it: so the ends are watched a few roundings beyond an argument that lies on them.
+        """
         low, high = self.ends(index)
-        values = [low if np.isfinite(low) else 0.0, high if np.isfinite(high) else 0.0]
+        behind = BEHIND * max(self.scale, size)
+        bottom = low if here is None else min(low, here - behind)
+        top = high if here is None else max(high, here + behind)
+        values = [bottom if np.isfinite(low) else 0.0, top if np.isfinite(high) else 0.0]
         values += [float(np.isfinite(low)), float(np.isfinite(high))]
         for f in self.functions:
             # The piece that holds on a rung is the one that holds at its beginning.
@@ -104,7 +113,8 @@ class Ladders:
 
     def __init__(self, ladders: Sequence[Ladder], polynomials: dict[sp.Expr, sp.Expr]) -> None:
         self.ladders, self._polynomials = tuple(ladders), polynomials
-        self._look: Callable[..., Any] | None = None
+        self._look: Look | None = None
+        self._used: list[list[int]] = []
 
     @classmethod
     def of(cls, expressions: Iterable[sp.Expr]) -> Ladders:
@@ -147,25 +157,9 @@ class Ladders:
     def prepare(self, smooth: System) -> None:
         """Compile what tells where the arguments are, and where they go, from the smooth System."""
         arguments = [ladder.argument for ladder in self.ladders]
-        position = lower(smooth, arguments)
-        rates = lower(smooth, smooth.derivatives)
-        where, rate = (
-            python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results, "math")
-            for p in (position, rates)
-        )
-
-        def look(time: float, state: np.ndarray, parameters: Numbers) -> tuple[list[float], list[float]]:
-            fixed, moving = position.constant_values(parameters).tolist(), rates.constant_values(parameters).tolist()
-            here = where(state.tolist(), time, fixed)
-            ahead = list(here)
-            for step in (s * max(1.0, abs(time)) for s in _SOON):
-                half = state + step / 2 * np.array(rate(state.tolist(), time, moving))
-                then = state + step * np.array(rate(half.tolist(), time + step / 2, moving))
-                found = where(then.tolist(), time + step, fixed)
-                ahead = [f if a == h else a for a, h, f in zip(ahead, here, found, strict=True)]
-            return here, ahead
-
-        self._look = look
+        self._look, numbers = looking(smooth, arguments), (*smooth.states, TIME)
+        for argument in map(smooth.explicit, arguments):
+            self._used.append([i for i, s in enumerate(numbers) if s in argument.free_symbols])
 
     def start(self, time: float, state: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """The values of the additional parameters at the beginning of a run. parameters: the System's own."""
@@ -173,9 +167,9 @@ class Ladders:
         for _ in range(len(self.ladders) + 1):  # an argument may depend on another ladder's rung
             values = self._values(rungs)
             here, ahead = self._looked(time, state, np.concatenate([parameters, values]))
-            size = max(abs(time), float(np.abs(state).max(initial=0.0)))
-            rungs = [ladder.place(h, a, size) for ladder, h, a in zip(self.ladders, here, ahead, strict=True)]
-        return self._values(rungs)
+            sizes = self._sizes(time, state)
+            rungs = [ladder.place(h, a, n) for ladder, h, a, n in zip(self.ladders, here, ahead, sizes, strict=True)]
+        return self._values(rungs, here, sizes)
 
     def moved(
         self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray, fired: tuple[int, int] | None
@@ -189,24 +183,61 @@ class Ladders:
         if fired is not None:
             rungs[fired[0]] += fired[1]
         here, ahead = self._looked(time, state, np.concatenate([parameters, self._values(rungs)]))
-        size = max(abs(time), float(np.abs(state).max(initial=0.0)))
+        sizes = self._sizes(time, state)
         for i, ladder in enumerate(self.ladders):
             if fired is None or i != fired[0]:
-                rungs[i] = ladder.place(here[i], ahead[i], size)
-        return self._values(rungs)
+                rungs[i] = ladder.place(here[i], ahead[i], sizes[i])
+        return self._values(rungs, here, sizes)
+
+    def seen(self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """The values on the rungs on which the arguments are, as outputs see them: from the right of each corner."""
+        here, _ = self._looked(time, state, np.concatenate([parameters, values]))
+        return self._values([int(np.searchsorted(x.corners, h, side="right")) for x, h in zip(self.ladders, here, strict=True)])
 
     def _looked(self, time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[list[float], list[float]]:
         assert self._look is not None
         here, ahead = self._look(time, state, parameters)
         return here, ahead
 
-    def _values(self, rungs: Sequence[int]) -> np.ndarray:
-        return np.array([v for ladder, r in zip(self.ladders, rungs, strict=True) for v in ladder.rung(r)])
+    def _sizes(self, time: float, state: np.ndarray) -> list[float]:
+        """The largest number from which each argument is computed: its rounding is a few units of that."""
+        values = np.append(np.abs(state), abs(time))
+        return [float(values[index].max(initial=0.0)) for index in self._used]
+
+    def _values(
+        self, rungs: Sequence[int], here: Sequence[float] | None = None, sizes: Sequence[float] | None = None
+    ) -> np.ndarray:
+        at: Sequence[float | None] = here if here is not None else [None] * len(rungs)
+        n = sizes if sizes is not None else [1.0] * len(rungs)
+        found = (x.rung(r, h, size) for x, r, h, size in zip(self.ladders, rungs, at, n, strict=True))
+        return np.array([v for rung in found for v in rung])
 
     def _rungs(self, values: np.ndarray) -> list[int]:
         found, at = [], 0
         for ladder in self.ladders:
             low, _, has_low, _ = values[at : at + _ENDS]
-            found.append(int(np.searchsorted(ladder.corners, low, side="right")) if has_low else 0)
+            found.append(int(np.abs(ladder.corners - low).argmin()) + 1 if has_low else 0)
             at += len(ladder.symbols)
         return found
+
+
+def looking(smooth: System, expressions: Sequence[sp.Expr]) -> Look:
+    """A function of time, state and parameters: the values of expressions here, and a little ahead of here."""
+    position, rates = lower(smooth, expressions), lower(smooth, smooth.derivatives)
+    where, rate = (
+        python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results, "math")
+        for p in (position, rates)
+    )
+
+    def look(time: float, state: np.ndarray, parameters: Numbers) -> tuple[list[float], list[float]]:
+        fixed, moving = position.constant_values(parameters).tolist(), rates.constant_values(parameters).tolist()
+        here = list(where(state.tolist(), time, fixed))
+        ahead = list(here)
+        for step in (s * max(1.0, abs(time)) for s in _SOON):
+            half = state + step / 2 * np.array(rate(state.tolist(), time, moving))
+            then = state + step * np.array(rate(half.tolist(), time + step / 2, moving))
+            found = where(then.tolist(), time + step, fixed)
+            ahead = [f if a == h else a for a, h, f in zip(ahead, here, found, strict=True)]
+        return here, ahead
+
+    return look

@@ -16,6 +16,7 @@ from wucht.system import TIME
 
 _COOL_DOWN = 1e-9
 _NOT_ZERO = 1e-300
+_AT_CORNER = 1e-12
 _SMALLEST_TOLERANCE = 1e-13  # solve_ivp refuses less than 100 units of rounding
 
 
@@ -44,8 +45,12 @@ class ScipyEngine:
         self._time, self._state = time, np.array(state, dtype=float)
         self._constants = self._program.constant_values(parameters).tolist()
         self._event_constants = self._event_program.constant_values(parameters).tolist()
-        # Only those that have just happened: one of long ago may be about to happen again, at this very corner.
-        self._cooled = {i: self._cool(i) for i, (end, _) in self._cooled.items() if end >= time}
+        # Only those that have just happened: one of long ago may be about to happen again, at this very corner. But the other
+        # end of a rung that has just begun lies within rounding of zero, and must be seen from where the argument goes.
+        if self._cooled and self._watched is not None:
+            values = self._watched(self._state.tolist(), time, self._event_constants)
+            near = {i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_CORNER}
+            self._cooled = {i: self._cool(i) for i in near | {i for i, (end, _) in self._cooled.items() if end >= time}}
 
     def forget_events(self) -> None:
         """A new run begins."""
