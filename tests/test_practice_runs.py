@@ -10,7 +10,8 @@ from wucht.machines.contact import angular_width
 from wucht.studies.files import read_study
 from wucht.studies.run_up import run_up, summary
 
-# name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places hang on the last bit; these do not.
+# name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places hang on the last bit; these
+# do not.
 EXPECTED = {
     "practice/angle-grinder": ("compensated", 1130.183, 1.3135e-4),
     "practice/balls-at-resonance": ("balancer-captured", 418.38, 6.83e-4),
@@ -67,7 +68,7 @@ def test_no_ball_passes_another(name: str, ran) -> None:
 
 
 def test_two_balls_side_by_side_leave_the_rest_of_the_unbalance(ran) -> None:
-    """1 - (2 m eps/U) cos(beta/2), beta = 2 asin(r/eps) between balls that touch: 2 m eps = 105, U = 150 g mm, eps = 25, r = 4 mm."""
+    """1 - (2 m eps/U) cos(beta/2), beta = 2 asin(r/eps) between balls that touch: 2 m eps = 105, U = 150 g mm, eps = 25 mm."""
     left = 1 - 105 / 150 * math.sqrt(1 - (4 / 25) ** 2)
     assert summary(ran("practice/grinder-2-balls"))["final_residual_unbalance"] == pytest.approx(left, abs=1e-3)
 

@@ -186,21 +186,17 @@ def _allowed(kind: str, context: Mapping[str, Any], what: str, unit: str, messag
     for key, words in _LIMITS.items():
         if key in context:
             return f"allowed is {article(what)} {words} {context[key]:g}" + (f" {unit}" if unit else "")
-    match kind:
-        case "value_error":
-            return str(context["error"])
-        case "literal_error":
-            return f"allowed is {context['expected']}"
-        case "string_pattern_mismatch":
-            return "allowed is a name of up to 64 letters, digits, '-' and '_' that begins with a letter"
-        case "string_type":
-            return f"allowed is {article(what)}, a text"
-        case "model_type" | "dict_type":
-            return "allowed is a table: { KEY = VALUE, ... }"
-        case "float_type" | "int_type":
-            return f"allowed is one number or quantity: {article(what)}" + (f" in {unit}" if unit else "")
-        case "tuple_type" | "too_short" | "too_long" if unit:
-            return f"allowed is a pair [x, y]: {article(what)} in {unit}"
-        case "tuple_type" | "too_short" | "too_long":
-            return f"allowed is a list of {what}" + (f", at least {context['min_length']}" if "min_length" in context else "")
+    at_least = f", at least {context['min_length']}" if "min_length" in context else ""
+    several = f"a pair [x, y]: {article(what)} in {unit}" if unit else f"a list of {what}{at_least}"
+    known = {
+        "value_error": str(context.get("error", "")),
+        "literal_error": f"allowed is {context.get('expected')}",
+        "string_pattern_mismatch": "allowed is a name of up to 64 letters, digits, '-' and '_' that begins with a letter",
+        "string_type": f"allowed is {article(what)}, a text",
+        "model_type": "allowed is a table: { KEY = VALUE, ... }",
+        "float_type": f"allowed is one number or quantity: {article(what)}" + (f" in {unit}" if unit else ""),
+        **dict.fromkeys(("tuple_type", "too_short", "too_long"), f"allowed is {several}"),
+    }
+    if kind in known:
+        return known[kind]
     return f"allowed is the {what}: {message[0].lower()}{message[1:]}"

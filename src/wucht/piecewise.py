@@ -141,6 +141,6 @@ def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[floa
         from scipy.interpolate import CubicSpline, PchipInterpolator
 
         # SciPy's rule for the ends of two points is a straight line for both.
-        found = PchipInterpolator(x, y) if kind == "monotone" else CubicSpline(x, y, bc_type="natural")
+        found = PchipInterpolator(x, y) if kind == "monotone" else CubicSpline(x, y, bc_type="clamped")
         inside = [tuple(row[::-1]) for row in found.c.T]
     return Pieces(name, x.tolist(), [(y[0], 0, 0, 0), *inside, (y[-1], 0, 0, 0)])

@@ -121,7 +121,7 @@ VALUES = {
     "kind of a body": ('kind = "rotor"', 'kind = "roter"', f"{DRUM}.kind", "given 'roter'", "did you mean 'rotor'?"),
     "kind of a drive": ('kind = "linear"', 'kind = "liner"', "machine.drive.kind", "given 'liner'", "did you mean 'linear'?"),
     "kind of a study": ('kind = "run-up"', 'kind = "runup"', "study.kind", "given 'runup'", "did you mean 'run-up'?"),
-    "directions": ('mass = "1 kg"', 'directions = "z"', "machine.carrier.directions", "given 'z'", "known: fixed, r, x, xy, xyr, y"),
+    "directions": ('mass = "1 kg"', 'directions = "z"', "machine.carrier.directions", "given 'z'", "fixed, r, x, xy, xyr, y"),
     "model": (UNTIL, f'{UNTIL}\nmodel = "fulll"', "study.model", "given 'fulll'", "allowed is 'full'"),
     "engine": (UNTIL, f'{UNTIL}\nengine = "heyokka"', "study.engine", "given 'heyokka'", "'heyoka', 'scipy'"),
     # times

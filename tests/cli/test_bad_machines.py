@@ -168,7 +168,13 @@ def test_what_is_spoilt_below_is_good(wucht: Command, machines: Path, name: str)
     assert said.document["summary"]["energy_residual"] < 1e-9
 
 
-C, M1, E1, E2, D = "machine.carrier", "machine.carrier.mounts[0]", "machine.bodies[0] (e1)", "machine.bodies[1] (e2)", "machine.drives[0]"
+C, M1, E1, E2, D = (
+    "machine.carrier",
+    "machine.carrier.mounts[0]",
+    "machine.bodies[0] (e1)",
+    "machine.bodies[1] (e2)",
+    "machine.drives[0]",
+)
 SET_SCREEN = {
     "carrier.mounts.1.stiffness.x=1 kg": (f"{M1}.stiffness", "this one is a mass"),
     "carrier.mounts.1.stiffness.z=1": ("stiffness.z", "did you mean 'stiffness'?"),
@@ -229,7 +235,7 @@ SET_RING = {
     "carrier.foundation.mass=0": (f"{C}.foundation.mass", "greater than 0 kg"),
     "carrier.foundation.direction=x": (f"{C}.foundation", "free directions: y"),
     "carrier.foundation=3": (f"{C}.foundation", "given 3", "table"),
-    "carrier.motion.amplitude=3 kg": (f"{C}.motion.amplitude", "this one is a mass"),
+    "carrier.motion.amplitude=3 kg": (f"{C}.motion", "this one is a mass"),
     "carrier.motion.frequency=0": (f"{C}.motion.frequency", "greater than 0 rad/s"),
     "carrier.motion.direction=z": (f"{C}.motion.direction", "'x', 'y' or 'r'"),
     "carrier.motion.direction=r": (f"{C}.motion", "rad"),
@@ -261,12 +267,14 @@ def test_a_part_that_cannot_be(refused: Refused, machines: Path, file: str, sett
 
 NESTED = {
     "screen": (
-        "carrier.mounts.1.stiffness.x=3e4 N/m", "carrier.mounts.2.at=[0.6, 0]", "e1.position.y=0.1 m", "e2.release.speed=20 rad/s",
+        "carrier.mounts.1.stiffness.x=3e4 N/m", "carrier.mounts.2.at=[0.6, 0]", "e1.position.y=0.1 m",
+        "e2.release.speed=20 rad/s",
         "loads.e1.coulomb.torque=0.1 N m", "drives.e1.voltage=400 V", "study.start.e1.speed=60 rad/s",
     ),
     "ring": (
         "carrier.motion.amplitude=2 mm", "carrier.foundation.mass=60 kg", "tracks.ring.contact_frequency=3000 rad/s",
-        "q.release.time=0.01 s", "q.suspension.y=1 mm", "carrier.stiffness.y=1e5", "load.coefficient=0", "study.start.s1.velocity=1",
+        "q.release.time=0.01 s", "q.suspension.y=1 mm", "carrier.stiffness.y=1e5", "load.coefficient=0",
+        "study.start.s1.velocity=1",
     ),
 }  # fmt: skip
 
@@ -282,11 +290,14 @@ def test_nested_settings_arrive(machines: Path, name: str) -> None:
         paths = [f"{path}.x", f"{path}.y"] if isinstance(value, list) else [path]
         assert set(paths) <= set(values)
     expected = {"screen": {"carrier.mounts.1.stiffness.x": 3e4, "carrier.mounts.2.at.x": 0.6, "e2.release.speed": 20.0},
-                "ring": {"carrier.motion.amplitude": 0.002, "tracks.ring.contact_frequency": 3000.0, "carrier.stiffness.y": 1e5}}[name]  # fmt: skip
+                "ring": {"carrier.motion.amplitude": 0.002,
+                         "tracks.ring.contact_frequency": 3000.0, "carrier.stiffness.y": 1e5}}[name]  # fmt: skip
     assert {k: values[k] for k in expected} == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("release", "says"), [("{ speed = 1 }", "no other body's speed"), ("{ time = 0 }", "greater than 0 s")])
+@pytest.mark.parametrize(
+    ("release", "says"), [("{ speed = 1 }", "no other body's speed"), ("{ time = 0 }", "greater than 0 s")]
+)
 def test_a_rotor_that_nothing_releases(refused: Refused, machines: Path, release: str, says: str) -> None:
     Path("s.toml").write_text(RING.replace('name = "drum"', f'name = "drum"\nrelease = {release}'))
     refused("run", "s.toml", says=("s.toml: machine.bodies[0] (drum).release", says))
@@ -411,10 +422,14 @@ def test_the_same_table_in_another_dress(machines: Path, content: str) -> None:
 
 
 def test_the_only_load_may_be_a_table_too(machines: Path) -> None:
+    from wucht.machines.parts.table_load import TableLoad
     from wucht.studies.files import read_study
 
-    Path("s.toml").write_text(RING.replace('kind = "quadratic"\ncoefficient = "1e-6 N m s^2"', 'kind = "table"\nfile = "motor.csv"'))
+    Path("s.toml").write_text(
+        RING.replace('kind = "quadratic"\ncoefficient = "1e-6 N m s^2"', 'kind = "table"\nfile = "motor.csv"')
+    )
     load = read_study("s.toml").machine.parts[-1]
+    assert isinstance(load, TableLoad)
     assert load.torque_at(0.0) == pytest.approx(0.0)
     assert load.torque_at(1000 * 2 * 3.141592653589793 / 60) == pytest.approx(4.0)
 

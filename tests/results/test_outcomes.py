@@ -160,7 +160,15 @@ def test_too_short_a_run_is_unidentified():
 LOCKED = Locking(speeds=(100.0, 100.0), frequency=None, periods=50, drift=0.0)
 
 
-@pytest.mark.parametrize(("other", "outcome"), [(100.09, Outcome.SYNCHRONISED), (99.91, Outcome.SYNCHRONISED), (100.11, Outcome.NOT_SYNCHRONISED), (99.89, Outcome.NOT_SYNCHRONISED)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("other", "outcome"),
+    [
+        (100.09, Outcome.SYNCHRONISED),
+        (99.91, Outcome.SYNCHRONISED),
+        (100.11, Outcome.NOT_SYNCHRONISED),
+        (99.89, Outcome.NOT_SYNCHRONISED),
+    ],
+)
 def test_rotors_within_a_tenth_of_a_percent_are_synchronised(other, outcome):
     assert replace(LOCKED, speeds=(100.0, other)).outcome() is outcome
 

@@ -2,9 +2,9 @@
 
 L. Sperling, F. Merten, H. Duckstein, "Rotation und Vibration in Beispielen zur Methode der direkten Bewegungsteilung" (Rotation
 and vibration in examples of the method of direct separation of motions), Institut fuer Mechanik, Otto-von-Guericke-Universitaet
-Magdeburg. Source 001; equations and figures ("Bild") are numbered as there. Errata: (8) has x-double-dot; (10) L_i(phidot_i, phi_i,
-t); (21) is the condition for the entrained motion to exist and be stable, not for it to be reached from rest. Bild 5 and 7 are in
-files of their own.
+Magdeburg. Source 001; equations and figures ("Bild") are numbered as there. Errata: (8) has x-double-dot; (10) L_i(phidot_i,
+phi_i, t); (21) is the condition for the entrained motion to exist and be stable, not for it to be reached from rest. Bild 5
+and 7 are in a file of their own.
 """
 
 from __future__ import annotations
@@ -175,7 +175,10 @@ def test_band_reached_from_rest(slower: float, faster: float, inside: str) -> No
     assert list(outcomes.values()) == ["not-entrained"]
 
 
-@pytest.mark.parametrize(("speed", "outcome"), [(4.307, "not-entrained"), (4.312, "entrained"), (8.256, "entrained"), (8.259, "not-entrained")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("speed", "outcome"),
+    [(4.307, "not-entrained"), (4.312, "entrained"), (8.256, "entrained"), (8.259, "not-entrained")],
+)
 def test_band_of_existence_equation_21(speed: float, outcome: str) -> None:
     """Started in the entrained motion (phase and speed) it stays within (21): |Omega_1 - Omega| < f_1 x_0/(2 k_1)."""
     edge = F_1 * X_0 / (2 * K_1)

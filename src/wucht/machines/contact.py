@@ -8,7 +8,7 @@ e = exp(-pi zeta/sqrt(1 - zeta^2)). Hard contacts would bounce infinitely often 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -33,12 +33,13 @@ _PLAY = 1e-9  # rad: given to bodies that start just touching
 class Track:
     """The bodies of a track, in the order of the file.
 
-    frequency: of its contacts, in rad/s. order: the names, counter-clockwise.
+    frequency: of its contacts, in rad/s; ``given``: in the file. order: the names, counter-clockwise.
     """
 
     name: str
     bodies: tuple[Tracked, ...]
     frequency: float
+    given: bool = False
     order: tuple[str, ...] = ()
 
     def symbol(self, key: str) -> sp.Symbol:
@@ -46,8 +47,10 @@ class Track:
         return sp.Symbol(f"tracks.{self.name}.{key}", real=True)
 
 
-def tracks_of(bodies: Sequence[Tracked], where: Mapping[str, str], frequency: Mapping[str, float]) -> tuple[Track, ...]:
-    """The tracks of a machine. where: of each body, for errors. frequency: of the contacts by track.
+def tracks_of(
+    bodies: Sequence[Tracked], where: Mapping[str, str], frequency: Mapping[str, float], given: Collection[str]
+) -> tuple[Track, ...]:
+    """The tracks of a machine. where: of each body, for errors. frequency: of the contacts by track. given: in the file.
 
     Raises ``InputError``: bodies of one track on different circles or about different bodies, or too many for it.
     """
@@ -68,7 +71,9 @@ def tracks_of(bodies: Sequence[Tracked], where: Mapping[str, str], frequency: Ma
         width = sum(angular_width(a, b) for a, b in _neighbours(listed))
         if len(listed) > 1 and width > 2 * math.pi:
             raise InputError(f"{where[first.name]}.track", first.track, f"{len(listed)} bodies of this size do not fit on it")
-    return tuple(Track(name, tuple(listed), frequency[name]) for name, listed in found.items() if len(listed) > 1)
+    return tuple(
+        Track(name, tuple(listed), frequency[name], name in given) for name, listed in found.items() if len(listed) > 1
+    )
 
 
 def _neighbours(listed: Sequence[Tracked]) -> list[tuple[Tracked, Tracked]]:
@@ -116,9 +121,10 @@ def _log_restitution(body: Tracked) -> sp.Expr:
     return sp.log(body.symbol("restitution"))
 
 
-def arranged(machine: Machine, angles: Mapping[str, float], where: str = "study.start") -> Machine:
+def arranged(machine: Machine, angles: Mapping[str, float], fastest: float = 0.0, where: str = "study.start") -> Machine:
     """The machine with contacts between those bodies that are neighbours at these angles (absolute, in rad).
 
+    fastest: the largest speed at the start, in rad/s: contacts whose frequency the file does not give are fast against it too.
     Where the order is that of the machine, only the offsets change: its equations need not be derived again.
     Raises ``InputError`` where two bodies overlap.
     """
@@ -133,6 +139,8 @@ def arranged(machine: Machine, angles: Mapping[str, float], where: str = "study.
         energies.append(found)
         tracks.append(replace(track, order=tuple(b.name for b in order)))
         offsets |= {p.path: p.value for p in more if "offset" in p.path}
+        if not track.given:
+            offsets[track.symbol("contact_frequency").name] = max(track.frequency, FREQUENCY_RATIO * fastest)
         parameters |= {p.path: p for p in more if p.path not in machine.parameters}
     if [t.order for t in tracks] == [t.order for t in machine.tracks]:
         return machine.with_values(offsets)

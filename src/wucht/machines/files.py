@@ -19,7 +19,7 @@ from wucht.machines.parts.fields import Parameter
 from wucht.machines.parts.rotor import Rotor
 from wucht.machines.parts.track import Tracked
 from wucht.machines.reading import read_bodies, read_carrier, read_shafts, root_of
-from wucht.machines.schedules import Schedule, read_schedules
+from wucht.machines.schedules import Schedule, check_schedules, read_schedules
 from wucht.machines.settings import with_settings
 from wucht.machines.vibration import operating_speed
 from wucht.mechanics.energies import Energies
@@ -60,6 +60,7 @@ def _from_model(document: Document, title: str) -> Machine:
     frame = model.placed(turning)
     parameters = {p.path: p for p in model.parameters()}
     schedules = read_schedules(document.get("schedules", []), parameters, DIMENSIONLESS.time)
+    check_schedules(schedules, (model,))
     return Machine(
         title=title or f"{name}, {model.equations}",
         carrier=model.coordinates(),
@@ -97,6 +98,7 @@ def _from_parts(document: Document, title: str) -> Machine:
     parameters = {p.path: p for part in parts for p in part.parameters()}
     parameters |= {p.path: p for b in bodies if b.release is not None for p in (_locked(b),)}
     schedules = read_schedules(document.get("schedules", []), parameters, "s")
+    check_schedules(schedules, parts)
     over_time = {s.symbol: s.expression for s in schedules}
     _no_jump(schedules, prescribed)
     turning = {
@@ -143,7 +145,6 @@ def _place(rotor: Body) -> tuple[sp.Expr, sp.Expr]:
 
 def _no_jump(schedules: tuple[Schedule, ...], prescribed: Mapping[str, sp.Expr]) -> None:
     used = {s for e in prescribed.values() for s in e.free_symbols}
-    used |= {sp.Symbol(f"carrier.motion.{key}", real=True) for key in ("amplitude", "frequency")}
     for i, schedule in enumerate(schedules):
         if schedule.symbol in used and schedule.pieces.jumps():
             raise InputError(
@@ -169,7 +170,7 @@ def _with_tracks(machine: Machine, document: Document, bodies: list[Tracked], wh
             raise InputError(at, described["contact_frequency"], str(error)) from None
         if frequency[name] <= 0:
             raise InputError(at, described["contact_frequency"], "allowed is a contact frequency greater than 0")
-    tracks = tracks_of(bodies, where, frequency)
+    tracks = tracks_of(bodies, where, frequency, [n for n, t in given.items() if t])
     if not tracks:
         return machine
     blank = replace(machine, tracks=tracks, energies=(*machine.energies, *(Energies() for _ in tracks)))

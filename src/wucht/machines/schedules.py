@@ -16,6 +16,8 @@ import sympy as sp
 
 from wucht.documents import choice, refuse_unknown
 from wucht.errors import InputError, nearest
+from wucht.machines.limits import check_values
+from wucht.machines.parts.base import Part
 from wucht.machines.parts.fields import Parameter
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
 from wucht.quantities import Unit
@@ -73,6 +75,9 @@ def _read(table: Mapping[str, Any], parameters: Mapping[str, Parameter], time: s
     if path.endswith(_MOMENTS) or (of_a_drive and path.endswith(".angle")):
         moment = "not allowed: this parameter counts at one moment, and does not change over time"
         raise InputError(f"{where}.parameter", path, moment)
+    if path.startswith("carrier.motion."):
+        moving = "not allowed: the phase of a prescribed motion would run away; give it as a table of displacements over time"
+        raise InputError(f"{where}.parameter", path, moving)
     points = table.get("points")
     if not isinstance(points, list) or not points or not all(isinstance(p, list) and len(p) == 2 for p in points):
         raise InputError(
@@ -87,6 +92,14 @@ def _read(table: Mapping[str, Any], parameters: Mapping[str, Parameter], time: s
         raise InputError(f"{where}.points", points, "allowed are points whose times increase")
     kind = choice({"interpolation": "linear"} | dict(table), "interpolation", where, INTERPOLATIONS)
     return Schedule(path, interpolated(path, times, values, kind))
+
+
+def check_schedules(schedules: Sequence[Schedule], parts: Sequence[Part]) -> None:
+    """Raises ``InputError`` where the parts do not allow the values that schedules give them, at the points of any of them."""
+    for time in sorted({t for s in schedules for t in s.pieces.corners}):
+        values = {s.parameter: float(s.pieces(time)) for s in schedules}
+        here = next(i for i, s in enumerate(schedules) if time in s.pieces.corners)
+        check_values(parts, values, f"machine.schedules[{here}].points (t = {time:g})")
 
 
 def _number(unit: Unit, given: Any, where: str) -> float:

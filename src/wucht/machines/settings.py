@@ -86,6 +86,9 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str)
             break
     if len(inner) != 1 or not isinstance(target, dict):
         raise InputError(where, value, f"unknown parameter; {nearest(inner[0] if inner else '', target)} in {key}")
+    for one, other in (("file", "points"), ("points", "file"), ("table", "points"), ("points", "table")):
+        if inner[0] == one:  # two ways to give one curve: the one that is set replaces the other
+            target.pop(other, None)
     target[inner[0]] = value
 
 

@@ -24,10 +24,11 @@ _BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
 def read_table(path: Path, columns: Columns) -> list[list[float]]:
     """The rows of a text file of two columns, in SI.
 
-    columns: what each holds and its SI unit. They are separated by commas, semicolons, tabs or blanks; between semicolons a decimal
-    comma is understood. ``#`` begins a comment. The first line may be a heading whose columns carry units, as in
-    ``speed (rpm), torque [N m]`` or ``rpm, N m``; without units numbers are SI. Raises ``InputError``, with the line, for a file that cannot be
-    read, a line that is no row of two numbers, a first column that does not increase, and fewer than two rows.
+    columns: what each holds and its SI unit. They are separated by commas, semicolons, tabs or blanks; between semicolons a
+    decimal comma is understood. ``#`` begins a comment. The first line may be a heading whose columns carry units, as in
+    ``speed (rpm), torque [N m]`` or ``rpm, N m``; without units numbers are SI. Raises ``InputError``, with the line, for a
+    file that cannot be read, a line that is no row of two numbers, a first column that does not increase, and fewer than two
+    rows.
     """
     units = [Unit(si, what) for what, si in columns]
     scale, headed = [1.0, 1.0], False

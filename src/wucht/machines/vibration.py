@@ -90,6 +90,9 @@ class Vibration:
         return float((low + high) / 2)
 
 
+_FASTEST = 1e9  # rad/s: a drive that still drives there meets nothing that could hold it
+
+
 def sense_of(machine: Machine, body: Turning) -> float:
     """+1 for a body that turns counter-clockwise in operation, -1 for one that turns clockwise with its drive."""
     by_name = {b.name: b for b in machine.bodies}
@@ -143,19 +146,30 @@ def group(machine: Machine, rotor: Turning) -> list[Turning]:
     return members
 
 
-def net_torque(machine: Machine, rotor: Turning) -> Callable[[float], float]:
-    """Drive torque less bearing losses on a rotor whose bodies turn with it, the carrier at rest and weightless."""
-    speed = sp.Symbol("speed", real=True)
-    at_rest = {c.velocity: sp.S.Zero for c in machine.carrier} | {b.coordinate.velocity: speed for b in machine.bodies}
-    at_rest |= {c.position: sp.S.Zero for c in machine.carrier}
-    at_rest |= {s: sp.S.Zero for x in machine.sliders for s in (x.coordinate.position, x.coordinate.velocity)}
+_SPEED = sp.Symbol("speed", real=True)
+
+
+def _net(machine: Machine, rotor: Turning) -> sp.Expr:
+    """Drive torque less losses as an expression in the speed, with all numbers put in."""
+    still = {s: sp.S.Zero for c in machine.carrier for s in (c.position, c.velocity)}
+    still |= {s: sp.S.Zero for x in machine.sliders for s in (x.coordinate.position, x.coordinate.velocity)}
+    turning = {b.coordinate.velocity: _SPEED for b in machine.bodies}
     torque = sp.S.Zero
     for b in group(machine, rotor):
         v = b.coordinate.velocity
         for e in machine.energies:
             torque += sp.Add(*(a.force * sp.diff(a.rate, v) for a in e.applied)) - sp.diff(e.dissipation, v)
-    function = python_function((speed,), (), (torque.xreplace(at_rest).xreplace(machine.numbers),), "math")
+    return sp.sympify(torque.xreplace(still | turning).xreplace(machine.numbers))
+
+
+def _function(torque: sp.Expr) -> Callable[[float], float]:
+    function = python_function((_SPEED,), (), (torque,), "math")
     return lambda w: float(function(w)[0])
+
+
+def net_torque(machine: Machine, rotor: Turning) -> Callable[[float], float]:
+    """Drive torque less bearing losses on a rotor whose bodies turn with it, the carrier at rest and weightless."""
+    return _function(_net(machine, rotor))
 
 
 def free_speed(machine: Machine, rotor: Turning, time: float = 0.0) -> float | None:
@@ -167,19 +181,27 @@ def free_speed(machine: Machine, rotor: Turning, time: float = 0.0) -> float | N
     prescribed = rotor.coordinate.prescribed
     if prescribed is not None:
         return float(machine.prescribed_speed(rotor.coordinate, time)[0])
-    torque = net_torque(machine, rotor)
-    start, unit = torque(0.0), torque(1.0)
+    expression = _net(machine, rotor)
+    torque = _function(expression)
+    start = torque(0.0)
     if start == 0.0:
-        return 0.0 if unit < 0 else None
-    if math.isclose(torque(2.0) - unit, unit - start, rel_tol=1e-9):
-        slope = unit - start
+        return 0.0 if torque(1.0) < 0 else None
+    if sp.diff(expression, _SPEED, 2) == 0:
+        slope = float(sp.diff(expression, _SPEED))
         rough = -start / slope if slope else None
         return None if rough is None else rough - torque(rough) / slope  # the second step removes the rounding of the first
     previous, here = 0.0, math.copysign(1e-3, start)
-    while abs(here) < 1e9:
+    while abs(here) < _FASTEST:
         if torque(here) * start <= 0:
-            from scipy.optimize import brentq
-
-            return float(brentq(torque, previous, here))
+            return _first_without(torque, start, previous, here)
         previous, here = here, 1.5 * here
     return None
+
+
+def _first_without(torque: Callable[[float], float], start: float, low: float, high: float) -> float:
+    """The lowest speed between two at which the torque no longer has the sign of ``start``, to the last bit."""
+    while True:
+        middle = (low + high) / 2
+        if middle in (low, high):
+            return high
+        low, high = (middle, high) if torque(middle) * start > 0 else (low, middle)

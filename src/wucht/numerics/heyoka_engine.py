@@ -20,9 +20,6 @@ from wucht.system import TIME
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
 # five times faster to compile and half as fast to run.
 _COMPACT_ABOVE = 80
-# After an event its function lies within rounding of zero, and heyoka may then miss that it soon comes back: the isolation of
-# the two roots fails, silently. A first step of this part of an ordinary one takes the function away from zero.
-_FIRST_STEP = 1e-6
 _MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
 
 
@@ -122,9 +119,7 @@ class HeyokaEngine:
             compact_mode=len(program.lines) > _COMPACT_ABOVE,
             **extra,
         )
-        self._after_event = False
         self._reached, self._bad_state = hy.taylor_outcome.time_limit, hy.taylor_outcome.err_nf_state
-        self._went_on = hy.taylor_outcome.success
 
     def _note(self, index: int) -> Callable[[Any, float, int], None]:
         hits, name = self._hits, self._events[index].name
@@ -145,7 +140,6 @@ class HeyokaEngine:
 
     def forget_events(self) -> None:
         """Clear the cool-downs: a new run begins."""
-        self._after_event = False
         if self._terminal:
             self._integrator.reset_cooldowns()
 
@@ -154,13 +148,8 @@ class HeyokaEngine:
         ta = self._integrator
         self._hits.clear()
         ahead = grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
-        outcome, samples = self._reached, np.empty((0, len(ta.state)))
-        first = min(_FIRST_STEP * abs(ta.last_h), (grid[0] - ta.time) / 2) if ahead and self._after_event else 0.0
-        if ta.time < ta.time + first < grid[0]:
-            outcome = ta.step(max_delta_t=first)[0]
-        if outcome in (self._reached, self._went_on):
-            result = ta.propagate_grid(np.concatenate([[ta.time], grid]) if ahead else grid, max_steps=_MAX_STEPS)
-            outcome, samples = result[0], result[-1][int(ahead) :]
+        result = ta.propagate_grid(np.concatenate([[ta.time], grid]) if ahead else grid, max_steps=_MAX_STEPS)
+        outcome, samples = result[0], result[-1][int(ahead) :]
         hits = list(self._hits)
         state = np.array(ta.state)
         stopped_by = None
@@ -171,7 +160,6 @@ class HeyokaEngine:
                 raise self._failed(outcome == self._bad_state, np.asarray(samples).T.reshape(len(state), -1))
             stopped_by = self._terminal[index]
             hits.append(Hit(self._events[stopped_by].name, float(ta.time), state))
-        self._after_event = stopped_by is not None
         return Leg(np.asarray(samples).T.reshape(len(state), -1), float(ta.time), state, tuple(hits), stopped_by)
 
     @staticmethod

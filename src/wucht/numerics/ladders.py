@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from wucht.numerics.events import Event
+from wucht.numerics.events import Event, LegError
 from wucht.numerics.program import Numbers, lower, python_function
 from wucht.piecewise import Pieces, PiecewiseCubic
 from wucht.system import TIME, System
@@ -92,8 +92,8 @@ class Ladder:
     def rung(self, index: int, here: float | None = None, size: float = 1.0) -> list[float]:
         """The values of the symbols on a rung; rung i begins at corner i - 1. here: where the argument is.
 
-        heyoka does not see an event whose function begins a step at exactly zero and passes zero again in that step, nor one that
-        begins beyond it: so the ends are watched a few roundings beyond an argument that lies on them.
+        heyoka does not see an event whose function begins a step at exactly zero and passes zero again in that step, nor one
+        that begins beyond it: so the ends are watched a few roundings beyond an argument that lies on them.
         """
         low, high = self.ends(index)
         behind = BEHIND * max(self.scale, size)
@@ -196,8 +196,12 @@ class Ladders:
 
     def _looked(self, time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[list[float], list[float]]:
         assert self._look is not None
-        here, ahead = self._look(time, state, parameters)
-        return here, ahead
+        try:
+            return self._look(time, state, parameters)
+        except (OverflowError, ValueError, ZeroDivisionError):
+            nothing = np.empty((len(state), 0))
+            remedy = "Look for a parameter that is off by a factor of thousands"
+            raise LegError("the state ceases to be finite", nothing, remedy) from None
 
     def _sizes(self, time: float, state: np.ndarray) -> list[float]:
         """The largest number from which each argument is computed: its rounding is a few units of that."""

@@ -26,7 +26,7 @@ from wucht.studies.coast_down_record import Record
 from wucht.studies.keys import engine_of, positive, start_of, tolerance_of
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.run_up_plan import release_event
-from wucht.studies.start import angles_in, start_state
+from wucht.studies.start import angles_in, fastest_in, start_state
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -109,7 +109,7 @@ def prepared(machine: Machine, question: CoastDown) -> tuple[Machine, np.ndarray
             f"nothing turns: the machine has no drive to give {machine.rotor.name} a speed; "
             f'needed is start = {{ {machine.rotor.name} = {{ speed = "100 rad/s" }} }}',
         )  # fmt: skip
-    return arranged(coasting, angles_in(coasting, state)), state
+    return arranged(coasting, angles_in(coasting, state), fastest_in(coasting, state)), state
 
 
 def _gives(start: Mapping[str, Any], body: str, key: str) -> bool:

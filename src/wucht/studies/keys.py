@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import ValidationError
-
 from wucht.errors import InputError, nearest
+from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.machines.parts.fields import Parameter
 from wucht.numerics.compile import DEFAULT_TOLERANCE
@@ -23,6 +22,11 @@ def quantity(table: Mapping[str, Any], key: str, unit: Unit) -> float | None:
         return unit.parse(given)
     except ValueError as error:
         raise InputError(f"study.{key}", given, str(error)) from None
+
+
+def allowed_value(machine: Machine, path: str, value: float, where: str) -> None:
+    """Raises ``InputError`` where the part to which a parameter belongs does not allow a value."""
+    check_values(machine.parts, {path: value}, where)
 
 
 def positive(table: Mapping[str, Any], key: str, unit: Unit) -> float | None:
@@ -53,6 +57,8 @@ def parameter(table: Mapping[str, Any], key: str, machine: Machine) -> Parameter
         raise InputError(f"study.{key}", None, "this key is missing; needed is the path of a parameter, such as drive.slope")
     if not isinstance(given, str) or given not in machine.parameters:
         raise InputError(f"study.{key}", given, f"unknown parameter; {nearest(str(given), machine.parameters)}")
+    if any(s.parameter == given for s in machine.schedules):
+        raise InputError(f"study.{key}", given, "not allowed: this parameter follows a schedule")
     return machine.parameters[given]
 
 
@@ -86,25 +92,3 @@ def start_of(table: Mapping[str, Any]) -> dict[str, Any]:
     if not isinstance(start, Mapping):
         raise InputError("study.start", start, "allowed is a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }")
     return dict(start)
-
-
-def allowed_value(machine: Machine, path: str, value: float, where: str) -> None:
-    """Raises ``InputError`` where the part to which a parameter belongs does not allow a value."""
-    for part in machine.parts:
-        prefix = f"{part.path}." if part.path else ""
-        name = path.removeprefix(prefix)
-        fields = {f.alias or n: n for n, f in type(part).model_fields.items()}
-        if not path.startswith(prefix) or name not in fields:
-            continue
-        own = {f.alias or n: getattr(part, n) for n, f in type(part).model_fields.items() if n in part.model_fields_set}
-        try:
-            type(part).model_validate(own | {name: value}).check()
-        except ValueError as error:
-            raise InputError(where, value, _reason(error)) from None
-
-
-def _reason(error: ValueError) -> str:
-    if len(error.args) == 2:  # of a part's own check: field and sentence
-        return str(error.args[1])
-    said = str(error.errors()[0]["msg"]) if isinstance(error, ValidationError) else str(error)
-    return f"allowed is what fits: {said[0].lower()}{said[1:]}"

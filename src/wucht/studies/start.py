@@ -75,6 +75,12 @@ def angles_in(machine: Machine, state: np.ndarray) -> dict[str, float]:
     return {b.name: float(state[machine.state_names.index(b.coordinate.position.name)]) for b in machine.bodies}
 
 
+def fastest_in(machine: Machine, state: np.ndarray) -> float:
+    """The largest speed of a body in a state (n,), in magnitude."""
+    free = [b.coordinate.velocity.name for b in machine.bodies if b.coordinate.prescribed is None]
+    return max((abs(float(state[machine.state_names.index(name)])) for name in free), default=0.0)
+
+
 def static_position(machine: Machine) -> np.ndarray:
     """Where the carrier rests under its load (m,): K x = load; zero where its motion is prescribed."""
     c, numbers, size = machine.linear_carrier, machine.numbers, len(machine.free_carrier)

@@ -101,7 +101,8 @@ def _by_locking(machine: Machine, trajectory: Trajectory, verdict: Verdict) -> V
     if outcome is Outcome.UNIDENTIFIED:
         span = found.window[1] - found.window[0]
         needed = 2 * (FEWEST_PERIODS + 1) * span / max(found.evidence.periods, 1)
-        advice = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half: run at least until {needed:.3g}"
+        unit = f" {machine.units.time}" if machine.units.time else ""
+        advice = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half: run at least until {needed:.3g}{unit}"
     evidence = replace(verdict.evidence, mean_speed=abs(found.mean_speed), turning=True)
     return replace(verdict, outcome=outcome, evidence=evidence, window=found.window, locked=found, advice=advice)
 
@@ -171,7 +172,7 @@ def _turning(
         heading,
         modulation if beating else None,
         settling if outcome is not Outcome.UNIDENTIFIED else None,
-        _advice(trajectory, heading, modulation) if outcome is Outcome.UNIDENTIFIED else None,
+        _advice(trajectory, heading, modulation, machine.units.time) if outcome is Outcome.UNIDENTIFIED else None,
         outcome is Outcome.PASSED and not slipping and _faster_branch(machine, vibration, evidence, sense, final),
     )
 
@@ -227,15 +228,15 @@ def _settling_time(
     return min(first + extra, float(averaged.time[-1]))
 
 
-def _advice(trajectory: Trajectory, heading: Trend, modulation: Beat | None) -> str:
-    end = trajectory.end_time
+def _advice(trajectory: Trajectory, heading: Trend, modulation: Beat | None, time_unit: str) -> str:
+    end, unit = trajectory.end_time, f" {time_unit}" if time_unit else ""
     if modulation is not None:
         needed = max(2 * end, end + 10 * modulation.period)
-        return f"a modulation of period {modulation.period:.4g} still changes: run at least until {needed:.3g}"
+        return f"a modulation of period {modulation.period:.4g} still changes: run at least until {needed:.3g}{unit}"
     if math.isfinite(heading.windows_needed):
         needed = end + max(0.2 * end, (1 + heading.windows_needed) * 0.1 * end)
-        return f"the motion still approaches its end: run at least until {needed:.3g}"
-    return f"the motion is still under way: run at least until {2 * end:.3g}"
+        return f"the motion still approaches its end: run at least until {needed:.3g}{unit}"
+    return f"the motion is still under way: run at least until {2 * end:.3g}{unit}"
 
 
 def _without_turning(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from wucht.cli.verdicts.units import speaking
+from wucht.cli.verdicts.units import Speaker, speaking
 
 
 def lines(document: dict[str, Any]) -> list[str]:
@@ -14,13 +14,16 @@ def lines(document: dict[str, Any]) -> list[str]:
     if "cases" in s:
         return _of_many(document)
     dimensional = document["units"] == "SI"
-    speed, length = speaking(document)
+    speed, length = speaking(document, s["amplitude_unit"])
     said = [f"{document['machine']}", f"verdict: {s['outcome'].upper()}: {s['sentence']}"]
     beating = s["modulation_period"] is not None
     range_ = f", beating between {speed(s['min_speed'])} and {speed(s['max_speed'])}" if beating else ""
     free = f" of {speed(s['free_speed'])} without vibration" if s["free_speed"] is not None else ""
     said.append(f"  speed        {speed(s['final_speed'])}{free}{range_}")
-    said.append(f"  resonance    {', '.join(f'{d}: {speed(f)}' for d, f in s['natural_frequencies'].items())}")
+    if "mean_speeds" in s:
+        said += _locking(s, speed)
+    if s["natural_frequencies"]:
+        said.append(f"  resonance    {', '.join(f'{d}: {speed(f)}' for d, f in s['natural_frequencies'].items())}")
     said.append(f"  amplitude    {length(s['final_amplitude'])} at the end, {length(s['peak_amplitude'])} at most")
     if s["final_phases"]:
         shown = [f"{name} {math.degrees(phase):.1f}°" for name, phase in s["final_phases"].items()]
@@ -39,10 +42,19 @@ def lines(document: dict[str, Any]) -> list[str]:
     return said
 
 
+def _locking(s: dict[str, Any], speed: Speaker) -> list[str]:
+    """Mean speeds of several rotors, and phases to each other or to the vibration."""
+    said = []
+    if len(s["mean_speeds"]) > 1:
+        said.append(f"  mean speeds  {', '.join(f'{name} {speed(w)}' for name, w in s['mean_speeds'].items())}")
+    phases = [f"{name} {math.degrees(phase):.1f}°" for name, phase in s["rotor_phases"].items()]
+    return [*said, f"  phase        {', '.join(phases)}"]
+
+
 def _of_many(document: dict[str, Any]) -> list[str]:
     """A line a case."""
     cases = document["summary"]["cases"]
-    speed, length = speaking(document)
+    speed, length = speaking(document, cases[0]["amplitude_unit"] if cases else "m")
     said = [
         document["machine"],
         f"verdict: {', '.join(f'{n} {outcome}' for outcome, n in document['summary']['outcomes'].items())}",

@@ -9,9 +9,15 @@ from typing import Any
 Speaker = Callable[[float | None], str]
 
 
-def speaking(document: dict[str, Any]) -> tuple[Speaker, Speaker]:
-    """How speeds and lengths are said: with units, or as plain numbers for a dimensionless machine."""
-    return (_si_speed, _si_length) if document["units"] == "SI" else (plain, plain)
+def speaking(document: dict[str, Any], amplitude_unit: str = "m") -> tuple[Speaker, Speaker]:
+    """How speeds and amplitudes are said: with units, or as plain numbers for a dimensionless machine."""
+    if document["units"] != "SI":
+        return plain, plain
+    return _si_speed, _si_angle if amplitude_unit == "rad" else _si_length
+
+
+def _si_angle(value: float | None) -> str:
+    return "none" if value is None else f"{math.degrees(value):.4g}°"
 
 
 def plain(value: float | None) -> str:

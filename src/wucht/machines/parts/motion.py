@@ -16,8 +16,9 @@ from wucht.system import TIME
 class Motion(Described):
     """x = amplitude cos(frequency t), 001 (13), or a measured displacement as points (time, displacement).
 
-    Between points the displacement is a cubic spline, so that its acceleration is continuous; before the first and after the
-    last it holds still. In direction r the amplitude is an angle.
+    Between points the displacement is a cubic spline, so that its velocity and acceleration are continuous; before the first
+    and after the last it holds still, so the spline begins and ends with zero velocity. In direction r the amplitude is an
+    angle.
     """
 
     direction: Literal["x", "y", "r"] = Field(description="direction")
@@ -27,15 +28,25 @@ class Motion(Described):
 
     @model_validator(mode="before")
     @classmethod
-    def _as_angle(cls, given: Any) -> Any:
-        if isinstance(given, dict) and given.get("direction") == "r" and given.get("amplitude") is not None:
-            return given | {"amplitude": Unit("rad", "amplitude").parse(given["amplitude"])}
-        return given
+    def _in_units(cls, given: Any) -> Any:
+        """Amplitude and displacements are lengths, in direction r angles; points may have units."""
+        if not isinstance(given, dict):
+            return given
+        found, si_unit = dict(given), "rad" if given.get("direction") == "r" else "m"
+        if given.get("amplitude") is not None:
+            found["amplitude"] = Unit(si_unit, "amplitude").parse(given["amplitude"])
+        points = given.get("points")
+        if points is not None:
+            if not isinstance(points, list | tuple) or not all(isinstance(p, list | tuple) and len(p) == 2 for p in points):
+                raise ValueError("allowed are points = [[time, displacement], ...]")
+            units = Unit("s", "time"), Unit(si_unit, "displacement")
+            found["points"] = [[u.parse(x) for u, x in zip(units, point, strict=True)] for point in points]
+        return found
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Motion:
-        harmonic = self.amplitude is not None and self.frequency is not None
-        if harmonic == (self.points is not None):
+        given = [self.amplitude is not None, self.frequency is not None, self.points is not None]
+        if given not in ([True, True, False], [False, False, True]):
             raise ValueError("allowed is amplitude and frequency, or table = FILE (points = [[time, displacement], ...])")
         if self.points is not None and any(b[0] <= a[0] for a, b in zip(self.points, self.points[1:], strict=False)):
             raise ValueError("allowed are points whose times increase")

@@ -1,0 +1,240 @@
+"""All studies from the command line: their questions spoilt, their templates run, interrupted, resumed and drawn."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+
+from wucht.cli.progress import Progress
+
+Refused = Callable[..., str]
+Command = Callable[..., Any]
+Study = Callable[..., Path]
+
+STUDIES = ("run-up", "coast-down", "sweep", "response", "torque-balance")
+
+QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
+    "response": {
+        "range=[1]": ("study.range", "pair [low, high]"),
+        "range=[3,1]": ("study.range", "low below high"),
+        "range=[1,1]": ("study.range", "low below high"),
+        "range=[-1,3]": ("study.range", "at least 0"),
+        'range=["1 kg","2 kg"]': ("study.range[0]", "this one is a mass"),
+        "points=1": ("study.points", "whole number from 2"),
+        "points=1.5": ("study.points", "whole number"),
+        "points=1e9": ("study.points", "100000"),
+        "start.p1=3": ("study.start.p1", "known: carrier, drum"),
+        "on=drum": ("study.on", "unknown key"),
+        "rang=3": ("study.rang", "did you mean 'range'?"),
+    },
+    "torque-balance": {
+        "range=[3,1]": ("study.range", "low below high"),
+        "on=dram": ("study.on", "given 'dram'", "fan"),
+        'on=["fan"]': ("study.on", "allowed is a rotor"),
+        "points=0": ("study.points", "whole number"),
+    },
+    "sweep": {
+        "along=drive.slop": ("study.along", "did you mean 'drive.slope'?"),
+        "along=drum.name": ("study.along", "unknown parameter"),
+        "range=[160,80]": ("study.range", "low below high"),
+        'range=["80 kg","90 kg"]': ("study.range[0]", "this one is a mass"),
+        "rate=0": ("study.rate", "greater than 0"),
+        "rate=1 kg": ("study.rate", "this one is a mass"),
+        "direction=sideways": ("study.direction", "known: both, down, up"),
+        "jump_tolerance=1": ("study.jump_tolerance", "between"),
+        "tolerance=1": ("study.tolerance", "between"),
+        "engine=x": ("study.engine", "'heyoka'"),
+        "until=3": ("study.until", "unknown key"),
+    },
+    "coast-down": {
+        "until=0": ("study.until", "greater than 0"),
+        "until=1 kg": ("study.until", "this one is a mass"),
+        "start.drum.speed=0": ("study.start", "nothing turns"),
+        "start=3": ("study.start", "allowed is a table"),
+        "engine=scipi": ("study.engine", "'scipy'"),
+        "turns=3": ("study.turns", "unknown key"),
+    },
+    "run-up": {
+        "over=phii": ("study.over", "time, phi, psi"),
+        "along=drive.slope": ("study.values", "belong together"),
+        "values=[1]": ("study.along", "belong together"),
+        "starts=3": ("study.starts", "list of tables"),
+        "settled=false": ("study.settled", "given False"),
+    },
+}
+CASES = [(kind, setting, says) for kind, cases in QUESTIONS.items() for setting, says in cases.items()]
+
+
+@pytest.mark.parametrize(("kind", "setting", "says"), CASES, ids=[f"{kind}: {setting}" for kind, setting, _ in CASES])
+def test_a_wrong_question(refused: Refused, wucht: Command, here: Path, kind: str, setting: str, says: tuple[str, ...]) -> None:
+    assert wucht("new", kind, "my.toml").code == 0
+    refused("run", "my.toml", "-o", "out", "--json", "--set", f"study.{setting}", says=("my.toml: ", *says))
+    assert not Path("out").exists()
+
+
+SWEPT = {
+    "mass": ("drum.mass", "[0, 10]", "study.range[0]"),
+    "inertia": ("drum.inertia", "[1e-7, 1]", "at least m e^2"),
+    "eccentricity": ("drum.eccentricity", "[0, 1]", "at least m e^2"),
+}
+
+
+@pytest.mark.parametrize(("path", "span", "says"), SWEPT.values(), ids=SWEPT.keys())
+def test_a_sweep_through_what_cannot_be(refused: Refused, wucht: Command, here: Path, path: str, span: str, says: str) -> None:
+    wucht("new", "sweep", "my.toml")
+    refused("run", "my.toml", "--set", f"study.along={path}", "--set", f"study.range={span}", says=("my.toml: ", says))
+
+
+def test_a_schedule_beside_a_sweep(refused: Refused, study: Study) -> None:
+    file = study(
+        "[study]", '[[machine.schedules]]\nparameter = "drum.mass"\npoints = [[0, 9], [1, 8]]\n[study]',
+        'kind = "run-up"\nuntil = "0.5 s"', 'kind = "sweep"\nalong = "drive.slope"\nrange = [0.04, 0.05]',
+    )  # fmt: skip
+    refused("run", file, says=("study.toml: machine.schedules", "not allowed in a sweep"))
+
+
+FAST = {
+    "run-up": ("study.until=0.2",),
+    "coast-down": ("study.until=0.5",),
+    "sweep": ("study.range=[80, 82]", "study.direction=up", "study.rate=2"),
+}
+
+
+def _settings(kind: str) -> list[str]:
+    return [word for setting in FAST.get(kind, ()) for word in ("--set", setting)]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("kind", STUDIES)
+def test_a_template_runs_and_is_drawn_again(wucht: Command, here: Path, kind: str) -> None:
+    assert wucht("new", kind).code == 0
+    words = ("run", f"{kind}.toml", "-o", "out", "--json", *_settings(kind))
+    said = wucht(*words)
+    assert said.code == 0, said.err
+    assert said.document["study"] == kind
+    assert sorted(p.name for p in Path("out").iterdir()) == sorted([f"{kind}.png", "result.nc", "summary.json"])
+    assert json.loads(Path("out/summary.json").read_text()) == said.document
+    assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 1
+    for extension in ("pdf", "svg"):
+        assert wucht("plot", "out/result.nc", "--format", extension).code == 0
+        assert Path(f"out/{kind}.{extension}").stat().st_size > 1000
+    again = wucht(*words, "--resume")
+    assert again.code == 0, again.err
+    assert again.document["summary"] == said.document["summary"]
+
+
+@pytest.mark.parametrize("kind", STUDIES)
+def test_a_folder_that_cannot_be_written(wucht: Command, here: Path, kind: str) -> None:
+    wucht("new", kind)
+    Path("out").write_text("a file, no folder")
+    for folder in ("out", "out/below"):
+        said = wucht("run", f"{kind}.toml", "-o", folder, "--json")
+        assert said.code == 2
+        assert not said.out
+        assert said.err.count("\n") == 1
+        assert "out" in said.err
+
+
+@pytest.fixture
+def interrupted(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
+    """``interrupted(3)``: the third report of progress, after a share of the whole, is answered with Ctrl-C."""
+    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM)}
+
+    def arm(count: int, share: float = 0.0) -> None:
+        calls = iter(range(1, 10**9))
+
+        def update(_self: Progress, reached: float, goal: float) -> None:
+            if reached >= share * goal and next(calls) == count:
+                signal.raise_signal(signal.SIGINT)
+
+        monkeypatch.setattr(Progress, "update", update)
+
+    yield arm
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+LONG = {
+    "run-up": ("study.until=100", "study.engine=scipy"),
+    "many": ("study.until=0.1", "study.along=drive.slope", "study.values=[0.03, 0.04, 0.05]"),
+    "coast-down": ("study.until=100",),
+    "sweep": ("study.rate=2",),
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_ctrl_c_leaves_a_valid_result(wucht: Command, here: Path, interrupted: Callable[..., None], name: str) -> None:
+    kind = "run-up" if name == "many" else name
+    wucht("new", kind, "my.toml")
+    settings = [word for setting in LONG[name] for word in ("--set", setting)]
+    interrupted(3, 0.4 if name == "many" else 0.0)
+    said = wucht("run", "my.toml", "-o", "out", "--json", *settings)
+    assert said.code == 130, said.err
+    assert "Traceback" not in said.err
+    assert any("interrupted" in warning for warning in said.document["warnings"])
+    assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
+    assert wucht("plot", "out/result.nc").code == 0
+
+
+@pytest.mark.xfail(reason="the result of no run at all cannot be drawn", strict=False)
+def test_ctrl_c_in_the_first_of_many_runs(wucht: Command, here: Path, interrupted: Callable[..., None]) -> None:
+    wucht("new", "run-up", "my.toml")
+    settings = [word for setting in LONG["many"] for word in ("--set", setting)]
+    interrupted(2)
+    said = wucht("run", "my.toml", "-o", "out", "--json", *settings)
+    assert said.code == 130, said.err
+    assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
+    assert wucht("plot", "out/result.nc").code == 0
+    assert wucht("run", "my.toml", "-o", "out", "--json", "--resume", *settings).code == 0
+
+
+@pytest.mark.parametrize("where", ["values", "starts"])
+def test_many_runs_go_on_where_they_were_interrupted(
+    wucht: Command, here: Path, interrupted: Callable[..., None], where: str
+) -> None:
+    wucht("new", "run-up", "my.toml")
+    text = Path("my.toml").read_text()
+    if where == "values":
+        text += '\nalong = "drive.slope"\nvalues = ["0.03 N m s", "0.05 N m s"]\n'
+    else:
+        text = "\n".join(line for line in text.splitlines() if not line.startswith("start ="))
+        text += '\nstarts = [{ p1 = "0.3 rad" }, { p1 = "-1 rad", p2 = "90 deg" }]\n'
+    Path("my.toml").write_text(text)
+    words = ("run", "my.toml", "--json", "--set", "study.until=0.2")
+    whole = wucht(*words, "-o", "whole").document["summary"]
+    assert [c["label"] for c in whole["cases"]] == (
+        ["drive.slope = 0.03", "drive.slope = 0.05"] if where == "values" else ["p1 = 0.3 rad", "p1 = -1 rad, p2 = 90 deg"]
+    )
+    interrupted(1, 0.6)
+    assert wucht(*words, "-o", "out").code == 130
+    assert wucht(*words, "-o", "out", "--resume").document["summary"]["cases"] == whole["cases"]
+
+
+KINDS = ("response", "torque-balance")
+ENTRIES = (
+    "practice/laundry-drum",
+    "practice/screen",
+    "sperling-rollers/figure-8",
+    "sperling-vibration/figure-7",
+    "drozdetskaya-2020/r1",
+)
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+@pytest.mark.parametrize("kind", KINDS)
+def test_another_question_of_a_catalogue_file(wucht: Command, here: Path, name: str, kind: str) -> None:
+    """It is answered, or refused with a sentence that says why."""
+    said = wucht("run", name, "-o", "out", "--json", "--set", f"study.kind={kind}")
+    assert said.code in (0, 2)
+    if said.code:
+        assert said.err.count("\n") == 1
+        assert name in said.err
+        assert "machine." in said.err
+    else:
+        assert said.document["study"] == kind
