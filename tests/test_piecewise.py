@@ -28,7 +28,7 @@ def held(points):
     [
         ("linear", lambda p: np.interp(p, TIMES, VALUES)),
         ("monotone", PchipInterpolator(TIMES, VALUES)),
-        ("spline", CubicSpline(TIMES, VALUES, bc_type="natural")),
+        ("spline", CubicSpline(TIMES, VALUES, bc_type="clamped")),
         ("steps", lambda p: np.array(VALUES)[np.searchsorted(TIMES, p, side="right") - 1]),
     ],
 )

@@ -74,7 +74,8 @@ def test_a_schedule_changes_the_breakdown() -> None:
          "schedules": [{"parameter": "drive.voltage", "points": [[0, 115], [1, 230]]}]}
     )  # fmt: skip
     whole = summary(machine(loads=()))["breakdown"]
-    assert summary(m)["breakdown"]["torque"] == pytest.approx(whole["torque"] / 4)
+    assert summary(m)["breakdown"]["torque"] == pytest.approx(whole["torque"])  # a steady study: with its schedules done
+    assert summary(m.at(0.5))["breakdown"]["torque"] == pytest.approx(whole["torque"])
 
 
 def test_a_series_motor_without_load_runs_away() -> None:

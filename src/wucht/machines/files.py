@@ -52,7 +52,7 @@ def machine_from(document: Document, title: str = "") -> Machine:
 
 def _from_model(document: Document, title: str) -> Machine:
     name = choice(document, "model", "machine", MODELS)
-    for key in ("carrier", "bodies", "drive", "drives", "loads", "tracks"):
+    for key in ("carrier", "bodies", "drive", "drives", "load", "loads", "tracks"):
         if key in document:
             raise InputError(f"machine.{key}", None, f"not allowed beside model = {name!r}, which brings its own parts")
     model = checked(MODELS[name], table(document, "parameters", "machine.parameters"), "machine.parameters")

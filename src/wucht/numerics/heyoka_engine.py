@@ -81,6 +81,7 @@ class HeyokaEngine:
     def __init__(self, program: Program, events: Sequence[Event], event_program: Program, tolerance: float) -> None:
         import heyoka as hy
 
+        hy.set_logger_level_critical()  # what it has to say would stand on stdout; failures are told by outcomes
         n_own = len(program.constants)
         variables = hy.make_vars(*(f"s{i}" for i in range(len(program.states)))) if program.states else []
         variables = variables if isinstance(variables, list) else [variables]

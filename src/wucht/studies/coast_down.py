@@ -12,7 +12,6 @@ import numpy as np
 
 from wucht.documents import refuse_unknown
 from wucht.errors import InputError
-from wucht.machines.contact import arranged
 from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Drive
@@ -25,8 +24,8 @@ from wucht.quantities import Unit
 from wucht.studies.coast_down_record import Record
 from wucht.studies.keys import engine_of, positive, start_of, tolerance_of
 from wucht.studies.kinds import Checkpoint, Progress
-from wucht.studies.run_up_plan import release_event
-from wucht.studies.start import angles_in, fastest_in, start_state
+from wucht.studies.release import placed, release_event
+from wucht.studies.start import start_state
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,10 +97,10 @@ def prepared(machine: Machine, question: CoastDown) -> tuple[Machine, np.ndarray
         here = names.index(rotor.coordinate.velocity.name)
         if rotor.name in machine.start_angles and not _gives(question.start, rotor.name, "angle"):
             state[names.index(rotor.coordinate.position.name)] += machine.start_angles[rotor.name]
-        if not _gives(question.start, rotor.name, "speed"):
+        if not _gives(question.start, rotor.name, "speed") and rotor.release is None:
             state[here] = _driven_speed(machine, rotor.name)
         for body in group(machine, rotor)[1:]:
-            if not _gives(question.start, body.name, "speed"):
+            if body.release is not None or not _gives(question.start, body.name, "speed"):
                 state[names.index(body.coordinate.velocity.name)] = state[here]
     if not state[names.index(machine.rotor.coordinate.velocity.name)]:
         raise InputError(
@@ -109,7 +108,7 @@ def prepared(machine: Machine, question: CoastDown) -> tuple[Machine, np.ndarray
             f"nothing turns: the machine has no drive to give {machine.rotor.name} a speed; "
             f'needed is start = {{ {machine.rotor.name} = {{ speed = "100 rad/s" }} }}',
         )  # fmt: skip
-    return arranged(coasting, angles_in(coasting, state), fastest_in(coasting, state)), state
+    return placed(coasting, state), state
 
 
 def _gives(start: Mapping[str, Any], body: str, key: str) -> bool:

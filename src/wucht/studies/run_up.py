@@ -13,7 +13,6 @@ import sympy as sp
 
 from wucht.documents import refuse_unknown
 from wucht.errors import InputError
-from wucht.machines.contact import arranged
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed
 from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
@@ -24,7 +23,8 @@ from wucht.results.outcomes import Outcome
 from wucht.studies.cases import read_cases
 from wucht.studies.keys import engine_of, positive, start_of, tolerance_of
 from wucht.studies.kinds import Checkpoint, Progress
-from wucht.studies.run_up_plan import Plan, released_at_start
+from wucht.studies.release import placed
+from wucht.studies.run_up_plan import Plan
 from wucht.studies.start import start_state
 from wucht.studies.verdict import Verdict, judge
 from wucht.system import System
@@ -209,9 +209,7 @@ def prepared(machine: Machine, question: RunUp) -> tuple[Machine, np.ndarray]:
     Raises ``InputError`` where the start does not fit the machine, or where nothing would turn.
     """
     initial = start_state(machine, question.start)
-    names = machine.state_names
-    at = {b.name: float(initial[names.index(b.coordinate.position.name)]) for b in machine.bodies}
-    machine = released_at_start(arranged(machine, at), initial)
+    machine = placed(machine, initial)
     end = question.until or 0.0
     prescribed = [
         float(np.abs(machine.prescribed_speed(b.coordinate, np.linspace(0.0, end, 100))).max())

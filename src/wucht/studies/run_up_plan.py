@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import sympy as sp
 
 from wucht.machines.dimensionless import natural_frequencies
-from wucht.machines.machine import Machine, Turning
+from wucht.machines.machine import Machine
 from wucht.machines.vibration import energy_scale, free_speed, net_torque
 from wucht.numerics.events import Event
-from wucht.system import TIME
+from wucht.studies.release import release_event
 
 if TYPE_CHECKING:
     from wucht.studies.run_up import RunUp
@@ -94,7 +93,7 @@ class Plan:
 
 def _speeds(machine: Machine, initial: np.ndarray) -> list[float]:
     """Speeds at the start, of prescribed rotations and of prescribed motions."""
-    free = [abs(initial[i]) for i, name in enumerate(machine.system.state_names) if name.endswith(".speed")]
+    free = [abs(initial[i]) for i, name in enumerate(machine.state_names) if name.endswith(".speed")]
     given = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
     turned = [float(np.abs(machine.prescribed_speed(c, np.array(machine.corners))).max()) for c in given]
     return [*free, *turned, machine.values.get("carrier.motion.frequency", 0.0)]
@@ -104,7 +103,7 @@ def _events(machine: Machine, question: RunUp, initial: np.ndarray) -> list[Even
     rotor = machine.rotor.coordinate
     found = []
     if question.turns is not None:
-        turned = rotor.position - initial[machine.system.state_names.index(rotor.position.name)]
+        turned = rotor.position - initial[machine.state_names.index(rotor.position.name)]
         found.append(Event(TURNS_DONE, (turned / (2 * math.pi * question.turns)) ** 2 - 1, +1, terminal=True))
     limit = question.speed_limit or runaway_limit(machine)
     if limit is not None and rotor.prescribed is None:
@@ -123,42 +122,6 @@ def runaway_limit(machine: Machine) -> float | None:
     if free_speed(machine, rotor) is not None or net_torque(machine, rotor)(0.0) == 0.0:
         return None
     return _RUNAWAY * max([*natural_frequencies(machine).values(), _SLOWEST_RUNAWAY])
-
-
-def release_event(machine: Machine, body: Turning) -> Event:
-    """The event at which a locked body is released: its parameter ``locked`` becomes 0."""
-    release = body.release
-    assert release is not None
-    place = machine.system.parameter_names.index(body.locked.name)
-
-    def let_go(_time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        parameters[place] = 0.0
-        return state, parameters
-
-    if release.time is not None:
-        rising = TIME / sp.Symbol(f"{body.name}.release.time", real=True) - 1
-    else:
-        rising = (leader_of(machine, body).coordinate.velocity / sp.Symbol(f"{body.name}.release.speed", real=True)) ** 2 - 1
-    return Event(f"release of {body.name}", rising, +1, action=let_go)
-
-
-def leader_of(machine: Machine, body: Turning) -> Turning:
-    """The body whose speed releases a locked one: that it turns about, for a rotor the first other rotor."""
-    return next(b for b in machine.bodies if (b.name == body.about if body.about else b.name != body.name and not b.about))
-
-
-def released_at_start(machine: Machine, initial: np.ndarray) -> Machine:
-    """The machine with those bodies unlocked whose speed of release is reached at t = 0: the event would never come."""
-    names, free = machine.system.state_names, {}
-    for body in machine.bodies:
-        if body.release is None or body.release.speed is None:
-            continue
-        leader = leader_of(machine, body).coordinate
-        prescribed = leader.prescribed is not None
-        speed = machine.prescribed_speed(leader, 0.0)[0] if prescribed else initial[names.index(leader.velocity.name)]
-        if abs(speed) >= body.release.speed:
-            free[body.locked.name] = 0.0
-    return machine.with_values(free) if free else machine
 
 
 def _warnings(machine: Machine, question: RunUp, free: float | None, samples_per_turn: float) -> list[str]:

@@ -22,6 +22,8 @@ from wucht.studies.attributes import attributes, structure
 from wucht.studies.run_up_variables import variables
 from wucht.studies.verdict import Verdict
 
+_CLOSED = 1e-6  # an energy residual beyond it is told as a warning
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -50,7 +52,7 @@ def result(
     data["end_state"] = variable("state", trajectory.end_state, "state and accumulated works at the end")
     found = xr_.Dataset(dict(data.items()), coords=coordinates)
     summary = _summary(machine, found, verdict)
-    said = _warnings(trajectory, verdict, warnings)
+    said = _warnings(trajectory, verdict, warnings) + _balance(summary["energy_residual"])
     found.attrs |= attributes(
         machine, question, summary, verdict.sentence, said, begun, trajectory.failure, trajectory.interrupted
     )
@@ -78,6 +80,16 @@ def _warnings(trajectory: Trajectory, verdict: Verdict, warnings: Sequence[str])
     if verdict.advice:
         said.append(verdict.advice)
     return said
+
+
+def _balance(residual: float | None) -> list[str]:
+    """A warning where the energy balance does not close."""
+    if residual is None or residual <= _CLOSED:
+        return []
+    return [
+        f"the energy balance closes only to {residual:.1e}: the run is not accurate; look for a parameter or a start that is "
+        "off by a factor of thousands, or give a smaller study.tolerance"
+    ]
 
 
 def _summary(machine: Machine, found: xr.Dataset, verdict: Verdict) -> dict[str, Any]:

@@ -43,13 +43,13 @@ def run_ups(
         mine = machine if case.along is None else machine.with_values({case.along: case.values[0]})
         share = None if progress is None else _share(progress, k, len(cases))
         run = single_run_up(mine, case, share)
-        if run.attrs["finished"] or run.attrs["failure"]:
-            done.append(_reduced(run, question.over))
         if not run.attrs["finished"] and not run.attrs["failure"]:
-            break
+            # The first is shown as far as it came; later ones are given up, as they would be taken for finished.
+            return _joined(machine, question, done or [_reduced(run, question.over)], len(done), begun)
+        done.append(_reduced(run, question.over))
         if checkpoint is not None and k + 1 < len(cases):
-            checkpoint(_joined(machine, question, done, begun))
-    return _joined(machine, question, done, begun)
+            checkpoint(_joined(machine, question, done, len(done), begun))
+    return _joined(machine, question, done, len(done), begun)
 
 
 def labels_of(question: RunUp) -> list[str]:
@@ -86,27 +86,26 @@ def _reduced(run: xr.Dataset, over: str) -> xr.Dataset:
     return kept
 
 
-def _joined(machine: Machine, question: RunUp, runs: Sequence[xr.Dataset], begun: float) -> xr.Dataset:
+def _joined(machine: Machine, question: RunUp, runs: Sequence[xr.Dataset], finished: int, begun: float) -> xr.Dataset:
+    """The runs as one Dataset, at least one. finished: how many of them are."""
     import xarray as xr_
 
     cases = question.cases()
     labels = labels_of(question)[: len(runs)]
     padded = [r.drop_vars("time").assign(time_of_case=("time", r.time.values)) for r in runs]
-    longest = max((r.sizes["time"] for r in runs), default=0)
+    longest = max(r.sizes["time"] for r in runs)
     padded = [r.pad(time=(0, longest - r.sizes["time"])) for r in padded]
-    found = xr_.concat(padded, dim="case", combine_attrs="override") if padded else xr_.Dataset()
-    found = found.rename({"time": "sample", "time_of_case": "time"}) if padded else found
-    if padded:
-        found["time"].attrs = {"long_name": "time", "units": machine.units.time}
-        found = found.assign_coords(case=variable("case", labels, "case"))
+    found = xr_.concat(padded, dim="case", combine_attrs="override").rename({"time": "sample", "time_of_case": "time"})
+    found["time"].attrs = {"long_name": "time", "units": machine.units.time}
+    found = found.assign_coords(case=variable("case", labels, "case"))
     summaries = [json.loads(r.attrs["summary"]) for r in runs]
     own = [
         {"label": n, "start": dict(c.start), "value": c.values[0] if c.values else None}
         for n, c in zip(labels, cases, strict=False)
     ]
     count = Counter(s["outcome"] for s in summaries)
-    sentence = ", ".join(f"{n} {outcome}" for outcome, n in count.most_common()) or "no run finished"
-    interrupted = len(runs) < len(cases)
+    sentence = ", ".join(f"{n} {outcome}" for outcome, n in count.most_common())
+    interrupted = finished < len(cases)
     failures = [r.attrs["failure"] for r in runs if r.attrs["failure"]]
     warnings = [
         f"{label}: {w}"
@@ -115,7 +114,7 @@ def _joined(machine: Machine, question: RunUp, runs: Sequence[xr.Dataset], begun
         if w not in machine.warnings
     ]
     if interrupted:
-        warnings.append(f"interrupted after {len(runs)} of {len(cases)} runs; --resume goes on")
+        warnings.append(f"interrupted after {finished} of {len(cases)} runs; --resume goes on")
     summary = {
         "outcome": next(iter(count)) if len(count) == 1 and not interrupted else None,
         "outcomes": dict(count),
@@ -124,7 +123,7 @@ def _joined(machine: Machine, question: RunUp, runs: Sequence[xr.Dataset], begun
     }
     found.attrs = attributes(
         machine, question, summary, sentence, warnings, begun, failures[0] if failures else None, interrupted
-    ) | {"outcome": summary["outcome"] or "several", "asked": _fingerprint(machine, question)}
+    ) | {"outcome": summary["outcome"] or "several", "asked": _fingerprint(machine, question), "done": finished}
     return found
 
 
@@ -138,7 +137,7 @@ def _restored(machine: Machine, question: RunUp, earlier: xr.Dataset) -> list[xr
     if earlier.attrs.get("asked") != _fingerprint(machine, question):
         raise InputError("--resume", None, "the result in the output folder is of another machine, starts or values")
     found = []
-    for k, summary in enumerate(json.loads(earlier.attrs["summary"])["cases"]):
+    for k, summary in enumerate(json.loads(earlier.attrs["summary"])["cases"][: int(earlier.attrs["done"])]):
         own = {key: value for key, value in summary.items() if key not in ("label", "start", "value")}
         run = earlier.isel(case=k).drop_vars("case")
         whole = np.isfinite(run.time.values)

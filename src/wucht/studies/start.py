@@ -9,6 +9,7 @@ import numpy as np
 
 from wucht.documents import refuse_unknown
 from wucht.errors import InputError
+from wucht.machines.contact import evenly
 from wucht.machines.machine import Machine, Sliding, Turning
 from wucht.quantities import Unit
 
@@ -16,24 +17,14 @@ from wucht.quantities import Unit
 def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.start") -> np.ndarray:
     """The initial state (n,) of ``machine.system``.
 
-    Angles are relative to the body turned about, speeds absolute. Bodies not named start at rest at angle 0; those about a body
-    whose speed is prescribed start with that speed. The carrier starts at its static position, from which ``carrier = {x, y,
-    vx, vy}`` is measured. ``psi`` and ``delta`` set two bodies about one rotor: angles psi +- delta/2. Raises ``InputError``.
+    Angles are relative to the body turned about, speeds absolute. Bodies not named start at rest at angle 0, those of a track
+    of which none is named evenly spaced; those about a body whose speed is prescribed start with that speed. The carrier
+    starts at its static position, from which ``carrier = {x, y, vx, vy}`` is measured. ``psi`` and ``delta`` set two bodies
+    about one rotor: angles psi +- delta/2. Raises ``InputError``.
     """
     units = machine.units
     angle_unit, speed_unit = Unit("rad" if units.time else "", "angle", ""), Unit(units.speed, "speed", "")
-    names = [b.name for b in machine.bodies]
-    pair = [b for b in machine.bodies if b.about == machine.rotor.name]
-    guided = [x.name for x in machine.sliders]
-    known = [*names, *guided, "carrier", *(("psi", "delta") if len(pair) == 2 else ())]
-    refuse_unknown(start, known, where)
-    given: dict[str, Any] = {n: start[n] for n in names if n in start}
-    if "psi" in start or "delta" in start:
-        psi, delta = (_read(angle_unit, start.get(k, 0.0), f"{where}.{k}") for k in ("psi", "delta"))
-        for body, sign in zip(pair, (1, -1), strict=True):
-            if body.name in given:
-                raise InputError(f"{where}.{body.name}", None, "allowed are either psi and delta, or the bodies' own angles")
-            given[body.name] = psi + sign * delta / 2
+    given = _given(machine, start, where, angle_unit)
     angles: dict[str, float] = {}
     speeds: dict[str, float] = {}
     carrier = _carrier(machine, start.get("carrier", {}), f"{where}.carrier")
@@ -68,6 +59,25 @@ def start_state(machine: Machine, start: Mapping[str, Any], where: str = "study.
     for x in machine.sliders:
         values |= _slider(machine, x, start.get(x.name, {}), f"{where}.{x.name}")
     return np.array([values[name] for name in machine.state_names])
+
+
+def _given(machine: Machine, start: Mapping[str, Any], where: str, angle_unit: Unit) -> dict[str, Any]:
+    """What is said of each body: named, as one of a pair by psi and delta, or as one of a track."""
+    names = [b.name for b in machine.bodies]
+    pair = [b for b in machine.bodies if b.about == machine.rotor.name]
+    guided = [x.name for x in machine.sliders]
+    refuse_unknown(start, [*names, *guided, "carrier", *(("psi", "delta") if len(pair) == 2 else ())], where)
+    given: dict[str, Any] = {n: start[n] for n in names if n in start}
+    if "psi" in start or "delta" in start:
+        psi, delta = (_read(angle_unit, start.get(k, 0.0), f"{where}.{k}") for k in ("psi", "delta"))
+        for body, sign in zip(pair, (1, -1), strict=True):
+            if body.name in given:
+                raise InputError(f"{where}.{body.name}", None, "allowed are either psi and delta, or the bodies' own angles")
+            given[body.name] = psi + sign * delta / 2
+    for track in machine.tracks:
+        if not any(b.name in given for b in track.bodies):
+            given |= evenly(track.bodies)
+    return given
 
 
 def angles_in(machine: Machine, state: np.ndarray) -> dict[str, float]:

@@ -11,14 +11,13 @@ import numpy as np
 
 from wucht.documents import choice, refuse_unknown
 from wucht.errors import InputError
-from wucht.machines.contact import arranged
 from wucht.machines.machine import Machine
 from wucht.numerics.compile import DEFAULT_TOLERANCE, compile_system
 from wucht.quantities import Unit
 from wucht.studies.keys import allowed_value, engine_of, parameter, positive, span, start_of, tolerance_of, within
 from wucht.studies.kinds import Checkpoint, Progress
-from wucht.studies.run_up_plan import release_event
-from wucht.studies.start import angles_in, fastest_in, start_state
+from wucht.studies.release import placed, release_event
+from wucht.studies.start import start_state
 from wucht.studies.sweep_flow import HaltError, Mover, Place, Reading, moving_system, with_value
 from wucht.studies.sweep_jumps import JUMP_TOLERANCE, Jump, jumps, settle
 from wucht.studies.sweep_plan import Plan
@@ -97,7 +96,7 @@ def _prepared(machine: Machine, question: Sweep) -> tuple[Machine, np.ndarray]:
     first = question.range[1] if question.direction == "down" else question.range[0]
     machine = with_value(machine, question.along, first)
     initial = start_state(machine, question.start)
-    return arranged(machine, angles_in(machine, initial), fastest_in(machine, initial)), initial
+    return placed(machine, initial), initial
 
 
 @dataclass

@@ -256,7 +256,7 @@ def _without_turning(
         evidence = Evidence(turning=False, at_rest=rest, moving=swings and not rest, steady=bool(later <= earlier * (1 + 1e-6)))
     outcome = classify(evidence)
     advice = (
-        f"fewer than {_FEWEST_TURNS} turns were made: run at least until {max(4 * end, 1e-9):.3g}"
+        f"fewer than {_FEWEST_TURNS} turns were made: run at least until {max(4 * end, 1e-9):.3g} {machine.units.time}".rstrip()
         if outcome is Outcome.UNIDENTIFIED
         else None
     )
