@@ -12,21 +12,22 @@ import numpy as np
 from wucht.documents import choice, refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
+from wucht.machines.parts.fields import Parameter
 from wucht.numerics.compile import DEFAULT_TOLERANCE, compile_system
 from wucht.quantities import Unit
-from wucht.studies.keys import allowed_value, engine_of, parameter, positive, span, start_of, tolerance_of, within
+from wucht.studies.keys import allowed_value, engine_of, parameter, quantity, span, start_of, tolerance_of, within
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.release import placed, release_event
 from wucht.studies.start import start_state
 from wucht.studies.sweep_flow import HaltError, Mover, Place, Reading, moving_system, with_value
-from wucht.studies.sweep_jumps import JUMP_TOLERANCE, Jump, jumps, settle
-from wucht.studies.sweep_plan import Plan
+from wucht.studies.sweep_jumps import JUMP_TOLERANCE, Jump, Scale, jumps, settle
+from wucht.studies.sweep_plan import Plan, rate_unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _SAVE_EVERY_S = 5.0
-_TOO_FAST = 0.01  # by how much the speed may change after a ramp
+_TOO_FAST = 0.01  # by how much the speed may change after a ramp, relative to the largest of the sweep
 DIRECTIONS = ("both", "up", "down")
 
 
@@ -63,12 +64,10 @@ class Sweep:
         limits = span(table, "range", unit)
         if limits is None:
             raise InputError("study.range", None, f"this key is missing; needed is a pair [low, high] of a {along.what}")
-        time = machine.units.time
-        a_second = Unit(f"{along.unit or '1'}/{time}" if time else along.unit, f"{along.what} a unit of time")
         return cls(
             along=along.path,
             range=limits,
-            rate=positive(table, "rate", a_second),
+            rate=_rate(table, machine, along),
             direction=choice({"direction": "both"} | dict(table), "direction", "study", DIRECTIONS),
             start=start_of(table),
             jump_tolerance=within(table, "jump_tolerance", JUMP_TOLERANCE, 1e-8, 0.1),
@@ -77,7 +76,7 @@ class Sweep:
         )
 
     def check(self, machine: Machine) -> None:
-        """Raises ``InputError`` where the start or the range does not fit the machine."""
+        """Raises ``InputError`` where the start, the range or the rate does not fit the machine."""
         if machine.schedules:
             raise InputError("machine.schedules", None, "not allowed in a sweep: the machine would change by itself")
         unswept = {"carrier.motion.frequency": "the phase of the motion would run away"}
@@ -88,7 +87,19 @@ class Sweep:
             raise InputError("study.along", self.along, f"not allowed: {unswept[self.along]}")
         for i, value in enumerate(self.range):
             allowed_value(machine, self.along, value, f"study.range[{i}]")
-        _prepared(machine, self)
+        prepared, _ = _prepared(machine, self)
+        if self.rate is not None:
+            Plan.of(prepared, self)
+
+
+def _rate(table: Mapping[str, Any], machine: Machine, along: Parameter) -> float | None:
+    """The rate of the parameter, None if it is not given. Raises ``InputError``."""
+    time, what = machine.units.time, f"rate of the {along.what}"
+    rate = quantity(table, "rate", Unit(f"{along.unit or '1'}/{time}" if time else along.unit, what))
+    if rate is not None and rate <= 0:
+        unit = f", in {rate_unit(machine, along.path)}" if time else ""
+        raise InputError("study.rate", table["rate"], f"allowed is a {what} greater than 0{unit}")
+    return rate
 
 
 def _prepared(machine: Machine, question: Sweep) -> tuple[Machine, np.ndarray]:
@@ -110,6 +121,10 @@ class Record:
     failure: str | None = None
     interrupted: bool = False
 
+    def scale(self, driven: float) -> Scale:
+        """The largest speed and amplitude of the sweep so far. driven: the largest speed that the drives reach."""
+        return Scale(driven).with_(r for readings in self.readings.values() for r in readings)
+
 
 @np.errstate(all="ignore")  # a run that fails says so in a sentence, not by warnings about overflow
 def sweep(
@@ -122,7 +137,8 @@ def sweep(
     """Settle, ramp, settle again, find the jumps; then back. Returns the Dataset described in ``sweep_result``.
 
     progress: called with the ramps done and to do. checkpoint: called now and then with the result so far. resume: an
-    unfinished sweep begins again. Raises ``InputError`` for a start that does not fit; a failure is recorded in the Dataset.
+    unfinished sweep begins again. Raises ``InputError`` for a start or rate that does not fit; a failure is recorded in the
+    Dataset.
     """
     from wucht.studies.sweep_result import result
 
@@ -171,18 +187,20 @@ def _ramp(mover: Mover, plan: Plan, place: Place, question: Sweep, way: str, rec
         keep()
     place, settled = _settled(mover, plan, place, record, f"after the way {way}")
     change, last = abs(settled.speed - readings[-1].speed), readings[-1]
-    if last.beating < _TOO_FAST and change > _TOO_FAST * max(abs(settled.speed), abs(last.speed)):
+    if last.beating < _TOO_FAST and change > _TOO_FAST * max(abs(settled.speed), record.scale(0.0).speed):
+        speed, unit = mover.machine.units.speed, rate_unit(mover.machine, mover.path)
         record.warnings.append(
-            f"the sweep is too fast: after the way {way} the speed still changed from {last.speed:.5g} to {settled.speed:.5g}; "
-            f"give a rate below {plan.rate:.3g}"
+            f"the sweep is too fast: after the way {way} the speed still changed from {last.speed:.5g} to "
+            f"{f'{settled.speed:.5g} {speed}'.strip()}; give a rate below {plan.rate:.3g} {unit}"
         )
     return place
 
 
 def _settled(mover: Mover, plan: Plan, place: Place, record: Record, when: str) -> tuple[Place, Reading]:
-    place, reading, steady = settle(mover, plan, place)
+    place, reading, steady = settle(mover, plan, place, scale=record.scale(plan.driven))
     if not steady:
-        record.warnings.append(f"the machine did not settle {when}: its speed was still changing at {reading.speed:.5g}")
+        speed = f"{reading.speed:.5g} {mover.machine.units.speed}".strip()
+        record.warnings.append(f"the machine did not settle {when}: its speed was still changing at {speed}")
     return place, reading
 
 

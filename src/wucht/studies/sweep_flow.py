@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import sympy as sp
@@ -27,7 +28,7 @@ from wucht.system import TIME, Output, System
 BASE, RATE, ORIGIN = (sp.Symbol(f"sweep.{n}", real=True) for n in ("base", "rate", "origin"))
 SAMPLES_PER_TURN = 32
 _MOST_TURNS_SEEN = 200  # of a leg: what is sampled densely, at its end
-_TURNS_UNSEEN = 5  # between two samples before that
+_TURNS_UNSEEN = 200  # before that, between two questions whether to stop
 
 
 class HaltError(Exception):
@@ -122,9 +123,7 @@ class Mover:
         end = place.time + duration
         seen = min(duration, _MOST_TURNS_SEEN * 2 * math.pi / self.fastest)
         if seen < duration:
-            count = 2 + int((duration - seen) * self.fastest / (2 * math.pi * _TURNS_UNSEEN))
-            before = self._run(np.linspace(place.time, end - seen, count), self._small(place.state), pars)
-            state, pars = before.end_state, before.parameters
+            state, pars = self._unseen(place.time, end - seen, self._small(place.state), pars)
         else:
             state = self._small(place.state)
         count = max(8, math.ceil(seen * self.fastest / (2 * math.pi) * SAMPLES_PER_TURN))
@@ -134,6 +133,14 @@ class Mover:
         ended = found.end_state.copy()
         ended[len(self.flow.system.states) :] += works
         return Place(end, there, ended, found.parameters), self._read(found, place, rate)
+
+    def _unseen(self, begin: float, end: float, state: np.ndarray, pars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """State and parameters after a time of which nothing is kept, in pieces: between them the user may stop the run."""
+        count = 1 + math.ceil((end - begin) * self.fastest / (2 * math.pi * _TURNS_UNSEEN))
+        for piece in pairwise(np.linspace(begin, end, count)):
+            found = self._run(np.array(piece), state, pars)
+            state, pars = found.end_state, found.parameters
+        return state, pars
 
     def _small(self, state: np.ndarray) -> np.ndarray:
         """The state with whole turns of each rotor and its bodies taken away, and no work done yet.

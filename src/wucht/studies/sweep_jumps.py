@@ -10,7 +10,7 @@ Dynamical Systems, and Bifurcations of Vector Fields, 1983, section 3.4).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -50,19 +50,34 @@ class Jump:
     only_seen: bool = False
 
 
-def settle(mover: Mover, plan: Plan, place: Place, most: int = 60, scale: float = 0.0) -> tuple[Place, Reading, bool]:
+@dataclass(frozen=True)
+class Scale:
+    """The largest speed and amplitude seen so far: a change is small or large beside them, also at a standstill."""
+
+    speed: float = 0.0
+    amplitude: float = 0.0
+
+    def with_(self, readings: Iterable[Reading]) -> Scale:
+        """The scale after more readings."""
+        known = [(abs(r.speed), r.amplitude) for r in readings]
+        return Scale(max([self.speed, *(s for s, _ in known)]), max([self.amplitude, *(a for _, a in known)]))
+
+
+def settle(
+    mover: Mover, plan: Plan, place: Place, most: int = 60, scale: Scale | None = None
+) -> tuple[Place, Reading, bool]:  # fmt: skip
     """Hold the parameter until nothing changes any more. Returns whether that was reached; a steady beat counts as settled.
 
-    scale: of the speed; what changes by less than a millionth of it has settled.
+    scale: of what was seen before; a speed that changes by less than a millionth of the largest has settled.
     """
     window = max(5 * plan.answer, 8 * plan.turn)
     place, last = mover.leg(place, window)
-    quiet = 0
+    scale, quiet = (scale or Scale()).with_([last]), 0
     for _ in range(most):
         place, here = mover.leg(place, window)
-        of_speed = max(abs(here.speed), scale)
-        still = abs(here.speed - last.speed) <= _SETTLED * of_speed
-        still = still and abs(here.amplitude - last.amplitude) <= 10 * _SETTLED * max(here.amplitude, last.amplitude)
+        scale = scale.with_([here])
+        still = abs(here.speed - last.speed) <= _SETTLED * scale.speed
+        still = still and abs(here.amplitude - last.amplitude) <= 10 * _SETTLED * scale.amplitude
         quiet = quiet + 1 if still else 0
         last = here
         if quiet >= 2:
@@ -213,7 +228,7 @@ class _Search:
         found, place = list[Reading](), low
         for distance in _SPREAD:
             place, _ = self.mover.leg(place, self.window, low.value - sense * reach * distance)
-            place, reading, settled = settle(self.mover, self.plan, place, scale=0.0)
+            place, reading, settled = settle(self.mover, self.plan, place)
             if not settled or abs(self.signal(reading) - self.after) < abs(self.signal(reading) - self.before):
                 return None
             found.append(reading)

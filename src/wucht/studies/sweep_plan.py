@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import sympy as sp
 
+from wucht.errors import InputError
 from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine, Turning
 from wucht.machines.vibration import Vibration, free_speed, group, net_torque
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 ANSWERS = 1000  # the default rate: the range takes a thousand times as long as the machine takes to answer
 MOST_TURNS = 100_000  # of one ramp at the default rate
+MOST_TURNS_ASKED = 10_000_000  # of one ramp at a rate that is asked for
 SAMPLES = 400  # of one ramp
 _TURNS_A_SAMPLE = 3
 
@@ -27,13 +29,14 @@ _TURNS_A_SAMPLE = 3
 class Plan:
     """answer: the slowest decay of the machine's small motions, at least a turn.
 
-    fastest, turn: the largest speed and the longest turn expected. rate: of the parameter.
-    samples: of a ramp. step: duration of one. warnings: what is doubtful.
+    fastest, turn: the largest speed and the longest turn expected. driven: the largest speed that the drives reach.
+    rate: of the parameter. samples: of a ramp. step: duration of one. warnings: what is doubtful.
     """
 
     answer: float
     fastest: float
     turn: float
+    driven: float
     rate: float
     samples: int
     step: float
@@ -41,7 +44,7 @@ class Plan:
 
     @classmethod
     def of(cls, machine: Machine, question: Sweep) -> Plan:
-        """The plan of a sweep."""
+        """The plan of a sweep. Raises ``InputError`` for a rate that is far too low or too high."""
         low, high = question.range
         ends = [with_value(machine, question.along, v) for v in (low, (low + high) / 2, high)]
         speeds = [abs(free_speed(m, r) or 0.0) for m in ends for r in m.rotors]
@@ -50,18 +53,43 @@ class Plan:
         fastest = max([*speeds, *natural, *shaken]) or 1.0
         turn = 2 * math.pi / max(min([w for w in [*speeds, *natural] if w > 0], default=fastest), 0.02 * fastest)
         answer = max(turn, *(_answer(m) for m in ends))
+        driven = max(speeds, default=0.0)
         duration, said = ANSWERS * answer, list[str]()
         most = MOST_TURNS * 2 * math.pi / fastest
         if question.rate is not None:
+            slowest = MOST_TURNS_ASKED * 2 * math.pi / fastest
+            _check_rate(machine, question, question.rate, (high - low) / slowest, (high - low) / min(answer, most))
             duration = (high - low) / question.rate
         elif duration > most:
             duration = most
-            said.append(
-                f"the machine answers slowly (in {answer:.3g}): the default rate is limited to {MOST_TURNS} turns a ramp; "
-                "give a lower rate to be sure that the sweep is quasi-static"
-            )
+            said.append(_slow(answer, machine.units.time))
         samples = max(8, min(SAMPLES, int(duration / (_TURNS_A_SAMPLE * turn))))
-        return cls(answer, fastest, turn, (high - low) / duration, samples, duration / samples, tuple(said))
+        return cls(answer, fastest, turn, driven, (high - low) / duration, samples, duration / samples, tuple(said))
+
+
+def _slow(answer: float, unit: str) -> str:
+    """The warning for a machine that answers slowly."""
+    return (
+        f"the machine answers slowly (in {f'{answer:.3g} {unit}'.strip()}): the default rate is limited to {MOST_TURNS} turns "
+        "a ramp; give a lower rate to be sure that the sweep is quasi-static"
+    )
+
+
+def rate_unit(machine: Machine, path: str) -> str:
+    """What stands behind the number of a rate of a parameter: ``rad/s per s``."""
+    unit, time = machine.parameters[path].unit, machine.units.time
+    return f"{unit} {f'per {time}' if time else 'a unit of time'}".strip()
+
+
+def _check_rate(machine: Machine, question: Sweep, rate: float, lowest: float, highest: float) -> None:
+    """Raises ``InputError`` where a ramp would take forever, or no time at all."""
+    low, high = (f"{limit:.2g}" for limit in (lowest, highest))
+    if not float(low) <= rate <= float(high):
+        raise InputError(
+            "study.rate", rate,
+            f"allowed is a rate from {low} to {high} {rate_unit(machine, question.along)}: a lower one takes more than "
+            f"{MOST_TURNS_ASKED:.0e} turns, a higher one less time than the machine needs to answer",
+        )  # fmt: skip
 
 
 def _answer(machine: Machine) -> float:

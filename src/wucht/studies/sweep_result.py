@@ -13,7 +13,7 @@ from wucht.results.conventions import variable
 from wucht.studies.attributes import attributes
 from wucht.studies.sweep_flow import Reading, with_value
 from wucht.studies.sweep_jumps import Jump
-from wucht.studies.sweep_plan import Plan
+from wucht.studies.sweep_plan import Plan, rate_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,7 +68,7 @@ def result(machine: Machine, question: Sweep, plan: Plan, engine: str, record: R
         "parameter": variable("parameter", list(machine.values), "parameter"),
     }
     found = xr_.Dataset(dict(data.items()), coords=coordinates)
-    summary = _summary(question, plan, record)
+    summary = _summary(machine, question, plan, record)
     found.attrs |= attributes(
         machine, question, summary, _sentence(question, record), _warnings(record), begun, record.failure, record.interrupted
     )
@@ -84,14 +84,16 @@ def _table(record: Record, ways: list[str], samples: int, key: str) -> np.ndarra
     return found
 
 
-def _summary(question: Sweep, plan: Plan, record: Record) -> dict[str, Any]:
+def _summary(machine: Machine, question: Sweep, plan: Plan, record: Record) -> dict[str, Any]:
     every = [r for readings in record.readings.values() for r in readings]
     return {
         "jumps": [described(question.along, j) for j in record.jumps],
         "sentence": _sentence(question, record),
         "along": question.along,
+        "along_unit": machine.parameters[question.along].unit,
         "range": list(question.range),
         "rate": plan.rate,
+        "rate_unit": rate_unit(machine, question.along),
         "rate_chosen": question.rate is None,
         "jump_tolerance": question.jump_tolerance,
         "hysteresis": hysteresis(record.jumps),

@@ -12,23 +12,26 @@ def lines(document: dict[str, Any]) -> list[str]:
     s = document["summary"]
     speed, length = speaking(document)
     along = s["along"]
-    low, high = s["range"]
+    low, high = (f"{v:.5g}" for v in s["range"])
+    unit = f" {s['along_unit']}" if s["along_unit"] else ""
     count = len(s["jumps"])
     headline = {0: "NO JUMP", 1: "ONE JUMP"}.get(count, f"{count} JUMPS")
     said = [document["machine"]]
     said.append(f"verdict: {s['sentence'].upper() if s['sentence'].startswith('the sweep') else headline}")
     chosen = " (chosen: so slow that the machine follows)" if s["rate_chosen"] else ""
-    said.append(f"  sweep        {along} from {low:.5g} to {high:.5g} at {s['rate']:.3g} a unit of time{chosen}")
+    said.append(f"  sweep        {along} from {low} to {high}{unit} at {s['rate']:.3g} {s['rate_unit']}{chosen}")
     for way, ends in s["ends"].items():
         said.append(f"  {way:<12} {speed(ends['from_speed'])} to {speed(ends['to_speed'])}")
     for jump in s["jumps"]:
         arrow = "rising" if jump["direction"] == "up" else "falling"
-        said.append(f"  jump         {arrow}, at {along} = {jump[along]:.6g}:")
+        said.append(f"  jump         {arrow}, at {along} = {jump[along]:.6g}{unit}:")
         said.append(f"               speed {speed(jump['from_speed'])} to {speed(jump['to_speed'])}")
         said.append(f"               amplitude {length(jump['from_amplitude'])} to {length(jump['to_amplitude'])}")
     if s["hysteresis"]:
         below, above = s["hysteresis"]
-        said.append(f"  hysteresis   between {below:.6g} and {above:.6g} the state depends on where the machine comes from")
+        said.append(
+            f"  hysteresis   between {below:.6g} and {above:.6g}{unit} the state depends on where the machine comes from"
+        )
     if s["jumps"]:
         said.append(f"  accuracy     {s['jump_tolerance']:.0e} of these values, found by holding {along}: not late by the rate")
     if s["energy_residual"] is not None:
