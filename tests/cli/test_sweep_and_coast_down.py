@@ -23,7 +23,7 @@ def test_run_a_sweep(wucht: Command) -> None:
     said = wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out")
     assert said.code == 0, said.err
     assert "ONE JUMP" in said.out
-    assert "rad/s" in said.out
+    assert "from 9 to 10.5 rad/s at 0.02 rad/s per s" in said.out
     summary = json.loads(Path("out/summary.json").read_text())["summary"]
     (jump,) = summary["jumps"]
     assert jump["direction"] == "up"
@@ -78,6 +78,12 @@ def test_the_template_runs(wucht: Command, name: str) -> None:
     said = wucht("run", f"{name}.toml", *quick, "-o", "out")
     assert said.code == 0, said.err
     assert "verdict" in said.out
+
+
+@pytest.mark.parametrize("rate", ["1e-30", "1e30", "1e-320", "1e300"])
+def test_a_rate_that_takes_forever_or_no_time_is_refused(wucht: Command, refused: Refused, rate: str) -> None:
+    assert wucht("new", "sweep").code == 0
+    refused("run", "sweep.toml", "--set", f"study.rate={rate}", says=("sweep.toml", "study.rate", "allowed is a rate from"))
 
 
 def test_bad_input_says_where(refused: Refused) -> None:

@@ -11,6 +11,7 @@ from wucht.machines.files import machine_from
 from wucht.numerics.compile import compile_system
 from wucht.numerics.integrate import integrate
 from wucht.studies.run_up import RunUp, prepared, run_up, summary
+from wucht.studies.start import start_state
 
 TURN = 2 * math.pi
 STILL = {"kind": "constant-speed", "speed": 0.0}
@@ -231,12 +232,18 @@ def test_tracks_do_not_hinder_each_other():
         ({"b0": 0.0, "b1": -0.19}, "'b1' and 'b0' of the track 't' overlap"),
         ({"b0": 0.1, "b1": 0.1 - 2 * TURN}, "overlap"),
         ({"b0": "359 deg", "b1": "1 deg"}, "overlap"),
-        ({}, "overlap"),
+        ({"b0": 0.0}, "overlap"),
     ],
 )
 def test_starts_that_overlap_are_refused(start, said):
     with pytest.raises(InputError, match=said):
         RunUp(until=1.0, start=start).check(grinder(2))
+
+
+def test_bodies_of_which_none_is_named_stand_evenly_spaced():
+    machine = grinder(4)
+    rows = dict(zip(machine.state_names, start_state(machine, {}), strict=True))
+    assert [rows[f"b{i}.angle"] for i in range(4)] == pytest.approx([0, TURN / 4, TURN / 2, 3 * TURN / 4])
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -13,8 +14,9 @@ import xarray as xr
 from wucht.errors import InputError
 from wucht.machines.catalogue import load_machine
 from wucht.machines.machine import Machine
+from wucht.numerics.compile import compile_system
 from wucht.studies.sweep import Sweep, sweep
-from wucht.studies.sweep_flow import with_value
+from wucht.studies.sweep_flow import Mover, moving_system, with_value
 
 OMEGA_1 = "drive.no_load_speed"
 FIGURE_5 = "sperling-vibration/figure-5"
@@ -109,6 +111,7 @@ def test_steep_is_no_jump(machine: Machine) -> None:
 def test_another_parameter_of_a_dimensionless_machine() -> None:
     """002, Table 3.1: the folds of the Laval rotor are at twice the u of the carrier with one direction (cases.md)."""
     found = sweep(load_machine("drozdetskaya-2020/table-3.1-laval"), Sweep("u", (1.0, 7.0), 2e-4))
+    assert summary(found)["rate_unit"] == "a unit of time"
     up, down = summary(found)["jumps"]
     assert up["u"] == pytest.approx(2 * 2.6053860, rel=1e-4)
     assert up["from_speed"] == pytest.approx(1.0213376, rel=2e-4)
@@ -118,7 +121,16 @@ def test_another_parameter_of_a_dimensionless_machine() -> None:
 
 def test_a_sweep_that_is_too_fast_says_so(machine: Machine) -> None:
     found = sweep(machine, Sweep(OMEGA_1, (5.0, 12.0), 1.0, "up"))
-    assert any("too fast" in w for w in warnings(found))
+    (said,) = [w for w in warnings(found) if "too fast" in w]
+    assert said.endswith("give a rate below 1 rad/s per s")
+
+
+@pytest.mark.parametrize("start", [{}, {"rotor": {"speed": "8 rad/s"}}])
+def test_a_standstill_is_settled(machine: Machine, start: dict[str, Any]) -> None:
+    """What is left of a speed that dies away is small beside the speeds of the sweep, not beside itself."""
+    found = sweep(machine, Sweep(OMEGA_1, (0.0, 12.0), start=start))
+    assert float(found.speed.sel(direction="down")[-1]) < 0.25  # averaged before the end of the ramp
+    assert warnings(found) == []
 
 
 @pytest.mark.parametrize("count", [1, 60])
@@ -133,6 +145,29 @@ def test_an_interrupted_sweep_is_a_valid_result(machine: Machine, count: int) ->
     assert found.attrs["finished"] == 0
     assert any("interrupted" in w for w in warnings(found))
     assert found.sizes["direction"] == (0 if count == 1 else 1)
+
+
+@pytest.mark.parametrize("question", [Sweep(OMEGA_1, (9.0, 10.5), 0.02, "up"), Sweep(OMEGA_1, (9.0, 10.5), 0.02)])
+def test_an_interrupted_search_for_jumps_is_a_valid_result(machine: Machine, question: Sweep) -> None:
+    calls = iter(range(1, 10**9))
+
+    def progress(done: float, _goal: float) -> None:
+        if done >= 1 and next(calls) == 20:
+            raise KeyboardInterrupt
+
+    found = sweep(machine, question, progress)
+    assert found.attrs["finished"] == 0
+    assert summary(found)["jumps"] == []
+    assert list(found.direction.values) == ["up"]
+    assert np.isfinite(found.speed).all()
+
+
+def test_a_long_leg_asks_often_whether_to_stop(machine: Machine) -> None:
+    flow, asked = compile_system(moving_system(machine, OMEGA_1)), list[float]()
+    mover = Mover(machine, OMEGA_1, flow, 10.0, lambda: asked.append(flow.engine.time))
+    place, _ = mover.leg(mover.begin(5.0, np.zeros(len(flow.system.states))), 5000.0)
+    assert place.time == asked[-1] == 5000.0
+    assert max(np.diff([0.0, *asked])) * 10.0 <= 201 * 2 * math.pi
 
 
 def test_progress_grows(machine: Machine) -> None:
@@ -157,7 +192,12 @@ def test_scipy_finds_the_same(machine: Machine) -> None:
         ({"along": OMEGA_1}, "range"),
         ({"along": OMEGA_1, "range": [12, 5]}, "low below high"),
         ({"along": OMEGA_1, "range": ["5 kg", "12 kg"]}, "rad/s"),
-        ({"along": OMEGA_1, "range": [5, 12], "rate": -1}, "greater than 0"),
+        (
+            {"along": OMEGA_1, "range": [5, 12], "rate": -1},
+            "allowed is a rate of the no-load speed greater than 0, in rad/s per s",
+        ),
+        ({"along": OMEGA_1, "range": [5, 12], "rate": 1e-30}, "study.rate: .*allowed is a rate from .* turns a ramp"),
+        ({"along": OMEGA_1, "range": [5, 12], "rate": 1e30}, "study.rate: .* to 44 rad/s per s: .* a tenth of the time"),
         ({"along": OMEGA_1, "range": [5, 12], "direction": "sideways"}, "both"),
         ({"along": OMEGA_1, "range": [5, 12], "engine": "magic"}, "heyoka"),
         ({"along": OMEGA_1, "range": [5, 12], "jump_tolerance": 1}, "between"),

@@ -63,9 +63,7 @@ class Scale:
         return Scale(max([self.speed, *(s for s, _ in known)]), max([self.amplitude, *(a for _, a in known)]))
 
 
-def settle(
-    mover: Mover, plan: Plan, place: Place, most: int = 60, scale: Scale | None = None
-) -> tuple[Place, Reading, bool]:  # fmt: skip
+def settle(mover: Mover, plan: Plan, place: Place, most: int = 60, scale: Scale | None = None) -> tuple[Place, Reading, bool]:
     """Hold the parameter until nothing changes any more. Returns whether that was reached; a steady beat counts as settled.
 
     scale: of what was seen before; a speed that changes by less than a millionth of the largest has settled.

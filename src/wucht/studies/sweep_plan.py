@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 ANSWERS = 1000  # the default rate: the range takes a thousand times as long as the machine takes to answer
 MOST_TURNS = 100_000  # of one ramp at the default rate
 MOST_TURNS_ASKED = 10_000_000  # of one ramp at a rate that is asked for
+_LEAST = 0.1  # of the time that the machine takes to answer: what a ramp takes at least
 SAMPLES = 400  # of one ramp
 _TURNS_A_SAMPLE = 3
 
@@ -52,13 +53,14 @@ class Plan:
         shaken = [m.values.get("carrier.motion.frequency", 0.0) for m in ends]
         fastest = max([*speeds, *natural, *shaken]) or 1.0
         turn = 2 * math.pi / max(min([w for w in [*speeds, *natural] if w > 0], default=fastest), 0.02 * fastest)
-        answer = max(turn, *(_answer(m) for m in ends))
+        answers = [max(turn, _answer(m)) for m in ends]
+        answer = max(answers)
         driven = max(speeds, default=0.0)
         duration, said = ANSWERS * answer, list[str]()
         most = MOST_TURNS * 2 * math.pi / fastest
         if question.rate is not None:
-            slowest = MOST_TURNS_ASKED * 2 * math.pi / fastest
-            _check_rate(machine, question, question.rate, (high - low) / slowest, (high - low) / min(answer, most))
+            longest, shortest = MOST_TURNS_ASKED * 2 * math.pi / fastest, min(_LEAST * min(answers), most)
+            _check_rate(question.rate, (high - low) / longest, (high - low) / shortest, rate_unit(machine, question.along))
             duration = (high - low) / question.rate
         elif duration > most:
             duration = most
@@ -81,14 +83,14 @@ def rate_unit(machine: Machine, path: str) -> str:
     return f"{unit} {f'per {time}' if time else 'a unit of time'}".strip()
 
 
-def _check_rate(machine: Machine, question: Sweep, rate: float, lowest: float, highest: float) -> None:
+def _check_rate(rate: float, lowest: float, highest: float, unit: str) -> None:
     """Raises ``InputError`` where a ramp would take forever, or no time at all."""
-    low, high = (f"{limit:.2g}" for limit in (lowest, highest))
-    if not float(low) <= rate <= float(high):
+    low, high = (float(f"{limit:.2g}") for limit in (lowest, highest))
+    if not low <= rate <= high:
         raise InputError(
             "study.rate", rate,
-            f"allowed is a rate from {low} to {high} {rate_unit(machine, question.along)}: a lower one takes more than "
-            f"{MOST_TURNS_ASKED:.0e} turns, a higher one less time than the machine needs to answer",
+            f"allowed is a rate from {low:g} to {high:g} {unit}: a lower one takes more than "
+            f"{MOST_TURNS_ASKED} turns a ramp, a higher one less than a tenth of the time in which the machine answers",
         )  # fmt: skip
 
 
