@@ -5,68 +5,17 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.compile import Flow
-from wucht.numerics.events import Hit, Leg, LegError
-from wucht.numerics.ladders import ROUNDING
+from wucht.numerics.events import LegError
 from wucht.numerics.program import Numbers
+from wucht.numerics.run import Run
+from wucht.numerics.trajectory import Trajectory
 
 Progress = Callable[[float], None]
-_SAMPLES_A_LEG = 1024
-_MOST_HITS = 1_000_000
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """What a run computed.
-
-    time: (N,). states: (n, N), in the System's order. quadratures: an (N,) array a name, zero at the first sample.
-    hits: events in order. ``end_time``, ``end_state`` (with the quadratures): where it stopped, to continue from.
-    stopped_by: the name of the terminal event that ended it. failure: the sentence why it failed, with all samples before.
-    interrupted: the user stopped it.
-    """
-
-    time: np.ndarray
-    states: np.ndarray
-    quadratures: Mapping[str, np.ndarray]
-    parameters: np.ndarray
-    end_time: float
-    end_state: np.ndarray
-    hits: tuple[Hit, ...] = ()
-    stopped_by: str | None = None
-    failure: str | None = None
-    interrupted: bool = False
-
-    @property
-    def ended(self) -> bool:
-        """Whether the run cannot or should not be continued: an event, a failure, or the user stopped it."""
-        return self.stopped_by is not None or self.failure is not None or self.interrupted
-
-    def tail(self, count: int) -> Trajectory:
-        """The last ``count`` samples."""
-        quadratures = {name: values[-count:] for name, values in self.quadratures.items()}
-        return replace(self, time=self.time[-count:], states=self.states[:, -count:], quadratures=quadratures)
-
-    def joined(self, later: Trajectory) -> Trajectory:
-        """This trajectory followed by one that continued from its end."""
-        skip = int(bool(len(self.time)) and bool(len(later.time)) and later.time[0] <= self.time[-1])
-        return Trajectory(
-            np.concatenate([self.time, later.time[skip:]]),
-            np.concatenate([self.states, later.states[:, skip:]], axis=1),
-            {k: np.concatenate([v, later.quadratures[k][skip:]]) for k, v in self.quadratures.items()},
-            later.parameters,
-            later.end_time,
-            later.end_state,
-            self.hits + later.hits,
-            later.stopped_by,
-            later.failure,
-            later.interrupted,
-        )
 
 
 def integrate(
@@ -87,7 +36,7 @@ def integrate(
     numbers to the last bit, paused and continued or not. Raises ``RunError`` for an initial state that is not finite.
     """
     # A power of two, so that a run which is continued has the same numbers to the last bit.
-    run = _Run(flow, *_checked(flow, initial, parameters, grid), 2.0 ** round(math.log2(unit)))
+    run = Run(flow, *_checked(flow, initial, parameters, grid), 2.0 ** round(math.log2(unit)))
     begun, failure, interrupted = clock.perf_counter(), None, False
     try:
         run.start()
@@ -119,184 +68,3 @@ def _checked(
     if len(grid) < 1 or not (np.isfinite(grid).all() and (np.diff(grid) > 0).all()):
         raise RunError("the times at which to sample must increase, and be finite")
     return state, pars, grid
-
-
-@dataclass
-class _Run:
-    """A run on its way: what it started from, and what has been recorded."""
-
-    flow: Flow
-    state: np.ndarray
-    pars: np.ndarray
-    grid: np.ndarray
-    unit: float = 1.0
-    times: list[np.ndarray] = field(default_factory=list)
-    states: list[np.ndarray] = field(default_factory=list)
-    hits: list[Hit] = field(default_factory=list)
-    done: int = 0
-    at_sample: bool = True  # not at a corner between two samples: a run that goes on keeps its even grid
-    stopped_by: str | None = None
-    acted: dict[int, float] = field(default_factory=dict)
-    rungs: np.ndarray = field(default_factory=lambda: np.empty(0))
-    sampled: np.ndarray = field(default_factory=lambda: np.empty(0))  # the parameters at the last sample
-
-    def start(self) -> None:
-        time, ladders = float(self.grid[0]), self.flow.ladders
-        self.sampled = self.pars
-        if ladders:
-            self.rungs = ladders.start(time, self.state, self._own)
-        self.flow.engine.forget_events()
-        self._place(time, self._in_units(self.state))
-
-    def _place(self, time: float, state: np.ndarray) -> None:
-        self.flow.engine.start(time, state, np.concatenate([self._own, self.rungs]))
-
-    @property
-    def _own(self) -> np.ndarray:
-        """The parameters without those of the rungs."""
-        return np.append(self.pars, 1 / self.unit)
-
-    def _in_units(self, states: np.ndarray, back: bool = False) -> np.ndarray:
-        """States (n + m) or (n + m, N) with the quadratures in units of their own, or back from there."""
-        n, changed = len(self.flow.system.states), states.copy()
-        changed[n:] = changed[n:] * self.unit if back else changed[n:] / self.unit
-        return changed
-
-    def advance(self) -> bool:
-        """One leg. Returns whether there is more to do."""
-        # The first leg has one sample more, the start: legs end at the same samples however a run was paused and continued.
-        piece = self.grid[self.done : self.done + _SAMPLES_A_LEG + (self.done == 0)]
-        leg = self.flow.engine.leg(piece)
-        self._record(piece, leg.states)
-        self.at_sample = leg.stopped_by is None
-        self.sampled = self.pars
-        self.hits.extend(h for h in leg.hits if h.name not in self._switches and not self._seen(h))
-        if len(self.hits) > _MOST_HITS:
-            raise LegError(f"more than {_MOST_HITS} events happened", leg.states[:, :0], "Look for an event that repeats")
-        if leg.stopped_by is not None:
-            self._act(leg)
-        elif self.flow.ladders or self.flow.acting:
-            self._look_around(leg)
-        return self.done < len(self.grid) and self.stopped_by is None
-
-    def _seen(self, hit: Hit) -> bool:
-        """Whether a hit at the border of two legs was counted by the leg before."""
-        close = 1e-12 * max(1.0, abs(hit.time))
-        return any(old.name == hit.name and abs(old.time - hit.time) <= close for old in self.hits[-len(self.flow.events) :])
-
-    def _record(self, piece: np.ndarray, samples: np.ndarray) -> None:
-        taken = samples.shape[1]
-        self.times.append(piece[:taken])
-        self.states.append(self._in_units(samples, back=True))
-        self.done += taken
-
-    @cached_property
-    def _switches(self) -> frozenset[str]:
-        return frozenset(e.name for e in self.flow.events if e.switch is not None)
-
-    def _act(self, leg: Leg) -> None:
-        """What the event does at which the leg stopped, and what those do that happen at the same time."""
-        index = leg.stopped_by or 0
-        switch = self.flow.events[index].switch
-        first = [] if switch is not None or self._has_acted(index, leg.time) else [index]
-        state = self._after_actions(leg.time, leg.state, first)
-        if self.flow.ladders and (switch is not None or state is not leg.state):
-            state = self._moved(leg.time, state, switch)
-        if switch is not None or state is not leg.state:
-            self._place(leg.time, state)
-
-    def _look_around(self, leg: Leg) -> None:
-        """Corners and events at the very end of a leg are taken now: a run that is continued from there begins beyond them."""
-        state = self._after_actions(leg.time, leg.state, [])
-        before = self.rungs
-        moved = self._moved(leg.time, state, None) if self.flow.ladders else state
-        if state is not leg.state or not np.array_equal(before, self.rungs):
-            self._place(leg.time, moved)
-
-    def _after_actions(self, time: float, state: np.ndarray, acting: list[int]) -> np.ndarray:
-        """The state after these events' actions and those of events at the same time: an engine may tell one only."""
-        n, together = len(self.flow.system.states), [*acting, *self._together(time, state, acting)]
-        for i in together:
-            event, self.acted[i] = self.flow.events[i], time
-            if event.action is not None:
-                changed, self.pars = event.action(time, state[:n].copy(), self.pars.copy())
-                state = np.concatenate([changed, state[n:]])
-            if event.terminal:
-                self.stopped_by = self.stopped_by or event.name
-            if i not in acting:
-                self.hits.append(Hit(event.name, time, state[:n].copy()))
-        return state
-
-    def _together(self, time: float, state: np.ndarray, acting: list[int]) -> list[int]:
-        if self.flow.look is None or len(self.flow.acting) <= len(acting):
-            return []
-        here, ahead = self.flow.look(time, state, np.concatenate([self._own, self.rungs]))
-        found = []
-        for i, h, a in zip(self.flow.acting, here, ahead, strict=True):
-            direction = self.flow.events[i].direction
-            crosses = (a > h and direction >= 0) or (a < h and direction <= 0)
-            if i not in acting and abs(h) <= ROUNDING and crosses and not self._has_acted(i, time):
-                found.append(i)
-        return found
-
-    def _has_acted(self, index: int, time: float) -> bool:
-        """Whether an event is one that was taken together with another just now."""
-        return index in self.acted and abs(time - self.acted[index]) <= 1e-12 * max(1.0, abs(time))
-
-    def _moved(self, time: float, state: np.ndarray, switch: tuple[int, int] | None) -> np.ndarray:
-        """The rungs after an event; returns the state with what the quadratures gain."""
-        before = self.rungs
-        self.rungs = self.flow.ladders.moved(time, state, self._own, before, switch)
-        if np.array_equal(before, self.rungs):
-            return state
-        self._correct_sample(time, before)
-        return self._jumped(time, state, before, self.rungs)
-
-    def _correct_sample(self, time: float, before: np.ndarray) -> None:
-        """A sample at the very corner was taken before what the quadratures gain there, but is looked at from the right."""
-        block = next((s for s in reversed(self.states) if s.shape[1]), None)
-        at = float(self.grid[self.done - 1])
-        if block is None or self.flow.jumps is None or abs(at - time) > 1e-12 * max(1.0, abs(time)):
-            return
-        state = self._in_units(block[:, -1])
-        seen = self.flow.ladders.seen(at, state, self._own, self.rungs)
-        block[:, -1] = self._in_units(self._jumped(at, state, before, seen), back=True)
-
-    def _jumped(self, time: float, state: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-        """The state with what the quadratures gain from the change of rungs."""
-        if self.flow.jumps is None:
-            return state
-        n, at = len(self.flow.system.states), (np.array([time]), state[:, None])
-        old, new = (self.flow.jumps(*at, np.concatenate([self._own, rungs])) for rungs in (before, after))
-        gained = [float(new[q.name][0] - old[q.name][0]) for q in self.flow.system.quadratures]
-        return np.concatenate([state[:n], state[n:] + np.array(gained) / self.unit])
-
-    def failed(self, error: LegError) -> str:
-        """Record what the failing leg still reached; returns the sentence."""
-        self._record(self.grid[self.done :], error.samples)
-        time = self.flow.engine.time
-        reached = time if np.isfinite(time) else float(self.grid[max(0, self.done - 1)])
-        last = next((block[:, -1] for block in reversed(self.states) if block.shape[1]), self.state)
-        largest = sorted(zip(self.flow.system.state_names, last, strict=False), key=lambda p: -abs(p[1]))[:4]
-        shown = ", ".join(f"{name} = {value:.4g}" for name, value in largest)
-        return f"the integration failed at t = {reached:.6g}: {error} (largest states sampled last: {shown}). {error.remedy}"
-
-    def trajectory(self, failure: str | None, interrupted: bool) -> Trajectory:
-        if not self.done:
-            self.times, self.states = [self.grid[:1]], [self.state[:, None]]
-        times, states = np.concatenate(self.times), np.concatenate(self.states, axis=1)
-        engine, n = self.flow.engine, len(self.flow.system.states)
-        # What was computed since the last samples is given up, so that a run that goes on keeps its even grid.
-        at_sample = interrupted or failure is not None
-        return Trajectory(
-            times,
-            states[:n],
-            {q.name: states[n + i] for i, q in enumerate(self.flow.system.quadratures)},
-            self.sampled if at_sample else self.pars,
-            float(times[-1]) if at_sample else engine.time,
-            states[:, -1] if at_sample else self._in_units(engine.state, back=True),
-            tuple(self.hits),
-            self.stopped_by,
-            failure,
-            interrupted,
-        )

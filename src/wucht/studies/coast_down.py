@@ -19,7 +19,8 @@ from wucht.machines.vibration import energy_scale, free_speed, group
 from wucht.mechanics.energies import Energies
 from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
 from wucht.numerics.events import Event
-from wucht.numerics.integrate import Trajectory, integrate
+from wucht.numerics.integrate import integrate
+from wucht.numerics.trajectory import Trajectory
 from wucht.quantities import Unit
 from wucht.studies.coast_down_record import Record
 from wucht.studies.keys import engine_of, positive, start_of, tolerance_of

@@ -10,8 +10,8 @@ import numpy as np
 from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.schedules import SCHEDULED
 from wucht.numerics.compile import Flow
-from wucht.numerics.integrate import Trajectory
 from wucht.numerics.peaks import interval_peaks
+from wucht.numerics.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, turns
 from wucht.studies.start import static_position
 

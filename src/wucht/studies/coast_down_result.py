@@ -12,7 +12,7 @@ import numpy as np
 from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine
 from wucht.numerics.compile import Flow
-from wucht.numerics.integrate import Trajectory
+from wucht.numerics.trajectory import Trajectory
 from wucht.results.conventions import variable
 from wucht.results.outcomes import Outcome
 from wucht.studies.attributes import attributes

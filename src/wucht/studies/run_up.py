@@ -16,8 +16,9 @@ from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed
 from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
-from wucht.numerics.integrate import Trajectory, integrate
+from wucht.numerics.integrate import integrate
 from wucht.numerics.program import Evaluator
+from wucht.numerics.trajectory import Trajectory
 from wucht.quantities import Unit
 from wucht.results.outcomes import Outcome
 from wucht.studies.cases import read_cases

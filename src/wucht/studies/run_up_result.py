@@ -13,8 +13,8 @@ from wucht.errors import InputError
 from wucht.machines.dimensionless import natural_frequencies, numbers
 from wucht.machines.machine import MISMATCH, Machine
 from wucht.numerics.compile import Flow
-from wucht.numerics.integrate import Trajectory
 from wucht.numerics.peaks import extremes
+from wucht.numerics.trajectory import Trajectory
 from wucht.results.conventions import variable
 from wucht.results.outcomes import Outcome
 from wucht.results.store import to_json

@@ -20,8 +20,9 @@ from wucht.machines.schedules import SCHEDULED
 from wucht.machines.vibration import energy_scale, group
 from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.compile import Flow
-from wucht.numerics.integrate import Trajectory, integrate
+from wucht.numerics.integrate import integrate
 from wucht.numerics.peaks import interval_peaks
+from wucht.numerics.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, turns
 from wucht.system import TIME, Output, System
 
