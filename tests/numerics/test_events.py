@@ -180,7 +180,7 @@ def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatc
 
 def test_more_than_a_million_events_fail_with_a_sentence(engine, monkeypatch):
     """As a ball at rest would; what was computed until then is kept."""
-    monkeypatch.setattr("wucht.numerics.integrate._MOST_HITS", 10)
+    monkeypatch.setattr("wucht.numerics.run._MOST_HITS", 10)
     flow = compile_system(BALL, events=(Event("floor", x, -1, action=bounce),), engine=engine)
     run = integrate(flow, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 6, 61))
     assert "more than 10 events" in run.failure
