@@ -56,9 +56,8 @@ def ending(record: Record) -> Ending:
         return Ending(Outcome.STOPPED, Outcome.STOPPED.sentence, mean, low, high)
     if record.swings >= 2 and np.ptp(angle[late]) < 2 * math.pi:
         return Ending(Outcome.OSCILLATING, Outcome.OSCILLATING.sentence, mean, low, high)
-    if record.reversal_time is None and record.turn_speed:
-        mean = record.turn_speed[-1]
-    share = abs(mean / record.start_speed)
+    last = record.turn_speed[-1] if record.reversal_time is None and record.turn_speed else mean
+    share = abs(last / record.start_speed)
     turns = "the rotor still turns" if record.reversal_time is None else "the rotor has turned back"
     return Ending(None, f"{turns}, at {100 * share:.3g} % of its speed at the start", mean, low, high)
 
