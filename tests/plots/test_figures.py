@@ -220,3 +220,23 @@ def test_thinning_keeps_extremes_and_ends(count: int) -> None:
 def test_a_phase_that_wraps_is_broken() -> None:
     shown = without_jumps(np.array([350.0, 355.0, 1.0, 5.0, 359.0]), 360.0)
     assert np.isnan(shown).tolist() == [False, False, True, False, True]
+
+
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [
+        ("sperling-vibration/figure-2a", "phase to the vibration (°)"),
+        ("sperling-vibration/self-synchronisation-soft", "phase to e1 (°)"),
+    ],
+)
+def test_rotors_that_may_be_taken_along_show_their_phase(name, label):
+    from wucht.studies.files import read_study
+    from wucht.studies.run_up import run_up, summary
+
+    study = read_study(name, {"study.until": 100.0})
+    result = run_up(study.machine, study.question)
+    drawn = draw(result)
+    (panel,) = [axis for axis in drawn.axes if axis.get_ylabel() == label]
+    assert len(panel.get_lines()) == 1
+    (told,) = summary(result)["rotor_phases"].values()
+    assert np.degrees(told) == pytest.approx(float(panel.get_lines()[0].get_ydata()[-1]), abs=2.0)  # the ripple within a turn

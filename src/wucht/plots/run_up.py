@@ -24,9 +24,11 @@ def figure(result: xr.Dataset) -> Figure:
 
         return of_many(result)
     with_phases = "phase" in result and result.sizes.get("balancer", 0) > 0
+    with_rotors = "rotor_phase" in result
+    rows = 3 + with_phases + with_rotors
     drawn, axes = new_figure(
-        4 if with_phases else 3,
-        8.2 if with_phases else 6.4,
+        rows,
+        1.8 * rows + 1.0,
         result.attrs["title"],
         f"{result.attrs['outcome']}: {result.attrs['sentence']}",
     )
@@ -36,6 +38,8 @@ def figure(result: xr.Dataset) -> Figure:
     _amplitude(next(panels), result, at)
     if with_phases:
         _phases(next(panels), result, at)
+    if with_rotors:
+        _rotor_phases(next(panels), result, at)
     _power(next(panels), result, at)
     low, high = float(at.min()), float(at.max())
     for axis in axes if high > low else ():
@@ -67,6 +71,9 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
     free = float(result.free_speed)
     if np.isfinite(free):
         axis.axhline(free, color=GREY, linestyle="--", linewidth=0.9, label="no-load speed")
+    if "vibration_frequency" in result and np.isfinite(float(result.vibration_frequency)):
+        driven = float(result.vibration_frequency)
+        axis.axhline(driven, color=COLOURS[3], linestyle="-.", linewidth=0.9, label="frequency of the vibration")
     natural = sorted(set(np.round(result.natural_frequency.values, 9)))
     sense = -1.0 if free < 0 else 1.0
     for k, frequency in enumerate(natural):
@@ -96,6 +103,17 @@ def _phases(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
     axis.set_ylim(0, 360)
     axis.set_yticks([0, 90, 180, 270, 360])
     axis.set_ylabel("phase to the rotor (°)")
+    _legend(axis)
+
+
+def _rotor_phases(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
+    shaken = bool(np.isfinite(float(result.vibration_frequency)))
+    for i, name in enumerate(result.rotor.values):
+        shown = without_jumps(np.degrees(result.rotor_phase.values[i]), 360.0)
+        axis.plot(time, shown, label=str(name), **line_style(i + (not shaken)))
+    axis.set_ylim(0, 360)
+    axis.set_yticks([0, 90, 180, 270, 360])
+    axis.set_ylabel("phase to the vibration (°)" if shaken else f"phase to {result.body.values[0]} (°)")
     _legend(axis)
 
 

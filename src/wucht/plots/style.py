@@ -31,6 +31,7 @@ def new_figure(rows: int, height: float, title: str, subtitle: str = "") -> tupl
     heading.set_parse_math(False)  # a title may hold a dollar sign
     for axis in axes:
         axis.grid(visible=True, linewidth=0.4, color="#DDDDDD")
+        axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
     # Set by hand: matplotlib's automatic layout draws everything twice, which takes as long as the whole run.
     figure.subplots_adjust(left=0.1, right=0.74, bottom=0.45 / height, top=1 - 0.55 / height, hspace=0.12)
     figure.align_ylabels(axes)

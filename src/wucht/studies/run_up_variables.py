@@ -16,6 +16,7 @@ from wucht.numerics.compile import Flow
 from wucht.numerics.peaks import envelope, interval_peaks
 from wucht.numerics.trajectory import Trajectory
 from wucht.results.conventions import Variable, variable
+from wucht.studies.locking import frequency_of, is_locking
 from wucht.studies.start import static_position
 
 Variables = dict[str, Variable]
@@ -44,6 +45,13 @@ def variables(machine: Machine, flow: Flow, trajectory: Trajectory) -> tuple[Var
         "mode": variable("mode", list(natural_frequencies(machine)) or np.empty(0, "U1"), "mode of vibration"),
         "balancer": variable("balancer", balancers or np.empty(0, "U1"), "balancing body"),
     }
+    if "rotor_phase" in data:
+        alone = machine.shaken is not None and frequency_of(machine) is not None
+        names = [machine.rotor.name] if alone else [r.name for r in machine.rotors[1:]]
+        coordinates["rotor"] = variable("rotor", names, "rotor")
+        data["vibration_frequency"] = variable(
+            "", (frequency_of(machine) or math.nan) if alone else math.nan, "frequency of the vibration", machine.units.speed
+        )
     if machine.sliders:
         coordinates["slider"] = variable("slider", [x.name for x in machine.sliders], "slider")
     return coordinates, data
@@ -63,6 +71,10 @@ def _rotation(machine: Machine, row: Mapping[str, np.ndarray], time: np.ndarray)
         "motor_power": variable("time", row["motor_power"], "motor power", units.power),
         "residual_unbalance": variable("time", _residual(machine, angle, end), "share of the unbalance that is left"),
     }
+    locking = _rotor_phases(machine, angle, time) if is_locking(machine) else {}
+    if locking:
+        wrapped = [np.mod(phase, 2 * math.pi) for phase in locking.values()]
+        found["rotor_phase"] = variable("rotor time", wrapped, "phase of a rotor to the first, or to the vibration", "rad")
     if machine.sliders:
         slid = [row[x.coordinate.position.name] for x in machine.sliders]
         found["slider_displacement"] = variable("slider time", slid, "displacement in the guide", units.length)
@@ -72,6 +84,15 @@ def _rotation(machine: Machine, row: Mapping[str, np.ndarray], time: np.ndarray)
     if relative:
         found["phase"] = variable("balancer time", relative, "phase to the body turned about", "rad")
     return found
+
+
+def _rotor_phases(machine: Machine, angle: Mapping[str, np.ndarray], time: np.ndarray) -> dict[str, np.ndarray]:
+    """sigma phi - Omega t of the main rotor on a shaken carrier, else sigma_i phi_i - sigma_1 phi_1 of the other rotors."""
+    turned = {r.name: math.copysign(1.0, angle[r.name][-1] - angle[r.name][0]) * angle[r.name] for r in machine.rotors}
+    main, frequency = machine.rotor.name, frequency_of(machine)
+    if machine.shaken is not None and frequency is not None:
+        return {main: turned[main] - frequency * time}
+    return {name: a - turned[main] for name, a in turned.items() if name != main}
 
 
 def _vibration(machine: Machine, row: Mapping[str, np.ndarray], time: np.ndarray) -> Variables:
