@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import sympy as sp
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from wucht.machines.parts.fields import Described, Parameter, si
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
@@ -26,22 +26,21 @@ class Motion(Described):
     frequency: float | None = si("rad/s", "angular frequency", "Omega", None, gt=0)
     points: tuple[tuple[float, float], ...] | None = Field(None, description="points (time, displacement)", min_length=4)
 
-    @model_validator(mode="before")
+    @field_validator("*", mode="before")
     @classmethod
-    def _in_units(cls, given: Any) -> Any:
+    def _read_units(cls, given: Any, info: ValidationInfo) -> Any:
         """Amplitude and displacements are lengths, in direction r angles; points may have units."""
-        if not isinstance(given, dict):
+        si_unit = "rad" if info.data.get("direction") == "r" else "m"
+        if given is None or info.field_name == "direction":
             return given
-        found, si_unit = dict(given), "rad" if given.get("direction") == "r" else "m"
-        if given.get("amplitude") is not None:
-            found["amplitude"] = Unit(si_unit, "amplitude").parse(given["amplitude"])
-        points = given.get("points")
-        if points is not None:
-            if not isinstance(points, list | tuple) or not all(isinstance(p, list | tuple) and len(p) == 2 for p in points):
-                raise ValueError("allowed are points = [[time, displacement], ...]")
-            units = Unit("s", "time"), Unit(si_unit, "displacement")
-            found["points"] = [[u.parse(x) for u, x in zip(units, point, strict=True)] for point in points]
-        return found
+        if info.field_name == "frequency":
+            return Unit("rad/s", "angular frequency").parse(given)
+        if info.field_name == "amplitude":
+            return Unit(si_unit, "amplitude").parse(given)
+        if not isinstance(given, list | tuple) or not all(isinstance(p, list | tuple) and len(p) == 2 for p in given):
+            raise ValueError("allowed are points = [[time, displacement], ...]")
+        units = Unit("s", "time"), Unit(si_unit, "displacement")
+        return [[u.parse(x) for u, x in zip(units, point, strict=True)] for point in given]
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Motion:
