@@ -72,21 +72,18 @@ def table(document: Document, key: str, where: str) -> Document:
     return value
 
 
-def refuse_unknown(document: Mapping[str, Any], known: Iterable[str], where: str, not_yet: Iterable[str] = ()) -> None:
-    """Raises ``InputError`` for a key that is neither known nor planned, or planned but not yet there."""
-    known, planned = list(known), set(not_yet)
+def refuse_unknown(document: Mapping[str, Any], known: Iterable[str], where: str) -> None:
+    """Raises ``InputError`` for a key that is not known."""
+    known = list(known)
     for key, value in document.items():
-        at = f"{where}.{key}" if where else key
-        if key in planned:
-            raise InputError(at, None, "not yet: this key of the contract comes with a later version")
         if key not in known:
-            raise InputError(at, value, f"unknown key; {nearest(key, known)}")
+            raise InputError(f"{where}.{key}" if where else key, value, f"unknown key; {nearest(key, known)}")
 
 
-def checked(cls: type[ModelT], document: Mapping[str, Any], where: str, not_yet: Iterable[str] = ()) -> ModelT:
+def checked(cls: type[ModelT], document: Mapping[str, Any], where: str) -> ModelT:
     """Build a pydantic model. Raises ``InputError`` with the first thing that is wrong."""
     keys = [f.alias or name for name, f in cls.model_fields.items() if not f.exclude]
-    refuse_unknown(document, keys, where, not_yet)
+    refuse_unknown(document, keys, where)
     try:
         return cls.model_validate(dict(document))
     except ValidationError as error:

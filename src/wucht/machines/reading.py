@@ -32,7 +32,7 @@ _RESERVED = (
 
 def part(cls: type[Any], document: Document, where: str) -> Any:
     """A part from its table. Raises ``InputError``."""
-    found = checked(cls, document, where, cls.not_yet)
+    found = checked(cls, document, where)
     try:
         found.check()
     except ValueError as error:

@@ -78,7 +78,6 @@ class Part(Described, ABC):
     """
 
     kind: ClassVar[str] = ""
-    not_yet: ClassVar[frozenset[str]] = frozenset()
 
     @property
     @abstractmethod
