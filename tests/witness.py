@@ -7,6 +7,11 @@ import numpy as np
 import sympy as sp
 from scipy.integrate import solve_ivp
 
+from wucht.machines.files import machine_from
+from wucht.numerics.compile import compile_system
+from wucht.numerics.integrate import integrate
+from wucht.studies.start import start_state
+
 TIME = sp.Symbol("time", real=True)
 
 
@@ -72,3 +77,27 @@ class Mechanism:
 def along(angle):
     """The unit vector in a direction."""
     return sp.Matrix([sp.cos(angle), sp.sin(angle)])
+
+
+GRID = np.linspace(0.0, 1.0, 101)
+
+
+def moved(document, start=None, grid=GRID):
+    """Every state, output and work of wucht's own run, by name."""
+    machine = machine_from(document)
+    flow = compile_system(machine.system)
+    run = integrate(flow, start_state(machine, start or {}), machine.values, grid)
+    assert run.failure is None
+    rows = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
+    return rows | flow.outputs(run.time, run.states, run.parameters)
+
+
+def energy_gap(rows):
+    """What the energy balance leaves open, relative."""
+    gap = rows["supplied_work"] - rows["dissipated_work"] - rows["stored_energy"] + rows["stored_energy"][0]
+    return np.abs(gap).max() / max(np.abs(rows["supplied_work"]).max(), np.abs(rows["stored_energy"]).max())
+
+
+def close(found, other, tolerance=1e-9):
+    """Whether two signals agree, measured by the largest value of the second."""
+    return np.abs(found - other).max() <= tolerance * np.abs(other).max()

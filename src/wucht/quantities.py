@@ -116,8 +116,3 @@ def _registry() -> pint.UnitRegistry[Any]:
     import pint as pint_
 
     return pint_.UnitRegistry(cache_folder=":auto:")
-
-
-def pretty(value: float, unit: str, digits: int = 4) -> str:
-    """``0.00974 m`` for people: a number with its unit and at most ``digits`` significant digits."""
-    return f"{value:.{digits}g} {unit}".rstrip()

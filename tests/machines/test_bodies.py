@@ -6,37 +6,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from witness import Mechanism, along
+from witness import GRID, Mechanism, along, close, energy_gap, moved
 from wucht.errors import InputError
 from wucht.machines.files import machine_from
 from wucht.mechanics.lagrange import acceleration
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
-from wucht.studies.start import start_state
 
-GRID = np.linspace(0.0, 1.0, 101)
 CARRIER = {"mass": 1.0, "stiffness": [4e3, 9e3], "damping": [6.0, 9.0], "gravity": 9.81}
 DRUM = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.03}
 DRIVE = {"kind": "linear", "on": "drum", "slope": 0.05, "no_load_speed": 45.0}
 REST = -9.81 / 9e3  # of one kilogram
-
-
-def moved(document, start, grid=GRID):
-    machine = machine_from(document)
-    flow = compile_system(machine.system)
-    run = integrate(flow, start_state(machine, start), machine.values, grid)
-    assert run.failure is None
-    rows = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
-    return rows | flow.outputs(run.time, run.states, run.parameters)
-
-
-def energy_gap(rows):
-    gap = rows["supplied_work"] - rows["dissipated_work"] - rows["stored_energy"] + rows["stored_energy"][0]
-    return np.abs(gap).max() / max(np.abs(rows["supplied_work"]).max(), np.abs(rows["stored_energy"]).max())
-
-
-def close(found, other, tolerance=1e-9):
-    return np.abs(found - other).max() <= tolerance * np.abs(other).max()
 
 
 def on_springs(*names):

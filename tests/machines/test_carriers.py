@@ -8,15 +8,12 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from witness import TIME, Mechanism, along
+from witness import GRID, TIME, Mechanism, along, close, energy_gap, moved
 from wucht.errors import InputError
 from wucht.machines.files import machine_from
 from wucht.machines.vibration import Vibration
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
-from wucht.studies.start import start_state, static_position
+from wucht.studies.start import static_position
 
-GRID = np.linspace(0.0, 1.0, 101)
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.02}
 DRIVE = {"kind": "linear", "on": "drum", "slope": 0.05, "no_load_speed": 60.0}
 PLACES = {"left": (-0.3, 0.1), "right": (0.4, -0.05)}
@@ -37,24 +34,6 @@ SCREEN = {
         {"kind": "linear", "on": "right", "slope": 0.04, "no_load_speed": -90.0},
     ],
 }  # fmt: skip
-
-
-def moved(document, start=None, grid=GRID):
-    machine = machine_from(document)
-    flow = compile_system(machine.system)
-    run = integrate(flow, start_state(machine, start or {}), machine.values, grid)
-    assert run.failure is None
-    rows = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
-    return rows | flow.outputs(run.time, run.states, run.parameters)
-
-
-def energy_gap(rows):
-    gap = rows["supplied_work"] - rows["dissipated_work"] - rows["stored_energy"] + rows["stored_energy"][0]
-    return np.abs(gap).max() / max(np.abs(rows["supplied_work"]).max(), np.abs(rows["stored_energy"]).max())
-
-
-def close(found, other, tolerance=1e-9):
-    return np.abs(found - other).max() <= tolerance * np.abs(other).max()
 
 
 def screen_by_hand(stator=False):

@@ -166,6 +166,21 @@ def test_phases_shift_the_working_points() -> None:
     assert summary(r1)["working_points"][-1]["speed"] < 199.9
 
 
+def moments(v: Vibration, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+    """The moment on each body by the sum over all pairs: a_ik = e_i^H H e_k,
+
+    V_i = -(f_i/2) sum_k f_k [Re a_ik sin(alpha_i - alpha_k) - Im a_ik cos(alpha_i - alpha_k)].
+    """
+    found = np.zeros((len(speeds), len(phases)))
+    for n, w in enumerate(speeds):
+        influence = np.linalg.inv(v.stiffness - w**2 * v.mass + 1j * w * v.damping)
+        for i, e_i in enumerate(v.excitation):
+            for k, e_k in enumerate(v.excitation):
+                a, apart = e_i.conj() @ influence @ e_k, phases[i] - phases[k]
+                found[n, i] -= w**4 / 2 * (a.real * np.sin(apart) - a.imag * np.cos(apart))
+    return found
+
+
 def test_one_of_two_exciters() -> None:
     """Each shaft gets its own share of the vibration torque."""
     pair = [ROTOR | {"position": [0.3, 0.0]}, ROTOR | {"name": "other", "position": [-0.2, 0.1], "bearing_damping": 0.01}]
@@ -180,9 +195,9 @@ def test_one_of_two_exciters() -> None:
     start = {"fan": 0.2, "other": 0.5}
     one, other = (torque_balance(m, TorqueBalance(on=on, start=start)) for on in ("fan", "other"))
     w = one.speed.values[1:]
-    assert one.vibration_torque.values[1:] == pytest.approx(-vibration.moments(w, phases)[:, 0], rel=1e-9, abs=1e-12)
+    assert one.vibration_torque.values[1:] == pytest.approx(-moments(vibration, w, phases)[:, 0], rel=1e-9, abs=1e-12)
     w = other.speed.values[:-1]
-    assert other.vibration_torque.values[:-1] == pytest.approx(vibration.moments(-w, phases)[:, 1], rel=1e-9, abs=1e-12)
+    assert other.vibration_torque.values[:-1] == pytest.approx(moments(vibration, -w, phases)[:, 1], rel=1e-9, abs=1e-12)
     assert "all rotors are taken to turn as fast as 'other'" in other.attrs["warnings"]
 
 

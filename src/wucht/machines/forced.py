@@ -20,7 +20,6 @@ from wucht.machines.vibration import Vibration, sense_of
 UNDAMPED = 1e-10  # damping ratio below which a resonance counts as undamped
 CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
 _EQUAL = 1e-9  # relative difference of poles that are one, as those of x and y on an isotropic carrier
-_TRACE = 1e-14j  # of the stiffness: damping that keeps D regular at the natural frequency of an undamped direction
 WithSlope = tuple[np.ndarray, np.ndarray]
 
 
@@ -61,8 +60,7 @@ class Forced:
     def displacement(self, speeds: np.ndarray) -> WithSlope:
         """z (N, m), complex."""
         v, w = self.vibration, np.asarray(speeds, float)[:, None, None]
-        dynamic = v.stiffness - w**2 * v.mass + 1j * w * v.damping
-        dynamic = dynamic + _TRACE * (np.abs(v.stiffness).max(initial=0.0) or 1.0) * np.eye(len(v.mass))
+        dynamic = v.dynamic(w)
         z = np.linalg.solve(dynamic, w**2 * self.force[None, :, None])
         slope = np.linalg.solve(dynamic, 2 * w * self.force[None, :, None] - (1j * v.damping - 2 * w * v.mass) @ z)
         return z[..., 0], slope[..., 0]

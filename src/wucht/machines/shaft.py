@@ -9,11 +9,10 @@ import numpy as np
 import sympy as sp
 
 from wucht.machines.machine import Machine, Turning
-from wucht.machines.vibration import group
+from wucht.machines.vibration import SPEED, shaft_torques
 from wucht.numerics.program import python_function
 
 Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-_SPEED = sp.Symbol("speed", real=True)
 
 
 @dataclass(frozen=True)
@@ -29,24 +28,12 @@ class Shaft:
     @classmethod
     def of(cls, machine: Machine, rotor: Turning) -> Shaft:
         """The shaft of a rotor, whatever parts state its torques."""
-        drive, losses = [], []
-        for v in (b.coordinate.velocity for b in group(machine, rotor)):
-            for e in machine.energies:
-                losses.append(sp.diff(e.dissipation, v))
-                for a in e.applied:
-                    torque = a.force * sp.diff(a.rate, v)
-                    if a.booked == "supplied":
-                        drive.append(torque)
-                    else:
-                        losses.append(-torque)
-        at_rest = {s: sp.S.Zero for c in machine.carrier for s in (c.position, c.velocity)}
-        at_rest |= {s: sp.S.Zero for x in machine.sliders for s in (x.coordinate.position, x.coordinate.velocity)}
-        at_rest |= {b.coordinate.velocity: _SPEED for b in machine.bodies}
-        return cls(*(_curve(sp.Add(*f).xreplace(at_rest).xreplace(machine.numbers)) for f in (drive, losses)))
+        drive, losses = shaft_torques(machine, rotor)
+        return cls(_curve(drive), _curve(losses))
 
 
 def _curve(torque: sp.Expr) -> Curve:
-    function = python_function((_SPEED,), (), (torque, sp.diff(torque, _SPEED)))
+    function = python_function((SPEED,), (), (torque, sp.diff(torque, SPEED)))
 
     def values(speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         at = np.asarray(speeds, float)

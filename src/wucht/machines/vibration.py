@@ -45,26 +45,24 @@ class Vibration:
         """The vibration that some of the bodies excite."""
         return replace(self, excitation=self.excitation[list(index)])
 
+    def dynamic(self, w: np.ndarray) -> np.ndarray:
+        """K - w^2 M + i w C (N, m, m) at speeds (N, 1, 1)."""
+        # A trace of damping keeps the matrix regular at the natural frequency of an undamped direction.
+        trace = 1e-14j * (np.abs(self.stiffness).max(initial=0.0) or 1.0) * np.eye(len(self.mass))
+        found: np.ndarray = self.stiffness - w**2 * self.mass + 1j * w * self.damping + trace
+        return found
+
     def response(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """The complex displacements z (N, m) at speeds (N,) with the bodies at phases (n,): q = Re[z exp(i w t)]."""
         w = np.atleast_1d(np.asarray(speeds, float))[:, None, None]
-        # A trace of damping keeps the matrix regular at the natural frequency of an undamped direction.
-        trace = 1e-14j * np.abs(self.stiffness).max(initial=0.0) * np.eye(len(self.mass))
-        dynamic = self.stiffness - w**2 * self.mass + 1j * w * self.damping + trace
         force = (self.excitation * np.exp(1j * phases)[:, None]).sum(axis=0)
-        found: np.ndarray = np.linalg.solve(dynamic, w**2 * force[None, :, None])[..., 0]
+        found: np.ndarray = np.linalg.solve(self.dynamic(w), w**2 * force[None, :, None])[..., 0]
         return found
 
     def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """The vibration torque on all bodies together at speeds (N,), positive where it brakes: w z^H C z/2."""
         w, z = np.atleast_1d(np.asarray(speeds, float)), self.response(speeds, phases)
         found: np.ndarray = w * np.einsum("ni,ij,nj->n", z.conj(), self.damping, z).real / 2
-        return found
-
-    def moments(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
-        """The vibration moment on each body (N, n), positive where it drives: U_i w^2 Im[conj(e_i exp(i alpha_i)) z]/2."""
-        w, z = np.atleast_1d(np.asarray(speeds, float)), self.response(speeds, phases)
-        found: np.ndarray = w[:, None] ** 2 * np.einsum("im,i,nm->ni", self.excitation.conj(), np.exp(-1j * phases), z).imag / 2
         return found
 
     def last_maximum(self, below: float, phases: np.ndarray) -> float | None:
@@ -146,24 +144,38 @@ def group(machine: Machine, rotor: Turning) -> list[Turning]:
     return members
 
 
-_SPEED = sp.Symbol("speed", real=True)
+SPEED = sp.Symbol("speed", real=True)
+
+
+def shaft_torques(machine: Machine, rotor: Turning) -> tuple[sp.Expr, sp.Expr]:
+    """What drives a rotor whose bodies turn with it, and what brakes it, the carrier at rest.
+
+    Expressions in ``SPEED`` with all numbers put in: of all drives, in the direction of positive speeds; of loads and bearings,
+    against it.
+    """
+    drive, losses = list[sp.Expr](), list[sp.Expr]()
+    for v in (b.coordinate.velocity for b in group(machine, rotor)):
+        for e in machine.energies:
+            losses.append(sp.diff(e.dissipation, v))
+            for a in e.applied:
+                torque = a.force * sp.diff(a.rate, v)
+                drive.append(torque if a.booked == "supplied" else sp.S.Zero)
+                losses.append(-torque if a.booked != "supplied" else sp.S.Zero)
+    still = {s: sp.S.Zero for c in machine.carrier for s in (c.position, c.velocity)}
+    still |= {s: sp.S.Zero for x in machine.sliders for s in (x.coordinate.position, x.coordinate.velocity)}
+    still |= {b.coordinate.velocity: SPEED for b in machine.bodies}
+    together = (sp.sympify(sp.Add(*f).xreplace(still).xreplace(machine.numbers)) for f in (drive, losses))
+    first, second = together
+    return first, second
 
 
 def _net(machine: Machine, rotor: Turning) -> sp.Expr:
-    """Drive torque less losses as an expression in the speed, with all numbers put in."""
-    still = {s: sp.S.Zero for c in machine.carrier for s in (c.position, c.velocity)}
-    still |= {s: sp.S.Zero for x in machine.sliders for s in (x.coordinate.position, x.coordinate.velocity)}
-    turning = {b.coordinate.velocity: _SPEED for b in machine.bodies}
-    torque = sp.S.Zero
-    for b in group(machine, rotor):
-        v = b.coordinate.velocity
-        for e in machine.energies:
-            torque += sp.Add(*(a.force * sp.diff(a.rate, v) for a in e.applied)) - sp.diff(e.dissipation, v)
-    return sp.sympify(torque.xreplace(still | turning).xreplace(machine.numbers))
+    drive, losses = shaft_torques(machine, rotor)
+    return drive - losses
 
 
 def _function(torque: sp.Expr) -> Callable[[float], float]:
-    function = python_function((_SPEED,), (), (torque,), "math")
+    function = python_function((SPEED,), (), (torque,), "math")
     return lambda w: float(function(w)[0])
 
 
@@ -186,8 +198,8 @@ def free_speed(machine: Machine, rotor: Turning, time: float = 0.0) -> float | N
     start = torque(0.0)
     if start == 0.0:
         return 0.0 if torque(1.0) < 0 else None
-    if sp.diff(expression, _SPEED, 2) == 0:
-        slope = float(sp.diff(expression, _SPEED))
+    if sp.diff(expression, SPEED, 2) == 0:
+        slope = float(sp.diff(expression, SPEED))
         rough = -start / slope if slope else None
         return None if rough is None else rough - torque(rough) / slope  # the second step removes the rounding of the first
     previous, here = 0.0, math.copysign(1e-3, start)
