@@ -60,7 +60,7 @@ def linear_carrier(
     coupling = tuple(
         sp.ImmutableMatrix([sp.diff(energies.kinetic, x, b.velocity) for x in v]) if v else sp.zeros(0, 1) for b in bodies
     )
-    excitation = tuple(g.applyfunc(lambda e, b=b: _shape(e, b.position)) for g, b in zip(coupling, bodies, strict=True))
+    excitation = tuple(g.applyfunc(lambda e, b=b: first_harmonic(e, b.position)) for g, b in zip(coupling, bodies, strict=True))
     return LinearCarrier(mass, damping, stiffness, coupling, excitation, sp.ImmutableMatrix(load))
 
 
@@ -69,8 +69,11 @@ def _hessian(function: sp.Expr, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMat
     return sp.ImmutableMatrix(len(symbols), len(symbols), [sp.diff(f, b) for f in first for b in symbols])
 
 
-def _shape(coupling: sp.Expr, angle: sp.Symbol) -> sp.Expr:
-    """``-2 i <coupling exp(-i angle)>`` for a coupling ``a cos(angle) + b sin(angle)``: -i a - b."""
+def first_harmonic(coupling: sp.Expr, angle: sp.Symbol) -> sp.Expr:
+    """``-2 i <coupling exp(-i angle)>`` for ``coupling = a cos(angle) + b sin(angle)``: -i a - b.
+
+    Raises ``WuchtError`` where the coupling is something else.
+    """
     cosine = coupling.xreplace({angle: sp.S.Zero})
     sine = sp.expand(sp.expand_trig(coupling.xreplace({angle: sp.pi / 2})))
     rest = sp.expand(coupling - cosine * sp.cos(angle) - sine * sp.sin(angle))

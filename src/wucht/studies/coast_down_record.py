@@ -9,11 +9,11 @@ import numpy as np
 
 from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.schedules import SCHEDULED
+from wucht.machines.static import static_position
 from wucht.numerics.compile import Flow
 from wucht.numerics.peaks import interval_peaks
 from wucht.numerics.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, turns
-from wucht.studies.start import static_position
 
 MOST_ROWS = 8000
 _NAMES = ("time", "angle", "speed", "min_speed", "max_speed", "amplitude", "energy_residual", "lost")

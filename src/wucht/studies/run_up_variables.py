@@ -11,13 +11,13 @@ import sympy as sp
 from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.schedules import SCHEDULED
+from wucht.machines.static import static_position
 from wucht.machines.vibration import free_speed, group, unbalances
 from wucht.numerics.compile import Flow
 from wucht.numerics.peaks import envelope, interval_peaks
 from wucht.numerics.trajectory import Trajectory
 from wucht.results.conventions import Variable, variable
 from wucht.studies.locking import frequency_of, is_locking
-from wucht.studies.start import static_position
 
 Variables = dict[str, Variable]
 

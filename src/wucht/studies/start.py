@@ -11,6 +11,7 @@ from wucht.documents import refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.contact import evenly
 from wucht.machines.machine import Machine, Sliding, Turning
+from wucht.machines.static import static_position
 from wucht.quantities import Unit
 
 
@@ -89,15 +90,6 @@ def fastest_in(machine: Machine, state: np.ndarray) -> float:
     """The largest speed of a body in a state (n,), in magnitude."""
     free = [b.coordinate.velocity.name for b in machine.bodies if b.coordinate.prescribed is None]
     return max((abs(float(state[machine.state_names.index(name)])) for name in free), default=0.0)
-
-
-def static_position(machine: Machine) -> np.ndarray:
-    """Where the carrier rests under its load (m,): K x = load; zero where its motion is prescribed."""
-    c, numbers, size = machine.linear_carrier, machine.numbers, len(machine.free_carrier)
-    stiffness = np.array(c.stiffness.xreplace(numbers).tolist(), float).reshape(size, size)
-    load = np.array(c.load.xreplace(numbers).tolist(), float).ravel()
-    rest = iter(np.linalg.lstsq(stiffness, load, rcond=None)[0] if size else ())
-    return np.array([0.0 if q.prescribed is not None else float(next(rest)) for q in machine.carrier])
 
 
 def _carrier(machine: Machine, given: Any, where: str) -> dict[str, float]:

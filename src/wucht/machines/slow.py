@@ -1,0 +1,225 @@
+"""The slow equations of a machine, and the way back from its slow motion to the full one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import sympy as sp
+
+from wucht.errors import InputError, WuchtError
+from wucht.machines.machine import Machine, Turning
+from wucht.machines.parts.base import Body
+from wucht.machines.parts.motion import Motion
+from wucht.machines.schedules import with_schedules
+from wucht.machines.vibration import group, sense_of
+from wucht.mechanics.linear_carrier import LinearCarrier, first_harmonic, linear_carrier
+from wucht.mechanics.phasors import Phasor
+from wucht.mechanics.slow.bodies import RotatingBodies, Shaking
+from wucht.mechanics.slow.equations import SlowEquations, slow_equations
+from wucht.system import System
+
+HELD = sp.Symbol("speed", real=True)
+
+
+@dataclass(frozen=True)
+class SlowMachine:
+    """A machine's slow equations. senses: +1 or -1 a body. held: the main rotor turns at the parameter ``speed``."""
+
+    machine: Machine
+    equations: SlowEquations
+    senses: Mapping[str, int]
+    inertia: bool
+    order: int
+    held: bool
+
+    @cached_property
+    def system(self) -> System:
+        """The System, with the machine's parameters; scheduled ones follow their schedules."""
+        parameters = [sp.Symbol(path, real=True) for path in self.machine.parameters] + ([HELD] if self.held else [])
+        found = replace(self.equations.system, parameters=tuple(parameters))
+        stored = found.output("stored_energy").expression
+        return with_schedules(found, self.machine.schedules, stored, self.machine.units.energy)
+
+    def values(self, speed: float | None = None) -> tuple[float, ...]:
+        """Parameter values in order. speed: of the main rotor, where it is held, positive in its own sense."""
+        return self.system.values(self.machine.values | ({} if speed is None else {HELD.name: speed}))
+
+    @cached_property
+    def references(self) -> dict[str, str | None]:
+        """The body to which the phase of each body counts; None for the main rotor."""
+        b = self.equations.bodies
+        return {name: None if i == 0 else b.names[b.heads[i] if b.heads[i] != i else 0] for i, name in enumerate(b.names)}
+
+    def state(self, angles: Mapping[str, float], speeds: Mapping[str, float]) -> np.ndarray:
+        """The slow state (n,) from absolute angles and speeds of the bodies, as if nothing vibrated."""
+        found = []
+        for symbol in self.system.states:
+            body, _, what = symbol.name.rpartition(".")
+            sense, reference = self.senses[body], self.references[body]
+            if what == "speed":
+                found.append(sense * speeds[body])
+            else:
+                other = self.senses[reference] * angles[reference] if reference is not None else 0.0
+                found.append(sense * angles[body] - other)
+        return np.array(found)
+
+
+def slow_machine(machine: Machine, inertia: bool = True, order: int = 1, held: bool = False) -> SlowMachine:
+    """The slow equations of a machine with a linear carrier: see ``mechanics.slow``.
+
+    inertia: of the bodies that turn about a rotor; without it they are strongly damped. order: 1 or 2. held: at a given speed
+    of the main rotor, the parameter ``speed``, whatever its drive does. Raises ``InputError`` for a machine outside the class,
+    with the reason.
+    """
+    _refuse_others(machine)
+    if machine.bodies[0].about is not None:
+        ordered = [machine.rotor, *(b for b in machine.bodies if b is not machine.rotor)]
+    else:
+        ordered = list(machine.bodies)
+    senses = {b.name: int(sense_of(machine, b)) for b in machine.bodies}
+    try:
+        equations = slow_equations(_bodies(machine, ordered, senses, held), inertia, order)
+    except WuchtError as error:
+        raise InputError("machine", None, f"has no such slow equations: {error}") from None
+    return SlowMachine(machine, equations, senses, inertia, order, held)
+
+
+def _refuse_others(machine: Machine) -> None:
+    reasons = []
+    if machine.sliders:
+        reasons.append(f"{machine.sliders[0].name} slides in a guide that turns: the carrier's mass then turns with it")
+    if machine.tracks:
+        reasons.append(f"bodies push each other on the track {machine.tracks[0].name}: contacts are no slow torque")
+    released = [b.name for b in machine.bodies if b.release is not None]
+    if released:
+        reasons.append(f"{released[0]} is locked until it is released")
+    parts = [p for p in machine.parts if isinstance(p, Body)]
+    hung = [p.name for p in parts if getattr(p, "suspension", None) not in (None, (0.0, 0.0))]
+    if hung:
+        reasons.append(f"the pivot of {hung[0]} turns with the rotor: its unbalance depends on its phase")
+    motion = next((m for p in machine.parts if isinstance(m := getattr(p, "motion", None), Motion)), None)
+    if motion is not None and motion.points is not None:
+        reasons.append("the prescribed motion of the carrier is a table: it has no period to average over")
+    if machine.shaken is not None and any(r.coordinate.prescribed is not None for r in machine.rotors):
+        reasons.append("the speed of a rotor and the motion of the carrier are both prescribed: there is no common speed")
+    others = [r.name for r in machine.rotors[1:] if r.coordinate.prescribed is not None]
+    if others:
+        reasons.append(f"the speed of {others[0]} is prescribed, which is not the main rotor: there is no common speed")
+    if not machine.free_carrier and machine.shaken is None:
+        reasons.append("nothing vibrates: the carrier is fixed")
+    if reasons:
+        raise InputError("machine", None, f"has no slow equations: {reasons[0]}; run the full model instead")
+
+
+def _bodies(machine: Machine, ordered: list[Turning], senses: Mapping[str, int], held: bool) -> RotatingBodies:
+    heads = {b.name: r for r in machine.rotors for b in group(machine, r)}
+    names = tuple(b.name for b in ordered)
+    carrier = _carrier(machine, ordered)
+    excitation = tuple(
+        tuple(p if senses[b.name] > 0 else p.conj for p in map(Phasor.of, e))
+        for b, e in zip(ordered, carrier.excitation, strict=True)
+    )
+    inertia, drive, losses = _rotation(machine, ordered)
+    sign = [senses[n] for n in names]
+    n, v = len(names), [b.coordinate.velocity for b in ordered]
+    relative = sp.zeros(n, n)
+    for i, loss in enumerate(losses):
+        for k in (k for k in range(n) if k != i and loss.has(v[k])):
+            relative[i, k] = sign[i] * sign[k] * sp.diff(loss, v[k])
+            if relative[i, k].free_symbols & set(v):
+                raise WuchtError(f"the damper between {names[i]} and {names[k]} is not linear")
+        relative[i, i] = -sp.Add(*relative[i, :])
+
+    def alone(torques: list[sp.Expr]) -> tuple[_Torque, ...]:
+        """Torques that depend on the body's own speed: what is left when all turn alike."""
+        found = [sign[i] * t.xreplace(dict.fromkeys(v, v[i])) for i, t in enumerate(torques)]
+        return tuple(_Torque(t, v[i], sign[i]) for i, t in enumerate(found))
+
+    given = ordered[0].coordinate.prescribed
+    return RotatingBodies(
+        names=names,
+        heads=tuple(names.index(heads[b.name].name) for b in ordered),
+        inertia=sp.ImmutableMatrix(n, n, lambda i, k: sign[i] * sign[k] * inertia[i, k]),
+        relative=sp.ImmutableMatrix(relative),
+        drive=alone(drive),
+        losses=alone(losses),
+        mass=carrier.mass,
+        damping=carrier.damping,
+        stiffness=carrier.stiffness,
+        excitation=excitation,
+        labels=machine.labels,
+        axis=_axis(machine),
+        weight=tuple(_weight(machine, b, sign[i]) for i, b in enumerate(ordered)),
+        given=HELD if held else None if given is None else sign[0] * given,
+        shaking=_shaking(machine),
+    )
+
+
+@dataclass(frozen=True)
+class _Torque:
+    """A torque as a function of the body's speed in its own sense."""
+
+    expression: sp.Expr
+    velocity: sp.Symbol
+    sense: int
+
+    def __call__(self, speed: sp.Expr) -> sp.Expr:
+        found: sp.Expr = self.expression.xreplace({self.velocity: self.sense * speed})
+        return found
+
+
+def _carrier(machine: Machine, ordered: list[Turning]) -> LinearCarrier:
+    """M, C, K of all coordinates of the carrier, prescribed ones included, and the excitation of the bodies."""
+    return linear_carrier(machine.energies, machine.carrier, [b.coordinate for b in ordered])
+
+
+def _axis(machine: Machine) -> sp.ImmutableMatrix:
+    """The place of the main rotor's axis in the carrier's coordinates: a row each for x and y, or for the angle."""
+    rows = [[sp.diff(place, c.position) for c in machine.carrier] for place, _ in machine.orbit.values()]
+    return sp.ImmutableMatrix(len(rows), len(machine.carrier), [e for row in rows for e in row])
+
+
+def _weight(machine: Machine, body: Turning, sense: int) -> Phasor:
+    """Gravity on a body: the torque Re[weight exp(i theta)] in its own sense."""
+    angle = body.coordinate.position
+    slope = sp.Add(*(sp.diff(e.potential, angle) for e in machine.energies if e.potential.has(angle)))
+    if slope == 0:
+        return Phasor()
+    found = Phasor.of(first_harmonic(slope, angle)).turned.scaled(-sp.S.One)
+    return found if sense > 0 else found.conj.scaled(-sp.S.One)
+
+
+def _rotation(machine: Machine, ordered: list[Turning]) -> tuple[sp.Matrix, list[sp.Expr], list[sp.Expr]]:
+    """Inertia (n x n), and on each body the torques of the drives and the losses against it, the carrier at rest."""
+    still = {s: sp.S.Zero for c in machine.carrier for s in (c.position, c.velocity)}
+    v, n = [b.coordinate.velocity for b in ordered], len(ordered)
+    inertia, drive, losses = sp.zeros(n, n), [sp.S.Zero] * n, [sp.S.Zero] * n
+    for e in machine.energies:
+        kinetic, dissipation = e.kinetic.xreplace(still), e.dissipation.xreplace(still)
+        for i in (i for i in range(n) if kinetic.has(v[i]) or dissipation.has(v[i])):
+            momentum = sp.diff(kinetic, v[i])
+            for k in (k for k in range(n) if momentum.has(v[k])):
+                inertia[i, k] += sp.diff(momentum, v[k])
+            losses[i] += sp.diff(dissipation, v[i])
+        for a in e.applied:
+            force, rate = a.force.xreplace(still), a.rate.xreplace(still)
+            for i in (i for i in range(n) if rate.has(v[i])):
+                torque = force * sp.diff(rate, v[i])
+                if a.booked == "supplied":
+                    drive[i] += torque
+                else:
+                    losses[i] -= torque
+    turning = {s for b in ordered for s in (b.coordinate.position, b.coordinate.velocity)}
+    if any(e.free_symbols & turning for e in inertia):
+        raise WuchtError("the inertia of the bodies depends on their angles")
+    return inertia, drive, losses
+
+
+def _shaking(machine: Machine) -> Shaking | None:
+    if machine.shaken is None:
+        return None
+    amplitude, frequency = (sp.Symbol(f"carrier.motion.{n}", real=True) for n in ("amplitude", "frequency"))
+    return Shaking(machine.carrier.index(machine.shaken), amplitude, frequency)

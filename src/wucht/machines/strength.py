@@ -1,0 +1,44 @@
+"""A machine whose small parameter is made smaller: the family over which the error of the slow equations is measured.
+
+With the coupling of rotation and vibration times sqrt(kappa), and the torques that depend on a body's own speed times kappa,
+the bodies' equations become J theta'' + B theta' = kappa (L + V): epsilon and mu of 002 (4.8) are multiplied by kappa, and all
+other dimensionless numbers stay.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import sympy as sp
+
+from wucht.machines.machine import Machine
+from wucht.mechanics.energies import Applied, Energies
+
+
+def weakened(machine: Machine, kappa: float) -> Machine:
+    """The machine with epsilon times ``kappa``."""
+    return replace(machine, energies=tuple(_weakened(machine, e, sp.Float(kappa)) for e in machine.energies), mismatch=None)
+
+
+def _weakened(machine: Machine, e: Energies, kappa: sp.Expr) -> Energies:
+    carried = [s for c in machine.carrier for s in (c.velocity,)]
+    turning = [b.coordinate.velocity for b in machine.bodies]
+    angles = {b.coordinate.position for b in machine.bodies}
+    alone = e.kinetic.xreplace(dict.fromkeys(carried, sp.S.Zero)) + e.kinetic.xreplace(dict.fromkeys(turning, sp.S.Zero))
+    coupling = sp.expand(e.kinetic - alone)
+    potential = sp.Add(*(kappa * t if t.free_symbols & angles else t for t in sp.Add.make_args(sp.expand(e.potential))))
+    return Energies(
+        kinetic=alone + sp.Float(math.sqrt(kappa)) * coupling,
+        potential=potential,
+        dissipation=e.dissipation * _factor(e.dissipation, turning, kappa),
+        applied=tuple(
+            Applied(a.force * (kappa if a.booked == "supplied" else _factor(a.force, turning, kappa)), a.rate, a.name, a.booked)
+            for a in e.applied
+        ),
+    )
+
+
+def _factor(expression: sp.Expr, turning: list[sp.Symbol], kappa: sp.Expr) -> sp.Expr:
+    """kappa for what one body alone feels; dampers between two bodies, and those of the carrier, stay."""
+    return kappa if sum(expression.has(v) for v in turning) == 1 else sp.S.One

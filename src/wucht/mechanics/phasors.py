@@ -1,0 +1,163 @@
+"""Symbolic complex amplitudes as pairs of real expressions, and the harmonic response of a linear carrier as a program.
+
+x = Re[z exp(i theta)] is written with z = re + i im. Intermediate results are named, so that they stay small and the carrier
+may have any number of coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+
+@dataclass(frozen=True)
+class Phasor:
+    """A complex amplitude ``re + i im`` of two real expressions."""
+
+    re: sp.Expr = sp.S.Zero
+    im: sp.Expr = sp.S.Zero
+
+    @classmethod
+    def of(cls, expression: sp.Expr) -> Phasor:
+        """A complex expression in real symbols, which is expanded."""
+        expanded = sp.expand(expression)
+        im = expanded.coeff(sp.I)
+        return cls(expanded - sp.I * im, im)
+
+    def __add__(self, other: Phasor) -> Phasor:
+        return Phasor(self.re + other.re, self.im + other.im)
+
+    def __sub__(self, other: Phasor) -> Phasor:
+        return Phasor(self.re - other.re, self.im - other.im)
+
+    def __mul__(self, other: Phasor) -> Phasor:
+        return Phasor(self.re * other.re - self.im * other.im, self.re * other.im + self.im * other.re)
+
+    def scaled(self, factor: sp.Expr) -> Phasor:
+        """Times a real factor."""
+        return Phasor(factor * self.re, factor * self.im)
+
+    @property
+    def conj(self) -> Phasor:
+        """The complex conjugate."""
+        return Phasor(self.re, -self.im)
+
+    @property
+    def turned(self) -> Phasor:
+        """Times i."""
+        return Phasor(-self.im, self.re)
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether both parts are zero as they stand."""
+        return bool(self.re == 0 and self.im == 0)
+
+
+ZERO = Phasor()
+Phasors = Sequence[Phasor]
+
+
+def total(phasors: Sequence[Phasor]) -> Phasor:
+    """The sum."""
+    return Phasor(sp.Add(*(p.re for p in phasors)), sp.Add(*(p.im for p in phasors)))
+
+
+def product(left: Phasors, right: Phasors) -> Phasor:
+    """sum left_k right_k, without conjugation."""
+    return total([a * b for a, b in zip(left, right, strict=True) if not (a.is_zero or b.is_zero)])
+
+
+@dataclass
+class Lines:
+    """Collects definitions: ``(symbol, expression)`` pairs in order of evaluation."""
+
+    pairs: list[tuple[sp.Symbol, sp.Expr]] = field(default_factory=list)
+
+    def name(self, expression: sp.Expr, label: str) -> sp.Expr:
+        """A symbol for the expression, unless it is as short as a symbol already."""
+        if expression.is_Atom or (expression.is_Mul and len(expression.args) == 2 and expression.args[0] == -1):
+            return expression
+        symbol = sp.Symbol(label, real=True)
+        self.pairs.append((symbol, expression))
+        return symbol
+
+    def phasor(self, value: Phasor, label: str) -> Phasor:
+        """The same for both parts."""
+        return Phasor(self.name(value.re, f"{label}.re"), self.name(value.im, f"{label}.im"))
+
+    def phasors(self, values: Phasors, label: str, names: Sequence[str]) -> list[Phasor]:
+        """The same for several."""
+        return [self.phasor(v, f"{label}[{n}]") for v, n in zip(values, names, strict=True)]
+
+    def rates(self, given: Mapping[sp.Symbol, sp.Expr], expressions: Sequence[sp.Expr], suffix: str) -> list[sp.Expr]:
+        """The rates of change of expressions in the definitions so far, whose variables change at the given rates."""
+        known = dict(given)
+
+        def rate(e: sp.Expr) -> sp.Expr:
+            return sp.Add(*(sp.diff(e, s) * known[s] for s in sorted(e.free_symbols & known.keys(), key=str)))
+
+        for symbol, expression in tuple(self.pairs):
+            found = rate(expression)
+            if found != 0:
+                known[symbol] = self.name(found, f"{symbol.name}{suffix}")
+        return [rate(e) for e in expressions]
+
+
+@dataclass
+class Response:
+    """``z = H(w) F`` with H = (K - w^2 M + i w C)^-1, factorised once (L D L^T of a complex symmetric matrix).
+
+    Without pivoting: the damping matrix is positive definite where the carrier is damped, and then no pivot is zero.
+    """
+
+    mass: sp.Matrix
+    damping: sp.Matrix
+    stiffness: sp.Matrix
+    frequency: sp.Expr
+    names: Sequence[str]
+    lines: Lines
+    label: str = "D"
+    _rows: list[dict[int, Phasor]] = field(default_factory=list)
+    _inverse: list[Phasor] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        n, w = len(self.names), self.frequency
+        rows = [dict[int, Phasor]() for _ in range(n)]
+        for i in range(n):
+            for j in range(i, n):
+                entry = Phasor(self.stiffness[i, j] - w**2 * self.mass[i, j], w * self.damping[i, j])
+                if not entry.is_zero:
+                    rows[i][j] = self.lines.phasor(entry, f"{self.label}[{self.names[i]}{self.names[j] if j > i else ''}]")
+        for k in range(n):
+            self._inverse.append(self._reciprocal(rows[k][k], self.names[k]))
+            coupled = [j for j in rows[k] if j > k]
+            for i in coupled:
+                factor = rows[k][i] * self._inverse[k]
+                for j in (j for j in coupled if j >= i):
+                    updated = rows[i].get(j, ZERO) - factor * rows[k][j]
+                    rows[i][j] = self.lines.phasor(updated, f"{self.label}{k + 1}[{self.names[i]}{self.names[j]}]")
+        self._rows = rows
+
+    def _reciprocal(self, pivot: Phasor, name: str) -> Phasor:
+        if pivot.im == 0:
+            return self.lines.phasor(Phasor(1 / pivot.re), f"H[{name}]")
+        square = self.lines.name(pivot.re**2 + pivot.im**2, f"|{self.label}|^2[{name}]")
+        return self.lines.phasor(
+            pivot.conj.scaled(1 / square), f"H[{name}]" if self.label == "D" else f"1/{self.label}[{name}]"
+        )
+
+    def __call__(self, force: Phasors, label: str) -> list[Phasor]:
+        """z for the force amplitudes (m), named ``label[name].re`` and ``.im``."""
+        n, right = len(self.names), list(force)
+        for k in range(n):
+            for i in (i for i in self._rows[k] if i > k):
+                right[i] = self.lines.phasor(
+                    right[i] - self._rows[k][i] * self._inverse[k] * right[k], f"{label}'[{self.names[i]}]"
+                )
+        found = [ZERO] * n
+        for k in reversed(range(n)):
+            rest = total([self._rows[k][i] * found[i] for i in self._rows[k] if i > k])
+            found[k] = self.lines.phasor((right[k] - rest) * self._inverse[k], f"{label}[{self.names[k]}]")
+        return found

@@ -1,0 +1,1 @@
+"""The slow equations of rotating bodies on a linear carrier."""

@@ -1,0 +1,105 @@
+"""Rotating bodies on a linear carrier: what the slow equations are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from wucht.mechanics.phasors import Phasor
+from wucht.system import TIME
+
+
+@dataclass(frozen=True)
+class Shaking:
+    """A prescribed motion of the carrier: coordinate ``index`` moves by ``amplitude`` cos(``frequency`` t)."""
+
+    index: int
+    amplitude: sp.Expr
+    frequency: sp.Expr
+
+
+@dataclass(frozen=True)
+class RotatingBodies:
+    """n bodies on a linear carrier with m coordinates, all in the bodies' own senses of rotation.
+
+    heads: the index of the rotor that each body turns about, its own for a rotor; the first body is the main rotor. inertia:
+    n x n, constant. relative: n x n, dampers between the bodies of a rotor, rows that sum to zero. drive, losses: torques on
+    each body as functions of its own speed, in its sense and against it. mass, damping, stiffness: m x m. excitation: n rows
+    of m phasors E_i. axis: 1 or 2 x m, the coordinates x, y of the main rotor's axis (or an angle) in those of the carrier.
+    weight: gravity turns body i with Re[weight_i exp(i theta_i)]. given: the main rotor's speed where it is prescribed.
+    shaking: a prescribed motion of the carrier.
+    """
+
+    names: tuple[str, ...]
+    heads: tuple[int, ...]
+    inertia: sp.ImmutableMatrix
+    relative: sp.ImmutableMatrix
+    drive: tuple[Callable[[sp.Expr], sp.Expr], ...]
+    losses: tuple[Callable[[sp.Expr], sp.Expr], ...]
+    mass: sp.ImmutableMatrix
+    damping: sp.ImmutableMatrix
+    stiffness: sp.ImmutableMatrix
+    excitation: tuple[tuple[Phasor, ...], ...]
+    labels: tuple[str, ...]
+    axis: sp.ImmutableMatrix
+    weight: tuple[Phasor, ...] = ()
+    given: sp.Expr | None = None
+    shaking: Shaking | None = None
+
+    @cached_property
+    def rotors(self) -> tuple[int, ...]:
+        """The bodies that turn about no other."""
+        return tuple(i for i, h in enumerate(self.heads) if h == i)
+
+    @cached_property
+    def phases(self) -> tuple[sp.Symbol | None, ...]:
+        """Phase of a body to its rotor, of a rotor to the main one, of the main rotor to the shaking (else None)."""
+        return tuple(None if i == 0 and self.shaking is None else named(n, "phase") for i, n in enumerate(self.names))
+
+    @cached_property
+    def frequency(self) -> sp.Expr:
+        """The common speed w: of the shaking, or of the main rotor."""
+        return self.shaking.frequency if self.shaking is not None else self.speed(0)
+
+    def speed(self, i: int) -> sp.Expr:
+        """The speed of a body that has one of its own: a symbol, or what is given for the main rotor."""
+        return self.given if i == 0 and self.given is not None else named(self.names[i], "speed")
+
+    def total_phase(self, i: int) -> sp.Expr:
+        """The phase to the reference: alpha_i."""
+        own = self.phases[i] if self.phases[i] is not None else sp.S.Zero
+        if i == 0:
+            return own
+        return own + self.total_phase(self.heads[i] if self.heads[i] != i else 0)
+
+    def group(self, head: int) -> list[int]:
+        """A rotor and the bodies that turn about it."""
+        return [i for i, h in enumerate(self.heads) if h == head]
+
+
+def absolute(bodies: RotatingBodies, i: int, speed: sp.Expr) -> sp.Expr:
+    """The torque on a body that depends on its own speed alone."""
+    return bodies.drive[i](speed) - bodies.losses[i](speed)
+
+
+def rate_of_given(bodies: RotatingBodies) -> sp.Expr:
+    """The rate at which a prescribed speed changes."""
+    return sp.diff(bodies.given, TIME) if bodies.given is not None else sp.S.Zero
+
+
+def rate_of(bodies: RotatingBodies, i: int) -> sp.Symbol:
+    """The rate of a body's speed, as it is written."""
+    return named(bodies.names[i], "speed.rate")
+
+
+def slip_of(bodies: RotatingBodies, i: int) -> sp.Symbol:
+    """How much faster a body turns than its rotor, as it is written."""
+    return named(bodies.names[i], "slip")
+
+
+def named(name: str, what: str) -> sp.Symbol:
+    """The symbol ``name.what``."""
+    return sp.Symbol(f"{name}.{what}", real=True)

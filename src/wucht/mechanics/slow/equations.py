@@ -1,0 +1,114 @@
+"""The slow equations of rotating bodies on a linear carrier: the fast rotation averaged away, for any number of both.
+
+With q the carrier's coordinates, theta_i = sigma_i phi_i the bodies' angles in their own sense and E_i = U_i e_i their
+excitation (``linear_carrier``), body i moves the carrier like the moment Re[E_i exp(i theta_i)], and the carrier turns it back with the
+torque -q''^T d/dtheta_i Re[E_i exp(i theta_i)]. At the common speed w, theta_i = theta + alpha_i, q = Re[z exp(i theta)]:
+
+    z = H(w) F,  F = w^2 sum E_k exp(i alpha_k),  H(w) = (K - w^2 M + i w C)^-1,  Z = -w^2 z (the acceleration),
+    V_i = (1/2) Im[exp(i alpha_i) conj(E_i^H Z)]      (the vibration torque; 000 (31), 001 (20), (34), (46), (59)),
+
+and J theta'' + B theta' = L + V: 000 (32)-(33), 001 (33), (47 corrected), (60). Without the inertia of the bodies that are
+damped against their rotor: theta' = w + nu with B nu = L + V - J 1 w', which is 002 (4.60)-(4.62) in time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.mechanics.phasors import Lines, Phasor
+from wucht.mechanics.slow.bodies import RotatingBodies, named, slip_of
+from wucht.mechanics.slow.closed import Closed, with_inertia, without_inertia
+from wucht.mechanics.slow.field import Field
+from wucht.mechanics.slow.outputs import outputs_of
+from wucht.mechanics.slow.ripple import Ripple, ripple
+from wucht.mechanics.slow.second import second_order
+from wucht.system import TIME, System
+
+
+@dataclass(frozen=True)
+class SlowEquations:
+    """The slow equations as a System, and its rows as they are written on paper: ``left = right``.
+
+    System: states are the phases (angles), then the speeds; quadratures are ``rotor_angle``, the main rotor's angle, and works
+    with which the energy of the slow motion balances. Outputs: ``amplitude``, the largest radius of the axis' orbit;
+    ``amplitude.re[...]`` and ``.im``, the carrier's motion q = re cos(theta) - im sin(theta); ``gravity.re[...]`` and
+    ``ripple.re[...]``, the bodies' fluctuation at the speed and at twice the speed; ``vibration_torque[...]``, ``speed[...]``.
+    shown: the definitions that the rows use.
+    """
+
+    system: System
+    rows: tuple[tuple[sp.Expr, sp.Expr], ...]
+    shown: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    bodies: RotatingBodies
+
+
+def slow_equations(bodies: RotatingBodies, inertia: bool = True, order: int = 1) -> SlowEquations:
+    """The slow equations. inertia: of the balancing bodies, else the strongly damped reduction 002 (3.24).
+
+    order: 1, with an error O(epsilon) over times 1/epsilon, or 2 with an error O(epsilon^2): the carrier's response to
+    changing speeds, and the bodies' fluctuation at twice the speed. Raises ``WuchtError`` where a body has no damper against
+    its rotor, without inertia, and for an order other than these.
+    """
+    if order not in (1, 2):
+        raise WuchtError(f"order {order} of the slow equations: allowed is 1 or 2")
+    lines = Lines()
+    field = Field.of(bodies, lines)
+    w = bodies.frequency
+    force = [s.scaled(w**2) for s in field.moments]
+    motion = field.motion(force, "")
+    torques = field.torques(motion, "")
+    closed = with_inertia(bodies, lines, torques, "") if inertia else without_inertia(bodies, lines, torques, "")
+    if order == 1:
+        shown = tuple(lines.pairs)
+        return _assembled(bodies, lines, shown, motion, ripple(bodies, field, motion), torques, closed, inertia)
+    pulsing = ripple(bodies, field, motion)
+    moved, turned, further = second_order(bodies, field, motion, pulsing, closed, inertia)
+    return _assembled(bodies, lines, tuple(lines.pairs), moved, pulsing, turned, further, inertia)
+
+
+def _assembled(
+    bodies: RotatingBodies,
+    lines: Lines,
+    shown: tuple[tuple[sp.Symbol, sp.Expr], ...],
+    motion: Sequence[Phasor],
+    pulsing: Ripple,
+    torques: Sequence[sp.Expr],
+    closed: Closed,
+    inertia: bool,
+) -> SlowEquations:
+    n, w = len(bodies.names), bodies.frequency
+    phases = [(i, p) for i, p in enumerate(bodies.phases) if p is not None]
+    moving = [i for i in range(n) if (i or bodies.given is None) and (inertia or i in bodies.rotors)]
+    references = {i: bodies.heads[i] if bodies.heads[i] != i else 0 for i in range(n)}
+    drift = [closed.speeds[i] - (closed.speeds[references[i]] if i else w) for i, _ in phases]
+    outputs, works = outputs_of(bodies, lines, motion, pulsing, torques, closed, inertia)
+    system = System(
+        states=(*(p for _, p in phases), *(bodies.speed(i) for i in moving)),
+        derivatives=(*drift, *(closed.accelerations[i] for i in moving)),
+        parameters=_parameters(bodies, lines, [*drift, *closed.accelerations, *(o.expression for o in (*outputs, *works))]),
+        definitions=tuple(lines.pairs),
+        outputs=tuple(outputs),
+        quadratures=tuple(works),
+        angles=frozenset(p for _, p in phases),
+    )
+    written = tuple((named(bodies.names[i], "phase.rate"), _drift(bodies, i, references[i], inertia)) for i, _ in phases)
+    return SlowEquations(system, (*written, *closed.rows), shown, bodies)
+
+
+def _drift(bodies: RotatingBodies, i: int, reference: int, inertia: bool) -> sp.Expr:
+    """alpha_i' as it is written."""
+    if i == 0:
+        return bodies.speed(0) - bodies.frequency
+    if inertia or i in bodies.rotors:
+        return bodies.speed(i) - bodies.speed(reference)
+    return slip_of(bodies, i)
+
+
+def _parameters(bodies: RotatingBodies, lines: Lines, expressions: Sequence[sp.Expr]) -> tuple[sp.Symbol, ...]:
+    used = set().union(*(sp.sympify(e).free_symbols for e in (*expressions, *(e for _, e in lines.pairs))))
+    states = {*(p for p in bodies.phases if p is not None), *(named(name, "speed") for name in bodies.names)}
+    return tuple(sorted(used - states - {s for s, _ in lines.pairs} - {TIME}, key=lambda s: s.name))

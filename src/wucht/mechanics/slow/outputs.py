@@ -1,0 +1,85 @@
+"""What a run of the slow equations also tells: amplitudes, fluctuations, torques, and works that balance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from wucht.mechanics.phasors import ZERO, Lines, Phasor, product
+from wucht.mechanics.slow.bodies import RotatingBodies, absolute
+from wucht.mechanics.slow.closed import Closed, weights_of
+from wucht.mechanics.slow.ripple import Ripple
+from wucht.system import Output
+
+ROTOR_ANGLE, SUPPLIED, LOST, SHAKEN = "rotor_angle", "supplied_work", "dissipated_work", "vibration_work"
+
+
+def outputs_of(
+    bodies: RotatingBodies,
+    lines: Lines,
+    motion: Sequence[Phasor],
+    pulsing: Ripple,
+    torques: Sequence[sp.Expr],
+    closed: Closed,
+    inertia: bool,
+) -> tuple[list[Output], list[Output]]:
+    """Outputs and quadratures, as ``SlowEquations`` lists them; definitions are added to the lines."""
+    works = _works(bodies, lines, torques, closed, inertia)
+    outputs = [Output("amplitude", _largest_radius(bodies, lines, motion))]
+    for what, names, amplitudes in (
+        ("amplitude", bodies.labels, motion),
+        ("gravity", bodies.names, pulsing.once),
+        ("ripple", bodies.names, pulsing.twice),
+    ):
+        for name, a in zip(names, amplitudes, strict=True):
+            outputs += [Output(f"{what}.re[{name}]", a.re), Output(f"{what}.im[{name}]", a.im)]
+    for what, values in (("vibration_torque", torques), ("speed", closed.speeds)):
+        outputs += [Output(f"{what}[{name}]", v) for name, v in zip(bodies.names, values, strict=True)]
+    outputs += [Output("motor_torque", works.motor), Output("stored_energy", works.stored)]
+    angle = Output(ROTOR_ANGLE, closed.speeds[0], "rad", "angle of the main rotor")
+    return outputs, [angle, *(Output(name, power) for name, power in works.powers.items())]
+
+
+@dataclass(frozen=True)
+class _Works:
+    """Torque of the main rotor's motor, energy of rotation, and the powers whose integrals balance its change."""
+
+    motor: sp.Expr
+    stored: sp.Expr
+    powers: dict[str, sp.Expr]
+
+
+def _works(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr], closed: Closed, inertia: bool) -> _Works:
+    """Without inertia all work at the speed of their rotor, each body with its weight: so the first order balances exactly."""
+    n, j, every = len(bodies.names), bodies.inertia, range(len(bodies.names))
+    speeds = closed.speeds if inertia else [bodies.speed(h) for h in bodies.heads]
+    rates = closed.accelerations if inertia else [closed.accelerations[h] for h in bodies.heads]
+    weights = [sp.S.One] * n
+    if not inertia:
+        weights = [weights_of(bodies, bodies.group(h))[i] for i, h in enumerate(bodies.heads)]
+    inner = [sp.Add(*(bodies.relative[i, k] * speeds[k] for k in every)) if inertia else sp.S.Zero for i in every]
+    drives = [bodies.drive[i](speeds[i]) for i in every]
+    if bodies.given is not None:
+        members = [0] if inertia else bodies.group(0)
+        missing = [
+            weights[i] * (sp.Add(*(j[i, k] * rates[k] for k in every)) - absolute(bodies, i, speeds[i]) - torques[i] + inner[i])
+            for i in members
+        ]
+        drives[0] += lines.name(sp.Add(*missing), "reaction")
+    powers = {
+        SUPPLIED: [d * v * m for d, v, m in zip(drives, speeds, weights, strict=True)],
+        LOST: [(bodies.losses[i](speeds[i]) + inner[i]) * speeds[i] * weights[i] for i in every],
+        SHAKEN: [-t * v * m for t, v, m in zip(torques, speeds, weights, strict=True)],
+    }
+    stored = [weights[i] * j[i, k] * speeds[i] * speeds[k] / 2 for i in every for k in every]
+    return _Works(drives[0], sp.Add(*stored), {name: sp.Add(*terms) for name, terms in powers.items()})
+
+
+def _largest_radius(bodies: RotatingBodies, lines: Lines, motion: Sequence[Phasor]) -> sp.Expr:
+    """The semi-major axis of the orbit: the sum of the circles it runs through counter-clockwise and clockwise."""
+    at = [product([Phasor(a) for a in bodies.axis.row(k)], motion) for k in range(bodies.axis.rows)]
+    x, y = [lines.phasor(p, f"axis[{k}]") for k, p in enumerate([*at, ZERO, ZERO][:2])]
+    circles = ((x + y.turned.scaled(sense)).scaled(sp.S.Half) for sense in (sp.S.One, -sp.S.One))
+    return sp.Add(*(sp.sqrt(c.re**2 + c.im**2) for c in circles))

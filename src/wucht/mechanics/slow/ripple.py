@@ -1,0 +1,58 @@
+"""The fast part of the bodies' rotation: what is left when the slow motion is taken away."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.mechanics.phasors import ZERO, Phasor, Response
+from wucht.mechanics.slow.bodies import RotatingBodies, absolute
+from wucht.mechanics.slow.field import Field, is_round
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """The bodies' fluctuation psi_i = Re[once_i exp(i theta) + twice_i exp(2 i theta)], and the torques that cause it."""
+
+    once: list[Phasor]
+    twice: list[Phasor]
+    weight: list[Phasor]
+    alternating: list[Phasor]
+
+
+def ripple(bodies: RotatingBodies, field: Field, motion: Sequence[Phasor]) -> Ripple:
+    """J psi'' + k psi' = Re[weight exp(i theta) + T exp(2 i theta)]: 001 (26), (41), (54), (61), and gravity.
+
+    k holds the dampers and the slopes of the drives. T is zero where all directions are alike.
+    """
+    nothing = [ZERO] * len(bodies.names)
+    alternating = nothing if is_round(bodies) else field.alternating(motion)
+    weight = [g * c for g, c in zip(bodies.weight or nothing, field.direction, strict=True)]
+    twice = _fluctuation(bodies, field, alternating, 2, "T", "P")
+    return Ripple(_fluctuation(bodies, field, weight, 1, "W", "G"), twice, weight, alternating)
+
+
+def _fluctuation(
+    bodies: RotatingBodies, field: Field, torque: Sequence[Phasor], times: int, cause: str, label: str
+) -> list[Phasor]:
+    n, w = len(bodies.names), bodies.frequency
+    if all(t.is_zero for t in torque):
+        return [ZERO] * n
+    free = [i for i in range(n) if i or bodies.given is None]
+    v = sp.Dummy("v", real=True)
+    own = sp.zeros(n, n)
+    for i in free:
+        own[i, i] = -sp.diff(absolute(bodies, i, v), v).xreplace({v: bodies.speed(bodies.heads[i])})
+    at = [free, free]
+    names = [bodies.names[i] for i in free]
+    inertia, damping = sp.Matrix(bodies.inertia.extract(*at)), sp.Matrix((bodies.relative + own).extract(*at))
+    if damping != damping.T:
+        raise WuchtError("dampers that are not reciprocal: the fluctuation within a turn is not computed for them")
+    still = sp.zeros(len(free), len(free))
+    response = Response(inertia, damping, still, times * w, names, field.lines, f"Q{times}")
+    found = response(field.lines.phasors([torque[i] for i in free], cause, names), label)
+    amplitudes = dict(zip(free, found, strict=True))
+    return [amplitudes.get(i, ZERO) for i in range(n)]
