@@ -55,7 +55,7 @@ class System:
     quadratures: outputs whose integral over time a run also computes (the work of the motor, the energy lost).
     angles: the states that live on a circle.
 
-    Raises ``WuchtError`` where an expression uses a symbol that is none of these.
+    Raises ``WuchtError`` where an expression uses a symbol that is none of these, or one is defined twice.
     """
 
     states: tuple[sp.Symbol, ...]
@@ -73,6 +73,8 @@ class System:
         known = {*self.states, *self.parameters, TIME}
         for symbol, expression in self.definitions:
             self._refuse_unknown(expression, known, f"the definition of {symbol}")
+            if symbol in known:
+                raise WuchtError(f"{symbol} is defined twice, or is a state or a parameter as well")
             known.add(symbol)
         for state, expression in zip(self.states, self.derivatives, strict=True):
             self._refuse_unknown(expression, known, f"the derivative of {state}")

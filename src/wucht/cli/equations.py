@@ -2,44 +2,78 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from wucht.errors import InputError
 
+if TYPE_CHECKING:
+    from wucht.machines.machine import Machine
+    from wucht.mechanics.notation import Notation
+
 
 def equations(
     study: Annotated[str, typer.Argument(help="A study file, or a name from `wucht list`.")],
-    slow: Annotated[bool, typer.Option("--slow", help="The slow equations (not yet).")] = False,
+    slow: Annotated[bool, typer.Option("--slow", help="The slow equations, the fast rotation averaged away.")] = False,
     latex: Annotated[bool, typer.Option("--latex", help="As LaTeX.")] = False,
+    inertia: Annotated[
+        bool | None,
+        typer.Option("--inertia/--no-inertia", help="With --slow: keep the inertia of the balancing bodies, or not."),
+    ] = None,
+    order: Annotated[int, typer.Option("--order", help="With --slow: 1, or 2 for the next order.")] = 1,
     set_: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; repeatable.")] = None,
 ) -> None:
-    """Print the equations of motion that follow from the machine's energies."""
-    if slow:
-        raise InputError("--slow", None, "not yet: the slow equations come with a later version")
+    """Print the equations of motion that follow from the machine's energies, or the slow equations."""
+    if order not in (1, 2):
+        raise InputError("--order", order, "allowed is 1 or 2")
+    if not slow and (inertia is not None or order != 1):
+        raise InputError("--order" if order != 1 else "--inertia", None, "allowed only with --slow")
     from wucht.cli.settings import parse_settings
     from wucht.machines.catalogue import load_machine
     from wucht.machines.notation import notation_of
-    from wucht.mechanics.lagrange import equations_of_motion
-    from wucht.mechanics.notation import written
 
     machine = load_machine(study, parse_settings(set_ or []))
     notation = notation_of(machine)
-    motion = equations_of_motion(machine.energies, machine.coordinates)
-    zero = [s for s, value in machine.numbers.items() if value == 0]
-    lines = written(motion, machine.coordinates, notation, zero, latex, normalise=not machine.units.time)
+    groups = _slow(machine, notation, latex, inertia, order) if slow else [("", _full(machine, notation, latex))]
     comment = "% " if latex else ""
     typer.echo(f"{comment}{machine.title}")
-    if latex:
-        typer.echo("\\begin{align}")
-        typer.echo(" \\\\\n".join(f"  {line.replace(' = ', ' &= ', 1)}" for line in lines))
-        typer.echo("\\end{align}")
-    else:
-        typer.echo("\n".join(f"  {line}" for line in lines))
+    for heading, lines in groups:
+        if heading:
+            typer.echo(f"{comment}{heading}")
+        _print(lines, latex)
     for path, p in machine.parameters.items():
         typer.echo(
             f"{comment}{notation.names[path]} = {p.value:g} {p.unit}".rstrip()
             + f"   {path}: {p.what}"
             + (", left out" if not p.value else "")
         )
+
+
+def _print(lines: list[str], latex: bool) -> None:
+    if latex:
+        typer.echo("\\begin{align}")
+        typer.echo(" \\\\\n".join(f"  {line.replace(' = ', ' &= ', 1)}" for line in lines))
+        typer.echo("\\end{align}")
+    else:
+        typer.echo("\n".join(f"  {line}" for line in lines))
+
+
+def _full(machine: Machine, notation: Notation, latex: bool) -> list[str]:
+    from wucht.mechanics.lagrange import equations_of_motion
+    from wucht.mechanics.notation import written
+
+    motion = equations_of_motion(machine.energies, machine.coordinates)
+    zero = [s for s, value in machine.numbers.items() if value == 0]
+    return written(motion, machine.coordinates, notation, zero, latex, normalise=not machine.units.time)
+
+
+def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | None, order: int) -> list[tuple[str, list[str]]]:
+    from wucht.machines.slow import damped, slow_machine
+    from wucht.mechanics.slow.notation import written_slow
+
+    kept = not damped(machine) if inertia is None else inertia
+    zero = [s for s, value in machine.numbers.items() if value == 0]
+    rows, definitions = written_slow(slow_machine(machine, kept, order).equations, notation, zero, latex)
+    what = "with the inertia of the balancing bodies" if kept else "without the inertia of the balancing bodies"
+    return [(f"slow equations of order {order}, {what}:", rows), ("with", definitions)]

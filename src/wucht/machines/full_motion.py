@@ -15,7 +15,7 @@ from wucht.machines.slow import SlowMachine
 from wucht.machines.static import static_position
 from wucht.numerics.program import Evaluator
 
-_STEP = 1e-6
+_STEP = 1e-4  # rad: small against what a slow motion needs to change, large against rounding
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class FullMotion:
             values[b.coordinate.position.name] = sense * (theta + self._phase(states, b.name) + fluctuation.real)
             values[b.coordinate.velocity.name] = sense * (found[f"speed[{b.name}]"] + rate.real)
         z = np.array([_complex(found, "amplitude", d) for d in machine.labels])
-        changing = self._changing(time, states, parameters)
+        changing = self._changing(time, states, parameters, w)
         for c, rest, amplitude, rate in zip(machine.carrier, static_position(machine), z, changing, strict=True):
             values[c.position.name] = rest + (amplitude * turning).real
             values[c.velocity.name] = ((1j * w * amplitude + rate) * turning).real
@@ -75,11 +75,13 @@ class FullMotion:
             body = s.references[body]
         return found
 
-    def _changing(self, time: np.ndarray, states: np.ndarray, parameters: tuple[float, ...]) -> np.ndarray:
-        """z' (m, N) along the slow motion, by central differences."""
-        flow = self._rates(time, states, parameters)
+    def _changing(self, time: np.ndarray, states: np.ndarray, parameters: tuple[float, ...], w: np.ndarray) -> np.ndarray:
+        """z' (m, N) along the slow motion, by central differences over a small part of a turn."""
+        fastest = float(np.abs(w).max(initial=0.0))
+        if not fastest:
+            return np.zeros((len(self.slow.machine.labels), len(time)), complex)
+        flow, step = self._rates(time, states, parameters), _STEP / fastest
         rate = np.array([flow[name] for name in self.slow.system.state_names])
-        step = _STEP * (1 + np.abs(states).max()) / (1e-300 + np.abs(rate).max())
         sides = []
         for sign in (1, -1):
             o = self._outputs(time, states + sign * step * rate, parameters)
@@ -90,4 +92,4 @@ class FullMotion:
 
 def _complex(outputs: Mapping[str, np.ndarray], what: str, name: str) -> np.ndarray:
     found: np.ndarray = outputs[f"{what}.re[{name}]"] + 1j * outputs[f"{what}.im[{name}]"]
-    return found
+    return np.where(np.isfinite(found), found, 0.0)  # at rest nothing is fast

@@ -15,6 +15,7 @@ from wucht.machines.parts.base import Body
 from wucht.machines.parts.motion import Motion
 from wucht.machines.schedules import with_schedules
 from wucht.machines.vibration import group, sense_of
+from wucht.mechanics.energies import Energies
 from wucht.mechanics.linear_carrier import LinearCarrier, first_harmonic, linear_carrier
 from wucht.mechanics.phasors import Phasor
 from wucht.mechanics.slow.bodies import RotatingBodies, Shaking
@@ -47,6 +48,16 @@ class SlowMachine:
         """Parameter values in order. speed: of the main rotor, where it is held, positive in its own sense."""
         return self.system.values(self.machine.values | ({} if speed is None else {HELD.name: speed}))
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What these equations leave out."""
+        found = [
+            f"contacts on the track {track.name} are left out: this holds while its bodies do not touch"
+            for track in self.machine.tracks
+        ]
+        found += [f"{b.name} is taken as released" for b in self.machine.bodies if b.release is not None]
+        return tuple(found)
+
     @cached_property
     def references(self) -> dict[str, str | None]:
         """The body to which the phase of each body counts; None for the main rotor."""
@@ -54,17 +65,39 @@ class SlowMachine:
         return {name: None if i == 0 else b.names[b.heads[i] if b.heads[i] != i else 0] for i, name in enumerate(b.names)}
 
     def state(self, angles: Mapping[str, float], speeds: Mapping[str, float]) -> np.ndarray:
-        """The slow state (n,) from absolute angles and speeds of the bodies, as if nothing vibrated."""
+        """The slow state (n,) that follows from absolute angles and speeds of the bodies.
+
+        Without inertia the bodies' slips have decayed: rotors have the speed that is left then, and phases have moved on, as
+        002 (4.24), (4.30) say.
+        """
+        theta = {name: sense * angles[name] for name, sense in self.senses.items()}
+        turning = {name: sense * speeds[name] for name, sense in self.senses.items()}
+        if not self.inertia:
+            theta, turning = self._landed(theta, turning)
         found = []
         for symbol in self.system.states:
             body, _, what = symbol.name.rpartition(".")
-            sense, reference = self.senses[body], self.references[body]
-            if what == "speed":
-                found.append(sense * speeds[body])
-            else:
-                other = self.senses[reference] * angles[reference] if reference is not None else 0.0
-                found.append(sense * angles[body] - other)
+            reference = self.references[body]
+            other = theta[reference] if reference is not None else 0.0
+            found.append(turning[body] if what == "speed" else theta[body] - other)
         return np.array(found)
+
+    def _landed(self, angles: dict[str, float], speeds: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+        """Where J nu' + B nu = 0 ends: the speeds that are left, and the angles moved by the integral of nu."""
+        b, numbers, n = self.equations.bodies, self.machine.numbers, len(self.equations.bodies.names)
+        j, damping = (np.array(a.xreplace(numbers).tolist(), float).reshape(n, n) for a in (b.inertia, b.relative))
+        found, left = dict(angles), dict(speeds)
+        for head in b.rotors:
+            group = b.group(head)
+            at = np.ix_(group, group)
+            given = np.array([speeds[b.names[i]] for i in group])
+            null = np.linalg.svd(damping[at].T)[2][-1]
+            w = given[0] if head == 0 and b.given is not None else null @ j[at] @ given / (null @ j[at].sum(axis=1))
+            moved = np.linalg.lstsq(damping[at], j[at] @ (given - w), rcond=None)[0]
+            for k, i in enumerate(group):
+                left[b.names[i]] = float(w)
+                found[b.names[i]] += float(moved[k] - moved[0])
+        return found, left
 
 
 def slow_machine(machine: Machine, inertia: bool = True, order: int = 1, held: bool = False) -> SlowMachine:
@@ -87,15 +120,18 @@ def slow_machine(machine: Machine, inertia: bool = True, order: int = 1, held: b
     return SlowMachine(machine, equations, senses, inertia, order, held)
 
 
+def damped(machine: Machine) -> bool:
+    """Whether every balancing body is damped against the body it turns about, so that its inertia may be left out."""
+    about = [b.name for b in machine.bodies if b.about is not None]
+    if "beta_p" in machine.values:
+        return machine.values["beta_p"] > 0
+    return all(machine.values.get(f"{name}.damping", 0.0) > 0 for name in about)
+
+
 def _refuse_others(machine: Machine) -> None:
     reasons = []
     if machine.sliders:
         reasons.append(f"{machine.sliders[0].name} slides in a guide that turns: the carrier's mass then turns with it")
-    if machine.tracks:
-        reasons.append(f"bodies push each other on the track {machine.tracks[0].name}: contacts are no slow torque")
-    released = [b.name for b in machine.bodies if b.release is not None]
-    if released:
-        reasons.append(f"{released[0]} is locked until it is released")
     parts = [p for p in machine.parts if isinstance(p, Body)]
     hung = [p.name for p in parts if getattr(p, "suspension", None) not in (None, (0.0, 0.0))]
     if hung:
@@ -118,10 +154,7 @@ def _bodies(machine: Machine, ordered: list[Turning], senses: Mapping[str, int],
     heads = {b.name: r for r in machine.rotors for b in group(machine, r)}
     names = tuple(b.name for b in ordered)
     carrier = _carrier(machine, ordered)
-    excitation = tuple(
-        tuple(p if senses[b.name] > 0 else p.conj for p in map(Phasor.of, e))
-        for b, e in zip(ordered, carrier.excitation, strict=True)
-    )
+    unbalance, excitation = _excitation(carrier, ordered, senses)
     inertia, drive, losses = _rotation(machine, ordered)
     sign = [senses[n] for n in names]
     n, v = len(names), [b.coordinate.velocity for b in ordered]
@@ -150,6 +183,7 @@ def _bodies(machine: Machine, ordered: list[Turning], senses: Mapping[str, int],
         damping=carrier.damping,
         stiffness=carrier.stiffness,
         excitation=excitation,
+        definitions=unbalance,
         labels=machine.labels,
         axis=_axis(machine),
         weight=tuple(_weight(machine, b, sign[i]) for i, b in enumerate(ordered)),
@@ -171,9 +205,14 @@ class _Torque:
         return found
 
 
+def _without_contacts(machine: Machine) -> tuple[Energies, ...]:
+    """The energies of the parts, less those of contacts, which are the last."""
+    return machine.energies[: len(machine.energies) - len(machine.tracks)]
+
+
 def _carrier(machine: Machine, ordered: list[Turning]) -> LinearCarrier:
     """M, C, K of all coordinates of the carrier, prescribed ones included, and the excitation of the bodies."""
-    return linear_carrier(machine.energies, machine.carrier, [b.coordinate for b in ordered])
+    return linear_carrier(_without_contacts(machine), machine.carrier, [b.coordinate for b in ordered])
 
 
 def _axis(machine: Machine) -> sp.ImmutableMatrix:
@@ -185,7 +224,7 @@ def _axis(machine: Machine) -> sp.ImmutableMatrix:
 def _weight(machine: Machine, body: Turning, sense: int) -> Phasor:
     """Gravity on a body: the torque Re[weight exp(i theta)] in its own sense."""
     angle = body.coordinate.position
-    slope = sp.Add(*(sp.diff(e.potential, angle) for e in machine.energies if e.potential.has(angle)))
+    slope = sp.Add(*(sp.diff(e.potential, angle) for e in _without_contacts(machine) if e.potential.has(angle)))
     if slope == 0:
         return Phasor()
     found = Phasor.of(first_harmonic(slope, angle)).turned.scaled(-sp.S.One)
@@ -197,7 +236,7 @@ def _rotation(machine: Machine, ordered: list[Turning]) -> tuple[sp.Matrix, list
     still = {s: sp.S.Zero for c in machine.carrier for s in (c.position, c.velocity)}
     v, n = [b.coordinate.velocity for b in ordered], len(ordered)
     inertia, drive, losses = sp.zeros(n, n), [sp.S.Zero] * n, [sp.S.Zero] * n
-    for e in machine.energies:
+    for e in _without_contacts(machine):
         kinetic, dissipation = e.kinetic.xreplace(still), e.dissipation.xreplace(still)
         for i in (i for i in range(n) if kinetic.has(v[i]) or dissipation.has(v[i])):
             momentum = sp.diff(kinetic, v[i])
@@ -216,6 +255,23 @@ def _rotation(machine: Machine, ordered: list[Turning]) -> tuple[sp.Matrix, list
     if any(e.free_symbols & turning for e in inertia):
         raise WuchtError("the inertia of the bodies depends on their angles")
     return inertia, drive, losses
+
+
+def _excitation(
+    carrier: LinearCarrier, ordered: list[Turning], senses: Mapping[str, int]
+) -> tuple[tuple[tuple[sp.Symbol, sp.Expr], ...], tuple[tuple[Phasor, ...], ...]]:
+    """E_i of each body in its own sense, its unbalance as a symbol with a definition."""
+    definitions, found = [], []
+    for b, column in zip(ordered, carrier.excitation, strict=True):
+        own = [p if senses[b.name] > 0 else p.conj for p in map(Phasor.of, column)]
+        size = next((sp.expand(x) for p in own for x in (p.re, p.im) if x != 0), sp.S.Zero)
+        if not size.is_Atom:
+            symbol = sp.Symbol(f"U[{b.name}]", real=True)
+            definitions.append((symbol, size))
+            short = {size: symbol, sp.expand(-size): -symbol}
+            own = [Phasor(short.get(sp.expand(p.re), p.re), short.get(sp.expand(p.im), p.im)) for p in own]
+        found.append(tuple(own))
+    return tuple(definitions), tuple(found)
 
 
 def _shaking(machine: Machine) -> Shaking | None:

@@ -6,7 +6,7 @@ takes the bodies before the carrier, so the work and the size of the result grow
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import sympy as sp
@@ -62,3 +62,30 @@ def solve_by_elimination(
         known = (rows[k][j] * accelerations[j] for j in sorted(rows[k]) if j in accelerations)
         accelerations[k] = program.name((right[k] - sp.Add(*known)) / pivots[k], f"a{step}[{names[k]}]")
     return tuple(program.lines), tuple(accelerations[i] for i in range(n))
+
+
+def solve_general(
+    matrix: Sequence[Sequence[sp.Expr]],
+    right: Sequence[sp.Expr],
+    names: Sequence[str],
+    name: Callable[[sp.Expr, str], sp.Expr],
+    label: str,
+) -> list[sp.Expr]:
+    """Solve ``matrix * x = right`` (n x n, not symmetric) by elimination in the given order, without pivoting.
+
+    name: gives an intermediate result a symbol, by expression and label, and returns it.
+    """
+    n = len(right)
+    rows = [[name(e, f"{label}M[{names[i]},{names[j]}]") for j, e in enumerate(row)] for i, row in enumerate(matrix)]
+    known = [name(e, f"{label}F[{names[i]}]") for i, e in enumerate(right)]
+    for k in range(n):
+        for i in (i for i in range(k + 1, n) if rows[i][k] != 0):
+            factor = name(rows[i][k] / rows[k][k], f"{label}L[{names[i]},{names[k]}]")
+            for j in (j for j in range(k + 1, n) if rows[k][j] != 0):
+                rows[i][j] = name(rows[i][j] - factor * rows[k][j], f"{label}M{k + 1}[{names[i]},{names[j]}]")
+            known[i] = name(known[i] - factor * known[k], f"{label}F{k + 1}[{names[i]}]")
+    found = [sp.S.Zero] * n
+    for k in reversed(range(n)):
+        rest = sp.Add(*(rows[k][j] * found[j] for j in range(k + 1, n)))
+        found[k] = name((known[k] - rest) / rows[k][k], f"{label}[{names[k]}]")
+    return found

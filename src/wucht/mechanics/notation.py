@@ -21,7 +21,7 @@ class Notation:
 
     def symbols(self, coordinates: Sequence[Coordinate], latex: bool) -> dict[sp.Symbol, sp.Symbol]:
         """Printed symbols for positions, velocities and parameters."""
-        shown = {sp.Symbol(k, real=True): sp.Symbol(_latex(v) if latex else v) for k, v in self.names.items()}
+        shown = {sp.Symbol(k, real=True): sp.Symbol(latex_name(v) if latex else v) for k, v in self.names.items()}
         for c in coordinates:
             base = self.names[c.position.name]
             shown[c.velocity] = sp.Symbol(_dotted(base, 1) if latex else f"{base}'")
@@ -33,7 +33,8 @@ class Notation:
         return sp.Symbol(_dotted(base, 2) if latex else f"{base}''")
 
 
-def _latex(name: str) -> str:
+def latex_name(name: str) -> str:
+    """A name such as ``b_carrier`` as LaTeX."""
     head, _, index = name.partition("_")
     head = _GREEK.get(head, head)
     known = head if len(head) == 1 or head.startswith("\\") else f"\\{head}"
@@ -42,7 +43,7 @@ def _latex(name: str) -> str:
 
 def _dotted(name: str, dots: int) -> str:
     head, _, index = name.partition("_")
-    return f"\\{'d' * dots}ot{{{_latex(head)}}}" + (f"_{{\\mathrm{{{index}}}}}" if index else "")
+    return f"\\{'d' * dots}ot{{{latex_name(head)}}}" + (f"_{{\\mathrm{{{index}}}}}" if index else "")
 
 
 def written(
@@ -77,12 +78,13 @@ def written(
         right = sp.expand(right / scale.xreplace(nothing)) if normalise else right
         right = sp.collect(right, [c.velocity for c in coordinates]).xreplace(symbols)
         if c.prescribed is not None:
-            lines.append(_equation(symbols[c.velocity], c.prescribed.xreplace(nothing).xreplace(symbols), latex))
+            lines.append(equation(symbols[c.velocity], c.prescribed.xreplace(nothing).xreplace(symbols), latex))
             name, index = ("T", "motor") if c.angle else ("F", "drive")
             right = right + sp.Symbol(f"{name}_{{\\mathrm{{{index}}}}}" if latex else f"{name}_{index}")
-        lines.append(_equation(left, right, latex))
+        lines.append(equation(left, right, latex))
     return lines
 
 
-def _equation(left: sp.Expr, right: sp.Expr, latex: bool) -> str:
+def equation(left: sp.Expr, right: sp.Expr, latex: bool) -> str:
+    """``left = right``."""
     return f"{sp.latex(left)} = {sp.latex(right)}" if latex else f"{sp.sstr(left)} = {sp.sstr(right)}"

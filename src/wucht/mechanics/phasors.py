@@ -22,9 +22,9 @@ class Phasor:
     @classmethod
     def of(cls, expression: sp.Expr) -> Phasor:
         """A complex expression in real symbols, which is expanded."""
-        expanded = sp.expand(expression)
-        im = expanded.coeff(sp.I)
-        return cls(expanded - sp.I * im, im)
+        terms = sp.Add.make_args(sp.expand(expression))
+        imaginary = [-sp.I * t for t in terms if t.has(sp.I)]
+        return cls(sp.Add(*(t for t in terms if not t.has(sp.I))), sp.Add(*imaginary))
 
     def __add__(self, other: Phasor) -> Phasor:
         return Phasor(self.re + other.re, self.im + other.im)
@@ -91,14 +91,25 @@ class Lines:
         """The same for several."""
         return [self.phasor(v, f"{label}[{n}]") for v, n in zip(values, names, strict=True)]
 
-    def rates(self, given: Mapping[sp.Symbol, sp.Expr], expressions: Sequence[sp.Expr], suffix: str) -> list[sp.Expr]:
-        """The rates of change of expressions in the definitions so far, whose variables change at the given rates."""
+    def rates(
+        self,
+        given: Mapping[sp.Symbol, sp.Expr],
+        expressions: Sequence[sp.Expr],
+        suffix: str,
+        pairs: Sequence[tuple[sp.Symbol, sp.Expr]],
+    ) -> list[sp.Expr]:
+        """The rates of change of expressions in these definitions, whose variables change at the given rates."""
         known = dict(given)
 
         def rate(e: sp.Expr) -> sp.Expr:
             return sp.Add(*(sp.diff(e, s) * known[s] for s in sorted(e.free_symbols & known.keys(), key=str)))
 
-        for symbol, expression in tuple(self.pairs):
+        needed, kept = set().union(*(e.free_symbols for e in expressions)), list[tuple[sp.Symbol, sp.Expr]]()
+        for symbol, expression in reversed(pairs):
+            if symbol in needed:
+                kept.append((symbol, expression))
+                needed |= expression.free_symbols
+        for symbol, expression in reversed(kept):
             found = rate(expression)
             if found != 0:
                 known[symbol] = self.name(found, f"{symbol.name}{suffix}")
@@ -154,7 +165,7 @@ class Response:
         for k in range(n):
             for i in (i for i in self._rows[k] if i > k):
                 right[i] = self.lines.phasor(
-                    right[i] - self._rows[k][i] * self._inverse[k] * right[k], f"{label}'[{self.names[i]}]"
+                    right[i] - self._rows[k][i] * self._inverse[k] * right[k], f"{label},{self.names[k]}[{self.names[i]}]"
                 )
         found = [ZERO] * n
         for k in reversed(range(n)):

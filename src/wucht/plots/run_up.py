@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.plots.style import COLOURS, GREY, label, line_style, new_figure, thinned, without_jumps
+from wucht.plots.style import COLOURS, GREY, SLOW, label, line_style, new_figure, thinned, without_jumps
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,11 +33,12 @@ def figure(result: xr.Dataset) -> Figure:
         f"{result.attrs['outcome']}: {result.attrs['sentence']}",
     )
     at, name = abscissa(result)
+    slow = abscissa(result, "slow_")[0] if "slow_speed" in result else None
     panels = iter(axes)
-    _speed(next(panels), result, at)
-    _amplitude(next(panels), result, at)
+    _speed(next(panels), result, at, slow)
+    _amplitude(next(panels), result, at, slow)
     if with_phases:
-        _phases(next(panels), result, at)
+        _phases(next(panels), result, at, slow)
     if with_rotors:
         _rotor_phases(next(panels), result, at)
     _power(next(panels), result, at)
@@ -48,26 +49,32 @@ def figure(result: xr.Dataset) -> Figure:
     return drawn
 
 
-def abscissa(result: xr.Dataset) -> tuple[np.ndarray, str]:
-    """What the figure is drawn over (N,), and its name: time, the rotor's angle, or the mean phase of the bodies about it."""
+def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
+    """What the figure is drawn over (N,), and its name: time, the rotor's angle, or the mean phase of the bodies about it.
+
+    model: ``"slow_"`` for the run of the slow equations.
+    """
     over = json.loads(result.attrs["input"])["study"].get("over", "time")
     if over == "time":
         return result.time.values, label(result, "time") if result.time.attrs["units"] else "time $\\tau$"
-    rotor = result.angle.values[0]
+    angle = result[f"{model}angle"].values
+    rotor = angle[0]
     if over == "phi":
         return rotor - rotor[0], "angle of the rotor $\\varphi$ (rad)"
     about = [i for i, name in enumerate(result.body.values) if name in result.balancer.values]
-    return result.angle.values[about].mean(axis=0) - rotor, "mean phase of the bodies $\\psi$ (rad)"
+    return angle[about].mean(axis=0) - rotor, "mean phase of the bodies $\\psi$ (rad)"
 
 
 def _legend(axis: Axes) -> None:
     axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
 
 
-def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
+def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
     bodies = [str(b) for b in result.body.values]
     for i in range(min(len(bodies), _MOST_NAMES)):
         axis.plot(*thinned(time, result.speed.values[i]), label=bodies[i], **line_style(i), zorder=3 - 0.1 * i)
+    if slow is not None:
+        axis.plot(*thinned(slow, result.slow_speed.values[0]), label=f"{bodies[0]}, slow equations", **SLOW)
     free = float(result.free_speed)
     if np.isfinite(free):
         axis.axhline(free, color=GREY, linestyle="--", linewidth=0.9, label="no-load speed")
@@ -83,23 +90,28 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
     _legend(axis)
 
 
-def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
+def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
     dimensional = result.amplitude.attrs["units"] == "m"
     scale, unit = (1e3, "mm") if dimensional else (1.0, result.amplitude.attrs["units"])
     between = np.abs(result.amplitude.values - result.radius.values)
     if (between > 2e-2 * float(result.peak_amplitude)).any():
         axis.plot(*thinned(time, scale * result.radius.values), color=COLOURS[4], linewidth=0.4, label="distance")
     axis.plot(*thinned(time, scale * result.amplitude.values), color=COLOURS[0], linewidth=1.1, label="amplitude")
+    if slow is not None:
+        axis.plot(*thinned(slow, scale * result.slow_amplitude.values), label="slow equations", **SLOW)
     axis.set_ylabel(label(result, "amplitude", unit))
     axis.set_ylim(bottom=0)
     _legend(axis)
 
 
-def _phases(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
+def _phases(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
     for i, name in enumerate(result.balancer.values):
         shown = without_jumps(np.degrees(result.phase.values[i]), 360.0)
         named = str(name) if i < _MOST_NAMES else None
         axis.plot(time, shown, label=named, **line_style(i + 1))
+        if slow is not None:
+            other = without_jumps(np.degrees(result.slow_phase.values[i]), 360.0)
+            axis.plot(slow, other, label="slow equations" if i == 0 else None, **SLOW)
     axis.set_ylim(0, 360)
     axis.set_yticks([0, 90, 180, 270, 360])
     axis.set_ylabel("phase to the rotor (°)")

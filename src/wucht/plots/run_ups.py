@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.plots.style import DASHES, GREY, label, line_style, new_figure, thinned
+from wucht.plots.style import DASHES, GREY, SLOW, label, line_style, new_figure, thinned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,6 +32,11 @@ def figure(result: xr.Dataset) -> Figure:
         style = line_style(k) | {"linestyle": DASHES[min(k, len(DASHES) - 1)] if len(cases) <= len(DASHES) else "-"}
         speed.plot(*thinned(at, run.speed.values[0][inside]), label=name, **style)
         amplitude.plot(*thinned(at, scale * run.amplitude.values[inside]), **style)
+        if "slow_speed" in result:
+            slow = run["slow_abscissa" if over else "time"].values[inside]
+            named = "slow equations" if k == 0 else None
+            speed.plot(*thinned(slow, run.slow_speed.values[0][inside]), label=named, **SLOW)
+            amplitude.plot(*thinned(slow, scale * run.slow_amplitude.values[inside]), **SLOW)
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
     for k, value in enumerate(sorted(free) if len(free) <= 2 else ()):
         speed.axhline(value, color=GREY, linestyle=":", linewidth=0.9, label="no-load speed" if k == 0 else None)

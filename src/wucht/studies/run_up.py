@@ -25,6 +25,7 @@ from wucht.studies.cases import read_cases
 from wucht.studies.keys import engine_of, positive, start_of, tolerance_of
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.release import placed
+from wucht.studies.run_up_model import FullModel, Model, slow_model
 from wucht.studies.run_up_plan import Plan
 from wucht.studies.start import start_state
 from wucht.studies.verdict import Verdict, judge
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ABSCISSAE = ("time", "phi", "psi")
+MODELS = ("full", "slow", "both")
 _SETTLED_TOLERANCE = 1e-5
 _NO_ACCELERATION = 1e-12
 _SAVE_EVERY_S = 5.0
@@ -46,9 +48,10 @@ class RunUp:
 
     It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has settled. start: see
     ``start_state``. starts: many of them, or ``values`` of the parameter ``along``: a run each, in one result. over: the
-    abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle) or ``"psi"`` (mean phase of its bodies). tolerance: of
-    the integration. speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``, ``"scipy"``,
-    ``"scipy-radau"`` or None for the best installed.
+    abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle) or ``"psi"`` (mean phase of its bodies). model: the
+    ``"full"`` equations, the ``"slow"`` ones, or ``"both"``; inertia: whether the slow ones keep that of the balancing bodies
+    (None: where one of them is not damped), order: theirs, 1 or 2. tolerance: of the integration. speed_limit: beyond it the
+    run ends as ``runaway``. engine: ``"heyoka"``, ``"scipy"``, ``"scipy-radau"`` or None for the best installed.
     """
 
     until: float | None = None
@@ -58,6 +61,9 @@ class RunUp:
     along: str | None = None
     values: tuple[float, ...] = ()
     over: str = "time"
+    model: str = "full"
+    inertia: bool | None = None
+    order: int = 1
     tolerance: float = DEFAULT_TOLERANCE
     speed_limit: float | None = None
     engine: str | None = None
@@ -74,6 +80,8 @@ class RunUp:
         "values",
         "over",
         "model",
+        "inertia",
+        "order",
         "tolerance",
         "speed_limit",
         "engine",
@@ -83,11 +91,7 @@ class RunUp:
     def read(cls, table: Mapping[str, Any], machine: Machine) -> RunUp:
         """From the table ``[study]``. Raises ``InputError``, located from ``study`` on."""
         refuse_unknown(table, cls.keys, "study")
-        model = table.get("model", "full")
-        if model in ("slow", "both"):
-            raise InputError("study.model", model, "not yet: the slow equations come with a later version; allowed is 'full'")
-        if model != "full":
-            raise InputError("study.model", model, "allowed is 'full'")
+        model, inertia, order = read_model(table)
         over = table.get("over", "time")
         if over not in ABSCISSAE:
             raise InputError("study.over", over, f"allowed is {', '.join(ABSCISSAE)}")
@@ -97,6 +101,9 @@ class RunUp:
         until, turns = _extent(table, Unit(machine.units.time, "time"))
         return cls(
             over=over,
+            model=model,
+            inertia=inertia,
+            order=order,
             starts=starts,
             along=along,
             values=values,
@@ -112,13 +119,30 @@ class RunUp:
         """Raises ``InputError`` where the start does not fit the machine, or where nothing would turn."""
         for case in self.cases():
             case_machine = machine if case.along is None else machine.with_values({case.along: case.values[0]})
-            prepared(case_machine, case)
+            placed_machine, initial = prepared(case_machine, case)
+            if case.model != "full":
+                slow_model(placed_machine, initial, case.inertia, case.order)
 
     def cases(self) -> list[RunUp]:
         """The runs that are asked for: one with a start and a value each."""
         starts = self.starts or (self.start,)
         values: list[tuple[float, ...]] = [(v,) for v in self.values] or [()]
         return [replace(self, start=s, starts=(), values=v) for v in values for s in starts]
+
+
+def read_model(table: Mapping[str, Any]) -> tuple[str, bool | None, int]:
+    """``model``, ``inertia`` and ``order``. Raises ``InputError``."""
+    model, inertia, order = table.get("model", "full"), table.get("inertia"), table.get("order", 1)
+    if model not in MODELS:
+        raise InputError("study.model", model, f"allowed is {', '.join(map(repr, MODELS))}")
+    if inertia is not None and not isinstance(inertia, bool):
+        raise InputError("study.inertia", inertia, "allowed is true or false: whether the slow equations keep it")
+    if order not in (1, 2) or isinstance(order, bool):
+        raise InputError("study.order", order, "allowed is 1 or 2: the order of the slow equations")
+    if model == "full" and (inertia is not None or "order" in table):
+        given = "inertia" if inertia is not None else "order"
+        raise InputError(f"study.{given}", table[given], "allowed only with model = 'slow' or 'both'")
+    return model, inertia, int(order)
 
 
 def _extent(table: Mapping[str, Any], time: Unit) -> tuple[float | None, float | None]:
@@ -171,30 +195,32 @@ def single_run_up(
     resume: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """A run from one start: see ``run_up``."""
+    if question.model == "both":
+        from wucht.studies.run_up_both import run_up_both
+
+        return run_up_both(machine, question, progress, checkpoint, resume)
     from wucht.studies.run_up_result import restore, result
 
     begun = clock.perf_counter()
     machine, initial = prepared(machine, question)
     plan = Plan.of(machine, question, initial)
-    flow = compile_system(machine.system, question.tolerance, plan.events, question.engine)
-    trajectory = restore(machine, question, resume) if resume is not None else None
+    slow = question.model == "slow"
+    model: Model = slow_model(machine, initial, question.inertia, question.order) if slow else FullModel(machine, initial)
+    flow = compile_system(model.system, question.tolerance, model.events(plan.events), question.engine)
+    # A slow run is quick and keeps no full states that it could go on from: it begins again.
+    trajectory = restore(machine, question, resume) if resume is not None and not slow else None
 
     def judged(t: Trajectory) -> Verdict:
-        free = free_speed(machine.at(t.end_time), machine.rotor, t.end_time)
-        if not plan.too_coarse:
-            return judge(machine, t, free)
-        verdict = judge(machine, t.tail(_JUDGED_IF_COARSE), free)
-        if verdict.outcome is Outcome.FAILED:
-            return verdict
-        return replace(verdict, outcome=Outcome.UNIDENTIFIED, advice="too few samples a turn are stored to tell")
+        return judged_by(machine, plan, model.seen(t))
 
     def described(t: Trajectory) -> xr.Dataset:
-        return result(machine, question, flow, t, judged(t), plan.warnings, begun)
+        said = [*plan.warnings, *model.warnings, *(model.remedies if t.failure else ())]
+        return result(machine, question, flow, model, t, judged(t), said, begun)
 
     keeper = _Keeper(checkpoint, described)
     for goal in plan.goals():
         while trajectory is None or trajectory.end_time < goal - plan.step / 2:
-            trajectory = _extend(machine, flow, trajectory, initial, goal, plan, progress)
+            trajectory = _extend(model, flow, trajectory, goal, plan, progress)
             if trajectory.ended:
                 break
             keeper.keep(trajectory)
@@ -202,6 +228,18 @@ def single_run_up(
             break
     assert trajectory is not None
     return described(trajectory)
+
+
+def judged_by(machine: Machine, plan: Plan, trajectory: Trajectory) -> Verdict:
+    """The verdict on a trajectory of the machine, none where it is sampled too coarsely."""
+    end = trajectory.end_time
+    free = free_speed(machine.at(end), machine.rotor, end)
+    if not plan.too_coarse:
+        return judge(machine, trajectory, free)
+    verdict = judge(machine, trajectory.tail(_JUDGED_IF_COARSE), free)
+    if verdict.outcome is Outcome.FAILED:
+        return verdict
+    return replace(verdict, outcome=Outcome.UNIDENTIFIED, advice="too few samples a turn are stored to tell")
 
 
 def prepared(machine: Machine, question: RunUp) -> tuple[Machine, np.ndarray]:
@@ -252,17 +290,16 @@ def _decided(plan: Plan, verdict: Verdict) -> bool:
 
 
 def _extend(
-    machine: Machine,
+    model: Model,
     flow: Flow,
     so_far: Trajectory | None,
-    initial: np.ndarray,
     goal: float,
     plan: Plan,
     progress: Progress | None,
 ) -> Trajectory:
     begin = 0.0 if so_far is None else so_far.end_time
-    state = initial if so_far is None else so_far.end_state
-    values = machine.system.values(machine.values) if so_far is None else so_far.parameters
+    state = model.initial if so_far is None else so_far.end_state
+    values = model.values if so_far is None else so_far.parameters
     grid = np.linspace(begin, goal, max(1, round((goal - begin) / plan.step)) + 1)
     report = None if progress is None else lambda t: progress(t, max(plan.expected_end, goal))
     leg = integrate(flow, state, values, grid, report, _SAVE_EVERY_S, plan.energy)

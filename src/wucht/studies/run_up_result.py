@@ -19,6 +19,7 @@ from wucht.results.conventions import variable
 from wucht.results.outcomes import Outcome
 from wucht.results.store import to_json
 from wucht.studies.attributes import attributes, structure
+from wucht.studies.run_up_model import Model
 from wucht.studies.run_up_variables import variables
 from wucht.studies.verdict import Verdict
 
@@ -34,6 +35,7 @@ def result(
     machine: Machine,
     question: RunUp,
     flow: Flow,
+    model: Model,
     trajectory: Trajectory,
     verdict: Verdict,
     warnings: Sequence[str],
@@ -45,7 +47,8 @@ def result(
     """
     import xarray as xr_
 
-    coordinates, data = variables(machine, flow, trajectory)
+    seen = model.seen(trajectory)
+    coordinates, data = variables(machine, model.outputs(trajectory, seen), seen)
     coordinates["parameter"] = variable("parameter", list(machine.values), "parameter")
     data["parameters"] = variable("parameter", list(machine.values.values()), "parameter values")
     data["parameters_at_end"] = variable("own", trajectory.parameters, "run-time parameters at the end")
@@ -60,6 +63,7 @@ def result(
         "outcome": str(verdict.outcome),
         "engine": flow.engine.name,
         "tolerance": flow.tolerance,
+        "model": question.model,
         "end_time": trajectory.end_time,
     }
     return found

@@ -13,7 +13,6 @@ from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.schedules import SCHEDULED
 from wucht.machines.static import static_position
 from wucht.machines.vibration import free_speed, group, unbalances
-from wucht.numerics.compile import Flow
 from wucht.numerics.peaks import envelope, interval_peaks
 from wucht.numerics.trajectory import Trajectory
 from wucht.results.conventions import Variable, variable
@@ -22,16 +21,15 @@ from wucht.studies.locking import frequency_of, is_locking
 Variables = dict[str, Variable]
 
 
-def variables(machine: Machine, flow: Flow, trajectory: Trajectory) -> tuple[Variables, Variables]:
-    """Coordinates and data of a run.
+def variables(machine: Machine, outputs: Mapping[str, np.ndarray], trajectory: Trajectory) -> tuple[Variables, Variables]:
+    """Coordinates and data of a run. outputs: those of the machine's System, (N,) each.
 
     Coordinates: time (N), body, balancer (bodies that turn about another), direction. Variables: angle, speed (body, time);
     phase (balancer, time); displacement, velocity, bearing_force (direction, time); radius, amplitude, motor_torque,
     motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time); natural_frequency
     (mode); peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time).
     """
-    outputs = flow.outputs(trajectory.time, trajectory.states, trajectory.parameters)
-    row = dict(zip(machine.system.state_names, trajectory.states, strict=True)) | outputs
+    row = dict(zip(machine.system.state_names, trajectory.states, strict=True)) | dict(outputs)
     balancers = [b.name for b in machine.bodies if b.about is not None]
     data = (
         _rotation(machine, row, trajectory.time)

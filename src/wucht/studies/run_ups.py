@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_SAMPLES = 20_000  # a case
-_KEPT = ("speed", "amplitude", "phase", "energy_residual", "abscissa")
+_KEPT = ("speed", "amplitude", "phase", "energy_residual", "slow_speed", "slow_amplitude", "abscissa", "slow_abscissa")
 
 
 def run_ups(
@@ -75,12 +75,15 @@ def _share(progress: Progress, k: int, count: int) -> Progress:
 def _reduced(run: xr.Dataset, over: str) -> xr.Dataset:
     """What is kept of a run: a few variables, sampled no more densely than a figure shows, and the figure's abscissa."""
     stride = -(-run.sizes["time"] // _MOST_SAMPLES)
-    rotor = run.angle.isel(body=0, drop=True)
-    if over == "phi":
-        run = run.assign(abscissa=(rotor - rotor[0]).assign_attrs(long_name="angle of the rotor", units="rad"))
-    if over == "psi":
-        mean = run.angle.sel(body=run.balancer.values).mean(dim="body") - rotor
-        run = run.assign(abscissa=mean.assign_attrs(long_name="mean phase of the bodies", units="rad"))
+    for model in ("", "slow_") if "slow_angle" in run else ("",):
+        angle = run[f"{model}angle"]
+        rotor = angle.isel(body=0, drop=True)
+        if over == "phi":
+            turned = (rotor - rotor[0]).assign_attrs(long_name="angle of the rotor", units="rad")
+            run = run.assign({f"{model}abscissa": turned})
+        if over == "psi":
+            mean = angle.sel(body=run.balancer.values).mean(dim="body") - rotor
+            run = run.assign({f"{model}abscissa": mean.assign_attrs(long_name="mean phase of the bodies", units="rad")})
     kept = run[[n for n in _KEPT if n in run]].isel(time=slice(None, None, stride))
     kept.attrs = {key: run.attrs[key] for key in ("summary", "outcome", "failure", "warnings")}
     return kept
@@ -128,7 +131,8 @@ def _joined(machine: Machine, question: RunUp, runs: Sequence[xr.Dataset], finis
 
 
 def _fingerprint(machine: Machine, question: RunUp) -> str:
-    asked = [[dict(c.start), list(c.values), c.until, c.turns, c.tolerance] for c in question.cases()]
+    cases = question.cases()
+    asked = [[dict(c.start), list(c.values), c.until, c.turns, c.tolerance, c.model, c.inertia, c.order] for c in cases]
     return to_json([structure(machine), machine.values, question.along, asked], indent=None)
 
 

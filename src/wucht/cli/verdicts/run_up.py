@@ -39,6 +39,17 @@ def lines(document: dict[str, Any]) -> list[str]:
         said.append(f"  in numbers   {', '.join(f'{name} {value:.4g}' for name, value in s['dimensionless'].items())}")
     if s["energy_residual"] is not None:
         said.append(f"  energy       balance closed to {s['energy_residual']:.1e}")
+    return said + _of_both(s, speed, length) if "slow" in s else said
+
+
+def _of_both(s: dict[str, Any], speed: Speaker, length: Speaker) -> list[str]:
+    """What the slow equations say, and how far they are from the full ones."""
+    slow = s["slow"]
+    said = [f"  slow         {slow['outcome']}, {speed(slow['final_speed'])}, amplitude {length(slow['final_amplitude'])}"]
+    for name, found in s["deviations"].items():
+        if found is not None:
+            apart = f"speed {speed(found['speed'])}, amplitude {length(found['amplitude'])}"
+            said.append(f"  apart        {apart} at most, {name.replace('_', ' ')}")
     return said
 
 

@@ -29,8 +29,8 @@ class RotatingBodies:
     n x n, constant. relative: n x n, dampers between the bodies of a rotor, rows that sum to zero. drive, losses: torques on
     each body as functions of its own speed, in its sense and against it. mass, damping, stiffness: m x m. excitation: n rows
     of m phasors E_i. axis: 1 or 2 x m, the coordinates x, y of the main rotor's axis (or an angle) in those of the carrier.
-    weight: gravity turns body i with Re[weight_i exp(i theta_i)]. given: the main rotor's speed where it is prescribed.
-    shaking: a prescribed motion of the carrier.
+    definitions: what the others use. weight: gravity turns body i with Re[weight_i exp(i theta_i)]. given: the main rotor's
+    speed where it is prescribed. shaking: a prescribed motion of the carrier.
     """
 
     names: tuple[str, ...]
@@ -45,6 +45,7 @@ class RotatingBodies:
     excitation: tuple[tuple[Phasor, ...], ...]
     labels: tuple[str, ...]
     axis: sp.ImmutableMatrix
+    definitions: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
     weight: tuple[Phasor, ...] = ()
     given: sp.Expr | None = None
     shaking: Shaking | None = None

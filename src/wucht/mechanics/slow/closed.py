@@ -22,7 +22,7 @@ class Closed:
     rows: tuple[tuple[sp.Expr, sp.Expr], ...]
 
 
-def with_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr], mark: str) -> Closed:
+def with_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr]) -> Closed:
     """J theta'' + B theta' = L + V."""
     n, j = len(bodies.names), bodies.inertia
     speeds = [bodies.speed(i) for i in range(n)]
@@ -37,49 +37,36 @@ def with_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr
     ]
     found, solution = solve_by_elimination(
         sp.ImmutableMatrix(j.extract(free, free)), sp.ImmutableMatrix([r for _, r in rows]), [bodies.names[i] for i in free],
-        f"theta''{mark} ",
+        "theta'' ",
     )  # fmt: skip
     lines.pairs += found
     accelerations = dict(zip(free, solution, strict=True))
     return Closed(speeds, [accelerations.get(i, given) for i in range(n)], tuple(rows))
 
 
-def without_inertia(
-    bodies: RotatingBodies,
-    lines: Lines,
-    torques: Sequence[sp.Expr],
-    mark: str,
-    slips: Sequence[sp.Expr] | None = None,
-    slip_rates: Sequence[sp.Expr] | None = None,
-) -> Closed:
-    """w' of each rotor and nu = theta' - w of its bodies. slips, slip_rates: nu and nu' so far, for the next order."""
+def without_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr]) -> Closed:
+    """w' of each rotor and nu = theta' - w of its bodies."""
     n, j = len(bodies.names), bodies.inertia
     speeds, accelerations, rows = [sp.S.Zero] * n, [sp.S.Zero] * n, list[tuple[sp.Expr, sp.Expr]]()
     for head in bodies.rotors:
         group, w = bodies.group(head), bodies.speed(head)
         weights = weights_of(bodies, group)
-        loads = {}
-        for i in group:
-            slip = slips[i] if slips is not None else sp.S.Zero
-            inertial = sp.Add(*(j[i, k] * slip_rates[k] for k in group)) if slip_rates is not None else sp.S.Zero
-            loads[i] = absolute(bodies, i, w + slip) + torques[i] - inertial
+        loads = {i: absolute(bodies, i, w) + torques[i] for i in group}
         effective = sp.Add(*(weights[i] * j[i, k] for i in group for k in group))
         rate = rate_of_given(bodies)
         if head or bodies.given is None:
             pushed = sp.Add(*(weights[i] * loads[i] for i in group))
             rows.append((effective * rate_of(bodies, head), pushed))
-            rate = lines.name(pushed / effective, f"theta''{mark} [{bodies.names[head]}]")
+            rate = lines.name(pushed / effective, f"theta''[{bodies.names[head]}]")
         accelerations[head], speeds[head] = rate, w
         others = group[1:]
         if others:
             right = [loads[i] - sp.Add(*(j[i, k] for k in group)) * rate for i in others]
             damping = sp.ImmutableMatrix(bodies.relative.extract(others, others))
-            found, nu = solve_by_elimination(
-                damping, sp.ImmutableMatrix(right), [bodies.names[i] for i in others], f"nu{mark} "
-            )
+            found, nu = solve_by_elimination(damping, sp.ImmutableMatrix(right), [bodies.names[i] for i in others], "nu ")
             lines.pairs += found
             for k, i in enumerate(others):
-                slip = lines.name(nu[k], f"nu{mark}[{bodies.names[i]}]")
+                slip = lines.name(nu[k], f"nu[{bodies.names[i]}]")
                 speeds[i], accelerations[i] = w + slip, rate
                 left = sp.Add(*(damping[k, m] * slip_of(bodies, q) for m, q in enumerate(others)))
                 rows.append((left, loads[i] - sp.Add(*(j[i, q] for q in group)) * rate_of(bodies, head)))

@@ -1,7 +1,7 @@
 """The slow equations of rotating bodies on a linear carrier: the fast rotation averaged away, for any number of both.
 
 With q the carrier's coordinates, theta_i = sigma_i phi_i the bodies' angles in their own sense and E_i = U_i e_i their
-excitation (``linear_carrier``), body i moves the carrier like the moment Re[E_i exp(i theta_i)], and the carrier turns it back with the
+excitation (``linear_carrier``), body i moves the carrier like the moment Re[E_i exp(i theta_i)], and is turned back with the
 torque -q''^T d/dtheta_i Re[E_i exp(i theta_i)]. At the common speed w, theta_i = theta + alpha_i, q = Re[z exp(i theta)]:
 
     z = H(w) F,  F = w^2 sum E_k exp(i alpha_k),  H(w) = (K - w^2 M + i w C)^-1,  Z = -w^2 z (the acceleration),
@@ -55,13 +55,13 @@ def slow_equations(bodies: RotatingBodies, inertia: bool = True, order: int = 1)
     """
     if order not in (1, 2):
         raise WuchtError(f"order {order} of the slow equations: allowed is 1 or 2")
-    lines = Lines()
+    lines = Lines(list(bodies.definitions))
     field = Field.of(bodies, lines)
     w = bodies.frequency
     force = [s.scaled(w**2) for s in field.moments]
     motion = field.motion(force, "")
     torques = field.torques(motion, "")
-    closed = with_inertia(bodies, lines, torques, "") if inertia else without_inertia(bodies, lines, torques, "")
+    closed = with_inertia(bodies, lines, torques) if inertia else without_inertia(bodies, lines, torques)
     if order == 1:
         shown = tuple(lines.pairs)
         return _assembled(bodies, lines, shown, motion, ripple(bodies, field, motion), torques, closed, inertia)

@@ -31,7 +31,8 @@ def ripple(bodies: RotatingBodies, field: Field, motion: Sequence[Phasor]) -> Ri
     nothing = [ZERO] * len(bodies.names)
     alternating = nothing if is_round(bodies) else field.alternating(motion)
     weight = [g * c for g, c in zip(bodies.weight or nothing, field.direction, strict=True)]
-    twice = _fluctuation(bodies, field, alternating, 2, "T", "P")
+    over_w = [t.scaled(1 / bodies.frequency) for t in alternating]  # T goes as w^2: there is no division by w at rest
+    twice = _fluctuation(bodies, field, over_w, 2, "T", "P")
     return Ripple(_fluctuation(bodies, field, weight, 1, "W", "G"), twice, weight, alternating)
 
 
@@ -51,8 +52,10 @@ def _fluctuation(
     inertia, damping = sp.Matrix(bodies.inertia.extract(*at)), sp.Matrix((bodies.relative + own).extract(*at))
     if damping != damping.T:
         raise WuchtError("dampers that are not reciprocal: the fluctuation within a turn is not computed for them")
-    still = sp.zeros(len(free), len(free))
-    response = Response(inertia, damping, still, times * w, names, field.lines, f"Q{times}")
-    found = response(field.lines.phasors([torque[i] for i in free], cause, names), label)
-    amplitudes = dict(zip(free, found, strict=True))
+    # Solved for the velocities i times w P, whose matrix k + i times w J is regular at rest where the drives have a slope.
+    massless = sp.zeros(len(free), len(free))
+    response = Response(massless, inertia, damping, times * w, names, field.lines, f"Q{times}")
+    velocities = response(field.lines.phasors([torque[i] for i in free], cause, names), f"{label}'")
+    found = [v.turned.scaled(-1 / (times * w ** (2 - times))) for v in velocities]
+    amplitudes = dict(zip(free, field.lines.phasors(found, label, names), strict=True))
     return [amplitudes.get(i, ZERO) for i in range(n)]

@@ -1,60 +1,216 @@
-"""The next order of the slow equations: what the carrier remembers, and what the fluctuation at twice the speed does.
+"""The next order of the slow equations: what the carrier remembers, and what the fluctuation within a turn does.
 
-While speeds and phases change slowly, the acceleration of the carrier follows the moments with (proven by expanding the
-convolution with H about the present)
+While speeds and phases change slowly, the acceleration of the carrier follows the moments with (the convolution with H expanded
+about the present)
 
     Z = G F - i G' F' - (i/2) G'' w' F,   G = -w^2 H(w),   F = sum E_k (phi_k'^2 - i phi_k'') exp(i alpha_k),
 
-a prime at G meaning d/dw, at F and w d/dt. The fluctuation psi_k = Re[P_k exp(2 i theta)] changes the moments by
-dS = -(i/2) sum conj(E_k exp(i alpha_k)) P_k and the mean torque by -(1/2) Im[T_i conj(P_i)]. The error of the slow motion is
-then O(epsilon^2) over times 1/epsilon, where it starts with its own fast part.
+a prime at G meaning d/dw, at F and w d/dt: linear in the slips s_k = phi_k' - w and the accelerations a_k = phi_k'', which are
+taken implicitly, so that what is steady in the first order stays steady. The fluctuation psi_k = Re[P_k exp(2 i theta)] changes
+the moments by dS = -(i/2) sum conj(E_k exp(i alpha_k)) P_k and the mean torque by -Im[T_k conj(P_k)]/2. The error of the slow
+motion is O(epsilon^2) over times 1/epsilon, where the full motion starts with the fast part that belongs to it. Rotors that are
+not damped against each other librate with sqrt(epsilon): in their phases the small parameter is that.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 
-from wucht.mechanics.phasors import Lines, Phasor, total
-from wucht.mechanics.slow.bodies import RotatingBodies
-from wucht.mechanics.slow.closed import Closed, with_inertia, without_inertia
+from wucht.mechanics.elimination import solve_general
+from wucht.mechanics.phasors import Phasor, total
+from wucht.mechanics.slow.bodies import RotatingBodies, absolute, rate_of_given
+from wucht.mechanics.slow.closed import Closed
 from wucht.mechanics.slow.field import Field
 from wucht.mechanics.slow.ripple import Ripple
 
+Amplitudes = list[Phasor]
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What a steady motion (``base``), each slip and each acceleration contribute to displacements (m) and torques (n)."""
+
+    base: tuple[Amplitudes, list[sp.Expr]]
+    slip: list[tuple[Amplitudes, list[sp.Expr]]]
+    acceleration: list[tuple[Amplitudes, list[sp.Expr]]]
+
 
 def second_order(
-    bodies: RotatingBodies,
-    field: Field,
-    motion: Sequence[Phasor],
-    pulsing: Ripple,
-    first: Closed,
-    inertia: bool,
-) -> tuple[list[Phasor], list[sp.Expr], Closed]:
-    """Displacement amplitudes, vibration torques and the closed equations of the next order, from those of the first."""
-    n, w, lines = len(bodies.names), bodies.frequency, field.lines
-    speeds, rates = list(first.speeds), list(first.accelerations)
-    slips = slip_rates = None
-    if not inertia:
-        slips = [speeds[i] - bodies.speed(bodies.heads[i]) for i in range(n)]
-        slip_rates = [lines.name(r, f"nu'[{bodies.names[i]}]") for i, r in enumerate(_changing(bodies, lines, first, slips))]
-        rates = [rates[bodies.heads[i]] + slip_rates[i] for i in range(n)]
-    own = _pulled(field, speeds, rates)
-    turning = [speeds[i] - w for i in range(n)]
-    force = lines.phasors([total(f) for f in own], "F", _names(field))
-    change = lines.phasors(_change(field, speeds, rates, turning), "F'", _names(field))
+    bodies: RotatingBodies, field: Field, motion: Sequence[Phasor], pulsing: Ripple, first: Closed, inertia: bool
+) -> tuple[Amplitudes, list[sp.Expr], Closed]:
+    """Displacement amplitudes (m), vibration torques (n) and the closed equations of the next order, from the first."""
+    n, w, lines, every = len(bodies.names), bodies.frequency, field.lines, range(len(bodies.names))
+    memory = _memory(bodies, field, motion, pulsing)
+    solve = _inert if inertia else _damped
+    speeds, accelerations = solve(bodies, field, memory, first)
+    slips = [lines.name(speeds[k] - w, f"s[{bodies.names[k]}]") for k in every]
+    rates = [lines.name(a, f"a[{bodies.names[k]}]") for k, a in enumerate(accelerations)]
+    torques = [
+        lines.name(
+            memory.base[1][i]
+            + sp.Add(*(memory.slip[k][1][i] * slips[k] + memory.acceleration[k][1][i] * rates[k] for k in every)),
+            f"V2[{bodies.names[i]}]",
+        )
+        for i in range(n)
+    ]
+    moved = [
+        total([z, *(memory.slip[k][0][d].scaled(slips[k]) + memory.acceleration[k][0][d].scaled(rates[k]) for k in every)])
+        for d, z in enumerate(memory.base[0])
+    ]
+    rows = tuple((left, _renewed(right, torques, bodies)) for left, right in first.rows)
+    return moved, torques, Closed(list(speeds), list(accelerations), rows)
+
+
+def _renewed(right: sp.Expr, torques: Sequence[sp.Expr], bodies: RotatingBodies) -> sp.Expr:
+    """A row with the torques of the next order in place of the first."""
+    old = [sp.Symbol(f"V[{name}]", real=True) for name in bodies.names]
+    return right.xreplace(dict(zip(old, torques, strict=True)))
+
+
+def _inert(bodies: RotatingBodies, field: Field, memory: Memory, first: Closed) -> tuple[list[sp.Expr], list[sp.Expr]]:
+    """(J - A) a = L + V - B theta': speeds and accelerations (n)."""
+    n, w, j, every = len(bodies.names), bodies.frequency, bodies.inertia, range(len(bodies.names))
+    speeds, given = first.speeds, rate_of_given(bodies)
+    free = [i for i in every if i or bodies.given is None]
+    right, left = [], []
+    for i in free:
+        known = memory.base[1][i] + sp.Add(*(memory.slip[k][1][i] * (speeds[k] - w) for k in every))
+        inner = sp.Add(*(bodies.relative[i, k] * speeds[k] for k in every))
+        effective = [j[i, k] - memory.acceleration[k][1][i] for k in every]
+        prescribed = effective[0] * given if bodies.given is not None else 0
+        right.append(absolute(bodies, i, speeds[i]) - inner + known - prescribed)
+        left.append([effective[k] for k in free])
+    names = [bodies.names[i] for i in free]
+    found = dict(zip(free, solve_general(left, right, names, field.lines.name, "theta''2"), strict=True))
+    return list(speeds), [found.get(i, given) for i in range(n)]
+
+
+def _damped(bodies: RotatingBodies, field: Field, memory: Memory, first: Closed) -> tuple[list[sp.Expr], list[sp.Expr]]:
+    """J (w' 1 + nu') + B nu = L + V for w' of the rotors and nu of their bodies, nu' being the rate of the first order's nu."""
+    n, w, j, every = len(bodies.names), bodies.frequency, bodies.inertia, range(len(bodies.names))
+    unknown = [i for i in every if i or bodies.given is None]
+    turning = [bodies.speed(h) for h in bodies.heads]
+    nu = [first.speeds[i] - turning[i] for i in every]
+    drift, constant = _slip_rates(bodies, field, nu, unknown)
+    rates_known = rate_of_given(bodies)
+    right, left = [], []
+    for i in unknown:
+        head = bodies.heads[i]
+        row = dict.fromkeys(unknown, sp.S.Zero)
+        known = absolute(bodies, i, turning[i]) + memory.base[1][i]
+        for k in every:
+            pulled, pushed = memory.slip[k][1][i], memory.acceleration[k][1][i]
+            effective = (j[i, k] if bodies.heads[k] == head else sp.S.Zero) - pushed
+            known += pulled * (turning[k] - w) - effective * constant[k]
+            for q, slope in drift[k].items():  # nu_k' = sum slope_q y_q' + constant
+                row[q] += effective * slope
+            if bodies.heads[k] in row:
+                row[bodies.heads[k]] += effective  # w' of its rotor
+            else:
+                known -= effective * rates_known
+            if k not in bodies.rotors:
+                row[k] += (bodies.relative[i, k] if bodies.heads[k] == head else sp.S.Zero) - pulled
+        if i not in bodies.rotors:
+            v = sp.Dummy("v", real=True)
+            row[i] -= sp.diff(absolute(bodies, i, v), v).xreplace({v: turning[i]})
+        right.append(known)
+        left.append([row[q] for q in unknown])
+    names = [bodies.names[i] for i in unknown]
+    found = dict(zip(unknown, solve_general(left, right, names, field.lines.name, "y'"), strict=True))
+    speeds = [turning[i] + (found[i] if i not in bodies.rotors else sp.S.Zero) for i in range(n)]
+    slip_rates = [constant[k] + sp.Add(*(s * found[q] for q, s in drift[k].items())) for k in every]
+    return speeds, [found.get(bodies.heads[k], rates_known) + slip_rates[k] for k in every]
+
+
+def _slip_rates(
+    bodies: RotatingBodies, field: Field, nu: Sequence[sp.Expr], unknown: Sequence[int]
+) -> tuple[list[dict[int, sp.Expr]], list[sp.Expr]]:
+    """nu_k' = sum slope_kq y_q' + constant_k: y_q is the speed of rotor q or the phase of body q, the rest is known."""
+    slopes = [dict[int, sp.Expr]() for _ in nu]
+    lines, before = field.lines, list(field.lines.pairs)
+    for q in unknown:
+        variable = bodies.speed(q) if q in bodies.rotors else bodies.phases[q]
+        found = lines.rates({variable: sp.S.One}, nu, f"/{variable}", before)
+        for k, slope in enumerate(found):
+            if slope != 0:
+                slopes[k][q] = lines.name(slope, f"dnu[{bodies.names[k]}]/{variable}")
+    moving = {
+        phase: bodies.speed(i) - (bodies.speed(0) if i else bodies.frequency)
+        for i, phase in enumerate(bodies.phases)
+        if phase is not None and i in bodies.rotors
+    }
+    constant = lines.rates(moving, nu, "'", before) if moving else [sp.S.Zero] * len(nu)
+    return slopes, constant
+
+
+def _memory(bodies: RotatingBodies, field: Field, motion: Sequence[Phasor], pulsing: Ripple) -> Memory:
+    w, lines, names = bodies.frequency, field.lines, [bodies.labels[d] for d in field.free]
     shifted = _shifted(bodies, field, pulsing.twice)
+    base = list(motion)
     if shifted is not None:
-        force = lines.phasors([f + s.scaled(w**2) for f, s in zip(force, shifted, strict=True)], "F+", _names(field))
-    acceleration, displacement = _remembered(field, force, change, rates[0] if bodies.shaking is None else sp.S.Zero)
-    torques = field.torques(displacement, "2", acceleration)
+        force = [(s + d).scaled(w**2) for s, d in zip(field.moments, shifted, strict=True)]
+        base = field.motion(lines.phasors(force, "F2", names), "2")
+    torques = field.torques(base, "0")
     torques = [v + m for v, m in zip(torques, _rectified(pulsing), strict=True)]
-    closed = (
-        with_inertia(bodies, lines, torques, "2")
-        if inertia
-        else without_inertia(bodies, lines, torques, "2", slips, slip_rates)
-    )
-    return displacement, torques, closed
+    slip, acceleration = [], []
+    for k, (e, c) in enumerate(zip(bodies.excitation, field.direction, strict=True)):
+        own = [e[d] * c for d in field.free]
+        h, bent = _twice(field, own, bodies.names[k])
+        # G e = -w^2 h, G' e = -2 w h + w^2 bent with h = H e and bent = H D' H e
+        slip.append(
+            _effect(
+                field,
+                [a.scaled(2 * w) - b.scaled(w**2) for a, b in zip(h, bent, strict=True)],
+                [b.scaled(w**4) - a.scaled(4 * w**3) for a, b in zip(h, bent, strict=True)],
+                f"s,{bodies.names[k]}",
+            )
+        )
+        displaced = [(b.scaled(2 * w) - a).turned for a, b in zip(h, bent, strict=True)]
+        pulled = [(a.scaled(5 * w**2) - b.scaled(2 * w**3)).turned for a, b in zip(h, bent, strict=True)]
+        if k == 0 and bodies.shaking is None:
+            z2, g2 = _bent_twice(field, [base[d] for d in field.free])
+            displaced = [a - b.turned.scaled(sp.S.Half) for a, b in zip(displaced, z2, strict=True)]
+            pulled = [a - b.turned.scaled(sp.S.Half) for a, b in zip(pulled, g2, strict=True)]
+        acceleration.append(_effect(field, displaced, pulled, f"a,{bodies.names[k]}"))
+    return Memory((base, torques), slip, acceleration)
+
+
+def _effect(field: Field, displaced: Sequence[Phasor], pulled: Sequence[Phasor], mark: str) -> tuple[Amplitudes, list[sp.Expr]]:
+    """Displacements and torques of all coordinates and bodies for those of the free ones."""
+    labels = field.bodies.labels
+    displacements, accelerations = [Phasor()] * len(labels), [Phasor()] * len(labels)
+    for d, z, g in zip(field.free, displaced, pulled, strict=True):
+        displacements[d] = field.lines.phasor(z, f"z{mark}[{labels[d]}]")
+        accelerations[d] = field.lines.phasor(g, f"Z{mark}[{labels[d]}]")
+    return displacements, field.torques([], f",{mark}", accelerations)
+
+
+def _slope(field: Field, z: Sequence[Phasor]) -> Amplitudes:
+    """D' z, D' = i C - 2 w M."""
+    b, w = field.bodies, field.bodies.frequency
+    return [
+        total([Phasor(-2 * w * b.mass[d, c], b.damping[d, c]) * z[k] for k, c in enumerate(field.free)]) for d in field.free
+    ]
+
+
+def _twice(field: Field, force: Sequence[Phasor], mark: str) -> tuple[Amplitudes, Amplitudes]:
+    """H F and H D' H F; H' F = -H D' H F."""
+    h = field.response(force, f"h,{mark}")
+    return h, field.response(_slope(field, h), f"hh,{mark}")
+
+
+def _bent_twice(field: Field, z: Sequence[Phasor]) -> tuple[Amplitudes, Amplitudes]:
+    """H'' F and G'' F for z = H F: H'' F = H (2 D' H D' - D'') z, D'' = -2 M."""
+    b, w = field.bodies, field.bodies.frequency
+    bent = field.response(_slope(field, z), "h'")
+    curved = [total([z[k].scaled(2 * b.mass[d, c]) for k, c in enumerate(field.free)]) for d in field.free]
+    force = [p.scaled(2) + q for p, q in zip(_slope(field, bent), curved, strict=True)]
+    second = field.response(force, "h''")
+    g2 = [y.scaled(4 * w) - x.scaled(2) - s.scaled(w**2) for x, y, s in zip(z, bent, second, strict=True)]
+    return second, g2
 
 
 def _rectified(pulsing: Ripple) -> list[sp.Expr]:
@@ -64,94 +220,12 @@ def _rectified(pulsing: Ripple) -> list[sp.Expr]:
     return [-(a + b) / 2 for a, b in zip(twice, once, strict=True)]
 
 
-def _names(field: Field) -> list[str]:
-    return [field.bodies.labels[d] for d in field.free]
-
-
-def _changing(bodies: RotatingBodies, lines: Lines, first: Closed, slips: Sequence[sp.Expr]) -> list[sp.Expr]:
-    """nu' of the first order: the rate of nu along its own solution."""
-    given = dict[sp.Symbol, sp.Expr]()
-    for i in bodies.rotors:
-        if i or bodies.given is None:
-            given[bodies.speed(i)] = first.accelerations[i]
-    for i, phase in enumerate(bodies.phases):
-        if phase is not None:
-            reference = bodies.heads[i] if bodies.heads[i] != i else 0
-            given[phase] = first.speeds[i] - (first.speeds[reference] if i else bodies.frequency)
-    return lines.rates(given, list(slips), "'")
-
-
-def _pulled(field: Field, speeds: Sequence[sp.Expr], rates: Sequence[sp.Expr]) -> list[list[Phasor]]:
-    """E_k (phi_k'^2 - i phi_k'') exp(i alpha_k) in each free direction, a body each."""
-    b = field.bodies
-    factors = [Phasor(v**2, -a) * c for v, a, c in zip(speeds, rates, field.direction, strict=True)]
-    return [[e[d] * f for e, f in zip(b.excitation, factors, strict=True) if not e[d].is_zero] for d in field.free]
-
-
-def _change(field: Field, speeds: Sequence[sp.Expr], rates: Sequence[sp.Expr], turning: Sequence[sp.Expr]) -> list[Phasor]:
-    """F' = (2 phi' phi'' + i alpha' (phi'^2 - i phi'')) exp(i alpha): the third derivatives are of higher order."""
-    b = field.bodies
-    factors = [
-        (Phasor(2 * v * a) + Phasor(v**2, -a).turned.scaled(s)) * c
-        for v, a, s, c in zip(speeds, rates, turning, field.direction, strict=True)
-    ]
-    found = []
-    for d in field.free:
-        found.append(total([e[d] * f for e, f in zip(b.excitation, factors, strict=True) if not e[d].is_zero]))
-    return found
-
-
-def _shifted(bodies: RotatingBodies, field: Field, pulsing: Sequence[Phasor]) -> list[Phasor] | None:
+def _shifted(bodies: RotatingBodies, field: Field, pulsing: Sequence[Phasor]) -> Amplitudes | None:
     """dS in each free direction, None where nothing fluctuates."""
     if all(p.is_zero for p in pulsing):
         return None
     found = []
     for d in field.free:
-        terms = [
-            (e[d] * c).conj * p for e, c, p in zip(bodies.excitation, field.direction, pulsing, strict=True) if not e[d].is_zero
-        ]
-        found.append(total(terms).turned.scaled(-sp.S.Half))
+        terms = [(e[d] * c).conj * p for e, c, p in zip(bodies.excitation, field.direction, pulsing, strict=True)]
+        found.append(total([t for t in terms if not t.is_zero]).turned.scaled(-sp.S.Half))
     return found
-
-
-def _remembered(
-    field: Field, force: Sequence[Phasor], change: Sequence[Phasor], w_rate: sp.Expr
-) -> tuple[list[Phasor], list[Phasor]]:
-    """Accelerations Z and displacements z of all coordinates (m), with the slow changes of F and w.
-
-    With D = K - w^2 M + i w C: H' F = -H D' H F and H'' F = H (2 D' H D' - D'') H F.
-    """
-    b, w = field.bodies, field.bodies.frequency
-    size = range(len(field.free))
-
-    def slope(z: Sequence[Phasor]) -> list[Phasor]:
-        """D' z, D' = i C - 2 w M."""
-        return [
-            total([Phasor(-2 * w * b.mass[d, c], b.damping[d, c]) * z[k] for k, c in enumerate(field.free)]) for d in field.free
-        ]
-
-    def curved(z: Sequence[Phasor]) -> list[Phasor]:
-        """D'' z = -2 M z."""
-        return [total([z[k].scaled(-2 * b.mass[d, c]) for k, c in enumerate(field.free)]) for d in field.free]
-
-    still = field.motion(force, "2")
-    z = [still[d] for d in field.free]
-    # A prescribed motion does not change: only the bodies' forces are remembered.
-    own = z if b.shaking is None else field.response(force, "zF")
-    first = [p.scaled(-sp.S.One) for p in field.response(slope(own), "H'F")]
-    changing = field.response(change, "HF'")
-    changed = [p.scaled(-sp.S.One) for p in field.response(slope(changing), "H'F'")]
-    bent = [p.scaled(-2) for p in field.response(slope(first), "H2D")]
-    bent = [p - q for p, q in zip(bent, field.response(curved(own), "H2F"), strict=True)]
-    accelerations, displacements = list(still), list(still)
-    for k, d in zip(size, field.free, strict=True):
-        g1 = changing[k].scaled(-2 * w) + changed[k].scaled(-(w**2))  # G' F'
-        g2 = own[k].scaled(-2) + first[k].scaled(-4 * w) + bent[k].scaled(-(w**2))  # G'' F
-        memory = g1 + g2.scaled(w_rate / 2)
-        accelerations[d] = still[d].scaled(-(w**2)) - memory.turned
-        displacements[d] = z[k] - (changed[k] + bent[k].scaled(w_rate / 2)).turned
-    if b.shaking is not None:
-        accelerations[b.shaking.index] = still[b.shaking.index].scaled(-(w**2))
-    named = [field.lines.phasor(a, f"Z[{label}]") for a, label in zip(accelerations, b.labels, strict=True)]
-    moved = [field.lines.phasor(a, f"q[{label}]") for a, label in zip(displacements, b.labels, strict=True)]
-    return named, moved
