@@ -22,7 +22,7 @@ def _load(name: str) -> ModuleType:
 
 
 def test_every_example_is_tested_here() -> None:
-    assert sorted(p.stem for p in EXAMPLES.glob("*.py")) == ["numerics_alone", "own_part"]
+    assert sorted(p.stem for p in EXAMPLES.glob("*.py")) == ["averaging_alone", "numerics_alone", "own_part"]
 
 
 def test_a_part_of_our_own_is_one_class() -> None:
@@ -35,6 +35,15 @@ def test_a_part_of_our_own_is_one_class() -> None:
     # c = 200: w = 199.33; the last digit of the run depends on when it counts as settled.
     torque = 200 * speed**5 * 1e-4 / ((1e5 - 10 * speed**2) ** 2 + (200 * speed) ** 2)
     assert 10 * (1 - (speed / 200) ** 2) == pytest.approx(torque, rel=1e-3)
+
+
+def test_averaging_without_a_machine() -> None:
+    module = _load("averaging_alone")
+    assert str(module.slow(1).system.derivatives[0].expand()) == "-mu*r**3/8 + mu*r/2"
+    # Errors at twice the small parameter: twice, and four times as large (measured 1.90 and 4.22).
+    for order in (1, 2):
+        ratio = module.largest_error(order, 0.04) / module.largest_error(order, 0.02)
+        assert ratio == pytest.approx(2**order, rel=0.1)
 
 
 def test_numerics_without_a_machine() -> None:

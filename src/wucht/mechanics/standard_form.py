@@ -1,0 +1,99 @@
+"""Changes of variables that bring a System to the standard form x' = epsilon X(x, t) of averaging, 002 (3.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.system import TIME, Output, System
+
+ELAPSED = "time"
+
+
+def with_angle_as_time(system: System, angle: sp.Symbol) -> System:
+    """The System with one of its states, an angle, as the independent variable: 002 (3.47)-(3.49).
+
+    phi' = w(x), x' = epsilon f(x, phi) becomes dx/dphi = epsilon f/w; ``TIME`` then stands for the angle. A quadrature ``time``
+    is the time that passes. It holds while the angle turns one way. Raises ``WuchtError`` where the symbol is no state, does
+    not turn, or the System depends on time itself.
+    """
+    if angle not in system.states:
+        raise WuchtError(f"{angle} is no state: {', '.join(system.state_names)}")
+    everything = (*system.derivatives, *(e for _, e in system.definitions), *(o.expression for o in system.outputs))
+    if any(TIME in sp.sympify(e).free_symbols for e in (*everything, *(q.expression for q in system.quadratures))):
+        raise WuchtError(
+            f"the System depends on {TIME} itself: make that a state before {angle} becomes the independent variable"
+        )
+    at = {angle: TIME}
+    rate = dict(zip(system.states, system.derivatives, strict=True))
+    speed = sp.sympify(rate.pop(angle)).xreplace(at)
+    if speed == 0:
+        raise WuchtError(f"{angle} does not turn: it cannot be the independent variable")
+    return System(
+        states=tuple(rate),
+        derivatives=tuple(sp.sympify(f).xreplace(at) / speed for f in rate.values()),
+        parameters=system.parameters,
+        definitions=tuple((s, e.xreplace(at)) for s, e in system.definitions),
+        outputs=tuple(_changed(o, at) for o in system.outputs),
+        quadratures=(
+            *(_changed(q, at, 1 / speed) for q in system.quadratures),
+            Output(ELAPSED, 1 / speed, long_name="time passed"),
+        ),
+        angles=system.angles - {angle},
+    )
+
+
+def with_amplitude_and_phase(
+    system: System,
+    position: sp.Symbol,
+    velocity: sp.Symbol,
+    frequency: sp.Expr,
+    amplitude: sp.Symbol,
+    phase: sp.Symbol,
+) -> System:
+    """The System with x = r cos(w t + psi), x' = -w r sin(w t + psi) in the place of a position and its velocity.
+
+    What keeps x from its harmonic oscillation, g = x' - v and f = v' + w^2 x, gives r' = g cos - (f/w) sin and
+    r psi' = -g sin - (f/w) cos. position and velocity become outputs of these names. frequency w: of parameters alone.
+    Raises ``WuchtError`` where a symbol is no state, a new one is known already, or the frequency is no such one.
+    """
+    missing = [s.name for s in (position, velocity) if s not in system.states]
+    if missing:
+        raise WuchtError(f"{', '.join(missing)} is no state: {', '.join(system.state_names)}")
+    unknown = sp.sympify(frequency).free_symbols - set(system.parameters)
+    if unknown:
+        raise WuchtError(
+            f"the frequency {frequency} depends on {', '.join(sorted(map(str, unknown)))}: parameters alone may be in it"
+        )
+    taken = {amplitude, phase} & {*system.states, *system.parameters, TIME}
+    if taken:
+        raise WuchtError(f"{', '.join(sorted(map(str, taken)))} is in the System already: give another symbol")
+    turned = frequency * TIME + phase
+    at = {position: amplitude * sp.cos(turned), velocity: -frequency * amplitude * sp.sin(turned)}
+    rate = {s: sp.sympify(f).xreplace(at) for s, f in zip(system.states, system.derivatives, strict=True)}
+    g = sp.expand(rate[position] - at[velocity])
+    f = sp.expand(rate[velocity] + frequency**2 * at[position]) / frequency
+    rate[position] = g * sp.cos(turned) - f * sp.sin(turned)
+    rate[velocity] = -(g * sp.sin(turned) + f * sp.cos(turned)) / amplitude
+    named = {position: amplitude, velocity: phase}
+    return System(
+        states=tuple(named.get(s, s) for s in system.states),
+        derivatives=tuple(rate.values()),
+        parameters=system.parameters,
+        definitions=tuple((s, e.xreplace(at)) for s, e in system.definitions),
+        outputs=(*(Output(s.name, e) for s, e in at.items()), *(_changed(o, at) for o in system.outputs)),
+        quadratures=tuple(_changed(q, at) for q in system.quadratures),
+        angles=(system.angles - {position, velocity}) | {phase},
+    )
+
+
+def _changed(output: Output, at: Mapping[sp.Symbol, sp.Expr], factor: sp.Expr = sp.S.One) -> Output:
+    return Output(
+        output.name,
+        output.expression.xreplace(at) * factor,
+        output.unit,
+        output.long_name,
+        sp.sympify(output.jump).xreplace(at),
+    )

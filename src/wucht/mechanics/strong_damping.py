@@ -1,0 +1,170 @@
+"""Averaging of partially strongly damped systems: 002 (3.14)-(3.26), with their corrections.
+
+    x' = epsilon X(x, y, t),    y' = K(x) y + g(x, t) + epsilon Y(x, y, t),    K stable for every x.
+
+After a time O(ln(1/epsilon)) y is on a manifold over the slow x. With x held, it is the forced solution eta_0 of y' = K y + g;
+without g, as in 002, eta_0 = 0 (3.25). (A stable periodic solution in the place of a fixed point: Pontryagin and Rodygin, [59]
+of 002.) With the slow change of x and Y, y = eta_0(x, t) + epsilon eta_1(x, t), d eta_1/dt = K eta_1 + Y - (d eta_0/dx) X.
+On the manifold x' = epsilon X(x, eta_0, t) + epsilon^2 (dX/dy) eta_1 is a standard form, which is averaged: (3.24).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.mechanics.averaging import Averaged, averaged, full_states, in_powers, put_back, refuse_small_frequencies, regular
+from wucht.mechanics.means import harmonics
+from wucht.system import TIME, Output, System
+
+_SHORT = 100
+"""Operations up to which an expression is factored: that of a second order's would take minutes, and shorten little."""
+
+
+@dataclass(frozen=True)
+class Damped:
+    """A strongly damped System reduced to its slow states, and averaged.
+
+    averaged: of the slow states; its System has outputs ``full.<state>`` for the damped ones too. manifold: eta_0(x, t).
+    next: eta_1(x, t), where it is needed or the manifold is zero, else empty. rates: K(x), n x n. conditions: expressions in
+    parameters and slow states that must be positive, or K is not stable; all others were found positive by what is known of
+    the symbols.
+    """
+
+    averaged: Averaged
+    manifold: tuple[sp.Expr, ...]
+    next: tuple[sp.Expr, ...]
+    rates: sp.ImmutableMatrix
+    conditions: tuple[sp.Expr, ...]
+
+
+def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbol, order: int = 1) -> Damped:
+    """Put the damped states on their manifold, and average the others.
+
+    damped: states whose rates are K(x) y + g(x, t) at epsilon = 0. small: epsilon. order: 1, x with an error O(epsilon) for
+    ln(1/epsilon) <= t <= 1/epsilon (3.26), or 2, with O(epsilon^2) for a run that begins on the manifold (one that does not
+    has x moved by O(epsilon) before y is there).
+
+    Raises ``WuchtError`` where a damped rate is not linear in the damped states at epsilon = 0, K depends on time or is not
+    stable, g is no sum of sines and cosines, and as ``averaged``.
+    """
+    slow = [s for s in system.states if s not in damped]
+    unknown = [s.name for s in damped if s not in system.states]
+    if unknown or not damped or not slow:
+        raise WuchtError(f"damped states {', '.join(unknown) or 'none'}: some of {', '.join(system.state_names)}, not all")
+    rate = {s: regular(sp.sympify(system.explicit(f)), small) for s, f in zip(system.states, system.derivatives, strict=True)}
+    refuse_small_frequencies(list(rate.values()), small)
+    none = {small: sp.S.Zero}
+    K, forcing = _linear([rate[s].xreplace(none) for s in damped], damped)
+    conditions = stability_conditions(K)
+    eta = _forced(K, forcing, damped)
+    on = dict(zip(damped, eta, strict=True))
+    X = [in_powers(rate[s], small, s) for s in slow]
+    first = [a.xreplace(on) for a, _ in X]
+    nonzero = any(e != 0 for e in eta)
+    following: tuple[sp.Expr, ...] = ()
+    if order == 2 or not nonzero:
+        Y = [sp.diff(rate[s], small).xreplace(none).xreplace(on) for s in damped]
+        moved = [sp.Add(*(sp.diff(e, s) * f for s, f in zip(slow, first, strict=True))) for e in eta]
+        following = _forced(K, sp.ImmutableMatrix(Y) - sp.ImmutableMatrix(moved), damped)
+    rates = [small * f for f in first]
+    if order == 2:
+        for i, (a, b) in enumerate(X):
+            bent = sp.Add(*(sp.diff(a, y).xreplace(on) * e for y, e in zip(damped, following, strict=True)))
+            rates[i] += small**2 * (b.xreplace(on) + bent)
+    y = [e + (small * f if following else 0) for e, f in zip(eta, following or eta, strict=True)]
+    reduced = System(
+        states=tuple(slow),
+        derivatives=tuple(rates),
+        parameters=system.parameters,
+        quadratures=tuple(
+            Output(
+                q.name, system.explicit(q.expression).xreplace(dict(zip(damped, y, strict=True))), q.unit, q.long_name, q.jump
+            )
+            for q in system.quadratures
+        ),
+        angles=system.angles & set(slow),
+    )
+    found = averaged(reduced, small, order)
+    return Damped(_with_damped(found, system, damped, y), eta, following, K, conditions)
+
+
+def _with_damped(found: Averaged, system: System, damped: Sequence[sp.Symbol], y: Sequence[sp.Expr]) -> Averaged:
+    """The averaged System with all states of the original, and its outputs, put back."""
+    if not found.fast:
+        return found
+    given = dict(found.system.definitions)
+    symbols = full_states(system)
+    slow = {s: given[symbols[s]] for s in found.system.states}
+    # eta_0 and eta_1 over the full slow states, not their means.
+    back = {s: symbols[s] for s in found.system.states}
+    lines, outputs = put_back(system, slow | {s: e.xreplace(back) for s, e in zip(damped, y, strict=True)})
+    return replace(found, system=replace(found.system, definitions=lines, outputs=outputs))
+
+
+def stability_conditions(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
+    """The conditions of Hurwitz for all eigenvalues to have negative real parts, without those known to hold.
+
+    matrix: n x n. For a stable matrix there is a norm in which its logarithmic norm is negative, as 002 demands for (3.15); in
+    the Euclidean norm it need not be (an oscillator's is not). Raises ``WuchtError`` where a condition is known not to hold.
+    """
+    mark = sp.Dummy("s")
+    coefficients = [sp.factor(c) for c in matrix.charpoly(mark).all_coeffs()]
+    n = matrix.rows
+    hurwitz = sp.Matrix(n, n, lambda i, j: coefficients[k] if 0 <= (k := 2 * j - i + 1) <= n else sp.S.Zero)
+    left = []
+    for size in range(1, n + 1):
+        minor = sp.factor(hurwitz[:size, :size].det())
+        if minor.is_nonpositive or (minor.is_number and not minor.evalf() > 0):
+            raise WuchtError(
+                f"the matrix K = {matrix.tolist()} of the damped states is not stable (Hurwitz: {minor} > 0 does not hold): "
+                "what is not damped cannot be put on a slow manifold"
+            )
+        if not minor.is_positive:
+            left.append(minor)
+    return tuple(dict.fromkeys(left))
+
+
+def _linear(rates: Sequence[sp.Expr], damped: Sequence[sp.Symbol]) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
+    """K and g of rates that are K y + g."""
+    K = sp.ImmutableMatrix(len(rates), len(damped), [sp.simplify(sp.diff(r, y)) for r in rates for y in damped])
+    if K.free_symbols & set(damped):
+        raise WuchtError("without epsilon the rates of the damped states are not linear in them: there is no K as in (3.15)")
+    if TIME in K.free_symbols:
+        raise WuchtError(
+            f"the matrix K of the damped states depends on {TIME}: its stability cannot be told from its eigenvalues"
+        )
+    return K, sp.ImmutableMatrix([r.xreplace(dict.fromkeys(damped, sp.S.Zero)) for r in rates])
+
+
+def _forced(K: sp.ImmutableMatrix, forcing: sp.ImmutableMatrix, damped: Sequence[sp.Symbol]) -> tuple[sp.Expr, ...]:
+    """The bounded solution of y' = K y + g(t), g a sum of harmonics: for each, (K^2 + w^2) a = -K g_c - w g_s and so on."""
+    groups: dict[tuple[sp.Expr, sp.Expr], list[list[sp.Expr]]] = {}
+    for i, force in enumerate(forcing):
+        try:
+            waves = harmonics(force, TIME).terms
+        except WuchtError as error:
+            raise type(error)(f"the forcing of {damped[i]} cannot be averaged: {error}") from error
+        for h in waves:
+            pair = groups.setdefault((h.frequency, h.phase), [[sp.S.Zero] * len(damped), [sp.S.Zero] * len(damped)])
+            pair[0][i], pair[1][i] = h.cosine, h.sine
+    total = sp.zeros(len(damped), 1)
+    for (w, p), (c, s) in groups.items():
+        cosine, sine = sp.Matrix(c), sp.Matrix(s)
+        if w == 0:
+            total -= _solved(K, cosine)
+            continue
+        square = K * K + w**2 * sp.eye(K.rows)
+        total += _solved(square, -K * cosine - w * sine) * sp.cos(w * TIME + p)
+        total += _solved(square, -K * sine + w * cosine) * sp.sin(w * TIME + p)
+    return tuple(total)
+
+
+def _solved(matrix: sp.Matrix, right: sp.Matrix) -> sp.Matrix:
+    """The solution of matrix * a = right, in lowest terms where that is quickly found."""
+    determinant = sp.factor(matrix.det())
+    found = matrix.adjugate() * right
+    return found.applyfunc(lambda e: sp.factor(e / determinant) if e.count_ops() <= _SHORT else e / determinant)

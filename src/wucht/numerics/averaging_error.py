@@ -1,0 +1,141 @@
+"""How far averaging of x' = epsilon X(x, t) may be from the truth: the numbers of 002 (3.7), (3.8) and (3.11)-(3.13).
+
+Suprema over a box of states are taken over a grid in it, its faces and corners included: they approach the true ones from below
+as the grid is refined. (3.13) as printed holds at whole periods; within one, the integral of X - <X> over the part of the
+period is missing (x' = epsilon cos t has lambda = 0 and yet an error epsilon sin t). ``bound`` adds it: it is delta(epsilon).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.numerics.program import Program, lower, python_function
+from wucht.system import TIME, System
+
+Box = Mapping[str, tuple[float, float]]
+_STEPS_A_UNIT = 128
+
+
+@dataclass(frozen=True)
+class AveragingError:
+    """Estimates over a box of states. All norms are Euclidean.
+
+    epsilon: the small parameter. bound_of_rate: M, sup |X| (3.7). lipschitz: lambda, sup |dX/dx| (3.8), spectral norm.
+    delta: (3.12). period: T, or None where X is not periodic.
+    """
+
+    epsilon: float
+    bound_of_rate: float
+    lipschitz: float
+    delta: float
+    period: float | None
+
+    @property
+    def order(self) -> float:
+        """delta^(1/2): the order of the error over times 1/epsilon for any X with a mean (3.11)."""
+        return math.sqrt(self.delta)
+
+    def at_periods(self, time: np.ndarray | float) -> np.ndarray:
+        """(3.13) as printed, 2 lambda M epsilon^2 T^2 (N + 1) exp(epsilon lambda t), N T <= t < (N + 1) T: right at t = N T.
+
+        time: since the start, any shape. Raises ``WuchtError`` where X has no period.
+        """
+        if self.period is None:
+            raise WuchtError("the bound (3.13) is one for periodic right-hand sides: this one has no period")
+        t, e = np.asarray(time, float), self.epsilon
+        whole = np.floor(t / self.period * (1 + 1e-12)) + 1  # a time N T that is rounded down still counts as the N-th
+        found: np.ndarray = (
+            2 * self.lipschitz * self.bound_of_rate * (e * self.period) ** 2 * whole * np.exp(e * self.lipschitz * t)
+        )
+        return found
+
+    def bound(self, time: np.ndarray | float) -> np.ndarray:
+        """A bound of |x - y| at any time since a common start (any shape): (3.13) and delta exp(epsilon lambda t)."""
+        grown: np.ndarray = self.delta * np.exp(self.epsilon * self.lipschitz * np.asarray(time, float))
+        total: np.ndarray = self.at_periods(time) + grown
+        return total
+
+
+def averaging_error(
+    system: System,
+    slow: System,
+    small: str,
+    values: Mapping[str, float],
+    box: Box,
+    period: float | None = None,
+    length: float = 1.0,
+    points: int = 5,
+    steps: int | None = None,
+) -> AveragingError:
+    """Evaluate M, lambda and delta(epsilon) of a System in standard form and the averaged System that belongs to it.
+
+    small: the name of epsilon among the parameters. values: of all parameters, by name. box: lowest and highest value of each
+    state, by name. period: T in the unit of time, where there is one. length: L, the times are up to L/epsilon (without a
+    period). points: in the grid, along each state. steps: in time, 128 a unit of time or a period if left out.
+
+    Raises ``WuchtError`` for a parameter or state without a value, an epsilon that is not positive, and what is not finite.
+    """
+    parameters = system.values(values)
+    missing = [s for s in system.state_names if s not in box]
+    if missing:
+        raise WuchtError(f"the box of states has no limits for {', '.join(missing)}")
+    if small not in system.parameter_names or not values[small] > 0:
+        raise WuchtError(f"the small parameter {small} must be a parameter of the System and positive")
+    epsilon, grid = float(values[small]), _grid(system, box, points)
+    end = period if period is not None else length / epsilon
+    count = 2 * math.ceil((steps or (_STEPS_A_UNIT if period is not None else math.ceil(_STEPS_A_UNIT * end))) / 2)
+    time = np.linspace(0.0, end, count + 1)
+    n = len(system.states)
+    given = [sp.sympify(system.explicit(f)) for f in system.derivatives]
+    jacobian = [sp.diff(f, s) for f in given for s in system.states]
+    rate, slope = _function(system, given, parameters), _function(system, jacobian, parameters)
+    mean = _function(slow, list(slow.derivatives), slow.values(values))
+    largest = steepest = furthest = 0.0
+    for state in grid:
+        X = rate(state, time) / epsilon
+        J = slope(state, time).reshape(n, n, -1) / epsilon
+        difference = X - mean(state, time) / epsilon
+        if not (np.isfinite(J).all() and np.isfinite(difference).all()):
+            raise WuchtError(
+                f"the right-hand side is not finite at {dict(zip(system.state_names, state, strict=True))}, in the box"
+            )
+        largest = max(largest, float(np.linalg.norm(X, axis=0).max()))
+        steepest = max(steepest, float(np.linalg.norm(J, 2, axis=(0, 1)).max()))
+        furthest = max(furthest, float(np.linalg.norm(_integral(difference, time), axis=0).max()))
+    return AveragingError(epsilon, largest, steepest, epsilon * furthest, period)
+
+
+def _grid(system: System, box: Box, points: int) -> list[tuple[float, ...]]:
+    axes = [np.linspace(*box[name], points) if box[name][0] != box[name][1] else [box[name][0]] for name in system.state_names]
+    return [tuple(map(float, p)) for p in itertools.product(*axes)]
+
+
+def _function(system: System, results: list[sp.Expr], parameters: tuple[float, ...]) -> Callable[..., np.ndarray]:
+    """(state, time) -> the results as an array, one row each."""
+    program = lower(system, results)
+    call = python_function((program.states, TIME, tuple(s for s, _ in program.constants)), program.lines, program.results)
+    return partial(_evaluated, call, program, program.constant_values(parameters))
+
+
+def _evaluated(
+    call: Callable[..., Any], program: Program, constants: np.ndarray, state: tuple[float, ...], time: np.ndarray
+) -> np.ndarray:
+    with np.errstate(all="ignore"):  # what is not finite is told by the caller
+        found = call(tuple(np.full_like(time, x) for x in state), time, constants)
+    return np.array([np.broadcast_to(np.asarray(v, float), time.shape) for v in found])
+
+
+def _integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """int_0^t at every second time by Simpson's rule. values: (n, N + 1), N even. Returns (n, N/2 + 1)."""
+    h = time[1] - time[0]
+    parts = h / 3 * (values[:, :-2:2] + 4 * values[:, 1:-1:2] + values[:, 2::2])
+    return np.concatenate([np.zeros((len(values), 1)), np.cumsum(parts, axis=1)], axis=1)

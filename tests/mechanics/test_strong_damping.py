@@ -1,0 +1,240 @@
+"""Averaging of partially strongly damped systems, 002 (3.14)-(3.26) corrected."""
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+from convergence import evaluate, full, order, run
+from pytest import approx, raises
+
+from wucht.errors import WuchtError
+from wucht.machines.files import machine_from
+from wucht.mechanics.standard_form import with_angle_as_time
+from wucht.mechanics.strong_damping import stability_conditions, strongly_damped
+from wucht.system import TIME, Output, System
+
+x, y, z, epsilon, u, lam, phi, xi, eta, dxi, deta = sp.symbols("x y z epsilon u lambda phi xi eta dxi deta", real=True)
+sigma, omega, k = sp.symbols("sigma omega k", positive=True)
+
+# As in 002: at epsilon = 0 nothing but K y. The manifold is y = epsilon eta_1.
+UNFORCED = System(
+    (x, y, z),
+    (
+        epsilon * (1 - x + y * sp.cos(TIME) + x * sp.sin(TIME) + y * z),
+        -y + 2 * z + epsilon * (x * sp.cos(TIME) + y**2),
+        -2 * y - z + epsilon * x**2,
+    ),
+    (epsilon,),
+)
+# With K(x) and a forcing at epsilon = 0: the manifold is a forced motion.
+FORCED = System(
+    (x, y), (epsilon * (1 - x + y * sp.cos(TIME) - y**2), -(1 + x**2) * y + x * sp.cos(TIME) + epsilon * y * x), (epsilon,)
+)
+
+
+def zero(expression):
+    return sp.simplify(expression) == 0
+
+
+def forced(rate, force):
+    """The periodic solution of y' = -rate y + force cos t."""
+    return force * (rate * sp.cos(TIME) + sp.sin(TIME)) / (rate**2 + 1)
+
+
+def test_without_forcing_the_damped_states_are_zero():
+    """(3.24)-(3.25): eta_0 = 0; what is left of y is epsilon times the bounded solution of y' = K y + Y(x, 0, t)."""
+    found = strongly_damped(UNFORCED, [y, z], epsilon)
+    assert found.manifold == (0, 0)
+    assert zero(found.averaged.first[0] - (1 - x))
+    assert found.conditions == ()
+    K, Y = found.rates, sp.Matrix([x * sp.cos(TIME), x**2])
+    following = sp.Matrix(found.next)
+    assert (sp.diff(following, TIME) - K * following - Y).applyfunc(sp.simplify) == sp.zeros(2, 1)
+
+
+def test_with_forcing_they_follow_it():
+    found = strongly_damped(FORCED, [y], epsilon)
+    expected = forced(1 + x**2, x)
+    assert zero(found.manifold[0] - expected)
+    c = x / ((1 + x**2) ** 2 + 1)  # <eta_0 cos t> = c (1 + x^2)/2, <eta_0^2> = c^2 ((1 + x^2)^2 + 1)/2 = c x/2
+    assert zero(found.averaged.first[0] - (1 - x + c * (1 + x**2) / 2 - c * x / 2))
+
+
+def _rotor(directions):
+    """002 (3.33)-(3.34), or (3.59)-(3.61), solved for the accelerations, with the angle as the independent variable."""
+    names = [(xi, dxi), (eta, deta)][:directions]
+    turning = [(sp.cos(phi), sp.sin(phi)), (sp.sin(phi), -sp.cos(phi))][:directions]
+    w, *a = sp.symbols("w a b", real=True)[: directions + 1]
+    equations = [acc + 2 * sigma * d + q - omega**2 * c - w * s for acc, (q, d), (c, s) in zip(a, names, turning, strict=True)]
+    equations.append(w - epsilon * (u * (lam - omega) + sum(acc * s for acc, (_, s) in zip(a, turning, strict=True))))
+    solved = sp.solve(equations, [w, *a], dict=True)[0]
+    states = [(phi, omega), (omega, solved[w])]
+    states += [pair for acc, (q, d) in zip(a, names, strict=True) for pair in ((q, d), (d, solved[acc]))]
+    system = System(tuple(s for s, _ in states), tuple(f for _, f in states), (epsilon, u, lam, sigma), angles=frozenset({phi}))
+    return with_angle_as_time(system, phi), [s for pair in names for s in pair]
+
+
+@pytest.mark.parametrize("directions", [1, 2])
+def test_the_sommerfeld_effect_from_the_full_equations(directions):
+    """(3.33)-(3.34) become (3.50), (3.59)-(3.61) become (3.68); the carrier follows (3.37), (3.63), (3.64)."""
+    system, damped = _rotor(directions)
+    found = strongly_damped(system, damped, epsilon)
+    A, B = 1 - omega**2, 2 * sigma * omega
+    resistance = directions * sigma * omega**5 / (A**2 + B**2)
+    assert zero(found.averaged.first[0] - (u * (lam - omega) - resistance) / omega)
+    assert zero(found.manifold[0] - omega**2 * (A * sp.cos(TIME) + B * sp.sin(TIME)) / (A**2 + B**2))
+    if directions == 2:
+        assert zero(found.manifold[2] - omega**2 * (A * sp.sin(TIME) - B * sp.cos(TIME)) / (A**2 + B**2))
+    assert found.conditions == ()
+
+
+def test_a_machine_from_its_energies():
+    """The whole machine, gravity and all, with a heavy drum (J/epsilon), becomes the torque balance of its steady motion.
+
+    Torque of the carrier's damping per turn: c w^5 U^2 for each of two directions, over 2 |k - m w^2 + i c w|^2.
+    """
+    machine = machine_from({
+        "carrier": {"mass": 1.0, "stiffness": 1e5, "damping": 200.0},
+        "bodies": [{"kind": "rotor", "name": "drum", "mass": 9.0, "eccentricity": 1e-3, "inertia": 0.03}],
+    }).system  # fmt: skip
+    positive = {p: sp.Symbol(p.name, positive=True) for p in (*machine.parameters, machine.states[5])}
+    c, k, m0, m, e, J, b = (
+        sp.Symbol(n, positive=True)
+        for n in ("carrier.damping", "carrier.stiffness", "carrier.mass", "drum.mass", "drum.eccentricity", "drum.inertia",
+                  "drum.bearing_damping")
+    )  # fmt: skip
+    heavy = System(
+        tuple(positive.get(s, s) for s in machine.states),
+        tuple(machine.explicit(f).xreplace(positive).xreplace({J: J / epsilon}) for f in machine.derivatives),
+        (*(positive[p] for p in machine.parameters), epsilon),
+        angles=machine.angles,
+    )
+    at, vx, vy, w = heavy.states[2:]
+    found = strongly_damped(with_angle_as_time(heavy, at), [*heavy.states[:2], vx, vy], epsilon)
+    impedance = (k - (m0 + m) * w**2) ** 2 + (c * w) ** 2
+    assert zero(found.averaged.first[0] * w * J + b * w + c * w**5 * (m * e) ** 2 / impedance)
+    assert found.conditions == ()
+
+
+def _on_manifold(found, values, slow):
+    """The full start for a slow state, on the manifold."""
+    names = ["x", "y", "z"][: 1 + len(found.manifold)]
+    return full(found.averaged.system, names, values, np.zeros(1), np.array([[slow]]))[:, 0]
+
+
+def _errors(system, damped, which, ks):
+    """Largest errors of x and of y up to t = 1/epsilon of a run that begins on the manifold."""
+    found, errors = strongly_damped(system, damped, epsilon, which), []
+    for small in 2.0**-ks:
+        values, time = {"epsilon": small}, np.linspace(0, 1 / small, 301)
+        near = full(found.averaged.system, system.state_names, values, time, run(found.averaged.system, values, [0.4], time))
+        gap = np.abs(near - run(system, values, _on_manifold(found, values, 0.4), time)).max(axis=1)
+        errors.append((gap[0], gap[1:].max()))
+    return np.array(errors).T
+
+
+@pytest.mark.parametrize("which", [1, 2])
+def test_errors_of_an_unforced_system(which):
+    """x: O(epsilon) (3.26), or O(epsilon^2) at order 2. y is of the size epsilon itself: its error is O(epsilon^2) at once."""
+    ks = np.arange(6.0, 11.0)
+    of_x, of_y = _errors(UNFORCED, [y, z], which, ks)
+    assert order(2.0**-ks, of_x) == approx(which, abs=0.15)
+    assert order(2.0**-ks, of_y) == approx(2, abs=0.15)
+
+
+@pytest.mark.parametrize("which", [1, 2])
+def test_errors_of_a_forced_system(which):
+    ks = np.arange(5.0, 10.0)
+    of_x, of_y = _errors(FORCED, [y], which, ks)
+    assert order(2.0**-ks, of_x) == approx(which, abs=0.15)
+    assert order(2.0**-ks, of_y) == approx(which, abs=0.15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("which", [1, 2])
+def test_errors_of_the_sommerfeld_effect(which):
+    """The rotor on a carrier (3.33)-(3.34) through its resonance: speed and carrier against the averaged equations.
+
+    Over angles up to 1/epsilon; the carrier's error bends the slope more, its resonance being sharper than epsilon is small.
+    """
+    (system, damped), ks, errors = _rotor(1), np.arange(6.0, 10.0), []
+    found = strongly_damped(system, damped, epsilon, which)
+    for small in 2.0**-ks:
+        values, time = {"epsilon": small, "u": 1.0, "lambda": 2.0, "sigma": 0.3}, np.linspace(0, 1 / small, 301)
+        start = full(found.averaged.system, system.state_names, values, np.zeros(1), np.array([[0.5]]))[:, 0]
+        near = full(found.averaged.system, system.state_names, values, time, run(found.averaged.system, values, [0.5], time))
+        gap = np.abs(near - run(system, values, start, time)).max(axis=1)
+        errors.append((gap[0], gap[1:].max()))
+    of_speed, of_carrier = np.array(errors).T
+    assert order(2.0**-ks, of_speed) == approx(which, abs=0.1)
+    assert order(2.0**-ks, of_carrier) == approx(which, abs=0.15)
+
+
+def test_the_damped_states_relax_onto_the_manifold():
+    """From y = 1.5 the distance falls like exp(-t), as K's eigenvalues -1 +- 2i say, to O(epsilon^2): after 2 ln(1/epsilon)."""
+    found, rest = strongly_damped(UNFORCED, [y, z], epsilon, 2), []
+    for small in (2.0**-6, 2.0**-8):
+        values, later = {"epsilon": small}, 2 * math.log(1 / small)
+        time = np.linspace(0, 2 * later, 200)
+        true = run(UNFORCED, values, [0.4, 1.5, 0.0], time)
+        on = evaluate(found.averaged.system, [small * e for e in found.next], values, time, true[:1])
+        gap = np.linalg.norm(true[1:] - on, axis=0)
+        early = time < later / 2
+        assert np.polyfit(time[early], np.log(gap[early]), 1)[0] == approx(-1, abs=0.05)
+        rest.append(gap[time > later].max())
+        assert rest[-1] < 10 * small**2
+    assert math.log2(rest[0] / rest[1]) / 2 == approx(2, abs=0.2)  # it goes on as epsilon^2
+
+
+def test_outputs_and_quadratures_know_the_damped_states():
+    system = System(FORCED.states, FORCED.derivatives, FORCED.parameters, (),
+                    (Output("sum", x + y),), (Output("heat", y**2, "J"),))  # fmt: skip
+    slow = strongly_damped(system, [y], epsilon).averaged.system
+    assert [o.name for o in slow.outputs] == ["full.x", "full.y", "sum"]
+    X, Y = (slow.output(f"full.{n}").expression for n in "xy")
+    assert slow.output("sum").expression == X + Y
+    assert zero(dict(slow.definitions)[Y] - forced(1 + X**2, X))  # over the full x, not over its mean
+    assert zero(slow.output("heat").expression - x**2 / ((1 + x**2) ** 2 + 1) / 2)
+
+
+def test_stability():
+    """Hurwitz: of what is known nothing is said, of what is not a condition is left, of what fails an error."""
+    a, b = sp.symbols("a b", real=True)
+    assert stability_conditions(sp.Matrix([[0, 1], [-k, -2 * sigma]])) == ()  # not negative in the Euclidean norm, but stable
+    assert stability_conditions(sp.Matrix([[0, 1], [-a, -b]])) == (b, a * b)
+    # s^3 + a s^2 + b s + k: a > 0, a b > k.
+    found = stability_conditions(sp.Matrix([[0, 1, 0], [0, 0, 1], [-k, -b, -a]]))
+    assert {sp.expand(c) for c in found} == {a, a * b - k, sp.expand(k * (a * b - k))}
+    for matrix in ([[1]], [[0, 1], [-1, 0]], [[-1, 3], [1, -1]], [[0, 1], [-k, sigma]]):
+        with raises(WuchtError, match="is not stable"):
+            stability_conditions(sp.Matrix(matrix))
+
+
+def test_conditions_come_back():
+    a = sp.Symbol("a", real=True)
+    found = strongly_damped(System((x, y), (epsilon * y, -a * y + epsilon), (epsilon, a)), [y], epsilon)
+    assert found.conditions == (a,)
+    assert found.next == (1 / a,)
+
+
+@pytest.mark.parametrize(
+    "rate, sentence",
+    [
+        (y + epsilon, "is not stable"),
+        (-(y**3) + epsilon, "not linear"),
+        (-(2 + sp.cos(TIME)) * y, "depends on t"),
+        (-y + TIME, "forcing of y cannot be averaged.*secular"),
+        (-y + sp.cos(x * TIME), "frequency"),
+        (-y + sp.cos((1 + epsilon) * TIME), "depends on epsilon"),
+    ],
+)
+def test_refusals(rate, sentence):
+    with raises(WuchtError, match=sentence):
+        strongly_damped(System((x, y), (epsilon * y, rate), (epsilon,)), [y], epsilon)
+
+
+def test_which_states_are_damped_must_be_told():
+    for damped in ([], [x, y], [z]):
+        with raises(WuchtError, match="damped states"):
+            strongly_damped(FORCED, damped, epsilon)

@@ -1,0 +1,79 @@
+"""Averaging of trigonometric polynomials drawn at random: means against quadrature, fast parts against 002 (3.6)."""
+
+import math
+
+import numpy as np
+import sympy as sp
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from pytest import approx
+from scipy.integrate import quad
+
+from wucht.mechanics.averaging import averaged
+from wucht.mechanics.means import harmonics, mean
+from wucht.system import TIME, System
+
+few = settings(
+    max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
+    phases=(Phase.explicit, Phase.generate),
+)  # fmt: skip
+x, y, epsilon = sp.symbols("x y epsilon", real=True)
+TURN = 2 * math.pi
+AT = {x: sp.Rational(7, 10), y: sp.Rational(-4, 10)}
+
+
+@st.composite
+def factors(draw):
+    """cos or sin of a multiple of t, with a phase that may be a state; or a state."""
+    angle = draw(st.integers(1, 3)) * TIME + draw(st.sampled_from([0, sp.Rational(1, 3), x, x - 2 * y]))
+    return draw(st.sampled_from([sp.cos(angle), sp.sin(angle), x, 1 + y]))
+
+
+@st.composite
+def terms(draw):
+    found = sp.Rational(draw(st.integers(-9, 9)), 4)
+    for factor in draw(st.lists(factors(), min_size=1, max_size=3)):
+        found *= factor ** draw(st.integers(1, 2))
+    return found
+
+
+polynomials = st.lists(terms(), min_size=1, max_size=3).map(lambda found: sp.Add(*found))
+
+
+def numbers(expression):
+    return sp.lambdify(TIME, expression.xreplace(AT), "math")
+
+
+def by_quadrature(expression):
+    return quad(numbers(expression), 0, TURN, epsabs=1e-12, epsrel=1e-12, limit=200)[0] / TURN
+
+
+@few
+@given(polynomials)
+def test_the_mean_is_the_integral_over_a_period(expression):
+    # quad's tolerance, on values up to about 50
+    assert float(mean(expression, TIME).xreplace(AT)) == approx(by_quadrature(expression), abs=1e-10)
+
+
+@few
+@given(polynomials)
+def test_mean_and_harmonics_are_the_expression(expression):
+    """Nothing is lost: at random times the sum of mean and oscillation is the expression, to rounding of values up to 50."""
+    waves = harmonics(expression, TIME)
+    whole, parts = numbers(expression), numbers(waves.mean + waves.oscillation)
+    for time in np.random.default_rng(1).uniform(0, TURN, 5):
+        assert whole(time) == approx(parts(time), abs=1e-11)
+
+
+@few
+@given(polynomials, polynomials)
+def test_the_transformation_has_mean_zero_and_solves_its_equation(f, g):
+    """du/dt = X - <X>, <u> = 0 (3.6); the second order is <(dX/dx) u>, by quadrature; u is bounded."""
+    found = averaged(System((x, y), (epsilon * f, epsilon * g), (epsilon,)), epsilon, order=2)
+    for u, X, first in zip(found.fast, (f, g), found.first, strict=True):
+        assert by_quadrature(u) == approx(0, abs=1e-10)
+        residual = numbers(sp.diff(u, TIME) - X + first)
+        assert max(abs(residual(t)) for t in (0.1, 1.7, 4.4)) < 1e-10
+    for second, X in zip(found.second, (f, g), strict=True):
+        bent = sp.diff(X, x) * found.fast[0] + sp.diff(X, y) * found.fast[1]
+        assert float(second.xreplace(AT)) == approx(by_quadrature(bent), rel=1e-9, abs=1e-9)
