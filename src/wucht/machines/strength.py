@@ -7,18 +7,23 @@ other dimensionless numbers stay.
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import sympy as sp
 
 from wucht.machines.machine import Machine
+from wucht.machines.parts.fields import Parameter
 from wucht.mechanics.energies import Applied, Energies
+
+STRENGTH = "kappa"
 
 
 def weakened(machine: Machine, kappa: float) -> Machine:
-    """The machine with epsilon times ``kappa``."""
-    return replace(machine, energies=tuple(_weakened(machine, e, sp.Float(kappa)) for e in machine.energies), mismatch=None)
+    """The machine with epsilon times ``kappa``, which is a parameter of it: the structure is derived once for all values."""
+    factor = sp.Symbol(STRENGTH, real=True)
+    given = Parameter(STRENGTH, kappa, "", STRENGTH, "factor of epsilon")
+    energies = tuple(_weakened(machine, e, factor) for e in machine.energies)
+    return replace(machine, energies=energies, parameters={**machine.parameters, STRENGTH: given}, mismatch=None)
 
 
 def _weakened(machine: Machine, e: Energies, kappa: sp.Expr) -> Energies:
@@ -29,7 +34,7 @@ def _weakened(machine: Machine, e: Energies, kappa: sp.Expr) -> Energies:
     coupling = sp.expand(e.kinetic - alone)
     potential = sp.Add(*(kappa * t if t.free_symbols & angles else t for t in sp.Add.make_args(sp.expand(e.potential))))
     return Energies(
-        kinetic=alone + sp.Float(math.sqrt(kappa)) * coupling,
+        kinetic=alone + sp.sqrt(kappa) * coupling,
         potential=potential,
         dissipation=e.dissipation * _factor(e.dissipation, turning, kappa),
         applied=tuple(

@@ -20,6 +20,21 @@ _WIDTH, _MOST_POINTS = 8.0, 4000
 
 def new_figure(rows: int, height: float, title: str, subtitle: str = "") -> tuple[Figure, list[Axes]]:
     """A figure with one column of panels over a common abscissa."""
+    figure, axes = _panels(rows, 1, height, title, subtitle, common=True)
+    # Set by hand: matplotlib's automatic layout draws everything twice, which takes as long as the whole run.
+    figure.subplots_adjust(left=0.1, right=0.74, bottom=0.45 / height, top=1 - 0.55 / height, hspace=0.12)
+    figure.align_ylabels(axes)
+    return figure, axes
+
+
+def new_grid(rows: int, columns: int, height: float, title: str, subtitle: str = "") -> tuple[Figure, list[Axes]]:
+    """A figure with panels that have abscissae of their own, row by row; below them is room for a legend."""
+    figure, axes = _panels(rows, columns, height, title, subtitle, common=False)
+    figure.subplots_adjust(left=0.1, right=0.97, bottom=1.0 / height, top=1 - 0.6 / height, hspace=0.32, wspace=0.28)
+    return figure, axes
+
+
+def _panels(rows: int, columns: int, height: float, title: str, subtitle: str, common: bool) -> tuple[Figure, list[Axes]]:
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -27,15 +42,12 @@ def new_figure(rows: int, height: float, title: str, subtitle: str = "") -> tupl
     mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7})
     figure = Figure(figsize=(_WIDTH, height), dpi=150)
     FigureCanvasAgg(figure)
-    axes: list[Axes] = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+    axes: list[Axes] = list(figure.subplots(rows, columns, sharex=common, squeeze=False).ravel())
     heading = figure.suptitle(title + (f"\n{subtitle}" if subtitle else ""), fontsize=10)
     heading.set_parse_math(False)  # a title may hold a dollar sign
     for axis in axes:
         axis.grid(visible=True, linewidth=0.4, color="#DDDDDD")
         axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
-    # Set by hand: matplotlib's automatic layout draws everything twice, which takes as long as the whole run.
-    figure.subplots_adjust(left=0.1, right=0.74, bottom=0.45 / height, top=1 - 0.55 / height, hspace=0.12)
-    figure.align_ylabels(axes)
     return figure, axes
 
 

@@ -38,12 +38,11 @@ def run_up_both(
     Variables slow_angle, slow_speed (body, time), slow_phase (balancer, time), slow_amplitude, slow_radius (time);
     speed_deviation and radius_deviation (compared), at equal angle of the rotor. Summary: ``slow`` and ``deviations``.
     """
-    found = single_run_up(machine, replace(question, model="full", inertia=None, order=1), progress, checkpoint, resume)
+    found, slow = both_runs(machine, question, progress, checkpoint, resume)
     asked = json.loads(found.attrs["input"])
     found.attrs["input"] = to_json(asked | {"study": asked["study"] | _model_of(question)}, indent=None)
-    if found.attrs["failure"] or not found.attrs["finished"] or found.sizes["time"] < 2:
+    if slow is None:
         return found
-    slow = slow_run(machine, question, found.time.values)
     if slow.attrs["failure"]:
         warnings = [*json.loads(found.attrs["warnings"]), f"slow equations: {slow.attrs['failure']}"]
         found.attrs["warnings"] = to_json(warnings, indent=None)
@@ -63,6 +62,20 @@ def run_up_both(
     }
     found.attrs["summary"] = to_json(both, indent=None)
     return found
+
+
+def both_runs(
+    machine: Machine,
+    question: RunUp,
+    progress: Progress | None = None,
+    checkpoint: Checkpoint | None = None,
+    resume: xr.Dataset | None = None,
+) -> tuple[xr.Dataset, xr.Dataset | None]:
+    """The Datasets of the full run-up and of the slow one at the same times, None where the full one is not complete."""
+    full = single_run_up(machine, replace(question, model="full", inertia=None, order=1), progress, checkpoint, resume)
+    if full.attrs["failure"] or not full.attrs["finished"] or full.sizes["time"] < 2:
+        return full, None
+    return full, slow_run(machine, question, full.time.values)
 
 
 def slow_run(machine: Machine, question: RunUp, time: np.ndarray) -> xr.Dataset:

@@ -1,0 +1,34 @@
+"""Whether the slow equations may be trusted, in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from wucht.cli.verdicts.units import speaking
+
+
+def lines(document: dict[str, Any]) -> list[str]:
+    """The lines that ``wucht run`` prints for an approximation."""
+    s = document["summary"]
+    speed, _ = speaking(document)
+    said = [document["machine"], f"verdict: {'TRUSTED' if s['trusted'] else 'NOT TRUSTED'}"]
+    said += [f"  because      {reason}" for reason in s["reasons"]]
+    if s["own"] is not None:
+        said.append(f"  this machine {_one(s['own'], speed)}")
+    if s["order_of_error"] is not None:
+        said.append(f"  order        the error falls with epsilon to the power {s['order_of_error']:.2f}")
+    if s["deviations"]:
+        named = s["along"] if isinstance(s["along"], str) else f"factor of {' and '.join(s['along'])}"
+        said.append(f"  along {named}, up to {s['until_phi']:.4g} rad of the rotor's angle")
+    key = s["along"] if isinstance(s["along"], str) else "factor"
+    said += [f"    {d[key]:<12.6g} {_one(d, speed)}" for d in s["deviations"]]
+    for low, high in s["disagreement"]:
+        where = f"at {low:.6g}" if low == high else f"from {low:.6g} to {high:.6g}"
+        said.append(f"  the models end differently {where}")
+    return said
+
+
+def _one(d: dict[str, Any], speed: Any) -> str:
+    apart = "nothing in common" if d["speed"] is None else f"speeds differ by {speed(d['speed'])} at most"
+    ends = f"both {d['outcome']}" if d["same_outcome"] else f"{d['outcome']}, slow equations {d['slow_outcome']}"
+    return f"{apart}; {ends}"

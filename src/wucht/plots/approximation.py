@@ -1,0 +1,92 @@
+"""The figure of the study ``approximation``, in the manner of 002 figures 5.16 to 5.19."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wucht.plots.style import COLOURS, GREY, label, line_style, new_grid
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SMALLEST = 1e-6  # of the largest deviation: nothing below is shown
+_MOST_NAMED = 9
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """Deviations over the rotor's angle, over the parameter, and over epsilon, from the Dataset alone."""
+    drawn, (speed, amplitude, along, order) = new_grid(2, 2, 6.6, result.attrs["title"], result.attrs["sentence"])
+    _over_angle(speed, result, "speed_over_angle")
+    _over_angle(amplitude, result, "amplitude_over_angle")
+    drawn.legend(*speed.get_legend_handles_labels(), loc="lower center", ncol=5, frameon=False, fontsize=8)
+    _along(along, result)
+    _order(order, result)
+    return drawn
+
+
+def _over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
+    values, own = result[name].values, len(result.value) - 1
+    scale = 1e3 if result[name].attrs["units"] == "m" else 1.0
+    for k in range(len(values)):
+        named = _named(result, k) if k < _MOST_NAMED or k == own else None
+        style = {"color": "#000000", "linewidth": 1.4} if k == own else line_style(k)
+        axis.plot(result.angle.values, scale * values[k], label=named, **style)
+    largest = scale * float(np.nanmax(values, initial=0.0))
+    axis.set_yscale("log")
+    if largest > 0:
+        axis.set_ylim(max(_SMALLEST * largest, float(np.nanmin(scale * values[values > 0], initial=largest)) / 2), 2 * largest)
+    axis.set_xlabel("angle of the rotor $\\varphi$ (rad)")
+    axis.set_ylabel(label(result, name, "mm" if scale != 1.0 else None))
+
+
+def _named(result: xr.Dataset, k: int) -> str:
+    value = float(result.value[k])
+    return (
+        f"{value:.4g}{' ' * bool(result.value.attrs['units'])}{result.value.attrs['units']}"
+        if np.isfinite(value)
+        else "as it is"
+    )
+
+
+def _along(axis: Axes, result: xr.Dataset) -> None:
+    inside = np.isfinite(result.value.values)
+    at, same = result.value.values[inside], result.same_outcome.values[inside]
+    deviation = result.speed_deviation.values[inside]
+    axis.set_ylabel(label(result, "speed_deviation"))
+    axis.set_xlabel(label(result, "value"))
+    if not len(at):
+        axis.text(0.5, 0.5, "no parameter was varied", ha="center", va="center", color=GREY, transform=axis.transAxes)
+        return
+    axis.plot(at, deviation, color=COLOURS[0], linewidth=1.0)
+    for code, face, name in ((1, COLOURS[0], "same outcome"), (0, "white", "outcomes differ"), (-1, GREY, "no outcome yet")):
+        chosen = same == code
+        if chosen.any():
+            axis.plot(
+                at[chosen], deviation[chosen], linestyle="none", marker="o", markersize=6, color=COLOURS[0],
+                markerfacecolor=face, label=name,
+            )  # fmt: skip
+    axis.set_yscale("log")
+    if at[0] > 0 and at[-1] / at[0] >= 10:
+        axis.set_xscale("log")
+    axis.legend(frameon=False, fontsize=8)
+
+
+def _order(axis: Axes, result: xr.Dataset) -> None:
+    factor, error = result.factor.values, result.error.values
+    axis.set_xlabel("factor of $\\varepsilon$")
+    axis.set_ylabel(label(result, "error"))
+    if not len(factor):
+        axis.text(0.5, 0.5, "not measured", ha="center", va="center", color=GREY, transform=axis.transAxes)
+        return
+    found = json.loads(result.attrs["summary"])["order_of_error"]
+    axis.loglog(factor, error, color=COLOURS[1], marker="s", markersize=5, linewidth=1.0, label=f"measured: order {found:.2f}")
+    nominal = round(found) if 0.5 <= found <= 2.5 else 1
+    axis.loglog(factor, error[-1] * (factor / factor[-1]) ** nominal, color=GREY, linestyle="--", label=f"order {nominal}")
+    axis.set_xticks(factor, [f"{f:g}" for f in factor])
+    axis.minorticks_off()
+    axis.legend(frameon=False, fontsize=8)
