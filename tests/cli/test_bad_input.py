@@ -319,12 +319,11 @@ NOT_YET = {
     **{
         k: ('kind = "run-up"', f'kind = "{k}"', "study.kind")
         for k in (
-            "synchronous-states", "entrainment", "approximation", "speed-curve",
+            "speed-curve",
             "orbit-branch", "stability-map", "phase-portrait", "basin", "capture-probability", "optimise-balancer",
             "load-spectrum", "exciter-design", "cam-law", "cam-contour", "cam-correction", "cam-prediction",
         )
     },
-    **{f"model {k}": (UNTIL, f'{UNTIL}\nmodel = "{k}"', "study.model") for k in ("slow", "both")},
 }  # fmt: skip
 
 
@@ -562,8 +561,6 @@ def test_new_of_an_unknown_name(refused: Refused, here: Path) -> None:
     assert not list(Path().iterdir())
 
 
-def test_slow_equations_are_not_yet(refused: Refused, study: Study) -> None:
-    refused("equations", study(), "--slow", says=("--slow", "not yet"))
 
 
 def test_equations_of_bad_input(refused: Refused, study: Study) -> None:

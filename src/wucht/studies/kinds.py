@@ -74,9 +74,12 @@ STUDIES = {
     "sweep": Kind("wucht.studies.sweep", "Sweep", "sweep"),
     "response": Kind("wucht.studies.response", "Response", "response"),
     "torque-balance": Kind("wucht.studies.torque_balance", "TorqueBalance", "torque_balance"),
+    "approximation": Kind("wucht.studies.approximation", "Approximation", "approximation"),
+    "entrainment": Kind("wucht.studies.entrainment", "Entrainment", "entrainment"),
+    "synchronous-states": Kind("wucht.studies.synchronous_states", "SynchronousStates", "synchronous_states"),
 }
 NOT_YET = (
-    "synchronous-states", "entrainment", "approximation", "speed-curve", "orbit-branch", "stability-map", "phase-portrait",
+    "speed-curve", "orbit-branch", "stability-map", "phase-portrait",
     "basin", "capture-probability", "optimise-balancer", "load-spectrum", "exciter-design", "cam-law", "cam-contour",
     "cam-correction", "cam-prediction",
 )  # fmt: skip

@@ -1,0 +1,261 @@
+"""Periodic motions and their multipliers, against motions whose multipliers are known otherwise."""
+
+import cmath
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from witness import machine_from
+from wucht.errors import WuchtError
+from wucht.numerics.compile import compile_system
+from wucht.numerics.orbits import periodic_orbit, variational
+from wucht.piecewise import Pieces, PiecewiseCubic, step
+from wucht.system import TIME, Output, System
+
+x, v, y, w, phi = sp.symbols("x v y w phi", real=True)
+a, b = sp.symbols("a b", real=True)
+TURN = 2 * math.pi
+
+
+def sorted_as(found, wanted):
+    """Each of the multipliers wanted next to the one found that is nearest to it."""
+    rest = list(found)
+    return np.array([rest.pop(int(np.abs(np.array(rest) - m).argmin())) for m in wanted])
+
+
+def test_a_linear_system_has_the_exponents_of_its_matrix(engine):
+    """Forced by an angle of constant rate: the period is given, the angle's own multiplier is 1."""
+    matrix = np.array([[0.0, 1.0], [-3.0, -0.4]])
+    system = System((x, v, phi), (v, -3 * x - a * v + sp.cos(phi), b), (a, b), angles=frozenset({phi}))
+    rate = 1.7
+    orbit = periodic_orbit(
+        compile_system(system, engine=engine),
+        [0.4, rate],
+        [0.0, 0.0, 0.3],
+        TURN / rate,
+        [0, 0, TURN],
+        free_period=False,
+        phase_state=2,
+    )
+    amplitude = 1 / (3 - rate**2 + 0.4j * rate) * cmath.exp(1j * orbit.state[2])
+    assert orbit.state == pytest.approx([amplitude.real, (1j * rate * amplitude).real, 0.3], abs=1e-10)
+    wanted = np.append(np.linalg.eigvals(expm(matrix * TURN / rate)), 1.0)
+    assert np.abs(sorted_as(orbit.multipliers, wanted) - wanted).max() < 1e-10
+    values = np.linalg.eigvals(matrix)
+    values -= 1j * rate * np.round(values.imag / rate)  # an exponent is known but for multiples of the orbit's frequency
+    assert np.abs(sorted_as(orbit.exponents, values) - values).max() < 1e-9
+    assert (np.diff(np.abs(orbit.multipliers)) <= 1e-12).all()
+
+
+def test_time_may_occur_in_the_equations(engine):
+    """x' = -a x + cos t: x = (a cos t + sin t)/(1 + a^2), at whatever time one looks at it."""
+    system = System((x,), (-a * x + sp.cos(TIME),), (a,))
+    orbit = periodic_orbit(compile_system(system, engine=engine), {"a": 0.3}, [0.0], TURN, [0], free_period=False, time=1.0)
+    assert orbit.state[0] == pytest.approx((0.3 * math.cos(1) + math.sin(1)) / 1.09, abs=1e-11)
+    assert orbit.multipliers[0].real == pytest.approx(math.exp(-0.3 * TURN), abs=1e-11)
+    assert orbit.time == 1.0
+
+
+def test_van_der_pol(engine):
+    """The period is known to 29 digits; the multiplier is exp of the mean divergence 1 - x^2."""
+    system = System((x, v), (v, (1 - x**2) * v - x))
+    orbit = periodic_orbit(compile_system(system, engine=engine), [], [2.0, 0.0], 6.5, [0, 0], phase_state=1)
+    assert orbit.period == pytest.approx(6.6632868593231301896996820305, abs=1e-9)
+    run = solve_ivp(
+        lambda t, s: [s[1], (1 - s[0] ** 2) * s[1] - s[0], 1 - s[0] ** 2], (0, orbit.period), [*orbit.state, 0],
+        "DOP853", rtol=1e-13, atol=1e-13,
+    )  # fmt: skip
+    assert orbit.multipliers.real == pytest.approx([1.0, math.exp(run.y[2, -1])], abs=1e-9)
+    assert orbit.rest(1).real == pytest.approx([math.exp(run.y[2, -1])], abs=1e-9)
+
+
+def test_two_coupled_pendula_that_rotate(engine):
+    """AUTO's demo ``pen`` at I = 0.4: what AUTO finds to its accuracy, and what follows from the modes to ours.
+
+    They turn together: phi'' = I - eps phi' - sin phi, and the modes of a disturbance part into that of both alike and that of
+    both against each other, d'' = -eps d' - (cos phi + 2 g) d.
+    """
+    g, eps, torque = 0.175, 0.1, 0.4
+    rates = (v, w, torque - eps * v - sp.sin(x) + g * (y - x), torque - eps * w - sp.sin(y) + g * (x - y))
+    system = System((x, y, v, w), rates, angles=frozenset({x, y}))
+    orbit = periodic_orbit(compile_system(system, engine=engine), [], [0, 0, 4, 4], TURN / 4, [TURN, TURN, 0, 0])
+
+    def modes(t, s):
+        alike, against = -math.cos(s[0]), -math.cos(s[0]) - 2 * g
+        accelerations = [alike * s[2] - eps * s[4], alike * s[3] - eps * s[5], against * s[6] - eps * s[8]]
+        last = against * s[7] - eps * s[9]
+        return [s[1], torque - eps * s[1] - math.sin(s[0]), s[4], s[5], *accelerations[:2], s[8], s[9], accelerations[2], last]
+
+    start = [0.0, orbit.state[2], 1, 0, 0, 1, 1, 0, 0, 1]
+    end = solve_ivp(modes, (0, orbit.period), start, "DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
+    assert end[:2] == pytest.approx([TURN, orbit.state[2]], abs=1e-9)
+    wanted = np.concatenate([np.linalg.eigvals(end[k : k + 4].reshape(2, 2)) for k in (2, 6)])
+    assert np.abs(sorted_as(orbit.multipliers, wanted) - wanted).max() < 1e-8
+    assert orbit.period == pytest.approx(1.5738797188, rel=1e-7)
+    found = np.array([0.551229 + 0.741969j, 0.551229 - 0.741969j, 0.854372])
+    assert np.abs(sorted_as(orbit.rest(1), found) - found).max() < 3e-5
+
+
+ROTOR = {
+    "carrier": {"mass": 3.0, "directions": "xy", "stiffness": 3e4, "damping": 60.0},
+    "bodies": [
+        {"kind": "rotor", "name": "rotor", "mass": 5.0, "unbalance": 4e-3, "inertia": 0.02},
+        {"kind": "pendulum", "name": "ball", "about": "rotor", "mass": 0.1, "length": 0.05, "inertia": 2.6e-4, "damping": 2e-3},
+    ],
+}
+SPEED = 40.0
+PRESCRIBED = {"drive": {"on": "rotor", "kind": "constant-speed", "speed": SPEED}}
+DRIVEN = {"drive": {"on": "rotor", "kind": "linear", "slope": 0.05, "no_load_speed": 45.0}}
+
+
+def corotating():
+    """Phase of the ball and eigenvalues of the motion that turns with the rotor, from its equations on paper.
+
+    r = z exp(i w t), phi = w t + psi: m (z'' + 2 i w z' - w^2 z) + c (z' + i w z) + k z = U w^2
+    + u ((w + psi')^2 - i psi'') exp(i psi), and J psi'' + b psi' + u Im[exp(-i psi) (z'' + 2 i w z' - w^2 z)] = 0.
+    """
+    m, c, k, unbalance, u, b, w = 8.1, 60.0, 3e4, 4e-3, 5e-3, 2e-3, SPEED
+    inertia = 2.6e-4
+
+    def displacement(psi):
+        return w**2 * (unbalance + u * cmath.exp(1j * psi)) / (k - m * w**2 + 1j * c * w)
+
+    psi = brentq(lambda p: (cmath.exp(-1j * p) * displacement(p)).imag, -1.0, 1.0, xtol=1e-15)
+    z, turned = displacement(psi), cmath.exp(1j * psi)
+
+    def row(of_z, of_psi):
+        """Real and imaginary part of a complex equation in (Re z, Im z, psi)."""
+        columns = np.array([of_z, 1j * of_z, of_psi])
+        return np.array([columns.real, columns.imag])
+
+    def torque(of_z, of_psi):
+        return np.append((u * np.array([of_z, 1j * of_z]) / turned).imag, of_psi)
+
+    mass = np.vstack([row(m, 1j * u * turned), torque(1.0, inertia)])
+    damping = np.vstack([row(2j * m * w + c, -2 * w * u * turned), torque(2j * w, b)])
+    stiffness = row(k - m * w**2 + 1j * c * w, -1j * w**2 * u * turned)
+    stiffness = np.vstack([stiffness, torque(-(w**2), u * (-1j / turned * -(w**2) * z).imag)])
+    below = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    return psi, np.linalg.eigvals(np.vstack([np.hstack([np.zeros((3, 3)), np.eye(3)]), below]))
+
+
+def test_a_rotor_of_given_speed_on_an_isotropic_carrier(engine):
+    """Seen from the rotor the motion is an equilibrium; its eigenvalues give the multipliers."""
+    psi, values = corotating()
+    machine = machine_from(ROTOR | PRESCRIBED)
+    names = machine.system.state_names
+    guess = [SPEED if n == "ball.speed" else 0.0 for n in names]
+    advance = [TURN if n in ("rotor.angle", "ball.angle") else 0.0 for n in names]
+    flow = compile_system(machine.system, engine=engine)
+    orbit = periodic_orbit(flow, machine.values, guess, TURN / SPEED, advance, free_period=False)
+    state = dict(zip(names, orbit.state, strict=True))
+    assert state["ball.angle"] - state["rotor.angle"] == pytest.approx(psi, abs=1e-9)
+    wanted = np.append(np.exp(values * TURN / SPEED), 1.0)
+    assert np.abs(sorted_as(orbit.multipliers, wanted) - wanted).max() < 1e-9
+
+
+def test_a_drive_leaves_the_period_open(engine):
+    """The speed follows from the torques: what the drive gives is lost in the carrier's dampers, mean power for mean power."""
+    machine = machine_from(ROTOR | DRIVEN)
+    names = machine.system.state_names
+    guess = [45.0 if n.endswith(".speed") else 0.0 for n in names]
+    advance = [TURN if n in ("rotor.angle", "ball.angle") else 0.0 for n in names]
+    flow = compile_system(machine.system, engine=engine)
+    orbit = periodic_orbit(flow, machine.values, guess, TURN / 45, advance, phase_state=names.index("ball.angle"))
+    speed = TURN / orbit.period
+    x_, y_ = (orbit.state[names.index(f"carrier.{n}")] for n in "xy")
+    assert 0.05 * (45 - speed) == pytest.approx(60 * speed * (x_**2 + y_**2), rel=1e-9)
+    assert orbit.state[names.index("ball.angle")] == 0.0
+    assert np.abs(orbit.multipliers - 1).min() < 1e-9
+    assert np.abs(orbit.rest(1)).max() < 1
+    again = periodic_orbit(flow, machine.values, orbit.state, orbit.period, advance)
+    assert again.period == pytest.approx(orbit.period, rel=1e-12)
+
+
+def test_a_family_has_multipliers_1(engine):
+    """Three balls compensate in a family of arrangements: the nearest is found, and its direction has the multiplier 1."""
+    bodies = [{"kind": "rotor", "name": "rotor", "mass": 5.0, "unbalance": 4e-3, "inertia": 0.02}]
+    bodies += [
+        {"kind": "pendulum", "name": f"b{k}", "about": "rotor", "mass": 0.1, "length": 0.05, "damping": 2e-3} for k in range(3)
+    ]
+    machine = machine_from({"carrier": ROTOR["carrier"], "bodies": bodies, "drive": PRESCRIBED["drive"] | {"speed": 100.0}})
+    names = machine.system.state_names
+    phases = {"b0.angle": math.pi, "b1.angle": math.acos(0.1) + 0.02, "b2.angle": -math.acos(0.1)}
+    guess = [phases.get(n, 100.0 if n.endswith(".speed") else 0.0) for n in names]
+    advance = [TURN if n.endswith(".angle") else 0.0 for n in names]
+    flow = compile_system(machine.system, engine=engine)
+    orbit = periodic_orbit(flow, machine.values, guess, TURN / 100, advance, free_period=False)
+    state = dict(zip(names, orbit.state, strict=True))
+    left = 4e-3 + 5e-3 * sum(cmath.exp(1j * (state[f"b{k}.angle"] - state["rotor.angle"])) for k in range(3))
+    assert abs(left) < 1e-11
+    assert max(abs(state[n] - angle) for n, angle in phases.items()) < 0.1
+    nearest = np.sort(np.abs(orbit.multipliers - 1))
+    assert nearest[:2].max() < 1e-8  # the rotor's angle and the family
+    assert nearest[2] > 1e-4
+    assert np.abs(orbit.rest(2)).max() < 1
+
+
+def test_a_corner_on_the_way_is_exact(engine):
+    """Stiffness 1 to the right and 4 to the left: all motions have the period pi (1 + 1/2), the monodromy matrix is 1."""
+    force = Pieces("force", (0.0,), ((0, 4, 0, 0), (0, 1, 0, 0)))
+    system = System((x, v), (v, -PiecewiseCubic(x, force)))
+    flow = compile_system(system, engine=engine)
+    orbit = periodic_orbit(flow, [], [0.3, 0.7], 4.6, [0, 0], phase_state=1)
+    assert orbit.period == pytest.approx(1.5 * math.pi, abs=1e-10)
+    assert np.abs(orbit.monodromy - np.eye(2)).max() < 1e-9
+
+
+def test_a_jump_on_the_way_is_refused(engine):
+    system = System((x, v), (v, -PiecewiseCubic(x, step("sign", 0.0, -1.0, 1.0))))
+    with pytest.raises(WuchtError, match="passes a jump of sign"):
+        periodic_orbit(compile_system(system, engine=engine), [], [0.5, 0.0], 4.0, [0, 0], free_period=False)
+
+
+def test_quadratures_and_outputs_are_left_out():
+    work, place = Output("work", v**2), Output("place", 2 * x)
+    system = System((x, v), (v, -x - a * v + sp.cos(TIME)), (a,), outputs=(place,), quadratures=(work,))
+    orbit = periodic_orbit(compile_system(system), [0.5], [0, 0], TURN, [0, 0], free_period=False)
+    assert orbit.state == pytest.approx([0.0, 2.0], abs=1e-10)  # resonance: x = sin(t)/a
+
+
+def test_where_there_is_none_it_says_so():
+    system = System((x, v), (v, a - x**2), (a,))  # escapes
+    with pytest.raises(WuchtError, match="no periodic motion was found: "):
+        periodic_orbit(compile_system(system), [-1.0], [0.0, 1.0], 3.0, [0, 0], free_period=False)
+    drift = System((x,), (sp.S.One,))
+    with pytest.raises(WuchtError, match=r"after 5 steps of Newton's method 1 is left open, allowed is 1e-10\. Start nearer"):
+        periodic_orbit(compile_system(drift), [], [0.0], 3.0, [0], free_period=False, most_steps=5)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"guess": [0.0]}, "2 states needs 2 finite numbers"),
+        ({"advance": [0.0, 0.0, 0.0]}, "2 states needs 2 finite numbers"),
+        ({"guess": [math.nan, 0.0]}, "2 finite numbers"),
+        ({"period": 0.0}, "the period of a periodic motion is positive, not 0.0"),
+        ({}, "needs phase_state, a state held at its start"),
+    ],
+)
+def test_bad_calls(given, says):
+    good = {"guess": [1.0, 0.0], "period": 1.0, "advance": [0.0, 0.0]}
+    with pytest.raises(WuchtError, match=says):
+        periodic_orbit(compile_system(System((x, v), (v, -x))), [], **good | given)
+
+
+def test_the_variational_equations_are_the_derivative():
+    """By names of intermediate results, through a function of a function; against SymPy's own derivative of the whole."""
+    q, r = sp.symbols("q r", real=True)
+    system = System((x, v), (r * v, -sp.sin(r) * x), (a,), ((q, x**2 + a), (r, sp.sqrt(q) + v)))
+    both = variational(system)
+    states, moves = system.states, both.states[2:]
+    whole = [system.explicit(d) for d in system.derivatives]
+    for found, expression in zip(both.derivatives[2:], whole, strict=True):
+        wanted = sum(sp.diff(expression, s) * m for s, m in zip(states, moves, strict=True))
+        numbers = {x: 0.7, v: -0.4, a: 1.3, moves[0]: 0.9, moves[1]: -2.1}
+        assert float(both.explicit(found).xreplace(numbers)) == pytest.approx(float(wanted.xreplace(numbers)), rel=1e-13)
