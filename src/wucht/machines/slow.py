@@ -112,7 +112,8 @@ def slow_machine(machine: Machine, inertia: bool = True, order: int = 1, held: b
         ordered = [machine.rotor, *(b for b in machine.bodies if b is not machine.rotor)]
     else:
         ordered = list(machine.bodies)
-    senses = {b.name: int(sense_of(machine, b)) for b in machine.bodies}
+    of_rotors = {r.name: int(sense_of(machine, r)) for r in machine.rotors}
+    senses = {b.name: of_rotors[r.name] for r in machine.rotors for b in group(machine, r)}
     try:
         equations = slow_equations(_bodies(machine, ordered, senses, held), inertia, order)
     except WuchtError as error:
@@ -212,6 +213,8 @@ def _without_contacts(machine: Machine) -> tuple[Energies, ...]:
 
 def _carrier(machine: Machine, ordered: list[Turning]) -> LinearCarrier:
     """M, C, K of all coordinates of the carrier, prescribed ones included, and the excitation of the bodies."""
+    if machine.shaken is None and list(machine.bodies) == ordered:
+        return machine.linear_carrier
     return linear_carrier(_without_contacts(machine), machine.carrier, [b.coordinate for b in ordered])
 
 

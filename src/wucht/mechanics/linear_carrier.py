@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.energies import Energies, total
+from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 
 
@@ -44,29 +44,41 @@ def linear_carrier(
     carrier is not linear, or a coupling is no first harmonic of the body's angle.
     """
     still = {s: sp.S.Zero for c in at_rest for s in (c.position, c.velocity)}
-    energies = total(parts)
     if still:
-        energies = Energies(*(e.xreplace(still) for e in (energies.kinetic, energies.potential, energies.dissipation)))
+        parts = [Energies(*(e.xreplace(still) for e in (p.kinetic, p.potential, p.dissipation))) for p in parts]
     q, v = [c.position for c in carrier], [c.velocity for c in carrier]
-    mass = _hessian(energies.kinetic, v)
-    damping = _hessian(energies.dissipation, v)
-    stiffness = _hessian(energies.potential, q)
+    mass = _hessian([p.kinetic for p in parts], v)
+    damping = _hessian([p.dissipation for p in parts], v)
+    stiffness = _hessian([p.potential for p in parts], q)
     turning = {b.position for b in bodies} | {b.velocity for b in bodies}
     for name, matrix in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
         if matrix.free_symbols & (set(q) | set(v) | turning):
             raise WuchtError(f"the carrier's {name} matrix is not constant: it has no harmonic influence coefficients")
     origin = dict.fromkeys(q, sp.S.Zero)
-    load = sp.ImmutableMatrix([-sp.diff(energies.potential, x).xreplace(origin) for x in q]) if q else sp.zeros(0, 1)
-    coupling = tuple(
-        sp.ImmutableMatrix([sp.diff(energies.kinetic, x, b.velocity) for x in v]) if v else sp.zeros(0, 1) for b in bodies
-    )
+    slopes = [sp.Add(*(-sp.diff(p.potential, x) for p in parts if p.potential.has(x))) for x in q]
+    load = sp.ImmutableMatrix(len(q), 1, [s.xreplace(origin) for s in slopes])
+    coupling = tuple(_coupling([p.kinetic for p in parts], b.velocity, v) for b in bodies)
     excitation = tuple(g.applyfunc(lambda e, b=b: first_harmonic(e, b.position)) for g, b in zip(coupling, bodies, strict=True))
-    return LinearCarrier(mass, damping, stiffness, coupling, excitation, sp.ImmutableMatrix(load))
+    return LinearCarrier(mass, damping, stiffness, coupling, excitation, load)
 
 
-def _hessian(function: sp.Expr, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
-    first = [sp.diff(function, a) for a in symbols]
-    return sp.ImmutableMatrix(len(symbols), len(symbols), [sp.diff(f, b) for f in first for b in symbols])
+def _hessian(functions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
+    """The second derivatives of a sum, term by term: differentiating only where a symbol occurs."""
+    size = len(symbols)
+    entries = [[list[sp.Expr]() for _ in range(size)] for _ in range(size)]
+    for f in functions:
+        used = [i for i, s in enumerate(symbols) if f.has(s)]
+        for i in used:
+            slope = sp.diff(f, symbols[i])
+            for j in (j for j in used if j >= i):
+                entries[i][j].append(sp.diff(slope, symbols[j]))
+    return sp.ImmutableMatrix(size, size, lambda i, j: sp.Add(*entries[min(i, j)][max(i, j)]))
+
+
+def _coupling(kinetic: Sequence[sp.Expr], turning: sp.Symbol, velocities: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
+    """gamma: d2T/dq'dphi'."""
+    momenta = [sp.diff(t, turning) for t in kinetic if t.has(turning)]
+    return sp.ImmutableMatrix(len(velocities), 1, [sp.Add(*(sp.diff(m, v) for m in momenta if m.has(v))) for v in velocities])
 
 
 def first_harmonic(coupling: sp.Expr, angle: sp.Symbol) -> sp.Expr:
