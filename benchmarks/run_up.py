@@ -68,7 +68,7 @@ def measure() -> Iterator[tuple[str, str]]:
     yield f"wucht (heyoka): tolerance {own[0]:g}, achieved {own[1]:.1e}", f"{1e3 * own[2]:8.3f} ms"
     yield "ratio (asked: at least 100)", f"{peer[2] / own[2]:8.0f}"
     full = compile_system(machine.system)
-    default = _best(lambda: integrate(full, initial, machine.values, GRID).states)
+    default = best(lambda: integrate(full, initial, machine.values, GRID).states)
     yield "wucht with energy balance at its default tolerance, ratio to SciPy above", f"{peer[2] / default:8.0f}"
 
 
@@ -79,11 +79,11 @@ def _loosest(
         job = make(tolerance)
         achieved = error(job())
         if achieved <= TARGET:
-            return tolerance, achieved, _best(job)
+            return tolerance, achieved, best(job)
     raise SystemExit(f"none of the tolerances {tolerances} achieves {TARGET}")
 
 
-def _best(job: Callable[[], object], repetitions: int = 5) -> float:
+def best(job: Callable[[], object], repetitions: int = 5) -> float:
     times = []
     for _ in range(repetitions):
         begun = time.perf_counter()

@@ -1,0 +1,66 @@
+"""Slow equations: built and compiled for a rotor with six pendulums (asked: 0.1 s and 2 s); a run of R1, slow against full.
+
+The runs go over 20 s (320 turns) with 401 samples at the default tolerance, without works. Asked: without the inertia of the
+pendulums at least 10 times faster than the full equations, with it 1.5 times.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import replace
+
+from benchmarks.run_up import GRID, best
+from wucht.machines.catalogue import load_machine
+from wucht.machines.slow import slow_machine
+from wucht.numerics.compile import compile_system
+from wucht.numerics.integrate import integrate
+from wucht.studies.start import start_state
+from wucht.system import System
+
+_SCRIPT = """
+import time
+import heyoka, sympy
+from wucht.machines.files import machine_from
+from wucht.machines.slow import slow_machine
+from wucht.numerics.compile import compile_system
+pendulum = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "damping": 0.1}
+def machine(n):
+    return machine_from({
+        "carrier": {"stiffness": [1e5, 2e5], "damping": [200.0, 300.0]},
+        "bodies": [{"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.03}]
+        + [pendulum | {"name": f"p{i}"} for i in range(n)],
+        "drive": {"on": "drum", "kind": "linear", "slope": 0.02, "no_load_speed": 200.0},
+    })
+slow_machine(machine(1)).system  # SymPy's own start
+six = machine(6)
+a = time.perf_counter(); slow = slow_machine(six).system
+b = time.perf_counter(); compile_system(slow)
+c = time.perf_counter(); print(b - a, c - b)
+"""
+_MOVED = {"drum": 0.0, "p1": 0.3, "p2": -0.5}
+
+
+def measure() -> Iterator[tuple[str, str]]:
+    with tempfile.TemporaryDirectory() as cache:
+        environment = os.environ | {"XDG_CACHE_HOME": cache}
+        out = subprocess.run([sys.executable, "-c", _SCRIPT], capture_output=True, text=True, check=True, env=environment)
+    build, compile_ = map(float, out.stdout.split())
+    yield "six pendulums on a carrier whose directions differ: built", f"{build:8.3f} s"
+    yield "compiled, nothing cached", f"{compile_:8.3f} s"
+    machine = load_machine("drozdetskaya-2020/r1")
+    full = best(_run(machine.system, start_state(machine, {"p1": 0.3, "p2": -0.5}), machine.system.values(machine.values)))
+    yield "R1 over 320 turns, full equations", f"{1e3 * full:8.3f} ms"
+    for inertia in (False, True):
+        slow = slow_machine(machine, inertia)
+        start = slow.state(_MOVED, dict.fromkeys(_MOVED, 0.0))
+        taken = best(_run(slow.system, start, slow.values()))
+        yield f"slow equations {'with' if inertia else 'without'} the pendulums' inertia, times faster", f"{full / taken:8.1f}"
+
+
+def _run(system: System, start: object, values: tuple[float, ...]) -> object:
+    flow = compile_system(replace(system, quadratures=(), outputs=()))
+    return lambda: integrate(flow, start, values, GRID)
