@@ -220,10 +220,14 @@ def test_a_band_far_from_the_vibration_is_found() -> None:
     )
 
 
-def test_rotation_in_the_other_sense_needs_a_drive_to_turn() -> None:
+def test_an_undriven_rotor_is_sustained_in_either_sense() -> None:
     machine = load_machine("sperling-vibration/sustained-rotation")
-    with pytest.raises(InputError, match="no slow equations for rotor turning against what drives it"):
-        Slow(machine, along_of(machine, "carrier.motion.amplitude"), {"rotor": -1.0}, (0.0, 0.1))
+    along, found = along_of(machine, "carrier.motion.amplitude"), []
+    for sense in (1.0, -1.0):
+        slow = Slow(machine, along, {"rotor": sense}, (0.0, 0.1))
+        found.append(slow.rates(np.array([[0.3], [5.0]]), 0.005)[0])
+    assert np.array_equal(*found)
+    assert found[0].any()
 
 
 # The study

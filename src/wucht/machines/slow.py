@@ -100,11 +100,18 @@ class SlowMachine:
         return found, left
 
 
-def slow_machine(machine: Machine, inertia: bool = True, order: int = 1, held: bool = False) -> SlowMachine:
+def slow_machine(
+    machine: Machine,
+    inertia: bool = True,
+    order: int = 1,
+    held: bool = False,
+    turning: Mapping[str, int] | None = None,
+) -> SlowMachine:
     """The slow equations of a machine with a linear carrier: see ``mechanics.slow``.
 
     inertia: of the bodies that turn about a rotor; without it they are strongly damped. order: 1 or 2. held: at a given speed
-    of the main rotor, the parameter ``speed``, whatever its drive does. Raises ``InputError`` for a machine outside the class,
+    of the main rotor, the parameter ``speed``, whatever its drive does. turning: the senses +1, -1 of rotors that do not turn
+    as their drives would have them. Raises ``InputError`` for a machine outside the class,
     with the reason.
     """
     _refuse_others(machine)
@@ -112,7 +119,7 @@ def slow_machine(machine: Machine, inertia: bool = True, order: int = 1, held: b
         ordered = [machine.rotor, *(b for b in machine.bodies if b is not machine.rotor)]
     else:
         ordered = list(machine.bodies)
-    of_rotors = {r.name: int(sense_of(machine, r)) for r in machine.rotors}
+    of_rotors = {r.name: int(sense_of(machine, r)) for r in machine.rotors} | dict(turning or {})
     senses = {b.name: of_rotors[r.name] for r in machine.rotors for b in group(machine, r)}
     try:
         equations = slow_equations(_bodies(machine, ordered, senses, held), inertia, order)

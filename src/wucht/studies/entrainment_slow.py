@@ -14,10 +14,9 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.slow import SlowMachine, slow_machine
-from wucht.machines.vibration import free_speed, operating_speed, sense_of
+from wucht.machines.vibration import free_speed, operating_speed
 from wucht.numerics.orbits import variational
 from wucht.numerics.program import Evaluator
 from wucht.studies.entrainment_along import Along
@@ -26,19 +25,17 @@ from wucht.system import System
 _SMALL = 1e-11  # of what is left open, each equation by its own size
 _SAME = 1e-5  # of two equilibria that are one
 _STABLE = 1e-9  # of the fastest rate: growth below this is rounding
-_FLIPPED = ("no_load_speed", "voltage", "torque")  # keys of a drive whose sign decides on its sense of rotation
 
 
 class Slow:
     """The slow equations of a machine along a parameter. senses: of all bodies in the motion that is looked at.
 
-    States are the phases in rad, then the speeds. Raises ``InputError`` where the machine has no slow equations, or none with
-    these senses.
+    States are the phases in rad, then the speeds. Raises ``InputError`` where the machine has no slow equations.
     """
 
     def __init__(self, machine: Machine, along: Along, senses: Mapping[str, float], limits: tuple[float, float]) -> None:
         self.machine, self.along, self.limits = machine, along, limits
-        self.slow = _oriented(machine, senses)
+        self.slow = slow_machine(machine, turning={name: int(sense) for name, sense in senses.items()})
         system = self.slow.system
         self.names = system.state_names
         self.n = len(self.names)
@@ -142,18 +139,3 @@ class Slow:
 
 def _bare(slow: SlowMachine) -> System:
     return replace(slow.system, outputs=(), quadratures=())
-
-
-def _oriented(machine: Machine, senses: Mapping[str, float]) -> SlowMachine:
-    """The slow equations for a motion in these senses: the equations depend on them, the numbers do not."""
-    turned: dict[str, float] = {}
-    for rotor in machine.rotors:
-        if sense_of(machine, rotor) == senses[rotor.name]:
-            continue
-        for drive in (d for d in machine.drives if d.on == rotor.name):
-            turned |= {p: -machine.values[p] for k in _FLIPPED if (p := f"{drive.path}.{k}") in machine.values}
-    found = slow_machine(machine.with_values(turned))
-    wrong = [r.name for r in machine.rotors if found.senses[r.name] != senses[r.name]]
-    if wrong:
-        raise InputError("machine", None, f"has no slow equations for {wrong[0]} turning against what drives it")
-    return found

@@ -15,6 +15,7 @@ from wucht.machines.full_motion import FullMotion
 from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.slow import SlowMachine, damped, slow_machine
 from wucht.machines.static import static_position
+from wucht.machines.vibration import free_speed
 from wucht.mechanics.slow.outputs import ROTOR_ANGLE, SHAKEN
 from wucht.numerics.events import Event
 from wucht.numerics.program import Evaluator
@@ -183,4 +184,15 @@ def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order:
     wanted = not damped(machine) if inertia is None else inertia
     if not wanted and not damped(machine):
         raise InputError("study.inertia", inertia, "allowed is true: a balancing body is not damped against its rotor")
-    return SlowModel(machine, start, slow_machine(machine, wanted, order))
+    return SlowModel(machine, start, slow_machine(machine, wanted, order, turning=_turning(machine, start)))
+
+
+def _turning(machine: Machine, start: np.ndarray) -> dict[str, int]:
+    """The senses of rotors without a drive of their own: as they turn at the start."""
+    found = {}
+    for rotor in (r for r in machine.rotors if not free_speed(machine, r)):
+        c = rotor.coordinate
+        speed = 0.0 if c.prescribed is not None else start[machine.state_names.index(c.velocity.name)]
+        if speed:
+            found[rotor.name] = 1 if speed > 0 else -1
+    return found
