@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import tomllib
+from contextlib import suppress
 from typing import Any
 
 from wucht.errors import InputError
@@ -20,12 +22,13 @@ def parse_settings(given: list[str]) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
-    """Numbers, true, false and lists as in TOML; all else is text (a quantity with its unit)."""
+    """Numbers, true, false, lists and tables as in TOML (or JSON); all else is text (a quantity with its unit)."""
     if text[:1] in '["{' or text in ("true", "false"):
-        try:
+        with suppress(tomllib.TOMLDecodeError):
+            return tomllib.loads(f"value = {text}")["value"]
+        with suppress(json.JSONDecodeError):
             return json.loads(text)
-        except json.JSONDecodeError:
-            return text
+        return text
     try:
         return float(text)
     except ValueError:
