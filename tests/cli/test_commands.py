@@ -538,3 +538,10 @@ def test_a_reader_who_has_seen_enough(here: Path) -> None:
         )  # fmt: skip
     assert "Traceback" not in done.stderr
     assert "BrokenPipe" not in done.stderr
+
+
+@pytest.mark.parametrize("text", ['{ drum = { speed = "5 rad/s" }, p1 = 0.3 }', '{"drum": {"speed": "5 rad/s"}, "p1": 0.3}'])
+def test_a_table_is_set_from_the_command_line(text: str) -> None:
+    from wucht.cli.settings import parse_settings
+
+    assert parse_settings([f"study.start={text}"]) == {"study.start": {"drum": {"speed": "5 rad/s"}, "p1": 0.3}}

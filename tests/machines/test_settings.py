@@ -130,10 +130,3 @@ def test_loads_without_a_body_are_on_the_only_rotor():
 def test_paths_that_lead_nowhere_are_refused(path, value, said):
     with pytest.raises(InputError, match=said):
         set_in(SCREEN, **{path: value})
-
-
-@pytest.mark.parametrize("text", ['{ drum = { speed = "5 rad/s" }, p1 = 0.3 }', '{"drum": {"speed": "5 rad/s"}, "p1": 0.3}'])
-def test_a_table_is_set_from_the_command_line(text: str) -> None:
-    from wucht.cli.settings import parse_settings
-
-    assert parse_settings([f"study.start={text}"]) == {"study.start": {"drum": {"speed": "5 rad/s"}, "p1": 0.3}}
