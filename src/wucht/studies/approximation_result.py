@@ -70,7 +70,10 @@ def result(
     summary = _summary(question, own, compared, measured)
     failures = [c.failure for c in done if c.failure]
     warnings = [f"{name} = {c.value:.6g}: {c.failure}" if math.isfinite(c.value) else c.failure for c in done if c.failure]
-    if measured is None and not interrupted:
+    if interrupted:
+        warnings.append(f"interrupted after {len(compared)} of {len(question.values)} comparisons; the study begins again")
+        summary |= {"trusted": None, "reasons": ["it was interrupted before this was decided"]}
+    elif measured is None:
         warnings.append("the order of the error could not be measured: a run failed, or the rotor did not turn far enough")
     found.attrs = attributes(
         machine,
@@ -165,4 +168,6 @@ def _doubts(own: Comparison | None, measured: Errors | None, order: int) -> list
 def _sentence(summary: dict[str, Any]) -> str:
     if summary["trusted"]:
         return "the slow equations may be trusted for this machine"
+    if summary["trusted"] is None:
+        return "not decided whether the slow equations may be trusted"
     return f"the slow equations are not to be trusted for this machine: {'; '.join(summary['reasons'])}"

@@ -6,12 +6,14 @@ from typing import Any
 
 from wucht.cli.verdicts.units import speaking
 
+_VERDICTS = {True: "TRUSTED", False: "NOT TRUSTED", None: "NOT DECIDED"}
+
 
 def lines(document: dict[str, Any]) -> list[str]:
     """The lines that ``wucht run`` prints for an approximation."""
     s = document["summary"]
     speed, _ = speaking(document)
-    said = [document["machine"], f"verdict: {'TRUSTED' if s['trusted'] else 'NOT TRUSTED'}"]
+    said = [document["machine"], f"verdict: {_VERDICTS[s['trusted']]}"]
     said += [f"  because      {reason}" for reason in s["reasons"]]
     if s["own"] is not None:
         said.append(f"  this machine {_one(s['own'], speed)}")
