@@ -75,8 +75,6 @@ class Approximation:
 
     def check(self, machine: Machine) -> None:
         """Raises ``InputError`` where the machine has no slow equations, or a part does not allow a value."""
-        if machine.schedules:
-            raise InputError("machine.schedules", None, "not allowed here: the machine would change by itself")
         for value in (None, *self.values):
             changed = self.changes(machine, value)
             for path, v in changed.items():

@@ -41,11 +41,13 @@ class Errors:
 
 
 def errors(machine: Machine, question: Approximation) -> Errors | None:
-    """The errors at ``FACTORS`` of epsilon, None where a run fails or the rotor does not turn far enough.
+    """The errors at ``FACTORS`` of epsilon, None where a run fails, the rotor does not turn far enough, or schedules go on.
 
     The slow motion starts as the run-up does, the full one on the motion that belongs to it: so what is measured is the error
     of the equations, not that of what the start leaves out. Over an angle phi/factor the slow motion is about the same.
     """
+    if machine.schedules:  # they have a time of their own, which does not become slower with epsilon
+        return None
     family, found = weakened(machine, 1.0), []
     model = slow_model(family, start_state(machine, question.start), question.inertia, question.order)
     full = replace(family.system, quadratures=(), outputs=())

@@ -74,7 +74,9 @@ def result(
         warnings.append(f"interrupted after {len(compared)} of {len(question.values)} comparisons; the study begins again")
         summary |= {"trusted": None, "reasons": ["it was interrupted before this was decided"]}
     elif measured is None:
-        warnings.append("the order of the error could not be measured: a run failed, or the rotor did not turn far enough")
+        warnings.append(
+            "the order of the error could not be measured: a run failed, the rotor did not turn far enough, or schedules go on"
+        )
     found.attrs = attributes(
         machine,
         question,
