@@ -30,6 +30,11 @@ class FullMotion:
         return Evaluator.of(s, [o.expression for o in s.outputs], [o.name for o in s.outputs])
 
     @cached_property
+    def _fluctuation(self) -> Evaluator:
+        s = self.slow.fast
+        return Evaluator.of(s, [o.expression for o in s.outputs], [o.name for o in s.outputs])
+
+    @cached_property
     def _rates(self) -> Evaluator:
         s = self.slow.system
         return Evaluator.of(s, s.derivatives, s.state_names)
@@ -41,7 +46,7 @@ class FullMotion:
         """
         slow, machine = self.slow, self.slow.machine
         parameters = slow.values(speed)
-        found = self._outputs(time, states, parameters)
+        found = self._outputs(time, states, parameters) | self._fluctuation(time, states, parameters)
         theta = self._reference(time, states, rotor_angle)
         turning = np.exp(1j * theta)
         w = found[f"speed[{slow.equations.bodies.names[0]}]"] if machine.shaken is None else self._frequency() + 0 * theta

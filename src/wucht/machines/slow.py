@@ -39,9 +39,16 @@ class SlowMachine:
     @cached_property
     def system(self) -> System:
         """The System, with the machine's parameters; scheduled ones follow their schedules."""
+        return self._of_machine(self.equations.system, self.equations.system.output("stored_energy").expression)
+
+    @cached_property
+    def fast(self) -> System:
+        """The bodies' fluctuation within a turn, in the same states and parameters: outputs alone."""
+        return self._of_machine(self.equations.fast, sp.S.Zero)
+
+    def _of_machine(self, system: System, stored: sp.Expr) -> System:
         parameters = [sp.Symbol(path, real=True) for path in self.machine.parameters] + ([HELD] if self.held else [])
-        found = replace(self.equations.system, parameters=tuple(parameters))
-        stored = found.output("stored_energy").expression
+        found = replace(system, parameters=tuple(parameters))
         return with_schedules(found, self.machine.schedules, stored, self.machine.units.energy)
 
     def values(self, speed: float | None = None) -> tuple[float, ...]:

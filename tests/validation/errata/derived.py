@@ -64,7 +64,8 @@ class Derived:
 
     def fluctuation(self, body: str, theta: sp.Expr) -> sp.Expr:
         """psi = Re[P exp(2 i theta)]."""
-        p = [self.output(f"ripple.{part}[{body}]") for part in ("re", "im")]
+        fast = self.slow.fast
+        p = [self(fast.explicit(fast.output(f"ripple.{part}[{body}]").expression)) for part in ("re", "im")]
         return p[0] * sp.cos(2 * theta) - p[1] * sp.sin(2 * theta)
 
 

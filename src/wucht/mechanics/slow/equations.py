@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import sympy as sp
 
@@ -23,8 +24,8 @@ from wucht.mechanics.phasors import Lines, Phasor
 from wucht.mechanics.slow.bodies import RotatingBodies, named, slip_of
 from wucht.mechanics.slow.closed import Closed, with_inertia, without_inertia
 from wucht.mechanics.slow.field import Field
-from wucht.mechanics.slow.outputs import outputs_of
-from wucht.mechanics.slow.ripple import Ripple, ripple
+from wucht.mechanics.slow.outputs import outputs_of, ripple_outputs
+from wucht.mechanics.slow.ripple import ripple
 from wucht.mechanics.slow.second import second_order
 from wucht.system import TIME, System
 
@@ -35,15 +36,37 @@ class SlowEquations:
 
     System: states are the phases (angles), then the speeds; quadratures are ``rotor_angle``, the main rotor's angle, and works
     with which the energy of the slow motion balances. Outputs: ``amplitude``, the largest radius of the axis' orbit;
-    ``amplitude.re[...]`` and ``.im``, the carrier's motion q = re cos(theta) - im sin(theta); ``gravity.re[...]`` and
-    ``ripple.re[...]``, the bodies' fluctuation at the speed and at twice the speed; ``vibration_torque[...]``, ``speed[...]``.
-    shown: the definitions that the rows use.
+    ``amplitude.re[...]`` and ``.im``, the carrier's motion q = re cos(theta) - im sin(theta); ``vibration_torque[...]``;
+    ``speed[...]``; ``motor_torque``; ``stored_energy``. shown: the definitions that the rows use.
     """
 
     system: System
     rows: tuple[tuple[sp.Expr, sp.Expr], ...]
     shown: tuple[tuple[sp.Symbol, sp.Expr], ...]
     bodies: RotatingBodies
+
+    @cached_property
+    def fast(self) -> System:
+        """The bodies' fluctuation over the states of the slow equations: a System that only has outputs.
+
+        ``gravity.re[...]`` and ``.im`` at the speed, ``ripple.re[...]`` and ``.im`` at twice the speed: see ``ripple``.
+        """
+        lines = Lines(list(self.bodies.definitions))
+        field = Field.of(self.bodies, lines)
+        found = ripple_outputs(self.bodies, ripple(self.bodies, field, steady_motion(field)))
+        return System(
+            states=self.system.states,
+            derivatives=(sp.S.Zero,) * len(self.system.states),
+            parameters=_parameters(self.bodies, lines, [o.expression for o in found]),
+            definitions=tuple(lines.pairs),
+            outputs=tuple(found),
+        )
+
+
+def steady_motion(field: Field) -> list[Phasor]:
+    """The displacement amplitudes z (m) of bodies that turn steadily."""
+    w = field.bodies.frequency
+    return field.motion([s.scaled(w**2) for s in field.moments], "")
 
 
 def slow_equations(bodies: RotatingBodies, inertia: bool = True, order: int = 1) -> SlowEquations:
@@ -57,25 +80,19 @@ def slow_equations(bodies: RotatingBodies, inertia: bool = True, order: int = 1)
         raise WuchtError(f"order {order} of the slow equations: allowed is 1 or 2")
     lines = Lines(list(bodies.definitions))
     field = Field.of(bodies, lines)
-    w = bodies.frequency
-    force = [s.scaled(w**2) for s in field.moments]
-    motion = field.motion(force, "")
+    motion = steady_motion(field)
     torques = field.torques(motion, "")
     closed = with_inertia(bodies, lines, torques) if inertia else without_inertia(bodies, lines, torques)
-    if order == 1:
-        shown = tuple(lines.pairs)
-        return _assembled(bodies, lines, shown, motion, ripple(bodies, field, motion), torques, closed, inertia)
-    pulsing = ripple(bodies, field, motion)
-    moved, turned, further = second_order(bodies, field, motion, pulsing, closed, inertia)
-    return _assembled(bodies, lines, tuple(lines.pairs), moved, pulsing, turned, further, inertia)
+    if order == 2:
+        pulsing = ripple(bodies, field, motion)
+        motion, torques, closed = second_order(bodies, field, motion, pulsing, closed, inertia)
+    return _assembled(bodies, lines, motion, torques, closed, inertia)
 
 
 def _assembled(
     bodies: RotatingBodies,
     lines: Lines,
-    shown: tuple[tuple[sp.Symbol, sp.Expr], ...],
     motion: Sequence[Phasor],
-    pulsing: Ripple,
     torques: Sequence[sp.Expr],
     closed: Closed,
     inertia: bool,
@@ -85,7 +102,8 @@ def _assembled(
     moving = [i for i in range(n) if (i or bodies.given is None) and (inertia or i in bodies.rotors)]
     references = {i: bodies.heads[i] if bodies.heads[i] != i else 0 for i in range(n)}
     drift = [closed.speeds[i] - (closed.speeds[references[i]] if i else w) for i, _ in phases]
-    outputs, works = outputs_of(bodies, lines, motion, pulsing, torques, closed, inertia)
+    shown = tuple(lines.pairs)
+    outputs, works = outputs_of(bodies, lines, motion, torques, closed, inertia)
     system = System(
         states=(*(p for _, p in phases), *(bodies.speed(i) for i in moving)),
         derivatives=(*drift, *(closed.accelerations[i] for i in moving)),

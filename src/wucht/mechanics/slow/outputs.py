@@ -20,7 +20,6 @@ def outputs_of(
     bodies: RotatingBodies,
     lines: Lines,
     motion: Sequence[Phasor],
-    pulsing: Ripple,
     torques: Sequence[sp.Expr],
     closed: Closed,
     inertia: bool,
@@ -28,18 +27,22 @@ def outputs_of(
     """Outputs and quadratures, as ``SlowEquations`` lists them; definitions are added to the lines."""
     works = _works(bodies, lines, torques, closed, inertia)
     outputs = [Output("amplitude", _largest_radius(bodies, lines, motion))]
-    for what, names, amplitudes in (
-        ("amplitude", bodies.labels, motion),
-        ("gravity", bodies.names, pulsing.once),
-        ("ripple", bodies.names, pulsing.twice),
-    ):
-        for name, a in zip(names, amplitudes, strict=True):
-            outputs += [Output(f"{what}.re[{name}]", a.re), Output(f"{what}.im[{name}]", a.im)]
+    outputs += _parts("amplitude", bodies.labels, motion)
     for what, values in (("vibration_torque", torques), ("speed", closed.speeds)):
         outputs += [Output(f"{what}[{name}]", v) for name, v in zip(bodies.names, values, strict=True)]
     outputs += [Output("motor_torque", works.motor), Output("stored_energy", works.stored)]
     angle = Output(ROTOR_ANGLE, closed.speeds[0], "rad", "angle of the main rotor")
     return outputs, [angle, *(Output(name, power) for name, power in works.powers.items())]
+
+
+def ripple_outputs(bodies: RotatingBodies, pulsing: Ripple) -> list[Output]:
+    """The fluctuation of the bodies, as ``SlowEquations.fast`` lists it."""
+    return [*_parts("gravity", bodies.names, pulsing.once), *_parts("ripple", bodies.names, pulsing.twice)]
+
+
+def _parts(what: str, names: Sequence[str], amplitudes: Sequence[Phasor]) -> list[Output]:
+    named = list(zip(names, amplitudes, strict=True))
+    return [Output(f"{what}.{part}[{n}]", value) for n, a in named for part, value in (("re", a.re), ("im", a.im))]
 
 
 @dataclass(frozen=True)
