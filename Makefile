@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test test-slow lint bench clean
+.PHONY: demo test test-slow lint bench errata clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit("wucht needs Python 3.11 or newer; give one: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else None'
@@ -24,6 +24,9 @@ test-slow: $(STAMP)
 
 lint: $(STAMP)
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
+
+errata: $(STAMP)  # docs/errata.md from the checks
+	$(BIN)/python -m tests.validation.errata
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks
