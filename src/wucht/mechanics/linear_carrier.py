@@ -47,38 +47,39 @@ def linear_carrier(
     if still:
         parts = [Energies(*(e.xreplace(still) for e in (p.kinetic, p.potential, p.dissipation))) for p in parts]
     q, v = [c.position for c in carrier], [c.velocity for c in carrier]
-    mass = _hessian([p.kinetic for p in parts], v)
-    damping = _hessian([p.dissipation for p in parts], v)
-    stiffness = _hessian([p.potential for p in parts], q)
+    momenta = [_slopes(p.kinetic, v) for p in parts]
+    mass = _matrix(momenta, v)
+    damping = _matrix([_slopes(p.dissipation, v) for p in parts], v)
+    forces = [_slopes(p.potential, q) for p in parts]
+    stiffness = _matrix(forces, q)
     turning = {b.position for b in bodies} | {b.velocity for b in bodies}
     for name, matrix in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
         if matrix.free_symbols & (set(q) | set(v) | turning):
             raise WuchtError(f"the carrier's {name} matrix is not constant: it has no harmonic influence coefficients")
     origin = dict.fromkeys(q, sp.S.Zero)
-    slopes = [sp.Add(*(-sp.diff(p.potential, x) for p in parts if p.potential.has(x))) for x in q]
-    load = sp.ImmutableMatrix(len(q), 1, [s.xreplace(origin) for s in slopes])
-    coupling = tuple(_coupling([p.kinetic for p in parts], b.velocity, v) for b in bodies)
+    load = sp.ImmutableMatrix(len(q), 1, [-sp.Add(*(f[i].xreplace(origin) for f in forces if i in f)) for i in range(len(q))])
+    coupling = tuple(
+        sp.ImmutableMatrix(len(v), 1, [sp.Add(*(_diff(p[i], b.velocity) for p in momenta if i in p)) for i in range(len(v))])
+        for b in bodies
+    )
     excitation = tuple(g.applyfunc(lambda e, b=b: first_harmonic(e, b.position)) for g, b in zip(coupling, bodies, strict=True))
     return LinearCarrier(mass, damping, stiffness, coupling, excitation, load)
 
 
-def _hessian(functions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
-    """The second derivatives of a sum, term by term: differentiating only where a symbol occurs."""
+def _slopes(function: sp.Expr, symbols: Sequence[sp.Symbol]) -> dict[int, sp.Expr]:
+    """The derivatives of a part's function by those symbols that occur in it."""
+    return {i: sp.diff(function, s) for i, s in enumerate(symbols) if function.has(s)}
+
+
+def _matrix(slopes: Sequence[dict[int, sp.Expr]], symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
+    """The second derivatives of a sum of functions with these first ones."""
     size = len(symbols)
-    entries = [[list[sp.Expr]() for _ in range(size)] for _ in range(size)]
-    for f in functions:
-        used = [i for i, s in enumerate(symbols) if f.has(s)]
-        for i in used:
-            slope = sp.diff(f, symbols[i])
-            for j in (j for j in used if j >= i):
-                entries[i][j].append(sp.diff(slope, symbols[j]))
-    return sp.ImmutableMatrix(size, size, lambda i, j: sp.Add(*entries[min(i, j)][max(i, j)]))
+    upper = {(i, j): sp.Add(*(_diff(f[i], symbols[j]) for f in slopes if i in f)) for i in range(size) for j in range(i, size)}
+    return sp.ImmutableMatrix(size, size, lambda i, j: upper[min(i, j), max(i, j)])
 
 
-def _coupling(kinetic: Sequence[sp.Expr], turning: sp.Symbol, velocities: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
-    """gamma: d2T/dq'dphi'."""
-    momenta = [sp.diff(t, turning) for t in kinetic if t.has(turning)]
-    return sp.ImmutableMatrix(len(velocities), 1, [sp.Add(*(sp.diff(m, v) for m in momenta if m.has(v))) for v in velocities])
+def _diff(function: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+    return sp.diff(function, symbol) if function.has(symbol) else sp.S.Zero
 
 
 def first_harmonic(coupling: sp.Expr, angle: sp.Symbol) -> sp.Expr:

@@ -9,7 +9,7 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.mechanics.elimination import solve_by_elimination
-from wucht.mechanics.phasors import Lines
+from wucht.mechanics.phasors import Lines, Phasor
 from wucht.mechanics.slow.bodies import RotatingBodies, absolute, rate_of, rate_of_given, slip_of
 
 
@@ -20,6 +20,19 @@ class Closed:
     speeds: list[sp.Expr]
     accelerations: list[sp.Expr]
     rows: tuple[tuple[sp.Expr, sp.Expr], ...]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Displacement amplitudes z of the carrier (m), vibration torques (n), and the equations closed with them.
+
+    inertia: whether that of the balancing bodies is kept.
+    """
+
+    motion: Sequence[Phasor]
+    torques: Sequence[sp.Expr]
+    closed: Closed
+    inertia: bool
 
 
 def with_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr]) -> Closed:

@@ -13,7 +13,6 @@ damped against their rotor: theta' = w + nu with B nu = L + V - J 1 w', which is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,7 +21,7 @@ import sympy as sp
 from wucht.errors import WuchtError
 from wucht.mechanics.phasors import Lines, Phasor
 from wucht.mechanics.slow.bodies import RotatingBodies, named, slip_of
-from wucht.mechanics.slow.closed import Closed, with_inertia, without_inertia
+from wucht.mechanics.slow.closed import Solution, with_inertia, without_inertia
 from wucht.mechanics.slow.field import Field
 from wucht.mechanics.slow.outputs import outputs_of, ripple_outputs
 from wucht.mechanics.slow.ripple import ripple
@@ -83,27 +82,21 @@ def slow_equations(bodies: RotatingBodies, inertia: bool = True, order: int = 1)
     motion = steady_motion(field)
     torques = field.torques(motion, "")
     closed = with_inertia(bodies, lines, torques) if inertia else without_inertia(bodies, lines, torques)
+    found = Solution(motion, torques, closed, inertia)
     if order == 2:
-        pulsing = ripple(bodies, field, motion)
-        motion, torques, closed = second_order(bodies, field, motion, pulsing, closed, inertia)
-    return _assembled(bodies, lines, motion, torques, closed, inertia)
+        found = second_order(bodies, field, found, ripple(bodies, field, motion))
+    return _assembled(bodies, lines, found)
 
 
-def _assembled(
-    bodies: RotatingBodies,
-    lines: Lines,
-    motion: Sequence[Phasor],
-    torques: Sequence[sp.Expr],
-    closed: Closed,
-    inertia: bool,
-) -> SlowEquations:
+def _assembled(bodies: RotatingBodies, lines: Lines, found: Solution) -> SlowEquations:
+    closed, inertia = found.closed, found.inertia
     n, w = len(bodies.names), bodies.frequency
     phases = [(i, p) for i, p in enumerate(bodies.phases) if p is not None]
     moving = [i for i in range(n) if (i or bodies.given is None) and (inertia or i in bodies.rotors)]
     references = {i: bodies.heads[i] if bodies.heads[i] != i else 0 for i in range(n)}
     drift = [closed.speeds[i] - (closed.speeds[references[i]] if i else w) for i, _ in phases]
     shown = tuple(lines.pairs)
-    outputs, works = outputs_of(bodies, lines, motion, torques, closed, inertia)
+    outputs, works = outputs_of(bodies, lines, found)
     system = System(
         states=(*(p for _, p in phases), *(bodies.speed(i) for i in moving)),
         derivatives=(*drift, *(closed.accelerations[i] for i in moving)),

@@ -9,29 +9,22 @@ import sympy as sp
 
 from wucht.mechanics.phasors import ZERO, Lines, Phasor, product
 from wucht.mechanics.slow.bodies import RotatingBodies, absolute
-from wucht.mechanics.slow.closed import Closed, weights_of
+from wucht.mechanics.slow.closed import Solution, weights_of
 from wucht.mechanics.slow.ripple import Ripple
 from wucht.system import Output
 
 ROTOR_ANGLE, SUPPLIED, LOST, SHAKEN = "rotor_angle", "supplied_work", "dissipated_work", "vibration_work"
 
 
-def outputs_of(
-    bodies: RotatingBodies,
-    lines: Lines,
-    motion: Sequence[Phasor],
-    torques: Sequence[sp.Expr],
-    closed: Closed,
-    inertia: bool,
-) -> tuple[list[Output], list[Output]]:
+def outputs_of(bodies: RotatingBodies, lines: Lines, found: Solution) -> tuple[list[Output], list[Output]]:
     """Outputs and quadratures, as ``SlowEquations`` lists them; definitions are added to the lines."""
-    works = _works(bodies, lines, torques, closed, inertia)
-    outputs = [Output("amplitude", _largest_radius(bodies, lines, motion))]
-    outputs += _parts("amplitude", bodies.labels, motion)
-    for what, values in (("vibration_torque", torques), ("speed", closed.speeds)):
+    works = _works(bodies, lines, found)
+    outputs = [Output("amplitude", _largest_radius(bodies, lines, found.motion))]
+    outputs += _parts("amplitude", bodies.labels, found.motion)
+    for what, values in (("vibration_torque", found.torques), ("speed", found.closed.speeds)):
         outputs += [Output(f"{what}[{name}]", v) for name, v in zip(bodies.names, values, strict=True)]
     outputs += [Output("motor_torque", works.motor), Output("stored_energy", works.stored)]
-    angle = Output(ROTOR_ANGLE, closed.speeds[0], "rad", "angle of the main rotor")
+    angle = Output(ROTOR_ANGLE, found.closed.speeds[0], "rad", "angle of the main rotor")
     return outputs, [angle, *(Output(name, power) for name, power in works.powers.items())]
 
 
@@ -54,8 +47,9 @@ class _Works:
     powers: dict[str, sp.Expr]
 
 
-def _works(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr], closed: Closed, inertia: bool) -> _Works:
+def _works(bodies: RotatingBodies, lines: Lines, found: Solution) -> _Works:
     """Without inertia all work at the speed of their rotor, each body with its weight: so the first order balances exactly."""
+    torques, closed, inertia = found.torques, found.closed, found.inertia
     n, j, every = len(bodies.names), bodies.inertia, range(len(bodies.names))
     speeds = closed.speeds if inertia else [bodies.speed(h) for h in bodies.heads]
     rates = closed.accelerations if inertia else [closed.accelerations[h] for h in bodies.heads]

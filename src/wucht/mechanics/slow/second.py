@@ -22,7 +22,7 @@ import sympy as sp
 from wucht.mechanics.elimination import solve_general
 from wucht.mechanics.phasors import Phasor, total
 from wucht.mechanics.slow.bodies import RotatingBodies, absolute, rate_of_given
-from wucht.mechanics.slow.closed import Closed
+from wucht.mechanics.slow.closed import Closed, Solution
 from wucht.mechanics.slow.field import Field
 from wucht.mechanics.slow.ripple import Ripple
 
@@ -38,14 +38,12 @@ class Memory:
     acceleration: list[tuple[Amplitudes, list[sp.Expr]]]
 
 
-def second_order(
-    bodies: RotatingBodies, field: Field, motion: Sequence[Phasor], pulsing: Ripple, first: Closed, inertia: bool
-) -> tuple[Amplitudes, list[sp.Expr], Closed]:
-    """Displacement amplitudes (m), vibration torques (n) and the closed equations of the next order, from the first."""
+def second_order(bodies: RotatingBodies, field: Field, first: Solution, pulsing: Ripple) -> Solution:
+    """The solution of the next order, from that of the first and the fluctuation within a turn."""
     n, w, lines, every = len(bodies.names), bodies.frequency, field.lines, range(len(bodies.names))
-    memory = _memory(bodies, field, motion, pulsing)
-    solve = _inert if inertia else _damped
-    speeds, accelerations = solve(bodies, field, memory, first)
+    memory = _memory(bodies, field, first.motion, pulsing)
+    solve = _inert if first.inertia else _damped
+    speeds, accelerations = solve(bodies, field, memory, first.closed)
     slips = [lines.name(speeds[k] - w, f"s[{bodies.names[k]}]") for k in every]
     rates = [lines.name(a, f"a[{bodies.names[k]}]") for k, a in enumerate(accelerations)]
     torques = [
@@ -60,8 +58,8 @@ def second_order(
         total([z, *(memory.slip[k][0][d].scaled(slips[k]) + memory.acceleration[k][0][d].scaled(rates[k]) for k in every)])
         for d, z in enumerate(memory.base[0])
     ]
-    rows = tuple((left, _renewed(right, torques, bodies)) for left, right in first.rows)
-    return moved, torques, Closed(list(speeds), list(accelerations), rows)
+    rows = tuple((left, _renewed(right, torques, bodies)) for left, right in first.closed.rows)
+    return Solution(moved, torques, Closed(list(speeds), list(accelerations), rows), first.inertia)
 
 
 def _renewed(right: sp.Expr, torques: Sequence[sp.Expr], bodies: RotatingBodies) -> sp.Expr:
