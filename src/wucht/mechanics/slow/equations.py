@@ -13,6 +13,7 @@ damped against their rotor: theta' = w + nu with B nu = L + V - J 1 w', which is
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
