@@ -123,6 +123,12 @@ VALUES = {
     "kind of a study": ('kind = "run-up"', 'kind = "runup"', "study.kind", "given 'runup'", "did you mean 'run-up'?"),
     "directions": ('mass = "1 kg"', 'directions = "z"', "machine.carrier.directions", "given 'z'", "fixed, r, x, xy, xyr, y"),
     "model": (UNTIL, f'{UNTIL}\nmodel = "fulll"', "study.model", "given 'fulll'", "allowed is 'full'"),
+    "order": (UNTIL, f'{UNTIL}\nmodel = "slow"\norder = 3', "study.order", "given 3", "allowed is 1 or 2"),
+    "order in words": (UNTIL, f'{UNTIL}\nmodel = "slow"\norder = "second"', "study.order", "given 'second'"),
+    "order of the full model": (UNTIL, f"{UNTIL}\norder = 2", "study.order", "given 2", "'slow' or 'both'"),
+    "inertia": (UNTIL, f'{UNTIL}\nmodel = "both"\ninertia = 1', "study.inertia", "given 1", "true or false"),
+    "inertia of the full model": (UNTIL, f"{UNTIL}\ninertia = true", "study.inertia", "'slow' or 'both'"),
+    "models": (UNTIL, f'{UNTIL}\nmodel = ["full", "slow"]', "study.model", "allowed is 'full'"),
     "engine": (UNTIL, f'{UNTIL}\nengine = "heyokka"', "study.engine", "given 'heyokka'", "'heyoka', 'scipy'"),
     # times
     "negative time": (UNTIL, "until = -1", "study.until", "given -1", "greater than 0"),
@@ -559,8 +565,6 @@ def test_new_of_an_unknown_name(refused: Refused, here: Path) -> None:
     refused("new", "runup", says=("given 'runup'", "did you mean 'run-up'?"))
     refused("new", "../../etc/passwd", says=("known: ",))
     assert not list(Path().iterdir())
-
-
 
 
 def test_equations_of_bad_input(refused: Refused, study: Study) -> None:

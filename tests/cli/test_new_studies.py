@@ -17,7 +17,7 @@ Refused = Callable[..., str]
 Command = Callable[..., Any]
 Study = Callable[..., Path]
 
-STUDIES = ("run-up", "coast-down", "sweep", "response", "torque-balance")
+STUDIES = ("run-up", "coast-down", "sweep", "response", "torque-balance", "entrainment", "approximation")
 
 QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
     "response": {
@@ -66,6 +66,28 @@ QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
         "values=[1]": ("study.along", "belong together"),
         "starts=3": ("study.starts", "list of tables"),
         "settled=false": ("study.settled", "given False"),
+        "model=averaged": ("study.model", "'full', 'slow', 'both'"),
+        "order=2": ("study.order", "only with model"),
+        "inertia=false": ("study.inertia", "only with model"),
+    },
+    "approximation": {
+        "along=carrier.dampin": ("study.along", "did you mean 'carrier.damping'?"),
+        "along=[]": ("study.along", "the path of a parameter, or a list"),
+        "range=[1]": ("study.range", "pair [low, high]"),
+        "range=[400, 50]": ("study.range", "low below high"),
+        'range=["1 kg", "2 kg"]': ("study.range[0]", "this one is a mass"),
+        "values=[50]": ("study.values", "either values, or range"),
+        "points=1": ("study.points", "whole number from 2 to 200"),
+        "spacing=log10": ("study.spacing", "known: linear, log"),
+        "until_phi=-1": ("study.until_phi", "greater than 0"),
+        "until_phi=1 kg": ("study.until_phi", "this one is a mass"),
+        "until=1 kg": ("study.until", "this one is a mass"),
+        "order=3": ("study.order", "allowed is 1 or 2"),
+        "inertia=maybe": ("study.inertia", "true or false"),
+        "model=both": ("study.model", "unknown key"),
+        "turns=3": ("study.turns", "unknown key"),
+        "tolerance=1": ("study.tolerance", "between"),
+        "start.p3=1": ("study.start.p3", "did you mean"),
     },
 }
 CASES = [(kind, setting, says) for kind, cases in QUESTIONS.items() for setting, says in cases.items()]
@@ -103,6 +125,8 @@ FAST = {
     "run-up": ("study.until=0.2",),
     "coast-down": ("study.until=0.5",),
     "sweep": ("study.range=[80, 82]", "study.direction=up", "study.rate=2"),
+    "approximation": ("study.until=0.3", "study.points=2"),
+    "entrainment": ("study.resolution=0.2", "study.until=3"),
 }
 
 
@@ -165,6 +189,7 @@ LONG = {
     "many": ("study.until=0.1", "study.along=drive.slope", "study.values=[0.03, 0.04, 0.05]"),
     "coast-down": ("study.until=100",),
     "sweep": ("study.rate=2",),
+    "approximation": ("study.until=0.2",),
 }
 
 

@@ -73,6 +73,8 @@ def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | Non
     from wucht.mechanics.slow.notation import written_slow
 
     kept = not damped(machine) if inertia is None else inertia
+    if not kept and not damped(machine):
+        raise InputError("--no-inertia", None, "not allowed here: a balancing body is not damped against its rotor")
     zero = [s for s, value in machine.numbers.items() if value == 0]
     rows, definitions = written_slow(slow_machine(machine, kept, order).equations, notation, zero, latex)
     what = "with the inertia of the balancing bodies" if kept else "without the inertia of the balancing bodies"

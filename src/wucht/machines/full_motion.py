@@ -89,7 +89,7 @@ class FullMotion:
         rate = np.array([flow[name] for name in self.slow.system.state_names])
         sides = []
         for sign in (1, -1):
-            o = self._outputs(time, states + sign * step * rate, parameters)
+            o = self._outputs(time + sign * step, states + sign * step * rate, parameters)
             sides.append(np.array([_complex(o, "amplitude", d) for d in self.slow.machine.labels]))
         found: np.ndarray = (sides[0] - sides[1]) / (2 * step)
         return found

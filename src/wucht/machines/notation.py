@@ -25,7 +25,10 @@ def notation_of(machine: Machine) -> Notation:
     for x in machine.sliders:
         names[x.coordinate.position.name] = f"s_{x.name}"
     count = Counter(p.symbol for p in machine.parameters.values())
+    alike = Counter((p.symbol, path.split(".")[0]) for path, p in machine.parameters.items())
     for path, p in machine.parameters.items():
         owner = path.split(".")[0]
+        if alike[p.symbol, owner] > 1:  # several parts in a list, such as mounts or drives: the place in it belongs to the name
+            owner = ".".join(path.split(".")[: 3 if path.startswith("carrier.") else 2])
         names[path] = p.symbol if count[p.symbol] == 1 else f"{p.symbol.replace('_', '')}_{owner}"
     return Notation(names)

@@ -7,6 +7,7 @@ other dimensionless numbers stay.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import sympy as sp
@@ -15,7 +16,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.parts.fields import Parameter
 from wucht.mechanics.energies import Applied, Energies
 
-STRENGTH = "kappa"
+STRENGTH, SHAKING = "kappa", "carrier.motion.amplitude"
 
 
 def weakened(machine: Machine, kappa: float) -> Machine:
@@ -24,6 +25,15 @@ def weakened(machine: Machine, kappa: float) -> Machine:
     given = Parameter(STRENGTH, kappa, "", STRENGTH, "factor of epsilon")
     energies = tuple(_weakened(machine, e, factor) for e in machine.energies)
     return replace(machine, energies=energies, parameters={**machine.parameters, STRENGTH: given}, mismatch=None)
+
+
+def values_at(machine: Machine, kappa: float) -> dict[str, float]:
+    """The values of ``weakened(machine, 1.0)`` for another ``kappa``.
+
+    A prescribed motion turns a body by the coupling alone, once: its amplitude is multiplied by sqrt(kappa) too.
+    """
+    shaken = {} if machine.shaken is None else {SHAKING: math.sqrt(kappa) * machine.values[SHAKING]}
+    return {STRENGTH: kappa} | shaken
 
 
 def _weakened(machine: Machine, e: Energies, kappa: sp.Expr) -> Energies:

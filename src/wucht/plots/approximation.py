@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,11 +17,15 @@ if TYPE_CHECKING:
 
 _SMALLEST = 1e-6  # of the largest deviation: nothing below is shown
 _MOST_NAMED = 9
+_LINE = 100  # characters of a heading
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Deviations over the rotor's angle, over the parameter, and over epsilon, from the Dataset alone."""
-    drawn, (speed, amplitude, along, order) = new_grid(2, 2, 6.6, result.attrs["title"], result.attrs["sentence"])
+    sentence = "\n".join(textwrap.wrap(result.attrs["sentence"], _LINE))
+    height = 6.6 + 0.17 * sentence.count("\n")
+    drawn, (speed, amplitude, along, order) = new_grid(2, 2, height, result.attrs["title"], sentence)
+    drawn.subplots_adjust(top=1 - (0.6 + 0.17 * sentence.count("\n")) / height)
     _over_angle(speed, result, "speed_over_angle")
     _over_angle(amplitude, result, "amplitude_over_angle")
     drawn.legend(*speed.get_legend_handles_labels(), loc="lower center", ncol=5, frameon=False, fontsize=8)

@@ -40,7 +40,7 @@ def figure(result: xr.Dataset) -> Figure:
     if with_phases:
         _phases(next(panels), result, at, slow)
     if with_rotors:
-        _rotor_phases(next(panels), result, at)
+        _rotor_phases(next(panels), result, at, slow)
     _power(next(panels), result, at)
     low, high = float(at.min()), float(at.max())
     for axis in axes if high > low else ():
@@ -118,11 +118,14 @@ def _phases(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray |
     _legend(axis)
 
 
-def _rotor_phases(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
+def _rotor_phases(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
     shaken = bool(np.isfinite(float(result.vibration_frequency)))
     for i, name in enumerate(result.rotor.values):
         shown = without_jumps(np.degrees(result.rotor_phase.values[i]), 360.0)
         axis.plot(time, shown, label=str(name), **line_style(i + (not shaken)))
+        if slow is not None:
+            other = without_jumps(np.degrees(result.slow_rotor_phase.values[i]), 360.0)
+            axis.plot(slow, other, label="slow equations" if i == 0 else None, **SLOW)
     axis.set_ylim(0, 360)
     axis.set_yticks([0, 90, 180, 270, 360])
     axis.set_ylabel("phase to the vibration (°)" if shaken else f"phase to {result.body.values[0]} (°)")

@@ -18,7 +18,8 @@ from wucht.numerics.compile import DEFAULT_TOLERANCE
 from wucht.quantities import Unit
 from wucht.studies.keys import allowed_value, engine_of, parameter, positive, quantity, span, start_of, tolerance_of
 from wucht.studies.kinds import Checkpoint, Progress
-from wucht.studies.run_up import RunUp, read_model
+from wucht.studies.run_up import RunUp, prepared, read_model
+from wucht.studies.run_up_model import inertia_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +28,7 @@ DEFAULT_POINTS, MOST_POINTS = 7, 200
 UNTIL_PHI = 100.0  # rad: 1/epsilon of Table 5.1, over which 002, 5.6.1 expects the slow equations to hold
 SPACINGS = ("linear", "log")
 _DECADE = 10.0
+_FULL_SHARE = 0.9  # of the time that a comparison takes
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,9 @@ class Approximation:
             changed = self.changes(machine, value)
             for path, v in changed.items():
                 allowed_value(machine, path, v, "study.range")
+            case = machine.with_values(changed)
+            prepared(case, self.run_up())
+            inertia_of(case, self.inertia)
         self.run_up().check(machine)
 
     def changes(self, machine: Machine, value: float | None) -> dict[str, float]:
@@ -142,6 +147,10 @@ def _values(table: Mapping[str, Any], along: tuple[Parameter, ...]) -> tuple[flo
     return tuple(map(float, found))
 
 
+def _share(progress: Progress, k: int, count: int) -> Progress:
+    return lambda reached, goal: progress(k + (_FULL_SHARE * min(reached / goal, 1.0) if goal else 0.0), count)
+
+
 @np.errstate(all="ignore")  # a run that fails says so in a sentence, not by warnings about overflow
 def approximation(
     machine: Machine,
@@ -166,10 +175,9 @@ def approximation(
     interrupted, measured = False, None
     try:
         for k, value in enumerate(values):
-            if progress is not None:
-                progress(k, len(values) + 1)
+            share = None if progress is None else _share(progress, k, len(values) + 1)
             changed = question.changes(machine, None if math.isnan(value) else value)
-            done.append(comparison(machine.with_values(changed), question, value))
+            done.append(comparison(machine.with_values(changed), question, value, share))
             if checkpoint is not None and k:
                 checkpoint(result(machine, question, done, None, begun, True))
         measured = errors(machine, question)

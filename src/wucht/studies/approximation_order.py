@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wucht.machines.machine import Machine
-from wucht.machines.strength import STRENGTH, weakened
+from wucht.machines.strength import values_at, weakened
 from wucht.machines.vibration import operating_speed
 from wucht.numerics.compile import Flow, compile_system
 from wucht.numerics.integrate import integrate
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 FACTORS = (1.0, 0.5, 0.25, 0.125)
 _SAMPLES = 2000
 _TOLERANCE = 1e-13
-_LONGEST = 20_000.0  # rad: the run at the smallest factor
+_LONGEST = 20_000.0  # rad: the run at the smallest factor; all others are shorter in proportion
 _DOUBLINGS = 8  # of the time, until the angle is reached: the rotor may start from rest, or stay below its drive's speed
 
 
@@ -53,9 +53,9 @@ def errors(machine: Machine, question: Approximation) -> Errors | None:
     full = replace(family.system, quadratures=(), outputs=())
     slow_flow, full_flow = (compile_system(s, _TOLERANCE, (), question.engine) for s in (model.system, full))
     for factor in FACTORS:
-        weak = family.with_values({STRENGTH: factor})
+        weak = family.with_values(values_at(family, factor))
         mine = replace(model, machine=weak, slow=replace(model.slow, machine=weak))
-        error = _largest(mine, (slow_flow, full_flow), min(question.until_phi / factor, _LONGEST))
+        error = _largest(mine, (slow_flow, full_flow), min(question.until_phi, _LONGEST * FACTORS[-1]) / factor)
         if error is None or not error > 0:
             return None
         found.append(error)
@@ -63,7 +63,7 @@ def errors(machine: Machine, question: Approximation) -> Errors | None:
 
 
 def _largest(model: SlowModel, flows: tuple[Flow, Flow], until_phi: float) -> float | None:
-    """The largest error of the rotor's speed up to an angle, None where it is not reached."""
+    """The largest error of the rotor's speed, or where it is prescribed of its bodies', up to an angle; None if not reached."""
     machine, initial = model.machine, model.initial
     span = until_phi / operating_speed(machine)
     for _ in range(_DOUBLINGS):
@@ -83,8 +83,9 @@ def _largest(model: SlowModel, flows: tuple[Flow, Flow], until_phi: float) -> fl
     true = integrate(flows[1], seen[:, 0], flows[1].system.values(machine.values), time[inside])
     if not _complete(true):
         return None
-    row = machine.state_names.index(machine.rotor.coordinate.velocity.name)
-    return float(np.abs(true.states[row] - seen[row]).max())
+    watched = [machine.rotor] if machine.rotor.coordinate.prescribed is None else machine.bodies
+    rows = [machine.state_names.index(b.coordinate.velocity.name) for b in watched if b.coordinate.prescribed is None]
+    return float(np.abs(true.states[rows] - seen[rows]).max()) if rows else None
 
 
 def _complete(run: Trajectory) -> bool:

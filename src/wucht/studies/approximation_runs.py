@@ -11,6 +11,7 @@ import numpy as np
 from wucht.machines.machine import Machine
 from wucht.results.outcomes import Outcome
 from wucht.studies.deviations import Deviations, at_equal_angle
+from wucht.studies.kinds import Progress
 from wucht.studies.run_up_both import both_runs, course_of
 
 if TYPE_CHECKING:
@@ -51,9 +52,9 @@ class Comparison:
         return speed, amplitude
 
 
-def comparison(machine: Machine, question: Approximation, value: float) -> Comparison:
+def comparison(machine: Machine, question: Approximation, value: float, progress: Progress | None = None) -> Comparison:
     """Run both models of a machine. Ctrl-C raises ``KeyboardInterrupt``."""
-    full, slow = both_runs(machine, question.run_up())
+    full, slow = both_runs(machine, question.run_up(), progress)
     for run in (full, slow):
         if run is not None and not run.attrs["finished"] and not run.attrs["failure"]:
             raise KeyboardInterrupt

@@ -23,7 +23,7 @@ from wucht.studies.run_up_plan import Plan
 if TYPE_CHECKING:
     import xarray as xr
 
-_SHOWN = ("angle", "speed", "amplitude", "phase", "radius")
+_SHOWN = ("angle", "speed", "amplitude", "phase", "rotor_phase", "radius")
 
 
 def run_up_both(
@@ -42,6 +42,10 @@ def run_up_both(
     asked = json.loads(found.attrs["input"])
     found.attrs["input"] = to_json(asked | {"study": asked["study"] | _model_of(question)}, indent=None)
     if slow is None:
+        return found
+    if not slow.attrs["finished"] and not slow.attrs["failure"]:  # Ctrl-C
+        warnings = [*json.loads(found.attrs["warnings"]), "the slow equations were interrupted; --resume runs them again"]
+        found.attrs |= {"warnings": to_json(warnings, indent=None), "finished": 0}
         return found
     if slow.attrs["failure"]:
         warnings = [*json.loads(found.attrs["warnings"]), f"slow equations: {slow.attrs['failure']}"]

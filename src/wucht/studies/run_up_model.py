@@ -178,13 +178,19 @@ def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order:
 
     Raises ``InputError`` for a machine that has no slow equations.
     """
+    wanted = inertia_of(machine, inertia)
+    return SlowModel(machine, start, slow_machine(machine, wanted, order, turning=_turning(machine, start)))
+
+
+def inertia_of(machine: Machine, inertia: bool | None) -> bool:
+    """Whether a slow model keeps the inertia of the balancing bodies. Raises ``InputError`` where it cannot be as asked."""
     released = [b.name for b in machine.bodies if b.release is not None]
     if released:
         raise InputError("study.model", "slow", f"allowed is 'full': {released[0]} is locked until it is released")
     wanted = not damped(machine) if inertia is None else inertia
     if not wanted and not damped(machine):
         raise InputError("study.inertia", inertia, "allowed is true: a balancing body is not damped against its rotor")
-    return SlowModel(machine, start, slow_machine(machine, wanted, order, turning=_turning(machine, start)))
+    return wanted
 
 
 def _turning(machine: Machine, start: np.ndarray) -> dict[str, int]:

@@ -55,7 +55,7 @@ def result(
     data["end_state"] = variable("state", trajectory.end_state, "state and accumulated works at the end")
     found = xr_.Dataset(dict(data.items()), coords=coordinates)
     summary = _summary(machine, found, verdict)
-    said = _warnings(trajectory, verdict, warnings) + _balance(summary["energy_residual"])
+    said = _warnings(trajectory, verdict, warnings, question.model) + _balance(summary["energy_residual"])
     found.attrs |= attributes(
         machine, question, summary, verdict.sentence, said, begun, trajectory.failure, trajectory.interrupted
     )
@@ -69,12 +69,13 @@ def result(
     return found
 
 
-def _warnings(trajectory: Trajectory, verdict: Verdict, warnings: Sequence[str]) -> list[str]:
+def _warnings(trajectory: Trajectory, verdict: Verdict, warnings: Sequence[str], model: str) -> list[str]:
     said = list(warnings)
     if trajectory.failure:
         said.append(trajectory.failure)
     if trajectory.interrupted:
-        said.append(f"interrupted at t = {trajectory.end_time:.6g}; --resume continues from there")
+        goes_on = "--resume begins again" if model == "slow" else "--resume continues from there"
+        said.append(f"interrupted at t = {trajectory.end_time:.6g}; {goes_on}")
     if verdict.outcome is Outcome.PASSED and verdict.faster_branch:
         said.append(
             f"the rotor settled at {verdict.evidence.mean_speed:.4g}, just beyond the maximum of the vibration torque at "

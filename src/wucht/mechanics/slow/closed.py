@@ -82,7 +82,8 @@ def without_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.E
                 slip = lines.name(nu[k], f"nu[{bodies.names[i]}]")
                 speeds[i], accelerations[i] = w + slip, rate
                 left = sp.Add(*(damping[k, m] * slip_of(bodies, q) for m, q in enumerate(others)))
-                rows.append((left, loads[i] - sp.Add(*(j[i, q] for q in group)) * rate_of(bodies, head)))
+                turning = rate_of(bodies, head) if head or bodies.given is None else rate
+                rows.append((left, loads[i] - sp.Add(*(j[i, q] for q in group)) * turning))
     return Closed(speeds, accelerations, tuple(rows))
 
 

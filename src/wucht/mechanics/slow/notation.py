@@ -63,10 +63,11 @@ def _names(equations: SlowEquations, notation: Notation, used: set[sp.Symbol], l
     main = equations.bodies.names[0]
     found = {}
     for symbol in used:
-        name = _of_state(symbol.name, main, speed, phase, latex) or _of_definition(symbol.name, latex)
-        if name is None and symbol.name in notation.names:
+        if symbol.name in notation.names:  # before states: the parameter drive.speed is no body's speed
             given = notation.names[symbol.name]
-            name = latex_name(given) if latex else given
+            name: str | None = latex_name(given) if latex else given
+        else:
+            name = _of_state(symbol.name, main, speed, phase, latex) or _of_definition(symbol.name, latex)
         found[symbol] = sp.Symbol(name or symbol.name)
     return found
 
@@ -94,4 +95,4 @@ def _of_definition(name: str, latex: bool) -> str | None:
         plain = f"{head}_{index}"
         return f"{part.capitalize()}({plain})" if part else plain
     shown = f"{_LATEX_HEADS.get(head, head)}_{{\\mathrm{{{index}}}}}"
-    return f"\\operatorname{{{part.capitalize()}}} {shown}" if part else shown
+    return f"\\operatorname{{{part.capitalize()}}}({shown})" if part else shown

@@ -1,0 +1,148 @@
+"""The slow equations as they are printed: every symbol means one thing, and comes before its use."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from wucht.machines.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.machines.notation import notation_of
+from wucht.machines.slow import damped, slow_machine
+from wucht.mechanics.slow.notation import written_slow
+
+MACHINES = (
+    "drozdetskaya-2020/table-3.1-carrier",
+    "drozdetskaya-2020/table-5.1",
+    "drozdetskaya-2020/r1",
+    "practice/screen",
+    "practice/laboratory-centrifuge",
+    "practice/laundry-drum",
+    "sperling-rollers/figure-8",
+    "sperling-vibration/figure-2a",
+    "sperling-vibration/figure-5",
+    "sperling-vibration/self-synchronisation-soft-unequal",
+)
+KNOWN_FUNCTIONS = r"\b(cos|sin|sqrt|pi|Abs|sign|tanh|signedsquare)\b"
+
+
+def written(machine: Machine, inertia: bool | None = None, order: int = 1, latex: bool = False) -> tuple[list[str], list[str]]:
+    kept = not damped(machine) if inertia is None else inertia
+    zero = [s for s, v in machine.numbers.items() if v == 0]
+    return written_slow(slow_machine(machine, kept, order).equations, notation_of(machine), zero, latex)
+
+
+def left_over(expression: str, known: set[str]) -> str:
+    """What is no known name, function, number or operator."""
+    for name in sorted(known, key=len, reverse=True):
+        expression = re.sub(rf"(?<![\w.]){re.escape(name)}(?![\w.'])", " ", expression)
+    expression = re.sub(KNOWN_FUNCTIONS, " ", expression)
+    return re.sub(r"[\d.\s+\-*/(),]|\be-?\d+", "", expression)
+
+
+def states(machine: Machine, parameters: set[str]) -> set[str]:
+    speed = next(n for n in ("omega", "Omega", "w", "n") if n not in parameters)
+    phase = next(n for n in ("alpha", "psi") if n not in parameters)
+    bodies = [b.name for b in machine.bodies]
+    return {speed, *(f"{letter}_{b}" for b in bodies for letter in (speed, phase))}
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("name", MACHINES)
+def test_every_symbol_is_a_state_a_parameter_or_defined_before(name: str, order: int) -> None:
+    machine = load_machine(name)
+    if order == 2 and name in ("practice/laboratory-centrifuge", "practice/laundry-drum"):
+        pytest.skip("many bodies: thousands of definitions of the same kinds")
+    rows, definitions = written(machine, order=order)
+    names = notation_of(machine).names
+    parameters = {names[path] for path in machine.values if machine.values[path]}
+    known = parameters | states(machine, parameters | set(names.values()))
+    for line in definitions:
+        left, right = line.split(" = ")
+        assert not left_over(right, known), f"{left} = {right}"
+        assert left not in known, f"{left} has two meanings"
+        known.add(left)
+    rates = {f"{s}'" for s in states(machine, set(names.values()))}
+    for line in rows:
+        left, right = line.split(" = ")
+        assert not left_over(left, known | rates), line
+        written_rates = set(re.findall(r"[\w.]+'", left))
+        # On the right stands no rate but those that the rows give: that of a prescribed speed is given by the drive.
+        given = {m for row in rows for m in re.findall(r"[\w.]+'", row.split(" = ")[0])}
+        assert not left_over(right, known | given), line
+        assert written_rates
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_no_two_parameters_share_a_name(name: str) -> None:
+    """Two mounts at -0.9 m and 0.9 m are not both a_x: their sum would be printed as 2 a_x."""
+    machine = load_machine(name)
+    shown = [notation_of(machine).names[path] for path in machine.values]
+    assert len(set(shown)) == len(shown)
+
+
+@pytest.mark.parametrize("latex", [False, True])
+def test_the_rotor_on_a_carrier_as_001_prints_it(latex: bool) -> None:
+    """001 (60), Bild 5: J w' = U (w_0 - w) + V; with the response of one direction."""
+    rows, definitions = written(load_machine("sperling-vibration/figure-5"), latex=latex)
+    if not latex:
+        assert rows == ["J*Omega' = U*(-Omega + omega) + V_rotor"]
+        assert definitions == [
+            "U_rotor = M*e",
+            "Re(D_x) = -Omega**2*(M + m) + c",
+            "Im(D_x) = Omega*b",
+            "|D|^2_x = Im(D_x)**2 + Re(D_x)**2",
+            "Im(H_x) = -Im(D_x)/|D|^2_x",
+            "Im(z_x) = Im(H_x)*Omega**2*U_rotor",
+            "V_rotor = Im(z_x)*Omega**2*U_rotor/2",
+        ]
+    else:
+        assert rows == [r"J \dot{\Omega} = U \left(- \Omega + \omega\right) + V_{\mathrm{rotor}}"]
+
+
+def test_the_entrained_rotor_as_001_prints_it() -> None:
+    """001 (16), (20): alpha' = w - Omega, J w' = L - (1/2) m eps x_0 Omega^2 sin alpha."""
+    rows, definitions = written(load_machine("sperling-vibration/figure-2a"))
+    assert rows == ["alpha_rotor' = -Omega + w", "J*w' = U*(omega - w) + V_rotor"]
+    assert definitions == ["U_rotor = M*e", "V_rotor = -Omega**2*U_rotor*x_0*sin(alpha_rotor)/2"]
+
+
+def test_a_prescribed_speed_is_a_parameter_with_a_value() -> None:
+    """000 (33): the drive gives the speed Omega, which does not change: no rate of it is left."""
+    rows, definitions = written(load_machine("sperling-rollers/figure-8"))
+    assert rows == ["alpha_r1'*beta_r1 = V_r1", "alpha_r2'*beta_r2 = V_r2"]
+    assert "Im(D_x) = Omega*b_x" in definitions
+
+
+def test_the_inertia_of_the_bodies() -> None:
+    rows, _ = written(load_machine("drozdetskaya-2020/r1"), inertia=True)
+    assert rows == [
+        "alpha_p1' = -Omega + Omega_p1",
+        "alpha_p2' = -Omega + Omega_p2",
+        "J_drum*Omega' = -Omega*(b_p1 + b_p2) + Omega_p1*b_p1 + Omega_p2*b_p2 + U*(-Omega + omega) + V_drum",
+        "J_p1*Omega_p1' = Omega*b_p1 - Omega_p1*b_p1 + V_p1",
+        "J_p2*Omega_p2' = Omega*b_p2 - Omega_p2*b_p2 + V_p2",
+    ]
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("name", MACHINES[:4])
+def test_latex_is_balanced(name: str, order: int) -> None:
+    rows, definitions = written(load_machine(name), order=order, latex=True)
+    for line in (*rows, *definitions):
+        depth = 0
+        for c in re.sub(r"\\[{}]", "", line):
+            depth += (c == "{") - (c == "}")
+            assert depth >= 0, line
+        assert depth == 0, line
+        assert len(re.findall(r"\\left(?![a-z])", line)) == len(re.findall(r"\\right(?![a-z])", line)), line
+        assert not re.search(r"_\{[^{}]*\}_|\}\^\{?\d\}?\^", line), f"two subscripts or powers on one symbol: {line}"
+
+
+def test_latex_squares_the_part_and_not_what_it_is_taken_of() -> None:
+    """Im D^2 would be the imaginary part of the square."""
+    _, definitions = written(load_machine("sperling-vibration/figure-5"), latex=True)
+    [line] = [d for d in definitions if d.startswith(r"\left|D\right|^2")]
+    assert re.search(r"\)\^\{2\}.*\)\^\{2\}", line), line
+    assert not re.search(r"\\operatorname\{(Re|Im)\} D", line)

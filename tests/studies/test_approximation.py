@@ -1,0 +1,301 @@
+"""The study approximation: deviations over a parameter, regions where the models differ, the order of the error, and trust."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.errors import InputError
+from wucht.machines.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.studies import approximation as module
+from wucht.studies import approximation_runs
+from wucht.studies.approximation import Approximation, approximation
+from wucht.studies.approximation_order import FACTORS, errors
+from wucht.studies.approximation_result import _regions
+from wucht.studies.approximation_runs import Comparison
+from wucht.studies.run_up import summary
+
+Study = Callable[..., Path]
+TABLE_3_1 = "drozdetskaya-2020/table-3.1-carrier"
+DRUM_START = {"p1": 0.3, "p2": -0.5}
+
+
+def ask(machine: Machine, **keys: Any) -> Approximation:
+    return Approximation.read({"kind": "approximation", **keys}, machine)
+
+
+def answer(machine: Machine, **keys: Any) -> tuple[xr.Dataset, dict[str, Any]]:
+    found = approximation(machine, ask(machine, **keys))
+    return found, summary(found)
+
+
+@pytest.fixture(scope="module")
+def rotor() -> Machine:
+    return load_machine(TABLE_3_1).with_values({"u": 2.0})
+
+
+@pytest.fixture
+def drum(study: Study) -> Machine:
+    return load_machine(str(study()))
+
+
+# Keys
+
+
+SPACED = {
+    "linear": ({"range": [1.0, 3.0], "points": 3}, [1.0, 2.0, 3.0]),
+    "a decade": ({"range": [0.1, 1.0], "points": 3}, [0.1, math.sqrt(0.1), 1.0]),
+    "a decade, linear": ({"range": [0.1, 1.0], "points": 3, "spacing": "linear"}, [0.1, 0.55, 1.0]),
+    "less, log": ({"range": [1.0, 4.0], "points": 3, "spacing": "log"}, [1.0, 2.0, 4.0]),
+    "from 0": ({"range": [0.0, 4.0], "points": 2}, [0.0, 4.0]),
+    "default": ({"range": [1.0, 7.0]}, [1, 2, 3, 4, 5, 6, 7]),
+    "values": ({"values": [3.0, 1.0, 3.0]}, [1.0, 3.0]),
+}
+
+
+@pytest.mark.parametrize(("keys", "expected"), SPACED.values(), ids=SPACED.keys())
+def test_values_of_the_range(rotor: Machine, keys: dict[str, Any], expected: list[float]) -> None:
+    assert ask(rotor, along="u", **keys).values == pytest.approx(expected, rel=1e-12)
+
+
+def test_defaults(rotor: Machine) -> None:
+    question = ask(rotor)
+    assert (question.along, question.values, question.until_phi, question.order) == ((), (), 100.0, 1)
+    assert question.run_up().model == "both"
+
+
+def test_one_factor_of_several_parameters() -> None:
+    machine = load_machine("drozdetskaya-2020/table-5.1")
+    question = ask(machine, along=["beta_p", "beta_r"], values=[0.5])
+    assert question.changes(machine, 0.5) == {"beta_p": 0.5, "beta_r": pytest.approx(0.05)}
+    assert question.changes(machine, None) == {}
+
+
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "along": ({"along": "p1.name", "values": [1]}, r"study\.along: given 'p1\.name'; unknown parameter"),
+    "along a number": ({"along": 3, "values": [1]}, r"study\.along: given 3"),
+    "along nothing": ({"along": [], "values": [1]}, r"study\.along: given \[\]; allowed is the path of a parameter, or a list"),
+    "along twice": ({"along": ["p1.mass", "p1.mass"], "values": [1]}, r"study\.along.*different ones"),
+    "along alone": ({"along": "p1.mass"}, r"study\.range: this key is missing"),
+    "range alone": ({"range": [1, 2]}, r"study\.range: given .*only together with along"),
+    "points alone": ({"points": 3}, r"study\.points: given 3; allowed only together with along"),
+    "both": ({"along": "p1.mass", "values": [1], "range": [1, 2]}, r"study\.values: allowed is either values, or range"),
+    "order of the range": ({"along": "p1.mass", "range": [2, 1]}, r"study\.range.*low below high"),
+    "range in seconds": ({"along": "p1.mass", "range": ["1 s", "2 s"]}, r"study\.range\[0\]: given '1 s'"),
+    "factor in kg": ({"along": ["p1.mass", "p2.mass"], "range": ["1 kg", "2 kg"]}, r"without unit"),
+    "values in seconds": ({"along": "p1.mass", "values": ["1 s"]}, r"study\.values\[0\]: given '1 s'"),
+    "no values": ({"along": "p1.mass", "values": []}, r"study\.values: given \[\]; allowed is a list of 1 to 200"),
+    "not finite": ({"along": "p1.mass", "values": [math.nan]}, r"study\.values\[0\]: given nan"),
+    "points": ({"along": "p1.mass", "range": [1, 2], "points": 1}, r"study\.points: given 1; allowed is a whole number from 2"),
+    "half points": ({"along": "p1.mass", "range": [1, 2], "points": 2.5}, r"study\.points: given 2\.5"),
+    "spacing": ({"along": "p1.mass", "range": [1, 2], "spacing": "lin"}, r"study\.spacing: given 'lin'.*'linear'"),
+    "log from 0": ({"along": "p1.damping", "range": [0, 2], "spacing": "log"}, r"study\.spacing.*begin above 0"),
+    "angle 0": ({"until_phi": 0}, r"study\.until_phi: given 0"),
+    "angle in kg": ({"until_phi": "1 kg"}, r"study\.until_phi: given '1 kg'.*angle"),
+    "order": ({"order": 3}, r"study\.order: given 3; allowed is 1 or 2"),
+    "inertia": ({"inertia": "yes"}, r"study\.inertia: given 'yes'; allowed is true or false"),
+    "model": ({"model": "both"}, r"study\.model: given 'both'; unknown key"),
+    "key": ({"until_phy": 3}, r"study\.until_phy: given 3; unknown key; did you mean 'until_phi'"),
+    "a mass below 0": ({"along": "p1.mass", "values": [-1]}, r"study\.range: given -1\.0; p1\.mass"),
+    "no damping": ({"along": "p1.damping", "values": [0, 1], "inertia": False}, r"study\.inertia: given False; allowed"),
+    "no drive": ({"along": "drive.slope", "values": [0, 1]}, r"nothing would turn"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_wrong_question(drum: Machine, case: str) -> None:
+    """Before anything is computed."""
+    keys, says = REFUSED[case]
+    with pytest.raises(InputError, match=says):
+        ask(drum, start=DRUM_START, **keys).check(drum)
+
+
+def test_a_machine_with_a_schedule_is_compared_without_an_order(study: Study) -> None:
+    """A schedule does not become slower with epsilon."""
+    machine = load_machine(
+        str(study("[study]", '[[machine.schedules]]\nparameter = "drum.mass"\npoints = [[0, 9], [1, 8]]\n[study]'))
+    )
+    found, mine = answer(machine, start=DRUM_START, until=1.0)
+    assert mine["order_of_error"] is None
+    assert mine["own"]["speed"] > 0
+    assert any("schedules" in w for w in json.loads(found.attrs["warnings"]))
+
+
+def test_machines_without_slow_equations_are_refused() -> None:
+    machine = load_machine("sperling-vibration/figure-7")
+    with pytest.raises(InputError, match="has no slow equations"):
+        ask(machine, start={"disc": {"speed": 9.0}}).check(machine)
+
+
+# What it finds
+
+
+def test_trusted(rotor: Machine) -> None:
+    """Table 3.1 has epsilon = 0.01 and one free body: both captured, the error falls with epsilon."""
+    found, mine = answer(rotor, along="u", values=[1.0, 2.6])
+    assert mine["trusted"], mine["reasons"]
+    assert mine["own"]["outcome"] == mine["own"]["slow_outcome"] == "captured"
+    assert mine["order_of_error"] == pytest.approx(1.0, abs=0.1)
+    assert [d["u"] for d in mine["deviations"]] == [1.0, 2.6]
+    assert found.value.values[:-1] == pytest.approx([1.0, 2.6])
+    assert np.isnan(found.value.values[-1]), "the machine's own values come last, without a value"
+    # The curves end at until_phi, and their maximum is the number told.
+    assert float(found.angle[-1]) == 100.0
+    largest = np.nanmax(found.speed_over_angle.values, axis=1)
+    assert largest == pytest.approx(found.speed_deviation.values, rel=0.02)
+    assert (largest <= found.speed_deviation.values * (1 + 1e-12)).all()
+    assert found.attrs["finished"] == 1
+    assert not json.loads(found.attrs["warnings"])
+
+
+def test_units(drum: Machine) -> None:
+    found, _ = answer(drum, along="carrier.damping", values=[200.0, 300.0], start=DRUM_START, until=0.5, until_phi=20.0)
+    units = {n: found[n].attrs["units"] for n in ("value", "angle", "speed_deviation", "amplitude_deviation", "error")}
+    assert units == {"value": "N s/m", "angle": "rad", "speed_deviation": "rad/s", "amplitude_deviation": "m", "error": "rad/s"}
+    assert float(found.angle[-1]) == 20.0
+
+
+def test_not_trusted_with_light_damping() -> None:
+    """002, 5.6.2: sigma of the size of epsilon. The speeds part by 0.23 of 2, and the models end differently."""
+    machine = load_machine("drozdetskaya-2020/table-5.1").with_values({"sigma": 0.01})
+    found, mine = answer(machine, start={"psi": 0.0, "delta": 0.5}, until=1500.0)
+    assert not mine["trusted"]
+    assert any("their speeds differ by" in r for r in mine["reasons"])
+    assert any("the full equations end" in r for r in mine["reasons"])
+    assert "not to be trusted" in found.attrs["sentence"]
+
+
+def test_too_short_to_tell(rotor: Machine) -> None:
+    _, mine = answer(rotor, until=100.0)
+    assert not mine["trusted"]
+    assert mine["own"]["same_outcome"] is None
+    assert "too short" in mine["reasons"][0]
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_order_of_the_error(rotor: Machine, order: int) -> None:
+    found = errors(rotor, ask(rotor, order=order))
+    assert found is not None
+    assert tuple(found.factors) == FACTORS
+    assert (np.diff(found.speed) < 0).all()
+    assert found.order == pytest.approx(order, abs=0.1)
+
+
+def test_the_error_of_the_second_order_is_smaller_from_the_beginning(rotor: Machine) -> None:
+    first, second = (errors(rotor, ask(rotor, order=o)) for o in (1, 2))
+    assert first is not None
+    assert second is not None
+    assert (second.speed < 0.2 * first.speed).all()
+
+
+def test_the_order_of_a_shaken_machine_is_positive() -> None:
+    """001, 2.1: at kappa times epsilon the shaking's torque must be kappa times as large too, or the problem is another one."""
+    machine = load_machine("sperling-vibration/figure-2a")
+    found = errors(machine, ask(machine))
+    assert found is not None
+    assert found.speed[-1] < 0.5 * found.speed[0]
+    assert 0.5 < found.order < 1.5
+
+
+def test_the_order_with_a_prescribed_speed_is_that_of_the_bodies() -> None:
+    """The rotor's speed has no error then: what is measured is that of its rollers."""
+    machine = load_machine("sperling-rollers/figure-8")
+    found = errors(machine, ask(machine, start={"r1": 0.1, "r2": -0.1}))
+    assert found is not None
+    assert (np.diff(found.speed) < 0).all()
+    assert 0.5 < found.order < 2
+
+
+def test_a_long_angle_keeps_the_runs_in_proportion(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    from wucht.studies import approximation_order
+
+    asked: list[float] = []
+    monkeypatch.setattr(approximation_order, "_largest", lambda _model, _flows, until: asked.append(until) or 1.0)
+    errors(rotor, ask(rotor, until_phi=1e4))
+    assert asked == pytest.approx([asked[0] / f for f in FACTORS])
+    assert max(asked) <= 20_000
+
+
+def test_errors_are_none_where_the_rotor_does_not_turn_far_enough() -> None:
+    """A drive that only just moves: 8 doublings of the time do not reach the angle."""
+    machine = load_machine(TABLE_3_1).with_values({"u": 1e-7})
+    assert errors(machine, ask(machine)) is None
+
+
+# Comparisons, in words
+
+
+def _comparison(value: float, same: bool | None) -> Comparison:
+    names = {True: ("passed", "passed"), False: ("passed", "captured"), None: ("unidentified", "unidentified")}
+    return Comparison(value, *names[same], None, (1.0, 1.0))
+
+
+REGIONS = {
+    "none": ([True, True, None], []),
+    "all": ([False, False, False], [[0, 2]]),
+    "one": ([True, False, True], [[1, 1]]),
+    "two": ([False, True, False, False], [[0, 0], [2, 3]]),
+    "parted by an unknown": ([False, None, False], [[0, 0], [2, 2]]),
+}
+
+
+@pytest.mark.parametrize(("same", "expected"), REGIONS.values(), ids=REGIONS.keys())
+def test_regions_of_disagreement(same: list[bool | None], expected: list[list[float]]) -> None:
+    assert _regions([_comparison(float(i), s) for i, s in enumerate(same)]) == expected
+
+
+def test_what_failed_is_not_alike() -> None:
+    failed = Comparison(1.0, "passed", "passed", None, (1.0, 1.0), "the step became too small")
+    assert failed.same_outcome is False
+    assert all(math.isnan(x) for x in (*failed.largest, *failed.relative))
+
+
+def test_a_run_that_fails_is_recorded(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    genuine = approximation_runs.both_runs
+
+    def fail_at_1(machine: Machine, question: Any, progress: Any) -> Any:
+        full, slow = genuine(machine, question, progress)
+        if machine.values["u"] == 1.0:
+            full.attrs |= {"failure": "the step became too small", "finished": 0}
+            return full, None
+        return full, slow
+
+    monkeypatch.setattr(approximation_runs, "both_runs", fail_at_1)
+    found, mine = answer(rotor, along="u", values=[1.0, 2.0], until=800.0)
+    assert mine["deviations"][0]["speed"] is None
+    assert mine["deviations"][0]["slow_outcome"] == "failed"
+    assert mine["disagreement"] == [[1.0, 1.0]]
+    assert json.loads(found.attrs["warnings"]) == ["u = 1: the step became too small"]
+    assert not found.attrs["failure"]
+
+
+@pytest.mark.parametrize("after", [0, 1, 2])
+def test_ctrl_c_leaves_a_valid_result(rotor: Machine, after: int) -> None:
+    from wucht.plots import draw
+
+    question = ask(rotor, along="u", values=[1.0, 2.0], until=300.0)
+    kept: list[xr.Dataset] = []
+
+    def stop(done: float, to_do: float) -> None:
+        assert to_do == 4
+        if done >= after:
+            raise KeyboardInterrupt
+
+    found = approximation(rotor, question, stop, kept.append)
+    mine = summary(found)
+    assert found.attrs["finished"] == 0
+    assert found.sizes["value"] == after
+    assert not mine["trusted"]
+    assert (mine["own"] is None) == (after == 0)
+    assert len(kept) == max(0, after - 1)
+    assert after == 0 or any("interrupted" in r for r in mine["reasons"])
+    assert draw(found)
+    assert module.approximation is approximation
