@@ -1,0 +1,51 @@
+"""The verdict on constant phases in words."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from wucht.cli.verdicts.units import speaking
+
+_MOST = 24  # states named one by one
+
+
+def lines(document: dict[str, Any]) -> list[str]:
+    """The lines that ``wucht run`` prints for synchronous states."""
+    s = document["summary"]
+    speed, _ = speaking(document)
+    said = [f"{document['machine']}", f"verdict: {s['sentence']}"]
+    if s["speed"] is not None:
+        said.append(f"  speed        {speed(s['speed'])}, given")
+    for state in s["states"][:_MOST]:
+        said.append("  " + _line(state, None if s["speed"] is not None else speed(state["speed"])))
+        if state["why"] and state["stable_slow"] != state["stable_full"]:
+            said.append(f"               {state['why']}")
+    if len(s["states"]) > _MOST:
+        said.append(f"  and {len(s['states']) - _MOST} more: see the Dataset")
+    said.append(f"  complete     {'yes' if s['complete'] else 'not shown'}: {s['shown']}")
+    if s["map"] is not None:
+        shares = "; ".join(f"{name} {100 * share:.0f} %" for name, share in s["map"]["stable_share"].items() if share)
+        said.append(f"  map          stable: {shares}")
+    return said
+
+
+def _line(state: dict[str, Any], speed: str | None) -> str:
+    name = (state["name"] or "no name") + (f" ({state['type']})" if state["type"] else "")
+    angles = ", ".join(f"{body} {math.degrees(phase):.2f}\u00b0" for body, phase in state["phases"].items())
+    left = ""
+    if state["residual_share"] is not None:
+        left = f", {100 * state['residual_share']:.3g} % of the unbalance left"
+    family = f", one of a family of dimension {state['family_dimension']}" if state["family_dimension"] else ""
+    several = f", {state['multiplicity']} ways" if state["multiplicity"] > 1 and not family else ""
+    overlap = ", but bodies of a track overlap" if state["overlapping"] else ""
+    at = "" if speed is None else f" at {speed}"
+    return f"{name:18} {_stability(state)}{at}: {angles}{left}{family}{several}{overlap}"
+
+
+def _stability(state: dict[str, Any]) -> str:
+    slow, full = state["stable_slow"], state["stable_full"]
+    words = {True: "stable", False: "unstable", None: "undecided"}
+    if slow == full:
+        return words[slow]
+    return f"{words[slow]} in the slow, {words[full]} in the full equations"

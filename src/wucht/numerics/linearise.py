@@ -1,0 +1,129 @@
+"""System -> its right-hand side together with the exact Jacobian, as one program.
+
+Forward differentiation through the System's definitions: each definition is differentiated once by each symbol that it uses
+(``p``), and the chain rule adds products of symbols (``d``), so that no expression grows: A. Griewank, A. Walther, "Evaluating
+Derivatives", SIAM 2008, section 3.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.numerics.program import Numbers, Program, lower, python_function
+from wucht.system import TIME, System
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """f, df/dx and df/dp of a System with n states, p being the k parameters named ``along``.
+
+    Quadratures and outputs are left out. One and the same program whatever the parameter values.
+    """
+
+    system: System
+    along: tuple[str, ...]
+    program: Program
+    places: tuple[tuple[int, int], ...]
+
+    @classmethod
+    def of(cls, system: System, along: Sequence[str] = ()) -> Linearisation:
+        """The linearisation. Raises ``WuchtError`` where a parameter is none of the System's."""
+        unknown = [name for name in along if name not in system.parameter_names]
+        if unknown:
+            raise WuchtError(f"{unknown[0]} is no parameter of this System; known: {', '.join(system.parameter_names)}")
+        directions = [*system.states, *(system.parameters[system.parameter_names.index(name)] for name in along)]
+        n = len(system.states)
+        tangent, rates = _Tangent(directions), tuple(sp.sympify(d) for d in system.derivatives)
+        for symbol, expression in _needed(system, rates):
+            tangent.define(symbol, expression)
+        entries = {(i, j): e for i, r in enumerate(rates) for j, e in tangent.of(r, f"f{i}").items() if e != 0}
+        known = System(system.states, (sp.S.Zero,) * n, system.parameters, tuple(tangent.lines))
+        return cls(system, tuple(along), lower(known, (*rates, *entries.values())), tuple(entries))
+
+    @cached_property
+    def _arrays(self) -> Callable[..., Any]:
+        return self._function("numpy")
+
+    @cached_property
+    def _numbers(self) -> Callable[..., Any]:
+        return self._function("math")
+
+    def _function(self, modules: str) -> Callable[..., Any]:
+        p = self.program
+        return python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results, modules)
+
+    def __call__(self, states: np.ndarray, parameters: Numbers, time: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """f (n, N), df/dx (n, n, N) and df/dp (n, k, N) at states (n, N). parameters: in the System's order."""
+        x = np.asarray(states, float)
+        values = self._arrays(tuple(x), time, self.program.constant_values(parameters))
+        return self._sorted([np.broadcast_to(np.asarray(v, float), x.shape[1:]) for v in values], x.shape[1:])
+
+    def at(
+        self, state: Sequence[float] | np.ndarray, parameters: Numbers, time: float = 0.0
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """f (n,), df/dx (n, n) and df/dp (n, k) at one state (n,): the same, without the cost of arrays.
+
+        Not a number where the equations cannot be evaluated (a division by zero).
+        """
+        constants = self.program.constant_values(parameters)
+        try:
+            values = self._numbers(tuple(float(v) for v in state), time, constants.tolist())
+        except (ZeroDivisionError, OverflowError, ValueError):
+            values = [np.nan] * len(self.program.results)
+        return self._sorted(values, ())
+
+    def _sorted(self, values: Sequence[Any], shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        n = len(self.system.states)
+        whole = np.zeros((n, n + len(self.along), *shape))
+        for (i, j), value in zip(self.places, values[n:], strict=True):
+            whole[i, j] = value
+        return np.array(values[:n], dtype=float).reshape((n, *shape)), whole[:, :n], whole[:, n:]
+
+
+def _needed(system: System, results: Sequence[sp.Expr]) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """The definitions that results use, in order."""
+    used = set().union(*(r.free_symbols for r in results)) if results else set()
+    kept = []
+    for symbol, expression in reversed(system.definitions):
+        if symbol in used:
+            kept.append((symbol, sp.sympify(expression)))
+            used |= kept[-1][1].free_symbols
+    return kept[::-1]
+
+
+class _Tangent:
+    """Definitions with those of their derivatives among them; ``known`` holds d symbol / d direction where it is not zero."""
+
+    def __init__(self, directions: Sequence[sp.Symbol]) -> None:
+        self.lines: list[tuple[sp.Symbol, sp.Expr]] = []
+        self.known: dict[sp.Symbol, dict[int, sp.Expr]] = {s: {j: sp.S.One} for j, s in enumerate(directions)}
+
+    def define(self, symbol: sp.Symbol, expression: sp.Expr) -> None:
+        """Add a definition and its derivatives."""
+        self.lines.append((symbol, expression))
+        found = self.of(expression, symbol.name)
+        if found:
+            self.known[symbol] = {j: self._named(e, f"d[{symbol.name}][{j}]") for j, e in found.items()}
+
+    def of(self, expression: sp.Expr, label: str) -> dict[int, sp.Expr]:
+        """The derivatives of an expression by the directions on which it depends."""
+        terms: dict[int, list[sp.Expr]] = {}
+        for used in sorted(expression.free_symbols & self.known.keys(), key=lambda s: s.name):
+            partial = self._named(sp.diff(expression, used), f"p[{label}][{used.name}]")
+            for j, change in self.known[used].items():
+                terms.setdefault(j, []).append(partial * change)
+        return {j: sp.Add(*products) for j, products in terms.items()}
+
+    def _named(self, expression: sp.Expr, name: str) -> sp.Expr:
+        if expression.is_Atom:
+            return expression
+        symbol = sp.Symbol(name, real=True)
+        self.lines.append((symbol, expression))
+        return symbol

@@ -1,0 +1,211 @@
+"""The figure of constant phases: a force polygon for each state, as 000 Bild 3 to 6, and the stability map."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.plots.style import COLOURS, GREY, label
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_COLUMNS, _MOST = 4, 12  # polygons a row, and in all
+_WIDTH, _ROW, _MAP = 8.0, 2.05, 3.2  # inches
+_ROTOR, _LEFT = COLOURS[6], COLOURS[1]
+_BODIES = (COLOURS[0], COLOURS[2], COLOURS[3], COLOURS[4], COLOURS[5])
+_STABLE, _UNSTABLE = COLOURS[2], GREY
+_NAMED = 3  # phases written out above a polygon
+# Light enough to be told apart in grey, too: regions of the map, and where nothing is stable.
+_REGIONS = ("#8FC7E8", "#F0B27A", "#FBE3A1", "#B7A0CF", "#C9E4CA", "#E8B7D4", "#9E9E9E", "#D7CCC8")
+_WORDS = {1: "stable", 0: "unstable", -1: "undecided"}
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """The force polygons of up to 12 states, and below them the stability map if there is one: from the Dataset alone."""
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    mpl.rcParams.update({"font.size": 9, "axes.linewidth": 0.7})
+    shown, mapped = min(result.sizes["state"], _MOST), "map_stable" in result
+    rows = math.ceil(shown / _COLUMNS)
+    height = 0.8 + max(rows, 0 if mapped else 1) * _ROW + (_MAP if mapped else 0.0)
+    drawn = Figure(figsize=(_WIDTH, height), dpi=150)
+    FigureCanvasAgg(drawn)
+    heading = drawn.suptitle(f"{result.attrs['title']}\n{result.attrs['sentence']}", fontsize=10, y=1 - 0.12 / height, va="top")
+    heading.set_parse_math(False)
+    for k in range(shown):
+        row, column = divmod(k, _COLUMNS)
+        top = height - 0.6 - row * _ROW
+        where = ((0.1 + 1.62 * column) / _WIDTH, (top - _ROW + 0.05) / height, 1.5 / _WIDTH, 1.5 / height)
+        _polygon(drawn.add_axes(where), result, k)
+    if shown:
+        _legend(drawn, result, height)
+    if mapped:
+        _map(drawn.add_axes((0.75 / _WIDTH, 0.5 / height, 4.9 / _WIDTH, (_MAP - 0.8) / height)), result)
+    rest = result.sizes["state"] - shown
+    if rest:
+        drawn.text(0.99, 0.01, f"and {rest} more", ha="right", fontsize=8, color=GREY)
+    return drawn
+
+
+def _polygon(axis: Axes, result: xr.Dataset, k: int) -> None:
+    """Centrifugal forces head to tail from the axis, that of the rotor to the right, and what is left of them."""
+    sizes, angles = result.unbalance.values, result.force_angle.values[k]
+    sides = sizes * np.exp(1j * angles)
+    ends = np.concatenate([[0.0], np.cumsum(sides)])
+    whole = float(sizes.sum()) or 1.0
+    flat = bool((np.abs(sides.imag) <= 0.25 * np.abs(sides)).all())  # in line the arrows would lie on each other
+    shift = -1j * min(0.06, 0.3 / len(sides)) * whole * np.arange(len(sides)) * flat
+    for i, (start, side) in enumerate(zip(ends[:-1], sides, strict=True)):
+        _arrow(axis, start + shift[i], start + side + shift[i], _colour(i), 1.6)
+    left = ends[-1]
+    if abs(left) > 1e-6 * whole and result.attrs["comparable"]:
+        aside = 1j * 0.09 * whole if flat else 0.0
+        _arrow(axis, aside, left + aside, _LEFT, 1.6, dashed=True)
+    axis.plot(0, 0, "o", color="black", markersize=3)
+    every = np.concatenate([ends, ends[1:] + shift, [0.09j * whole if flat else 0.0]])
+    _frame(axis, result, k, every, whole)
+    axis.set_title(_title(result, k), fontsize=7.5, pad=3)
+
+
+def _arrow(axis: Axes, start: complex, end: complex, colour: str, width: float, dashed: bool = False) -> None:
+    style: dict[str, Any] = {
+        "arrowstyle": "-|>", "color": colour, "linewidth": width, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8,
+        "linestyle": (0, (2.5, 1.5)) if dashed else "-",
+    }  # fmt: skip
+    axis.annotate("", xy=(end.real, end.imag), xytext=(start.real, start.imag), arrowprops=style)
+
+
+def _frame(axis: Axes, result: xr.Dataset, k: int, points: np.ndarray, whole: float) -> None:
+    x, y = points.real, points.imag
+    centre, half = ((x.max() + x.min()) / 2, (y.max() + y.min()) / 2), 0.5 * max(np.ptp(x), np.ptp(y), 0.2 * whole)
+    axis.set_xlim(centre[0] - 1.25 * half, centre[0] + 1.25 * half)
+    axis.set_ylim(centre[1] - 1.25 * half, centre[1] + 1.25 * half)
+    axis.set_aspect("equal")
+    axis.set_xticks([])
+    axis.set_yticks([])
+    stable = _stable(result, k)
+    for spine in axis.spines.values():
+        spine.set_visible(True)
+        spine.set_color(_STABLE if stable == 1 else _UNSTABLE)
+        spine.set_linestyle("-" if stable == 1 else (0, (3, 3)))
+        spine.set_linewidth(2.0 if stable == 1 else 0.8)
+
+
+def _stable(result: xr.Dataset, k: int) -> int:
+    """As the full equations say, or the slow ones where those do not tell."""
+    full, slow = int(result.stable_full[k]), int(result.stable_slow[k])
+    return slow if full == -1 else full
+
+
+def _title(result: xr.Dataset, k: int) -> str:
+    name = str(result["name"].values[k]) or "state"
+    full, slow = int(result.stable_full[k]), int(result.stable_slow[k])
+    word = _WORDS[_stable(result, k)]
+    if full not in (-1, slow):
+        word = f"slow: {_WORDS[slow]}, full: {_WORDS[full]}"
+    phases = np.degrees(result.phase.values[k, 1:])
+    several = len(phases) > _NAMED
+    angles = ", ".join(f"{p % 360:.1f}°" for p in phases[: _NAMED - several]) + (", ..." if several else "")
+    unit = result.speed.attrs["units"]
+    lines = [f"{name}: {word}", angles]
+    if np.ptp(result.speed.values) > 0:
+        lines.append(f"at {float(result.speed[k]):.5g} {unit}".rstrip())
+    return "\n".join(lines)
+
+
+def _colour(i: int) -> str:
+    return _ROTOR if i == 0 else _BODIES[(i - 1) % len(_BODIES)]
+
+
+def _legend(drawn: Figure, result: xr.Dataset, height: float) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    names = [str(n) for n in result.body_name.values]
+    most = 1 + len(_BODIES)
+    handles: list[Any] = [Line2D([], [], color=_colour(i), linewidth=2, label=n) for i, n in enumerate(names[:most])]
+    if len(names) > most:
+        handles.append(Line2D([], [], color="none", label="and so on"))
+    if result.attrs["comparable"]:
+        handles.append(Line2D([], [], color=_LEFT, linewidth=2, linestyle=(0, (2.5, 1.5)), label="what is left"))
+    handles.append(Patch(facecolor="none", edgecolor=_STABLE, linewidth=2, label="stable"))
+    handles.append(Patch(facecolor="none", edgecolor=_UNSTABLE, linestyle=(0, (3, 3)), label="not stable"))
+    place = (6.62 / _WIDTH, (height - 0.72) / height)
+    title = "centrifugal forces" if result.attrs["comparable"] else "forces, each turned\nin its body's sense"
+    drawn.legend(handles=handles, loc="upper left", bbox_to_anchor=place, frameon=False, fontsize=8, title=title)
+
+
+def _map(axis: Axes, result: xr.Dataset) -> None:
+    """Which states are stable in the slow equations, over speed and unbalance ratio."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    stable = result.map_stable.values.astype(int)
+    code = (stable * (2 ** np.arange(len(stable)))[:, None, None]).sum(axis=0)
+    present = [int(c) for c in np.unique(code)]
+    coloured = [c for c in present if c]
+    colours = {0: "white"} | {c: _REGIONS[_place(c, coloured)] for c in coloured}
+    index = np.searchsorted(present, code)
+    norm = BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
+    axis.pcolormesh(
+        result.map_speed.values, result.map_ratio.values, index, cmap=ListedColormap([colours[c] for c in present]), norm=norm,
+        shading="nearest", rasterized=True,
+    )  # fmt: skip
+    names = [str(n) for n in result.region.values]
+    words = {c: " and ".join(n for k, n in enumerate(names) if c >> k & 1) or "none" for c in present}
+    handles: list[Any] = [Patch(facecolor=colours[c], edgecolor=GREY, linewidth=0.5, label=words[c]) for c in present]
+    low, high = float(result.map_speed[0]), float(result.map_speed[-1])
+    for f in np.unique(np.round(np.abs(result.natural_frequency.values), 9)):
+        if low <= f <= high:
+            axis.axvline(float(f), color=GREY, linestyle=":", linewidth=1.0)
+    handles.append(Line2D([], [], color=GREY, linestyle=":", label="natural frequencies"))
+    _this_machine(axis, result, handles)
+    axis.set_xlabel(label(result, "map_speed"))
+    axis.set_ylabel("unbalance of the balancing\nbodies over that of the rotor")
+    axis.legend(
+        handles=handles,
+        loc="upper left",
+        bbox_to_anchor=(1.02, 1.02),
+        frameon=False,
+        fontsize=8,
+        title="stable (slow equations)",
+    )
+
+
+def _place(code: int, coloured: list[int]) -> int:
+    """A colour for a combination: single regions keep theirs, others take those that are left."""
+    if code & (code - 1) == 0:
+        return min(code.bit_length() - 1, len(_REGIONS) - 1)
+    several = [c for c in coloured if c & (c - 1)]
+    return min(4 + several.index(code), len(_REGIONS) - 1)
+
+
+def _this_machine(axis: Axes, result: xr.Dataset, handles: list[Any]) -> None:
+    """The machine's own place, where it has one on the map."""
+    from matplotlib.lines import Line2D
+
+    own = result.unbalance.values
+    ratio = own[1:].sum() / own[0] if own[0] else math.inf
+    speeds = np.abs(result.speed.values)
+    low, high = axis.get_ylim()
+    if low <= ratio <= high and len(speeds):
+        inside = np.unique(np.round(speeds, 6))
+        inside = inside[(inside >= axis.get_xlim()[0]) & (inside <= axis.get_xlim()[1])]
+        if len(inside):
+            style: dict[str, Any] = {
+                "marker": "o",
+                "color": "black",
+                "markerfacecolor": "white",
+                "linestyle": "none",
+                "markersize": 5,
+            }
+            axis.plot(inside, np.full(len(inside), ratio), **style)
+            handles.append(Line2D([], [], label="states above", **style))

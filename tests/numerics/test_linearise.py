@@ -1,0 +1,112 @@
+"""The Jacobian of a System: against SymPy's own, against finite differences, and that it stays small."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.machines.catalogue import load_machine
+from wucht.machines.files import machine_from
+from wucht.machines.slow import slow_machine
+from wucht.numerics.linearise import Linearisation
+from wucht.piecewise import PiecewiseCubic, interpolated
+from wucht.system import TIME, System
+
+x, y, a, b, g, h = sp.symbols("x y a b g h", real=True)
+
+
+def chain() -> System:
+    """Definitions in definitions, one of the parameters alone, one that is not used."""
+    definitions = ((g, sp.sin(x) * a + y**2), (h, sp.exp(-g) / (1 + a**2)), (sp.Symbol("k", real=True), a * b))
+    return System((x, y), (h * y + b * x, sp.cos(g * h) - sp.Symbol("k", real=True) * y), (a, b), definitions)
+
+
+def test_against_sympy() -> None:
+    system, at = chain(), {x: 0.3, y: -1.2, a: 0.7, b: 2.0}
+    f, fx, fp = Linearisation.of(system, ("b", "a")).at([0.3, -1.2], [0.7, 2.0])
+    explicit = sp.Matrix([system.explicit(d) for d in system.derivatives])
+    exact = [np.array(m.xreplace(at).evalf(), float) for m in (explicit, explicit.jacobian([x, y]), explicit.jacobian([b, a]))]
+    assert f == pytest.approx(exact[0][:, 0], rel=1e-14)
+    assert fx == pytest.approx(exact[1], rel=1e-13)
+    assert fp == pytest.approx(exact[2], rel=1e-13)
+
+
+def test_arrays_and_numbers_are_the_same() -> None:
+    lin, draw = Linearisation.of(chain(), ("a",)), np.random.default_rng(1)
+    states = draw.normal(size=(2, 7))
+    whole = lin(states, [0.7, 2.0])
+    assert [w.shape for w in whole] == [(2, 7), (2, 2, 7), (2, 1, 7)]
+    for k in range(7):
+        for one, all_ in zip(lin.at(states[:, k], [0.7, 2.0]), whole, strict=True):
+            assert one == pytest.approx(all_[..., k], rel=1e-14)
+
+
+def test_a_constant_and_a_zero_entry() -> None:
+    system = System((x, y), (sp.Integer(3) * y, sp.Integer(2)), (a,))
+    f, fx, fp = Linearisation.of(system)(np.zeros((2, 4)) + 1.5, [1.0])
+    assert f.tolist() == [[4.5] * 4, [2.0] * 4]
+    assert fx[:, :, 0].tolist() == [[0, 3], [0, 0]]
+    assert fp.shape == (2, 0, 4)
+
+
+def test_a_table_and_the_time() -> None:
+    table = interpolated("table", [0.0, 1.0, 3.0], [0.0, 2.0, 3.0], "linear")
+    system = System((x,), (PiecewiseCubic(x, table) * TIME,))
+    lin = Linearisation.of(system)
+    assert lin.at([0.5], [], 2.0)[1][0, 0] == pytest.approx(4.0)
+
+
+def test_an_unknown_parameter_is_refused() -> None:
+    with pytest.raises(WuchtError, match="c is no parameter of this System; known: a, b"):
+        Linearisation.of(chain(), ("c",))
+
+
+def test_a_division_by_zero_is_no_number() -> None:
+    f, fx, _ = Linearisation.of(System((x,), (1 / x,))).at([0.0], [])
+    assert math.isnan(f[0])
+    assert math.isnan(fx[0, 0])
+
+
+@pytest.mark.parametrize("inertia", [True, False])
+@pytest.mark.parametrize("name", ["drozdetskaya-2020/r1-u80", "practice/screen", "sperling-rollers/table-1"])
+def test_slow_machines_against_differences(name: str, inertia: bool) -> None:
+    slow = slow_machine(load_machine(name), inertia=inertia)
+    system, values = slow.system, list(slow.values())
+    lin, draw = Linearisation.of(system, (system.parameter_names[0],)), np.random.default_rng(3)
+    state = np.array([draw.uniform(0, 6) if s in system.angles else draw.uniform(90, 110) for s in system.states])
+    f, fx, fp = lin.at(state, values)
+    step = 1e-5
+    for j in range(len(state)):
+        move = step * max(1.0, abs(state[j])) * np.eye(len(state))[j]
+        slope = (lin.at(state + move, values)[0] - lin.at(state - move, values)[0]) / (2 * move[j])
+        assert fx[:, j] == pytest.approx(slope, rel=1e-6, abs=1e-7 * np.abs(fx).max())
+    more, less = list(values), list(values)
+    move = 1e-5 * values[0] or 1e-5
+    more[0], less[0] = values[0] + move, values[0] - move
+    slope = (lin.at(state, more)[0] - lin.at(state, less)[0]) / (2 * move)
+    assert fp[:, 0] == pytest.approx(slope, rel=1e-5, abs=1e-7 * (np.abs(fp).max() + np.abs(f).max()))
+
+
+def test_ten_balls_stay_small() -> None:
+    """21 states: the program has fewer lines than 50 a state, where explicit entries would have thousands of terms each."""
+    ball = {"kind": "pendulum", "about": "wheel", "mass": 0.002, "length": 0.03, "damping": 1e-5}
+    rotor = {"kind": "rotor", "name": "wheel", "mass": 0.3, "unbalance": 1.5e-4, "inertia": 1.5e-3}
+    slow = slow_machine(
+        machine_from(
+            {
+                "carrier": {"mass": 2.0, "stiffness": 1e4, "damping": 80.0},
+                "bodies": [rotor, *(ball | {"name": f"b{k}"} for k in range(10))],
+                "drive": {"kind": "linear", "slope": 1e-3, "no_load_speed": 1000.0},
+            }
+        )
+    )
+    begun = clock.perf_counter()
+    lin = Linearisation.of(slow.system)
+    lin.at([1.0] * len(slow.system.states), slow.values())
+    assert len(lin.program.lines) < 50 * len(slow.system.states)
+    assert clock.perf_counter() - begun < 20  # s; about 1 s when this was written

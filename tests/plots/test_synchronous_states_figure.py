@@ -1,0 +1,146 @@
+"""The figure of ``synchronous-states``: force polygons and the stability map, drawn from the Dataset alone."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.text import Annotation
+
+from wucht.errors import InputError
+from wucht.machines.catalogue import load_machine
+from wucht.machines.files import machine_from
+from wucht.plots import draw
+from wucht.studies.synchronous_states import SynchronousStates, synchronous_states
+
+AXES = {"speed": (10.0, 400.0, 20), "ratio": (0.0, 3.0, 12)}
+
+
+@pytest.fixture(scope="module")
+def rollers() -> xr.Dataset:
+    """Table 1 of 000 with a map."""
+    machine = load_machine("sperling-rollers/table-1")
+    return synchronous_states(machine, SynchronousStates(speed=80.0, axes=AXES))
+
+
+def many(count: int) -> xr.Dataset:
+    ball = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
+    described: dict[str, Any] = {
+        "carrier": {"mass": 2.0, "stiffness": 1e4, "damping": 40.0},
+        "bodies": [
+            {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 0.01, "inertia": 1.5e-2},
+            *(ball | {"name": f"b{k}", "mass": 0.01 + 0.001 * k} for k in range(count)),
+        ],
+        "drive": {"kind": "constant-speed", "speed": 100.0},
+    }
+    return synchronous_states(machine_from(described), SynchronousStates(full=False))
+
+
+def arrows(axis: Axes) -> list[tuple[complex, complex]]:
+    """Tails and heads of the arrows of a polygon."""
+    drawn = [child for child in axis.get_children() if isinstance(child, Annotation)]
+    return [(complex(*a.xyann), complex(*a.xy)) for a in drawn]
+
+
+def legends(figure: Figure) -> list[str]:
+    found = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend() is not None)]
+    return [text.get_text() for legend in found for text in legend.get_texts()]
+
+
+def test_polygons(rollers: xr.Dataset) -> None:
+    """Head to tail from the axis, that of the rotor to the right; compensating ones close, others show what is left."""
+    panels = draw(rollers).axes
+    assert len(panels) == 6 + 1
+    for k, axis in enumerate(panels[:2]):
+        sides = arrows(axis)
+        assert len(sides) == 3
+        assert sides[0] == (0, 1e-4)
+        for (_, head), (tail, _) in zip(sides, [*sides[1:], sides[0]], strict=True):
+            assert head == pytest.approx(tail, abs=1e-15)
+        assert axis.get_title().startswith("compensating: stable")
+        assert ("138.6°, 262.8°", "221.4°, 97.2°")[k] in axis.get_title()
+        assert {s.get_linestyle() for s in axis.spines.values()} == {"-"}
+    for k, axis in enumerate(panels[2:6], start=2):
+        sides = arrows(axis)
+        assert len(sides) == 4
+        tail, head = sides[-1]
+        assert abs(head - tail) == pytest.approx(float(rollers.residual_unbalance[k]), rel=1e-9)
+        assert sum(head - tail for tail, head in sides[:3]) == pytest.approx(head - tail, abs=1e-12)
+        assert "unstable" in axis.get_title()
+        assert "-" not in {s.get_linestyle() for s in axis.spines.values()}
+    assert rollers.attrs["sentence"] in draw(rollers).get_suptitle()
+
+
+def test_legends(rollers: xr.Dataset) -> None:
+    said = legends(draw(rollers))
+    assert {"drum", "r1", "r2", "what is left", "stable", "not stable"} <= set(said)
+    assert {"compensating", "together, adding", "together, reducing", "natural frequencies", "states above"} <= set(said)
+
+
+def test_the_map(rollers: xr.Dataset) -> None:
+    axis = draw(rollers).axes[-1]
+    assert axis.get_xlabel() == "speed (rad/s)"
+    (mesh,) = axis.collections
+    codes = np.asarray(mesh.get_array()).reshape(12, 20)
+    stable = rollers.map_stable.values
+    for region in range(len(stable)):
+        inside = codes[stable[region] == 1]
+        alone = codes[(stable[region] == 1) & (stable.sum(axis=0) == 1)]
+        assert len(set(alone.tolist())) <= 1
+        assert len(inside) >= len(alone)
+    marked = [line for line in axis.get_lines() if line.get_marker() == "o"]
+    assert [float(marked[0].get_xdata()[0]), float(marked[0].get_ydata()[0])] == pytest.approx([80.0, 2.0])  # type: ignore[index]
+
+
+def test_no_more_than_twelve() -> None:
+    result = many(4)
+    assert result.sizes["state"] == 17
+    figure = draw(result)
+    assert len(figure.axes) == 12
+    assert "and 5 more" in [t.get_text() for t in figure.texts]
+    assert "and so on" not in legends(figure)
+    assert figure.axes[1].get_title().count("°") == 2
+    assert ", ..." in figure.axes[1].get_title()
+
+
+def test_exciters_that_turn_against_each_other() -> None:
+    """Nothing is left over of forces that turn in different senses."""
+    figure = draw(synchronous_states(load_machine("practice/screen"), SynchronousStates(full=False)))
+    assert [len(arrows(a)) for a in figure.axes] == [2, 2]
+    assert "what is left" not in legends(figure)
+    assert "rad/s" in figure.axes[0].get_title()
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+@pytest.mark.filterwarnings("error")
+def test_every_format(rollers: xr.Dataset, ending: str) -> None:
+    file = io.BytesIO()
+    draw(rollers).savefig(file, format=ending)
+    assert file.getbuffer().nbytes > 5000
+
+
+@pytest.mark.filterwarnings("error")
+def test_no_state_at_all() -> None:
+    """A ball heavier than the unbalance, in the resonance of a well damped carrier, stays nowhere."""
+    described = {
+        "carrier": {"mass": 2.0, "stiffness": 1e4, "damping": 200.0},
+        "bodies": [
+            {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 0.002, "inertia": 1.5e-2},
+            {"kind": "pendulum", "name": "b", "about": "drum", "length": 0.5, "damping": 0.02, "mass": 0.03},
+        ],
+        "drive": {"kind": "constant-speed", "speed": 44.7},
+    }
+    result = synchronous_states(machine_from(described), SynchronousStates())
+    assert result.sizes["state"] == 0
+    assert result.attrs["sentence"] == "no constant phases: the bodies do not turn in step here"
+    draw(result).savefig(io.BytesIO(), format="png")
+
+
+def test_a_dataset_that_is_no_result_is_refused(rollers: xr.Dataset) -> None:
+    with pytest.raises(InputError, match="no complete result"):
+        draw(rollers.drop_vars("force_angle"))

@@ -1,0 +1,499 @@
+"""The study ``synchronous-states``: closed forms against the complete search, families, maps, refusals, the command."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.errors import InputError
+from wucht.machines.catalogue import load_machine
+from wucht.machines.files import machine_from
+from wucht.machines.machine import Machine
+from wucht.machines.slow import slow_machine
+from wucht.machines.synchronous import SteadyTorques
+from wucht.machines.synchronous_closed import State, at_speed
+from wucht.machines.synchronous_search import by_subdivision, from_many_starts, index, speeds_in_line
+from wucht.numerics.linearise import Linearisation
+from wucht.studies.files import read_study
+from wucht.studies.synchronous_map import REGIONS
+from wucht.studies.synchronous_stability import slow_judgement, slow_matrices, slow_state
+from wucht.studies.synchronous_states import SynchronousStates, synchronous_states
+
+Entry = dict[str, Any]
+
+ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}
+CARRIER = {"mass": 2.0, "stiffness": [1e4, 2e4], "damping": [40.0, 60.0]}
+HELD = {"kind": "constant-speed", "speed": 100.0}
+MOTOR = {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0}
+
+
+def balls(*unbalances: float, **more: Any) -> list[dict[str, Any]]:
+    """Pendulums 0.5 m long with these unbalances (kg m)."""
+    common = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
+    return [common | {"name": f"b{k}", "mass": u / 0.5} | more for k, u in enumerate(unbalances)]
+
+
+def machine(*unbalances: float, drive: Any = HELD, carrier: Any = None, rotor: Any = None, **more: Any) -> Machine:
+    described: dict[str, Any] = {
+        "carrier": CARRIER | (carrier or {}),
+        "bodies": [ROTOR | (rotor or {}), *balls(*unbalances, **more)],
+    }
+    return machine_from(described | ({"drive": drive} if drive else {}))
+
+
+def exciters(count: int, held: float | None = None, slope: float = 0.1) -> Machine:
+    """Rotors that only a planar body connects."""
+    places = [[0.3, 0.0], [-0.3, 0.1], [0.0, 0.4], [0.1, -0.4], [-0.2, -0.3]][:count]
+    carrier = {
+        "directions": "xyr", "mass": 50.0, "inertia": 6.0, "stiffness": 1e5, "damping": 400.0, "rotation_stiffness": 1e4,
+        "rotation_damping": 40.0,
+    }  # fmt: skip
+    bodies = [ROTOR | {"name": f"e{k}", "position": at, "unbalance": 1e-2 * (1 + 0.1 * k)} for k, at in enumerate(places)]
+    drives = [
+        {"on": f"e{k}", "kind": "linear", "slope": slope, "no_load_speed": 100.0 + 0.02 * k * (-1) ** k} for k in range(count)
+    ]
+    if held is not None:
+        drives[0] = {"on": "e0", "kind": "constant-speed", "speed": held}
+    return machine_from({"carrier": carrier, "bodies": bodies, "drives": drives})
+
+
+def answer(m: Machine, **question: Any) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(synchronous_states(m, SynchronousStates(**question)).attrs["summary"])
+    return found
+
+
+def same(one: list[State], other: list[State]) -> bool:
+    """Whether both hold the same states, in any order."""
+
+    def apart(a: State, b: State) -> float:
+        turned = np.abs((a.phases - b.phases + np.pi) % (2 * np.pi) - np.pi)
+        return max(float(turned.max()), abs(a.speed - b.speed) / a.speed)
+
+    return len(one) == len(other) and all(min(apart(a, b) for b in other) < 1e-8 for a in one)
+
+
+# --- closed forms against the search ---
+
+
+@pytest.mark.parametrize("unbalances", [(0.012, 0.008), (0.02, 0.005), (0.003, 0.004), (0.012,), (0.003,)])
+@pytest.mark.parametrize("damping", [[0.0, 0.0], [40.0, 60.0], [400.0, 300.0]])
+@pytest.mark.parametrize("speed", [30.0, 58.0, 100.0])
+def test_two_bodies_are_found_completely(unbalances: tuple[float, ...], damping: list[float], speed: float) -> None:
+    torques = SteadyTorques.of(machine(*unbalances, carrier={"damping": damping}, drive=HELD | {"speed": speed}))
+    closed, searched = at_speed(torques, speed), by_subdivision(torques, 0.0, 0.0)
+    assert searched.complete
+    assert same(closed, searched.states)
+    assert same(closed, from_many_starts(torques, 0.0, 0.0, []))
+
+
+def test_equal_bodies_are_counted_once() -> None:
+    torques = SteadyTorques.of(machine(0.008, 0.008))
+    closed, searched = at_speed(torques, 100.0), by_subdivision(torques, 0.0, 0.0)
+    assert [s.multiplicity for s in closed] == [2, 2, 1, 1]
+    assert sorted(s.multiplicity for s in searched.states) == [1, 1, 2, 2]
+    assert len(closed) == len(searched.states) == 4
+
+
+def test_three_bodies_without_a_polygon_are_found_completely() -> None:
+    """f_0 is longer than all others together: nothing compensates, and 2^3 states are in line."""
+    torques = SteadyTorques.of(machine(0.002, 0.003, 0.0035))
+    closed, searched = at_speed(torques, 100.0), by_subdivision(torques, 0.0, 0.0)
+    assert len(closed) == 8
+    assert searched.complete
+    assert same(closed, searched.states)
+
+
+def test_a_family_is_what_the_search_leaves_undecided() -> None:
+    """Three bodies that compensate: the boxes along S = 0 stay undecided, and all isolated states are found."""
+    torques = SteadyTorques.of(machine(0.006, 0.007, 0.008))
+    closed, searched = at_speed(torques, 100.0), by_subdivision(torques, 0.0, 0.0, 60_000)
+    assert [s.dimension for s in closed] == [1, *[0] * 8]
+    assert not searched.complete
+    assert "not decided" in searched.shown
+    assert same(closed[1:], searched.states)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+@pytest.mark.parametrize("held", [None, 99.9])
+def test_exciters_are_found_completely(count: int, held: float | None) -> None:
+    m = exciters(count, held)
+    found = answer(m, full=False)
+    assert found["complete"], found["shown"]
+    torques = SteadyTorques.of(m)
+    states = from_many_starts(torques, 0.1, 100.01, [])
+    assert (
+        len(states) == len(found["states"]) == {(2, None): 2, (3, None): 4, (4, None): 10}.get((count, held), 2 ** (count - 1))
+    )
+    for state in states:
+        left = torques.residual(np.array([state.speed]), state.phases[:, None])[list(torques.free), 0]
+        assert np.abs(left).max() < 1e-10
+
+
+def test_five_exciters_are_not_shown_complete() -> None:
+    """More than four bodies: by Newton's method from many starts, which is said; what is found fulfils the balance."""
+    m = exciters(5, 99.9)
+    found = answer(m, full=False)
+    assert not found["complete"]
+    assert "it is not shown that no state is missing" in found["shown"]
+    assert "their indices add up to 0, as they must" in found["shown"]
+    assert len(found["states"]) == 12
+    torques = SteadyTorques.of(m)
+    for state in found["states"]:
+        phases = np.array([0.0, *state["phases"].values()])[:, None]
+        assert np.abs(torques.residual(np.array([99.9]), phases)[1:]).max() < 1e-10
+
+
+@pytest.mark.parametrize(
+    "m", [machine(0.002, 0.003, 0.0035), machine(0.012, 0.008), exciters(4, 99.9)], ids=["3", "2", "rotors"]
+)
+def test_indices_add_up_to_zero(m: Machine) -> None:
+    """Poincare and Hopf: the torque balance is a vector field on a torus. Without one of its zeros they do not."""
+    torques = SteadyTorques.of(m)
+    states = from_many_starts(torques, 0.0, 0.0, [])
+    assert index(torques, states) == 0
+    assert index(torques, states[1:]) != 0
+
+
+def test_speeds_in_line_are_found_completely() -> None:
+    """Two unequal balls and a motor that the resonance may hold: the same speeds as in closed form over the speed."""
+    m = machine(0.012, 0.008, drive=MOTOR)
+    found = answer(m, full=False)
+    assert found["complete"]
+    each = speeds_in_line(SteadyTorques.of(m), 0.11, 110.02)
+    assert each is not None
+    speeds = sorted(s["speed"] for s in found["states"] if s["name"] != "compensating")
+    assert speeds == pytest.approx(sorted(w for some in each for w in some), rel=1e-9)
+    assert len(speeds) >= 4
+    assert [s["speed"] for s in found["states"] if s["name"] == "compensating"] == pytest.approx([110.0] * 2)
+
+
+def test_a_table_drive_is_not_shown_complete(tmp_path: Path) -> None:
+    """Its characteristic has no bounds that are proved: said, not hidden."""
+    (tmp_path / "torque.csv").write_text("speed,torque\n0,50\n60,30\n110,0\n120,-5\n")
+    (tmp_path / "study.toml").write_text(
+        "[machine.carrier]\nmass = 2.0\nstiffness = 1e4\ndamping = 40.0\n"
+        '[[machine.bodies]]\nkind = "rotor"\nname = "drum"\nmass = 3.0\nunbalance = 0.01\ninertia = 0.015\n'
+        '[[machine.bodies]]\nkind = "pendulum"\nname = "b"\nabout = "drum"\nlength = 0.5\nmass = 0.01\ndamping = 0.02\n'
+        '[machine.drive]\non = "drum"\nkind = "table"\nfile = "torque.csv"\n[study]\nkind = "synchronous-states"\n'
+    )
+    found = synchronous_states(read_study(str(tmp_path / "study.toml"), {}).machine, SynchronousStates(full=False))
+    summary = json.loads(found.attrs["summary"])
+    assert not summary["complete"]
+    assert "not shown" in found.attrs["warnings"]
+    assert summary["states"]
+
+
+# --- what is said of a state ---
+
+
+def test_what_is_left_of_the_unbalance() -> None:
+    found = answer(machine(0.004, 0.003), full=False)
+    for state in found["states"]:
+        b0, b1 = state["phases"].values()
+        left = abs(1e-2 + 0.004 * np.exp(1j * b0) + 0.003 * np.exp(1j * b1))
+        assert state["residual_unbalance"] == pytest.approx(left, rel=1e-12)
+        assert state["residual_share"] == pytest.approx(left / 1e-2, rel=1e-12)
+    assert {s["name"] for s in found["states"]} == {"together", "opposed"}
+    assert all(s["type"] is None for s in found["states"])  # the types of 002 are those of equal pendulums
+
+
+def test_a_single_body() -> None:
+    """It compensates only a rotor of the same unbalance."""
+    assert {s["name"] for s in answer(machine(0.004), full=False)["states"]} == {"together", "opposed"}
+    names = {s["name"]: s for s in answer(machine(0.01), full=False)["states"]}
+    assert set(names) == {"together", "compensating"}
+    assert names["compensating"]["phases"]["b0"] == pytest.approx(math.pi)
+    assert names["compensating"]["amplitude"] == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("count", [3, 4, 6])
+def test_a_family_has_one_entry(count: int) -> None:
+    m = machine(*[0.006] * count)
+    found = answer(m)
+    family = found["states"][0]
+    assert (family["name"], family["family_dimension"]) == ("compensating", count - 2)
+    turned = sum(0.006 * np.exp(1j * p) for p in family["phases"].values())
+    assert abs(1e-2 + turned) < 1e-12
+    assert family["stable_slow"] is family["stable_full"] is True
+    assert family["family_stable_share"] == 1.0
+    assert len(found["states"]) == 1 + count + 1
+    assert sum(s["multiplicity"] for s in found["states"][1:]) == 2**count
+
+
+def test_a_family_below_resonance_is_unstable() -> None:
+    found = answer(machine(0.006, 0.007, 0.008, drive=HELD | {"speed": 20.0}))
+    family = found["states"][0]
+    assert (family["stable_slow"], family["stable_full"], family["family_stable_share"]) == (False, False, 0.0)
+
+
+def test_a_balanced_rotor() -> None:
+    """Two equal balls compensate each other anywhere: a family of one parameter; unequal ones are dragged."""
+    found = answer(machine(0.006, 0.006, rotor={"unbalance": 0.0}), full=False)
+    (one,) = found["states"]
+    assert (one["name"], one["family_dimension"], one["residual_share"]) == ("compensating", 1, None)
+    first, second = one["phases"].values()
+    assert abs(first - second) == pytest.approx(math.pi)
+    assert answer(machine(0.006, 0.005, rotor={"unbalance": 0.0}), full=False)["states"] == []
+
+
+def test_bodies_of_a_track_that_overlap_are_marked() -> None:
+    found = answer(load_machine("practice/grinder-4-balls"), full=False)
+    family, *others = found["states"]
+    assert family["family_dimension"] == 2
+    assert not family["overlapping"]
+    assert all(s["overlapping"] for s in others)
+
+
+def test_released_bodies() -> None:
+    result = synchronous_states(load_machine("sperling-vibration/figure-4"), SynchronousStates())
+    assert "b1 is taken as released" in result.attrs["warnings"]
+    one = json.loads(result.attrs["summary"])["states"][0]
+    assert [round(math.degrees(p), 2) for p in one["phases"].values()] == [128.68, 231.32]
+    assert one["stable_full"]
+
+
+def test_clockwise_is_the_mirror_image() -> None:
+    forward = answer(machine(0.012, 0.008))
+    backward = answer(machine(0.012, 0.008, drive=HELD | {"speed": -100.0}))
+    assert backward["speed"] == -100.0
+    assert len(forward["states"]) == len(backward["states"]) == 6
+    for state in forward["states"]:
+        mirrored = {name: (-p) % (2 * math.pi) for name, p in state["phases"].items()}
+        twin = min(
+            backward["states"],
+            key=lambda s: sum(1 - math.cos(s["phases"][n] - p) for n, p in mirrored.items()),
+        )
+        assert np.cos(np.subtract(list(twin["phases"].values()), list(mirrored.values()))) == pytest.approx([1, 1], abs=1e-12)
+        assert (twin["stable_slow"], twin["stable_full"]) == (state["stable_slow"], state["stable_full"])
+        assert twin["growth_full"] == pytest.approx(state["growth_full"], rel=1e-5)
+
+
+def test_a_given_speed_overrides_the_drive() -> None:
+    held, given = answer(machine(0.012, 0.008)), answer(machine(0.012, 0.008, drive=MOTOR), speed=100.0)
+    for one, other in zip(held["states"], given["states"], strict=True):
+        assert one["phases"] == pytest.approx(other["phases"], rel=1e-12)
+        assert one["growth_slow"] == pytest.approx(other["growth_slow"], rel=1e-9)
+        assert one["growth_full"] == pytest.approx(other["growth_full"], rel=1e-4)
+    assert answer(machine(0.012, 0.008, drive=None), speed=100.0, full=False)["speed"] == 100.0
+
+
+def test_a_range_of_speeds() -> None:
+    m = machine(0.012, 0.008, drive=MOTOR)
+    whole, part = answer(m, full=False), answer(m, full=False, range=(109.5, 111.0))
+    inside = [s["speed"] for s in whole["states"] if 109.5 <= s["speed"] <= 111.0]
+    assert 0 < len(inside) < len(whole["states"])
+    assert [s["speed"] for s in part["states"]] == pytest.approx(inside, rel=1e-9)
+
+
+def test_self_synchronising_exciters() -> None:
+    """001 section 2.3: in phase below, in opposition above the natural frequency; beyond it both may also hang in it."""
+    stiff = answer(load_machine("sperling-vibration/self-synchronisation-stiff"))
+    soft = answer(load_machine("sperling-vibration/self-synchronisation-soft"))
+    assert stiff["complete"]
+    assert soft["complete"]
+    fast = [{s["name"]: s["stable_full"] for s in found["states"] if s["speed"] > 11} for found in (stiff, soft)]
+    assert fast == [{"together": True, "opposed": False}, {"together": False, "opposed": True}]
+    slow = [s for s in soft["states"] if s["speed"] < 11]
+    assert [(s["name"], round(s["speed"], 3)) for s in slow if s["stable_full"]] == [("together", 6.006)]
+    apart = [s for s in slow if s["name"] is None]  # both at the natural frequency, neither together nor opposed
+    assert [s["speed"] for s in apart] == pytest.approx([2 * math.pi] * 2, rel=1e-9)
+
+
+def test_a_screen_throws_along_45_degrees() -> None:
+    """Its exciters turn against each other: no names; phases as the catalogue's notes say, 90.4 degrees in sum."""
+    found = answer(load_machine("practice/screen"))
+    (stable,) = (s for s in found["states"] if s["stable_full"])
+    assert (stable["name"], stable["residual_unbalance"]) == (None, None)
+    assert 360 - math.degrees(stable["phases"]["e2"]) == pytest.approx(90.4, abs=0.05)
+
+
+# --- stability ---
+
+
+@pytest.mark.parametrize("given", [None, 100.0])
+def test_the_slow_matrix_is_that_of_the_slow_equations(given: float | None) -> None:
+    for m in (machine(0.006, 0.007, 0.008, drive=MOTOR), exciters(3)):
+        slow = slow_machine(m, held=given is not None)
+        torques = SteadyTorques.from_slow(slow_machine(m))
+        torques = torques if given is None else torques.held(given)
+        state = State(given or 97.0, np.array([0.0, 1.0, 2.5, 4.0][: torques.size]))
+        one = slow_matrices(torques, np.array([state.speed]), state.phases[:, None])[0]
+        other = Linearisation.of(slow.system).at(slow_state(slow, state), slow.values(given))[1]
+        assert np.sort_complex(np.linalg.eigvals(one)) == pytest.approx(np.sort_complex(np.linalg.eigvals(other)), rel=1e-9)
+
+
+def test_without_inertia_the_slowest_exponents_stay() -> None:
+    """Strong damping: the reduction, 002 (4.60)-(4.62), has the same slow exponents within the ratio of both rates."""
+    m = machine(0.012, 0.008, damping=0.2)
+    with_, without = answer(m, full=False), answer(m, full=False, inertia=False)
+    for one, other in zip(with_["states"], without["states"], strict=True):
+        assert one["stable_slow"] is other["stable_slow"]
+    assert without["states"][0]["growth_slow"] == pytest.approx(with_["states"][0]["growth_slow"], rel=0.1)
+
+
+def test_an_exponent_that_is_zero_is_not_decided() -> None:
+    """Without dampers to the rotor the balls librate for ever in the slow equations."""
+    torques = SteadyTorques.of(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
+    free = replace(torques, relative=np.zeros((3, 3)))
+    slow = slow_machine(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
+    found = slow_judgement(free, slow, at_speed(free, 200.0)[0])
+    assert found.stable is None
+    assert found.reason == "neither grows nor decays"
+
+
+def test_multipliers_can_be_left_out() -> None:
+    found = answer(machine(0.012, 0.008), full=False)
+    assert {s["stable_full"] for s in found["states"]} == {None}
+    assert {s["why"] for s in found["states"]} == {"the multipliers were not asked for"}
+
+
+# --- the map ---
+
+
+def test_the_map_is_that_of_the_states() -> None:
+    """A cell says what the study says at its speed and with its rotor."""
+    axes = {"speed": (20.0, 130.0, 11), "ratio": (0.2, 3.2, 5)}
+    m = machine(0.012, 0.008)
+    result = synchronous_states(m, SynchronousStates(axes=axes, full=False))
+    assert list(result.region.values) == list(REGIONS)
+    assert result.map_speed.values[[0, -1]] == pytest.approx([25.0, 125.0])
+    assert result.map_ratio.values == pytest.approx([0.5, 1.1, 1.7, 2.3, 2.9])
+    seen = set()
+    for i, ratio in enumerate(result.map_ratio.values):
+        for k, speed in enumerate(result.map_speed.values):
+            rotor = {"unbalance": 0.02 / float(ratio)}
+            cell = answer(machine(0.012, 0.008, rotor=rotor), speed=float(speed), full=False)["states"]
+            stable = {_region(s) for s in cell if s["stable_slow"]}
+            assert {REGIONS[r] for r in np.flatnonzero(result.map_stable.values[:, i, k])} == stable, (ratio, speed)
+            assert {REGIONS[r] for r in np.flatnonzero(result.map_exists.values[:, i, k])} == {_region(s) for s in cell}
+            seen |= stable
+    assert seen >= {"compensating", "together, adding", "together, reducing"}
+
+
+def _region(state: Entry) -> str:
+    if state["name"] != "together":
+        return str(state["name"])
+    return "together, adding" if state["residual_share"] >= 1 else "together, reducing"
+
+
+def test_the_map_of_a_family() -> None:
+    axes = {"speed": (20.0, 130.0, 8), "ratio": (0.0, 3.0, 6)}
+    result = synchronous_states(machine(0.004, 0.004, 0.004), SynchronousStates(axes=axes, full=False))
+    stable = result.map_stable.sel(region="compensating").values.astype(bool)
+    assert stable[result.map_ratio.values > 1][:, -1].all()
+    assert not stable[result.map_ratio.values < 1].any()
+    assert not result.map_exists.sel(region="compensating").values[result.map_ratio.values < 1].any()
+    assert not stable[:, 0].any()
+
+
+# --- refusals ---
+
+
+def test_refused_machines() -> None:
+    with pytest.raises(InputError, match=r"single body has no phases.*torque-balance"):
+        SynchronousStates().check(machine())
+    with pytest.raises(InputError, match=r"entrainment"):
+        SynchronousStates().check(
+            machine_from(
+                {
+                    "carrier": {"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}},
+                    "bodies": [ROTOR, *balls(0.01)],
+                    "drive": MOTOR,
+                }
+            )
+        )
+    with pytest.raises(InputError, match=r"study.speed.*needed is the speed of the main rotor"):
+        SynchronousStates().check(machine(0.01, drive=None))
+    with pytest.raises(InputError, match="stands still"):
+        SynchronousStates().check(machine(0.01, drive=HELD | {"speed": 0.0}))
+    with pytest.raises(InputError, match="allowed are up to 11"):
+        SynchronousStates().check(machine(*[0.001] * 11))
+    with pytest.raises(InputError, match="nothing vibrates"):
+        SynchronousStates().check(
+            machine_from({"carrier": {"directions": "fixed"}, "bodies": [ROTOR, *balls(0.01)], "drive": HELD})
+        )
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        ({"speed": 0.0}, "study.speed.*other than 0"),
+        ({"speed": "3 kg"}, "study.speed"),
+        ({"range": [5, 10]}, "study.range.*not allowed where the speed"),
+        ({"range": [10, 5]}, "study.range.*low below high"),
+        ({"inertia": 1}, "study.inertia.*true or false"),
+        ({"full": "no"}, "study.full.*true or false"),
+        ({"axes": 3}, "study.axes.*a table"),
+        ({"axes": {"speed": [1, 2, 3]}}, r"study.axes.ratio.*\[lo, hi, cells\]"),
+        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2]}}, r"study.axes.ratio.*\[lo, hi, cells\]"),
+        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2, 2.5]}}, "study.axes.ratio.*whole number of cells"),
+        ({"axes": {"speed": [1, 2, 5000], "ratio": [0, 2, 3]}}, "study.axes.speed.*whole number of cells"),
+        ({"axes": {"speed": [-1, 2, 3], "ratio": [0, 2, 3]}}, "study.axes.speed.*from 0 on"),
+        ({"axes": {"sped": [1, 2, 3]}}, "study.axes.sped.*unknown key"),
+        ({"spede": 3}, "study.spede.*did you mean 'speed'"),
+    ],
+)
+def test_refused_questions(table: dict[str, Any], says: str) -> None:
+    m = machine(0.012, 0.008)
+    with pytest.raises(InputError, match=says):
+        SynchronousStates.read(table, m).check(m)
+
+
+def test_a_range_against_the_drive_is_refused() -> None:
+    with pytest.raises(InputError, match="in the sense in which the drive turns"):
+        SynchronousStates(range=(-50.0, -10.0)).check(machine(0.012, 0.008, drive=MOTOR))
+
+
+def test_a_map_of_exciters_is_refused() -> None:
+    axes = {"speed": (1.0, 2.0, 3), "ratio": (0.0, 1.0, 3)}
+    with pytest.raises(InputError, match=r"study.axes.*at least two balancing bodies"):
+        SynchronousStates(axes=axes).check(exciters(3))
+
+
+def test_without_inertia_every_body_is_damped() -> None:
+    with pytest.raises(InputError, match=r"study.inertia.*not damped"):
+        SynchronousStates(inertia=False).check(machine(0.012, 0.008, damping=0.0))
+
+
+# --- the result and the command ---
+
+
+def test_every_variable_says_what_it_is() -> None:
+    found = synchronous_states(machine(0.012, 0.008), SynchronousStates(axes={"speed": (1.0, 9.0, 3), "ratio": (0.0, 1.0, 3)}))
+    for variable in (*found.data_vars.values(), *found.coords.values()):
+        assert variable.attrs["long_name"]
+        assert "units" in variable.attrs
+
+
+Command = Callable[..., Any]
+
+
+def test_run(wucht: Command) -> None:
+    words = ("--set", "study.kind=synchronous-states", "--set", "study.speed=80 rad/s", "-o", "out", "--json")
+    said = wucht("run", "sperling-rollers/table-1", "--set", "study.until=", *words)
+    assert said.code == 2  # the catalogue's own study has keys that this one does not know
+    said = wucht("new", "synchronous-states", "mine.toml")
+    said = wucht("run", "mine.toml", "--set", "study.speed=120 rad/s", "-o", "out", "--json")
+    assert said.code == 0, said.err
+    assert {Path(f).name for f in said.document["files"]} == {"result.nc", "synchronous-states.png", "summary.json"}
+    assert {"name", "phases", "stable_slow", "stable_full", "residual_unbalance", "family_dimension"} <= set(
+        said.document["summary"]["states"][0]
+    )
+    with xr.open_dataset("out/result.nc", engine="h5netcdf") as found:
+        assert found.stable_slow.values.tolist() == [int(s["stable_slow"]) for s in said.document["summary"]["states"]]
+
+
+def test_new(wucht: Command) -> None:
+    assert wucht("new", "synchronous-states", "mine.toml").code == 0
+    said = wucht("run", "mine.toml")
+    assert said.code == 0, said.err
+    for word in ("compensating", "opposed", "together", "complete     yes", "map "):
+        assert word in said.out
