@@ -53,6 +53,19 @@ SEVERAL = {
 }
 # Other studies: the path into the summary, and the number there (six digits, checked in tests/validation).
 OTHERS = {
+    "drozdetskaya-2020/figure-5.1": {
+        ("states", 0, "speed"): 2.0,
+        ("states", 1, "speed"): 0.7674411,
+        ("states", 2, "speed"): 0.7028953,
+        ("states", 1, "stable_full"): False,
+        ("states", 2, "stable_full"): True,
+    },
+    "sperling-rollers/stability-map": {
+        ("states", 0, "phases", "r1"): 2.41886,
+        ("states", 0, "stable_full"): True,
+        ("states", 3, "stable_slow"): False,
+    },
+    "sperling-vibration/table-1": {("states", 0, "phases", "b1"): 2.24593, ("states", 0, "family_dimension"): 0},
     "drozdetskaya-2020/figure-5.16": {("deviations", 0, "speed"): 0.232813, ("own", "speed"): 0.00912992},
     "drozdetskaya-2020/figure-5.17": {("deviations", 0, "speed"): 0.428513},
     "drozdetskaya-2020/figure-5.18": {("deviations", 0, "speed"): 0.00383443},
