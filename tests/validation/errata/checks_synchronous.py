@@ -231,3 +231,23 @@ def equations_66_and_70() -> Claim:
     opposed, apart = (stiffness().subs(s).det() for s in states)
     limits = sp.ImmutableMatrix([F_0, F_2])
     return Claim(limits, lambda e: sp.Matrix([opposed.subs(F_1, e[0] - F_2), apart.subs(F_1, e[1] - F_0)]))
+
+
+@check(
+    SOURCE,
+    "Table 3",
+    r"(\alpha_1^*, \alpha_2^*)",
+    "Its last row, asymptotically stable where A_xx + A_yy < 0, for unbalances of 2e-4 and 5e-5 on 1e-4 kg m: the state where "
+    "the minors of (52) are positive. The printed one belongs to f_2 > f_0 + f_1; Bild 10 has the right one.",
+)
+def table_3() -> Claim:
+    unbalances = {F_0: sp.Integer(1), F_1: sp.Integer(2), F_2: sp.Rational(1, 2)}
+    below = (-stiffness() / TOGETHER).applyfunc(reduced).subs(unbalances)
+
+    def stable(state: sp.Matrix) -> bool:
+        found = below.subs({FIRST: state[0], SECOND: state[1]})
+        return bool(found[0, 0] > 0 and found.det() > 0)
+
+    states = [sp.ImmutableMatrix([a, b]) for a in (0, sp.pi) for b in (0, sp.pi)]
+    (found,) = (state for state in states if stable(state))
+    return equal(sp.ImmutableMatrix([0, sp.pi]), found, sp.ImmutableMatrix([sp.pi, 0]))
