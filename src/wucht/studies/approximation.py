@@ -16,7 +16,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.parts.fields import Parameter
 from wucht.numerics.compile import DEFAULT_TOLERANCE
 from wucht.quantities import Unit
-from wucht.studies.keys import allowed_value, engine_of, parameter, positive, quantity, span, start_of, tolerance_of
+from wucht.studies.keys import allowed_value, engine_of, parameter, positive, quantity, span, start_of, tolerance_of, whole
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.run_up import RunUp, prepared, read_model
 from wucht.studies.run_up_model import inertia_of
@@ -134,16 +134,13 @@ def _values(table: Mapping[str, Any], along: tuple[Parameter, ...]) -> tuple[flo
     limits = span(table, "range", unit)
     if limits is None:
         raise InputError("study.range", None, f"this key is missing; needed is a pair [low, high] of a {unit.what}")
-    points = quantity(table, "points", Unit("", "number of points"))
-    points = DEFAULT_POINTS if points is None else points
-    if points != int(points) or not 2 <= points <= MOST_POINTS:
-        raise InputError("study.points", table["points"], f"allowed is a whole number from 2 to {MOST_POINTS}")
+    points = whole(table, "points", DEFAULT_POINTS, 2, MOST_POINTS)
     low, high = limits
     far = low > 0 and high / low >= _DECADE
     spacing = choice({"spacing": "log" if far else "linear"} | dict(table), "spacing", "study", SPACINGS)
     if spacing == "log" and low <= 0:
         raise InputError("study.spacing", spacing, "allowed is 'linear' for a range that does not begin above 0")
-    found = np.geomspace(low, high, int(points)) if spacing == "log" else np.linspace(low, high, int(points))
+    found = np.geomspace(low, high, points) if spacing == "log" else np.linspace(low, high, points)
     return tuple(map(float, found))
 
 

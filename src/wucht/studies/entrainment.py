@@ -15,7 +15,7 @@ from wucht.machines.machine import Machine
 from wucht.quantities import Unit
 from wucht.studies.entrainment_along import along_of, read_along, unit_of, widest
 from wucht.studies.entrainment_search import Record, expected_steps, search
-from wucht.studies.keys import positive, span, start_of
+from wucht.studies.keys import positive, span, start_of, whole
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.locking import is_locking
 from wucht.studies.run_up import RunUp, prepared
@@ -53,9 +53,7 @@ class Entrainment:
         refuse_unknown(table, cls.keys, "study")
         _refuse_others(machine)
         along = read_along(table, machine)
-        points = table.get("points", DEFAULT_POINTS)
-        if isinstance(points, bool) or not isinstance(points, int) or not _FEWEST <= points <= _MOST:
-            raise InputError("study.points", points, f"allowed is a whole number from {_FEWEST} to {_MOST}")
+        points = whole(table, "points", DEFAULT_POINTS, _FEWEST, _MOST)
         unit = unit_of(machine, along)
         until = positive(table, "until", Unit(machine.units.time, "time"))
         return cls(along, span(table, "range", unit), points, positive(table, "resolution", unit), start_of(table), until)

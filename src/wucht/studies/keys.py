@@ -33,8 +33,12 @@ def positive(table: Mapping[str, Any], key: str, unit: Unit) -> float | None:
     """The value of a key, greater than 0, None if it is not given. Raises ``InputError``."""
     value = quantity(table, key, unit)
     if value is not None and value <= 0:
-        raise InputError(f"study.{key}", table[key], f"allowed is a {unit.what} greater than 0")
+        raise InputError(f"study.{key}", table[key], f"allowed is {_a(unit.what)} greater than 0")
     return value
+
+
+def _a(noun: str) -> str:
+    return f"{'an' if noun[:1] in 'aeio' else 'a'} {noun}"
 
 
 def span(table: Mapping[str, Any], key: str, unit: Unit) -> tuple[float, float] | None:
@@ -71,6 +75,15 @@ def within(table: Mapping[str, Any], key: str, default: float, low: float, high:
     if not low <= given <= high:
         raise InputError(f"study.{key}", given, f"allowed is between {low:g} and {high:g}")
     return given
+
+
+def whole(table: Mapping[str, Any], key: str, default: int, low: int, high: int) -> int:
+    """A whole number between two limits; ``5.0``, as ``--set`` has it, is one. Raises ``InputError``."""
+    given = table.get(key, default)
+    number = isinstance(given, int | float) and not isinstance(given, bool)
+    if not number or not low <= given <= high or given != int(given):
+        raise InputError(f"study.{key}", given, f"allowed is a whole number from {low} to {high}")
+    return int(given)
 
 
 def tolerance_of(table: Mapping[str, Any]) -> float:

@@ -7,12 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from wucht.errors import InputError
 from wucht.machines.contact import arranged
 from wucht.machines.forced import Forced
 from wucht.machines.machine import Machine
-from wucht.quantities import Unit
-from wucht.studies.keys import quantity
+from wucht.studies.keys import whole
 from wucht.studies.start import angles_in, start_state
 
 _MOST_POINTS = 100_000
@@ -20,10 +18,7 @@ _MOST_POINTS = 100_000
 
 def read_points(table: Mapping[str, Any], default: int) -> int:
     """The number of points. Raises ``InputError``."""
-    points = quantity(table, "points", Unit("", "number of points"))
-    if points is not None and not (points == int(points) and 2 <= points <= _MOST_POINTS):
-        raise InputError("study.points", table["points"], f"allowed is a whole number from 2 to {_MOST_POINTS}")
-    return default if points is None else int(points)
+    return whole(table, "points", default, 2, _MOST_POINTS)
 
 
 def angles_of(machine: Machine, start: Mapping[str, Any]) -> np.ndarray:
