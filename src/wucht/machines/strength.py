@@ -23,7 +23,8 @@ def weakened(machine: Machine, kappa: float) -> Machine:
     """The machine with epsilon times ``kappa``, which is a parameter of it: the structure is derived once for all values."""
     factor = sp.Symbol(STRENGTH, real=True)
     given = Parameter(STRENGTH, kappa, "", STRENGTH, "factor of epsilon")
-    energies = tuple(_weakened(machine, e, factor) for e in machine.energies)
+    own = len(machine.energies) - len(machine.tracks)  # contacts, the last, stay as hard as they are
+    energies = (*(_weakened(machine, e, factor) for e in machine.energies[:own]), *machine.energies[own:])
     return replace(machine, energies=energies, parameters={**machine.parameters, STRENGTH: given}, mismatch=None)
 
 
@@ -37,21 +38,32 @@ def values_at(machine: Machine, kappa: float) -> dict[str, float]:
 
 
 def _weakened(machine: Machine, e: Energies, kappa: sp.Expr) -> Energies:
-    carried = [s for c in machine.carrier for s in (c.velocity,)]
-    turning = [b.coordinate.velocity for b in machine.bodies]
-    angles = {b.coordinate.position for b in machine.bodies}
-    alone = e.kinetic.xreplace(dict.fromkeys(carried, sp.S.Zero)) + e.kinetic.xreplace(dict.fromkeys(turning, sp.S.Zero))
-    coupling = sp.expand(e.kinetic - alone)
-    potential = sp.Add(*(kappa * t if t.free_symbols & angles else t for t in sp.Add.make_args(sp.expand(e.potential))))
+    carried = [c.velocity for c in machine.carrier if e.kinetic.has(c.velocity)]
+    every = [b.coordinate.velocity for b in machine.bodies]
+    turning = [v for v in every if e.kinetic.has(v)]
+    alone = e.kinetic.xreplace(dict.fromkeys(carried, sp.S.Zero))
+    if carried and turning:
+        alone += e.kinetic.xreplace(dict.fromkeys(turning, sp.S.Zero))
+    elif not turning:
+        alone = e.kinetic
+    coupling = sp.Add(*(v * w * sp.diff(e.kinetic, v, w) for v in carried for w in turning))
     return Energies(
         kinetic=alone + sp.sqrt(kappa) * coupling,
-        potential=potential,
-        dissipation=e.dissipation * _factor(e.dissipation, turning, kappa),
+        potential=_weight(machine, e.potential, kappa),
+        dissipation=e.dissipation * _factor(e.dissipation, every, kappa),
         applied=tuple(
-            Applied(a.force * (kappa if a.booked == "supplied" else _factor(a.force, turning, kappa)), a.rate, a.name, a.booked)
+            Applied(a.force * (kappa if a.booked == "supplied" else _factor(a.force, every, kappa)), a.rate, a.name, a.booked)
             for a in e.applied
         ),
     )
+
+
+def _weight(machine: Machine, potential: sp.Expr, kappa: sp.Expr) -> sp.Expr:
+    """The potential with what depends on the bodies' angles times kappa."""
+    angles = {b.coordinate.position for b in machine.bodies}
+    if not potential.free_symbols & angles:
+        return potential
+    return sp.Add(*(kappa * t if t.free_symbols & angles else t for t in sp.Add.make_args(sp.expand(potential))))
 
 
 def _factor(expression: sp.Expr, turning: list[sp.Symbol], kappa: sp.Expr) -> sp.Expr:
