@@ -26,7 +26,7 @@ def test_every_entry(name):
     assert set(system.parameter_names) == set(machine.values) - {s.parameter for s in machine.schedules}
     mass = system.second_order.mass
     assert (mass - mass.T).expand().is_zero_matrix
-    initial = start_state(machine, study.question.start)
+    initial = start_state(machine, getattr(study.question, "start", {}))
     run = integrate(compile_system(system, engine="scipy"), initial, machine.values, np.linspace(0, 0.01, 3))
     assert run.failure is None
     assert np.isfinite(run.end_state).all()

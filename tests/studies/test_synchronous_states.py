@@ -83,9 +83,18 @@ def same(one: list[State], other: list[State]) -> bool:
 # --- closed forms against the search ---
 
 
-@pytest.mark.parametrize("unbalances", [(0.012, 0.008), (0.02, 0.005), (0.003, 0.004), (0.012,), (0.003,)])
-@pytest.mark.parametrize("damping", [[0.0, 0.0], [40.0, 60.0], [400.0, 300.0]])
-@pytest.mark.parametrize("speed", [30.0, 58.0, 100.0])
+UNBALANCES = [(0.012, 0.008), (0.02, 0.005), (0.003, 0.004), (0.012,), (0.003,)]
+DAMPINGS, SPEEDS = [[0.0, 0.0], [40.0, 60.0], [400.0, 300.0]], [30.0, 58.0, 100.0]
+# Each with each takes a minute: of these every value stands in some case of the quick ones.
+EVERY_TWO = [
+    pytest.param(u, d, w, marks=() if (i + j + k) % 5 == 0 else pytest.mark.slow)
+    for i, u in enumerate(UNBALANCES)
+    for j, d in enumerate(DAMPINGS)
+    for k, w in enumerate(SPEEDS)
+]
+
+
+@pytest.mark.parametrize(("unbalances", "damping", "speed"), EVERY_TWO)
 def test_two_bodies_are_found_completely(unbalances: tuple[float, ...], damping: list[float], speed: float) -> None:
     torques = SteadyTorques.of(machine(*unbalances, carrier={"damping": damping}, drive=HELD | {"speed": speed}))
     closed, searched = at_speed(torques, speed), by_subdivision(torques, 0.0, 0.0)
@@ -121,7 +130,7 @@ def test_a_family_is_what_the_search_leaves_undecided() -> None:
     assert same(closed[1:], searched.states)
 
 
-@pytest.mark.parametrize("count", [2, 3, 4])
+@pytest.mark.parametrize("count", [2, 3, pytest.param(4, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("held", [None, 99.9])
 def test_exciters_are_found_completely(count: int, held: float | None) -> None:
     m = exciters(count, held)
