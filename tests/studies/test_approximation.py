@@ -15,6 +15,7 @@ import xarray as xr
 from wucht.errors import InputError
 from wucht.machines.catalogue import load_machine
 from wucht.machines.machine import Machine
+from wucht.results.store import load, save
 from wucht.studies import approximation as module
 from wucht.studies import approximation_runs
 from wucht.studies.approximation import Approximation, approximation
@@ -233,9 +234,12 @@ def test_errors_are_none_where_the_rotor_does_not_turn_far_enough() -> None:
 # Comparisons, in words
 
 
+NOTHING = ((math.nan, math.nan), (math.nan, math.nan), np.empty((2, 0)))
+
+
 def _comparison(value: float, same: bool | None) -> Comparison:
-    names = {True: ("passed", "passed"), False: ("passed", "captured"), None: ("unidentified", "unidentified")}
-    return Comparison(value, *names[same], None, (1.0, 1.0))
+    names = {True: ("passed", "passed"), False: ("passed", "captured"), None: ("unidentified", "passed")}
+    return Comparison(value, *names[same], *NOTHING)
 
 
 REGIONS = {
@@ -253,9 +257,9 @@ def test_regions_of_disagreement(same: list[bool | None], expected: list[list[fl
 
 
 def test_what_failed_is_not_alike() -> None:
-    failed = Comparison(1.0, "passed", "passed", None, (1.0, 1.0), "the step became too small")
-    assert failed.same_outcome is False
-    assert all(math.isnan(x) for x in (*failed.largest, *failed.relative))
+    for outcome in ("passed", "unidentified"):
+        failed = Comparison(1.0, outcome, outcome, *NOTHING, "the step became too small")
+        assert failed.same_outcome is False
 
 
 def test_a_run_that_fails_is_recorded(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -299,3 +303,31 @@ def test_ctrl_c_leaves_a_valid_result(rotor: Machine, after: int) -> None:
     assert after == 0 or any("interrupted" in r for r in mine["reasons"])
     assert draw(found)
     assert module.approximation is approximation
+
+
+@pytest.mark.parametrize("after", [1, 2])
+def test_resumed_it_is_the_uninterrupted_one(rotor: Machine, tmp_path: Path, after: int) -> None:
+    """Also from the file, and where a run failed before: what was compared is not compared again."""
+    question = ask(rotor, along="u", values=[1.0, 2.0], until=300.0)
+
+    def stop(done: float, _: float) -> None:
+        if done >= after:
+            raise KeyboardInterrupt
+
+    save(approximation(rotor, question, stop), tmp_path / "result.nc")
+    seen: list[float] = []
+    found = approximation(rotor, question, lambda done, _: seen.append(done), None, load(tmp_path / "result.nc"))
+    whole = approximation(rotor, question)
+    assert min(seen) >= after
+    assert summary(found) == summary(whole)
+    for name in whole.variables:
+        assert found[name].equals(whole[name]), name
+    assert found.attrs["finished"] == 1
+    assert "interrupted" not in found.attrs["warnings"]
+
+
+def test_only_the_same_question_is_resumed(rotor: Machine) -> None:
+    earlier = approximation(rotor, ask(rotor, along="u", values=[1.0], until=100.0))
+    for machine, keys in ((rotor, {"until": 200.0}), (rotor.with_values({"u": 1.5}), {"until": 100.0})):
+        with pytest.raises(InputError, match="--resume: the result in the output folder is of another machine or question"):
+            approximation(machine, ask(machine, along="u", values=[1.0], **keys), resume=earlier)

@@ -159,19 +159,23 @@ def approximation(
     """Compare both models. Returns the Dataset of ``approximation_result``.
 
     progress: called with the comparisons done and to do. checkpoint: called with the result so far after each. resume: an
-    unfinished study begins again. Raises ``InputError`` for a question that does not fit; a run that fails is recorded.
+    earlier result of the same question, whose comparisons are kept. Raises ``InputError`` for a question that does not fit;
+    a run that fails is recorded.
     """
     from wucht.studies.approximation_order import errors
-    from wucht.studies.approximation_result import result
-    from wucht.studies.approximation_runs import Comparison, comparison
+    from wucht.studies.approximation_result import asked, result
+    from wucht.studies.approximation_runs import comparison, restored
+    from wucht.studies.resuming import check_same
 
     begun = clock.perf_counter()
     question.check(machine)
     values = (math.nan, *question.values)
-    done: list[Comparison] = []
+    if resume is not None:
+        check_same(resume, asked(machine, question), "machine or question")
+    done = restored(resume) if resume is not None else []
     interrupted, measured = False, None
     try:
-        for k, value in enumerate(values):
+        for k, value in list(enumerate(values))[len(done) :]:
             share = None if progress is None else _share(progress, k, len(values) + 1)
             changed = question.changes(machine, None if math.isnan(value) else value)
             done.append(comparison(machine.with_values(changed), question, value, share))

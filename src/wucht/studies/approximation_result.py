@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.machines.machine import Machine
 from wucht.results.conventions import variable
+from wucht.results.store import to_json
+from wucht.studies.approximation_runs import CURVE, Comparison, angles
 from wucht.studies.attributes import attributes
+from wucht.studies.resuming import fingerprint
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from wucht.studies.approximation import Approximation
     from wucht.studies.approximation_order import Errors
-    from wucht.studies.approximation_runs import Comparison
 
 TRUSTED = 0.05  # of the largest speed up to until_phi: a deviation beyond it is not small
 LEAST_ORDER = 0.7  # of the first order, 1: below, epsilon is not small enough for the error to fall with it
 _AS_NUMBER = {True: 1, False: 0, None: -1}
-_CURVE = 400  # samples of a curve over the rotor's angle
 
 
 def result(
@@ -35,35 +37,40 @@ def result(
 ) -> xr.Dataset:
     """What was compared. The first comparison is of the machine's own values.
 
-    Variables: speed_deviation, amplitude_deviation, same_outcome, outcome, slow_outcome (value); speed_over_angle,
-    amplitude_over_angle (value, angle), the deviations up to ``until_phi``; error (factor), where it was measured.
+    Variables: speed_deviation, amplitude_deviation, the same relative to the largest of the full run, same_outcome, outcome,
+    slow_outcome, failed (value); speed_over_angle, amplitude_over_angle (value, angle), the deviations up to ``until_phi``;
+    error (factor), where it was measured. The machine's own values come last.
     """
     import xarray as xr_
 
     own = done[0] if done else None
     compared, units = list(done[1:]), machine.units
-    angle = np.linspace(0.0, question.until_phi, _CURVE)
     name, unit = _named(machine, question)
     shown = [*compared, *([own] if own is not None else [])]
-    curves = np.array([_curves(c, angle) for c in shown]).reshape(len(shown), 2, _CURVE)
+    curves = np.array([c.curves for c in shown]).reshape(len(shown), 2, CURVE)
     found = xr_.Dataset(
         {
             "speed_deviation": variable("value", [c.largest[0] for c in shown], "largest deviation of the speed", units.speed),
             "amplitude_deviation": variable(
                 "value", [c.largest[1] for c in shown], "largest deviation of the amplitude", machine.orbit_unit
             ),
+            "relative_speed_deviation": variable("value", [c.relative[0] for c in shown], "relative deviation of the speed"),
+            "relative_amplitude_deviation": variable(
+                "value", [c.relative[1] for c in shown], "relative deviation of the amplitude"
+            ),
             "same_outcome": variable(
                 "value", [_AS_NUMBER[c.same_outcome] for c in shown], "whether both end alike (-1: unknown)"
             ),
             "outcome": variable("value", [c.outcome for c in shown], "outcome of the full equations"),
             "slow_outcome": variable("value", [c.slow_outcome for c in shown], "outcome of the slow equations"),
+            "failed": variable("value", [c.failure for c in shown], "why a run failed"),
             "speed_over_angle": variable("value angle", curves[:, 0], "deviation of the speed", units.speed),
             "amplitude_over_angle": variable("value angle", curves[:, 1], "deviation of the amplitude", machine.orbit_unit),
             "error": variable("factor", [] if measured is None else measured.speed, "error of the speed", units.speed),
         },
         coords={
             "value": variable("value", [c.value for c in shown], name, unit),
-            "angle": variable("angle", angle, "angle of the rotor", "rad"),
+            "angle": variable("angle", angles(question.until_phi), "angle of the rotor", "rad"),
             "factor": variable("factor", [] if measured is None else measured.factors, "factor of epsilon"),
         },
     )
@@ -71,7 +78,7 @@ def result(
     failures = [c.failure for c in done if c.failure]
     warnings = [f"{name} = {c.value:.6g}: {c.failure}" if math.isfinite(c.value) else c.failure for c in done if c.failure]
     if interrupted:
-        warnings.append(f"interrupted after {len(compared)} of {len(question.values)} comparisons; the study begins again")
+        warnings.append(f"interrupted after {len(compared)} of {len(question.values)} comparisons; --resume goes on")
         summary |= {"trusted": None, "reasons": ["it was interrupted before this was decided"]}
     elif measured is None:
         warnings.append(
@@ -86,8 +93,13 @@ def result(
         begun,
         failures[0] if failures and own is None else None,
         interrupted,
-    )
+    ) | {"asked": asked(machine, question)}
     return found
+
+
+def asked(machine: Machine, question: Approximation) -> str:
+    """What an interrupted study must agree in to be gone on with."""
+    return fingerprint(machine, [to_json(asdict(question), indent=None)])
 
 
 def _named(machine: Machine, question: Approximation) -> tuple[str, str]:
@@ -97,14 +109,6 @@ def _named(machine: Machine, question: Approximation) -> tuple[str, str]:
         path = question.along[0]
         return path, machine.parameters[path].unit
     return f"factor of {' and '.join(question.along)}", ""
-
-
-def _curves(c: Comparison, angle: np.ndarray) -> np.ndarray:
-    """Deviations (2, N) over the rotor's angle, NaN where there are none."""
-    d = c.deviations
-    if d is None:
-        return np.full((2, len(angle)), np.nan)
-    return np.array([np.interp(angle, d.at, np.abs(y), np.nan, np.nan) for y in (d.speed, d.radius)])
 
 
 def _summary(

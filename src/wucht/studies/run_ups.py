@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.results.conventions import variable
 from wucht.results.store import to_json
-from wucht.studies.attributes import attributes, structure
+from wucht.studies.attributes import attributes
 from wucht.studies.kinds import Checkpoint, Progress
+from wucht.studies.resuming import check_same, fingerprint
 from wucht.studies.run_up import RunUp, single_run_up
 
 if TYPE_CHECKING:
@@ -133,13 +133,12 @@ def _joined(machine: Machine, question: RunUp, runs: Sequence[xr.Dataset], finis
 def _fingerprint(machine: Machine, question: RunUp) -> str:
     cases = question.cases()
     asked = [[dict(c.start), list(c.values), c.until, c.turns, c.tolerance, c.model, c.inertia, c.order] for c in cases]
-    return to_json([structure(machine), machine.values, question.along, asked], indent=None)
+    return fingerprint(machine, [question.along, asked])
 
 
 def _restored(machine: Machine, question: RunUp, earlier: xr.Dataset) -> list[xr.Dataset]:
     """The finished runs of an earlier result. Raises ``InputError`` if it answers another question."""
-    if earlier.attrs.get("asked") != _fingerprint(machine, question):
-        raise InputError("--resume", None, "the result in the output folder is of another machine, starts or values")
+    check_same(earlier, _fingerprint(machine, question), "machine, starts or values")
     found = []
     for k, summary in enumerate(json.loads(earlier.attrs["summary"])["cases"][: int(earlier.attrs["done"])]):
         own = {key: value for key, value in summary.items() if key not in ("label", "start", "value")}
