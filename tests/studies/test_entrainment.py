@@ -16,11 +16,12 @@ from wucht.machines.catalogue import load_machine
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed, sense_of
+from wucht.results.store import load, save
 from wucht.studies import entrainment as study
 from wucht.studies.entrainment import Entrainment, entrainment
 from wucht.studies.entrainment_along import along_of, read_along
 from wucht.studies.entrainment_branches import Path as Followed
-from wucht.studies.entrainment_runs import Band, RunAt, band_from_start
+from wucht.studies.entrainment_runs import Band, RunAt, Runs, band_from_start
 from wucht.studies.entrainment_slow import Slow
 
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}
@@ -127,7 +128,7 @@ def stepped(*bands: tuple[float, float]) -> Callable[[float], RunAt]:
 
     def run(value: float) -> RunAt:
         taken = any(low <= value <= high for low, high in bands)
-        return RunAt(value, taken, 1.0, (0.0, 1.0), 1.0, np.zeros(2), None)
+        return RunAt(value, 1.0, taken, 1.0, (0.0, 1.0), 1.0, np.zeros(2))
 
     return run
 
@@ -290,8 +291,52 @@ def test_a_study_that_is_interrupted_keeps_what_it_has() -> None:
     assert s["sentence"] == "the study was interrupted"
     assert s["existence_band"] is not None
     assert s["band_from_rest"] is None
-    again = entrainment(machine, Entrainment.read({"points": 5, "resolution": 0.5}, machine), resume=found)
-    assert "it began again" in again.attrs["warnings"]
+
+
+@pytest.mark.parametrize("file", ["sperling-vibration/figure-2a", "sperling-vibration/self-synchronisation-soft-unequal"])
+@pytest.mark.parametrize("after", [1, 6])
+def test_resumed_it_is_the_uninterrupted_one(file: str, after: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the file, with the runs that were made."""
+    machine = load_machine(file)
+    question = Entrainment.read({"points": 6, "resolution": 0.2}, machine)
+
+    def stop(done: float, _: float) -> None:
+        if done >= after:
+            raise KeyboardInterrupt
+
+    broken = entrainment(machine, question, stop)
+    assert broken.sizes["run"] == max(1, after - 2)
+    save(broken, tmp_path / "result.nc")
+    whole, made = entrainment(machine, question), 0
+
+    def count(self: Runs, value: float, until: float) -> RunAt:
+        nonlocal made
+        made += 1
+        return genuine(self, value, until)
+
+    genuine = Runs._made
+    monkeypatch.setattr(Runs, "_made", count)
+    again = entrainment(machine, question, resume=load(tmp_path / "result.nc"))
+    for name in whole.variables:
+        assert again[name].equals(whole[name]), name
+    assert again.attrs["summary"] == whole.attrs["summary"]
+    assert again.attrs["finished"] == 1
+    resumed, made = made, 0
+    entrainment(machine, question)
+    assert made - resumed >= after - 2
+    made = 0
+    entrainment(machine, question, resume=whole)
+    assert made <= 1, "the machine's own run, where it must first be known how long it is to be"
+
+
+def test_only_the_same_machine_and_start_are_resumed() -> None:
+    machine = bild_2()
+    found = entrainment(machine, Entrainment.read({"points": 5, "resolution": 0.5}, machine))
+    finer = entrainment(machine, Entrainment.read({"points": 5, "resolution": 0.4}, machine), resume=found)
+    assert finer.attrs["finished"] == 1
+    for other, keys in ((machine.with_values({"rotor.inertia": 1.0}), {}), (machine, {"until": 100.0})):
+        with pytest.raises(InputError, match="--resume: the result in the output folder is of another machine, parameter"):
+            entrainment(other, Entrainment.read({"points": 5, "resolution": 0.5} | keys, other), resume=found)
 
 
 def test_it_can_be_stopped_within_a_run() -> None:

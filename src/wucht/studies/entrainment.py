@@ -92,24 +92,29 @@ def entrainment(
     """The band in which rotors are taken along: that in which such a motion exists, and that reached from the start.
 
     Returns the Dataset of ``entrainment_result``. progress: called with steps done and to do. checkpoint: called now and then
-    with the result so far. resume: an unfinished study begins again. Raises ``InputError`` for a question that does not fit.
+    with the result so far. resume: an earlier result, also of another range, whose runs from the start are not made again.
+    Raises ``InputError`` for a question that does not fit.
     """
+    from wucht.studies.entrainment_kept import restored
+    from wucht.studies.entrainment_result import asked as asked_of
     from wucht.studies.entrainment_result import result
+    from wucht.studies.resuming import check_same
 
     begun = clock.perf_counter()
     question.check(machine)
     asked = RunUp(start=question.start, until=question.until)
     machine, _ = prepared(machine, asked)
     record, along = Record(), along_of(machine, question.along)
-    if resume is not None and not resume.attrs.get("finished"):
-        record.warnings.append("an interrupted study cannot be continued: it began again")
+    if resume is not None:
+        check_same(resume, asked_of(machine, question), "machine, parameter, start or until")
+    known = [] if resume is None else restored(machine, resume)
 
     def described() -> xr.Dataset:
         return result(machine, question, along, record, begun)
 
     steps = _Steps(expected_steps(question.points), progress, checkpoint, described)
     try:
-        search(machine, question, along, asked, record, steps)
+        search(machine, question, along, asked, record, steps, known)
     except KeyboardInterrupt:
         record.interrupted = True
     return described()

@@ -13,6 +13,8 @@ from wucht.results.conventions import variable
 from wucht.results.outcomes import Outcome
 from wucht.studies.attributes import attributes
 from wucht.studies.entrainment_along import Along
+from wucht.studies.entrainment_kept import kept
+from wucht.studies.resuming import fingerprint
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,8 +29,8 @@ def result(machine: Machine, question: Entrainment, along: Along, record: Record
     Coordinate: body, those that have a phase: to the rotor that they turn about, of a rotor to the main one, of the main rotor
     to the vibration (then in (-pi, pi], else in [0, 2 pi)). Of the slow equations (point): value, phase (body, point), speed,
     stable, branch. Of periodic motions of the full ones (orbit): orbit_value, orbit_phase, orbit_speed, orbit_stable,
-    orbit_multiplier (the largest that is not 1 for reasons of form). Of runs from the start (run): run_value, run_taken,
-    run_speed (mean), run_drift; free_speed of the main rotor there. begun: ``perf_counter()`` at the beginning.
+    orbit_multiplier (the largest that is not 1 for reasons of form). Of runs from the start (run): as in
+    ``kept``, and free_speed of the main rotor. begun: ``perf_counter()`` at the beginning.
     """
     import xarray as xr_
 
@@ -41,7 +43,8 @@ def result(machine: Machine, question: Entrainment, along: Along, record: Record
         rows = {n: states[record.slow.names.index(f"{n}.phase")] for n in record.slow.phase_names}
         phases = np.array([wrapped(machine, rows[n]) if n in rows else np.full(count, np.nan) for n in names])
         speeds = record.slow.speed(states)
-    runs, orbits = record.runs, record.orbits
+    orbits = record.orbits
+    runs = record.runs or ([] if record.own is None else [record.own])
     turned = [wrapped(machine, _ordered(o.phases, record.names, names)) for o in orbits]
     free = [free_speed(along.at(machine, r.value).at(machine.corners[-1]), machine.rotor, machine.corners[-1]) for r in runs]
     data = {
@@ -55,21 +58,29 @@ def result(machine: Machine, question: Entrainment, along: Along, record: Record
         "orbit_speed": variable("orbit", np.array([o.speed for o in orbits]), "speed", unit),
         "orbit_stable": variable("orbit", np.array([o.stable for o in orbits], np.int8), "stable"),
         "orbit_multiplier": variable("orbit", np.array([o.multiplier for o in orbits]), "largest multiplier"),
-        "run_value": variable("run", np.array([r.value for r in runs]), along.what, along.unit),
-        "run_taken": variable("run", np.array([r.taken for r in runs], np.int8), "taken along"),
-        "run_speed": variable("run", np.array([abs(r.mean_speed) for r in runs]), "mean speed", unit),
-        "run_drift": variable("run", np.array([r.drift for r in runs]), "drift of the phase", angle),
         "free_speed": variable("run", np.array([math.nan if f is None else f for f in free]), "speed without vibration", unit),
     }
-    dataset = xr_.Dataset(dict(data.items()), coords={"body": variable("body", names or np.empty(0, "U1"), "body")})
+    dataset = xr_.Dataset(
+        data | kept(machine, along, runs), coords={"body": variable("body", names or np.empty(0, "U1"), "body")}
+    )
     summary = _summary(machine, question, along, record, names)
     dataset.attrs |= attributes(
         machine, question, summary, summary["sentence"], [*record.warnings, *_warnings(along, record)], begun,
         record.failure, record.interrupted,
     )  # fmt: skip
-    dataset.attrs |= {"along": along.name, "along_unit": along.unit, "along_what": along.what}
+    dataset.attrs |= {
+        "asked": asked(machine, question),
+        "along": along.name,
+        "along_unit": along.unit,
+        "along_what": along.what,
+    }
     dataset.attrs |= {"frequency": machine.values["carrier.motion.frequency"]} if machine.shaken is not None else {}
     return dataset
+
+
+def asked(machine: Machine, question: Entrainment) -> str:
+    """What an interrupted study must agree in to be gone on with: the runs depend on nothing else."""
+    return fingerprint(machine, [question.along, dict(question.start), question.until])
 
 
 def wrapped(machine: Machine, phases: np.ndarray) -> np.ndarray:
@@ -100,8 +111,8 @@ def _summary(machine: Machine, question: Entrainment, along: Along, record: Reco
     phases = (
         dict(zip(names, wrapped(machine, _ordered(orbit.phases, record.names, names)).tolist(), strict=True)) if orbit else {}
     )
-    if not phases and own is not None and own.taken and own.locked is not None:
-        found = own.locked.phases
+    if not phases and own is not None and own.taken:
+        found = own.phases
         phases = {names[0]: float(wrapped(machine, np.array(found["vibration"])))} if "vibration" in found else dict(found)
     slow = _slow_phases(machine, along, record)
     mean = None if own is None else own.mean_speed

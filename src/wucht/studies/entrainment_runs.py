@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from bisect import insort
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +17,7 @@ from wucht.numerics.integrate import integrate
 from wucht.numerics.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
 from wucht.studies.entrainment_along import Along
-from wucht.studies.locking import Locked, frequency_of, locked, motion_of
+from wucht.studies.locking import frequency_of, locked, motion_of
 from wucht.studies.release import release_event
 from wucht.studies.run_up import RunUp, prepared
 from wucht.studies.run_up_plan import SAMPLES_PER_TURN
@@ -35,36 +35,38 @@ _CHANGING = 0.02  # of the mean speed: between the halves of the window, a run-u
 
 @dataclass(frozen=True)
 class RunAt:
-    """A run from the start. taken: whether the rotor is taken along. mean_speed: of the main rotor, with its sign.
+    """A run from the start. until: how long it was asked to be. taken: whether the rotor is taken along.
 
-    end_time, end_state (n,): where it ended. locked: speeds and phases over whole periods, None where the main rotor does not
-    turn. drift: of the slow phase, rad.
+    mean_speed: of the main rotor over the window, with its sign. end_time, end_state (n,): where it ended. speeds, phases: as
+    in ``Locked``, empty where the main rotor does not turn; drift: by how much the phase moved in the second half of the
+    window, rad.
     """
 
     value: float
+    until: float
     taken: bool
     mean_speed: float
     window: tuple[float, float]
     end_time: float
     end_state: np.ndarray
-    locked: Locked | None
+    speeds: Mapping[str, float] = field(default_factory=dict)
+    phases: Mapping[str, float] = field(default_factory=dict)
+    drift: float = math.nan
     failure: str | None = None
-
-    @property
-    def drift(self) -> float:
-        """By how much the phase moved in the second half of the window, rad."""
-        return math.nan if self.locked is None else self.locked.evidence.drift
 
 
 class Runs:
     """Runs of a machine from its start along a parameter.
 
-    watch: called now and then during a run. rate: of the slowest disturbance (1/time): they go on as long as it asks. senses:
-    in which rotors must turn to count as taken along; None: in any.
+    watch: called now and then during a run. known: runs that need not be made again. rate: of the slowest disturbance
+    (1/time): they go on as long as it asks. senses: in which rotors must turn to count as taken along; None: in any.
     """
 
-    def __init__(self, machine: Machine, along: Along, question: RunUp, watch: Callable[[], None]) -> None:
+    def __init__(
+        self, machine: Machine, along: Along, question: RunUp, watch: Callable[[], None], known: Sequence[RunAt] = ()
+    ) -> None:
         self.machine, self.along, self.question, self.watch = machine, along, question, watch
+        self.known = {(r.value, r.until): r for r in known}
         self.rotors = [r for r in machine.rotors if r.coordinate.prescribed is None]
         self.rate: float | None = None
         self.senses: Mapping[str, float] | None = None
@@ -91,16 +93,17 @@ class Runs:
 
     def __call__(self, value: float) -> RunAt:
         """The run with a value of the parameter, prolonged while it cannot be decided."""
+        until = self.until
+        return self.known.get((value, until)) or self._made(value, until)
+
+    def _made(self, value: float, until: float) -> RunAt:
         machine, start = prepared(self.along.at(self.machine, value), self.question)
-        trajectory: Trajectory | None = None
-        end = self.until
-        for _ in range(_DOUBLINGS + 1):
-            trajectory = self._extended(machine, start, trajectory, end)
-            found = self._judged(machine, value, trajectory)
-            if trajectory.failure is not None or self._decided(found, trajectory) or end >= _MOST_PERIODS * self.period:
+        trajectory = self._extended(machine, start, None, until)
+        for _ in range(_DOUBLINGS):
+            if trajectory.failure is not None or self._decided(machine, trajectory):
                 break
-            end *= 2
-        return found
+            trajectory = self._extended(machine, start, trajectory, 2 * trajectory.end_time)
+        return self._judged(machine, value, until, trajectory)
 
     def _extended(self, machine: Machine, start: np.ndarray, so_far: Trajectory | None, end: float) -> Trajectory:
         begin = 0.0 if so_far is None else so_far.end_time
@@ -113,24 +116,36 @@ class Runs:
             raise KeyboardInterrupt
         return found if so_far is None else so_far.joined(found)
 
-    def _judged(self, machine: Machine, value: float, trajectory: Trajectory) -> RunAt:
+    def _judged(self, machine: Machine, value: float, until: float, trajectory: Trajectory) -> RunAt:
         if trajectory.failure is not None:
-            nothing = (math.nan, math.nan)
-            end = trajectory.end_time, trajectory.end_state
-            return RunAt(value, False, math.nan, nothing, *end, None, trajectory.failure)
+            end, nothing = (trajectory.end_time, trajectory.end_state), (math.nan, math.nan)
+            return RunAt(value, until, False, math.nan, nothing, *end, failure=trajectory.failure)
         found = locked(machine, trajectory)
-        taken = found is not None and found.evidence.outcome() in (Outcome.ENTRAINED, Outcome.SYNCHRONISED)
-        if taken and found is not None and self.senses is not None:
+        if found is None:
+            half, end_time = float(trajectory.time[0] + trajectory.time[-1]) / 2, float(trajectory.time[-1])
+            mean = _mean(machine, trajectory, machine.rotor, (half, end_time))
+            return RunAt(value, until, False, mean, (half, end_time), trajectory.end_time, trajectory.end_state)
+        taken = found.evidence.outcome() in (Outcome.ENTRAINED, Outcome.SYNCHRONISED)
+        if taken and self.senses is not None:
             taken = all(self.senses[r.name] * found.speeds[r.name] > 0 for r in self.rotors)
-        half = float(trajectory.time[0] + trajectory.time[-1]) / 2
-        window = found.window if found is not None else (half, float(trajectory.time[-1]))
-        mean = found.mean_speed if taken and found is not None else _mean(machine, trajectory, machine.rotor, window)
-        return RunAt(value, taken, mean, window, trajectory.end_time, trajectory.end_state, found)
+        return RunAt(
+            value,
+            until,
+            taken,
+            found.mean_speed if taken else _mean(machine, trajectory, machine.rotor, found.window),
+            found.window,
+            trajectory.end_time,
+            trajectory.end_state,
+            found.speeds,
+            found.phases,
+            found.evidence.drift,
+        )
 
-    def _decided(self, found: RunAt, trajectory: Trajectory) -> bool:
-        if found.locked is None:
+    def _decided(self, machine: Machine, trajectory: Trajectory) -> bool:
+        found = locked(machine, trajectory)
+        if found is None or trajectory.end_time >= _MOST_PERIODS * self.period:
             return True
-        evidence = found.locked.evidence
+        evidence = found.evidence
         if evidence.outcome() in (Outcome.ENTRAINED, Outcome.SYNCHRONISED):
             return evidence.drift < _STILL
         reference = evidence.frequency if evidence.frequency is not None else evidence.speeds[0]

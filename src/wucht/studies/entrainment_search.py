@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Protocol
 
@@ -73,9 +73,20 @@ class Record:
     interrupted: bool = False
 
 
-def search(machine: Machine, question: Entrainment, along: Along, asked: RunUp, record: Record, steps: Steps) -> None:
-    """Find it all, step by step, into ``record``. Raises ``InputError`` where the range cannot be chosen."""
-    runs = Runs(machine, along, asked, steps.watch)
+def search(
+    machine: Machine,
+    question: Entrainment,
+    along: Along,
+    asked: RunUp,
+    record: Record,
+    steps: Steps,
+    known: Sequence[RunAt] = (),
+) -> None:
+    """Find it all, step by step, into ``record``. known: runs that need not be made again.
+
+    Raises ``InputError`` where the range cannot be chosen.
+    """
+    runs = Runs(machine, along, asked, steps.watch, known)
     record.own = runs(along.own)
     steps()
     if record.own.failure is not None:
@@ -121,7 +132,7 @@ def _senses(machine: Machine, own: RunAt, question: Entrainment) -> dict[str, fl
     _, start = prepared(machine, RunUp(start=question.start))
     found: dict[str, float] = {}
     for rotor in machine.rotors:
-        speed = own.locked.speeds[rotor.name] if own.taken and own.locked is not None else 0.0
+        speed = own.speeds[rotor.name] if own.taken else 0.0
         speed = speed or float(start[machine.state_names.index(rotor.coordinate.velocity.name)])
         found[rotor.name] = math.copysign(1.0, speed) if speed else sense_of(machine, rotor)
     by_name = {b.name: b for b in machine.bodies}
