@@ -62,13 +62,13 @@ def test_ctrl_c_leaves_a_valid_result(wucht: Command, monkeypatch: pytest.Monkey
     assert wucht("plot", "out/result.nc").code == 0
 
 
-def test_resume_of_an_interrupted_sweep_begins_again(wucht: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_resume_of_an_interrupted_sweep_goes_on(wucht: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as m:
         m.setattr(Progress, "update", lambda *_: signal.raise_signal(signal.SIGINT))
         assert wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out").code == 130
     said = wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out", "--resume")
     assert said.code == 0
-    assert "began again" in said.err
+    assert "interrupted" not in said.err
 
 
 @pytest.mark.parametrize("name", ["sweep", "coast-down"])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from wucht.errors import InputError
 from wucht.machines.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.compile import compile_system
+from wucht.results.store import load, save
 from wucht.studies.sweep import Sweep, sweep
 from wucht.studies.sweep_flow import Mover, moving_system, with_value
 
@@ -160,6 +163,56 @@ def test_an_interrupted_search_for_jumps_is_a_valid_result(machine: Machine, que
     assert summary(found)["jumps"] == []
     assert list(found.direction.values) == ["up"]
     assert np.isfinite(found.speed).all()
+
+
+@pytest.fixture(scope="module")
+def there_and_back(machine: Machine) -> tuple[Sweep, xr.Dataset, int]:
+    """A quick sweep, what comes of it, and how often it asks whether to stop."""
+    asked, question = 0, Sweep(OMEGA_1, (8.0, 10.5), 0.02)
+
+    def count(_done: float, _goal: float) -> None:
+        nonlocal asked
+        asked += 1
+
+    return question, sweep(machine, question, count), asked
+
+
+@pytest.mark.parametrize("share", [0.0, 0.02, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9, 0.999])
+def test_resumed_it_is_the_uninterrupted_one(
+    machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path, share: float
+) -> None:
+    """From the file, to the last bit: stopped while settling, on either way, or while jumps are looked for."""
+    question, whole, asked = there_and_back
+    assert len(summary(whole)["jumps"]) == 2
+    calls = iter(range(10**9))
+
+    def stop(_done: float, _goal: float) -> None:
+        if next(calls) == int(share * asked):
+            raise KeyboardInterrupt
+
+    broken = sweep(machine, question, stop)
+    assert broken.attrs["finished"] == 0
+    save(broken, tmp_path / "result.nc")
+    again = sweep(machine, question, resume=load(tmp_path / "result.nc"))
+    for name in whole.variables:
+        assert again[name].equals(whole[name]), name
+    assert again.attrs["summary"] == whole.attrs["summary"]
+    assert warnings(again) == warnings(whole)
+    assert again.attrs["finished"] == 1
+
+
+def test_legs_that_were_made_are_not_made_again(machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int]) -> None:
+    question, whole, _ = there_and_back
+    seen: list[float] = []
+    again = sweep(machine, question, lambda done, _: seen.append(done), resume=whole)
+    assert set(seen) == {2.0}, "it settles at the end once more"
+    assert again.attrs["summary"] == whole.attrs["summary"]
+
+
+def test_only_the_same_sweep_is_resumed(machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int]) -> None:
+    question, whole, _ = there_and_back
+    with pytest.raises(InputError, match="--resume: the result in the output folder is of another machine or sweep"):
+        sweep(machine, replace(question, rate=0.03), resume=whole)
 
 
 def test_a_long_leg_asks_often_whether_to_stop(machine: Machine) -> None:

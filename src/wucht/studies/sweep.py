@@ -112,14 +112,23 @@ def _prepared(machine: Machine, question: Sweep) -> tuple[Machine, np.ndarray]:
 
 @dataclass
 class Record:
-    """What a sweep has found so far. readings, places: after each leg of each ramp; jumps in the order in which they happen."""
+    """What a sweep has found so far. readings, places: after each leg of each ramp; jumps in the order in which they happen.
+
+    complete: the ramps whose jumps have all been found.
+    """
 
     readings: dict[str, list[Reading]] = field(default_factory=dict)
     places: dict[str, list[Place]] = field(default_factory=dict)
     jumps: list[Jump] = field(default_factory=list)
+    complete: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     failure: str | None = None
     interrupted: bool = False
+
+    def say(self, warning: str) -> None:
+        """Warn, once."""
+        if warning not in self.warnings:
+            self.warnings.append(warning)
 
     def scale(self, driven: float) -> Scale:
         """The largest speed and amplitude of the sweep so far. driven: the largest speed that the drives reach."""
@@ -137,17 +146,16 @@ def sweep(
     """Settle, ramp, settle again, find the jumps; then back. Returns the Dataset described in ``sweep_result``.
 
     progress: called with the ramps done and to do. checkpoint: called now and then with the result so far. resume: an
-    unfinished sweep begins again. Raises ``InputError`` for a start or rate that does not fit; a failure is recorded in the
-    Dataset.
+    earlier result of the same question, gone on with from its last leg. Raises ``InputError`` for a start or rate that does
+    not fit; a failure is recorded in the Dataset.
     """
+    from wucht.studies.sweep_kept import restore
     from wucht.studies.sweep_result import result
 
     begun = clock.perf_counter()
     machine, initial = _prepared(machine, question)
     plan = Plan.of(machine, question)
     record = Record(warnings=list(plan.warnings))
-    if resume is not None and not resume.attrs.get("finished"):
-        record.warnings.append("an interrupted sweep cannot be continued: it began again")
     events = tuple(release_event(machine, b) for b in machine.bodies if b.release is not None)
     flow = compile_system(moving_system(machine, question.along), question.tolerance, events, question.engine)
     ways = ["up", "down"] if question.direction == "both" else [question.direction]
@@ -158,17 +166,21 @@ def sweep(
             progress(min(done, len(ways)), float(len(ways)))
 
     def described() -> xr.Dataset:
-        return result(machine, question, plan, flow.engine.name, record, begun)
+        return result(machine, question, plan, mover, record, begun)
 
     mover = Mover(machine, question.along, flow, plan.fastest, report)
+    if resume is not None:
+        restore(machine, question, resume, mover, record)
     keep = _Keeper(checkpoint, described)
     try:
-        first = question.range[1] if ways[0] == "down" else question.range[0]
-        place = _settled(mover, plan, mover.begin(first, initial), record, "before the sweep")[0]
-        for way in ways:
+        place = None if any(record.places.values()) else _begun(mover, plan, question.range[ways[0] == "down"], initial, record)
+        for way, following in zip(ways, [*ways[1:], None], strict=True):
+            if following is not None and record.places.get(following):
+                continue
             place = _ramp(mover, plan, place, question, way, record, keep)
-            found = jumps(mover, plan, record.places[way], record.readings[way], question.jump_tolerance)
-            record.jumps.extend(found)
+            if way not in record.complete:
+                record.jumps += jumps(mover, plan, record.places[way], record.readings[way], question.jump_tolerance)
+                record.complete.append(way)
     except HaltError as halt:
         record.failure, record.interrupted = halt.failure, halt.failure is None
     except KeyboardInterrupt:
@@ -176,11 +188,19 @@ def sweep(
     return described()
 
 
-def _ramp(mover: Mover, plan: Plan, place: Place, question: Sweep, way: str, record: Record, keep: Callable[[], None]) -> Place:
-    """One ramp in equal legs, and settling at its end."""
+def _begun(mover: Mover, plan: Plan, value: float, initial: np.ndarray, record: Record) -> Place:
+    return _settled(mover, plan, mover.begin(value, initial), record, "before the sweep")[0]
+
+
+def _ramp(
+    mover: Mover, plan: Plan, place: Place | None, question: Sweep, way: str, record: Record, keep: Callable[[], None]
+) -> Place:
+    """One ramp in equal legs, or what is left of it, and settling at its end. place: where it begins."""
     begin, end = question.range if way == "up" else question.range[::-1]
     readings, places = record.readings.setdefault(way, []), record.places.setdefault(way, [])
-    for value in np.linspace(begin, end, plan.samples + 1)[1:]:
+    place = places[-1] if places else place
+    assert place is not None
+    for value in np.linspace(begin, end, plan.samples + 1)[1 + len(places) :]:
         place, reading = mover.leg(place, plan.step, float(value))
         readings.append(reading)
         places.append(place)
@@ -189,7 +209,7 @@ def _ramp(mover: Mover, plan: Plan, place: Place, question: Sweep, way: str, rec
     change, last = abs(settled.speed - readings[-1].speed), readings[-1]
     if last.beating < _TOO_FAST and change > _TOO_FAST * max(abs(settled.speed), record.scale(0.0).speed):
         speed, unit = mover.machine.units.speed, rate_unit(mover.machine, mover.path)
-        record.warnings.append(
+        record.say(
             f"the sweep is too fast: after the way {way} the speed still changed from {last.speed:.5g} to "
             f"{f'{settled.speed:.5g} {speed}'.strip()}; give a rate below {plan.rate:.3g} {unit}"
         )
@@ -200,7 +220,7 @@ def _settled(mover: Mover, plan: Plan, place: Place, record: Record, when: str) 
     place, reading, steady = settle(mover, plan, place, scale=record.scale(plan.driven))
     if not steady:
         speed = f"{reading.speed:.5g} {mover.machine.units.speed}".strip()
-        record.warnings.append(f"the machine did not settle {when}: its speed was still changing at {speed}")
+        record.say(f"the machine did not settle {when}: its speed was still changing at {speed}")
     return place, reading
 
 

@@ -11,8 +11,9 @@ from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed
 from wucht.results.conventions import variable
 from wucht.studies.attributes import attributes
-from wucht.studies.sweep_flow import Reading, with_value
+from wucht.studies.sweep_flow import Mover, Reading, with_value
 from wucht.studies.sweep_jumps import Jump
+from wucht.studies.sweep_kept import attributes_of, places
 from wucht.studies.sweep_plan import Plan, rate_unit
 
 if TYPE_CHECKING:
@@ -31,11 +32,12 @@ _VARIABLES = {
 }
 
 
-def result(machine: Machine, question: Sweep, plan: Plan, engine: str, record: Record, begun: float) -> xr.Dataset:
+def result(machine: Machine, question: Sweep, plan: Plan, mover: Mover, record: Record, begun: float) -> xr.Dataset:
     """Put a sweep into a Dataset.
 
     value, speed, min_speed, max_speed, amplitude, energy_residual (direction, sample), NaN where a ramp ended early;
-    jump_value, jump_from, jump_to, jump_upward (jump); free_speed (grid), what the drive reaches without vibration.
+    jump_value, jump_from, jump_to, jump_upward (jump); free_speed (grid), what the drive reaches without vibration; and the
+    ``places`` that it is gone on with from.
     """
     import xarray as xr_
 
@@ -67,12 +69,13 @@ def result(machine: Machine, question: Sweep, plan: Plan, engine: str, record: R
         "grid": variable("grid", grid, along.what, along.unit),
         "parameter": variable("parameter", list(machine.values), "parameter"),
     }
-    found = xr_.Dataset(dict(data.items()), coords=coordinates)
+    found = xr_.Dataset(data | places(machine, mover, record, plan.samples), coords=coordinates)
     summary = _summary(machine, question, plan, record)
     found.attrs |= attributes(
         machine, question, summary, _sentence(question, record), _warnings(record), begun, record.failure, record.interrupted
     )
-    found.attrs |= {"along": question.along, "along_unit": along.unit, "rate": plan.rate, "engine": engine}
+    found.attrs |= {"along": question.along, "along_unit": along.unit, "rate": plan.rate, "engine": mover.flow.engine.name}
+    found.attrs |= attributes_of(machine, question, mover, record)
     return found
 
 
@@ -139,7 +142,7 @@ def _warnings(record: Record) -> list[str]:
     if record.failure:
         said.append(record.failure)
     if record.interrupted:
-        said.append("the sweep was interrupted: jumps may be missing")
+        said.append("the sweep was interrupted: jumps may be missing; --resume goes on")
     return said
 
 
