@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from wucht.errors import InputError
 from wucht.machines.catalogue import load_machine
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
+from wucht.results.store import load, save
+from wucht.studies import coast_down as module
 from wucht.studies.coast_down import CoastDown, coast_down, prepared
 
 J, LOSS = 0.02, 0.004  # kg m^2, N m s
@@ -145,6 +148,47 @@ def test_an_interrupted_run_is_a_valid_result(count: int) -> None:
     assert found.attrs["finished"] == 0
     assert found.sizes["time"] >= 1
     assert any("interrupted" in w for w in json.loads(found.attrs["warnings"]))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.97])
+@pytest.mark.parametrize("swinging", [False, True])
+def test_resumed_it_is_the_uninterrupted_one(
+    tmp_path: Path, share: float, swinging: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the file, to the last bit: it goes on from the last whole leg."""
+    monkeypatch.setattr(module, "SAMPLES_A_LEG", 200)
+    machine, question = heavy_disc() if swinging else disc(), CoastDown(until=40.0, start=AT_100)
+    asked = 0
+
+    def count(_reached: float, _goal: float) -> None:
+        nonlocal asked
+        asked += 1
+
+    whole = coast_down(machine, question, count)
+    calls = iter(range(10**9))
+
+    def stop(_reached: float, _goal: float) -> None:
+        if next(calls) == int(share * asked):
+            raise KeyboardInterrupt
+
+    broken = coast_down(machine, question, stop)
+    assert broken.attrs["finished"] == 0
+    save(broken, tmp_path / "result.nc")
+    seen: list[float] = []
+    again = coast_down(machine, question, lambda t, _: seen.append(t), resume=load(tmp_path / "result.nc"))
+    for name in whole.variables:
+        assert again[name].equals(whole[name]), name
+    assert summary(again) == summary(whole)
+    assert again.attrs["finished"] == 1
+    assert json.loads(again.attrs["warnings"]) == json.loads(whole.attrs["warnings"])
+    if share >= 0.5:
+        assert min(seen) > 0.4 * 40.0, "what was run is not run again"
+
+
+def test_only_the_same_coast_down_is_resumed() -> None:
+    found = coast_down(disc(), CoastDown(until=1.0, start=AT_100))
+    with pytest.raises(InputError, match="--resume: the result in the output folder is of another machine or coast-down"):
+        coast_down(disc(), CoastDown(until=2.0, start=AT_100), resume=found)
 
 
 def test_scipy_agrees() -> None:

@@ -136,8 +136,10 @@ def coast_down(
     """Let the machine coast down. Returns the Dataset described in ``coast_down_result``.
 
     progress: called with the time reached and the time to reach. checkpoint: called now and then with the result so far.
-    resume: an unfinished run begins again. Raises ``InputError`` for a start that does not fit; a failure is recorded.
+    resume: an earlier result of the same question, gone on with. Raises ``InputError`` for a start that does not fit; a
+    failure is recorded.
     """
+    from wucht.studies.coast_down_kept import restore
     from wucht.studies.coast_down_result import result
 
     begun = clock.perf_counter()
@@ -155,15 +157,18 @@ def coast_down(
     limit = question.until or _MOST_TURNS * turn
     step = _step(turn, limit)
     record.stride = limit / ROWS if question.until is not None else turn
-    said = [] if resume is None or resume.attrs.get("finished") else ["an interrupted run cannot be continued: it began again"]
 
-    def described(t: Trajectory | None) -> xr.Dataset:
-        return result(machine, question, flow, record, t, said, begun)
+    def described(t: Trajectory) -> xr.Dataset:
+        return result(machine, question, flow, record, t, begun)
 
-    trajectory, saved = None, clock.perf_counter()
+    trajectory = None if resume is None else restore(machine, question, resume, record)
+    saved = clock.perf_counter()
     while trajectory is None or not (trajectory.ended or _done(record, question, trajectory.end_time, limit)):
-        trajectory = _leg(flow, machine, initial, trajectory, step, limit, progress)
-        trajectory = replace(trajectory, hits=tuple(h for h in trajectory.hits if h.name == REVERSAL))
+        leg = _leg(flow, machine, initial, trajectory, step, limit, progress)
+        if leg.interrupted and trajectory is not None:
+            trajectory = replace(trajectory, interrupted=True)  # at the end of a whole leg, from which it can be gone on with
+            break
+        trajectory = replace(leg, hits=tuple(h for h in leg.hits if h.name == REVERSAL))
         record.add(trajectory)
         if checkpoint is not None and clock.perf_counter() - saved > _SAVE_EVERY_S:
             checkpoint(described(trajectory))

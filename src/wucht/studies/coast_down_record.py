@@ -16,7 +16,7 @@ from wucht.numerics.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, turns
 
 MOST_ROWS = 8000
-_NAMES = ("time", "angle", "speed", "min_speed", "max_speed", "amplitude", "energy_residual", "lost")
+ROW = ("time", "angle", "speed", "min_speed", "max_speed", "amplitude", "energy_residual", "dissipated_work")
 
 
 @dataclass
@@ -25,28 +25,31 @@ class Record:
 
     rows: (time, angle, speed, least and largest speed since the row before, largest amplitude since, energy residual, energy
     lost). turn_time, turn_speed: in the middle of each turn, up to the first reversal. half_time: when the speed averaged over
-    a turn has fallen to half of ``start_speed``.
+    a turn has fallen to half of ``start_speed``. tail: time, angle and speed (3, k) that are not in a whole turn yet. legs:
+    how many whole ones. stored: the energy at the start; scale: the largest so far.
     """
 
     machine: Machine
     flow: Flow
     start_speed: float
-    rows: dict[str, list[float]] = field(default_factory=lambda: {n: [] for n in _NAMES})
+    rows: dict[str, list[float]] = field(default_factory=lambda: {n: [] for n in ROW})
     turn_time: list[float] = field(default_factory=list)
     turn_speed: list[float] = field(default_factory=list)
     half_time: float | None = None
     reversal_time: float | None = None
     swings: int = 0
+    legs: int = 0
     stride: float = 0.0
-    _tail: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))
-    _stored: float = math.nan
-    _scale: float = 0.0
+    tail: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))
+    stored: float = math.nan
+    scale: float = 0.0
 
     def add(self, t: Trajectory) -> None:
         """Take in the next leg, which begins with the last sample of the one before."""
         row = dict(zip(self.flow.system.state_names, t.states, strict=True)) | self.flow.outputs(t.time, t.states, t.parameters)
         rotor = self.machine.rotor.coordinate
         angle, speed = row[rotor.position.name], row[rotor.velocity.name]
+        self.legs += int(not t.interrupted)
         self.swings += len(t.hits)
         if self.reversal_time is None:
             if t.hits:
@@ -60,7 +63,7 @@ class Record:
 
     def _average(self, dense: np.ndarray) -> None:
         """Turn by turn, with what the leg before left over."""
-        joined = np.concatenate([self._tail, dense[:, int(self._tail.shape[1] > 0) :]], axis=1)
+        joined = np.concatenate([self.tail, dense[:, int(self.tail.shape[1] > 0) :]], axis=1)
         sense = math.copysign(1.0, self.start_speed)
         back = np.flatnonzero(sense * joined[2] <= 0)
         joined = joined[:, : back[0]] if len(back) else joined
@@ -68,7 +71,7 @@ class Record:
         if not len(found.time):
             if self.half_time is None:
                 self._halved(joined[0], joined[2], 2)
-            self._tail = joined
+            self.tail = joined
             return
         if self.half_time is None:
             self._halved(found.time, found.speed, 2 * PER_TURN)
@@ -77,7 +80,7 @@ class Record:
         self.turn_time += found.time[::PER_TURN][whole].tolist()
         self.turn_speed += found.speed[::PER_TURN][whole].tolist()
         kept = np.abs(joined[1, -1] - joined[1]) < 8 * math.pi
-        self._tail = joined[:, kept]
+        self.tail = joined[:, kept]
 
     def _halved(self, time: np.ndarray, speed: np.ndarray, reach: int) -> None:
         """The root of the cubic through the points before and after the crossing, ``reach`` each.
@@ -110,7 +113,7 @@ class Record:
                 t.time[end], angle[end], speed[end], speed[part].min(), speed[part].max(), amplitude[part].max(),
                 residual[end], t.quadratures[LOST][end],
             )  # fmt: skip
-            for name, value in zip(_NAMES, values, strict=True):
+            for name, value in zip(ROW, values, strict=True):
                 self.rows[name].append(float(value))
             begin = end
         if len(self.rows["time"]) > MOST_ROWS:
@@ -120,7 +123,7 @@ class Record:
         """Every second row; the extremes of both stay."""
         r = self.rows
         pick = {"min_speed": min, "max_speed": max, "amplitude": max}
-        for name in _NAMES:
+        for name in ROW:
             rest = r[name][1:]
             pairs = zip(rest[0::2], rest[1::2], strict=False)
             odd = rest[-1:] if len(rest) % 2 else []
@@ -146,8 +149,8 @@ class Record:
     def _energy(self, t: Trajectory, stored: np.ndarray) -> np.ndarray:
         supplied, lost = t.quadratures[SUPPLIED], t.quadratures[LOST]
         carried = t.quadratures.get(SCHEDULED, np.zeros(len(stored)))
-        if math.isnan(self._stored):
-            self._stored = float(stored[0])
-        self._scale = max(self._scale, *(float(np.abs(x).max(initial=0.0)) for x in (stored, supplied, carried))) or 1.0
-        found: np.ndarray = np.abs(supplied + carried - lost - (stored - self._stored)) / self._scale
+        if math.isnan(self.stored):
+            self.stored = float(stored[0])
+        self.scale = max(self.scale, *(float(np.abs(x).max(initial=0.0)) for x in (stored, supplied, carried))) or 1.0
+        found: np.ndarray = np.abs(supplied + carried - lost - (stored - self.stored)) / self.scale
         return found

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ from wucht.numerics.trajectory import Trajectory
 from wucht.results.conventions import variable
 from wucht.results.outcomes import Outcome
 from wucht.studies.attributes import attributes
+from wucht.studies.coast_down_kept import attributes_of, ends
 from wucht.studies.coast_down_record import Record
 
 if TYPE_CHECKING:
@@ -67,8 +67,7 @@ def result(
     question: CoastDown,
     flow: Flow,
     record: Record,
-    trajectory: Trajectory | None,
-    said: Sequence[str],
+    trajectory: Trajectory,
     begun: float,
 ) -> xr.Dataset:
     """Put a coast-down into a Dataset.
@@ -86,7 +85,7 @@ def result(
         ("amplitude", "amplitude of the axis", machine.orbit_unit), ("energy_residual", "energy residual, relative", ""),
     ):  # fmt: skip
         words[name] = variable("time", record.column(name), long_name, unit)
-    words["dissipated_work"] = variable("time", record.column("lost"), "energy dissipated", units.energy)
+    words["dissipated_work"] = variable("time", record.column("dissipated_work"), "energy dissipated", units.energy)
     words["mean_speed"] = variable("turn", record.turn_speed, "mean speed over a turn", units.speed)
     natural = natural_frequencies(machine)
     words["natural_frequency"] = variable("mode", list(natural.values()), "natural frequency", units.speed)
@@ -97,19 +96,19 @@ def result(
         "mode": variable("mode", list(natural) or np.empty(0, "U1"), "mode of vibration"),
         "parameter": variable("parameter", list(machine.values), "parameter"),
     }
-    found = xr_.Dataset(words, coords=coordinates)
-    failure = trajectory.failure if trajectory is not None else None
-    interrupted = trajectory is not None and trajectory.interrupted
+    found = xr_.Dataset(words | ends(record, trajectory), coords=coordinates)
+    failure, interrupted = trajectory.failure, trajectory.interrupted
     end = ending(record)
     if failure:
         end = Ending(Outcome.FAILED, Outcome.FAILED.sentence, end.speed, end.low, end.high)
-    warnings = [*said, *([failure] if failure else [])]
+    warnings = [failure] if failure else []
     if interrupted:
-        warnings.append(f"interrupted at t = {record.rows['time'][-1]:.6g}")
+        warnings.append(f"interrupted at t = {record.rows['time'][-1]:.6g}; --resume goes on")
     found.attrs |= attributes(
         machine, question, _summary(record, end), _sentence(machine, record, end), warnings, begun, failure, interrupted
     )
     found.attrs |= {"outcome": str(end.outcome or ""), "engine": flow.engine.name, "tolerance": flow.tolerance}
+    found.attrs |= attributes_of(machine, question, record, trajectory)
     return found
 
 
