@@ -6,10 +6,7 @@ import math
 
 import numpy as np
 import pytest
-import sympy as sp
 
-from wucht.errors import WuchtError
-from wucht.numerics.intervals import enclosure
 from wucht.numerics.subdivision import all_zeros
 
 
@@ -101,23 +98,3 @@ def test_trigonometric_polynomials_against_a_fine_grid(seed: int) -> None:
     assert found.complete
     grid = np.linspace(0, 2 * math.pi, 200_001)[None]
     assert found.points.shape[1] == (np.diff(np.sign(f(grid)[0])) != 0).sum()
-
-
-@pytest.mark.parametrize("text", ["x**2 - x", "1/(x**2 + 1)", "3*x/(x + 4) - x**3", "(x - 1)**2*(x + 2)", "1/x"])
-def test_enclosures_hold(text: str) -> None:
-    x = sp.Symbol("x", real=True)
-    expression = sp.sympify(text, locals={"x": x})
-    low = np.linspace(-2.9, 2.5, 60)
-    high = low + 0.31
-    below, above = enclosure(expression, x, low, high)
-    inside = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, 21)
-    with np.errstate(divide="ignore"):
-        values = sp.lambdify(x, expression)(inside)
-    assert (values >= below[:, None] - 1e-12).all()
-    assert (values <= above[:, None] + 1e-12).all()
-
-
-def test_what_has_no_enclosure_is_refused() -> None:
-    x = sp.Symbol("x", real=True)
-    with pytest.raises(WuchtError, match="no bounds are known of"):
-        enclosure(sp.sin(x), x, np.zeros(1), np.ones(1))

@@ -18,11 +18,11 @@ from wucht.machines.catalogue import load_machine
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.slow import slow_machine
-from wucht.machines.synchronous import SteadyTorques
+from wucht.machines.synchronous import SPEED, SteadyTorques
 from wucht.machines.synchronous_closed import State, at_speed
 from wucht.machines.synchronous_search import by_subdivision, from_many_starts, index, speeds_in_line
 from wucht.numerics.linearise import Linearisation
-from wucht.studies.files import read_study
+from wucht.piecewise import PiecewiseCubic, step
 from wucht.studies.synchronous_map import REGIONS
 from wucht.studies.synchronous_stability import slow_judgement, slow_matrices, slow_state
 from wucht.studies.synchronous_states import SynchronousStates, synchronous_states
@@ -184,20 +184,43 @@ def test_speeds_in_line_are_found_completely() -> None:
     assert [s["speed"] for s in found["states"] if s["name"] == "compensating"] == pytest.approx([110.0] * 2)
 
 
-def test_a_table_drive_is_not_shown_complete(tmp_path: Path) -> None:
-    """Its characteristic has no bounds that are proved: said, not hidden."""
-    (tmp_path / "torque.csv").write_text("speed,torque\n0,50\n60,30\n110,0\n120,-5\n")
-    (tmp_path / "study.toml").write_text(
-        "[machine.carrier]\nmass = 2.0\nstiffness = 1e4\ndamping = 40.0\n"
-        '[[machine.bodies]]\nkind = "rotor"\nname = "drum"\nmass = 3.0\nunbalance = 0.01\ninertia = 0.015\n'
-        '[[machine.bodies]]\nkind = "pendulum"\nname = "b"\nabout = "drum"\nlength = 0.5\nmass = 0.01\ndamping = 0.02\n'
-        '[machine.drive]\non = "drum"\nkind = "table"\nfile = "torque.csv"\n[study]\nkind = "synchronous-states"\n'
-    )
-    found = synchronous_states(read_study(str(tmp_path / "study.toml"), {}).machine, SynchronousStates(full=False))
-    summary = json.loads(found.attrs["summary"])
-    assert not summary["complete"]
-    assert "not shown" in found.attrs["warnings"]
-    assert summary["states"]
+TABLE = {"kind": "table", "points": [[0, 50], [60, 30], [110, 0], [120, -5]]}
+STEEP = {"kind": "linear", "slope": 0.4, "no_load_speed": 110.0}
+CHARACTERISTICS = {
+    "table": (TABLE, None),
+    "fan": (STEEP, {"kind": "quadratic", "coefficient": 1e-4}),
+    "brake": (STEEP, {"kind": "coulomb", "torque": 2.0}),
+    "measured load": (STEEP, {"kind": "table", "points": [[0, 0], [50, 1.0], [130, 9.0]]}),
+}
+
+
+@pytest.mark.parametrize("case", CHARACTERISTICS)
+def test_characteristics_with_corners_are_shown_complete(case: str) -> None:
+    """Kinks of tables, the square with its sign, a smoothed step: bounds on their slopes hold on both sides."""
+    drive, load = CHARACTERISTICS[case]
+    described: dict[str, Any] = {"carrier": CARRIER, "bodies": [ROTOR, *balls(0.004)], "drive": drive}
+    m = machine_from(described | ({"load": load} if load else {}))
+    found = answer(m, full=False)
+    assert found["complete"], found["shown"]
+    # Independently: at each speed the ball has two phases; their rotor's torque changes its sign where a state is.
+    torques, grid = SteadyTorques.of(m), np.linspace(0.12, 119.9, 2000)
+    fixed = torques.held(100.0)
+    held = [at_speed(fixed, w) for w in grid]
+    phases = np.array([[s.phases for s in states] for states in held])  # (N, 2, 2)
+    left = np.array([torques.residual(grid, phases[:, k].T)[0] for k in (0, 1)])
+    crossings = [np.flatnonzero(np.diff(np.sign(row))) for row in left]
+    expected = sorted(float(np.interp(0.0, *zip(*sorted(zip(row[i : i + 2], grid[i : i + 2], strict=True)), strict=True)))
+                      for row, at in zip(left, crossings, strict=True) for i in at)  # fmt: skip
+    assert sorted(s["speed"] for s in found["states"]) == pytest.approx(expected, abs=1e-3)
+    assert len(expected) >= 2
+
+
+def test_a_characteristic_that_jumps_is_not_shown_complete() -> None:
+    torques = SteadyTorques.of(machine(0.004, drive=MOTOR))
+    jumps = replace(torques, own=(PiecewiseCubic(SPEED, step("torque", 60.0, 50.0, 5.0)) - SPEED / 20, torques.own[1]))
+    found = by_subdivision(jumps, 1.0, 120.0)
+    assert not found.complete
+    assert found.shown.startswith("a drive or load has a characteristic that jumps")
 
 
 # --- what is said of a state ---

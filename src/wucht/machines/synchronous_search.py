@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import sympy as sp
@@ -19,6 +20,7 @@ from wucht.machines.synchronous import SPEED, SteadyTorques
 from wucht.machines.synchronous_closed import State, patterns, signed
 from wucht.numerics.intervals import enclosure
 from wucht.numerics.subdivision import all_zeros
+from wucht.piecewise import PiecewiseCubic
 
 MOST_BODIES = 4
 _SMALLEST = 1e-5  # of the ranges: smaller boxes are along a family, or around a state at a fold
@@ -83,12 +85,12 @@ class OnTheTorus:
         by_phase[index, index] = by_phase.sum(axis=1)
         found: np.ndarray = by_phase[free][:, 1:]
         if t.given is None:
-            by_speed = (np.abs(now) * np.minimum(2.0, turn) + curve * wide).sum(axis=1) + own * wide
+            by_speed = (np.abs(now) * np.minimum(2.0, turn) + curve * wide).sum(axis=1) + own
             found = np.concatenate([found, by_speed[free][:, None]], axis=1)
         return found
 
     def _bounds(self, speeds: np.ndarray, wide: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Bounds on |b'| and |b''| of b = w^4 a/2 (N, n, n), and on |tau''| (N, n), over intervals of speeds."""
+        """Bounds on |b'| and |b''| of b = w^4 a/2 (N, n, n), and on what tau' differs by (N, n), over intervals of speeds."""
         if not wide.any():
             none = np.zeros((len(speeds), self.torques.size, self.torques.size))
             return none, none, none[:, 0]
@@ -117,25 +119,51 @@ def _bounds_over(t: SteadyTorques, w: np.ndarray, r: np.ndarray) -> tuple[np.nda
     found = [2 * high**3 * a + high**4 / 2 * da, 6 * high**2 * a + 4 * high**3 * da + high**4 / 2 * dda]
     for x in found:
         x[~converges] = np.inf
-    return (*found, _curvature(t, w - r, w + r))
+    return (*found, _apart(t, w, r))
 
 
 def bounded(torques: SteadyTorques) -> bool:
-    """Whether bounds are known of the torques' slopes: not of a table's, where the speed is searched."""
-    if torques.given is not None:
-        return True
-    return bool(np.isfinite(_curvature(torques, np.array([1.0]), np.array([1.0]))).all())
+    """Whether bounds are known of the torques' slopes, where the speed is searched: not where a characteristic jumps."""
+    at, nothing = np.ones(1), np.zeros(1)
+    return torques.given is not None or bool(np.isfinite(_apart(torques, at, nothing)).all())
 
 
-def _curvature(t: SteadyTorques, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    found = np.zeros((len(low), t.size))
+def _apart(t: SteadyTorques, w: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """How much the slopes of the torques tau on [w - r, w + r] differ from those at w, at most (N, n).
+
+    At a kink both slopes count: a zero is unique if every matrix of slopes between them is regular (F. H. Clarke, Optimization
+    and Nonsmooth Analysis, 1983, sections 2.6, 7.1).
+    """
+    found, slopes = np.zeros((len(w), t.size)), t.alone(w)[1]
     for i, torque in enumerate(t.own):
-        try:
-            below, above = enclosure(sp.together(sp.diff(torque, SPEED, 2)), SPEED, low, high)
-        except WuchtError:
-            below, above = np.full_like(low, -np.inf), np.full_like(low, np.inf)
-        found[:, i] = np.maximum(np.abs(below), np.abs(above))
+        slope, curvature = _derivatives(torque)
+        if slope is None:
+            found[:, i] = np.inf
+        elif curvature is None:
+            below, above = _enclosure(slope, w - r, w + r)
+            found[:, i] = np.maximum(above - slopes[i], slopes[i] - below)
+        else:
+            below, above = _enclosure(curvature, w - r, w + r)
+            found[:, i] = np.where(r > 0, np.maximum(np.abs(below), np.abs(above)) * r, 0.0)
     return found
+
+
+@lru_cache(maxsize=64)
+def _derivatives(torque: sp.Expr) -> tuple[sp.Expr | None, sp.Expr | None]:
+    """The first and second derivative of a torque by ``SPEED``; None where it jumps, or has a kink."""
+    pieces = [f.args[1] for f in torque.atoms(PiecewiseCubic)]
+    if any(p.jumps() for p in pieces):
+        return None, None
+    slope = sp.diff(torque, SPEED)
+    kinked = any(p.derivative.jumps() for p in pieces)
+    return sp.together(slope), None if kinked else sp.together(sp.diff(slope, SPEED))
+
+
+def _enclosure(expression: sp.Expr, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        return enclosure(expression, SPEED, low, high)
+    except WuchtError:
+        return np.full_like(low, -np.inf), np.full_like(low, np.inf)
 
 
 def search(torques: SteadyTorques, low: float, high: float) -> Search:
@@ -169,7 +197,7 @@ def index(torques: SteadyTorques, states: Sequence[State]) -> int:
 def by_subdivision(torques: SteadyTorques, low: float, high: float, most_boxes: int | None = None) -> Search:
     """The same by subdivision alone, for up to four bodies. most_boxes: that are looked at, by default up to millions."""
     if not bounded(torques):
-        return Search([], False, "no bounds are known of the drive's characteristic: it is not shown that no state is missing")
+        return Search([], False, "a drive or load has a characteristic that jumps: it is not shown that no state is missing")
     problem, n = OnTheTorus(torques), torques.size
     bottom, top, around = [0.0] * (n - 1), [2 * math.pi] * (n - 1), [True] * (n - 1)
     if torques.given is None:

@@ -1,24 +1,28 @@
-"""Bounds of a rational expression over intervals of one variable: the natural interval extension.
+"""Bounds of an expression over intervals of one variable: the natural interval extension.
 
 R. E. Moore, R. B. Kearfott, M. J. Cloud, "Introduction to Interval Analysis", SIAM 2009, chapter 5.
 """
 
 from __future__ import annotations
 
-from functools import reduce
+from functools import lru_cache, reduce
 
 import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
+from wucht.piecewise import Pieces, PiecewiseCubic
 
 Interval = tuple[np.ndarray, np.ndarray]
+
+_REAL = 1e-6  # a double root may come out as a complex pair
 
 
 def enclosure(expression: sp.Expr, symbol: sp.Symbol, low: np.ndarray, high: np.ndarray) -> Interval:
     """Lower and upper bounds (N,) of an expression in one symbol on the intervals [low, high] (N,).
 
-    Infinite where a denominator may vanish. Raises ``WuchtError`` for what is no sum, product or integer power.
+    It may hold sums, products, integer powers, tanh and piecewise cubics; of these, where they jump, both values are inside.
+    Infinite where a denominator may vanish. Raises ``WuchtError`` for anything else.
     """
     e = sp.sympify(expression)
     if e == symbol:
@@ -32,7 +36,39 @@ def enclosure(expression: sp.Expr, symbol: sp.Symbol, low: np.ndarray, high: np.
     if isinstance(e, sp.Pow) and e.exp.is_Integer:
         power = _power(enclosure(e.base, symbol, low, high), abs(int(e.exp)))
         return power if e.exp > 0 else _reciprocal(power)
+    if isinstance(e, sp.tanh):
+        below, above = enclosure(e.args[0], symbol, low, high)
+        return np.tanh(below), np.tanh(above)
+    if isinstance(e, PiecewiseCubic):
+        return _cubics(e.args[1], enclosure(e.args[0], symbol, low, high))
     raise WuchtError(f"no bounds are known of {e}")
+
+
+def _cubics(pieces: Pieces, a: Interval) -> Interval:
+    """The values at both ends, and in between at corners, from both sides, and where the slope is zero."""
+    with np.errstate(all="ignore"):
+        ends = np.array([np.where(np.isfinite(x), pieces(x), np.nan) for x in a])
+    at, values = _extremes(pieces)
+    inside = (at[:, None] >= a[0]) & (at[:, None] <= a[1])
+    low = np.where(inside, values[:, None], np.inf).min(axis=0, initial=np.inf)
+    high = np.where(inside, values[:, None], -np.inf).max(axis=0, initial=-np.inf)
+    unknown = np.isnan(ends).any(axis=0)
+    return np.where(unknown, -np.inf, np.minimum(low, ends.min(axis=0))), np.where(
+        unknown, np.inf, np.maximum(high, ends.max(axis=0))
+    )
+
+
+@lru_cache(maxsize=64)
+def _extremes(pieces: Pieces) -> tuple[np.ndarray, np.ndarray]:
+    """Where a value can be extreme inside an interval (k,), and the value there (k,)."""
+    borders, found = (-np.inf, *pieces.corners, np.inf), []
+    for origin, row, begin, end in zip(pieces.origins, pieces.coefficients, borders[:-1], borders[1:], strict=True):
+        cubic = np.polynomial.Polynomial(row)
+        flat = np.asarray(cubic.deriv().roots(), complex)
+        real = origin + flat.real[np.abs(flat.imag) <= _REAL * (1 + np.abs(flat))]
+        found += [(x, float(cubic(x - origin))) for x in (*real, begin, end) if begin <= x <= end and np.isfinite(x)]
+    at, values = np.array(found).T
+    return at, values
 
 
 def _sum(a: Interval, b: Interval) -> Interval:
