@@ -20,11 +20,12 @@ from wucht.machines.machine import Machine
 from wucht.machines.slow import slow_machine
 from wucht.machines.synchronous import SPEED, SteadyTorques
 from wucht.machines.synchronous_closed import State, at_speed
+from wucht.machines.synchronous_polygon import members
 from wucht.machines.synchronous_search import by_subdivision, from_many_starts, index, speeds_in_line
 from wucht.numerics.linearise import Linearisation
 from wucht.piecewise import PiecewiseCubic, step
 from wucht.studies.synchronous_map import REGIONS
-from wucht.studies.synchronous_stability import slow_judgement, slow_matrices, slow_state
+from wucht.studies.synchronous_stability import slow_exponents, slow_judgement, slow_matrices, slow_state
 from wucht.studies.synchronous_states import SynchronousStates, synchronous_states
 
 Entry = dict[str, Any]
@@ -258,6 +259,23 @@ def test_a_family_has_one_entry(count: int) -> None:
     assert family["family_stable_share"] == 1.0
     assert len(found["states"]) == 1 + count + 1
     assert sum(s["multiplicity"] for s in found["states"][1:]) == 2**count
+
+
+def test_the_members_of_a_family_are_all_judged_without_inertia_too() -> None:
+    """Three balls just above resonance of an anisotropic carrier: each member's exponents against difference quotients."""
+    m = machine(0.006, 0.006, 0.006, carrier={"damping": [300.0, 300.0]})
+    torques, slow = SteadyTorques.of(m), slow_machine(m, inertia=False)
+    state = next(s for s in at_speed(torques, 100.0) if s.dimension)
+    at = members(torques, 5)
+    found = slow_exponents(torques, slow, state, at)
+    linear, h = Linearisation.of(slow.system), 1e-6
+    for k, phases in enumerate(at.T):
+        x = slow_state(slow, replace(state, phases=phases))
+        ahead, behind = (np.array([linear.at(x + s * h * e, slow.values())[0] for e in np.eye(len(x))]).T for s in (1, -1))
+        exponents = np.linalg.eigvals((ahead - behind) / (2 * h))
+        rest = np.sort(exponents[np.argsort(np.abs(exponents))][state.dimension :].real)
+        assert np.sort(found[k].real) == pytest.approx(rest, rel=1e-5)
+    assert np.ptp(found.imag, axis=0).max() > 1.0, "the members differ"
 
 
 def test_a_family_below_resonance_is_unstable() -> None:

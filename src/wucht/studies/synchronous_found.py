@@ -23,9 +23,8 @@ from wucht.machines.vibration import unbalances
 from wucht.studies.synchronous_stability import (
     FullEquations,
     Judgement,
+    slow_exponents,
     slow_judgement,
-    slow_matrices,
-    transverse,
     why_they_differ,
 )
 from wucht.studies.torque_balance_result import Balance
@@ -186,12 +185,8 @@ class Configurations:
 
     def _of_family(self, state: State, one: Judgement) -> tuple[Judgement, float]:
         """Stability of the whole family transverse to it, from some of its members."""
-        if not self.inertia:
-            return one, float(one.stable is True)
-        at = members(self.torques, _SAMPLES)
-        at = np.concatenate([state.phases[:, None], at], axis=1)
-        matrices = slow_matrices(self.torques, np.full(at.shape[1], state.speed), at)
-        largest = transverse(np.linalg.eigvals(matrices), state.dimension)[:, 0].real
+        at = np.concatenate([state.phases[:, None], members(self.torques, _SAMPLES)], axis=1)
+        largest = slow_exponents(self.torques, self.slow, state, at)[:, 0].real
         share = float((largest < 0).mean())
         if 0 < share < 1 and one.stable is not None:
             reason = f"stable on {100 * share:.0f} % of the family"

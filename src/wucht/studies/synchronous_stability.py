@@ -77,12 +77,24 @@ def transverse(eigenvalues: np.ndarray, dimension: int) -> np.ndarray:
 
 def slow_judgement(torques: SteadyTorques, slow: SlowMachine, state: State) -> Judgement:
     """Stability from the slow equations, with or without inertia as they come."""
-    if slow.inertia:
-        matrix = slow_matrices(torques, np.array([state.speed]), state.phases[:, None])[0]
-    else:
-        matrix = Linearisation.of(slow.system).at(slow_state(slow, state), slow.values())[1]
-    exponents = transverse(np.linalg.eigvals(matrix), state.dimension)
+    exponents = slow_exponents(torques, slow, state, state.phases[:, None])[0]
     return _judged(exponents, NEUTRAL * float(np.abs(exponents).max(initial=0.0)), "neither grows nor decays")
+
+
+def slow_exponents(torques: SteadyTorques, slow: SlowMachine, state: State, phases: np.ndarray) -> np.ndarray:
+    """The exponents (N, k) of members (n, N) of a state's family, transverse to it, the fastest growing first.
+
+    Not numbers where the equations are singular.
+    """
+    if slow.inertia:
+        matrices = slow_matrices(torques, np.full(phases.shape[1], state.speed), phases)
+    else:
+        states = np.array([slow_state(slow, replace(state, phases=at)) for at in phases.T]).T
+        matrices = np.moveaxis(Linearisation.of(slow.system)(states, slow.values())[1], -1, 0)
+    regular = np.isfinite(matrices).all(axis=(1, 2))
+    found = np.full(matrices.shape[:2], np.nan, complex)
+    found[regular] = np.linalg.eigvals(matrices[regular])
+    return transverse(found, state.dimension)
 
 
 def slow_state(slow: SlowMachine, state: State) -> np.ndarray:
