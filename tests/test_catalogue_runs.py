@@ -6,7 +6,7 @@ import pytest
 
 from wucht.machines.catalogue import names
 from wucht.studies.files import read_study
-from wucht.studies.run_up import run_up, summary
+from wucht.studies.run_up.study import run_up, summary
 
 # name: outcome, final speed, peak amplitude, relative tolerance of both. The speeds of R1 and of the Laval rotor are those of
 # cases.md; peaks and the rest are what the program gave when it was checked against SciPy (tests/validation), six digits.

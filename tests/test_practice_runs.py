@@ -8,7 +8,7 @@ import xarray as xr
 
 from wucht.machines.contact import angular_width
 from wucht.studies.files import read_study
-from wucht.studies.run_up import run_up, summary
+from wucht.studies.run_up.study import run_up, summary
 
 # name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places hang on the last bit; these
 # do not.

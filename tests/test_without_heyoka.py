@@ -7,7 +7,7 @@ import pytest
 
 from wucht.machines.catalogue import load_machine
 from wucht.numerics.compile import available_engine
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up.study import RunUp, run_up, summary
 
 
 @pytest.fixture

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from wucht.machines.catalogue import load_machine as load_machine
-    from wucht.studies.run_up import RunUp as RunUp
-    from wucht.studies.run_up import run_up as run_up
+    from wucht.studies.run_up.study import RunUp as RunUp
+    from wucht.studies.run_up.study import run_up as run_up
 
 __version__ = "0.1.0"
 

@@ -10,7 +10,7 @@ from wucht.machines.files import machine_from
 from wucht.machines.schedules import SCHEDULED
 from wucht.numerics.compile import compile_system
 from wucht.numerics.integrate import integrate
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up.study import RunUp, run_up, summary
 from wucht.studies.start import start_state
 
 DRUM = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.03}

@@ -14,7 +14,7 @@ from wucht.errors import InputError
 from wucht.machines.files import machine_from
 from wucht.numerics.compile import compile_system
 from wucht.numerics.integrate import integrate
-from wucht.studies.run_up import RunUp, prepared, run_up
+from wucht.studies.run_up.study import RunUp, prepared, run_up
 from wucht.studies.start import start_state
 
 FAR = {"time": 1e6}

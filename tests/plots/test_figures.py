@@ -231,7 +231,7 @@ def test_a_phase_that_wraps_is_broken() -> None:
 )
 def test_rotors_that_may_be_taken_along_show_their_phase(name, label):
     from wucht.studies.files import read_study
-    from wucht.studies.run_up import run_up, summary
+    from wucht.studies.run_up.study import run_up, summary
 
     study = read_study(name, {"study.until": 100.0})
     result = run_up(study.machine, study.question)

@@ -15,7 +15,7 @@ from wucht.machines.files import machine_from
 from wucht.machines.machine import LOST, SUPPLIED
 from wucht.numerics.compile import compile_system
 from wucht.numerics.integrate import integrate
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up.study import RunUp, run_up, summary
 from wucht.studies.start import start_state
 
 TURN = 2 * math.pi

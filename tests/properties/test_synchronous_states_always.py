@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
-from wucht.machines.synchronous import SteadyTorques
-from wucht.machines.synchronous_closed import State, at_speed
-from wucht.machines.synchronous_polygon import compensating, members
-from wucht.machines.synchronous_search import OnTheTorus, by_subdivision
+from wucht.machines.synchronous.closed import State, at_speed
+from wucht.machines.synchronous.polygon import compensating, members
+from wucht.machines.synchronous.search import OnTheTorus, by_subdivision
+from wucht.machines.synchronous.torques import SteadyTorques
 
 few = settings(
     max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),

@@ -16,13 +16,13 @@ from wucht.errors import InputError
 from wucht.machines.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.results.store import load, save
-from wucht.studies import approximation as module
-from wucht.studies import approximation_runs
 from wucht.studies.approximation import Approximation, approximation
-from wucht.studies.approximation_order import FACTORS, errors
-from wucht.studies.approximation_result import _regions
-from wucht.studies.approximation_runs import Comparison
-from wucht.studies.run_up import summary
+from wucht.studies.approximation import comparison as approximation_runs
+from wucht.studies.approximation import study as module
+from wucht.studies.approximation.comparison import Comparison
+from wucht.studies.approximation.order import FACTORS, errors
+from wucht.studies.approximation.result import _regions
+from wucht.studies.run_up.study import summary
 
 Study = Callable[..., Path]
 TABLE_3_1 = "drozdetskaya-2020/table-3.1-carrier"
@@ -216,7 +216,7 @@ def test_the_order_with_a_prescribed_speed_is_that_of_the_bodies() -> None:
 
 
 def test_a_long_angle_keeps_the_runs_in_proportion(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
-    from wucht.studies import approximation_order
+    from wucht.studies.approximation import order as approximation_order
 
     asked: list[float] = []
     monkeypatch.setattr(approximation_order, "_largest", lambda _model, _flows, until: asked.append(until) or 1.0)

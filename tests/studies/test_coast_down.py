@@ -16,8 +16,8 @@ from wucht.machines.catalogue import load_machine
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.results.store import load, save
-from wucht.studies import coast_down as module
-from wucht.studies.coast_down import CoastDown, coast_down, prepared
+from wucht.studies.coast_down import study as module
+from wucht.studies.coast_down.study import CoastDown, coast_down, prepared
 
 J, LOSS = 0.02, 0.004  # kg m^2, N m s
 

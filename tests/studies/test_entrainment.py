@@ -17,12 +17,11 @@ from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed, sense_of
 from wucht.results.store import load, save
-from wucht.studies import entrainment as study
-from wucht.studies.entrainment import Entrainment, entrainment
-from wucht.studies.entrainment_along import along_of, read_along
-from wucht.studies.entrainment_branches import Path as Followed
-from wucht.studies.entrainment_runs import Band, RunAt, Runs, band_from_start
-from wucht.studies.entrainment_slow import Slow
+from wucht.studies.entrainment import Entrainment, entrainment, study
+from wucht.studies.entrainment.along import along_of, read_along
+from wucht.studies.entrainment.branches import Path as Followed
+from wucht.studies.entrainment.runs import Band, RunAt, Runs, band_from_start
+from wucht.studies.entrainment.slow import Slow
 
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}
 E1, E2 = ROTOR | {"name": "e1"}, ROTOR | {"name": "e2"}

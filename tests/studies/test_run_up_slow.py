@@ -18,8 +18,8 @@ from wucht.errors import InputError
 from wucht.machines.catalogue import load_machine
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
-from wucht.studies import run_up_both
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up import both as run_up_both
+from wucht.studies.run_up.study import RunUp, run_up, summary
 
 Study = Callable[..., Path]
 Command = Callable[..., Any]

@@ -15,7 +15,7 @@ from wucht.errors import InputError
 from wucht.machines.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.compile import DEFAULT_TOLERANCE
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up.study import RunUp, run_up, summary
 
 Study = Callable[..., Path]
 DRIVE = '[machine.drive]\non = "drum"\nkind = "linear"\nslope = "0.04 N m s"\nno_load_speed = "200 rad/s"\n'

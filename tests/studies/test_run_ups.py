@@ -11,7 +11,7 @@ import pytest
 from wucht.errors import InputError
 from wucht.machines.catalogue import load_machine
 from wucht.plots import draw
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up.study import RunUp, run_up, summary
 
 MACHINE = "drozdetskaya-2020/table-5.1"
 STARTS = ({"psi": 0.0, "delta": 0.5}, {"psi": 1.0, "delta": 2.0})

@@ -19,7 +19,7 @@ from wucht.machines.machine import Machine
 from wucht.numerics.compile import compile_system
 from wucht.results.store import load, save
 from wucht.studies.sweep import Sweep, sweep
-from wucht.studies.sweep_flow import Mover, moving_system, with_value
+from wucht.studies.sweep.flow import Mover, moving_system, with_value
 
 OMEGA_1 = "drive.no_load_speed"
 FIGURE_5 = "sperling-vibration/figure-5"

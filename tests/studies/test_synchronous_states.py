@@ -18,15 +18,15 @@ from wucht.machines.catalogue import load_machine
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.slow import slow_machine
-from wucht.machines.synchronous import SPEED, SteadyTorques
-from wucht.machines.synchronous_closed import State, at_speed
-from wucht.machines.synchronous_polygon import members
-from wucht.machines.synchronous_search import by_subdivision, from_many_starts, index, speeds_in_line
+from wucht.machines.synchronous.closed import State, at_speed
+from wucht.machines.synchronous.polygon import members
+from wucht.machines.synchronous.search import by_subdivision, from_many_starts, index, speeds_in_line
+from wucht.machines.synchronous.torques import SPEED, SteadyTorques
 from wucht.numerics.linearise import Linearisation
 from wucht.piecewise import PiecewiseCubic, step
-from wucht.studies.synchronous_map import REGIONS
-from wucht.studies.synchronous_stability import slow_exponents, slow_judgement, slow_matrices, slow_state
 from wucht.studies.synchronous_states import SynchronousStates, synchronous_states
+from wucht.studies.synchronous_states.map import REGIONS
+from wucht.studies.synchronous_states.stability import slow_exponents, slow_judgement, slow_matrices, slow_state
 
 Entry = dict[str, Any]
 

@@ -6,7 +6,7 @@ import pytest
 
 from wucht.machines.catalogue import load_machine
 from wucht.machines.files import machine_from
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up.study import RunUp, run_up, summary
 
 ROLLERS = {  # the rotor of source 000, section 6: 62.5 and 125.1 rad/s, total mass 1 kg; rollers and dampers are ours
     "carrier": {"mass": 0.9, "stiffness": [3906.25, 15650.0], "damping": 5.0},

@@ -28,7 +28,7 @@ from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import Vibration
 from wucht.mechanics.lagrange import acceleration, equations_of_motion
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up.study import RunUp, run_up, summary
 
 SEVEN_DIGITS = 1e-6  # relative
 

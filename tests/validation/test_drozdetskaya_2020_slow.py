@@ -16,7 +16,7 @@ import xarray as xr
 
 from wucht.machines.catalogue import load_document, load_machine
 from wucht.studies.approximation import Approximation, approximation
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up.study import RunUp, run_up, summary
 
 TABLE_5_1 = "drozdetskaya-2020/table-5.1"
 START = {"psi": 0.0, "delta": 0.5}

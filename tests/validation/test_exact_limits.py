@@ -25,7 +25,7 @@ from wucht.machines.vibration import Vibration
 from wucht.numerics.compile import compile_system
 from wucht.numerics.events import Event
 from wucht.numerics.integrate import integrate
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up.study import RunUp, run_up, summary
 from wucht.studies.start import start_state
 
 GRAVITY = 9.81  # m/s^2

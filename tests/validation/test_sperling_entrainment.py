@@ -16,8 +16,8 @@ from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import sense_of
 from wucht.studies.entrainment import Entrainment, entrainment
-from wucht.studies.entrainment_along import along_of
-from wucht.studies.entrainment_slow import Slow
+from wucht.studies.entrainment.along import along_of
+from wucht.studies.entrainment.slow import Slow
 
 FREQUENCY = 2 * math.pi
 UNBALANCE, SLOPE, INERTIA, AMPLITUDE = 1e-3, 1e-5, 1e-5, 1e-3  # Bild 2, SI

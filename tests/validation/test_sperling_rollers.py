@@ -25,7 +25,7 @@ from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion, reaction
 from wucht.studies.files import read_study
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up.study import RunUp, run_up, summary
 
 OMEGA_X, OMEGA_Y = 62.5, 125.1  # rad/s, section 6
 TOTAL_MASS = 1.0  # kg, section 6

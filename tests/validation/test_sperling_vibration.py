@@ -21,7 +21,7 @@ from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion
 from wucht.studies.files import read_study
-from wucht.studies.run_up import RunUp, run_up, summary
+from wucht.studies.run_up.study import RunUp, run_up, summary
 
 OMEGA = 2 * math.pi  # 1/s, Bild 2
 UNBALANCE, K_1, X_0 = 1e-3, 1e-5, 1e-3  # kg m, N m s, m: m_1 eps_1, k_1, x_0 of Bild 2

@@ -16,13 +16,13 @@ import pytest
 
 from wucht.machines.catalogue import load_machine
 from wucht.machines.slow import slow_machine
-from wucht.machines.synchronous import SteadyTorques
-from wucht.machines.synchronous_closed import State
+from wucht.machines.synchronous.closed import State
+from wucht.machines.synchronous.torques import SteadyTorques
 from wucht.numerics.compile import compile_system
 from wucht.numerics.integrate import integrate
 from wucht.studies.start import start_state
-from wucht.studies.synchronous_stability import slow_judgement
 from wucht.studies.synchronous_states import SynchronousStates, synchronous_states
+from wucht.studies.synchronous_states.stability import slow_judgement
 
 Entry = dict[str, Any]
 

@@ -1,0 +1,5 @@
+"""The study ``entrainment``: its question and the function that answers it."""
+
+from wucht.studies.entrainment.study import Entrainment, entrainment
+
+__all__ = ["Entrainment", "entrainment"]
