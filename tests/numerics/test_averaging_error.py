@@ -114,3 +114,20 @@ def test_refusals():
     singular = System((x,), (epsilon * sp.cos(TIME) / x,), (epsilon,))
     with raises(WuchtError, match=r"not finite at \{'x': 0.0}"):
         estimates(singular, 0.1, good, period=TURN)
+
+
+@mark.parametrize(
+    ("name", "value"),
+    [
+        ("period", 0.0),
+        ("period", -1.0),
+        ("length", 0.0),
+        ("points", 0),
+        ("steps", -4),
+        ("length", math.inf),
+        ("period", math.nan),
+    ],
+)
+def test_what_must_be_positive(name, value):
+    with raises(WuchtError, match=f"the {name} must be positive and finite, not"):
+        estimates(SWUNG, 0.1, {"x": (0.0, 1.0)}, **{name: value})

@@ -15,7 +15,9 @@ from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
 X = sp.Symbol("x", real=True)
 
 
-@pytest.mark.parametrize("text", ["x**2 - x", "1/(x**2 + 1)", "3*x/(x + 4) - x**3", "(x - 1)**2*(x + 2)", "1/x", "x*tanh(3*x)"])
+@pytest.mark.parametrize(
+    "text", ["x**2 - x", "1/(x**2 + 1)", "3*x/(x + 4) - x**3", "(x - 1)**2*(x + 2)", "1/x", "x*tanh(3*x)", "sqrt(2)*x + pi"]
+)
 def test_enclosures_hold(text: str) -> None:
     expression = sp.sympify(text, locals={"x": X})
     low = np.linspace(-2.9, 2.5, 60)

@@ -39,7 +39,7 @@ def inside(figure: Figure) -> bool:
 def test_four_panels(sigma: xr.Dataset) -> None:
     figure = draw(sigma)
     speed, amplitude, along, order = figure.axes
-    assert speed.get_ylabel() == "deviation of the speed"
+    assert speed.get_ylabel() == "deviation of the speed of the rotor"
     assert amplitude.get_ylabel() == "deviation of the amplitude"
     assert (along.get_xlabel(), order.get_xlabel()) == ("sigma", "factor of $\\varepsilon$")
     assert [a.get_yscale() for a in figure.axes] == ["log"] * 4

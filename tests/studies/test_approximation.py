@@ -20,7 +20,7 @@ from wucht.studies.approximation import Approximation, approximation
 from wucht.studies.approximation import comparison as approximation_runs
 from wucht.studies.approximation import study as module
 from wucht.studies.approximation.comparison import Comparison
-from wucht.studies.approximation.order import FACTORS, errors
+from wucht.studies.approximation.order import FACTORS, UnmeasuredError, errors, nominal
 from wucht.studies.approximation.result import _regions
 from wucht.studies.run_up.study import summary
 
@@ -105,7 +105,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "inertia": ({"inertia": "yes"}, r"study\.inertia: given 'yes'; allowed is true or false"),
     "model": ({"model": "both"}, r"study\.model: given 'both'; unknown key"),
     "key": ({"until_phy": 3}, r"study\.until_phy: given 3; unknown key; did you mean 'until_phi'"),
-    "a mass below 0": ({"along": "p1.mass", "values": [-1]}, r"study\.range: given -1\.0; p1\.mass"),
+    "a mass below 0": ({"along": "p1.mass", "values": [-1]}, r"study\.values: given -1\.0; p1\.mass"),
     "no damping": ({"along": "p1.damping", "values": [0, 1], "inertia": False}, r"study\.inertia: given False; allowed"),
     "no drive": ({"along": "drive.slope", "values": [0, 1]}, r"nothing would turn"),
 }  # fmt: skip
@@ -126,6 +126,7 @@ def test_a_machine_with_a_schedule_is_compared_without_an_order(study: Study) ->
     )
     found, mine = answer(machine, start=DRUM_START, until=1.0)
     assert mine["order_of_error"] is None
+    assert mine["trusted"] is not True
     assert mine["own"]["speed"] > 0
     assert any("schedules" in w for w in json.loads(found.attrs["warnings"]))
 
@@ -169,9 +170,43 @@ def test_not_trusted_with_light_damping() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1").with_values({"sigma": 0.01})
     found, mine = answer(machine, start={"psi": 0.0, "delta": 0.5}, until=1500.0)
     assert not mine["trusted"]
-    assert any("their speeds differ by" in r for r in mine["reasons"])
+    assert any("the speeds of the rotor differ by" in r for r in mine["reasons"])
     assert any("the full equations end" in r for r in mine["reasons"])
     assert "not to be trusted" in found.attrs["sentence"]
+
+
+def test_with_a_prescribed_speed_the_bodies_are_compared() -> None:
+    """The rotor's speed has no deviation then; its rollers go another way in the slow equations, and arrive elsewhere."""
+    machine = load_machine("sperling-rollers/figure-8")
+    found, mine = answer(machine, start={"r1": 0.1, "r2": -0.1})
+    assert mine["speeds_of"] == "the bodies"
+    assert found.speed_deviation.attrs["long_name"] == "largest deviation of the speed of the bodies"
+    assert mine["own"]["speed"] > 1.0
+    assert mine["trusted"] is False
+    assert any("the amplitudes differ by" in r for r in mine["reasons"])
+
+
+def test_without_an_order_nothing_is_trusted(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Agreement at one epsilon is no proof: 002, 5.6, varies it."""
+    from wucht.studies.approximation import order
+
+    def unmeasured(_machine: Machine, _question: Approximation) -> None:
+        raise UnmeasuredError("at 0.5 epsilon the full equations fail: the step became too small")
+
+    monkeypatch.setattr(order, "errors", unmeasured)
+    found, mine = answer(rotor)
+    assert mine["trusted"] is None
+    assert mine["reasons"] == [
+        "whether the error falls with epsilon could not be measured: at 0.5 epsilon the full equations fail: the step became "
+        "too small"
+    ]
+    assert "not decided" in found.attrs["sentence"]
+
+
+def test_exciters_have_the_root_of_epsilon_as_their_small_parameter() -> None:
+    """Nothing damps them against each other: they librate with it."""
+    assert nominal(load_machine("sperling-vibration/self-synchronisation-soft"), 1) == 0.5
+    assert nominal(load_machine(TABLE_3_1), 2) == 2.0
 
 
 def test_too_short_to_tell(rotor: Machine) -> None:
@@ -201,7 +236,6 @@ def test_the_order_of_a_shaken_machine_is_positive() -> None:
     """001, 2.1: at kappa times epsilon the shaking's torque must be kappa times as large too, or the problem is another one."""
     machine = load_machine("sperling-vibration/figure-2a")
     found = errors(machine, ask(machine))
-    assert found is not None
     assert found.speed[-1] < 0.5 * found.speed[0]
     assert 0.5 < found.order < 1.5
 
@@ -225,10 +259,11 @@ def test_a_long_angle_keeps_the_runs_in_proportion(rotor: Machine, monkeypatch: 
     assert max(asked) <= 20_000
 
 
-def test_errors_are_none_where_the_rotor_does_not_turn_far_enough() -> None:
+def test_no_order_where_the_rotor_does_not_turn_far_enough() -> None:
     """A drive that only just moves: 8 doublings of the time do not reach the angle."""
     machine = load_machine(TABLE_3_1).with_values({"u": 1e-7})
-    assert errors(machine, ask(machine)) is None
+    with pytest.raises(UnmeasuredError, match=r"at 1 epsilon the rotor does not turn by 100 rad"):
+        errors(machine, ask(machine))
 
 
 # Comparisons, in words

@@ -12,7 +12,7 @@ ANGLE = np.linspace(0.0, 100.0, 1001)
 
 def course(angle: np.ndarray, phase: np.ndarray | None = None, speed: float = 2.0) -> Course:
     """speed = ``speed`` + angle/100, radius = angle/50."""
-    return Course(angle, speed + angle / 100, angle / 50, phase)
+    return Course(angle, (speed + angle / 100)[None], angle / 50, phase)
 
 
 def largest(found: Deviations | None) -> tuple[float, float]:
@@ -58,17 +58,17 @@ def test_nothing_in_common() -> None:
 
 def test_a_rotor_that_turns_back_is_compared_where_it_is_new() -> None:
     to_and_fro = np.concatenate([ANGLE[:300], ANGLE[200:299][::-1], ANGLE[200:]])
-    mine = Course(to_and_fro, np.r_[np.zeros(300), np.full(99, 9.0), np.zeros(801)], 0 * to_and_fro)
-    found = at_equal_angle(mine, Course(ANGLE, 0 * ANGLE, 0 * ANGLE))
+    mine = Course(to_and_fro, np.r_[np.zeros(300), np.full(99, 9.0), np.zeros(801)][None], 0 * to_and_fro)
+    found = at_equal_angle(mine, Course(ANGLE, 0 * ANGLE[None], 0 * ANGLE))
     assert (np.diff(found.at) > 0).all()  # type: ignore[union-attr]
     assert largest(found) == (0.0, 0.0), "what happens at an angle passed before does not count"
 
 
 @pytest.mark.parametrize("sense", [1, -1])
 def test_equal_phase(sense: int) -> None:
-    mine = Course(ANGLE, np.cos(ANGLE), ANGLE, sense * ANGLE / 5)
+    mine = Course(ANGLE, np.cos(ANGLE)[None], ANGLE, sense * ANGLE / 5)
     slower = Course(
-        ANGLE, np.cos(ANGLE / 2), ANGLE / 2, sense * ANGLE / 10
+        ANGLE, np.cos(ANGLE / 2)[None], ANGLE / 2, sense * ANGLE / 10
     )  # the same curve over the phase, run through slower
     found = at_equal_phase(mine, slower)
     assert found is not None
@@ -83,3 +83,10 @@ def test_equal_phase_needs_a_turn_of_slip() -> None:
     assert at_equal_phase(course(ANGLE, ANGLE / 10), course(ANGLE, -ANGLE / 10)) is None, "they slip in opposite senses"
     assert at_equal_phase(course(ANGLE), course(ANGLE)) is None, "no bodies"
     assert at_equal_phase(course(ANGLE, 0 * ANGLE), course(ANGLE, 0 * ANGLE)) is None, "no slip"
+
+
+def test_of_several_bodies_the_one_counts_that_differs_most() -> None:
+    one, other = (Course(ANGLE, np.array([a + 0 * ANGLE, b + ANGLE / 50]), ANGLE) for a, b in ((1.0, 0.0), (0.25, 1.0)))
+    found = at_equal_angle(one, other)
+    assert found is not None
+    assert found.speed == pytest.approx(np.full(len(found.at), -1.0))

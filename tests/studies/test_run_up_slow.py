@@ -175,12 +175,14 @@ def test_a_voltage_ramp() -> None:
 def test_two_rollers_at_a_prescribed_speed() -> None:
     """000, Table 1 at 80 rad/s: the compensating phases 138.59 and 262.82 degrees, with both models."""
     machine = load_machine("sperling-rollers/figure-8")
-    _, mine = answer(machine, until=70.0, model="both", start={"r1": "5 deg", "r2": "-5 deg"})
+    run, mine = answer(machine, until=70.0, model="both", start={"r1": "5 deg", "r2": "-5 deg"})
     for found in (mine, mine["slow"]):
         assert found["outcome"] == "compensated"
         degrees = {n: math.degrees(p) for n, p in found["final_phases"].items()}
         assert degrees == {"r1": pytest.approx(138.59, abs=0.006), "r2": pytest.approx(262.82, abs=0.006)}
-    assert mine["deviations"]["at_equal_angle"]["speed"] == pytest.approx(0.0, abs=1e-12), "the drive prescribes it"
+    rollers = ["r1", "r2"]  # the drive prescribes the rotor's speed
+    apart = np.abs(run.speed.sel(body=rollers).values - run.slow_speed.sel(body=rollers).values).max()
+    assert mine["deviations"]["at_equal_angle"]["speed"] == pytest.approx(apart, rel=1e-6)
 
 
 def test_entrained_by_a_shaken_carrier() -> None:
@@ -227,7 +229,7 @@ def test_order_2_is_nearer() -> None:
 
 
 REFUSED: dict[str, tuple[str, dict[str, Any], str]] = {
-    "release": ("sperling-vibration/figure-4", {}, r"study\.model: given 'slow'; allowed is 'full'"),
+    "release": ("sperling-vibration/figure-4", {}, r"machine\.bodies: the slow equations have no locks, and 'b1'"),
     "slider": ("sperling-vibration/figure-7", {"start": {"disc": {"speed": 9.0}}}, "machine: has no slow equations"),
     "not damped": ("r2", {"inertia": False}, r"study\.inertia: given False; allowed is true"),
 }

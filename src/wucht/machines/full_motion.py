@@ -52,11 +52,11 @@ class FullMotion:
         w = found[f"speed[{slow.equations.bodies.names[0]}]"] if machine.shaken is None else self._frequency() + 0 * theta
         values = dict[str, np.ndarray]()
         for b in machine.bodies:
-            sense, (once, twice) = slow.senses[b.name], (_complex(found, w, b.name) for w in ("gravity", "ripple"))
+            sense, (once, twice) = slow.senses[b.name], (self._complex(found, x, b.name) for x in ("gravity", "ripple"))
             fluctuation, rate = once * turning + twice * turning**2, 1j * w * (once * turning + 2 * twice * turning**2)
             values[b.coordinate.position.name] = sense * (theta + self._phase(states, b.name) + fluctuation.real)
             values[b.coordinate.velocity.name] = sense * (found[f"speed[{b.name}]"] + rate.real)
-        z = np.array([_complex(found, "amplitude", d) for d in machine.labels])
+        z = np.array([self._complex(found, "amplitude", d) for d in machine.labels])
         changing = self._changing(time, states, parameters, w)
         for c, rest, amplitude, rate in zip(machine.carrier, static_position(machine), z, changing, strict=True):
             values[c.position.name] = rest + (amplitude * turning).real
@@ -90,11 +90,11 @@ class FullMotion:
         sides = []
         for sign in (1, -1):
             o = self._outputs(time + sign * step, states + sign * step * rate, parameters)
-            sides.append(np.array([_complex(o, "amplitude", d) for d in self.slow.machine.labels]))
+            sides.append(np.array([self._complex(o, "amplitude", d) for d in self.slow.machine.labels]))
         found: np.ndarray = (sides[0] - sides[1]) / (2 * step)
         return found
 
-
-def _complex(outputs: Mapping[str, np.ndarray], what: str, name: str) -> np.ndarray:
-    found: np.ndarray = outputs[f"{what}.re[{name}]"] + 1j * outputs[f"{what}.im[{name}]"]
-    return np.where(np.isfinite(found), found, 0.0)  # at rest nothing is fast
+    def _complex(self, outputs: Mapping[str, np.ndarray], what: str, name: str) -> np.ndarray:
+        found: np.ndarray = outputs[f"{what}.re[{name}]"] + 1j * outputs[f"{what}.im[{name}]"]
+        resting = outputs[f"speed[{self.slow.equations.bodies.names[0]}]"] == 0  # nothing is fast then, and 0/0 not a number
+        return np.where(resting, 0.0, found)

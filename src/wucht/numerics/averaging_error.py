@@ -82,8 +82,12 @@ def averaging_error(
     state, by name. period: T in the unit of time, where there is one. length: L, the times are up to L/epsilon (without a
     period). points: in the grid, along each state. steps: in time, 128 a unit of time or a period if left out.
 
-    Raises ``WuchtError`` for a parameter or state without a value, an epsilon that is not positive, and what is not finite.
+    Raises ``WuchtError`` for a parameter or state without a value, for an epsilon, period, length, number of points or of steps
+    that is not positive, and for what is not finite.
     """
+    for name, given in (("period", period), ("length", length), ("points", points), ("steps", steps)):
+        if given is not None and not (given > 0 and math.isfinite(given)):
+            raise WuchtError(f"the {name} must be positive and finite, not {given}")
     parameters = system.values(values)
     missing = [s for s in system.state_names if s not in box]
     if missing:
@@ -95,9 +99,9 @@ def averaging_error(
     count = 2 * math.ceil((steps or (_STEPS_A_UNIT if period is not None else math.ceil(_STEPS_A_UNIT * end))) / 2)
     time = np.linspace(0.0, end, count + 1)
     n = len(system.states)
-    given = [sp.sympify(system.explicit(f)) for f in system.derivatives]
-    jacobian = [sp.diff(f, s) for f in given for s in system.states]
-    rate, slope = _function(system, given, parameters), _function(system, jacobian, parameters)
+    rates = [sp.sympify(system.explicit(f)) for f in system.derivatives]
+    jacobian = [sp.diff(f, s) for f in rates for s in system.states]
+    rate, slope = _function(system, rates, parameters), _function(system, jacobian, parameters)
     mean = _function(slow, list(slow.derivatives), slow.values(values))
     largest = steepest = furthest = 0.0
     for state in grid:

@@ -27,7 +27,7 @@ def enclosure(expression: sp.Expr, symbol: sp.Symbol, low: np.ndarray, high: np.
     e = sp.sympify(expression)
     if e == symbol:
         return low, high
-    if e.is_Number or e.is_NumberSymbol:
+    if e.is_number:
         value = np.full_like(low, float(e))
         return value, value
     if isinstance(e, sp.Add | sp.Mul):

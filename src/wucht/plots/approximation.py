@@ -42,8 +42,8 @@ def _over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
         style = {"color": "#000000", "linewidth": 1.4} if k == own else line_style(k)
         axis.plot(result.angle.values, scale * values[k], label=named, **style)
     largest = scale * float(np.nanmax(values, initial=0.0))
-    axis.set_yscale("log")
     if largest > 0:
+        axis.set_yscale("log")
         axis.set_ylim(max(_SMALLEST * largest, float(np.nanmin(scale * values[values > 0], initial=largest)) / 2), 2 * largest)
     axis.set_xlabel("angle of the rotor $\\varphi$ (rad)")
     axis.set_ylabel(label(result, name, "mm" if scale != 1.0 else None))
@@ -75,7 +75,8 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
                 at[chosen], deviation[chosen], linestyle="none", marker="o", markersize=6, color=COLOURS[0],
                 markerfacecolor=face, label=name,
             )  # fmt: skip
-    axis.set_yscale("log")
+    if (deviation > 0).any():
+        axis.set_yscale("log")
     if at[0] > 0 and at[-1] / at[0] >= 10:
         axis.set_xscale("log")
     axis.legend(frameon=False, fontsize=8)
@@ -88,10 +89,13 @@ def _order(axis: Axes, result: xr.Dataset) -> None:
     if not len(factor):
         axis.text(0.5, 0.5, "not measured", ha="center", va="center", color=GREY, transform=axis.transAxes)
         return
-    found = json.loads(result.attrs["summary"])["order_of_error"]
+    summary = json.loads(result.attrs["summary"])
+    found, nominal = summary["order_of_error"], summary["nominal_order"]
+    if found is None:
+        axis.text(0.5, 0.5, "nothing differs", ha="center", va="center", color=GREY, transform=axis.transAxes)
+        return
     axis.loglog(factor, error, color=COLOURS[1], marker="s", markersize=5, linewidth=1.0, label=f"measured: order {found:.2f}")
-    nominal = round(found) if 0.5 <= found <= 2.5 else 1
-    axis.loglog(factor, error[-1] * (factor / factor[-1]) ** nominal, color=GREY, linestyle="--", label=f"order {nominal}")
+    axis.loglog(factor, error[-1] * (factor / factor[-1]) ** nominal, color=GREY, linestyle="--", label=f"order {nominal:g}")
     axis.set_xticks(factor, [f"{f:g}" for f in factor])
     axis.minorticks_off()
     axis.legend(frameon=False, fontsize=8)

@@ -6,14 +6,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.machines.machine import Machine, Turning
+
 _FEWEST = 3  # samples on a common range, to compare on
+
+
+def watched(machine: Machine) -> list[Turning]:
+    """Whose speeds are compared: the main rotor's, or where that is prescribed those of the bodies that are free."""
+    free = [b for b in machine.bodies if b.coordinate.prescribed is None]
+    return free if machine.rotor.coordinate.prescribed is not None and free else [machine.rotor]
 
 
 @dataclass(frozen=True)
 class Course:
-    """What is compared of a run: samples (N,) of the rotor's angle, the mean phase of its bodies, speed and axis' distance.
+    """What is compared of a run: samples (N,) of the rotor's angle, the mean phase of its bodies, and its axis' distance.
 
-    angle and speed are positive in the rotor's own sense. phase: unwrapped, None without bodies about the rotor.
+    speed: (k, N) of those that are ``watched``. angle and speed are positive in the rotor's own sense. phase: unwrapped, None
+    without bodies about the rotor.
     """
 
     angle: np.ndarray
@@ -24,7 +33,10 @@ class Course:
 
 @dataclass(frozen=True)
 class Deviations:
-    """Differences full - slow of speed and radius (N,) at the abscissa ``at`` (N,) where both are defined."""
+    """Differences full - slow of speed and radius (N,) at the abscissa ``at`` (N,) where both are defined.
+
+    speed: of that watched body which differs most.
+    """
 
     at: np.ndarray
     speed: np.ndarray
@@ -61,7 +73,10 @@ def _compared(full: tuple[np.ndarray, Course], slow: tuple[np.ndarray, Course], 
     if np.count_nonzero(common) < _FEWEST:
         return None
     at = at[common]
-    speed = mine.speed[ahead][common] - np.interp(at, b[there], other.speed[there])
+    apart = np.array(
+        [m[ahead][common] - np.interp(at, b[there], o[there]) for m, o in zip(mine.speed, other.speed, strict=True)]
+    )
+    speed = np.take_along_axis(apart, np.abs(apart).argmax(axis=0)[None], 0)[0]
     radius = mine.radius[ahead][common] - np.interp(at, b[there], other.radius[there])
     return Deviations(at, speed, radius)
 

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+_FEW = 10  # rpm: below, whole numbers say too little
+
 Speaker = Callable[[float | None], str]
 
 
@@ -26,7 +28,10 @@ def plain(value: float | None) -> str:
 
 
 def _si_speed(value: float | None) -> str:
-    return "none" if value is None else f"{value:.5g} rad/s ({value * 30 / math.pi:.0f} rpm)"
+    if value is None:
+        return "none"
+    turns = value * 30 / math.pi
+    return f"{value:.5g} rad/s ({f'{turns:.3g}' if abs(turns) < _FEW else f'{turns:.0f}'} rpm)"
 
 
 def _si_length(value: float | None) -> str:

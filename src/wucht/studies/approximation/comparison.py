@@ -27,9 +27,9 @@ _NOWHERE = (np.nan, np.nan)
 class Comparison:
     """What became of both models. value: of the parameter, NaN for the machine's own.
 
-    largest: deviations of speed and amplitude up to ``until_phi``, NaN where the runs have nothing in common. relative: the
-    same, relative to the largest speed and the largest distance of the axis of the full run up to there. curves (2, CURVE):
-    their magnitudes over the rotor's angle. failure: a sentence, where one of the runs failed.
+    largest: deviations of speed (of those ``watched``) and amplitude up to ``until_phi``, NaN where the runs have nothing in
+    common. relative: the same, relative to the largest speed and the largest distance of the axis of the full run up to there.
+    curves (2, CURVE): their magnitudes over the rotor's angle. failure: a sentence, where one of the runs failed.
     """
 
     value: float
@@ -64,7 +64,9 @@ def comparison(machine: Machine, question: Approximation, value: float, progress
     apart = None if slow is None else at_equal_angle(course_of(machine, full), course_of(machine, slow), question.until_phi)
     if apart is None:
         return Comparison(value, outcome, other, _NOWHERE, _NOWHERE, np.full((2, CURVE), np.nan), failure)
-    speed, radius = (d / s if s else np.nan for d, s in zip(apart.largest, _scale(machine, full, question), strict=True))
+    speed, radius = (
+        d / s if s else 0.0 if not d else np.nan for d, s in zip(apart.largest, _scale(machine, full, question), strict=True)
+    )
     return Comparison(value, outcome, other, apart.largest, (speed, radius), _curves(apart, question.until_phi), failure)
 
 
@@ -75,7 +77,7 @@ def _outcome(run: xr.Dataset) -> str:
 def _scale(machine: Machine, full: xr.Dataset, question: Approximation) -> tuple[float, float]:
     mine = course_of(machine, full)
     inside = mine.angle - mine.angle[0] <= question.until_phi
-    return float(np.abs(mine.speed[inside]).max()), float(np.abs(mine.radius[inside]).max())
+    return float(np.abs(mine.speed[:, inside]).max()), float(np.abs(mine.radius[inside]).max())
 
 
 def _curves(found: Deviations, until_phi: float) -> np.ndarray:

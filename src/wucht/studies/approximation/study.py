@@ -63,7 +63,7 @@ class Approximation:
         refuse_unknown(table, cls.keys, "study")
         _, inertia, order = read_model(dict(table) | {"model": "both"})
         along = _along(table, machine)
-        return cls(
+        found = cls(
             along=tuple(p.path for p in along),
             values=_values(table, along),
             until_phi=positive(table, "until_phi", Unit("rad" if machine.units.time else "", "angle")) or UNTIL_PHI,
@@ -74,14 +74,20 @@ class Approximation:
             tolerance=tolerance_of(table),
             engine=engine_of(table),
         )
+        found.check_values(machine, "study.values" if "values" in table else "study.range")
+        return found
+
+    def check_values(self, machine: Machine, where: str) -> None:
+        """Raises ``InputError``, located at ``where``, for a value that a part does not allow."""
+        for value in self.values:
+            for path, v in self.changes(machine, value).items():
+                allowed_value(machine, path, v, where)
 
     def check(self, machine: Machine) -> None:
         """Raises ``InputError`` where the machine has no slow equations, or a part does not allow a value."""
+        self.check_values(machine, "study.values")
         for value in (None, *self.values):
-            changed = self.changes(machine, value)
-            for path, v in changed.items():
-                allowed_value(machine, path, v, "study.range")
-            case = machine.with_values(changed)
+            case = machine.with_values(self.changes(machine, value))
             prepared(case, self.run_up())
             inertia_of(case, self.inertia)
         self.run_up().check(machine)
@@ -163,7 +169,7 @@ def approximation(
     a run that fails is recorded.
     """
     from wucht.studies.approximation.comparison import comparison, restored
-    from wucht.studies.approximation.order import errors
+    from wucht.studies.approximation.order import UnmeasuredError, errors
     from wucht.studies.approximation.result import asked, result
     from wucht.studies.resuming import check_same
 
@@ -173,15 +179,17 @@ def approximation(
     if resume is not None:
         check_same(resume, asked(machine, question), "machine or question")
     done = restored(resume) if resume is not None else []
-    interrupted, measured = False, None
+    interrupted, measured, unmeasured = False, None, ""
     try:
         for k, value in list(enumerate(values))[len(done) :]:
             share = None if progress is None else _share(progress, k, len(values) + 1)
             changed = question.changes(machine, None if math.isnan(value) else value)
             done.append(comparison(machine.with_values(changed), question, value, share))
             if checkpoint is not None and k:
-                checkpoint(result(machine, question, done, None, begun, True))
+                checkpoint(result(machine, question, done, None, begun, interrupted=True))
         measured = errors(machine, question)
+    except UnmeasuredError as error:
+        unmeasured = str(error)
     except KeyboardInterrupt:
         interrupted = True
-    return result(machine, question, done, measured, begun, interrupted)
+    return result(machine, question, done, measured, begun, interrupted, unmeasured)

@@ -14,7 +14,7 @@ from wucht.numerics.compile import compile_system
 from wucht.numerics.integrate import integrate
 from wucht.results.conventions import variable
 from wucht.results.store import to_json
-from wucht.studies.deviations import Course, Deviations, at_equal_angle, at_equal_phase
+from wucht.studies.deviations import Course, Deviations, at_equal_angle, at_equal_phase, watched
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.run_up.model import slow_model
 from wucht.studies.run_up.plan import Plan
@@ -100,7 +100,7 @@ def slow_run(machine: Machine, question: RunUp, time: np.ndarray) -> xr.Dataset:
 def course_of(machine: Machine, run: xr.Dataset) -> Course:
     """What is compared of a run."""
     main = machine.rotor.name
-    angle, speed = run.angle.sel(body=main).values, run.speed.sel(body=main).values
+    angle, speed = run.angle.sel(body=main).values, run.speed.sel(body=[b.name for b in watched(machine)]).values
     sense = float(np.sign(angle[-1] - angle[0])) or 1.0
     about = [b.name for b in machine.bodies if b.about == main]
     phase = sense * (run.angle.sel(body=about).values.mean(axis=0) - angle) if about else None

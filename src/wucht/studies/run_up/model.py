@@ -186,7 +186,12 @@ def inertia_of(machine: Machine, inertia: bool | None) -> bool:
     """Whether a slow model keeps the inertia of the balancing bodies. Raises ``InputError`` where it cannot be as asked."""
     released = [b.name for b in machine.bodies if b.release is not None]
     if released:
-        raise InputError("study.model", "slow", f"allowed is 'full': {released[0]} is locked until it is released")
+        raise InputError(
+            "machine.bodies",
+            None,
+            f"the slow equations have no locks, and {released[0]!r} is locked until it is released; allowed are bodies that are "
+            "free from the start, or model = 'full'",
+        )
     wanted = not damped(machine) if inertia is None else inertia
     if not wanted and not damped(machine):
         raise InputError("study.inertia", inertia, "allowed is true: a balancing body is not damped against its rotor")
