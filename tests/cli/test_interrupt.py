@@ -142,6 +142,16 @@ def test_resume_with_a_later_end_goes_on(wucht: Command, study: Study) -> None:
         assert said.document["summary"][key] == pytest.approx(direct[key], rel=0.02), key
 
 
+@pytest.mark.parametrize("kind", ["torque-balance", "response", "synchronous-states", "approximation"])
+def test_resume_refuses_the_result_of_another_kind_of_study(wucht: Command, refused: Refused, study: Study, kind: str) -> None:
+    file = study('"0.5 s"', '"0.02 s"')
+    assert wucht("run", file, "-o", "out").code == 0
+    kept = Path("out/result.nc").read_bytes()
+    says = ("--resume", "answers study.kind = 'run-up'", kind)
+    refused("run", file, "-o", "out", "--resume", "--set", f"study.kind={kind}", says=says)
+    assert Path("out/result.nc").read_bytes() == kept
+
+
 OTHERS = {
     "mass": (("--set", "p1.mass=0.13"), ()),
     "start": (("--set", "study.start.p1=0.31"), ()),

@@ -287,7 +287,8 @@ def test_a_study_that_is_interrupted_keeps_what_it_has() -> None:
     assert found.attrs["finished"] == 0
     assert found.sizes["run"] == 4
     s = json.loads(found.attrs["summary"])
-    assert s["sentence"] == "the study was interrupted"
+    assert s["sentence"].endswith("the study was interrupted before its band was found")
+    assert "interrupted after 4 runs from the start; --resume goes on" in found.attrs["warnings"]
     assert s["existence_band"] is not None
     assert s["band_from_rest"] is None
 
@@ -397,3 +398,9 @@ def test_the_command(wucht: Callable[..., Any], here: Path) -> None:
         assert part in said.out, part
     assert wucht("plot", "out/result.nc").code == 0
     assert (here / "out" / "entrainment.png").stat().st_size > 20_000
+
+
+def test_amplitudes_below_zero_are_refused() -> None:
+    machine = load_machine("sperling-vibration/sustained-rotation")
+    with pytest.raises(InputError, match=r"study\.range\[0\]: given -3\.0; allowed is an amplitude from 0 on"):
+        Entrainment.read({"along": "carrier.motion.amplitude", "range": [-3, 3]}, machine).check(machine)

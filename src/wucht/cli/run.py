@@ -30,6 +30,7 @@ def run(
     from wucht.cli.interruption import Interruption
     from wucht.cli.progress import Progress
     from wucht.cli.settings import parse_settings
+    from wucht.errors import InputError
     from wucht.plots import draw
     from wucht.results.store import load, prepare_folder, save, save_figure, save_summary, to_json
     from wucht.studies.files import read_study
@@ -40,6 +41,9 @@ def run(
     folder = prepare_folder(out or Path("results") / Path(study).name.removesuffix(".toml"), names)
     target, figure, short = (folder / name for name in names)
     earlier = load(target) if resume and target.exists() else None
+    if earlier is not None and earlier.attrs["study"] != asked.question.kind:
+        given = earlier.attrs["study"]
+        raise InputError("--resume", None, f"the result in {folder} answers study.kind = {given!r}, not {asked.question.kind!r}")
     with Interruption() as interruption, Progress(asked.machine.title) as progress:
 
         def report(reached: float, goal: float) -> None:

@@ -24,7 +24,9 @@ def check_values(parts: Sequence[Part], values: Mapping[str, float], where: str)
         try:
             checked(type(part), described, "").check()
         except InputError as error:
-            raise InputError(where, next(iter(changed.values())), f"{prefix}{error.where}: {error.allowed}") from None
+            raise InputError(
+                where, next(iter(changed.values())), f"{prefix}{error.where.removeprefix('.')}: {error.allowed}"
+            ) from None
         except ValueError as error:
             key, sentence = error.args if len(error.args) == 2 else ("", str(error))
             raise InputError(where, next(iter(changed.values())), f"{prefix}{key}: {sentence}") from None

@@ -10,6 +10,7 @@ import numpy as np
 from wucht.machines.machine import Machine, Turning
 from wucht.numerics.trajectory import Trajectory
 from wucht.numerics.turns import hermite
+from wucht.results.conventions import wrapped
 from wucht.results.outcomes import Locking
 
 _SHARE = 0.5  # of the run: the last part, over which is averaged
@@ -71,7 +72,7 @@ def locked(machine: Machine, trajectory: Trajectory) -> Locked | None:
     averaged = {name: s[:-1].reshape(periods, _PER_PERIOD).mean(axis=1) for name, s in slow.items()}
     drift = max((float(abs(s[-1] - s[periods // 2])) for s in averaged.values()), default=0.0)
     evidence = Locking(tuple(abs(speeds[r.name]) for r in rotors), given, periods, drift)
-    phases = {name: float(s[-max(1, periods // 10) :].mean() % (2 * math.pi)) for name, s in averaged.items()}
+    phases = {name: float(wrapped(s[-max(1, periods // 10) :].mean())) for name, s in averaged.items()}
     return Locked(evidence, speeds[rotors[0].name], speeds, phases, (begin, end))
 
 

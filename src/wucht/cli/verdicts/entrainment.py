@@ -22,7 +22,7 @@ def lines(document: dict[str, Any]) -> list[str]:
     if s["existence_band_full"] is not None:
         said.append(f"               {_band(s['existence_band_full'], unit)} (full equations)")
     if s["band_from_rest"] is not None:
-        said.append(f"  from start   {_band(s['band_from_rest'], unit)}, edges to {s['resolution']:.1e}")
+        said.append(f"  from start   {_band(s['band_from_rest'], unit)}, edges to {s['resolution']:.1e}{unit}")
     said += [f"  also         {low:.6g} to {high:.6g}{unit}" for low, high in s["islands"]]
     for body, phase in s["phases"].items():
         averaged = s["phases_slow"].get(body)

@@ -7,6 +7,8 @@ from typing import Any
 
 from wucht.cli.verdicts.units import Speaker, speaking
 
+_SLOW = "  slow equations"
+
 
 def lines(document: dict[str, Any]) -> list[str]:
     """The lines that ``wucht run`` prints for a run-up."""
@@ -70,8 +72,14 @@ def _of_many(document: dict[str, Any]) -> list[str]:
         document["machine"],
         f"verdict: {', '.join(f'{n} {outcome}' for outcome, n in document['summary']['outcomes'].items())}",
     ]
-    width = max((len(c["label"]) for c in cases), default=0)
+    width = max((len(name) for c in cases for name in (c["label"], _SLOW if "slow" in c else "")), default=0)
     for c in cases:
         end = f"{speed(c['final_speed'])}, amplitude {length(c['final_amplitude'])}"
         said.append(f"  {c['label']:{width}}  {c['outcome']:20} {end}")
+        if "slow" in c:
+            apart = c["deviations"]["at_equal_angle"]
+            far = "" if apart is None else f"; apart by {speed(apart['speed'])}, {length(apart['amplitude'])} at most"
+            slow = c["slow"]
+            ended = f"{speed(slow['final_speed'])}, amplitude {length(slow['final_amplitude'])}"
+            said.append(f"  {_SLOW:{width}}  {slow['outcome']:20} {ended}{far}")
     return said

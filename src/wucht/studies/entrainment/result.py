@@ -10,6 +10,7 @@ import numpy as np
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed
 from wucht.results.conventions import variable
+from wucht.results.conventions import wrapped as in_a_turn
 from wucht.results.outcomes import Outcome
 from wucht.studies.attributes import attributes
 from wucht.studies.entrainment.along import Along
@@ -85,11 +86,7 @@ def asked(machine: Machine, question: Entrainment) -> str:
 
 def wrapped(machine: Machine, phases: np.ndarray) -> np.ndarray:
     """Phases to a vibration in (-pi, pi], as 001 (22) has them, to a rotor in [0, 2 pi)."""
-    turn = 2 * math.pi
-    found: np.ndarray = (
-        math.pi - np.remainder(math.pi - phases, turn) if machine.shaken is not None else np.remainder(phases, turn)
-    )
-    return found
+    return math.pi - in_a_turn(math.pi - phases) if machine.shaken is not None else in_a_turn(phases)
 
 
 def _names(machine: Machine, record: Record) -> list[str]:
@@ -171,9 +168,9 @@ def _outcome(machine: Machine, record: Record) -> Outcome:
 def _sentence(machine: Machine, along: Along, record: Record) -> str:
     if record.failure is not None:
         return record.failure
-    if record.interrupted:
-        return "the study was interrupted"
     said = _outcome(machine, record).sentence
+    if record.interrupted:
+        return f"{said}; the study was interrupted before its band was found"
     if record.band is None:
         return f"{said}; nowhere in the range is it reached from the start"
     unit = f" {along.unit}" if along.unit else ""
@@ -182,13 +179,14 @@ def _sentence(machine: Machine, along: Along, record: Record) -> str:
         return f"{said}; from the start that is reached between {along.name} = {low:.6g} and {high:.6g}{unit}"
     if low is None and high is None:
         return f"{said}; from the start that is reached in all of the range"
-    return (
-        f"{said}; from the start that is reached {'below' if low is None else 'above'} {along.name} = {low or high:.6g}{unit}"
-    )
+    side, edge = ("below", high) if low is None else ("above", low)
+    return f"{said}; from the start that is reached {side} {along.name} = {edge:.6g}{unit}"
 
 
 def _warnings(along: Along, record: Record) -> list[str]:
     said = []
+    if record.interrupted:
+        said.append(f"interrupted after {len(record.runs)} runs from the start; --resume goes on")
     unit = f" {along.unit}" if along.unit else ""
     if record.band is not None and record.band.islands:
         where = ", ".join(f"{low:.5g} to {high:.5g}" for low, high in record.band.islands)

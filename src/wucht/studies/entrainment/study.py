@@ -13,7 +13,7 @@ from wucht.documents import refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.quantities import Unit
-from wucht.studies.entrainment.along import along_of, read_along, unit_of, widest
+from wucht.studies.entrainment.along import MOTION, along_of, read_along, unit_of, widest
 from wucht.studies.entrainment.search import Record, expected_steps, search
 from wucht.studies.keys import positive, span, start_of, whole
 from wucht.studies.kinds import Checkpoint, Progress
@@ -65,6 +65,8 @@ class Entrainment:
         if self.range is None and widest(machine, along) is None:
             raise InputError("study.range", None, f"this key is missing; needed is a pair [low, high] of a {along.what}")
         for i, value in enumerate(self.range or ()):
+            if along.name == MOTION and value < 0:
+                raise InputError(f"study.range[{i}]", value, "allowed is an amplitude from 0 on")
             along.allowed(machine, value, f"study.range[{i}]")
         prepared(machine, RunUp(start=self.start, until=self.until))
 

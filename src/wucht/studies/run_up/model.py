@@ -189,8 +189,8 @@ def inertia_of(machine: Machine, inertia: bool | None) -> bool:
         raise InputError(
             "machine.bodies",
             None,
-            f"the slow equations have no locks, and {released[0]!r} is locked until it is released; allowed are bodies that are "
-            "free from the start, or model = 'full'",
+            f"the slow equations have no locks, and {released[0]!r} is locked until it is released; allowed are bodies that "
+            "are free from the start, or model = 'full'",
         )
     wanted = not damped(machine) if inertia is None else inertia
     if not wanted and not damped(machine):

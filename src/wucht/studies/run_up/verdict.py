@@ -12,6 +12,7 @@ from wucht.machines.vibration import Vibration, group, net_torque, unbalances
 from wucht.numerics.settling import Beat, Trend, beat, drift, trend
 from wucht.numerics.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, Turns, turns
+from wucht.results.conventions import wrapped
 from wucht.results.outcomes import (
     FEWEST_PERIODS,
     SLIP_TOLERANCE,
@@ -142,7 +143,7 @@ def _turning(
         if beating and modulation
         else averaged.last(max(_LAST_SHARE, 2 * PER_TURN / len(speed)))
     )
-    phases = {b.name: float(np.angle(averaged.phases[i, -1]) % (2 * math.pi)) for i, b in enumerate(bodies[1:])}
+    phases = {b.name: float(wrapped(np.angle(averaged.phases[i, -1]))) for i, b in enumerate(bodies[1:])}
     final = np.zeros(len(bodies))
     if not slipping:
         final[1:] = [sense * phases[b.name] for b in bodies[1:]]
