@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from wucht.plots.style import COLOURS, GREY, SLOW, label, line_style, new_figure, thinned, without_jumps
+from wucht.plots.style import COLOURS, GREY, SLOW, angle_panel, draw_angles, label, line_style, new_figure, thinned
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+Course: TypeAlias = tuple[np.ndarray, np.ndarray]  # abscissa (N,) and angles (n, N)
 
 _MOST_NAMES = 7  # bodies named one by one in a legend
 
@@ -105,30 +108,27 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
 
 
 def _phases(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
-    for i, name in enumerate(result.balancer.values):
-        shown = without_jumps(np.degrees(result.phase.values[i]), 360.0)
-        named = str(name) if i < _MOST_NAMES else None
-        axis.plot(time, shown, label=named, **line_style(i + 1))
-        if slow is not None:
-            other = without_jumps(np.degrees(result.slow_phase.values[i]), 360.0)
-            axis.plot(slow, other, label="slow equations" if i == 0 else None, **SLOW)
-    axis.set_ylim(0, 360)
-    axis.set_yticks([0, 90, 180, 270, 360])
+    names = [str(n) for n in result.balancer.values]
+    other = None if slow is None else (slow, result.slow_phase.values)
+    _angles(axis, (time, result.phase.values), other, names, 1)
     axis.set_ylabel("phase to the rotor (°)")
-    _legend(axis)
 
 
 def _rotor_phases(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
     shaken = bool(np.isfinite(float(result.vibration_frequency)))
-    for i, name in enumerate(result.rotor.values):
-        shown = without_jumps(np.degrees(result.rotor_phase.values[i]), 360.0)
-        axis.plot(time, shown, label=str(name), **line_style(i + (not shaken)))
-        if slow is not None:
-            other = without_jumps(np.degrees(result.slow_rotor_phase.values[i]), 360.0)
-            axis.plot(slow, other, label="slow equations" if i == 0 else None, **SLOW)
-    axis.set_ylim(0, 360)
-    axis.set_yticks([0, 90, 180, 270, 360])
+    names, other = [str(n) for n in result.rotor.values], None if slow is None else (slow, result.slow_rotor_phase.values)
+    _angles(axis, (time, result.rotor_phase.values), other, names, 0 if shaken else 1)
     axis.set_ylabel("phase to the vibration (°)" if shaken else f"phase to {result.body.values[0]} (°)")
+
+
+def _angles(axis: Axes, full: Course, slow: Course | None, names: Sequence[str], first: int) -> None:
+    """Phases of both models. first: the style of the first line."""
+    begin = angle_panel(axis, np.degrees(full[1]))
+    named = [{"label": name} if i < _MOST_NAMES else {} for i, name in enumerate(names)]
+    draw_angles(axis, full[0], np.degrees(full[1]), begin, [n | line_style(i + first) for i, n in enumerate(named)])
+    if slow is not None:
+        styles = [SLOW | ({"label": "slow equations"} if i == 0 else {}) for i in range(len(names))]
+        draw_angles(axis, slow[0], np.degrees(slow[1]), begin, styles)
     _legend(axis)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,8 @@ DASHES = ("-", "--", "-.", ":")
 GREY = "#666666"
 SLOW: dict[str, Any] = {"color": "#000000", "linestyle": (0, (6, 2)), "linewidth": 0.8, "zorder": 4}  # slow equations
 _WIDTH, _MOST_POINTS = 8.0, 4000
+_NEAR_ZERO = 45.0  # degrees: angles that end so near to 0 are not drawn at the edge of the panel
+_STRIPS, _PALE = 100, 0.15
 
 
 def new_figure(rows: int, height: float, title: str, subtitle: str = "") -> tuple[Figure, list[Axes]]:
@@ -48,6 +51,7 @@ def _panels(rows: int, columns: int, height: float, title: str, subtitle: str, c
     for axis in axes:
         axis.grid(visible=True, linewidth=0.4, color="#DDDDDD")
         axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
+        axis.yaxis.get_offset_text().set(x=0.01, verticalalignment="top")  # inside: above it would be in the next panel
     return figure, axes
 
 
@@ -83,3 +87,48 @@ def without_jumps(phase: np.ndarray, period: float) -> np.ndarray:
     shown = phase.copy()
     shown[1:][np.abs(np.diff(phase)) > period / 2] = np.nan
     return shown
+
+
+def angle_panel(axis: Axes, angles: Iterable[np.ndarray]) -> float:
+    """Set the axis of a panel of angles (degrees) to one turn.
+
+    Returns where it begins: at -180 where all angles end near 0, else at 0.
+    """
+    last = [a[np.isfinite(a)][-1] for a in angles if np.isfinite(a).any()]
+    near = bool(last) and all(abs((x + 180) % 360 - 180) < _NEAR_ZERO for x in last)
+    begin = -180.0 if near else 0.0
+    axis.set_ylim(begin, begin + 360)
+    axis.set_yticks(begin + np.array([0, 90, 180, 270, 360]))
+    return begin
+
+
+def draw_angles(axis: Axes, x: np.ndarray, degrees: np.ndarray, begin: float, styles: Sequence[dict[str, Any]]) -> None:
+    """Angles (n, N) in a panel from ``begin`` on, with gaps where they wrap.
+
+    Where one turns faster than can be drawn its line is left out; a pale band says so, in the colour of the last style.
+    """
+    anywhere = np.zeros(len(x), bool)
+    for angle, style in zip(degrees, styles, strict=True):
+        fast = _faster_than_drawn(x, angle)
+        shown = without_jumps(begin + np.remainder(angle - begin, 360), 360.0)
+        axis.plot(x, np.where(fast, np.nan, shown), **style)
+        anywhere |= fast
+    if anywhere.any():
+        pale = {"color": styles[-1]["color"], "alpha": _PALE, "linewidth": 0}
+        axis.fill_between(x, begin, begin + 360, where=anywhere, label="turns past", **pale)
+
+
+def _faster_than_drawn(x: np.ndarray, degrees: np.ndarray) -> np.ndarray:
+    """Where (N,) an angle makes more than a turn within a hundredth of the panel."""
+    span = abs(float(x[-1] - x[0])) if len(x) > 1 else 0.0
+    if not span or not np.isfinite(span):
+        return np.zeros(len(x), bool)
+    turned = np.nan_to_num(np.unwrap(np.nan_to_num(degrees), period=360.0))
+    width = span / _STRIPS
+    strip = np.minimum((np.abs(x - x[0]) / width).astype(int), _STRIPS - 1)
+    fast = np.zeros(_STRIPS, bool)
+    for k in range(_STRIPS):
+        inside = turned[strip == k]
+        fast[k] = len(inside) > 1 and np.ptp(inside) > 360
+    found: np.ndarray = fast[strip]
+    return found
