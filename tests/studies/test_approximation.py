@@ -21,7 +21,7 @@ from wucht.studies.approximation import comparison as approximation_runs
 from wucht.studies.approximation import study as module
 from wucht.studies.approximation.comparison import Comparison
 from wucht.studies.approximation.order import FACTORS, UnmeasuredError, errors, nominal
-from wucht.studies.approximation.result import _regions
+from wucht.studies.approximation.verdict import regions
 from wucht.studies.run_up.study import summary
 
 Study = Callable[..., Path]
@@ -288,7 +288,7 @@ REGIONS = {
 
 @pytest.mark.parametrize(("same", "expected"), REGIONS.values(), ids=REGIONS.keys())
 def test_regions_of_disagreement(same: list[bool | None], expected: list[list[float]]) -> None:
-    assert _regions([_comparison(float(i), s) for i, s in enumerate(same)]) == expected
+    assert regions([_comparison(float(i), s) for i, s in enumerate(same)]) == expected
 
 
 def test_what_failed_is_not_alike() -> None:
