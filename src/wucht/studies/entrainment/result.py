@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed
-from wucht.results.conventions import variable
+from wucht.results.conventions import Variable, variable
 from wucht.results.conventions import wrapped as in_a_turn
 from wucht.results.outcomes import Outcome
 from wucht.studies.attributes import attributes
@@ -35,34 +35,16 @@ def result(machine: Machine, question: Entrainment, along: Along, record: Record
     """
     import xarray as xr_
 
-    names, unit, angle = _names(machine, record), machine.units.speed, "rad" if machine.units.time else ""
-    branches = record.branches
-    states = np.concatenate([b.states for b in branches], axis=1) if branches else np.empty((0, 0))
-    count = states.shape[1] if branches else 0
-    phases, speeds = np.full((len(names), count), np.nan), np.full(count, np.nan)
-    if record.slow is not None and branches:
-        rows = {n: states[record.slow.names.index(f"{n}.phase")] for n in record.slow.phase_names}
-        phases = np.array([wrapped(machine, rows[n]) if n in rows else np.full(count, np.nan) for n in names])
-        speeds = record.slow.speed(states)
-    orbits = record.orbits
+    names = _names(machine, record)
     runs = record.runs or ([] if record.own is None else [record.own])
-    turned = [wrapped(machine, _ordered(o.phases, record.names, names)) for o in orbits]
     free = [free_speed(along.at(machine, r.value).at(machine.corners[-1]), machine.rotor, machine.corners[-1]) for r in runs]
-    data = {
-        "value": variable("point", _joined([b.values for b in branches]), along.what, along.unit),
-        "phase": variable("body point", phases, "phase", angle),
-        "speed": variable("point", speeds, "speed", unit),
-        "stable": variable("point", _joined([b.stable for b in branches]).astype(np.int8), "stable"),
-        "branch": variable("point", _joined([np.full(len(b.values), k) for k, b in enumerate(branches)]).astype(int), "branch"),
-        "orbit_value": variable("orbit", np.array([o.value for o in orbits]), along.what, along.unit),
-        "orbit_phase": variable("body orbit", np.array(turned).reshape(len(orbits), len(names)).T, "phase", angle),
-        "orbit_speed": variable("orbit", np.array([o.speed for o in orbits]), "speed", unit),
-        "orbit_stable": variable("orbit", np.array([o.stable for o in orbits], np.int8), "stable"),
-        "orbit_multiplier": variable("orbit", np.array([o.multiplier for o in orbits]), "largest multiplier"),
-        "free_speed": variable("run", np.array([math.nan if f is None else f for f in free]), "speed without vibration", unit),
-    }
+    alone = np.array([math.nan if f is None else f for f in free])
     dataset = xr_.Dataset(
-        data | kept(machine, along, runs), coords={"body": variable("body", names or np.empty(0, "U1"), "body")}
+        _of_slow(machine, along, record, names)
+        | _of_orbits(machine, along, record, names)
+        | kept(machine, along, runs)
+        | {"free_speed": variable("run", alone, "speed without vibration", machine.units.speed)},
+        coords={"body": variable("body", names or np.empty(0, "U1"), "body")},
     )
     summary = _summary(machine, question, along, record, names)
     dataset.attrs |= attributes(
@@ -77,6 +59,42 @@ def result(machine: Machine, question: Entrainment, along: Along, record: Record
     }
     dataset.attrs |= {"frequency": machine.values["carrier.motion.frequency"]} if machine.shaken is not None else {}
     return dataset
+
+
+def _of_slow(machine: Machine, along: Along, record: Record, names: list[str]) -> dict[str, Variable]:
+    branches = record.branches
+    states = np.concatenate([b.states for b in branches], axis=1) if branches else np.empty((0, 0))
+    count = states.shape[1] if branches else 0
+    phases, speeds = np.full((len(names), count), np.nan), np.full(count, np.nan)
+    if record.slow is not None and branches:
+        rows = {n: states[record.slow.names.index(f"{n}.phase")] for n in record.slow.phase_names}
+        phases = np.array([wrapped(machine, rows[n]) if n in rows else np.full(count, np.nan) for n in names])
+        speeds = record.slow.speed(states)
+    numbers = _joined([np.full(len(b.values), k) for k, b in enumerate(branches)]).astype(int)
+    return {
+        "value": variable("point", _joined([b.values for b in branches]), along.what, along.unit),
+        "phase": variable("body point", phases, "phase", _angle_unit(machine)),
+        "speed": variable("point", speeds, "speed", machine.units.speed),
+        "stable": variable("point", _joined([b.stable for b in branches]).astype(np.int8), "stable"),
+        "branch": variable("point", numbers, "branch"),
+    }
+
+
+def _of_orbits(machine: Machine, along: Along, record: Record, names: list[str]) -> dict[str, Variable]:
+    orbits = record.orbits
+    turned = [wrapped(machine, _ordered(o.phases, record.names, names)) for o in orbits]
+    phases = np.array(turned).reshape(len(orbits), len(names)).T
+    return {
+        "orbit_value": variable("orbit", np.array([o.value for o in orbits]), along.what, along.unit),
+        "orbit_phase": variable("body orbit", phases, "phase", _angle_unit(machine)),
+        "orbit_speed": variable("orbit", np.array([o.speed for o in orbits]), "speed", machine.units.speed),
+        "orbit_stable": variable("orbit", np.array([o.stable for o in orbits], np.int8), "stable"),
+        "orbit_multiplier": variable("orbit", np.array([o.multiplier for o in orbits]), "largest multiplier"),
+    }
+
+
+def _angle_unit(machine: Machine) -> str:
+    return "rad" if machine.units.time else ""
 
 
 def asked(machine: Machine, question: Entrainment) -> str:
