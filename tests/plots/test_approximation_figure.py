@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -36,11 +37,24 @@ def inside(figure: Figure) -> bool:
     return box.x0 >= 0 and box.x1 <= figure.bbox.width and box.y1 <= figure.bbox.height
 
 
+def test_labels_are_not_longer_than_their_panels(sigma: xr.Dataset) -> None:
+    """Also those of bodies, which are the longest."""
+    other = sigma.copy()
+    for name in ("speed_over_angle", "speed_deviation", "error"):
+        other[name].attrs["units"] = "rad/s"
+    told = json.loads(other.attrs["summary"]) | {"speeds_of": "the bodies"}
+    other.attrs = other.attrs | {"summary": json.dumps(told)}
+    figure = draw(other)
+    FigureCanvasAgg(figure).draw()
+    for axis in figure.axes:
+        assert axis.yaxis.label.get_window_extent().height <= 1.15 * axis.get_window_extent().height
+
+
 def test_four_panels(sigma: xr.Dataset) -> None:
     figure = draw(sigma)
     speed, amplitude, along, order = figure.axes
-    assert speed.get_ylabel() == "deviation of the speed of the rotor"
-    assert amplitude.get_ylabel() == "deviation of the amplitude"
+    assert speed.get_ylabel() == "speeds of the rotor differ by"
+    assert amplitude.get_ylabel() == "amplitudes differ by"
     assert (along.get_xlabel(), order.get_xlabel()) == ("sigma", "factor of $\\varepsilon$")
     assert [a.get_yscale() for a in figure.axes] == ["log"] * 4
     assert along.get_xscale() == order.get_xscale() == "log"
@@ -98,5 +112,5 @@ def test_millimetres() -> None:
     keys = {"kind": "approximation", "start": {"p1": 0.3, "p2": -0.5}, "until": 1.0, "until_phi": 50.0}
     found = approximation(machine, Approximation.read(keys, machine))
     amplitude = draw(found).axes[1]
-    assert amplitude.get_ylabel() == "deviation of the amplitude (mm)"
+    assert amplitude.get_ylabel() == "amplitudes differ by (mm)"
     assert amplitude.get_lines()[0].get_ydata() == pytest.approx(1e3 * found.amplitude_over_angle.values[0], nan_ok=True)

@@ -46,7 +46,14 @@ def _over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
         axis.set_yscale("log")
         axis.set_ylim(max(_SMALLEST * largest, float(np.nanmin(scale * values[values > 0], initial=largest)) / 2), 2 * largest)
     axis.set_xlabel("angle of the rotor $\\varphi$ (rad)")
-    axis.set_ylabel(label(result, name, "mm" if scale != 1.0 else None))
+    axis.set_ylabel(_said(result, "{of} differ by", name) if scale == 1.0 else "amplitudes differ by (mm)")
+
+
+def _said(result: xr.Dataset, text: str, name: str) -> str:
+    """An axis label, short enough for a panel, with the unit of a variable."""
+    of = "amplitudes" if name.startswith("amplitude") else f"speeds of {json.loads(result.attrs['summary'])['speeds_of']}"
+    unit = result[name].attrs["units"]
+    return text.format(of=of) + (f" ({unit})" if unit else "")
 
 
 def _named(result: xr.Dataset, k: int) -> str:
@@ -62,7 +69,7 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
     inside = np.isfinite(result.value.values)
     at, same = result.value.values[inside], result.same_outcome.values[inside]
     deviation = result.speed_deviation.values[inside]
-    axis.set_ylabel(label(result, "speed_deviation"))
+    axis.set_ylabel(_said(result, "largest difference of speeds", "speed_deviation"))
     axis.set_xlabel(label(result, "value"))
     if not len(at):
         axis.text(0.5, 0.5, "no parameter was varied", ha="center", va="center", color=GREY, transform=axis.transAxes)
@@ -85,7 +92,7 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
 def _order(axis: Axes, result: xr.Dataset) -> None:
     factor, error = result.factor.values, result.error.values
     axis.set_xlabel("factor of $\\varepsilon$")
-    axis.set_ylabel(label(result, "error"))
+    axis.set_ylabel(_said(result, "error of the {of}", "error"))
     if not len(factor):
         axis.text(0.5, 0.5, "not measured", ha="center", va="center", color=GREY, transform=axis.transAxes)
         return
