@@ -92,7 +92,7 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
 def _order(axis: Axes, result: xr.Dataset) -> None:
     factor, error = result.factor.values, result.error.values
     axis.set_xlabel("factor of $\\varepsilon$")
-    axis.set_ylabel(_said(result, "error of the {of}", "error"))
+    axis.set_ylabel(_said(result, "error of the speeds", "error"))
     if not len(factor):
         axis.text(0.5, 0.5, "not measured", ha="center", va="center", color=GREY, transform=axis.transAxes)
         return
