@@ -200,6 +200,28 @@ def test_a_family_has_multipliers_1(engine):
     assert np.abs(orbit.rest(2)).max() < 1
 
 
+def test_a_family_that_gravity_breaks_is_followed_as_far_as_it_goes(engine):
+    """Along it the bodies creep, and Newton's method finds no motion that repeats; across it all is balanced, and decays."""
+    bodies = [{"kind": "rotor", "name": "rotor", "mass": 5.0, "unbalance": 4e-3, "inertia": 0.02}]
+    bodies += [
+        {"kind": "pendulum", "name": f"b{k}", "about": "rotor", "mass": 0.1, "length": 0.05, "damping": 2e-2} for k in range(4)
+    ]
+    carrier = ROTOR["carrier"] | {"stiffness": [3e4, 5e4], "damping": [600.0, 900.0], "gravity": 9.81}
+    machine = machine_from({"carrier": carrier, "bodies": bodies, "drive": PRESCRIBED["drive"] | {"speed": 200.0}})
+    names = machine.system.state_names
+    phases = {f"b{k}.angle": p for k, p in enumerate([1.6, 2.4, -2.4, -1.6])}
+    guess = [phases.get(n, 200.0 if n.endswith(".speed") else 0.0) for n in names]
+    advance = [TURN if n.endswith(".angle") else 0.0 for n in names]
+    flow, main = compile_system(machine.system, engine=engine), names.index("rotor.angle")
+    call = {"free_period": False, "phase_state": main}
+    orbit = periodic_orbit(flow, machine.values, guess, TURN / 200, advance, left_open=2, **call)
+    assert 1e-10 < orbit.residual < 1e-4
+    assert 0 < np.abs(orbit.gap[[names.index(n) for n in phases]]).max() < 1e-4
+    near = np.sort(np.abs(orbit.multipliers - 1))
+    assert near[:3].max() < 1e-4
+    assert np.abs(orbit.rest(3)).max() < 0.99
+
+
 def test_a_corner_on_the_way_is_exact(engine):
     """Stiffness 1 to the right and 4 to the left: all motions have the period pi (1 + 1/2), the monodromy matrix is 1."""
     force = Pieces("force", (0.0,), ((0, 4, 0, 0), (0, 1, 0, 0)))
@@ -240,6 +262,8 @@ def test_where_there_is_none_it_says_so():
         ({"guess": [math.nan, 0.0]}, "2 finite numbers"),
         ({"period": 0.0}, "the period of a periodic motion is positive, not 0.0"),
         ({}, "needs phase_state, a state held at its start"),
+        ({"phase_state": 5}, "phase_state 5 is no state: allowed is 0 to 1"),
+        ({"phase_state": -1}, "phase_state -1 is no state: allowed is 0 to 1"),
     ],
 )
 def test_bad_calls(given, says):

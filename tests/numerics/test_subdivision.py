@@ -52,6 +52,61 @@ def test_none() -> None:
     assert found.points.shape == (1, 0)
 
 
+@pytest.mark.parametrize("apart", [5e-8, 1e-10])
+def test_two_zeros_that_nearly_coincide_are_two(apart: float) -> None:
+    """Only what lies in both of two boxes with one zero each is one zero, whatever the distance."""
+
+    def f(x: np.ndarray) -> np.ndarray:
+        return (x - 0.3) * (x - 0.3 - apart)
+
+    found = all_zeros(f, lambda x: (2 * (x - 0.3) - apart)[None], lambda x, r: 2 * r[None], [0.0], [1.0], smallest=1e-14)
+    assert found.complete
+    assert found.points[0] == pytest.approx([0.3, 0.3 + apart], abs=apart / 1e3)
+
+
+def test_a_zero_on_the_border_of_boxes_is_one() -> None:
+    """Every first cut goes through it: each neighbour proves it, inflated."""
+    found = all_zeros(np.sin, lambda x: np.cos(x)[None], sine_spread, [-10.0], [10.0])
+    assert found.complete
+    assert found.points.shape == (1, 7)
+
+
+def test_a_zero_beyond_the_border_is_left_out() -> None:
+    """An inflated box reaches over the border: what lies there does not count, however near it is."""
+    outside = all_zeros(lambda x: x + 1e-9, lambda x: np.ones((1, 1, x.shape[1])), lambda x, r: 0 * r[None], [0.0], [1.0])
+    assert (outside.complete, outside.points.shape) == (True, (1, 0))
+    on_it = all_zeros(lambda x: x, lambda x: np.ones((1, 1, x.shape[1])), lambda x, r: 0 * r[None], [0.0], [1.0])
+    assert (on_it.complete, on_it.points.shape) == (True, (1, 1))
+
+
+def test_newtons_method_stays_in_the_box_of_its_zero() -> None:
+    """A steep arctangent throws Newton's method far out; the zero found is the proved one."""
+    k = 50.0
+    found = all_zeros(
+        lambda x: np.arctan(k * (x - 0.37)), lambda x: (k / (1 + (k * (x - 0.37)) ** 2))[None],
+        lambda x, r: (0.65 * k**2 * r)[None], [-4.0], [5.0],
+    )  # fmt: skip
+    assert found.complete
+    assert found.points[0] == pytest.approx([0.37], rel=1e-12)
+
+
+def test_a_linear_equation_does_not_shrink_boxes_to_nothing() -> None:
+    """The first equation alone fixes y: a box of no width would be excluded by the rounding of its last bit."""
+
+    def f(x: np.ndarray) -> np.ndarray:
+        return np.array([20.0 - 0.2 * x[1] + 20.2 - 0.2 * x[1] - 0.004 * x[1], np.cos(x[0]) + 0.01 * (x[1] - 99.0)])
+
+    def jacobian(x: np.ndarray) -> np.ndarray:
+        return np.array([[0 * x[0], -0.404 + 0 * x[0]], [-np.sin(x[0]), 0.01 + 0 * x[0]]])
+
+    def spread(x: np.ndarray, r: np.ndarray) -> np.ndarray:
+        return np.array([[0 * r[0], 0 * r[0]], [np.minimum(2.0, r[0]), 0 * r[0]]])
+
+    found = all_zeros(f, jacobian, spread, [0.0, 24.0], [2 * math.pi, 101.0], periodic=[True, False])
+    assert found.complete
+    assert found.points.shape == (2, 2)
+
+
 def test_a_double_zero_is_left_undecided() -> None:
     found = all_zeros(lambda x: x**2, lambda x: 2 * x[None], lambda x, r: 2 * r[None], [-1.0], [1.2])
     assert not found.complete

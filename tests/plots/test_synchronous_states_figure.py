@@ -79,6 +79,7 @@ def test_polygons(rollers: xr.Dataset) -> None:
 def test_legends(rollers: xr.Dataset) -> None:
     said = legends(draw(rollers))
     assert {"drum", "r1", "r2", "what is left", "stable", "not stable"} <= set(said)
+    assert "bodies overlap" not in said  # frames that are not there are not explained
     assert {"compensating", "together, adding", "together, reducing", "natural frequencies", "states above"} <= set(said)
 
 
@@ -103,9 +104,42 @@ def test_no_more_than_twelve() -> None:
     figure = draw(result)
     assert len(figure.axes) == 12
     assert "and 5 more" in [t.get_text() for t in figure.texts]
-    assert "and so on" not in legends(figure)
     assert figure.axes[1].get_title().count("°") == 2
     assert ", ..." in figure.axes[1].get_title()
+
+
+def frames(figure: Figure) -> list[tuple[object, ...]]:
+    """Line style, colour and width of each state's frame."""
+    spines = [a.spines["top"] for a in figure.axes]
+    return [(str(s.get_linestyle()), str(s.get_edgecolor()), s.get_linewidth()) for s in spines]
+
+
+def test_only_what_is_shown_stable_has_the_frame_of_stable_states(rollers: xr.Dataset) -> None:
+    """Stable in the slow equations alone, or with bodies in each other's place: frames and words of their own."""
+    stable = frames(draw(rollers))[0]
+    slow = synchronous_states(load_machine("sperling-rollers/table-1"), SynchronousStates(speed=80.0, full=False))
+    assert len({stable, *frames(draw(slow))}) == 3
+    assert draw(slow).axes[0].get_title().startswith("compensating: stable (slow)")
+    assert "stable (slow\nequations only)" in legends(draw(slow))
+    assert "stable" not in legends(draw(slow))
+    jammed = draw(synchronous_states(load_machine("practice/grinder-2-balls"), SynchronousStates()))
+    assert stable not in frames(jammed)
+    assert jammed.axes[0].get_title().startswith("together: bodies overlap")
+    assert {"bodies overlap", "not stable"} <= set(legends(jammed))
+
+
+def test_ten_bodies_are_told_apart() -> None:
+    """By colour, and the second five by hollow arrows; all stand in the legend, which is inside the figure."""
+    figure = draw(many(10))
+    shown = [text for text in legends(figure) if text[0] == "b" and text[1:].isdigit()]
+    assert shown == [f"b{k}" for k in range(10)]
+    looks = [(line.get_color(), bool(line.get_path_effects())) for line in figure.legends[0].get_lines()[:11]]
+    assert len(set(looks)) == 11
+    drawn = [child for child in figure.axes[0].get_children() if isinstance(child, Annotation)][:11]
+    assert [bool(a.arrow_patch.get_path_effects()) for a in drawn] == [False] * 6 + [True] * 5  # type: ignore[union-attr]
+    box = figure.legends[0].get_window_extent()
+    assert box.x1 <= figure.bbox.x1
+    assert box.y0 >= 0
 
 
 def test_exciters_that_turn_against_each_other() -> None:

@@ -16,8 +16,9 @@ from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.synchronous.closed import State, at_speed
 from wucht.machines.synchronous.polygon import compensating, members
-from wucht.machines.synchronous.search import OnTheTorus, by_subdivision
+from wucht.machines.synchronous.search import by_subdivision
 from wucht.machines.synchronous.torques import SteadyTorques
+from wucht.machines.synchronous.torus import OnTheTorus
 
 few = settings(
     max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),

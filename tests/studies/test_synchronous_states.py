@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,8 +14,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht.cli.verdicts.synchronous_states import _degrees
 from wucht.errors import InputError
 from wucht.machines.catalogue import load_machine
+from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.slow import slow_machine
@@ -22,11 +25,13 @@ from wucht.machines.synchronous.closed import State, at_speed
 from wucht.machines.synchronous.polygon import members
 from wucht.machines.synchronous.search import by_subdivision, from_many_starts, index, speeds_in_line
 from wucht.machines.synchronous.torques import SPEED, SteadyTorques
+from wucht.numerics.integrate import integrate
 from wucht.numerics.linearise import Linearisation
 from wucht.piecewise import PiecewiseCubic, step
 from wucht.studies.synchronous_states import SynchronousStates, synchronous_states
+from wucht.studies.synchronous_states.found import prepared
 from wucht.studies.synchronous_states.map import REGIONS
-from wucht.studies.synchronous_states.stability import slow_exponents, slow_judgement, slow_matrices, slow_state
+from wucht.studies.synchronous_states.stability import FullEquations, slow_exponents, slow_judgement, slow_matrices, slow_state
 
 Entry = dict[str, Any]
 
@@ -405,6 +410,144 @@ def test_multipliers_can_be_left_out() -> None:
     assert {s["why"] for s in found["states"]} == {"the multipliers were not asked for"}
 
 
+def test_what_the_full_equations_do_not_decide_is_not_called_stable() -> None:
+    """A full run leaves the state at 6.16 rad/s; the slow equations call it stable, and no periodic motion is found near it."""
+    found = answer(load_machine("sperling-vibration/self-synchronisation-lost"))
+    verdicts = Counter(s["verdict"] for s in found["states"])
+    assert verdicts == {
+        "stable": 1, "stable in the slow equations only": 1, "unstable in the slow equations only": 3, "unstable": 1,
+    }  # fmt: skip
+    assert found["sentence"] == (
+        "6 constant phase configurations, stable: without a name; stable in the slow equations only, undecided in the full "
+        "ones: without a name"
+    )
+    undecided = next(s for s in found["states"] if s["verdict"] == "stable in the slow equations only")
+    assert undecided["speed"] == pytest.approx(6.16, abs=0.01)
+    assert undecided["stable_full"] is None
+    assert found["complete"]
+
+
+def test_without_multipliers_the_sentence_says_so() -> None:
+    found = answer(machine(0.012, 0.008), full=False)
+    assert "stable in the slow equations (the full ones were not asked): compensating" in found["sentence"]
+    assert found["full"] is False
+    assert answer(machine(0.004, drive=HELD | {"speed": 30.0}), full=False)["sentence"].count("stable in the slow") == 1
+
+
+def test_what_neither_equations_decide_is_undecided() -> None:
+    """At a twentieth of a radian a second the vibration is too small to tell anything."""
+    found = answer(machine(0.012, 0.008, drive=HELD | {"speed": 0.05}), full=False)
+    assert {s["verdict"] for s in found["states"]} == {"undecided"}
+    assert "none of them shown to be stable in the slow equations; undecided: compensating (2)" in found["sentence"]
+
+
+def test_bodies_in_each_others_place_are_not_called_stable() -> None:
+    """Together they reduce the unbalance most; two balls of a track lie beside each other instead."""
+    found = answer(load_machine("practice/grinder-2-balls"))
+    assert [(s["name"], s["overlapping"]) for s in found["states"] if s["verdict"] == "stable"] == [("together", True)]
+    assert found["sentence"] == (
+        "3 constant phase configurations, none of them stable; together would be, could bodies lie in each other's place: "
+        "where contacts bring them a run-up tells"
+    )
+
+
+def test_a_family_that_gravity_breaks_is_judged_across_it() -> None:
+    """The washing machine: its balls creep along the family; across it everything decays, the drum's speed slowest."""
+    family = answer(load_machine("practice/laundry-drum"))["states"][0]
+    assert (family["name"], family["family_dimension"], family["verdict"]) == ("compensating", 4, "stable")
+    assert family["growth_full"] == pytest.approx(math.log(0.99456) * 126.165 / (2 * math.pi), rel=1e-3)
+    assert "broken by gravity: bodies creep along it" in family["why"]
+
+
+def test_a_family_that_gravity_breaks_against_a_long_run() -> None:
+    """Over two hundred turns the phases creep as far as one turn says two hundred times."""
+    m = prepared(machine(0.006, 0.006, 0.006, 0.006, carrier={"gravity": 9.81, "damping": [300.0, 400.0]}), None)
+    torques = SteadyTorques.of(m)
+    state = next(s for s in at_speed(torques, 100.0) if s.dimension)
+    full, turns = FullEquations.of(m, torques), 200
+    orbit = full.orbit(state)
+    names = full.flow.system.state_names
+    angles = [names.index(b.coordinate.position.name) for b in m.bodies]
+    time = orbit.period * np.array([0, 200, 200 + turns])
+    run = integrate(full.flow, orbit.state, np.array(full.flow.system.values(m.values)), time)
+    moved = run.states[angles, 2] - run.states[angles, 1] - 2 * math.pi * turns
+    drift = turns * orbit.drift(1 + state.dimension)[angles]
+    assert np.abs(drift).max() > 1e-4
+    assert moved == pytest.approx(drift, rel=0.1, abs=0.02 * np.abs(drift).max())
+
+
+# --- speeds ---
+
+
+def test_a_torque_that_ends_leaves_the_speed_that_is_reached() -> None:
+    """From 200 rad/s on the table has none: the state is there, not at the end of the search, and a run reaches it."""
+    table = {"kind": "table", "points": [[0, 20], [100, 15], [150, 10], [200, 0]]}
+    found = answer(machine(0.012, 0.008, drive=table))
+    first, second = (s for s in found["states"] if s["name"] == "compensating")
+    for state in (first, second):
+        assert state["speed"] == 200.0
+        assert (state["verdict"], state["indifferent"]) == ("stable", True)
+        assert state["why"].startswith("no torque is left from here on: all greater speeds are as good")
+    assert not any(s["indifferent"] for s in found["states"] if s["name"] != "compensating")
+    beyond = machine(0.012, 0.008, drive=table | {"points": [*table["points"], [250, 0], [260, -5]]})
+    # Interpolated smoothly it comes to zero with the square of the distance, to rounding a little earlier.
+    speeds = [s["speed"] for s in answer(beyond, full=False)["states"] if s["name"] == "compensating"]
+    assert speeds == pytest.approx([200.0, 200.0], rel=1e-8)
+
+
+SERIES = {
+    "kind": "dc-series", "voltage": 100.0, "armature_resistance": 2, "field_resistance": 1, "field_inductance": 0.5,
+    "motor_constant": 0.5,
+}  # fmt: skip
+
+
+def test_a_drive_that_runs_away_leaves_the_limit_to_the_program() -> None:
+    m = machine(0.012, 0.008, drive=SERIES)
+    found = answer(m, full=False)
+    assert found["range"][1] == pytest.approx(3 * max(natural_frequencies(m).values()))
+    assert not found["complete"]
+    assert found["shown"].endswith("as the drive runs away without load: study.range sets another")
+    assert "these are all in this range" in found["shown"]
+    given = answer(m, full=False, range=(0.5, 2000.0))
+    assert given["range"] == [0.5, 2000.0]
+    assert given["complete"]
+    assert len(given["states"]) > len(found["states"])
+
+
+def undamped() -> Machine:
+    bodies = [
+        {"kind": "rotor", "name": f"e{k}", "mass": 5, "unbalance": u, "inertia": 0.02, "bearing_damping": 0.002}
+        for k, u in enumerate((0.05, 0.04))
+    ]
+    drives = [{"on": f"e{k}", "kind": "linear", "slope": 0.2, "no_load_speed": 100 + k} for k in (0, 1)]
+    return machine_from(
+        {"carrier": {"directions": "x", "stiffness": 5e4, "damping": 0, "mass": 80}, "bodies": bodies, "drives": drives}
+    )
+
+
+def test_no_state_lies_at_an_undamped_resonance() -> None:
+    """Without damping the vibration takes nothing from all together: the drives alone give the speed, 40.2/0.404."""
+    found = answer(undamped(), full=False)
+    assert [s["speed"] for s in found["states"]] == pytest.approx([40.2 / 0.404] * 2, rel=1e-12)
+    assert found["complete"]
+    assert "(but for 23.57, where the undamped vibration is infinite)" in found["shown"]
+    torques = SteadyTorques.of(undamped())
+    (pole,) = torques.poles(0.1, 101.0)
+    assert pole == pytest.approx(math.sqrt(5e4 / 90))
+    assert not torques.balanced(pole, np.array([0.0, math.pi]))
+    assert "subdivision, 22 boxes" in by_subdivision(torques, 0.101, 101.0101).shown  # not a hundred thousand at the pole
+
+
+def test_all_torques_together_are_what_the_carrier_dissipates() -> None:
+    """The first equation of the search is the sum of the others, to rounding, also where bodies in line stand for several."""
+    draw = np.random.default_rng(3)
+    for m in (exciters(4), machine(0.012, 0.008, drive=MOTOR)):
+        torques = SteadyTorques.of(m)
+        w, phases = draw.uniform(20, 120, 30), draw.uniform(0, 6, (torques.size, 30))
+        left = torques.residual(w, phases)
+        assert torques.total(w, phases) == pytest.approx(left.sum(axis=0), abs=1e-9 * np.abs(left).max())
+
+
 # --- the map ---
 
 
@@ -449,7 +592,13 @@ def test_the_map_of_a_family() -> None:
 
 def test_refused_machines() -> None:
     with pytest.raises(InputError, match=r"single body has no phases.*torque-balance"):
+        SynchronousStates().check(machine(drive=MOTOR))
+    with pytest.raises(InputError, match=r"single body has no phases.*study.kind = 'response'"):
         SynchronousStates().check(machine())
+    with pytest.raises(InputError, match=r"only 'disc' turns freely: 's1' slides in a guide .*study.kind = 'run-up'"):
+        SynchronousStates().check(load_machine("sperling-vibration/figure-7"))
+    with pytest.raises(InputError, match=r"machine.carrier.motion: .*study.kind = 'entrainment'"):
+        SynchronousStates().check(load_machine("sperling-vibration/sustained-rotation"))
     with pytest.raises(InputError, match=r"entrainment"):
         SynchronousStates().check(
             machine_from(
@@ -489,6 +638,10 @@ def test_refused_machines() -> None:
         ({"axes": {"speed": [-1, 2, 3], "ratio": [0, 2, 3]}}, "study.axes.speed.*from 0 on"),
         ({"axes": {"sped": [1, 2, 3]}}, "study.axes.sped.*unknown key"),
         ({"spede": 3}, "study.spede.*did you mean 'speed'"),
+        ({"speed": 1e300}, "study.speed.*allowed are speeds from 0.0445 to 1e.05 rad/s, a thousandth of the lowest"),
+        ({"speed": -1e-300}, "study.speed.*allowed are speeds from"),
+        ({"axes": {"speed": [1, 1e308, 3], "ratio": [0, 2, 3]}}, "study.axes.speed.*allowed are speeds up to 1e.05 rad/s"),
+        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 1e308, 3]}}, "study.axes.ratio.*allowed is a ratio up to 1e.06"),
     ],
 )
 def test_refused_questions(table: dict[str, Any], says: str) -> None:
@@ -500,6 +653,40 @@ def test_refused_questions(table: dict[str, Any], says: str) -> None:
 def test_a_range_against_the_drive_is_refused() -> None:
     with pytest.raises(InputError, match="in the sense in which the drive turns"):
         SynchronousStates(range=(-50.0, -10.0)).check(machine(0.012, 0.008, drive=MOTOR))
+
+
+@pytest.mark.parametrize("given", [(0.0, 1e300), (0.0, 1e-300), (1e200, 1e300)])
+def test_a_range_out_of_reach_is_refused(given: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match=r"study.range: given .*allowed are speeds from .* to .* rad/s"):
+        SynchronousStates(range=given).check(machine(0.012, 0.008, drive=MOTOR))
+
+
+def test_a_map_of_bodies_with_torques_is_refused_beforehand() -> None:
+    bodies = [ROTOR, *balls(0.012, 0.008)]
+    loads = [{"on": "b0", "kind": "viscous", "coefficient": 0.01}]
+    m = machine_from({"carrier": CARRIER, "bodies": bodies, "drive": HELD, "loads": loads})
+    with pytest.raises(InputError, match=r"study.axes.*torques of their own"):
+        SynchronousStates(axes={"speed": (1.0, 2.0, 3), "ratio": (0.0, 1.0, 3)}).check(m)
+
+
+def test_without_any_torque_the_speed_is_needed() -> None:
+    idle = machine(0.012, 0.008, drive={"kind": "linear", "slope": 0.0, "no_load_speed": 110.0})
+    with pytest.raises(InputError, match=r"study.speed.*nothing drives the machine: needed is the speed"):
+        SynchronousStates().check(idle)
+    ends = machine(0.012, 0.008, drive={"kind": "table", "points": [[0, 20], [100, 0]]})
+    with pytest.raises(InputError, match=r"study.speed.*nothing drives the machine at these speeds"):
+        SynchronousStates(range=(150.0, 200.0)).check(ends)
+
+
+def test_the_natural_frequency_of_an_undamped_vibration_is_refused() -> None:
+    bare = {"stiffness": 1e4, "damping": 0.0}
+    m = machine(0.012, 0.008, carrier=bare)
+    at = next(iter(natural_frequencies(m).values()))
+    with pytest.raises(InputError, match=r"study.speed: given .*natural frequency of a vibration without damping"):
+        SynchronousStates(speed=at).check(m)
+    with pytest.raises(InputError, match=r"machine.drive: given .*natural frequency"):
+        SynchronousStates().check(machine(0.012, 0.008, carrier=bare, drive=HELD | {"speed": at}))
+    SynchronousStates(speed=1.001 * at).check(m)
 
 
 def test_a_map_of_exciters_is_refused() -> None:
@@ -547,3 +734,15 @@ def test_new(wucht: Command) -> None:
     assert said.code == 0, said.err
     for word in ("compensating", "opposed", "together", "complete     yes", "map "):
         assert word in said.out
+
+
+def test_words(wucht: Command) -> None:
+    """Units with every speed, no phase of 360 degrees, and one line on the multipliers, not one for each state."""
+    told = wucht("run", "sperling-vibration/self-synchronisation-soft", "--set", "study.kind=synchronous-states", "-o", "out")
+    assert "speeds from 0.012 to 12 rad/s by subdivision" in told.out
+    told = wucht("run", "practice/screen", "--set", "study.kind=synchronous-states", "--set", "study.full=false", "-o", "o2")
+    assert told.code == 0, told.err
+    assert "stable in the slow equations (the full ones were not asked)" in told.out
+    assert "multipliers were not asked" not in told.out
+    assert _degrees(2 * math.pi - 1e-5) == "0.00"
+    assert _degrees(math.pi) == "180.00"

@@ -42,8 +42,8 @@ def run(
     target, figure, short = (folder / name for name in names)
     earlier = load(target) if resume and target.exists() else None
     if earlier is not None and earlier.attrs["study"] != asked.question.kind:
-        given = earlier.attrs["study"]
-        raise InputError("--resume", None, f"the result in {folder} answers study.kind = {given!r}, not {asked.question.kind!r}")
+        given, wanted = earlier.attrs["study"], asked.question.kind
+        raise InputError("--resume", None, f"the result in {folder} answers study.kind = {given!r}, not {wanted!r}")
     with Interruption() as interruption, Progress(asked.machine.title) as progress:
 
         def report(reached: float, goal: float) -> None:

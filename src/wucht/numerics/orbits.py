@@ -36,8 +36,9 @@ class Orbit:
     """A periodic motion.
 
     state: (n,) at ``time``, angles within half a turn of zero. multipliers: (n,), complex, the largest first; a phase that
-    nothing fixes and each direction of a family has one that is 1. monodromy: (n, n), d x(T) / d x(0). residual: the largest
-    |x(T) - x(0) - advance|, each state by its own size.
+    nothing fixes and each direction of a family has one that is 1. monodromy: (n, n), d x(T) / d x(0). gap: (n,), what is left
+    of x(T) - x(0) - advance: rounding, or the drift along directions that were left open. residual: the largest of it, each
+    state by its own size.
     """
 
     time: float
@@ -46,6 +47,7 @@ class Orbit:
     advance: np.ndarray
     multipliers: np.ndarray
     monodromy: np.ndarray
+    gap: np.ndarray
     residual: float
 
     @property
@@ -61,6 +63,16 @@ class Orbit:
         found: np.ndarray = np.delete(self.multipliers, nearest)
         return found
 
+    def drift(self, trivial: int) -> np.ndarray:
+        """What each state (n,) gains a period along the directions of the ``trivial`` multipliers, all else having decayed.
+
+        That is the gap's part in their invariant subspace: a spectral projector commutes with the monodromy matrix.
+        """
+        values, vectors = np.linalg.eig(self.monodromy)
+        slow = np.argsort(np.abs(values - 1), kind="stable")[:trivial]
+        found: np.ndarray = (vectors[:, slow] @ np.linalg.solve(vectors, self.gap.astype(complex))[slow]).real
+        return found
+
 
 def periodic_orbit(
     flow: Flow,
@@ -71,6 +83,7 @@ def periodic_orbit(
     *,
     free_period: bool = True,
     phase_state: int | None = None,
+    left_open: int = 0,
     time: float = 0.0,
     tolerance: float = 1e-10,
     most_steps: int = 25,
@@ -83,25 +96,30 @@ def periodic_orbit(
     advances; where it is given, say which if the equations do not know the time, else the nearest phase is found.
     advance: (n,), what each state gains in a period, 2 pi a turn for an angle, zero for what repeats. tolerance: the largest
     |x(T) - x(0) - advance| allowed, of the size of each state. engine: as for ``compile_system``, by default that of the flow.
-    Where periodic motions form a family the nearest to the guess is found. Quadratures, outputs and events are left out.
+    Where periodic motions form a family the nearest to the guess is found. left_open: how many directions of a family that
+    something small breaks: there the motion may drift, and does not repeat exactly (``Orbit.gap``). Quadratures, outputs and
+    events are left out.
 
-    Raises ``WuchtError`` where Newton's method does not converge, and where a piecewise function jumps on the way (there the
-    variational equations do not hold).
+    Raises ``WuchtError`` for a call that does not fit, where Newton's method does not converge, and where a piecewise function
+    jumps on the way (there the variational equations do not hold).
     """
-    problem = _Problem.of(flow, parameters, np.asarray(guess, float), float(period), np.asarray(advance, float), time, engine)
+    problem = _Problem.of(
+        flow, parameters, np.asarray(guess, float), float(period), np.asarray(advance, float), phase_state, time, engine
+    )
     if free_period and phase_state is None:
         phase_state = problem.first_advancing()
     x, duration = problem.start(), float(period)
     end, monodromy, rate = problem.linearised(x, duration)
     sizes = problem.sizes(x, duration)
     for _ in range(most_steps):
-        gap = end - x - problem.advance
-        if np.abs(gap / sizes).max() <= tolerance:
+        step, longer, seen = _newton_step(
+            end - x - problem.advance, monodromy, rate if free_period else None, phase_state, sizes, duration, left_open
+        )
+        if problem.missed(end, x, sizes, seen) <= tolerance:
             break
-        step, longer = _newton_step(gap, monodromy, rate if free_period else None, phase_state, sizes, duration)
-        x, duration = problem.damped(x, duration, step, longer, sizes)
+        x, duration = problem.damped(x, duration, step, longer, sizes, seen)
         end, monodromy, rate = problem.linearised(x, duration)
-    residual = float(np.abs((end - x - problem.advance) / sizes).max())
+    residual = problem.missed(end, x, sizes, seen)
     if not residual <= tolerance:
         raise WuchtError(
             f"no periodic motion was found: after {most_steps} steps of Newton's method {residual:.2g} is left open, "
@@ -110,7 +128,8 @@ def periodic_orbit(
     problem.refuse_jumps(x, duration)
     multipliers = np.linalg.eigvals(monodromy).astype(complex)
     order = np.lexsort((-multipliers.imag, -np.round(np.abs(multipliers), 14)))
-    return Orbit(time, x, duration, problem.advance, multipliers[order], monodromy, residual)
+    gap = end - x - problem.advance
+    return Orbit(time, x, duration, problem.advance, multipliers[order], monodromy, gap, float(np.abs(gap / sizes).max()))
 
 
 @lru_cache(maxsize=16)
@@ -157,6 +176,7 @@ class _Problem:
         guess: np.ndarray,
         period: float,
         advance: np.ndarray,
+        phase_state: int | None,
         time: float,
         engine: str | None,
     ) -> _Problem:
@@ -166,6 +186,8 @@ class _Problem:
             raise WuchtError(f"a periodic motion of {n} states needs {n} finite numbers for its start and for its advance")
         if not (math.isfinite(period) and period > 0):
             raise WuchtError(f"the period of a periodic motion is positive, not {period}")
+        if phase_state is not None and phase_state not in range(n):
+            raise WuchtError(f"phase_state {phase_state} is no state: allowed is 0 to {n - 1}")
         pars = np.array(bare.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
         plain = compile_system(bare, flow.tolerance, (), chosen)
         both = compile_system(variational(bare), flow.tolerance, (), chosen)
@@ -224,13 +246,18 @@ class _Problem:
         rate = self.rates(grid[-1:], end[:, None], self.pars)
         return end, matrix, np.array([rate[s.name][0] for s in self.flow.system.states])
 
+    def missed(self, end: np.ndarray, x: np.ndarray, sizes: np.ndarray, seen: np.ndarray | None) -> float:
+        """The largest |x(T) - x(0) - advance|, each state by its own size, as far as it is ``seen``: a projector (n, n)."""
+        gap = (end - x - self.advance) / sizes
+        return float(np.abs(gap if seen is None else seen @ gap).max())
+
     def damped(
-        self, x: np.ndarray, duration: float, step: np.ndarray, longer: float, sizes: np.ndarray
+        self, x: np.ndarray, duration: float, step: np.ndarray, longer: float, sizes: np.ndarray, seen: np.ndarray | None
     ) -> tuple[np.ndarray, float]:
         """The step, halved until it brings the motion nearer to a periodic one; the shortest one tried where none does."""
 
         def missed(at: np.ndarray, period: float) -> float:
-            return float(np.abs((self.end(at, period) - at - self.advance) / sizes).max()) if period > 0 else math.inf
+            return self.missed(self.end(at, period), at, sizes, seen) if period > 0 else math.inf
 
         before, share = missed(x, duration), 1.0
         for _ in range(_HALVINGS):
@@ -257,15 +284,28 @@ class _Problem:
 
 
 def _newton_step(
-    gap: np.ndarray, monodromy: np.ndarray, rate: np.ndarray | None, held: int | None, sizes: np.ndarray, duration: float
-) -> tuple[np.ndarray, float]:
-    """What Newton's method adds to x (n,) and to T: of all that do, the step that is shortest in the states' sizes."""
+    gap: np.ndarray,
+    monodromy: np.ndarray,
+    rate: np.ndarray | None,
+    held: int | None,
+    sizes: np.ndarray,
+    duration: float,
+    left_open: int,
+) -> tuple[np.ndarray, float, np.ndarray | None]:
+    """What Newton's method adds to x (n,) and to T: of all that do, the step that is shortest in the states' sizes.
+
+    Third what of the gap can be closed without the directions that are left open: a projector (n, n), None for all of it.
+    """
     n = len(gap)
     free = [i for i in range(n) if i != held]
     columns = ((monodromy - np.eye(n)) * sizes[None, :] / sizes[:, None])[:, free]
     if rate is not None:
         columns = np.column_stack([columns, rate * duration / sizes])
-    found = np.linalg.lstsq(columns, -gap / sizes, rcond=_SINGULAR)[0]
+    left, values, right = np.linalg.svd(columns, full_matrices=False)
+    kept = int((values > _SINGULAR * values[0]).sum())
+    kept = min(kept, len(values) - left_open)
+    found = right[:kept].T @ (left[:, :kept].T @ (-gap / sizes) / values[:kept])
     step = np.zeros(n)
     step[free] = found[: len(free)] * sizes[free]
-    return step, float(found[-1] * duration) if rate is not None else 0.0
+    longer = float(found[-1] * duration) if rate is not None else 0.0
+    return step, longer, left[:, :kept] @ left[:, :kept].T if left_open else None

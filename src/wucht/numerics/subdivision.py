@@ -17,19 +17,21 @@ import numpy as np
 
 Function = Callable[[np.ndarray], np.ndarray]
 Spread = Callable[[np.ndarray, np.ndarray], np.ndarray]
+Proved = tuple[np.ndarray, np.ndarray, np.ndarray]  # a zero (n,), centre and radii (n,) of a box in which it is the only one
 
 _INFLATED = 1.2  # a zero on the border of a box is inside that of its inflated neighbour
 _MARGIN = 1 + 1e-10  # for what rounding adds to the bounds
-_SHRUNK = 0.6  # of a side: a box that Krawczyk's step shrinks more than that is not cut
 _CHUNK = 16384  # boxes looked at together
-_SAME = 1e-7  # of the box' sides: Newton's method ends much nearer to a zero than that
+_ROUNDING = 1e-12  # of a side: a zero that far outside is one on the border
+_NARROWEST = 1e-10  # of a side: no box is shrunk to less, where rounding would count as much as its width
+_STEPS, _SETTLED = 30, 1e-9  # of Newton's method inside a box that holds one zero; the last, in shares of the box
 
 
 @dataclass(frozen=True)
 class Zeros:
     """points: (n, k). undecided: centres and radii (n, u) of boxes in which nothing was shown. boxes: how many were looked at.
 
-    Where ``undecided`` is empty there are exactly k zeros.
+    Where ``undecided`` is empty there are exactly k zeros, however near to each other.
     """
 
     points: np.ndarray
@@ -65,7 +67,7 @@ def all_zeros(
     around = np.zeros(n, bool) if periodic is None else np.asarray(periodic, bool)
     waiting = [(((low + high) / 2)[:, None], (whole / 2)[:, None])]
     given_up: list[tuple[np.ndarray, np.ndarray]] = []
-    found: list[np.ndarray] = []
+    found: list[Proved] = []
     looked = 0
     while waiting and looked < most_boxes:
         centre, radius = waiting.pop()
@@ -73,8 +75,8 @@ def all_zeros(
             waiting.append((centre[:, _CHUNK:], radius[:, _CHUNK:]))
             centre, radius = centre[:, :_CHUNK], radius[:, :_CHUNK]
         looked += centre.shape[1]
-        left, zeros = _examined(function, jacobian, spread, centre, radius)
-        found += [z for z in zeros.T if ((z >= low - _SAME * whole) & (z <= high + _SAME * whole) | around).all()]
+        left, zeros = _examined(function, jacobian, spread, centre, radius, _NARROWEST * whole)
+        found += [zero for zero in zeros if _within(zero[0], low, high, around)]
         small = (left[1] <= smallest / 2 * whole[:, None]).all(axis=0)
         if small.any():
             given_up.append((left[0][:, small], left[1][:, small]))
@@ -82,15 +84,22 @@ def all_zeros(
         if rest[0].shape[1]:
             waiting.append(rest)
     given_up += waiting
+    points, doubtful = _distinct(found, low, whole, around)
+    given_up += doubtful
     empty = np.empty((n, 0))
     both = [np.concatenate([empty, *(box[k] for box in given_up)], axis=1) for k in (0, 1)]
-    return Zeros(_distinct(found, low, whole, around), (both[0], both[1]), looked)
+    return Zeros(points, (both[0], both[1]), looked)
+
+
+def _within(point: np.ndarray, low: np.ndarray, high: np.ndarray, around: np.ndarray) -> bool:
+    border = _ROUNDING * (high - low)
+    return bool(((point >= low - border) & (point <= high + border) | around).all())
 
 
 def _examined(
-    function: Function, jacobian: Function, spread: Spread, centre: np.ndarray, radius: np.ndarray
-) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
-    """The boxes that stay undecided, shrunk where that can be, and the zeros (n, k) that were found."""
+    function: Function, jacobian: Function, spread: Spread, centre: np.ndarray, radius: np.ndarray, narrowest: np.ndarray
+) -> tuple[tuple[np.ndarray, np.ndarray], list[Proved]]:
+    """The boxes that stay undecided, shrunk where that can be, and the zeros with the boxes in which they are the only one."""
     f, matrix = function(centre), jacobian(centre)
     wide = _INFLATED * radius
     bound = spread(centre, wide) * _MARGIN
@@ -109,10 +118,14 @@ def _examined(
     inside, outside = (np.einsum("ijN,jN->iN", spreading, r) for r in (wide, radius))
     open_ &= ~(usable & (np.abs(step) > (radius + outside) * _MARGIN).any(axis=0))
     unique = open_ & usable & (np.abs(step) + inside < wide / _MARGIN).all(axis=0)
-    zeros = _polished(function, jacobian, centre[:, unique] + step[:, unique])
+    at, settled = _polished(function, jacobian, centre[:, unique], wide[:, unique], step[:, unique])
+    unique[np.flatnonzero(unique)[~settled]] = False
+    proved = (at[:, settled], centre[:, unique], wide[:, unique])
+    zeros = list(zip(*(each.T for each in proved), strict=True))
     rest = open_ & ~unique
     low, high = centre - radius, centre + radius
     shrinkable = rest & usable
+    outside = np.maximum(outside, np.minimum(radius, narrowest[:, None]))
     low[:, shrinkable] = np.maximum(low, centre + step - outside)[:, shrinkable]
     high[:, shrinkable] = np.minimum(high, centre + step + outside)[:, shrinkable]
     return ((low + high)[:, rest] / 2, (high - low)[:, rest] / 2), zeros
@@ -127,11 +140,28 @@ def _regular(matrix: np.ndarray, usable: np.ndarray) -> list[np.ndarray]:
     return [chosen] if len(chosen) else []
 
 
-def _polished(function: Function, jacobian: Function, at: np.ndarray) -> np.ndarray:
-    for _ in range(6 if at.shape[1] else 0):
+def _polished(
+    function: Function, jacobian: Function, centre: np.ndarray, radius: np.ndarray, step: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The ends (n, k) of Newton's method in boxes that hold one zero each, and whether it has come to rest there (k,).
+
+    It is kept inside its box: there the Jacobian is regular, as the test has shown.
+    """
+    at, settled = centre + step, np.array([True] * centre.shape[1], bool)
+    for _ in range(_STEPS if at.shape[1] else 0):
         matrix = np.moveaxis(jacobian(at), -1, 0)
-        at = at - np.linalg.solve(matrix, function(at).T[..., None])[..., 0].T
-    return at
+        settled = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))
+        try:
+            move = -np.linalg.solve(matrix[settled], function(at)[:, settled].T[..., None])[..., 0].T
+        except np.linalg.LinAlgError:  # regular on paper, singular after rounding: the boxes are cut further
+            return at, np.zeros_like(settled)
+        there = np.clip(at[:, settled] + move, (centre - radius)[:, settled], (centre + radius)[:, settled])
+        moved = np.abs(there - at[:, settled])
+        at[:, settled] = there
+        settled[settled] = (moved <= _SETTLED * radius[:, settled] + 4 * np.spacing(np.abs(there))).all(axis=0)
+        if settled.all():
+            break
+    return at, settled
 
 
 def _cut(centre: np.ndarray, radius: np.ndarray, whole: np.ndarray, jacobian: Function) -> tuple[np.ndarray, np.ndarray]:
@@ -152,11 +182,27 @@ def _cut(centre: np.ndarray, radius: np.ndarray, whole: np.ndarray, jacobian: Fu
     return np.concatenate([centre - shift, centre + shift], axis=1), np.concatenate([half, half], axis=1)
 
 
-def _distinct(found: list[np.ndarray], low: np.ndarray, whole: np.ndarray, around: np.ndarray) -> np.ndarray:
-    kept: list[np.ndarray] = []
-    for point in found:
-        at = np.where(around, low + (point - low) % whole, point)
-        apart = [np.abs(at - other) / whole for other in kept]
-        if not any((np.minimum(a, np.where(around, 1 - a, a)) <= _SAME).all() for a in apart):
-            kept.append(at)
-    return np.array(sorted(kept, key=lambda p: p.tolist())).T.reshape(len(low), len(kept))
+def _distinct(
+    found: list[Proved], low: np.ndarray, whole: np.ndarray, around: np.ndarray
+) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
+    """The zeros (n, k), each once, and boxes of which rounding leaves open whether two hold the same one.
+
+    Two boxes with one zero each hold the same one where it lies in both, and only there: no distance says that two are one.
+    """
+
+    def holds(box: Proved, point: np.ndarray) -> bool:
+        away = np.abs(point - box[1])
+        return bool((np.where(around, np.minimum(away % whole, -away % whole), away) <= box[2]).all())
+
+    kept: list[Proved] = []
+    doubtful: list[tuple[np.ndarray, np.ndarray]] = []
+    for one in found:
+        both = [(holds(other, one[0]), holds(one, other[0])) for other in kept]
+        if any(here and there for here, there in both):
+            continue
+        if any(here or there for here, there in both):
+            doubtful.append((one[1][:, None], one[2][:, None]))
+            continue
+        kept.append(one)
+    points = [np.where(around, low + (point - low) % whole, point) for point, _, _ in kept]
+    return np.array(sorted(points, key=lambda p: p.tolist())).T.reshape(len(low), len(kept)), doubtful

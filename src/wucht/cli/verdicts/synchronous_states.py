@@ -18,8 +18,8 @@ def lines(document: dict[str, Any]) -> list[str]:
     if s["speed"] is not None:
         said.append(f"  speed        {speed(s['speed'])}, given")
     for state in s["states"][:_MOST]:
-        said.append("  " + _line(state, None if s["speed"] is not None else speed(state["speed"])))
-        if state["why"] and state["stable_slow"] != state["stable_full"]:
+        said.append("  " + _line(state, None if s["speed"] is not None else speed(state["speed"]), s["full"]))
+        if state["why"] and s["full"]:
             said.append(f"               {state['why']}")
     if len(s["states"]) > _MOST:
         said.append(f"  and {len(s['states']) - _MOST} more: see the Dataset")
@@ -30,22 +30,29 @@ def lines(document: dict[str, Any]) -> list[str]:
     return said
 
 
-def _line(state: dict[str, Any], speed: str | None) -> str:
+def _line(state: dict[str, Any], speed: str | None, full: bool) -> str:
     name = (state["name"] or "no name") + (f" ({state['type']})" if state["type"] else "")
-    angles = ", ".join(f"{body} {math.degrees(phase):.2f}\u00b0" for body, phase in state["phases"].items())
+    angles = ", ".join(f"{body} {_degrees(phase)}\u00b0" for body, phase in state["phases"].items())
     left = ""
     if state["residual_share"] is not None:
         left = f", {100 * state['residual_share']:.3g} % of the unbalance left"
     family = f", one of a family of dimension {state['family_dimension']}" if state["family_dimension"] else ""
     several = f", {state['multiplicity']} ways" if state["multiplicity"] > 1 and not family else ""
-    overlap = ", but bodies of a track overlap" if state["overlapping"] else ""
+    overlap = ", but bodies of a track would lie in each other's place" if state["overlapping"] else ""
     at = "" if speed is None else f" at {speed}"
-    return f"{name:18} {_stability(state)}{at}: {angles}{left}{family}{several}{overlap}"
+    return f"{name:18} {_stability(state, full)}{at}: {angles}{left}{family}{several}{overlap}"
 
 
-def _stability(state: dict[str, Any]) -> str:
-    slow, full = state["stable_slow"], state["stable_full"]
+def _degrees(phase: float) -> str:
+    """A phase in degrees; what is rounded to a whole turn is 0."""
+    return f"{round(math.degrees(phase), 2) % 360:.2f}"
+
+
+def _stability(state: dict[str, Any], full: bool) -> str:
+    slow, exact = state["stable_slow"], state["stable_full"]
     words = {True: "stable", False: "unstable", None: "undecided"}
-    if slow == full:
+    if not full:
+        return f"{words[slow]} in the slow equations"
+    if slow == exact:
         return words[slow]
-    return f"{words[slow]} in the slow, {words[full]} in the full equations"
+    return f"{words[slow]} in the slow, {words[exact]} in the full equations"

@@ -1,1 +1,1 @@
-"""Constant phases of a machine: torques.py states the balance; closed.py, polygon.py and search.py solve it."""
+"""Constant phases of a machine: torques.py states the balance, torus.py bounds it; closed.py, polygon.py, search.py solve."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,6 +27,8 @@ from wucht.numerics.zeros import crossings
 
 _CLOSE = np.geomspace(1e-13, 0.3, 60)  # of a range of speeds: how near its ends the torques are looked at
 _ZOOM, _LEVELS = 41, 8  # points and number of the looks at an extremum that comes near zero
+_OFF_THE_CORNER = 1e-6  # of a speed
+_BESIDE = 1e-9  # of a speed: whether a torque is zero there too
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,8 @@ class State:
     """Constant phases (n,) to the main rotor (its own is 0) at a speed, in the bodies' own senses.
 
     dimension: of the family it stands for, 0 for an isolated state. multiplicity: how many states it is, equal bodies being
-    exchanged. beside: 0 or 1 for bodies that are in line, by the side they are on; empty for others.
+    exchanged. beside: 0 or 1 for bodies that are in line, by the side they are on; empty for others. indifferent: from this
+    speed on no torque is left, so that all greater speeds are as good.
     """
 
     speed: float
@@ -42,6 +45,17 @@ class State:
     dimension: int = 0
     multiplicity: int = 1
     beside: tuple[int, ...] = ()
+    indifferent: bool = False
+
+    @property
+    def neutral(self) -> int:
+        """In how many directions a neighbour of it is as good: along its family, and to greater speeds."""
+        return self.dimension + int(self.indifferent)
+
+    @property
+    def inside(self) -> State:
+        """The same, but where greater speeds are as good a little faster: off the corner of the characteristic."""
+        return replace(self, speed=self.speed * (1 + _OFF_THE_CORNER)) if self.indifferent else self
 
 
 @dataclass(frozen=True)
@@ -161,11 +175,41 @@ def over_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[State]:
     found = []
     all_, several = branches(torques, grid), compensating(torques) if torques.idle(grid) else []
     if several:
-        ends = zeros_of(lambda w: torques.alone(w)[0].sum(axis=0), grid)
-        found += [State(float(w), at, d, many) for w in ends for at, d, many in several]
+        ends = resting_speeds(torques, grid)
+        found += [State(w, at, d, many, indifferent=beyond) for w, beyond in ends for at, d, many in several]
     for branch in all_:
         found += [s for w in _speeds_of(torques, branch, grid) if (s := branch.state(w)) is not None]
     return found
+
+
+def resting_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[tuple[float, bool]]:
+    """The speeds on a grid (N,) at which the bodies' own torques are in balance, and whether they still are beyond it.
+
+    Of an interval without torque its lower end, the speed that is reached.
+    """
+
+    def left(w: np.ndarray) -> np.ndarray:
+        found: np.ndarray = torques.alone(w)[0].sum(axis=0)
+        return found
+
+    touched = grid[left(grid) == 0]
+    beside = np.concatenate([touched * (1 - _BESIDE), touched * (1 + _BESIDE)])
+    grid = np.unique(np.concatenate([grid, beside[(beside > grid[0]) & (beside < grid[-1])]]))
+    none = left(grid) == 0
+    begins = np.flatnonzero(none[:-1] & none[1:] & ~np.concatenate([[True], none[:-2]]))
+    found = [(_first_zero(left, float(grid[i - 1]), float(grid[i])), True) for i in begins]
+    inside = [
+        (w * (1 - _BESIDE), float(grid[i:][~none[i:]].min(initial=np.inf))) for (w, _), i in zip(found, begins, strict=True)
+    ]
+    single = [float(w) for w in zeros_of(left, grid) if not any(low <= w <= high for low, high in inside)]
+    return sorted([*found, *((w, False) for w in single)])
+
+
+def _first_zero(function: Callable[[np.ndarray], np.ndarray], low: float, high: float) -> float:
+    """The lowest speed between two from which on a function is zero, to the last bit."""
+    while (middle := (low + high) / 2) not in (low, high):
+        low, high = (low, middle) if function(np.array([middle]))[0] == 0 else (middle, high)
+    return high
 
 
 def _speeds_of(torques: SteadyTorques, branch: Branch, grid: np.ndarray) -> list[float]:

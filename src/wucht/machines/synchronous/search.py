@@ -1,7 +1,6 @@
 """Constant phases that have no closed form: of several rotors, or of bodies with torques of their own.
 
-Up to four bodies the torus of the phases, with the speed where the drive decides it, is searched completely by subdivision; the
-bounds on the Jacobian follow from those of the harmonic influence coefficients over an interval of speeds (a Neumann series).
+Up to four bodies the torus of the phases, with the speed where the drive decides it, is searched completely by subdivision.
 With more bodies Newton's method starts from many places: then it is not shown that no state is missing.
 """
 
@@ -10,20 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
-from wucht.errors import WuchtError
 from wucht.machines.synchronous.closed import State, patterns, signed
-from wucht.machines.synchronous.torques import SPEED, SteadyTorques
-from wucht.numerics.intervals import enclosure
-from wucht.numerics.subdivision import all_zeros
-from wucht.piecewise import PiecewiseCubic
+from wucht.machines.synchronous.torques import SteadyTorques
+from wucht.machines.synchronous.torus import OnTheTorus, bounded
+from wucht.numerics.subdivision import Zeros, all_zeros
 
 MOST_BODIES = 4
-_SMALLEST = 1e-5  # of the ranges: smaller boxes are along a family, or around a state at a fold
+_SMALLEST = 1e-6  # of the ranges: smaller boxes are along a family, or around a state at a fold
 _BOXES = {2: 200_000, 3: 1_000_000, 4: 3_000_000}
 _STARTS, _ROUNDS, _STEPS = 600, 8, 80
 _AGAIN = 6  # times that all starts, when their indices show that a state is missing
@@ -38,132 +34,6 @@ class Search:
     states: list[State]
     complete: bool
     shown: str
-
-
-@dataclass(frozen=True)
-class OnTheTorus:
-    """The torque balance as f(x) = 0, x = (alpha_1, ..., alpha_n-1), and the speed if it is not given: k unknowns."""
-
-    torques: SteadyTorques
-
-    def parted(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Speeds (N,) and phases (n, N)."""
-        n = self.torques.size
-        phases = np.concatenate([np.zeros((1, x.shape[1])), x[: n - 1]])
-        given = self.torques.given
-        return (x[-1] if given is None else np.full(x.shape[1], given)), phases
-
-    def function(self, x: np.ndarray) -> np.ndarray:
-        """f (k, N)."""
-        found: np.ndarray = self.torques.residual(*self.parted(x))[list(self.torques.free)]
-        return found
-
-    def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """df/dx (k, k, N)."""
-        t, free = self.torques, list(self.torques.free)
-        speeds, phases = self.parted(x)
-        change, rate = t.slopes(speeds, phases)
-        found: np.ndarray = change[free][:, 1:]
-        if t.given is None:
-            found = np.concatenate([found, (rate + t.alone(speeds)[1])[free][:, None]], axis=1)
-        return found
-
-    def spread(self, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """How much df/dx differs from that at the centre of a box, at most (k, k, N)."""
-        t, free, n = self.torques, list(self.torques.free), self.torques.size
-        speeds, phases = self.parted(centre)
-        reach = np.concatenate([np.zeros((1, radius.shape[1])), radius[: n - 1]])
-        apart, turn = phases[:, None] - phases[None], reach[:, None] + reach[None]
-        wide = radius[-1] if t.given is None else np.zeros(centre.shape[1])
-        influence, rate = (np.moveaxis(v, 0, -1) for v in t.influence(speeds))
-        here, now = speeds**4 / 2 * influence, 2 * speeds**3 * influence + speeds**4 / 2 * rate
-        slope, curve, own = (np.moveaxis(v, 0, -1) for v in self._bounds(speeds, wide))
-        cosine = np.minimum(2.0, np.abs(np.sin(apart - np.angle(here))) * turn + turn**2 / 2)
-        by_phase = np.abs(here) * cosine + slope * wide
-        index = np.arange(n)
-        by_phase[index, index] = 0.0
-        by_phase[index, index] = by_phase.sum(axis=1)
-        found: np.ndarray = by_phase[free][:, 1:]
-        if t.given is None:
-            by_speed = (np.abs(now) * np.minimum(2.0, turn) + curve * wide).sum(axis=1) + own
-            found = np.concatenate([found, by_speed[free][:, None]], axis=1)
-        return found
-
-    def _bounds(self, speeds: np.ndarray, wide: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Bounds on |b'| and |b''| of b = w^4 a/2 (N, n, n), and on what tau' differs by (N, n), over intervals of speeds."""
-        if not wide.any():
-            none = np.zeros((len(speeds), self.torques.size, self.torques.size))
-            return none, none, none[:, 0]
-        pairs, where = np.unique(np.array([speeds, wide]), axis=1, return_inverse=True)
-        found = _bounds_over(self.torques, pairs[0], pairs[1])
-        return tuple(v[where.ravel()] for v in found)
-
-
-def _bounds_over(t: SteadyTorques, w: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, ...]:
-    v, high = t.vibration, (w + r)[:, None, None]
-    left, right = np.abs(t.felt), np.abs(v.excitation).T
-    mass, damping = np.abs(v.mass), np.abs(v.damping)
-    centre = np.linalg.inv(v.dynamic(w[:, None, None]))
-    response = np.abs(centre)
-    moved = (2 * w * r + r**2)[:, None, None] * mass + r[:, None, None] * damping
-    ratio = moved @ response
-    converges = np.abs(np.linalg.eigvals(ratio)).max(axis=-1, initial=0.0) < 0.95
-    safe = np.where(converges[:, None, None], ratio, 0.0)
-    bound = response @ np.linalg.inv(np.eye(len(v.mass)) - safe)
-    first = bound @ (2 * high * mass + damping) @ bound
-    second = 2 * first @ (2 * high * mass + damping) @ bound + bound @ (2 * mass) @ bound
-    a, da, dda = (left @ x @ right for x in (bound, first, second))
-    exact, slope = (np.abs(x) for x in t.influence(w))  # at the centre, where bodies' excitations may cancel
-    da = np.minimum(da, slope + dda * r[:, None, None])
-    a = np.minimum(a, exact + da * r[:, None, None])
-    found = [2 * high**3 * a + high**4 / 2 * da, 6 * high**2 * a + 4 * high**3 * da + high**4 / 2 * dda]
-    for x in found:
-        x[~converges] = np.inf
-    return (*found, _apart(t, w, r))
-
-
-def bounded(torques: SteadyTorques) -> bool:
-    """Whether bounds are known of the torques' slopes, where the speed is searched: not where a characteristic jumps."""
-    at, nothing = np.ones(1), np.zeros(1)
-    return torques.given is not None or bool(np.isfinite(_apart(torques, at, nothing)).all())
-
-
-def _apart(t: SteadyTorques, w: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """How much the slopes of the torques tau on [w - r, w + r] differ from those at w, at most (N, n).
-
-    At a kink both slopes count: a zero is unique if every matrix of slopes between them is regular (F. H. Clarke, Optimization
-    and Nonsmooth Analysis, 1983, sections 2.6, 7.1).
-    """
-    found, slopes = np.zeros((len(w), t.size)), t.alone(w)[1]
-    for i, torque in enumerate(t.own):
-        slope, curvature = _derivatives(torque)
-        if slope is None:
-            found[:, i] = np.inf
-        elif curvature is None:
-            below, above = _enclosure(slope, w - r, w + r)
-            found[:, i] = np.maximum(above - slopes[i], slopes[i] - below)
-        else:
-            below, above = _enclosure(curvature, w - r, w + r)
-            found[:, i] = np.where(r > 0, np.maximum(np.abs(below), np.abs(above)) * r, 0.0)
-    return found
-
-
-@lru_cache(maxsize=64)
-def _derivatives(torque: sp.Expr) -> tuple[sp.Expr | None, sp.Expr | None]:
-    """The first and second derivative of a torque by ``SPEED``; None where it jumps, or has a kink."""
-    pieces = [f.args[1] for f in torque.atoms(PiecewiseCubic)]
-    if any(p.jumps() for p in pieces):
-        return None, None
-    slope = sp.diff(torque, SPEED)
-    kinked = any(p.derivative.jumps() for p in pieces)
-    return sp.together(slope), None if kinked else sp.together(sp.diff(slope, SPEED))
-
-
-def _enclosure(expression: sp.Expr, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    try:
-        return enclosure(expression, SPEED, low, high)
-    except WuchtError:
-        return np.full_like(low, -np.inf), np.full_like(low, np.inf)
 
 
 def search(torques: SteadyTorques, low: float, high: float) -> Search:
@@ -198,21 +68,38 @@ def by_subdivision(torques: SteadyTorques, low: float, high: float, most_boxes: 
     """The same by subdivision alone, for up to four bodies. most_boxes: that are looked at, by default up to millions."""
     if not bounded(torques):
         return Search([], False, "a drive or load has a characteristic that jumps: it is not shown that no state is missing")
+    searched = _zeros(torques, low, high, most_boxes or _BOXES[torques.size])
+    speeds, phases = OnTheTorus(torques).parted(np.concatenate([zeros.points for zeros in searched], axis=1))
+    states = _grouped(torques, [(float(w), phases[:, k]) for k, w in enumerate(speeds)])
+    what = "the phases" if torques.given is not None else f"the phases and {speeds_said(torques, low, high)}"
+    boxes = sum(zeros.boxes for zeros in searched)
+    if all(zeros.complete for zeros in searched):
+        return Search(states, True, f"{what} were searched by subdivision, {boxes} boxes, with bounds on the Jacobian")
+    left = sum(zeros.undecided[0].shape[1] for zeros in searched)
+    return Search(states, False, f"{what} were searched by subdivision, but {left} of {boxes} boxes were not decided")
+
+
+def _zeros(torques: SteadyTorques, low: float, high: float, most_boxes: int) -> list[Zeros]:
+    """The states of each part of the range of speeds, or of the speed that is given."""
     problem, n = OnTheTorus(torques), torques.size
     bottom, top, around = [0.0] * (n - 1), [2 * math.pi] * (n - 1), [True] * (n - 1)
+    parts: list[tuple[list[float], list[float]]] = [([], [])]
     if torques.given is None:
-        bottom, top, around = [*bottom, low], [*top, high], [*around, False]
-    zeros = all_zeros(
-        problem.function, problem.jacobian, problem.spread, bottom, top, periodic=around, smallest=_SMALLEST,
-        most_boxes=most_boxes or _BOXES[n],
-    )  # fmt: skip
-    speeds, phases = problem.parted(zeros.points)
-    states = _grouped(torques, [(float(w), phases[:, k]) for k, w in enumerate(speeds)])
-    what = "the phases" if torques.given is not None else f"the phases and speeds from {low:.4g} to {high:.4g}"
-    if zeros.complete:
-        return Search(states, True, f"{what} were searched by subdivision, {zeros.boxes} boxes, with bounds on the Jacobian")
-    left = zeros.undecided[0].shape[1]
-    return Search(states, False, f"{what} were searched by subdivision, but {left} of {zeros.boxes} boxes were not decided")
+        parts, around = [([a], [b]) for a, b in torques.parts(low, high)], [*around, False]
+    return [
+        all_zeros(
+            problem.function, problem.jacobian, problem.spread, bottom + a, top + b, periodic=around, smallest=_SMALLEST,
+            most_boxes=most_boxes,
+        )
+        for a, b in parts
+    ]  # fmt: skip
+
+
+def speeds_said(torques: SteadyTorques, low: float, high: float) -> str:
+    """The speeds that are searched, in words."""
+    said = f"speeds from {low:.4g} to {high:.4g} {torques.unit}".rstrip()
+    poles = ", ".join(f"{at:.5g}" for at in torques.poles(low, high))
+    return f"{said} (but for {poles}, where the undamped vibration is infinite)" if poles else said
 
 
 def speeds_in_line(torques: SteadyTorques, low: float, high: float) -> list[tuple[float, ...]] | None:
@@ -231,16 +118,12 @@ def speeds_in_line(torques: SteadyTorques, low: float, high: float) -> list[tupl
             inertia=torques.inertia[:2, :2],
             vibration=replace(v, excitation=np.array([v.excitation[0], signed(torques, side) * unit])),
             relative=torques.relative[:2, :2], own=(sum(torques.own, sp.S.Zero), sp.S.Zero),
-            pickup=np.array([v.excitation[0], unit]),
+            pickup=np.array([v.excitation[0], unit]), weights=np.array([1.0, signed(torques, side)]),
         )  # fmt: skip
-        problem = OnTheTorus(line)
-        zeros = all_zeros(
-            problem.function, problem.jacobian, problem.spread, [0.0, low], [2 * math.pi, high], periodic=[True, False],
-            smallest=_SMALLEST, most_boxes=_BOXES[2],
-        )  # fmt: skip
-        if not zeros.complete:
+        searched = _zeros(line, low, high, _BOXES[2])
+        if not all(zeros.complete for zeros in searched):
             return None
-        speeds = np.sort(zeros.points[-1])
+        speeds = np.sort(np.concatenate([zeros.points[-1] for zeros in searched]))
         found.append(tuple(speeds[::2].tolist() if twice else speeds.tolist()))
     return found
 
@@ -256,7 +139,8 @@ def from_many_starts(torques: SteadyTorques, low: float, high: float, known: Seq
         arrived = _newton(problem, x, low, high)
         speeds, phases = problem.parted(arrived)
         for k, w in enumerate(speeds):
-            if not any(_same(torques, (float(w), phases[:, k]), other) for other in found):
+            new = not any(_same(torques, (float(w), phases[:, k]), other) for other in found)
+            if new and torques.balanced(float(w), phases[:, k]):
                 found.append((float(w), phases[:, k]))
     return _grouped(torques, found)
 

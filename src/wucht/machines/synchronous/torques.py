@@ -5,7 +5,8 @@ a_ik = E_i^H H(w) E_k and tau_i(w) the torque of its own drive, load and bearing
 
     tau_i(w) + V_i = 0,   V_i = -(w^4/2) sum_k [Re a_ik sin(alpha_i - alpha_k) - Im a_ik cos(alpha_i - alpha_k)]
 
-for every body whose speed is not given: 000 (34), (35), 001 (48), 002 (5.1)-(5.3).
+for every body whose speed is not given: 000 (34), (35), 001 (48), 002 (5.1)-(5.3). All together the vibration brakes by what
+the carrier dissipates, sum V_i = -(w^5/2) s^H G s with G = E^H H^H C H E and s_i = exp(i alpha_i): nothing without damping.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import InputError
+from wucht.machines.forced import UNDAMPED
 from wucht.machines.machine import Machine
 from wucht.machines.slow import SlowMachine, slow_machine
 from wucht.machines.vibration import Vibration
@@ -26,6 +28,8 @@ from wucht.numerics.program import python_function
 
 _PARALLEL = 1e-12  # relative: below it the excitation of a body has the shape of another's
 _NOTHING = 1e-13  # of the largest torque coefficient: below it a torque counts as none
+_AT_THE_POLE = 1e-6  # relative: this near to the natural frequency of an undamped vibration no state is looked for
+_BALANCED = 1e-7  # of the torques: what may be left of them in a state
 SPEED = sp.Symbol("speed", real=True)
 
 WithSlope = tuple[np.ndarray, np.ndarray]
@@ -38,7 +42,7 @@ class SteadyTorques:
     heads: the index of the rotor that each body turns about. senses: +1 or -1. inertia, relative: J and the dampers between
     the bodies of a rotor (n x n). own: tau_i, expressions in ``SPEED``. given: the main rotor's speed where it is prescribed.
     pickup: the shapes (n x m) by which the carrier turns the bodies, where they are not those by which they excite it: of a
-    body that stands for others.
+    body that stands for others; weights (n,): of how many it stands for. unit: of the speeds, for sentences.
     """
 
     names: tuple[str, ...]
@@ -50,6 +54,8 @@ class SteadyTorques:
     own: tuple[sp.Expr, ...]
     given: float | None
     pickup: np.ndarray | None = None
+    weights: np.ndarray | None = None
+    unit: str = ""
 
     @classmethod
     def of(cls, machine: Machine) -> SteadyTorques:
@@ -82,6 +88,7 @@ class SteadyTorques:
             relative=matrix(b.relative),
             own=own,
             given=given,
+            unit=slow.machine.units.speed,
         )
 
     def held(self, speed: float) -> SteadyTorques:
@@ -115,6 +122,57 @@ class SteadyTorques:
         response = np.linalg.solve(v.dynamic(w), np.broadcast_to(e.T, (len(w), *e.T.shape)))
         slope = np.linalg.solve(v.dynamic(w), (2 * w * v.mass - 1j * v.damping) @ response)
         return left @ response, left @ slope
+
+    def brake(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """B_ik (N, n, n) = (w^5/2) (E^H H^H C H E)_ik at speeds (N,), and dB/dw: all V_i together are -s^H B s."""
+        v, w = self.vibration, np.atleast_1d(np.asarray(speeds, float))[:, None, None]
+        dynamic, e = v.dynamic(w), v.excitation.T
+        z = np.linalg.solve(dynamic, np.broadcast_to(e, (len(w), *e.shape)))
+        dz = np.linalg.solve(dynamic, (2 * w * v.mass - 1j * v.damping) @ z)
+        back, rate = (np.moveaxis(x, 1, 2).conj() @ v.damping for x in (z, dz))
+        power = back @ z
+        return w**5 / 2 * power, 5 * w**4 / 2 * power + w**5 / 2 * (rate @ z + back @ dz)
+
+    def total(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """sum tau_i + V_i (N,), without the difference of large numbers that V_i are near a resonance."""
+        s = np.exp(1j * phases)
+        power = np.einsum("iN,Nik,kN->N", s.conj(), self.brake(speeds)[0], s).real
+        found: np.ndarray = self.share @ self.alone(speeds)[0] - power
+        return found
+
+    @property
+    def share(self) -> np.ndarray:
+        """Of how many each body stands for (n,)."""
+        return np.ones(self.size) if self.weights is None else self.weights
+
+    def poles(self, low: float, high: float) -> list[float]:
+        """The natural frequencies in a range of speeds at which the bodies' vibration is infinite: those without damping."""
+        v, size = self.vibration, len(self.vibration.mass)
+        below = -np.linalg.solve(v.mass, np.hstack([v.stiffness, v.damping]))
+        values = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((size, size)), np.eye(size)]), below]))
+        undamped = np.unique(values.imag[(np.abs(values.real) < UNDAMPED * np.abs(values)) & (values.imag > 0)])
+        found: list[float] = []
+        for at in undamped[(undamped >= low * (1 - _AT_THE_POLE)) & (undamped <= high * (1 + _AT_THE_POLE))]:
+            near, far = (np.abs(self.influence(np.array([at * (1 + d)]))[0]) for d in (1e-7, 1e-4))
+            if (near > 100 * far).any() and not any(abs(at - other) < _AT_THE_POLE * at for other in found):
+                found.append(float(at))
+        return found
+
+    def parts(self, low: float, high: float) -> list[tuple[float, float]]:
+        """A range of speeds without the surroundings of ``poles``, where no state stays but the vibration is infinite."""
+        ends = [low, *(at * (1 + side) for at in self.poles(low, high) for side in (-_AT_THE_POLE, _AT_THE_POLE)), high]
+        return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b]
+
+    def balanced(self, speed: float, phases: np.ndarray) -> bool:
+        """Whether nothing is left of the torques at phases (n,), body by body and in sum: the proof of a state."""
+        w, at = np.array([speed]), phases[:, None]
+        own, left = np.abs(self.alone(w)[0][:, 0]), self.residual(w, at)[:, 0]
+        sizes = own + speed**4 / 2 * np.abs(self.influence(w)[0][0]).sum(axis=1)
+        each = all(abs(left[i]) <= _BALANCED * sizes[i] for i in self.free)
+        if self.given is not None:
+            return each
+        scale = own.sum() + speed * np.abs(self.alone(w)[1]).sum() + np.abs(self.brake(w)[0]).sum()
+        return each and bool(abs(self.total(w, at)[0]) <= _BALANCED * scale)
 
     def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """V (n, N) at speeds (N,) and phases (n, N)."""

@@ -17,9 +17,11 @@ from wucht.machines.machine import Machine
 from wucht.machines.slow import SlowMachine, slow_machine
 from wucht.machines.synchronous.closed import State, at_speed, has_closed_form, over_speeds
 from wucht.machines.synchronous.polygon import members
-from wucht.machines.synchronous.search import by_subdivision, search, speeds_in_line
+from wucht.machines.synchronous.search import by_subdivision, search, speeds_in_line, speeds_said
 from wucht.machines.synchronous.torques import SteadyTorques
 from wucht.machines.vibration import unbalances
+from wucht.results.conventions import wrapped
+from wucht.studies.synchronous_states.speeds import SpeedRange
 from wucht.studies.synchronous_states.stability import (
     FullEquations,
     Judgement,
@@ -37,7 +39,11 @@ _SAMPLES, _FULL_SAMPLES, _POINTS = 64, 7, 1200  # members of a family, and speed
 _PATTERNS = 64  # ways to be in line for which the speeds are proved complete
 _EQUAL_SPEEDS = 1e-6
 _IN_LINE = math.cos(math.pi / 4)  # two bodies further than that from one direction have no name
-_WHOLE_TURN = 1e-9  # rad: a phase this little below a turn is 0
+STABLE, STABLE_SLOW, UNSTABLE, UNSTABLE_SLOW, UNDECIDED = (
+    "stable", "stable in the slow equations only", "unstable", "unstable in the slow equations only", "undecided",
+)  # fmt: skip
+_TOO_MANY = f"multipliers are computed of {MOST_FULL} states at most"
+_BEYOND = "no torque is left from here on: all greater speeds are as good, and this is the one that is reached"
 
 
 @dataclass(frozen=True)
@@ -45,7 +51,7 @@ class Judged:
     """A state with its name, what is left of the unbalance, and its stability. phases: by body, as in the contract.
 
     share: of the rotor's unbalance that is left. stable_share: of the family. overlapping: bodies of one track are in each
-    other's place. why: the slow and the full equations disagree, or one of them cannot tell.
+    other's place. why: the slow and the full equations disagree, or one of them cannot tell, or what is to be known beside.
     """
 
     state: State
@@ -62,6 +68,13 @@ class Judged:
     overlapping: bool
     why: str | None
 
+    @property
+    def verdict(self) -> str:
+        """What the full equations say, or the slow ones alone where those do not tell."""
+        if self.full.stable is not None:
+            return STABLE if self.full.stable else UNSTABLE
+        return UNDECIDED if self.slow.stable is None else STABLE_SLOW if self.slow.stable else UNSTABLE_SLOW
+
 
 def prepared(machine: Machine, speed: float | None) -> Machine:
     """The machine with its schedules done, all bodies released, and the main rotor at a given speed (signed)."""
@@ -75,10 +88,10 @@ def prepared(machine: Machine, speed: float | None) -> Machine:
 
 @dataclass(frozen=True)
 class Configurations:
-    """What is asked of a prepared machine. range: of the speed in the main rotor's own sense, where the drive decides it."""
+    """What is asked of a prepared machine. speeds: those that are searched where the drive decides the speed."""
 
     machine: Machine
-    range: tuple[float, float]
+    speeds: SpeedRange
     inertia: bool
     full: bool
     report: Callable[[float, float], None] = field(default=lambda done, whole: None)
@@ -100,19 +113,31 @@ class Configurations:
 
     @cached_property
     def _grid(self) -> np.ndarray:
-        sense = self.torques.senses[0]
-        low, high = sorted(sense * w for w in self.range)
+        sense, s = self.torques.senses[0], self.speeds
+        low, high = sorted((sense * s.low, sense * s.high))
         grid = Balance(self.machine, self.machine.rotor, np.zeros(self.torques.size), (low, high), _POINTS).grid
         found: np.ndarray = np.sort(sense * grid)
         return found
 
     @cached_property
     def found(self) -> tuple[list[State], bool, str]:
-        """The states, whether they are all, and how that was shown or why not."""
-        t = self.torques
-        at = np.array([t.given]) if t.given is not None else np.linspace(*self.range, 50)
+        """The states, each verified, whether they are all, and how that was shown or why not."""
+        states, complete, shown = self._searched()
+        verified = [s for s in states if self.torques.balanced(s.speed, s.phases)]
+        if len(verified) < len(states):
+            complete, shown = False, f"{shown}; {len(states) - len(verified)} more do not fulfil the balance of the torques"
+        if self.speeds.chosen:
+            here = "these are all in this range, but its" if complete else "the"
+            shown += (
+                f"; {here} upper end is the program's choice, as the drive runs away without load: study.range sets another"
+            )
+        return verified, complete and not self.speeds.chosen, shown
+
+    def _searched(self) -> tuple[list[State], bool, str]:
+        t, low, high = self.torques, self.speeds.low, self.speeds.high
+        at = np.array([t.given]) if t.given is not None else np.linspace(low, high, 50)
         if not has_closed_form(t, at):
-            searched = search(t, *self.range)
+            searched = search(t, low, high)
             return searched.states, searched.complete, searched.shown
         if t.given is not None:
             return at_speed(t, t.given), True, "closed form: other phases than these do not stay"
@@ -120,8 +145,10 @@ class Configurations:
 
     def _driven(self) -> tuple[list[State], bool, str]:
         """In closed form over the speed; the speeds compared with those that subdivision finds."""
-        t, (low, high) = self.torques, self.range
-        states = over_speeds(t, self._grid)
+        t, low, high = self.torques, self.speeds.low, self.speeds.high
+        states: list[State] = []
+        for a, b in t.parts(low, high):
+            states += over_speeds(t, np.unique([a, *self._grid[(self._grid > a) & (self._grid < b)], b]))
         found = sorted(s.speed for s in states if s.beside or t.size == 2)
         if t.size == 2:
             searched = by_subdivision(t, low, high)
@@ -130,7 +157,7 @@ class Configurations:
             several = len(t.classes) and math.prod(len(m) + 1 for m in t.classes) <= _PATTERNS
             each = speeds_in_line(t, low, high) if several else None
             shown = None if each is None else sorted(w for speeds in each for w in speeds)
-        where = f"speeds from {low:.4g} to {high:.4g}"
+        where = speeds_said(t, low, high)
         if shown is None or len(shown) != len(found) or not np.allclose(shown, found, rtol=_EQUAL_SPEEDS):
             return states, False, f"phases in closed form; {where} on a grid: it is not shown that no state is missing"
         return states, True, f"phases in closed form; {where} by subdivision with bounds on the Jacobian"
@@ -166,7 +193,8 @@ class Configurations:
             exact = full.judgement(state) if not state.dimension else self._full_of_family(full, state)
         name = self.name(state, residual)
         unit = self.machine.units.speed
-        why = why_they_differ(self.machine, state, slow, exact, self.inertia, unit) or (slow.reason or exact.reason or None)
+        differ = why_they_differ(self.machine, state, slow, exact, self.inertia, unit)
+        why = [_BEYOND if state.indifferent else "", differ or slow.reason or exact.reason]
         return Judged(
             state=state,
             name=name,
@@ -180,7 +208,7 @@ class Configurations:
             full=exact,
             stable_share=share,
             overlapping=self._overlapping(state),
-            why=why,
+            why="; ".join(w for w in why if w) or None,
         )
 
     def _of_family(self, state: State, one: Judgement) -> tuple[Judgement, float]:
@@ -232,8 +260,7 @@ class Configurations:
             if i == 0:
                 continue
             turn = state.phases[i] - state.phases[t.heads[i]] if b.about is not None else state.phases[i]
-            phase = float((turn * (t.senses[i] if b.about is not None else 1.0)) % (2 * math.pi))
-            found[b.name] = phase if 2 * math.pi - phase > _WHOLE_TURN else 0.0
+            found[b.name] = float(wrapped(turn * (t.senses[i] if b.about is not None else 1.0)))
         return found
 
     def _overlapping(self, state: State) -> bool:
@@ -246,6 +273,3 @@ class Configurations:
         except InputError:
             return True
         return False
-
-
-_TOO_MANY = f"multipliers are computed of {MOST_FULL} states at most"

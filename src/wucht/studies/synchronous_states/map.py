@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from wucht.errors import InputError
+from wucht.machines.machine import Machine
 from wucht.machines.synchronous.closed import patterns, signed
 from wucht.machines.synchronous.polygon import compensating
 from wucht.machines.synchronous.torques import SteadyTorques
+from wucht.studies.synchronous_states.speeds import speed_limits
 from wucht.studies.synchronous_states.stability import NEUTRAL, transverse
 
 REGIONS = ("compensating", "together, adding", "together, reducing", "opposed")
@@ -32,8 +34,8 @@ class StabilityMap:
     exists: np.ndarray
 
 
-def check_map(torques: SteadyTorques) -> None:
-    """Raises ``InputError`` where there is no ratio of unbalances, or no closed form."""
+def check_map(torques: SteadyTorques, machine: Machine, axes: Mapping[str, Axis]) -> None:
+    """Raises ``InputError`` where there is no ratio of unbalances, or no closed form, or speeds are out of reach."""
     c = torques.coefficients
     if c is None or torques.size < 3 or any(h != 0 for h in torques.heads):
         raise InputError(
@@ -46,13 +48,17 @@ def check_map(torques: SteadyTorques) -> None:
         raise InputError(
             "study.axes", None, f"allowed are bodies with up to {_MOST_PATTERNS} ways to be in line, not {patterns}"
         )
+    highest = speed_limits(machine)[1]
+    if axes["speed"][1] > highest:
+        unit = machine.units.speed
+        raise InputError("study.axes.speed", list(axes["speed"]), f"allowed are speeds up to {highest:.3g} {unit}".rstrip())
+    if not torques.idle(_centres(*axes["speed"])):
+        raise InputError("study.axes", None, "balancing bodies have torques of their own, so that none of these states stays")
 
 
 def stability_map(torques: SteadyTorques, speed: Axis, ratio: Axis) -> StabilityMap:
-    """The map, cell-centred, the main rotor held at each speed; the inertia of the bodies is kept. Raises ``InputError``."""
+    """The map, cell-centred, the main rotor held at each speed; the inertia of the bodies is kept."""
     w, share = _centres(*speed), _centres(*ratio)
-    if not torques.idle(w):
-        raise InputError("study.axes", None, "balancing bodies have torques of their own, so that none of these states stays")
     cells = _Cells.of(torques, w, share)
     stable, exists = (np.zeros((len(REGIONS), len(share), len(w)), bool) for _ in range(2))
     for region, phases, there, dimension in cells.states():

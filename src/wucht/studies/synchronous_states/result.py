@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.vibration import unbalances
 from wucht.results.conventions import variable
 from wucht.studies.attributes import attributes
-from wucht.studies.synchronous_states.found import NAMES, Configurations, Judged
+from wucht.studies.synchronous_states.found import NAMES, STABLE, STABLE_SLOW, UNDECIDED, Configurations, Judged
 from wucht.studies.synchronous_states.map import REGIONS, StabilityMap, stability_map
 
 if TYPE_CHECKING:
@@ -22,15 +23,18 @@ if TYPE_CHECKING:
     from wucht.studies.synchronous_states.study import SynchronousStates
 
 
+_TEXT = {"name": "U16", "verdict": "U40"}
+
+
 def result(machine: Machine, question: SynchronousStates, found: Configurations, begun: float) -> xr.Dataset:
     """Put constant phases into a Dataset.
 
     Coordinates: state, body (the main rotor first), body_name; with a map: map_speed, map_ratio, region. Variables of a state:
     name, speed, family_dimension, multiplicity, residual_unbalance (not a number where there is none), amplitude, stable_slow
-    and stable_full (1, 0, or -1: not decided), growth_slow and growth_full (largest real part of an exponent); (state, body):
-    phase, as in the summary, and force_angle, the direction of its centrifugal force to the main rotor's, in its own sense;
-    (body): unbalance. natural_frequency (mode). map_stable, map_exists (region, map_ratio, map_speed). comparable, an
-    attribute: all turn about one axis. Of a family one member stands here, but stable_slow and
+    and stable_full (1, 0, or -1: not decided), verdict (both in words), overlapping, growth_slow and growth_full (largest real
+    part of an exponent); (state, body): phase, as in the summary, and force_angle, the direction of its centrifugal force to
+    the main rotor's, in its own sense; (body): unbalance. natural_frequency (mode). map_stable, map_exists (region, map_ratio,
+    map_speed). comparable, an attribute: all turn about one axis. Of a family one member stands here, but stable_slow and
     stable_full hold for all that were looked at (-1 where they differ). begun: ``perf_counter()`` at the beginning.
     """
     import xarray as xr_
@@ -49,13 +53,12 @@ def result(machine: Machine, question: SynchronousStates, found: Configurations,
         "growth_full": ([_growth(j.full.leading) for j in states], "fastest growth in the full equations", rate),
         "stable_slow": ([_flag(j.slow.stable) for j in states], "stable in the slow equations", ""),
         "stable_full": ([_flag(j.full.stable) for j in states], "stable in the full equations", ""),
+        "verdict": ([j.verdict for j in states], "stability", ""),
+        "overlapping": ([int(j.overlapping) for j in states], "bodies of a track are in each other's place", ""),
         "family_dimension": ([j.state.dimension for j in states], "dimension of the family of states", ""),
         "multiplicity": ([j.state.multiplicity for j in states], "states that differ in equal bodies only", ""),
     }
-    data = {
-        name: variable("state", np.array(v, dtype="U16" if name == "name" else None), *rest)
-        for name, (v, *rest) in per_state.items()
-    }
+    data = {name: variable("state", np.array(v, dtype=_TEXT.get(name)), *rest) for name, (v, *rest) in per_state.items()}
     data["phase"] = variable("state body", phases, "phase", angle)
     data["force_angle"] = variable("state body", turned, "direction of the centrifugal force to the rotor's", angle)
     data["unbalance"] = variable("body", [by_name[n] for n in t.names], "unbalance", _moment(machine))
@@ -82,7 +85,8 @@ def result(machine: Machine, question: SynchronousStates, found: Configurations,
     summary = {
         "sentence": sentence,
         "speed": None if t.given is None else float(t.senses[0]) * t.given,
-        "range": None if t.given is not None else [float(t.senses[0]) * w for w in found.range],
+        "range": None if t.given is not None else [float(t.senses[0]) * w for w in (found.speeds.low, found.speeds.high)],
+        "full": question.full,
         "states": [_entry(j) for j in states],
         "complete": complete,
         "shown": shown,
@@ -125,7 +129,9 @@ def _entry(j: Judged) -> dict[str, Any]:
         "family_dimension": j.state.dimension,
         "family_stable_share": j.stable_share,
         "multiplicity": j.state.multiplicity,
+        "verdict": j.verdict,
         "overlapping": j.overlapping,
+        "indifferent": j.state.indifferent,
         "growth_slow": None if j.slow.leading is None else j.slow.leading.real,
         "growth_full": None if j.full.leading is None else j.full.leading.real,
         "why": j.why,
@@ -150,15 +156,32 @@ def _sentence(found: Configurations) -> str:
     states = found.judged
     if not states:
         return "no constant phases: the bodies do not turn in step here"
-    decided = [j.slow.stable if j.full.stable is None else j.full.stable for j in states]
-    stable = [j for j, good in zip(states, decided, strict=True) if good]
-    named = Counter(j.name or "without a name" for j in stable)
-    order = [n for n in (*NAMES, "without a name") if n in named]
     count = f"{len(states)} constant phase configuration{'s' if len(states) > 1 else ''}"
-    if not stable:
-        return f"{count}, none of them stable"
-    what = ", ".join(f"{n} ({named[n]})" if named[n] > 1 else n for n in order)
-    return f"{count}, stable: {what}"
+    apart = [j for j in states if not j.overlapping]
+    alone = (
+        "stable in the slow equations only, undecided in the full ones" if found.full
+        else "stable in the slow equations (the full ones were not asked)"
+    )  # fmt: skip
+    said = [
+        f"{words}: {_counted([j for j in apart if j.verdict == verdict])}"
+        for verdict, words in ((STABLE, STABLE), (STABLE_SLOW, alone), (UNDECIDED, UNDECIDED))
+        if any(j.verdict == verdict for j in apart)
+    ]
+    if not any(j.verdict in (STABLE, STABLE_SLOW) for j in apart):
+        none = "none of them shown to be stable" if said else "none of them stable"
+        said = [f"{none}{'' if found.full else ' in the slow equations'}", *said]
+    impossible = [j for j in states if j.overlapping and j.verdict in (STABLE, STABLE_SLOW)]
+    if impossible:
+        place = "could bodies lie in each other's place: where contacts bring them a run-up tells"
+        said.append(f"{_counted(impossible)} would be, {place}")
+    return f"{count}, {'; '.join(said)}"
+
+
+def _counted(states: Sequence[Judged]) -> str:
+    """The names of states, each with its number."""
+    named = Counter(j.name or "without a name" for j in states)
+    order = [n for n in (*NAMES, "without a name") if n in named]
+    return ", ".join(f"{n} ({named[n]})" if named[n] > 1 else n for n in order)
 
 
 def _warnings(machine: Machine, found: Configurations) -> list[str]:

@@ -2,8 +2,9 @@
 
 Slow: J theta'' + B theta' = tau(theta') + V(theta_0', alpha), linearised about equal speeds and constant phases; or the
 equations without the inertia of the balancing bodies. Full: the motion with these phases is periodic; its multipliers mu grow
-or decay by ln(mu)/T. What belongs to a family of states, and to the phase of the rotation itself, neither grows nor decays and
-is left out.
+or decay by ln(mu)/T. What belongs to a family of states, to an interval of speeds without torque, and to the phase of the
+rotation itself, neither grows nor decays and is left out. Something small, as gravity, may break a family: then its members
+creep along it, and it is judged across it.
 """
 
 from __future__ import annotations
@@ -29,11 +30,15 @@ NEUTRAL_FULL = 1e-7  # the same for ln|mu|, the accuracy of multipliers that com
 _NEXT_ORDER = 5  # bodies: with more it takes a minute to write the slow equations of the next order
 _OWN = 0.05  # relative: a multiplier's frequency this near to that of the carrier's vibration belongs to it
 _ELSEWHERE = 0.5  # rad: a periodic motion whose phases are further away is another one
+_REPEATS = 1e-10  # of the states' sizes: a motion that misses itself by more after a turn creeps
+_SLOWER = 0.1  # of the slowest rate across a broken family: what is slower belongs to the creeping along it
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """stable: None where it cannot be decided, for the reason given. exponents: (k,), complex, the fastest growing first."""
+    """stable: None where it cannot be decided. exponents: (k,), complex, the fastest growing first. reason: why it cannot be
+    decided, or what is to be known beside.
+    """
 
     stable: bool | None
     exponents: np.ndarray
@@ -86,6 +91,7 @@ def slow_exponents(torques: SteadyTorques, slow: SlowMachine, state: State, phas
 
     Not numbers where the equations are singular.
     """
+    state = state.inside
     if slow.inertia:
         matrices = slow_matrices(torques, np.full(phases.shape[1], state.speed), phases)
     else:
@@ -94,7 +100,7 @@ def slow_exponents(torques: SteadyTorques, slow: SlowMachine, state: State, phas
     regular = np.isfinite(matrices).all(axis=(1, 2))
     found = np.full(matrices.shape[:2], np.nan, complex)
     found[regular] = np.linalg.eigvals(matrices[regular])
-    return transverse(found, state.dimension)
+    return transverse(found, state.neutral)
 
 
 def slow_state(slow: SlowMachine, state: State) -> np.ndarray:
@@ -135,6 +141,7 @@ class FullEquations:
 
     def judgement(self, state: State) -> Judgement:
         """Stability from the multipliers of the periodic motion near a state of the slow equations."""
+        state = state.inside
         try:
             orbit = self.orbit(state)
         except WuchtError as error:
@@ -143,21 +150,34 @@ class FullEquations:
         if away > _ELSEWHERE and not state.dimension:
             reason = f"the nearest periodic motion of the full equations has phases up to {math.degrees(away):.0f} degrees away"
             return Judgement(None, np.empty(0, complex), reason)
-        multipliers = orbit.rest(1 + state.dimension)
+        multipliers = orbit.rest(1 + state.neutral)
         with np.errstate(divide="ignore"):
             exponents = np.log(multipliers.astype(complex)) / orbit.period
         exponents = exponents[np.argsort(-exponents.real, kind="stable")]
-        return _judged(exponents, NEUTRAL_FULL / orbit.period, _neutral(self.machine))
+        found = _judged(exponents, NEUTRAL_FULL / orbit.period, _neutral(self.machine))
+        return self._creeping(orbit, state, found) if orbit.residual > _REPEATS else found
+
+    def _creeping(self, orbit: Orbit, state: State, across: Judgement) -> Judgement:
+        """What is said of a member of a family that does not repeat exactly."""
+        names, drift = self.flow.system.state_names, orbit.drift(1 + state.neutral)
+        moved = np.array([self._sense(b.name) * drift[names.index(b.coordinate.position.name)] for b in self.machine.bodies])
+        turn = math.degrees(float(np.abs(moved - moved[self.machine.bodies.index(self.machine.rotor)]).max()))
+        by = " by gravity" if self.machine.values.get("carrier.gravity", 0.0) else ""
+        said = f"the family is broken{by}: bodies creep along it, here by up to {turn:.2g} degrees a turn"
+        along = np.sort(np.abs(orbit.multipliers - 1))[: 1 + state.neutral].max()
+        if along > _SLOWER * float(np.abs(1 - np.abs(orbit.rest(1 + state.neutral))).min(initial=np.inf)):
+            return Judgement(None, across.exponents, f"{said}, not much slower than what decays across it")
+        return replace(across, reason=f"{said}; judged is what grows or decays across it") if not across.reason else across
 
     def orbit(self, state: State) -> Orbit:
-        """The periodic motion near a state. Raises ``WuchtError`` where none is found."""
+        """The periodic motion near a state, of a family as far as it repeats. Raises ``WuchtError`` where none is found."""
         names, turning = self.flow.system.state_names, {b.coordinate.position.name for b in self.machine.bodies}
         main = names.index(self.machine.rotor.coordinate.position.name)
         signs = {b.coordinate.position.name: self._sense(b.name) for b in self.machine.bodies}
         advance = np.array([2 * np.pi * signs[name] if name in turning else 0.0 for name in names])
         return periodic_orbit(
             self.flow, self.machine.values, self.start(state), 2 * np.pi / state.speed, advance,
-            free_period=self.torques.given is None, phase_state=main,
+            free_period=self.torques.given is None, phase_state=main, left_open=state.dimension,
         )  # fmt: skip
 
     def start(self, state: State) -> np.ndarray:
@@ -202,7 +222,7 @@ def second_order(machine: Machine, state: State, inertia: bool) -> Judgement | N
         return None
     if not np.isfinite(matrix).all():
         return None
-    exponents = transverse(np.linalg.eigvals(matrix), state.dimension)
+    exponents = transverse(np.linalg.eigvals(matrix), state.neutral)
     return _judged(exponents, NEUTRAL * float(np.abs(exponents).max(initial=0.0)), "neither grows nor decays")
 
 

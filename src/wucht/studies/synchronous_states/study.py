@@ -14,9 +14,7 @@ import numpy as np
 
 from wucht.documents import refuse_unknown
 from wucht.errors import InputError
-from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine
-from wucht.machines.vibration import free_speed
 from wucht.quantities import Unit
 from wucht.studies.keys import quantity, span
 from wucht.studies.kinds import Checkpoint, Progress
@@ -25,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_BODIES, MOST_CELLS = 11, 400
-_LOWEST, _ABOVE = 1e-3, 1 + 1e-4  # of the highest speed without vibration: where the search for speeds begins and ends
+_MOST_RATIO = 1e6
 
 Axis = tuple[float, float, int]
 
@@ -35,7 +33,8 @@ class SynchronousStates:
     """All constant phases of the balancing bodies or of self-synchronising rotors, with names and stability.
 
     speed: of the main rotor, signed; by default what its drive prescribes, or else all speeds that the drive and the
-    vibration leave, searched over ``range`` (default: up to the highest speed without vibration). inertia: of the balancing
+    vibration leave, searched over ``range`` (default: up to the highest speed without vibration, or three times the highest
+    natural frequency where a drive runs away without load: then it is not said that these are all). inertia: of the balancing
     bodies in the slow equations; false for the strongly damped reduction, 002 (4.60)-(4.62). full: whether the multipliers of
     the full equations are computed too. axes: a stability map of given speeds, {speed = [lo, hi, cells], ratio = [lo, hi,
     cells]}, cell-centred; ratio: of the unbalance of all balancing bodies together to that of the rotor, which is changed for
@@ -68,13 +67,10 @@ class SynchronousStates:
         from wucht.machines.synchronous.torques import SteadyTorques
         from wucht.studies.synchronous_states.found import prepared
         from wucht.studies.synchronous_states.map import check_map
+        from wucht.studies.synchronous_states.speeds import check_speed, searched
 
         if len(machine.bodies) < 2:
-            raise InputError(
-                "machine.bodies",
-                None,
-                "a single body has no phases; at which speeds it can turn is study.kind = 'torque-balance'",
-            )
+            _refuse_single(machine)
         if len(machine.bodies) > MOST_BODIES:
             raise InputError("machine.bodies", len(machine.bodies), f"allowed are up to {MOST_BODIES}, the main rotor included")
         if self.speed == 0:
@@ -82,7 +78,7 @@ class SynchronousStates:
         held = self.speed is not None or machine.rotor.coordinate.prescribed is not None
         if held and self.range is not None:
             raise InputError("study.range", list(self.range), "not allowed where the speed of the main rotor is given")
-        steady = prepared(machine, self.speed)
+        steady, unheld = prepared(machine, self.speed), prepared(machine, None)
         if not self.inertia and not damped(steady):
             raise InputError("study.inertia", False, "allowed is true: a balancing body is not damped against its rotor")
         torques = SteadyTorques.from_slow(slow_machine(steady, self.inertia))
@@ -90,28 +86,36 @@ class SynchronousStates:
             raise InputError(
                 "machine.drive", None, "the main rotor stands still: there is no vibration that could place bodies"
             )
+        if self.speed is not None:
+            check_speed(unheld, self.speed)
         if not held:
-            self.searched(steady)
+            searched(steady, self.range)
+        elif torques.poles(*[torques.given or 0.0] * 2):
+            raise InputError(
+                "machine.drive" if self.speed is None else "study.speed", torques.given, "allowed is another speed: this is "
+                "the natural frequency of a vibration without damping, which is infinite there",
+            )  # fmt: skip
         if self.axes is not None:
-            check_map(torques)
+            check_map(torques, unheld, self.axes)
 
-    def searched(self, machine: Machine) -> tuple[float, float]:
-        """The range of speeds to search, in the main rotor's own sense. Raises ``InputError``."""
-        from wucht.machines.vibration import sense_of
 
-        free = [free_speed(machine, r) for r in machine.rotors]
-        sense = sense_of(machine, machine.rotor)
-        if self.range is not None:
-            low, high = sorted(sense * w for w in self.range)
-            if low < 0:
-                raise InputError("study.range", list(self.range), "allowed are speeds in the sense in which the drive turns")
-            return max(low, _LOWEST * high), high
-        top = max((abs(w) for w in free if w is not None), default=0.0)
-        if not top and any(w is None for w in free) and machine.drives:
-            top = 3 * max([f for f in natural_frequencies(machine).values() if f > 0], default=100.0)
-        if not top:
-            raise InputError("study.speed", None, "nothing drives the machine: needed is the speed of the main rotor")
-        return _LOWEST * top, _ABOVE * top
+def _refuse_single(machine: Machine) -> None:
+    """Why a machine with one body that turns has no constant phases. Raises ``InputError``."""
+    rotor = machine.rotor
+    if machine.shaken is not None:
+        raise InputError(
+            "machine.carrier.motion", None, "a single body has no phases; whether the carrier's motion takes it along is "
+            "study.kind = 'entrainment'",
+        )  # fmt: skip
+    if machine.sliders:
+        raise InputError(
+            "machine.bodies", None, f"only {rotor.name!r} turns freely: {machine.sliders[0].name!r} slides in a guide that "
+            "turns with it, and has no phase of its own; study.kind = 'run-up' shows its motion",
+        )  # fmt: skip
+    advice = "at which speeds it can turn is study.kind = 'torque-balance'"
+    if not machine.drives or rotor.coordinate.prescribed is not None:
+        advice = "how it makes the carrier vibrate is study.kind = 'response'"
+    raise InputError("machine.bodies", None, f"a single body has no phases; {advice}")
 
 
 def _axes(table: Mapping[str, Any], unit: Unit) -> dict[str, Axis] | None:
@@ -132,6 +136,8 @@ def _axes(table: Mapping[str, Any], unit: Unit) -> dict[str, Axis] | None:
             raise InputError(where, triple, f"allowed is a whole number of cells from 2 to {MOST_CELLS}")
         if low < 0:
             raise InputError(where, triple, f"allowed is a {what.what} from 0 on")
+        if name == "ratio" and high > _MOST_RATIO:
+            raise InputError(where, triple, f"allowed is a ratio up to {_MOST_RATIO:g}")
         found[name] = (low, high, cells)
     return found
 
@@ -151,12 +157,13 @@ def synchronous_states(
     """
     from wucht.studies.synchronous_states.found import Configurations, prepared
     from wucht.studies.synchronous_states.result import result
+    from wucht.studies.synchronous_states.speeds import SpeedRange, searched
 
     begun = clock.perf_counter()
     question.check(machine)
     steady = prepared(machine, question.speed)
     held = steady.rotor.coordinate.prescribed is not None
-    searched = (0.0, 0.0) if held else question.searched(steady)
+    speeds = SpeedRange(0.0, 0.0) if held else searched(steady, question.range)
     report = (lambda done, whole: None) if progress is None else (lambda done, whole: progress(float(done), float(whole)))
-    found = Configurations(steady, searched, question.inertia, question.full, report)
+    found = Configurations(steady, speeds, question.inertia, question.full, report)
     return result(machine, question, found, begun)
