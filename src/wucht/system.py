@@ -6,6 +6,7 @@ side small, outputs, quadratures, and which states are angles. It holds no numbe
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -55,7 +56,8 @@ class System:
     quadratures: outputs whose integral over time a run also computes (the work of the motor, the energy lost).
     angles: the states that live on a circle.
 
-    Raises ``WuchtError`` where an expression uses a symbol that is none of these, or one is defined twice.
+    Raises ``WuchtError`` where an expression uses a symbol that is none of these, one is defined twice, or a name stands for
+    two things: states and parameters, outputs and quadratures are found by their names.
     """
 
     states: tuple[sp.Symbol, ...]
@@ -70,6 +72,10 @@ class System:
     def __post_init__(self) -> None:
         if len(self.states) != len(self.derivatives):
             raise WuchtError(f"{len(self.states)} states but {len(self.derivatives)} derivatives")
+        _refuse_repeated("state or parameter", [*self.state_names, *self.parameter_names])
+        _refuse_repeated("output or quadrature", [o.name for o in (*self.outputs, *self.quadratures)])
+        if TIME.name in (*self.state_names, *self.parameter_names):
+            raise WuchtError(f"{TIME} is the time: no state and no parameter may have that name")
         known = {*self.states, *self.parameters, TIME}
         for symbol, expression in self.definitions:
             self._refuse_unknown(expression, known, f"the definition of {symbol}")
@@ -119,6 +125,12 @@ class System:
         if missing:
             raise WuchtError(f"no value for the parameter {', '.join(missing)}")
         return tuple(float(given[name]) for name in self.parameter_names)
+
+
+def _refuse_repeated(what: str, names: Iterable[str]) -> None:
+    twice = sorted(name for name, count in Counter(names).items() if count > 1)
+    if twice:
+        raise WuchtError(f"two times a {what} of the name {', '.join(twice)}: each needs a name of its own")
 
 
 def substitute_definitions(expression: sp.Expr, definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) -> sp.Expr:

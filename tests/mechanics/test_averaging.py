@@ -194,6 +194,13 @@ def test_quadratures_of_second_order_know_the_fast_part():
     assert zero(averaged(given, epsilon, order=2).system.output("work").expression - epsilon * x / 2)
 
 
+@pytest.mark.parametrize("rate", [x * sp.cos(epsilon * TIME), x / (1 + epsilon * TIME), sp.cos(x * TIME)])
+def test_quadratures_of_slow_time_are_refused(rate):
+    given = System((x,), (epsilon * x,), (epsilon,), quadratures=(Output("work", rate),))
+    with raises(WuchtError, match=r"depends on|secular|no period"):
+        averaged(given, epsilon)
+
+
 def test_all_is_small_where_no_epsilon_is_written():
     found = averaged(System((x,), (sp.Rational(1, 100) * sp.sin(TIME) ** 2 * x,)))
     assert found.system.derivatives == (x / 200,)
@@ -223,20 +230,16 @@ def test_a_mean_without_a_transformation():
         (epsilon / sp.cos(TIME), "pole"),
         (epsilon / (x + sp.cos(TIME)), "depend on parameters or states"),
         (sp.sqrt(epsilon) * x, "no expansion"),
+        (sp.Abs(epsilon) * x, "no expansion"),
+        (sp.Max(0, epsilon) * x, "no expansion"),
+        (epsilon * sp.sin(x / epsilon), "no expansion"),
+        (epsilon / (2 + sp.tan(x * TIME) ** 2), "frequency in .* depends on x"),
+        (epsilon / (2 + sp.sec(x * TIME) ** 2), "frequency in .* depends on x"),
     ],
 )
 def test_what_cannot_be_averaged_is_refused_with_a_reason(rate, sentence):
     with raises(WuchtError, match=sentence):
         averaged(System((x,), (rate,), (epsilon,)), epsilon)
-
-
-def test_orders_and_periods_that_are_none_are_refused():
-    system = System((x,), (epsilon * sp.cos(TIME),), (epsilon,))
-    assert averaged(system, epsilon, period=4 * sp.pi).period == 4 * sp.pi
-    with raises(WuchtError, match="is no period"):
-        averaged(system, epsilon, period=sp.pi)
-    with raises(WuchtError, match="allowed is 1 or 2"):
-        averaged(system, epsilon, order=3)
 
 
 def test_changes_of_variables_refuse_what_has_no_meaning():

@@ -5,7 +5,8 @@ import sympy as sp
 from pytest import raises
 
 from wucht.errors import WuchtError
-from wucht.mechanics.means import antiderivative, common_period, harmonics, mean
+from wucht.mechanics.means import antiderivative, mean
+from wucht.mechanics.trigonometric import common_period, harmonics
 from wucht.system import TIME
 
 a, b, p, q = sp.symbols("a b p q", real=True)

@@ -111,11 +111,45 @@ def test_outputs_and_quadratures():
         (sp.cos(k * TIME * x), "no function of k t"),
         (sp.cos(k * TIME) - sp.Abs(v) * v, "mean force on v was not found"),
         (sp.exp(sp.cos(k * TIME)), "does not grow evenly"),
+        (sp.tan(k * TIME) / (2 + sp.tan(k * TIME) ** 2) + k * sp.cos(k * TIME) * sp.sin(x), r"may turn with k t"),
+        (sp.Mod(k * TIME, 1) + sp.cos(k * TIME), r"may turn with k t"),
+        (1 / (1 + k * TIME) + sp.cos(k * TIME), r"may turn with k t"),
+        (sp.cos(k * TIME + sp.sin(k * TIME)), r"may turn with k t"),
+        (k * TIME * x + sp.cos(k * TIME), "secular"),
+        (-x + k**3 * sp.cos(k * TIME), r"grows like k\^3"),
+        (-x + a * k**3 * sp.cos(k * TIME), r"grows like k\^3"),
+        (-x + k**2 * sp.cos(k * TIME), r"grows like k\^2"),
+        (-x + k * v * sp.cos(k * TIME), r"grows like k\^1 .*depends on a speed"),
+        (-x + k * sp.cos(k * TIME) + v * sp.cos(k * TIME), r"grows like k\^1"),
+        (sp.sqrt(1 + k**2) * sp.cos(k * TIME), "powers of k are allowed"),
     ],
 )
 def test_refusals(force, sentence):
     with raises(WuchtError, match=sentence):
-        separated(System((x, v), (v, force), (k,)), [x], k)
+        separated(System((x, v), (v, force), (k, a)), [x], k)
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        sp.sqrt(k) * sp.cos(k * TIME),
+        k**3 / (1 + k**2) * sp.cos(k * TIME) * sp.sin(TIME),
+        a * k**2 * sp.cos(k * TIME),  # a is O(1/k)
+        sp.cos(k * TIME) + (k * sp.sin(TIME) + x) ** 2 / k**2 + 1 / (k + sp.cos(TIME)),
+    ],
+)
+def test_sizes_and_slow_functions_that_are_allowed(force):
+    found = separated(System((x, v), (v, force), (k, a)), [x], k)
+    assert zero(k**2 * sp.diff(found.fast[0], THETA, 2) - found.fast_force[0])
+
+
+def test_the_fast_parameter_and_jumps_are_checked():
+    for fast in (x, sp.Symbol("k"), TIME, "k"):
+        with raises(WuchtError, match=r"is no parameter|is no symbol"):
+            separated(PENDULUM, [x], fast)
+    given = System((x, v), (v, k * sp.cos(k * TIME)), (k,), quadratures=(Output("Q", x, jump=v),))
+    with raises(WuchtError, match="the jumps of Q depend on k t"):
+        separated(given, [x], k)
 
 
 def test_a_system_that_is_not_of_second_order_is_refused():

@@ -225,13 +225,54 @@ def test_conditions_come_back():
         (-(y**3) + epsilon, "not linear"),
         (-(2 + sp.cos(TIME)) * y, "depends on t"),
         (-y + TIME, "forcing of y cannot be averaged.*secular"),
-        (-y + sp.cos(x * TIME), "frequency"),
+        (-y + sp.cos(x * TIME), "forcing of y cannot be averaged: the frequency in .* depends on x"),
+        (-y + epsilon * sp.cos(x * TIME), "frequency in .* depends on x"),
+        (-y / (1 + epsilon * TIME) + sp.cos(TIME), "slow time"),
+        (-y + sp.cos(TIME) + epsilon * TIME, "slow time"),
+        (-y + sp.sqrt(epsilon), "no expansion"),
+        (-y + sp.Abs(epsilon), "no expansion"),
         (-y + sp.cos((1 + epsilon) * TIME), "depends on epsilon"),
     ],
 )
 def test_refusals(rate, sentence):
     with raises(WuchtError, match=sentence):
         strongly_damped(System((x, y), (epsilon * y, rate), (epsilon,)), [y], epsilon)
+
+
+@pytest.mark.parametrize("which", [1, 2])
+def test_a_frequency_that_depends_on_a_slow_state_is_refused_at_each_order(which):
+    """x' = e (1 - x), y' = -y + cos(x t): dx/dt t enters the phase, which the manifold over a held x does not know."""
+    with raises(WuchtError, match="depends on x"):
+        strongly_damped(System((x, y), (epsilon * (1 - x), -y + sp.cos(x * TIME)), (epsilon,)), [y], epsilon, which)
+
+
+def test_jumps_of_quadratures_know_definitions_and_damped_states():
+    half, K = sp.Symbol("half", real=True), 2 + x
+    given = System((x, y), (epsilon * (half - x * y), -K * y + x), (epsilon,), ((half, x / 2),),
+                   quadratures=(Output("Q", y + half, jump=half * y), Output("P", x, jump=half)))  # fmt: skip
+    slow = strongly_damped(given, [y], epsilon).averaged.system
+    assert zero(slow.output("Q").jump - x / 2 * x / K)
+    assert zero(slow.output("P").jump - x / 2)
+    turning = System((x, y), (epsilon * x, -y + sp.cos(TIME)), (epsilon,), quadratures=(Output("Q", y, jump=y),))
+    with raises(WuchtError, match="the jumps of Q depend on t"):
+        strongly_damped(turning, [y], epsilon)
+
+
+def test_outputs_stay_where_the_fast_part_is_not_known():
+    given = System(
+        (x, y), (epsilon * (1 - x) / (2 + sp.cos(TIME)), -y + sp.cos(TIME)), (epsilon,), outputs=(Output("sum", x + y),)
+    )
+    found = strongly_damped(given, [y], epsilon).averaged
+    assert [o.name for o in found.system.outputs] == ["full.y", "sum"]
+    assert zero(found.system.explicit(found.system.output("sum").expression) - x - forced(1, 1))
+
+
+def test_the_small_parameter_and_the_order_are_checked():
+    for small in (x, sp.Symbol("epsilon"), "epsilon"):
+        with raises(WuchtError, match=r"is no parameter|is no symbol"):
+            strongly_damped(FORCED, [y], small)
+    with raises(WuchtError, match="allowed is 1 or 2"):
+        strongly_damped(FORCED, [y], epsilon, True)
 
 
 def test_which_states_are_damped_must_be_told():

@@ -1,4 +1,4 @@
-"""Averaging of trigonometric polynomials drawn at random: means against quadrature, fast parts against 002 (3.6)."""
+"""Averaging of expressions drawn at random: means against quadrature, fast parts against 002 (3.6), refusals by a sentence."""
 
 import math
 
@@ -9,15 +9,17 @@ from hypothesis import strategies as st
 from pytest import approx
 from scipy.integrate import quad
 
+from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
-from wucht.mechanics.means import harmonics, mean
+from wucht.mechanics.means import mean
+from wucht.mechanics.trigonometric import harmonics
 from wucht.system import TIME, System
 
 few = settings(
     max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
     phases=(Phase.explicit, Phase.generate),
 )  # fmt: skip
-x, y, epsilon = sp.symbols("x y epsilon", real=True)
+x, y, a, b, epsilon = sp.symbols("x y a b epsilon", real=True)
 TURN = 2 * math.pi
 AT = {x: sp.Rational(7, 10), y: sp.Rational(-4, 10)}
 
@@ -77,3 +79,41 @@ def test_the_transformation_has_mean_zero_and_solves_its_equation(f, g):
     for second, X in zip(found.second, (f, g), strict=True):
         bent = sp.diff(X, x) * found.fast[0] + sp.diff(X, y) * found.fast[1]
         assert float(second.xreplace(AT)) == approx(by_quadrature(bent), rel=1e-9, abs=1e-9)
+
+
+@st.composite
+def wild(draw, depth=2):
+    """Anything that may stand in a rate: what averages, what grows, what has a corner or a pole, in any nesting."""
+    if depth == 0:
+        angle = draw(st.sampled_from([1, 2, sp.Rational(1, 2), sp.sqrt(2), a, 0.1, 2 * math.pi, a / b, x])) * TIME
+        angle += draw(st.sampled_from([0, sp.Rational(1, 3), x, a, epsilon * y]))
+        waves = [sp.cos(angle), sp.sin(angle), sp.tan(angle), sp.exp(sp.I * angle)]
+        others = [x, y, a, epsilon, TIME, epsilon * TIME, sp.Float(1.5), sp.exp(-x), sp.Abs(x), sp.exp(-TIME), sp.Mod(TIME, 1)]
+        return draw(st.sampled_from(waves * 4 + others))
+    left, right = draw(wild(depth - 1)), draw(wild(depth - 1))
+    below = draw(st.sampled_from([2, 3, x, sp.sqrt(7)])) + draw(st.sampled_from([sp.cos(TIME), sp.sin(2 * TIME), right]))
+    forms = [left + right, left * right, left**2, left / below, left / below**2, sp.sqrt(left), sp.Abs(left), sp.cos(left)]
+    return draw(st.sampled_from([f for f in forms if not f.has(sp.zoo, sp.nan, sp.oo)]))
+
+
+@few
+@given(wild(), wild(), st.sampled_from([1, 2]))
+def test_what_cannot_be_averaged_is_refused_by_a_sentence(f, g, order):
+    """No error of SymPy's own comes out of whatever is written; a real right-hand side has a real mean."""
+    try:
+        found = averaged(System((x, y), (epsilon * f, epsilon * g), (epsilon, a, b)), epsilon, order)
+    except WuchtError:
+        return
+    assert f.has(sp.I) or g.has(sp.I) or not any(sp.sympify(e).has(sp.I) for e in (*found.first, *found.second))
+
+
+@few
+@given(st.tuples(*[st.fractions(-2, 2, max_denominator=7)] * 2), st.integers(1, 3), polynomials)
+def test_the_mean_of_a_quotient_is_the_integral_over_a_period(waves, power, numerator):
+    """Over A + B cos + C sin with A^2 = B^2 + C^2 + 1, to a power."""
+    cosine, sine = (sp.Rational(w.numerator, w.denominator) for w in waves)
+    below = sp.sqrt(cosine**2 + sine**2 + 1) + cosine * sp.cos(TIME) + sine * sp.sin(TIME)
+    found = mean(numerator / below**power, TIME)
+    assert not found.has(sp.I)
+    expected = by_quadrature(numerator / below**power)
+    assert float(sp.N(found.xreplace(AT))) == approx(expected, rel=1e-9, abs=1e-9)

@@ -11,16 +11,27 @@ outputs ``full.<state>`` are the states with the fast part put back.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.means import NotTrigonometricError, common_period, harmonics, mean
+from wucht.mechanics.means import Mean, mean_and_frequencies
+from wucht.mechanics.slow_time import (
+    refuse_kinks,
+    refuse_other_orders,
+    refuse_slow_time,
+    refuse_small_frequencies,
+    refuse_turning_with,
+    refuse_unknown_parameter,
+)
+from wucht.mechanics.trigonometric import NotTrigonometricError, common_period, harmonics, is_whole
+from wucht.mechanics.zero import identically_zero
 from wucht.system import TIME, Output, System
 
 FULL = "full"
+_NO_VALUE = (sp.zoo, sp.nan, sp.oo, -sp.oo, sp.AccumBounds)
 
 
 @dataclass(frozen=True)
@@ -29,8 +40,10 @@ class Averaged:
 
     system: y' (n states). first, second: the factors of epsilon and epsilon^2 in it (n each; second is empty at order 1).
     fast: u(y, t) (n), or empty where it was not found (``reason`` says why). start: the slow states that belong to full
-    states at time t, y = x - epsilon u(x, t) (n), to the order of the averaging. period: of X in t, None where it has none
-    (the mean exists nevertheless). divisors: frequencies that hold parameters and by which is divided: none may be zero.
+    states at time t, y = x - epsilon u(x, t) (n), to the order of the averaging; x itself where u was not found. period: of
+    all that was averaged, X and at order 2 X_2, or None where it has none (the mean exists nevertheless). divisors:
+    frequencies that hold parameters: those by which is divided, and those in the means of order 2 and of quadratures. Where
+    one of them is zero, there is a resonance and another mean.
     """
 
     system: System
@@ -48,81 +61,84 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
 
     small: the parameter epsilon, at least a factor of every right-hand side; None where none is written: all of the right-hand
     side is taken as small. order: 1 or 2. period: what is checked to be a period; else it is found from the frequencies.
-    Outputs keep their names and are those of the full states; quadratures integrate the mean of their rate: of an integral
-    that grows, its growth without its bounded oscillation.
+    Outputs keep their names and are those of the full states; where u was not found those of the slow ones, which at order 1
+    have the same order of error. Quadratures integrate the mean of their rate: of an integral that grows, its growth without
+    its bounded oscillation.
 
-    Raises ``WuchtError`` with the reason where the System has no standard form, or there is no mean: secular terms, a frequency
-    that depends on a state, functions other than sines and cosines; at order 2 also where u is not found in closed form.
+    Raises ``WuchtError`` with the reason where the System has no standard form, or there is no mean: secular terms, slow time,
+    a frequency that depends on a state, functions other than sines and cosines; at order 2 also where u is not found in
+    closed form.
     """
-    if order not in (1, 2):
-        raise WuchtError(f"averaging of order {order}: allowed is 1 or 2")
+    refuse_other_orders(order, "averaging")
+    if small is not None:
+        refuse_unknown_parameter(system, small)
     epsilon = sp.S.One if small is None else small
     opened = [regular(_needed(system, d, small, order), small) for d in system.derivatives]
     refuse_small_frequencies(opened, small)
     terms = [in_powers(f, small, s) for f, s in zip(opened, system.states, strict=True)]
     X = [a for a, _ in terms]
-    first = tuple(_mean(e, s, system) for e, s in zip(X, system.states, strict=True))
-    try:
-        waves = [harmonics(e, TIME) for e in X]
-    except NotTrigonometricError as error:
-        if order == 2:
-            raise WuchtError(f"no averaging of second order: {error}") from error
-        turning = [w for e in X for _, w in _waves(e)]
-        slow = _slow(system, epsilon, first, (), (), small, order)
-        return Averaged(slow, first, (), (), (), _checked(period, turning), (), str(error))
-    fast = tuple(w.antiderivative for w in waves)
-    second: tuple[sp.Expr, ...] = ()
+    for f, a, s in zip(opened, X, system.states, strict=True):
+        refuse_slow_time(f, a, small, s)
+    means = [_mean(a, s, system) for a, s in zip(X, system.states, strict=True)]
+    oscillating = [w for m in means for w in m.frequencies]
+    fast, reason = _fast_part(X)
+    second: list[Mean] = []
     if order == 2:
-        second = tuple(
-            _mean(_along(e, system.states, fast) + further, s, system)
-            for e, (_, further), s in zip(X, terms, system.states, strict=True)
-        )
-    frequencies = tuple(dict.fromkeys(f for w in waves for f in w.frequencies))
+        if reason:
+            raise WuchtError(f"no averaging of second order: {reason}")
+        bent = [_along(a, system.states, fast) + further for a, (_, further) in zip(X, terms, strict=True)]
+        second = [_mean(e, s, system) for e, s in zip(bent, system.states, strict=True)]
+        oscillating += [w for _, further in terms for w in mean_and_frequencies(further, TIME).frequencies]
+    quadratures = [_quadrature(q, system, epsilon, fast, small, order) for q in system.quadratures]
+    met = [*oscillating, *(w for m in second for w in m.frequencies), *(w for _, found in quadratures for w in found)]
+    first, beyond = (tuple(m.value for m in column) for column in (means, second))
     return Averaged(
-        _slow(system, epsilon, first, second, fast, small, order),
+        _slow(system, epsilon, (first, beyond), fast, small, tuple(q for q, _ in quadratures)),
         first,
-        second,
+        beyond,
         fast,
-        tuple(s - epsilon * u for s, u in zip(system.states, fast, strict=True)),
-        _checked(period, frequencies),
-        tuple(f for f in frequencies if f.free_symbols),
+        tuple(s - epsilon * u for s, u in zip(system.states, fast, strict=True)) if fast else system.states,
+        _checked(period, dict.fromkeys(oscillating)),
+        tuple(w for w in dict.fromkeys(met) if w.free_symbols),
+        reason,
     )
+
+
+def _fast_part(X: Sequence[sp.Expr]) -> tuple[tuple[sp.Expr, ...], str]:
+    """u, and no reason; or nothing, and the reason."""
+    try:
+        return tuple(harmonics(e, TIME).antiderivative for e in X), ""
+    except NotTrigonometricError as error:
+        return (), str(error)
 
 
 def in_powers(f: sp.Expr, small: sp.Symbol | None, state: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
     """The factors of epsilon and epsilon^2 in a rate. Raises ``WuchtError`` where something is left without epsilon."""
     if small is None:
         return f, sp.S.Zero
-    none = {small: sp.S.Zero}
-    rest = f.xreplace(none)
-    if rest.has(sp.zoo, sp.nan, sp.oo):
-        raise WuchtError(f"the rate of {state} has no expansion in powers of {small}")
-    if rest != 0 and sp.simplify(rest) != 0:
+    rest, once, twice = expanded(f, small, state)
+    if not identically_zero(rest):
         raise WuchtError(
             f"the rate of {state} is not small: without {small} it is {rest}. The standard form is x' = {small} X(x, t); "
             "an angle becomes the independent variable, an oscillation an amplitude and a phase, before"
         )
+    return once, twice
+
+
+def expanded(f: sp.Expr, small: sp.Symbol, state: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+    """The factors of 1, epsilon and epsilon^2 in a rate. Raises ``WuchtError`` where it has no such expansion."""
+    refuse_kinks(f, small, state)
     once = sp.diff(f, small)
-    found = once.xreplace(none), (sp.diff(once, small) / 2).xreplace(none)
-    if any(e.has(sp.zoo, sp.nan, sp.oo) for e in found):
+    found = [e.xreplace({small: sp.S.Zero}) for e in (f, once, sp.diff(once, small) / 2)]
+    if any(e.has(*_NO_VALUE) for e in found):
         raise WuchtError(f"the rate of {state} has no expansion in powers of {small}")
-    return found
+    return found[0], found[1], found[2]
 
 
 def regular(f: sp.Expr, small: sp.Symbol | None) -> sp.Expr:
     """The rate over one denominator where 1/epsilon stands in it: an inertia J/epsilon in a denominator is no pole."""
     polar = any(p.exp.is_negative and p.base == small for p in f.atoms(sp.Pow))
     return sp.together(f) if polar else f
-
-
-def refuse_small_frequencies(rates: Sequence[sp.Expr], small: sp.Symbol | None) -> None:
-    """Raises ``WuchtError`` for a frequency with epsilon: cos((1 + epsilon s) t) is not near cos(t) for times 1/epsilon."""
-    for wave, frequency in (pair for e in rates for pair in _waves(e)):
-        if small is not None and small in frequency.free_symbols:
-            raise WuchtError(
-                f"the frequency in {wave} depends on {small}: over times 1/{small} it cannot be expanded. "
-                "Make the slow part of the angle a state"
-            )
 
 
 def full_states(system: System) -> dict[sp.Symbol, sp.Symbol]:
@@ -133,8 +149,11 @@ def full_states(system: System) -> dict[sp.Symbol, sp.Symbol]:
 def put_back(
     system: System, full: Mapping[sp.Symbol, sp.Expr]
 ) -> tuple[tuple[tuple[sp.Symbol, sp.Expr], ...], tuple[Output, ...]]:
-    """Definitions and outputs of a slow System: ``full.<state>`` for the given full states, then all outputs of them."""
-    renamed = full_states(system)
+    """Definitions and outputs of a slow System: ``full.<state>`` for the given full states, then all outputs of them.
+
+    full: of those states whose fast part is known; the others stand for themselves.
+    """
+    renamed = {s: r for s, r in full_states(system).items() if s in full or s not in system.states}
     lines = [(renamed[s], sp.sympify(e)) for s, e in full.items()]
     if system.outputs:
         lines += [(renamed[s], e.xreplace(renamed)) for s, e in system.definitions]
@@ -149,19 +168,18 @@ def _of(output: Output, expression: sp.Expr, jump: sp.Expr) -> Output:
 def _slow(
     system: System,
     epsilon: sp.Expr,
-    first: Sequence[sp.Expr],
-    second: Sequence[sp.Expr],
+    means: tuple[Sequence[sp.Expr], Sequence[sp.Expr]],
     fast: Sequence[sp.Expr],
     small: sp.Symbol | None,
-    order: int,
+    quadratures: tuple[Output, ...],
 ) -> System:
     """The averaged System: rates, the definitions that they still use, outputs with the fast part, mean quadratures."""
+    first, second = means
     rates = [epsilon * a for a in first]
     if second:
         rates = [r + epsilon**2 * b for r, b in zip(rates, second, strict=True)]
-    lines, outputs = (
-        put_back(system, {s: s + epsilon * u for s, u in zip(system.states, fast, strict=True)}) if fast else ((), ())
-    )
+    full = {s: s + epsilon * u for s, u in zip(system.states, fast, strict=True)} if fast else {}
+    lines, outputs = put_back(system, full)
     moving = _moving(system, small)
     return System(
         states=system.states,
@@ -169,24 +187,26 @@ def _slow(
         parameters=system.parameters,
         definitions=(*((s, e) for s, e in system.definitions if s not in moving), *lines),
         outputs=outputs,
-        quadratures=tuple(_quadrature(q, system, epsilon, fast, small, order) for q in system.quadratures),
+        quadratures=quadratures,
         angles=system.angles,
     )
 
 
 def _quadrature(
     q: Output, system: System, epsilon: sp.Expr, fast: Sequence[sp.Expr], small: sp.Symbol | None, order: int
-) -> Output:
-    """A quadrature with the mean of its rate, at order 2 with <(dg/dx) u> epsilon besides."""
+) -> tuple[Output, tuple[sp.Expr, ...]]:
+    """A quadrature with the mean of its rate, at order 2 with <(dg/dx) u> epsilon besides, and the frequencies met."""
     rate = _needed(system, q.expression, small, order)
+    refuse_small_frequencies([rate], small)
     symbol = sp.Symbol(q.name)
-    found = _mean(rate, symbol, system)
+    found = [_mean(rate, symbol, system)]
     if order == 2:
-        found += epsilon * _mean(_along(rate, system.states, fast), symbol, system)
-    jump = system.explicit(q.jump)
+        found.append(_mean(_along(rate, system.states, fast), symbol, system))
+    jump = sp.sympify(system.explicit(q.jump))
     if TIME in jump.free_symbols:
         raise WuchtError(f"the jumps of {q.name} depend on {TIME}: they have no mean")
-    return _of(q, found, jump)
+    value = sp.Add(*(epsilon**i * m.value for i, m in enumerate(found)))
+    return _of(q, value, jump), tuple(w for m in found for w in m.frequencies)
 
 
 def _along(e: sp.Expr, states: Sequence[sp.Symbol], fast: Sequence[sp.Expr]) -> sp.Expr:
@@ -214,39 +234,25 @@ def _needed(system: System, e: sp.Expr, small: sp.Symbol | None, order: int) -> 
     return sp.sympify(e)
 
 
-def _mean(e: sp.Expr, state: sp.Symbol, system: System) -> sp.Expr:
+def _mean(e: sp.Expr, state: sp.Symbol, system: System) -> Mean:
     """The mean of a state's rate, or the sentence why it has none."""
     try:
-        _refuse_turning_with_states(e, system)
-        return mean(e, TIME)
+        refuse_turning_with((*system.states, *(d for d, _ in system.definitions)), e)
+        return mean_and_frequencies(e, TIME)
     except WuchtError as error:
         raise type(error)(f"the rate of {state} cannot be averaged: {error}") from error
 
 
-def _waves(e: sp.Expr) -> list[tuple[sp.Expr, sp.Expr]]:
-    """The functions that turn evenly with time, each with its frequency."""
-    found = [(a, sp.diff(a.args[0], TIME)) for a in e.atoms(sp.sin, sp.cos, sp.exp)]
-    return [(a, w) for a, w in found if TIME not in w.free_symbols]
-
-
-def _refuse_turning_with_states(e: sp.Expr, system: System) -> None:
-    """A frequency that depends on a state makes X grow without bound when differentiated: (3.8) does not hold."""
-    defined = {d for d, _ in system.definitions}
-    for wave, frequency in _waves(e):
-        turning = sorted(map(str, frequency.free_symbols & ({*system.states} | defined)))
-        if turning:
-            raise WuchtError(
-                f"the frequency in {wave} depends on {', '.join(turning)}: no uniform mean (3.8). "
-                "Make the angle itself a state, or the independent variable"
-            )
-
-
-def _checked(period: sp.Expr | None, frequencies: Sequence[sp.Expr]) -> sp.Expr | None:
+def _checked(period: sp.Expr | None, frequencies: Iterable[sp.Expr]) -> sp.Expr | None:
     """The period found, or the one given after a check that it is one."""
     if period is None:
         return common_period(frequencies)
+    if isinstance(period, str):
+        raise WuchtError(f"the period {period!r} is a text: a number or an expression of parameters is allowed")
     period = sp.sympify(period)
+    if period.is_positive is False or period.is_extended_real is False or period.is_infinite:
+        raise WuchtError(f"{period} is no period: a positive time is allowed")
     for w in frequencies:
-        if not sp.simplify(w * period / (2 * sp.pi)).is_Integer:
+        if not is_whole(w * period / (2 * sp.pi)):
             raise WuchtError(f"{period} is no period: the frequency {w} is present")
     return period

@@ -8,6 +8,7 @@ Phi/k^2 and its rate of the order Phi/k: F at the speed X' + xi', and Phi to fir
     m X'' = <F(X' + xi', X, t)> + <Phi> + <(dPhi/dx) xi + (dPhi/dx') xi'>   (6).
 
 Where Phi does not depend on the speed it may be as large as O(k); else it must be O(1), and terms O(1/k^2) are left out.
+One power of k more is allowed where a parameter stands with it, which is then taken as O(1/k): a small amplitude, a k^2 cos.
 """
 
 from __future__ import annotations
@@ -19,7 +20,10 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.mechanics.averaging import put_back
-from wucht.mechanics.means import harmonics, mean
+from wucht.mechanics.means import mean
+from wucht.mechanics.slow_time import refuse_unknown_parameter
+from wucht.mechanics.trigonometric import Harmonics, harmonics
+from wucht.mechanics.zero import identically_zero
 from wucht.system import TIME, Output, System
 
 THETA = sp.Symbol("theta_fast", real=True)
@@ -51,17 +55,21 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
     accelerations (1 if left out). The acceleration's terms that turn with k t are Phi, the others F.
 
     Raises ``WuchtError`` with the reason where the System has no such form, nothing turns with k t, something turns with
-    another multiple of it than a whole one, or a mean does not exist or was not found.
+    another multiple of it than a whole one, a function of k t is neither sine, cosine nor exponential, Phi is larger than (5)
+    allows, or a mean does not exist or was not found.
     """
+    refuse_unknown_parameter(system, fast)
     velocities = _velocities(system, positions)
     explicit = {s: sp.sympify(system.explicit(f)) for s, f in zip(system.states, system.derivatives, strict=True)}
     slow, quick = [], []
     for v in velocities:
         waves = harmonics(_in_theta(explicit[v], fast, v), THETA)
+        _refuse_bare_product(waves.mean, fast, v)
         slow.append(waves.mean)
         quick.append(waves)
     if not any(w.frequencies for w in quick):
         raise WuchtError(f"no force turns with {fast} t: there is no fast part to be separated")
+    _refuse_large(quick, fast, velocities, system)
     rate = tuple(w.antiderivative / fast for w in quick)
     xi = tuple(harmonics(r, THETA).antiderivative / fast for r in rate)
     shift = {v: v + r for v, r in zip(velocities, rate, strict=True)}
@@ -121,10 +129,63 @@ def _in_theta(e: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> sp.Expr:
         if not slope.is_Integer and not (isinstance(a, sp.exp) and (slope / sp.I).is_Integer):
             raise WuchtError(f"{a} in the force on {what} has not the period 2 pi in {fast} t")
         turned[a] = a.func(slope * THETA + rest)
-    return e.xreplace(turned)
+    found = e.xreplace(turned)
+    for a in sp.preorder_traversal(_without_slow_functions(found, fast)):
+        whole = a.is_Pow and a.exp.is_Integer and a.exp.is_nonnegative
+        if {fast, TIME} <= a.free_symbols and not (a.is_Add or a.is_Mul or whole or a.is_Symbol):
+            raise WuchtError(f"{a} in the force on {what} may turn with {fast} t, and is no sine, cosine or exponential of it")
+    return found
+
+
+def _without_slow_functions(e: sp.Expr, fast: sp.Symbol) -> sp.Expr:
+    """The expression with a symbol for each function of time that does not hold k."""
+    return e.xreplace(
+        {a: sp.Dummy() for a in e.atoms(sp.Function, sp.exp) if TIME in a.free_symbols and fast not in a.free_symbols}
+    )
+
+
+def _refuse_bare_product(force: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> None:
+    if not identically_zero(sp.diff(_without_slow_functions(force, fast), fast, TIME)):
+        raise WuchtError(
+            f"{fast} t stands outside of sines and cosines in the force on {what}: such a secular term has no mean"
+        )
+
+
+def _refuse_large(quick: Sequence[Harmonics], fast: sp.Symbol, velocities: Sequence[sp.Symbol], system: System) -> None:
+    """Raises ``WuchtError`` where Phi grows faster with k than (5) allows."""
+    with_speed = any({*velocities} & w.oscillation.free_symbols for w in quick)
+    small = {*system.parameters} - {fast}
+    for v, waves in zip(velocities, quick, strict=True):
+        for c in (c for h in waves.terms if h.frequency != 0 for c in (h.cosine, h.sine) if c != 0):
+            power, leading = _growth(c, fast, v)
+            beyond = power - (0 if with_speed else 1)
+            if beyond > 1 or (beyond > 0 and not leading.free_symbols & small):
+                allowed = "O(1), as it depends on a speed" if with_speed else f"O({fast})"
+                raise WuchtError(
+                    f"the fast force on {v} grows like {fast}^{power} ({c}): it may be {allowed}, or with a small parameter "
+                    f"O(1/{fast}) one power more. Else its motion is not small: the separation of motions does not hold"
+                )
+
+
+def _growth(c: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
+    """The power of k with which an amplitude grows, and the factor of that power."""
+    found = []
+    for part in sp.fraction(sp.together(c)):
+        terms = [a.as_coeff_exponent(fast) for a in sp.Add.make_args(sp.expand(part))]
+        if any(fast in a.free_symbols for a, _ in terms) or not all(p.is_real and p.is_number for _, p in terms):
+            raise WuchtError(
+                f"how the fast force on {what} grows with {fast} cannot be told from {c}: powers of {fast} are allowed"
+            )
+        top = max(p for _, p in terms)
+        found.append((top, sp.Add(*(a for a, p in terms if p == top))))
+    (above, a), (below, b) = found
+    return above - below, a / b
 
 
 def _quadrature(q: Output, system: System, fast: sp.Symbol, shift: dict[sp.Symbol, sp.Expr]) -> Output:
     """A quadrature with the mean of its rate at the speeds X' + xi', to leading order."""
     rate = _in_theta(sp.sympify(system.explicit(q.expression)), fast, sp.Symbol(q.name)).xreplace(shift)
-    return Output(q.name, mean(rate, THETA), q.unit, q.long_name, system.explicit(q.jump))
+    jump = _in_theta(sp.sympify(system.explicit(q.jump)), fast, sp.Symbol(q.name)).xreplace(shift)
+    if THETA in jump.free_symbols:
+        raise WuchtError(f"the jumps of {q.name} depend on {fast} t: they have no mean")
+    return Output(q.name, mean(rate, THETA), q.unit, q.long_name, jump)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
 from wucht.errors import WuchtError
+from wucht.mechanics.zero import identically_zero
 from wucht.system import TIME, Output, System
 
 ELAPSED = "time"
@@ -17,15 +18,17 @@ def with_angle_as_time(system: System, angle: sp.Symbol) -> System:
 
     phi' = w(x), x' = epsilon f(x, phi) becomes dx/dphi = epsilon f/w; ``TIME`` then stands for the angle. A quadrature ``time``
     is the time that passes. It holds while the angle turns one way. Raises ``WuchtError`` where the symbol is no state, does
-    not turn, or the System depends on time itself.
+    not turn, the System depends on time itself, or has an output ``time`` already.
     """
     if angle not in system.states:
         raise WuchtError(f"{angle} is no state: {', '.join(system.state_names)}")
-    everything = (*system.derivatives, *(e for _, e in system.definitions), *(o.expression for o in system.outputs))
-    if any(TIME in sp.sympify(e).free_symbols for e in (*everything, *(q.expression for q in system.quadratures))):
+    noted = (*system.outputs, *system.quadratures)
+    everything = (*system.derivatives, *(e for _, e in system.definitions), *(e for o in noted for e in (o.expression, o.jump)))
+    if any(TIME in sp.sympify(e).free_symbols for e in everything):
         raise WuchtError(
             f"the System depends on {TIME} itself: make that a state before {angle} becomes the independent variable"
         )
+    _refuse_taken_outputs(system, [ELAPSED])
     at = {angle: TIME}
     rate = dict(zip(system.states, system.derivatives, strict=True))
     speed = sp.sympify(rate.pop(angle)).xreplace(at)
@@ -57,7 +60,8 @@ def with_amplitude_and_phase(
 
     What keeps x from its harmonic oscillation, g = x' - v and f = v' + w^2 x, gives r' = g cos - (f/w) sin and
     r psi' = -g sin - (f/w) cos. position and velocity become outputs of these names. frequency w: of parameters alone.
-    Raises ``WuchtError`` where a symbol is no state, a new one is known already, or the frequency is no such one.
+    Raises ``WuchtError`` where a symbol is no state, a new one or a new output's name is known already, or the frequency is no
+    such one or zero.
     """
     missing = [s.name for s in (position, velocity) if s not in system.states]
     if missing:
@@ -67,9 +71,17 @@ def with_amplitude_and_phase(
         raise WuchtError(
             f"the frequency {frequency} depends on {', '.join(sorted(map(str, unknown)))}: parameters alone may be in it"
         )
-    taken = {amplitude, phase} & {*system.states, *system.parameters, TIME}
+    if identically_zero(sp.sympify(frequency)):
+        raise WuchtError(f"the frequency {frequency} is zero: what does not oscillate has no amplitude and phase")
+    known = {s.name for s in (*system.states, *system.parameters, *(d for d, _ in system.definitions), TIME)}
+    taken = sorted({s.name for s in (amplitude, phase)} & known)
     if taken:
-        raise WuchtError(f"{', '.join(sorted(map(str, taken)))} is in the System already: give another symbol")
+        raise WuchtError(f"{', '.join(taken)} is in the System already: give another symbol")
+    if amplitude.name == phase.name:
+        raise WuchtError(f"amplitude and phase are both called {phase}: give two symbols")
+    if position == velocity:
+        raise WuchtError(f"{position} is given as position and as velocity: two states are allowed")
+    _refuse_taken_outputs(system, [position.name, velocity.name])
     turned = frequency * TIME + phase
     at = {position: amplitude * sp.cos(turned), velocity: -frequency * amplitude * sp.sin(turned)}
     rate = {s: sp.sympify(f).xreplace(at) for s, f in zip(system.states, system.derivatives, strict=True)}
@@ -87,6 +99,12 @@ def with_amplitude_and_phase(
         quadratures=tuple(_changed(q, at) for q in system.quadratures),
         angles=(system.angles - {position, velocity}) | {phase},
     )
+
+
+def _refuse_taken_outputs(system: System, new: Sequence[str]) -> None:
+    taken = sorted({o.name for o in (*system.outputs, *system.quadratures)} & {*new})
+    if taken:
+        raise WuchtError(f"an output {', '.join(taken)} is in the System already, and the new System has one: rename it before")
 
 
 def _changed(output: Output, at: Mapping[sp.Symbol, sp.Expr], factor: sp.Expr = sp.S.One) -> Output:

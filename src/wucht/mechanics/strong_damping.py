@@ -16,9 +16,16 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.averaging import Averaged, averaged, full_states, in_powers, put_back, refuse_small_frequencies, regular
-from wucht.mechanics.means import harmonics
-from wucht.system import TIME, Output, System
+from wucht.mechanics.averaging import Averaged, averaged, expanded, full_states, in_powers, put_back, regular
+from wucht.mechanics.slow_time import (
+    refuse_other_orders,
+    refuse_slow_time,
+    refuse_small_frequencies,
+    refuse_turning_with,
+    refuse_unknown_parameter,
+)
+from wucht.mechanics.trigonometric import harmonics
+from wucht.system import TIME, System
 
 _SHORT = 100
 """Operations up to which an expression is factored: that of a second order's would take minutes, and shorten little."""
@@ -49,40 +56,47 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
     has x moved by O(epsilon) before y is there).
 
     Raises ``WuchtError`` where a damped rate is not linear in the damped states at epsilon = 0, K depends on time or is not
-    stable, g is no sum of sines and cosines, and as ``averaged``.
+    stable, g is no sum of sines and cosines or has a frequency that depends on a slow state, and as ``averaged``.
     """
+    refuse_other_orders(order, "strong damping")
+    refuse_unknown_parameter(system, small)
     slow = [s for s in system.states if s not in damped]
     unknown = [s.name for s in damped if s not in system.states]
     if unknown or not damped or not slow:
         raise WuchtError(f"damped states {', '.join(unknown) or 'none'}: some of {', '.join(system.state_names)}, not all")
     rate = {s: regular(sp.sympify(system.explicit(f)), small) for s, f in zip(system.states, system.derivatives, strict=True)}
     refuse_small_frequencies(list(rate.values()), small)
-    none = {small: sp.S.Zero}
-    K, forcing = _linear([rate[s].xreplace(none) for s in damped], damped)
-    conditions = stability_conditions(K)
-    eta = _forced(K, forcing, damped)
-    on = dict(zip(damped, eta, strict=True))
     X = [in_powers(rate[s], small, s) for s in slow]
+    powers = {s: expanded(rate[s], small, s) for s in damped}
+    for s, kept in (*zip(slow, (a for a, _ in X), strict=True), *((s, powers[s][0]) for s in damped)):
+        refuse_slow_time(rate[s], kept, small, s)
+    K, forcing = _linear([powers[s][0] for s in damped], damped)
+    conditions = stability_conditions(K)
+    eta = _forced(K, forcing, damped, slow)
+    on = dict(zip(damped, eta, strict=True))
     first = [a.xreplace(on) for a, _ in X]
     nonzero = any(e != 0 for e in eta)
     following: tuple[sp.Expr, ...] = ()
     if order == 2 or not nonzero:
-        Y = [sp.diff(rate[s], small).xreplace(none).xreplace(on) for s in damped]
+        Y = [powers[s][1].xreplace(on) for s in damped]
         moved = [sp.Add(*(sp.diff(e, s) * f for s, f in zip(slow, first, strict=True))) for e in eta]
-        following = _forced(K, sp.ImmutableMatrix(Y) - sp.ImmutableMatrix(moved), damped)
+        following = _forced(K, sp.ImmutableMatrix(Y) - sp.ImmutableMatrix(moved), damped, slow)
     rates = [small * f for f in first]
     if order == 2:
         for i, (a, b) in enumerate(X):
             bent = sp.Add(*(sp.diff(a, y).xreplace(on) * e for y, e in zip(damped, following, strict=True)))
             rates[i] += small**2 * (b.xreplace(on) + bent)
     y = [e + (small * f if following else 0) for e, f in zip(eta, following or eta, strict=True)]
+    at = dict(zip(damped, y, strict=True))
     reduced = System(
         states=tuple(slow),
         derivatives=tuple(rates),
         parameters=system.parameters,
         quadratures=tuple(
-            Output(
-                q.name, system.explicit(q.expression).xreplace(dict(zip(damped, y, strict=True))), q.unit, q.long_name, q.jump
+            replace(
+                q,
+                expression=sp.sympify(system.explicit(q.expression)).xreplace(at),
+                jump=sp.sympify(system.explicit(q.jump)).xreplace(at if order == 2 else on),
             )
             for q in system.quadratures
         ),
@@ -94,14 +108,12 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
 
 def _with_damped(found: Averaged, system: System, damped: Sequence[sp.Symbol], y: Sequence[sp.Expr]) -> Averaged:
     """The averaged System with all states of the original, and its outputs, put back."""
-    if not found.fast:
-        return found
-    given = dict(found.system.definitions)
     symbols = full_states(system)
-    slow = {s: given[symbols[s]] for s in found.system.states}
+    slow = {s: symbols[s] for s in found.system.states} if found.fast else {}
+    given = dict(found.system.definitions)
     # eta_0 and eta_1 over the full slow states, not their means.
-    back = {s: symbols[s] for s in found.system.states}
-    lines, outputs = put_back(system, slow | {s: e.xreplace(back) for s, e in zip(damped, y, strict=True)})
+    full = {s: given[r] for s, r in slow.items()} | {s: e.xreplace(slow) for s, e in zip(damped, y, strict=True)}
+    lines, outputs = put_back(system, full)
     return replace(found, system=replace(found.system, definitions=lines, outputs=outputs))
 
 
@@ -140,11 +152,14 @@ def _linear(rates: Sequence[sp.Expr], damped: Sequence[sp.Symbol]) -> tuple[sp.I
     return K, sp.ImmutableMatrix([r.xreplace(dict.fromkeys(damped, sp.S.Zero)) for r in rates])
 
 
-def _forced(K: sp.ImmutableMatrix, forcing: sp.ImmutableMatrix, damped: Sequence[sp.Symbol]) -> tuple[sp.Expr, ...]:
+def _forced(
+    K: sp.ImmutableMatrix, forcing: sp.ImmutableMatrix, damped: Sequence[sp.Symbol], slow: Sequence[sp.Symbol]
+) -> tuple[sp.Expr, ...]:
     """The bounded solution of y' = K y + g(t), g a sum of harmonics: for each, (K^2 + w^2) a = -K g_c - w g_s and so on."""
     groups: dict[tuple[sp.Expr, sp.Expr], list[list[sp.Expr]]] = {}
     for i, force in enumerate(forcing):
         try:
+            refuse_turning_with(slow, force)
             waves = harmonics(force, TIME).terms
         except WuchtError as error:
             raise type(error)(f"the forcing of {damped[i]} cannot be averaged: {error}") from error
