@@ -12,7 +12,7 @@ import numpy as np
 from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import unbalances
-from wucht.results.conventions import variable
+from wucht.results.conventions import Variable, variable
 from wucht.studies.attributes import attributes
 from wucht.studies.synchronous_states.found import NAMES, STABLE, STABLE_SLOW, UNDECIDED, Configurations, Judged
 from wucht.studies.synchronous_states.map import REGIONS, StabilityMap, stability_map
@@ -39,12 +39,47 @@ def result(machine: Machine, question: SynchronousStates, found: Configurations,
     """
     import xarray as xr_
 
-    states, units, t = found.judged, machine.units, found.torques
-    by_name = dict(zip((b.name for b in machine.bodies), np.abs(unbalances(found.machine)), strict=True))
-    turned = np.array([j.state.phases for j in states]).reshape(len(states), t.size)
-    phases = np.array([[j.phases.get(n, 0.0) for n in t.names] for j in states]).reshape(len(states), t.size)
-    angle, rate = ("rad", f"1/{units.time}") if units.time else ("", "")
-    per_state: dict[str, tuple[list[Any], str, str]] = {
+    t, units = found.torques, machine.units
+    natural = natural_frequencies(found.machine)
+    data = _of_states(machine, found) | _of_bodies(machine, found)
+    data["natural_frequency"] = variable("mode", list(natural.values()), "natural frequency", units.speed)
+    coordinates = {
+        "mode": variable("mode", list(natural) or np.empty(0, "U1"), "mode of vibration"),
+        "state": variable("state", np.arange(len(found.judged)), "state"),
+        "body_name": variable("body", list(t.names), "body"),
+    }
+    drawn = None
+    if question.axes is not None:
+        drawn = stability_map(t, question.axes["speed"], question.axes["ratio"])
+        data |= _mapped(drawn)
+        coordinates |= {
+            "map_speed": variable("map_speed", drawn.speed, "speed", units.speed),
+            "map_ratio": variable("map_ratio", drawn.ratio, "unbalance of the balancing bodies over that of the rotor"),
+            "region": variable("region", list(REGIONS), "state"),
+        }
+    dataset = xr_.Dataset(data, coords=coordinates)
+    dataset.attrs["comparable"] = int(found.in_line)
+    sentence = _sentence(found)
+    _, complete, shown = found.found
+    summary = {
+        "sentence": sentence,
+        "speed": None if t.given is None else float(t.senses[0]) * t.given,
+        "range": None if t.given is not None else [float(t.senses[0]) * w for w in (found.speeds.low, found.speeds.high)],
+        "full": question.full,
+        "states": [_entry(j) for j in found.judged],
+        "complete": complete,
+        "shown": shown,
+        "natural_frequencies": natural,
+        "map": None if drawn is None else _shares(drawn),
+    }
+    dataset.attrs |= attributes(machine, question, summary, sentence, _warnings(machine, found), begun)
+    return dataset
+
+
+def _of_states(machine: Machine, found: Configurations) -> dict[str, Variable]:
+    states, units = found.judged, machine.units
+    rate = f"1/{units.time}" if units.time else ""
+    columns: dict[str, tuple[list[Any], str, str]] = {
         "name": ([j.name or "" for j in states], "name", ""),
         "speed": ([j.speed for j in states], "speed of the main rotor", units.speed),
         "residual_unbalance": ([_number(j.residual) for j in states], "unbalance that is left", _moment(machine)),
@@ -58,43 +93,19 @@ def result(machine: Machine, question: SynchronousStates, found: Configurations,
         "family_dimension": ([j.state.dimension for j in states], "dimension of the family of states", ""),
         "multiplicity": ([j.state.multiplicity for j in states], "states that differ in equal bodies only", ""),
     }
-    data = {name: variable("state", np.array(v, dtype=_TEXT.get(name)), *rest) for name, (v, *rest) in per_state.items()}
-    data["phase"] = variable("state body", phases, "phase", angle)
-    data["force_angle"] = variable("state body", turned, "direction of the centrifugal force to the rotor's", angle)
-    data["unbalance"] = variable("body", [by_name[n] for n in t.names], "unbalance", _moment(machine))
-    natural = natural_frequencies(found.machine)
-    data["natural_frequency"] = variable("mode", list(natural.values()), "natural frequency", units.speed)
-    coordinates = {
-        "mode": variable("mode", list(natural) or np.empty(0, "U1"), "mode of vibration"),
-        "state": variable("state", np.arange(len(states)), "state"),
-        "body_name": variable("body", list(t.names), "body"),
+    return {name: variable("state", np.array(v, dtype=_TEXT.get(name)), *rest) for name, (v, *rest) in columns.items()}
+
+
+def _of_bodies(machine: Machine, found: Configurations) -> dict[str, Variable]:
+    states, t, angle = found.judged, found.torques, "rad" if machine.units.time else ""
+    own = dict(zip((b.name for b in machine.bodies), np.abs(unbalances(found.machine)), strict=True))
+    turned = np.array([j.state.phases for j in states]).reshape(len(states), t.size)
+    phases = np.array([[j.phases.get(n, 0.0) for n in t.names] for j in states]).reshape(len(states), t.size)
+    return {
+        "phase": variable("state body", phases, "phase", angle),
+        "force_angle": variable("state body", turned, "direction of the centrifugal force to the rotor's", angle),
+        "unbalance": variable("body", [own[n] for n in t.names], "unbalance", _moment(machine)),
     }
-    drawn = None
-    if question.axes is not None:
-        drawn = stability_map(t, question.axes["speed"], question.axes["ratio"])
-        data |= _mapped(drawn)
-        coordinates |= {
-            "map_speed": variable("map_speed", drawn.speed, "speed", units.speed),
-            "map_ratio": variable("map_ratio", drawn.ratio, "unbalance of the balancing bodies over that of the rotor"),
-            "region": variable("region", list(REGIONS), "state"),
-        }
-    dataset = xr_.Dataset(dict(data.items()), coords=coordinates)
-    dataset.attrs["comparable"] = int(found.in_line)
-    sentence = _sentence(found)
-    _, complete, shown = found.found
-    summary = {
-        "sentence": sentence,
-        "speed": None if t.given is None else float(t.senses[0]) * t.given,
-        "range": None if t.given is not None else [float(t.senses[0]) * w for w in (found.speeds.low, found.speeds.high)],
-        "full": question.full,
-        "states": [_entry(j) for j in states],
-        "complete": complete,
-        "shown": shown,
-        "natural_frequencies": natural,
-        "map": None if drawn is None else _shares(drawn),
-    }
-    dataset.attrs |= attributes(machine, question, summary, sentence, _warnings(machine, found), begun)
-    return dataset
 
 
 def _moment(machine: Machine) -> str:
