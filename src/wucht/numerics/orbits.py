@@ -100,8 +100,8 @@ def periodic_orbit(
     something small breaks: there the motion may drift, and does not repeat exactly (``Orbit.gap``). Quadratures, outputs and
     events are left out.
 
-    Raises ``WuchtError`` for a call that does not fit, where Newton's method does not converge, and where a piecewise function
-    jumps on the way (there the variational equations do not hold).
+    Raises ``WuchtError`` for a call that does not fit, where Newton's method does not converge (start nearer, as from the end
+    of a long run), and where a piecewise function jumps on the way (there the variational equations do not hold).
     """
     problem = _Problem.of(
         flow, parameters, np.asarray(guess, float), float(period), np.asarray(advance, float), phase_state, time, engine
@@ -123,7 +123,7 @@ def periodic_orbit(
     if not residual <= tolerance:
         raise WuchtError(
             f"no periodic motion was found: after {most_steps} steps of Newton's method {residual:.2g} is left open, "
-            f"allowed is {tolerance:g}. Start nearer to it, as from the end of a long run"
+            f"allowed is {tolerance:g}"
         )
     problem.refuse_jumps(x, duration)
     multipliers = np.linalg.eigvals(monodromy).astype(complex)
