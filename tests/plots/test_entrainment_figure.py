@@ -115,7 +115,7 @@ def test_open_bands_are_said_and_shaded_to_the_border(shaken: xr.Dataset) -> Non
     changed = shaken.copy()
     changed.attrs = shaken.attrs | {"summary": json.dumps(found)}
     figure = draw(changed)
-    assert "exists above 5 rad/s; reached from the start below 7 rad/s" in figure.get_suptitle()
+    assert "exists above 5 rad/s (slow equations); reached from the start below 7 rad/s" in figure.get_suptitle()
     box = figure.axes[0].patches[0].get_extents().transformed(figure.axes[0].transData.inverted())
     assert [box.x0, box.x1] == pytest.approx([5.0, found["range"][1]])
 

@@ -238,7 +238,18 @@ def test_an_angle_that_turns_too_fast_to_be_drawn_is_a_band() -> None:
     drawn = np.asarray(axis.get_lines()[0].get_ydata())
     assert np.isnan(drawn[x < 9]).all()
     assert drawn[x > 11] == pytest.approx(90.0)
-    assert len(axis.collections) == 1
+    [band] = axis.collections
+    assert band.get_label() == "turning past: several", "a line without a name"
+
+
+def test_the_band_has_the_name_and_colour_of_the_body_that_turns_past() -> None:
+    axis, x = Figure().subplots(), np.linspace(0.0, 100.0, 10_001)
+    angles = np.array([np.remainder(720 * x, 360.0), 180.0 + 0 * x])
+    styles = [{"color": "#D55E00", "label": "p1"}, {"color": "#009E73", "label": "p2"}]
+    draw_angles(axis, x, angles, 0.0, styles)
+    [band] = axis.collections
+    assert band.get_label() == "turning past: p1"
+    assert band.get_facecolor()[0][:3] == pytest.approx((0xD5 / 255, 0x5E / 255, 0.0))
 
 
 @pytest.mark.parametrize(

@@ -178,3 +178,16 @@ def test_no_state_at_all() -> None:
 def test_a_dataset_that_is_no_result_is_refused(rollers: xr.Dataset) -> None:
     with pytest.raises(InputError, match="no complete result"):
         draw(rollers.drop_vars("force_angle"))
+
+
+def test_what_is_left_out_is_not_stable() -> None:
+    """Of twenty states the stable ones are drawn, wherever they stand."""
+    from wucht.plots.synchronous_states import _MOST, _chosen
+
+    verdicts = np.array(
+        ["unstable"] * 15 + ["stable", "undecided", "unstable", "stable in the slow equations only", "unstable"]
+    )
+    shown = _chosen(xr.Dataset({"verdict": ("state", verdicts)}))
+    assert len(shown) == _MOST
+    assert shown == sorted(shown)
+    assert {15, 16, 18} <= set(shown)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -199,6 +199,26 @@ def test_resumed_it_is_the_uninterrupted_one(
     assert again.attrs["summary"] == whole.attrs["summary"]
     assert warnings(again) == warnings(whole)
     assert again.attrs["finished"] == 1
+
+
+def test_broken_off_again_and_again(machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path) -> None:
+    """Also within the search for jumps, which is then begun again and must leave no trace."""
+    question, whole, asked = there_and_back
+    found: xr.Dataset | None = None
+    for share in (0.3, 0.15, 0.1, 0.2, 0.05):
+        calls = iter(range(10**9))
+
+        def stop(_done: float, _goal: float, calls: Iterator[int] = calls, after: int = int(share * asked)) -> None:
+            if next(calls) == after:
+                raise KeyboardInterrupt
+
+        found = sweep(machine, question, stop, resume=found)
+        save(found, tmp_path / "result.nc")
+        found = load(tmp_path / "result.nc")
+    again = sweep(machine, question, resume=found)
+    assert again.attrs["jumps_found"] == whole.attrs["jumps_found"]
+    assert again.attrs["energies"] == whole.attrs["energies"]
+    assert all(again[name].equals(whole[name]) for name in whole.variables)
 
 
 def test_legs_that_were_made_are_not_made_again(machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int]) -> None:

@@ -746,3 +746,13 @@ def test_words(wucht: Command) -> None:
     assert "multipliers were not asked" not in told.out
     assert _degrees(2 * math.pi - 1e-5) == "0.00"
     assert _degrees(math.pi) == "180.00"
+
+
+def test_names_of_three_exciters_on_one_axis() -> None:
+    """Together where all are; compensating where nothing is left."""
+    bodies = [ROTOR | {"name": f"e{k}"} for k in range(3)]
+    drives = [{"on": b["name"], "kind": "linear", "slope": 0.1, "no_load_speed": 100.0} for b in bodies]
+    found = answer(machine_from({"carrier": CARRIER, "bodies": bodies, "drives": drives}), full=False)
+    by_left = {round(s["residual_share"], 6): s["name"] for s in found["states"]}
+    assert by_left[0.0] == "compensating"
+    assert by_left[3.0] == "together"

@@ -162,8 +162,8 @@ def _refuse_large(quick: Sequence[Harmonics], fast: sp.Symbol, velocities: Seque
             if beyond > 1 or (beyond > 0 and not leading.free_symbols & small):
                 allowed = "O(1), as it depends on a speed" if with_speed else f"O({fast})"
                 raise WuchtError(
-                    f"the fast force on {v} grows like {fast}^{power} ({c}): it may be {allowed}, or with a small parameter "
-                    f"O(1/{fast}) one power more. Else its motion is not small: the separation of motions does not hold"
+                    f"the fast force on {v} grows like {fast}^{power} ({c}): it may be {allowed}, or one power more with a "
+                    f"small parameter O(1/{fast}), written as a symbol. Else its motion is not small: no separation holds"
                 )
 
 

@@ -90,6 +90,8 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _order(axis: Axes, result: xr.Dataset) -> None:
+    from matplotlib.ticker import LogFormatter, NullLocator
+
     factor, error = result.factor.values, result.error.values
     axis.set_xlabel("factor of $\\varepsilon$")
     axis.set_ylabel(_said(result, "error of the speeds", "error"))
@@ -104,5 +106,6 @@ def _order(axis: Axes, result: xr.Dataset) -> None:
     axis.loglog(factor, error, color=COLOURS[1], marker="s", markersize=5, linewidth=1.0, label=f"measured: order {found:.2f}")
     axis.loglog(factor, error[-1] * (factor / factor[-1]) ** nominal, color=GREY, linestyle="--", label=f"order {nominal:g}")
     axis.set_xticks(factor, [f"{f:g}" for f in factor])
-    axis.minorticks_off()
+    axis.xaxis.set_minor_locator(NullLocator())
+    axis.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1, 0.4)))
     axis.legend(frameon=False, fontsize=8)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_MARGIN = 0.03  # of the range, so that what lies at its ends is seen whole
 _SHADE, _REACHED = COLOURS[4], COLOURS[2]
 
 
@@ -27,7 +28,7 @@ def figure(result: xr.Dataset) -> Figure:
     _speeds(speed, result)
     low, high = _limits(result, summary)
     for axis in axes:
-        axis.set_xlim(low, high)
+        axis.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
         _bands(axis, summary, low, high, named=axis is phase)
         axis.axvline(summary["value"], color=GREY, linestyle=":", linewidth=1.0, zorder=1)
         if axis.get_legend_handles_labels()[0]:
@@ -44,7 +45,7 @@ def _subtitle(result: xr.Dataset, summary: dict[str, Any]) -> str:
     if not result.attrs["finished"] or summary["existence_band"] is None:
         return str(result.attrs["sentence"])
     unit = result.attrs["along_unit"]
-    said = f"exists {_between(summary['existence_band'], unit)}"
+    said = f"exists {_between(summary['existence_band'], unit)} (slow equations)"
     reached = summary["band_from_rest"]
     return said + ("; not reached from the start" if reached is None else f"; reached from the start {_between(reached, unit)}")
 

@@ -18,7 +18,7 @@ GREY = "#666666"
 SLOW: dict[str, Any] = {"color": "#000000", "linestyle": (0, (6, 2)), "linewidth": 0.8, "zorder": 4}  # slow equations
 _WIDTH, _MOST_POINTS = 8.0, 4000
 _NEAR_ZERO = 45.0  # degrees: angles that end so near to 0 are not drawn at the edge of the panel
-_STRIPS, _PALE = 100, 0.15
+_STRIPS, _PALE, _FEW = 100, 0.15, 2
 
 
 def new_figure(rows: int, height: float, title: str, subtitle: str = "") -> tuple[Figure, list[Axes]]:
@@ -105,17 +105,23 @@ def angle_panel(axis: Axes, angles: Iterable[np.ndarray]) -> float:
 def draw_angles(axis: Axes, x: np.ndarray, degrees: np.ndarray, begin: float, styles: Sequence[dict[str, Any]]) -> None:
     """Angles (n, N) in a panel from ``begin`` on, with gaps where they wrap.
 
-    Where one turns faster than can be drawn its line is left out; a pale band says so, in the colour of the last style.
+    Where one turns faster than can be drawn its line is left out, and a pale band with its name says so.
     """
-    anywhere = np.zeros(len(x), bool)
+    passing: list[tuple[np.ndarray, dict[str, Any]]] = []
     for angle, style in zip(degrees, styles, strict=True):
         fast = _faster_than_drawn(x, angle)
         shown = without_jumps(begin + np.remainder(angle - begin, 360), 360.0)
         axis.plot(x, np.where(fast, np.nan, shown), **style)
-        anywhere |= fast
-    if anywhere.any():
-        pale = {"color": styles[-1]["color"], "alpha": _PALE, "linewidth": 0}
-        axis.fill_between(x, begin, begin + 360, where=anywhere, label="turns past", **pale)
+        if fast.any():
+            passing.append((fast, style))
+    if passing:
+        names = [str(style["label"]) for _, style in passing if "label" in style]
+        who = ", ".join(names) if len(names) == len(passing) <= _FEW else "several"
+        colour = passing[0][1]["color"] if len(passing) == 1 else GREY
+        anywhere = np.any([fast for fast, _ in passing], axis=0)
+        axis.fill_between(
+            x, begin, begin + 360, where=anywhere, label=f"turning past: {who}", color=colour, alpha=_PALE, linewidth=0
+        )
 
 
 def _faster_than_drawn(x: np.ndarray, degrees: np.ndarray) -> np.ndarray:

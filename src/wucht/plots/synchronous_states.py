@@ -41,8 +41,8 @@ def figure(result: xr.Dataset) -> Figure:
     from matplotlib.figure import Figure
 
     mpl.rcParams.update({"font.size": 9, "axes.linewidth": 0.7})
-    shown, mapped = min(result.sizes["state"], _MOST), "map_stable" in result
-    rows = math.ceil(shown / _COLUMNS)
+    shown, mapped = _chosen(result), "map_stable" in result
+    rows = math.ceil(len(shown) / _COLUMNS)
     heading = textwrap.wrap(result.attrs["sentence"], _LINE)
     above = 0.8 + 0.17 * (len(heading) - 1)
     polygons = max(rows * _ROW, 0.0 if mapped else _ROW, (result.sizes["body"] + 7) * _ENTRY if shown else 0.0)
@@ -51,8 +51,8 @@ def figure(result: xr.Dataset) -> Figure:
     FigureCanvasAgg(drawn)
     title = drawn.suptitle("\n".join([result.attrs["title"], *heading]), fontsize=10, y=1 - 0.12 / height, va="top")
     title.set_parse_math(False)
-    for k in range(shown):
-        row, column = divmod(k, _COLUMNS)
+    for place, k in enumerate(shown):
+        row, column = divmod(place, _COLUMNS)
         top = height - above + 0.2 - row * _ROW
         where = ((0.1 + 1.62 * column) / _WIDTH, (top - _ROW + 0.05) / height, 1.5 / _WIDTH, 1.5 / height)
         _polygon(drawn.add_axes(where), result, k)
@@ -60,10 +60,16 @@ def figure(result: xr.Dataset) -> Figure:
         _legend(drawn, result, height, above)
     if mapped:
         _map(drawn.add_axes((0.75 / _WIDTH, 0.5 / height, 4.9 / _WIDTH, (_MAP - 0.8) / height)), result)
-    rest = result.sizes["state"] - shown
+    rest = result.sizes["state"] - len(shown)
     if rest:
         drawn.text(0.99, 0.01, f"and {rest} more", ha="right", fontsize=8, color=GREY)
     return drawn
+
+
+def _chosen(result: xr.Dataset) -> list[int]:
+    """The states that are drawn, in their order: where there are too many, those are left out first that are not stable."""
+    order = sorted(range(result.sizes["state"]), key=lambda k: str(result.verdict.values[k]).startswith("unstable"))
+    return sorted(order[:_MOST])
 
 
 def _polygon(axis: Axes, result: xr.Dataset, k: int) -> None:

@@ -17,7 +17,7 @@ def lines(document: dict[str, Any]) -> list[str]:
     said = [f"{document['machine']}", f"verdict: {s['sentence']}"]
     if s["speed"] is not None:
         said.append(f"  speed        {speed(s['speed'])}, given")
-    for state in s["states"][:_MOST]:
+    for state in _chosen(s["states"]):
         said.append("  " + _line(state, None if s["speed"] is not None else speed(state["speed"]), s["full"]))
         if state["why"] and s["full"]:
             said.append(f"               {state['why']}")
@@ -28,6 +28,12 @@ def lines(document: dict[str, Any]) -> list[str]:
         shares = "; ".join(f"{name} {100 * share:.0f} %" for name, share in s["map"]["stable_share"].items() if share)
         said.append(f"  map          stable: {shares}")
     return said
+
+
+def _chosen(states: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Those that are named, in their order: where there are too many, those are left out first that are not stable."""
+    order = sorted(range(len(states)), key=lambda k: states[k]["verdict"].startswith("unstable"))
+    return [states[k] for k in sorted(order[:_MOST])]
 
 
 def _line(state: dict[str, Any], speed: str | None, full: bool) -> str:

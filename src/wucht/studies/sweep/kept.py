@@ -49,14 +49,14 @@ def places(machine: Machine, mover: Mover, record: Record, samples: int) -> dict
     }
 
 
-def attributes_of(machine: Machine, question: Sweep, mover: Mover, record: Record) -> dict[str, Any]:
+def attributes_of(machine: Machine, question: Sweep, record: Record) -> dict[str, Any]:
     """Attributes that a sweep is gone on with."""
     return {
         "asked": _asked(machine, question),
         "complete": to_json(record.complete, indent=None),
         "said": to_json(record.warnings, indent=None),
         "jumps_found": to_json([asdict(j) for j in record.jumps], indent=None),
-        "energies": to_json([mover.scale, mover.stored_at_start], indent=None),
+        "energies": to_json(record.energies, indent=None),
     }
 
 
@@ -68,7 +68,7 @@ def restore(machine: Machine, question: Sweep, earlier: xr.Dataset, mover: Mover
     """Put what an earlier result kept into ``mover`` and ``record``. Raises ``InputError`` if it answers another question."""
     check_same(earlier, _asked(machine, question), "machine or sweep")
     read = {key: json.loads(earlier.attrs[key]) for key in ("complete", "said", "jumps_found", "energies")}
-    mover.scale, mover.stored_at_start = read["energies"]
+    mover.scale, mover.stored_at_start = record.energies = tuple(read["energies"])
     record.complete = read["complete"]
     record.warnings = list(dict.fromkeys([*record.warnings, *read["said"]]))
     # Of a ramp whose jumps were not all found, they are looked for again.

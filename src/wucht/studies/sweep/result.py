@@ -75,7 +75,7 @@ def result(machine: Machine, question: Sweep, plan: Plan, mover: Mover, record: 
         machine, question, summary, _sentence(question, record), _warnings(record), begun, record.failure, record.interrupted
     )
     found.attrs |= {"along": question.along, "along_unit": along.unit, "rate": plan.rate, "engine": mover.flow.engine.name}
-    found.attrs |= attributes_of(machine, question, mover, record)
+    found.attrs |= attributes_of(machine, question, record)
     return found
 
 

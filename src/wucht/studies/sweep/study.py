@@ -114,13 +114,15 @@ def _prepared(machine: Machine, question: Sweep) -> tuple[Machine, np.ndarray]:
 class Record:
     """What a sweep has found so far. readings, places: after each leg of each ramp; jumps in the order in which they happen.
 
-    complete: the ramps whose jumps have all been found.
+    complete: the ramps whose jumps have all been found. energies: the mover's scale and the energy at its start, after the
+    last leg or ramp: a search for jumps that is broken off leaves no trace.
     """
 
     readings: dict[str, list[Reading]] = field(default_factory=dict)
     places: dict[str, list[Place]] = field(default_factory=dict)
     jumps: list[Jump] = field(default_factory=list)
     complete: list[str] = field(default_factory=list)
+    energies: tuple[float, float | None] = (0.0, None)
     warnings: list[str] = field(default_factory=list)
     failure: str | None = None
     interrupted: bool = False
@@ -181,6 +183,7 @@ def sweep(
             if way not in record.complete:
                 record.jumps += jumps(mover, plan, record.places[way], record.readings[way], question.jump_tolerance)
                 record.complete.append(way)
+                record.energies = mover.scale, mover.stored_at_start
     except HaltError as halt:
         record.failure, record.interrupted = halt.failure, halt.failure is None
     except KeyboardInterrupt:
@@ -204,6 +207,7 @@ def _ramp(
         place, reading = mover.leg(place, plan.step, float(value))
         readings.append(reading)
         places.append(place)
+        record.energies = mover.scale, mover.stored_at_start
         keep()
     place, settled = _settled(mover, plan, place, record, f"after the way {way}")
     change, last = abs(settled.speed - readings[-1].speed), readings[-1]

@@ -39,6 +39,7 @@ _SAMPLES, _FULL_SAMPLES, _POINTS = 64, 7, 1200  # members of a family, and speed
 _PATTERNS = 64  # ways to be in line for which the speeds are proved complete
 _EQUAL_SPEEDS = 1e-6
 _IN_LINE = math.cos(math.pi / 4)  # two bodies further than that from one direction have no name
+_NEAR = 2 * math.sin(math.pi / 8)  # the chord of the same angle: several rotors within it are together
 STABLE, STABLE_SLOW, UNSTABLE, UNSTABLE_SLOW, UNDECIDED = (
     "stable", "stable in the slow equations only", "unstable", "unstable in the slow equations only", "undecided",
 )  # fmt: skip
@@ -239,7 +240,7 @@ class Configurations:
     def name(self, state: State, residual: float | None) -> str | None:
         """What the state is called, None where it has no name."""
         t = self.torques
-        if residual == 0.0 and t.size > 1 and len(t.classes) and t.heads[-1] == 0:
+        if residual == 0.0 and (t.size > 2 or t.heads[-1] == 0):  # two exciters that cancel each other are opposed
             return "compensating"
         if len(state.beside) > 1:
             return "together" if len(set(state.beside)) == 1 else "opposed"
@@ -247,7 +248,8 @@ class Configurations:
         if t.size == 2 and (alike or bool((t.senses == t.senses[0]).all())):
             cosine = math.cos(state.phases[1])
             return ("together" if cosine > 0 else "opposed") if abs(cosine) > _IN_LINE else None
-        return None
+        apart = np.abs(np.exp(1j * state.phases)[:, None] - np.exp(1j * state.phases))
+        return "together" if self.in_line and apart.max() <= _NEAR else None
 
     def phases(self, state: State) -> dict[str, float]:
         """Of a balancing body: its angle less that of its rotor, counter-clockwise.
