@@ -17,7 +17,8 @@ from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed, sense_of
 from wucht.results.store import load, save
-from wucht.studies.entrainment import Entrainment, entrainment, study
+from wucht.studies import keeper
+from wucht.studies.entrainment import Entrainment, entrainment
 from wucht.studies.entrainment.along import along_of, read_along
 from wucht.studies.entrainment.branches import Path as Followed
 from wucht.studies.entrainment.runs import Band, RunAt, Runs, band_from_start
@@ -356,7 +357,7 @@ def test_it_can_be_stopped_within_a_run() -> None:
 
 
 def test_progress_rises_to_its_end_and_results_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(study, "_SAVE_EVERY_S", 0.0)
+    monkeypatch.setattr(keeper, "SAVE_EVERY_S", 0.0)
     told, kept = [], []
     machine = bild_2()
     entrainment(

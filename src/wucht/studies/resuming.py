@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from wucht.errors import InputError
@@ -17,6 +18,11 @@ if TYPE_CHECKING:
 def fingerprint(machine: Machine, asked: Sequence[Any]) -> str:
     """What a result depends on: the machine, its values, and what was asked."""
     return to_json([structure(machine), machine.values, list(asked)], indent=None)
+
+
+def whole_fingerprint(machine: Machine, question: Any) -> str:
+    """The same where all of the question counts."""
+    return fingerprint(machine, [asdict(question)])
 
 
 def check_same(earlier: xr.Dataset, asked: str, what: str) -> None:

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.machines.machine import Machine
 from wucht.results.conventions import Variable, variable
-from wucht.results.store import to_json
 from wucht.studies.approximation.comparison import CURVE, Comparison, angles
 from wucht.studies.approximation.verdict import sentence_of, summary_of
 from wucht.studies.attributes import attributes
 from wucht.studies.deviations import watched
-from wucht.studies.resuming import fingerprint
+from wucht.studies.resuming import whole_fingerprint
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,7 +71,7 @@ def result(
         begun,
         failures[0] if failures and own is None else None,
         interrupted,
-    ) | {"asked": asked(machine, question)}
+    ) | {"asked": whole_fingerprint(machine, question)}
     return found
 
 
@@ -101,11 +99,6 @@ def _compared(machine: Machine, shown: Sequence[Comparison], whose: str) -> dict
 def _measured(machine: Machine, measured: Errors | None, whose: str) -> dict[str, Variable]:
     values = np.empty(0) if measured is None else measured.speed
     return {"error": variable("factor", values, f"error of the speed of {whose}", machine.units.speed)}
-
-
-def asked(machine: Machine, question: Approximation) -> str:
-    """What an interrupted study must agree in to be gone on with."""
-    return fingerprint(machine, [to_json(asdict(question), indent=None)])
 
 
 def _named(machine: Machine, question: Approximation) -> tuple[str, str]:

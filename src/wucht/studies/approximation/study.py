@@ -162,7 +162,7 @@ def approximation(
     checkpoint: Checkpoint | None = None,
     resume: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """Compare both models. Returns the Dataset of ``approximation_result``.
+    """Compare both models. Returns the Dataset of ``approximation.result``.
 
     progress: called with the comparisons done and to do. checkpoint: called with the result so far after each. resume: an
     earlier result of the same question, whose comparisons are kept. Raises ``InputError`` for a question that does not fit;
@@ -170,14 +170,14 @@ def approximation(
     """
     from wucht.studies.approximation.comparison import comparison, restored
     from wucht.studies.approximation.order import UnmeasuredError, errors
-    from wucht.studies.approximation.result import asked, result
-    from wucht.studies.resuming import check_same
+    from wucht.studies.approximation.result import result
+    from wucht.studies.resuming import check_same, whole_fingerprint
 
     begun = clock.perf_counter()
     question.check(machine)
     values = (math.nan, *question.values)
     if resume is not None:
-        check_same(resume, asked(machine, question), "machine or question")
+        check_same(resume, whole_fingerprint(machine, question), "machine or question")
     done = restored(resume) if resume is not None else []
     interrupted, measured, unmeasured = False, None, ""
     try:

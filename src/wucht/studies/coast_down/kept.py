@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from wucht.numerics.trajectory import Trajectory
 from wucht.results.conventions import Variable, variable
 from wucht.results.store import to_json
 from wucht.studies.coast_down.record import ROW, Record
-from wucht.studies.resuming import check_same, fingerprint
+from wucht.studies.resuming import check_same, whole_fingerprint
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,11 +34,7 @@ def ends(record: Record, trajectory: Trajectory) -> dict[str, Variable]:
 def attributes_of(machine: Machine, question: CoastDown, record: Record, trajectory: Trajectory) -> dict[str, Any]:
     """Attributes that it is gone on with."""
     scalars = {name: getattr(record, name) for name in _SCALARS} | {"end_time": trajectory.end_time}
-    return {"asked": _asked(machine, question), "so_far": to_json(scalars, indent=None)}
-
-
-def _asked(machine: Machine, question: CoastDown) -> str:
-    return fingerprint(machine, [to_json(asdict(question), indent=None)])
+    return {"asked": whole_fingerprint(machine, question), "so_far": to_json(scalars, indent=None)}
 
 
 def restore(machine: Machine, question: CoastDown, earlier: xr.Dataset, record: Record) -> Trajectory | None:
@@ -47,7 +42,7 @@ def restore(machine: Machine, question: CoastDown, earlier: xr.Dataset, record: 
 
     Raises ``InputError`` if it answers another question.
     """
-    check_same(earlier, _asked(machine, question), "machine or coast-down")
+    check_same(earlier, whole_fingerprint(machine, question), "machine or coast-down")
     so_far = json.loads(earlier.attrs["so_far"])
     if not so_far["legs"]:
         return None

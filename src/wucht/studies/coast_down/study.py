@@ -6,6 +6,7 @@ import math
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -23,6 +24,7 @@ from wucht.numerics.integrate import integrate
 from wucht.numerics.trajectory import Trajectory
 from wucht.quantities import Unit
 from wucht.studies.coast_down.record import Record
+from wucht.studies.keeper import Keeper
 from wucht.studies.keys import engine_of, positive, start_of, tolerance_of
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.release import placed, release_event
@@ -36,7 +38,6 @@ SAMPLES_PER_TURN, SAMPLES_A_LEG, ROWS = 24, 20_480, 4000
 SLOW = 0.01  # of the speed at the start: without `until` the run ends there
 _MOST_TURNS = 50_000
 _ENOUGH_SWINGS = 20
-_SAVE_EVERY_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,7 @@ def coast_down(
     checkpoint: Checkpoint | None = None,
     resume: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """Let the machine coast down. Returns the Dataset described in ``coast_down_result``.
+    """Let the machine coast down. Returns the Dataset described in ``coast_down.result``.
 
     progress: called with the time reached and the time to reach. checkpoint: called now and then with the result so far.
     resume: an earlier result of the same question, gone on with. Raises ``InputError`` for a start that does not fit; a
@@ -162,7 +163,7 @@ def coast_down(
         return result(machine, question, flow, record, t, begun)
 
     trajectory = None if resume is None else restore(machine, question, resume, record)
-    saved = clock.perf_counter()
+    keep = Keeper(checkpoint)
     while trajectory is None or not (trajectory.ended or _done(record, question, trajectory.end_time, limit)):
         leg = _leg(flow, machine, initial, trajectory, step, limit, progress)
         if leg.interrupted and trajectory is not None:
@@ -170,9 +171,7 @@ def coast_down(
             break
         trajectory = replace(leg, hits=tuple(h for h in leg.hits if h.name == REVERSAL))
         record.add(trajectory)
-        if checkpoint is not None and clock.perf_counter() - saved > _SAVE_EVERY_S:
-            checkpoint(described(trajectory))
-            saved = clock.perf_counter()
+        keep(partial(described, trajectory))
     return described(trajectory)
 
 

@@ -15,6 +15,7 @@ from wucht.machines.machine import Machine
 from wucht.quantities import Unit
 from wucht.studies.entrainment.along import MOTION, along_of, read_along, unit_of, widest
 from wucht.studies.entrainment.search import Record, expected_steps, search
+from wucht.studies.keeper import Keeper
 from wucht.studies.keys import positive, span, start_of, whole
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.locking import is_locking
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 DEFAULT_POINTS = 25
 _FEWEST, _MOST = 5, 2000
-_SAVE_EVERY_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def entrainment(
 ) -> xr.Dataset:
     """The band in which rotors are taken along: that in which such a motion exists, and that reached from the start.
 
-    Returns the Dataset of ``entrainment_result``. progress: called with steps done and to do. checkpoint: called now and then
+    Returns the Dataset of ``entrainment.result``. progress: called with steps done and to do. checkpoint: called now and then
     with the result so far. resume: an earlier result, also of another range, whose runs from the start are not made again.
     Raises ``InputError`` for a question that does not fit.
     """
@@ -129,7 +129,7 @@ class _Steps:
         self, total: int, progress: Progress | None, checkpoint: Checkpoint | None, describe: Callable[[], xr.Dataset]
     ) -> None:
         self._done, self._total, self._progress = 0, total, progress
-        self._checkpoint, self._describe, self._saved = checkpoint, describe, clock.perf_counter()
+        self._keep, self._describe = Keeper(checkpoint), describe
 
     def __call__(self) -> None:
         self.to(self._done + 1)
@@ -138,9 +138,7 @@ class _Steps:
         """So many steps are done."""
         self._done = max(self._done, min(done, self._total - 1))
         self.watch()
-        if self._checkpoint is not None and clock.perf_counter() - self._saved >= _SAVE_EVERY_S:
-            self._checkpoint(self._describe())
-            self._saved = clock.perf_counter()
+        self._keep(self._describe)
 
     def watch(self) -> None:
         """Tell how far it is; here the user may stop it."""

@@ -75,7 +75,7 @@ def response(
     checkpoint: Checkpoint | None = None,
     resume: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """The steady vibration over the speed, in closed form. Returns the Dataset described in ``response_result``.
+    """The steady vibration over the speed, in closed form. Returns the Dataset described in ``response.result``.
 
     It takes milliseconds: nothing is reported, kept in between or resumed. Raises ``InputError`` for a question that does not
     fit the machine.

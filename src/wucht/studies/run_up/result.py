@@ -41,7 +41,7 @@ def result(
     warnings: Sequence[str],
     begun: float,
 ) -> xr.Dataset:
-    """Put a run into a Dataset: the variables of ``run_up_variables``, what is needed to continue the run, and attributes.
+    """Put a run into a Dataset: the variables of ``run_up.variables``, what is needed to continue the run, and attributes.
 
     The attributes hold the summary, outcome, warnings and provenance. begun: ``perf_counter()`` at the beginning of the run.
     """

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -21,6 +21,7 @@ from wucht.numerics.program import Evaluator
 from wucht.numerics.trajectory import Trajectory
 from wucht.quantities import Unit
 from wucht.results.outcomes import Outcome
+from wucht.studies.keeper import SAVE_EVERY_S, Keeper
 from wucht.studies.keys import engine_of, positive, start_of, tolerance_of
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.release import placed
@@ -38,7 +39,6 @@ ABSCISSAE = ("time", "phi", "psi")
 MODELS = ("full", "slow", "both")
 _SETTLED_TOLERANCE = 1e-5
 _NO_ACCELERATION = 1e-12
-_SAVE_EVERY_S = 5.0
 _JUDGED_IF_COARSE = 10_000  # samples: no outcome comes of them, only phases and the like
 
 
@@ -177,7 +177,7 @@ def run_up(
 
     progress: called with the time reached and the time to reach. checkpoint: called now and then with the result so far, for
     saving. resume: an earlier, unfinished result of the same input, to continue. Returns the Dataset described in
-    ``run_up_result``.
+    ``run_up.result``.
     Raises ``InputError`` for a start that does not fit the machine; a run that fails is recorded in the Dataset.
     """
     if question.starts or question.values:
@@ -217,13 +217,13 @@ def single_run_up(
         said = [*plan.warnings, *model.warnings, *(model.remedies if t.failure else ())]
         return result(machine, question, flow, model, t, judged(t), said, begun)
 
-    keeper = _Keeper(checkpoint, described)
+    keeper = Keeper(checkpoint)
     for goal in plan.goals():
         while trajectory is None or trajectory.end_time < goal - plan.step / 2:
             trajectory = _extend(model, flow, trajectory, goal, plan, progress)
             if trajectory.ended:
                 break
-            keeper.keep(trajectory)
+            keeper(partial(described, trajectory))
         if trajectory.ended or (plan.open_ended and _decided(plan, judged(trajectory))):
             break
     assert trajectory is not None
@@ -302,24 +302,8 @@ def _extend(
     values = model.values if so_far is None else so_far.parameters
     grid = np.linspace(begin, goal, max(1, round((goal - begin) / plan.step)) + 1)
     report = None if progress is None else lambda t: progress(t, max(plan.expected_end, goal))
-    leg = integrate(flow, state, values, grid, report, _SAVE_EVERY_S, plan.energy)
+    leg = integrate(flow, state, values, grid, report, SAVE_EVERY_S, plan.energy)
     return leg if so_far is None else so_far.joined(leg)
-
-
-class _Keeper:
-    """Saves what there is now and then: seldom enough that saving takes a tenth of the time at most."""
-
-    def __init__(self, checkpoint: Checkpoint | None, describe: Callable[[Trajectory], xr.Dataset]) -> None:
-        self._checkpoint, self._describe = checkpoint, describe
-        self._next = clock.perf_counter() + _SAVE_EVERY_S
-
-    def keep(self, trajectory: Trajectory) -> None:
-        begun = clock.perf_counter()
-        if self._checkpoint is None or begun < self._next:
-            return
-        self._checkpoint(self._describe(trajectory))
-        ended = clock.perf_counter()
-        self._next = ended + max(_SAVE_EVERY_S, 9 * (ended - begun))
 
 
 def summary(result: xr.Dataset) -> dict[str, Any]:

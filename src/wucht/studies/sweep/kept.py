@@ -13,7 +13,7 @@ import numpy as np
 from wucht.machines.machine import Machine
 from wucht.results.conventions import Variable, variable
 from wucht.results.store import to_json
-from wucht.studies.resuming import check_same, fingerprint
+from wucht.studies.resuming import check_same, whole_fingerprint
 from wucht.studies.sweep.flow import Mover, Place, Reading
 from wucht.studies.sweep.jumps import Jump
 
@@ -52,7 +52,7 @@ def places(machine: Machine, mover: Mover, record: Record, samples: int) -> dict
 def attributes_of(machine: Machine, question: Sweep, record: Record) -> dict[str, Any]:
     """Attributes that a sweep is gone on with."""
     return {
-        "asked": _asked(machine, question),
+        "asked": whole_fingerprint(machine, question),
         "complete": to_json(record.complete, indent=None),
         "said": to_json(record.warnings, indent=None),
         "jumps_found": to_json([asdict(j) for j in record.jumps], indent=None),
@@ -60,13 +60,9 @@ def attributes_of(machine: Machine, question: Sweep, record: Record) -> dict[str
     }
 
 
-def _asked(machine: Machine, question: Sweep) -> str:
-    return fingerprint(machine, [to_json(asdict(question), indent=None)])
-
-
 def restore(machine: Machine, question: Sweep, earlier: xr.Dataset, mover: Mover, record: Record) -> None:
     """Put what an earlier result kept into ``mover`` and ``record``. Raises ``InputError`` if it answers another question."""
-    check_same(earlier, _asked(machine, question), "machine or sweep")
+    check_same(earlier, whole_fingerprint(machine, question), "machine or sweep")
     read = {key: json.loads(earlier.attrs[key]) for key in ("complete", "said", "jumps_found", "energies")}
     mover.scale, mover.stored_at_start = record.energies = tuple(read["energies"])
     record.complete = read["complete"]

@@ -15,6 +15,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.parts.fields import Parameter
 from wucht.numerics.compile import DEFAULT_TOLERANCE, compile_system
 from wucht.quantities import Unit
+from wucht.studies.keeper import Keeper
 from wucht.studies.keys import allowed_value, engine_of, parameter, quantity, span, start_of, tolerance_of, within
 from wucht.studies.kinds import Checkpoint, Progress
 from wucht.studies.release import placed, release_event
@@ -26,7 +27,6 @@ from wucht.studies.sweep.plan import Plan, rate_unit
 if TYPE_CHECKING:
     import xarray as xr
 
-_SAVE_EVERY_S = 5.0
 _TOO_FAST = 0.01  # by how much the speed may change after a ramp, relative to the largest of the sweep
 DIRECTIONS = ("both", "up", "down")
 
@@ -145,7 +145,7 @@ def sweep(
     checkpoint: Checkpoint | None = None,
     resume: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """Settle, ramp, settle again, find the jumps; then back. Returns the Dataset described in ``sweep_result``.
+    """Settle, ramp, settle again, find the jumps; then back. Returns the Dataset described in ``sweep.result``.
 
     progress: called with the ramps done and to do. checkpoint: called now and then with the result so far. resume: an
     earlier result of the same question, gone on with from its last leg. Raises ``InputError`` for a start or rate that does
@@ -173,7 +173,11 @@ def sweep(
     mover = Mover(machine, question.along, flow, plan.fastest, report)
     if resume is not None:
         restore(machine, question, resume, mover, record)
-    keep = _Keeper(checkpoint, described)
+    keeper = Keeper(checkpoint)
+
+    def keep() -> None:
+        keeper(described)
+
     try:
         place = None if any(record.places.values()) else _begun(mover, plan, question.range[ways[0] == "down"], initial, record)
         for way, following in zip(ways, [*ways[1:], None], strict=True):
@@ -226,19 +230,6 @@ def _settled(mover: Mover, plan: Plan, place: Place, record: Record, when: str) 
         speed = f"{reading.speed:.5g} {mover.machine.units.speed}".strip()
         record.say(f"the machine did not settle {when}: its speed was still changing at {speed}")
     return place, reading
-
-
-class _Keeper:
-    """Saves what there is now and then."""
-
-    def __init__(self, checkpoint: Checkpoint | None, describe: Callable[[], xr.Dataset]) -> None:
-        self._checkpoint, self._describe, self._last = checkpoint, describe, clock.perf_counter()
-
-    def __call__(self) -> None:
-        if self._checkpoint is None or clock.perf_counter() - self._last < _SAVE_EVERY_S:
-            return
-        self._checkpoint(self._describe())
-        self._last = clock.perf_counter()
 
 
 __all__ = ["Record", "Sweep", "sweep"]

@@ -150,7 +150,7 @@ def synchronous_states(
     checkpoint: Checkpoint | None = None,
     resume: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """All constant phases. Returns the Dataset of ``synchronous_result``.
+    """All constant phases. Returns the Dataset of ``synchronous_states.result``.
 
     progress: called with the number of states judged, and of all. It takes seconds at most: nothing is kept in between or
     resumed. Raises ``InputError`` for a question that does not fit the machine.

@@ -89,7 +89,7 @@ def torque_balance(
     checkpoint: Checkpoint | None = None,
     resume: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """Characteristic, load line, vibration torque and working points. Returns the Dataset of ``torque_balance_result``.
+    """Characteristic, load line, vibration torque and working points. Returns the Dataset of ``torque_balance.result``.
 
     It takes milliseconds: nothing is reported, kept in between or resumed. Raises ``InputError`` for a question that does not
     fit the machine.
