@@ -90,7 +90,7 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _order(axis: Axes, result: xr.Dataset) -> None:
-    from matplotlib.ticker import LogFormatter, NullLocator
+    from matplotlib.ticker import LogFormatterSciNotation, NullLocator
 
     factor, error = result.factor.values, result.error.values
     axis.set_xlabel("factor of $\\varepsilon$")
@@ -107,5 +107,5 @@ def _order(axis: Axes, result: xr.Dataset) -> None:
     axis.loglog(factor, error[-1] * (factor / factor[-1]) ** nominal, color=GREY, linestyle="--", label=f"order {nominal:g}")
     axis.set_xticks(factor, [f"{f:g}" for f in factor])
     axis.xaxis.set_minor_locator(NullLocator())
-    axis.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1, 0.4)))
+    axis.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(1, 0.4)))
     axis.legend(frameon=False, fontsize=8)
