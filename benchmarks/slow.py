@@ -16,8 +16,8 @@ from dataclasses import replace
 from benchmarks.run_up import GRID, best
 from wucht.machines.catalogue import load_machine
 from wucht.machines.slow import slow_machine
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.studies.start import start_state
 from wucht.system import System
 
@@ -26,7 +26,7 @@ import time
 import heyoka, sympy
 from wucht.machines.files import machine_from
 from wucht.machines.slow import slow_machine
-from wucht.numerics.compile import compile_system
+from wucht.numerics.flow.compiled import compile_system
 pendulum = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "damping": 0.1}
 def machine(n):
     return machine_from({

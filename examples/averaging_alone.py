@@ -8,8 +8,8 @@ import sympy as sp
 
 from wucht.mechanics.averaging import Averaged, averaged
 from wucht.mechanics.standard_form import with_amplitude_and_phase
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.system import System
 
 x, v, r, psi, mu = sp.symbols("x v r psi mu", real=True)

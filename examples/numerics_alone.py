@@ -6,9 +6,9 @@ python examples/numerics_alone.py
 import numpy as np
 import sympy as sp
 
-from wucht.numerics.compile import compile_system
-from wucht.numerics.events import Event
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.integrate import integrate
 from wucht.system import System
 
 

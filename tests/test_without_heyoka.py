@@ -6,14 +6,14 @@ import sys
 import pytest
 
 from wucht.machines.catalogue import load_machine
-from wucht.numerics.compile import available_engine
+from wucht.numerics.flow.compiled import available_engine
 from wucht.studies.run_up.study import RunUp, run_up, summary
 
 
 @pytest.fixture
 def no_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
     find = importlib.util.find_spec
-    monkeypatch.setattr("wucht.numerics.compile.find_spec", lambda name: None if name == "heyoka" else find(name))
+    monkeypatch.setattr("wucht.numerics.flow.compiled.find_spec", lambda name: None if name == "heyoka" else find(name))
     monkeypatch.setitem(sys.modules, "heyoka", None)  # an import would fail
 
 

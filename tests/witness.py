@@ -8,8 +8,8 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from wucht.machines.files import machine_from
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.studies.start import start_state
 
 TIME = sp.Symbol("time", real=True)

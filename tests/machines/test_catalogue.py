@@ -6,8 +6,8 @@ import pytest
 from wucht.documents import read_toml
 from wucht.errors import InputError
 from wucht.machines.catalogue import FOLDER, load_machine, names
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.studies.files import read_study
 from wucht.studies.start import start_state
 

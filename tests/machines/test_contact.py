@@ -8,8 +8,8 @@ import pytest
 from wucht.errors import InputError
 from wucht.machines.contact import angular_width
 from wucht.machines.files import machine_from
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.studies.run_up.study import RunUp, prepared, run_up, summary
 from wucht.studies.start import start_state
 

@@ -13,8 +13,8 @@ from wucht.machines.full_motion import FullMotion
 from wucht.machines.machine import Machine
 from wucht.machines.slow import SlowMachine, slow_machine
 from wucht.machines.static import static_position
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 
 PENDULUM = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "inertia": 1.69e-3, "damping": 0.169}
 

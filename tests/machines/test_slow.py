@@ -15,9 +15,9 @@ from wucht.machines.forced import Forced
 from wucht.machines.machine import Machine
 from wucht.machines.slow import SlowMachine, damped, slow_machine
 from wucht.mechanics.lagrange import equations_of_motion
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
-from wucht.numerics.program import Evaluator, python_function
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.program import Evaluator, python_function
 
 MOUNTS = [
     {"at": [-0.3, 0.05], "stiffness": [5e3, 6e3], "damping": [60.0, 70.0]},

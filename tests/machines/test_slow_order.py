@@ -18,9 +18,9 @@ from wucht.machines.full_motion import FullMotion
 from wucht.machines.machine import Machine
 from wucht.machines.slow import slow_machine
 from wucht.machines.strength import weakened
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
-from wucht.numerics.program import Evaluator
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.program import Evaluator
 
 PHASES = {"p1": -0.5, "p2": 0.7}
 PENDULUM = {"kind": "pendulum", "about": "drum", "inertia": 1.69e-3, "damping": 0.169}

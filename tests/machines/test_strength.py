@@ -9,7 +9,7 @@ from wucht.machines.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.slow import SlowMachine, damped, slow_machine
 from wucht.machines.strength import STRENGTH, values_at, weakened
-from wucht.numerics.program import Evaluator
+from wucht.numerics.flow.program import Evaluator
 
 MACHINES = (
     "drozdetskaya-2020/table-5.1",

@@ -9,8 +9,8 @@ from scipy.optimize import minimize_scalar
 from wucht.machines.catalogue import load_machine
 from wucht.machines.files import machine_from
 from wucht.machines.vibration import Vibration, free_speed, group, unbalances
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.studies.start import start_state
 
 SPEEDS = np.array([0.05, 0.5, 0.95, 1.0, 1.05, 1.5, 2.0, 10.0])

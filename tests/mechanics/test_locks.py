@@ -12,8 +12,8 @@ import sympy as sp
 from witness import Mechanism, along
 from wucht.errors import InputError
 from wucht.machines.files import machine_from
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.studies.run_up.study import RunUp, prepared, run_up
 from wucht.studies.start import start_state
 

@@ -13,8 +13,8 @@ from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
 from wucht.mechanics.means import mean
 from wucht.mechanics.zero import identically_zero
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.system import TIME, System
 
 t = TIME

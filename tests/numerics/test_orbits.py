@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from witness import machine_from
 from wucht.errors import WuchtError
-from wucht.numerics.compile import compile_system
+from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.orbits import periodic_orbit, variational
 from wucht.piecewise import Pieces, PiecewiseCubic, step
 from wucht.system import TIME, Output, System

@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from wucht.machines.files import machine_from
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.studies.start import start_state
 
 few = settings(

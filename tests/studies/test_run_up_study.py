@@ -14,7 +14,7 @@ import xarray as xr
 from wucht.errors import InputError
 from wucht.machines.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.compile import DEFAULT_TOLERANCE
+from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
 from wucht.studies.run_up.study import RunUp, run_up, summary
 
 Study = Callable[..., Path]

@@ -25,8 +25,8 @@ from wucht.machines.synchronous.closed import State, at_speed
 from wucht.machines.synchronous.polygon import members
 from wucht.machines.synchronous.search import by_subdivision, from_many_starts, index, speeds_in_line
 from wucht.machines.synchronous.torques import SPEED, SteadyTorques
-from wucht.numerics.integrate import integrate
-from wucht.numerics.linearise import Linearisation
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.jacobian import Jacobian
 from wucht.piecewise import PiecewiseCubic, step
 from wucht.studies.synchronous_states import SynchronousStates, synchronous_states
 from wucht.studies.synchronous_states.found import prepared
@@ -273,7 +273,7 @@ def test_the_members_of_a_family_are_all_judged_without_inertia_too() -> None:
     state = next(s for s in at_speed(torques, 100.0) if s.dimension)
     at = members(torques, 5)
     found = slow_exponents(torques, slow, state, at)
-    linear, h = Linearisation.of(slow.system), 1e-6
+    linear, h = Jacobian.of(slow.system), 1e-6
     for k, phases in enumerate(at.T):
         x = slow_state(slow, replace(state, phases=phases))
         ahead, behind = (np.array([linear.at(x + s * h * e, slow.values())[0] for e in np.eye(len(x))]).T for s in (1, -1))
@@ -381,7 +381,7 @@ def test_the_slow_matrix_is_that_of_the_slow_equations(given: float | None) -> N
         torques = torques if given is None else torques.held(given)
         state = State(given or 97.0, np.array([0.0, 1.0, 2.5, 4.0][: torques.size]))
         one = slow_matrices(torques, np.array([state.speed]), state.phases[:, None])[0]
-        other = Linearisation.of(slow.system).at(slow_state(slow, state), slow.values(given))[1]
+        other = Jacobian.of(slow.system).at(slow_state(slow, state), slow.values(given))[1]
         assert np.sort_complex(np.linalg.eigvals(one)) == pytest.approx(np.sort_complex(np.linalg.eigvals(other)), rel=1e-9)
 
 

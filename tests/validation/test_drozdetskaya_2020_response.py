@@ -19,8 +19,8 @@ import xarray as xr
 from wucht.machines.catalogue import load_machine
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.studies.response import Response, response
 from wucht.studies.start import start_state
 from wucht.studies.torque_balance import TorqueBalance, torque_balance

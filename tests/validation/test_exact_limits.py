@@ -22,9 +22,9 @@ from scipy.special import ellipk
 from wucht.machines.files import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import Vibration
-from wucht.numerics.compile import compile_system
-from wucht.numerics.events import Event
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.integrate import integrate
 from wucht.studies.run_up.study import RunUp, run_up, summary
 from wucht.studies.start import start_state
 

@@ -18,8 +18,8 @@ from wucht.machines.catalogue import load_machine
 from wucht.machines.slow import slow_machine
 from wucht.machines.synchronous.closed import State
 from wucht.machines.synchronous.torques import SteadyTorques
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.studies.start import start_state
 from wucht.studies.synchronous_states import SynchronousStates, synchronous_states
 from wucht.studies.synchronous_states.stability import slow_judgement

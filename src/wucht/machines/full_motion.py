@@ -13,7 +13,7 @@ import numpy as np
 
 from wucht.machines.slow import SlowMachine
 from wucht.machines.static import static_position
-from wucht.numerics.program import Evaluator
+from wucht.numerics.flow.program import Evaluator
 
 _STEP = 1e-4  # rad: small against what a slow motion needs to change, large against rounding
 
@@ -27,17 +27,17 @@ class FullMotion:
     @cached_property
     def _outputs(self) -> Evaluator:
         s = self.slow.system
-        return Evaluator.of(s, [o.expression for o in s.outputs], [o.name for o in s.outputs])
+        return Evaluator.of_outputs(s)
 
     @cached_property
     def _fluctuation(self) -> Evaluator:
         s = self.slow.fast
-        return Evaluator.of(s, [o.expression for o in s.outputs], [o.name for o in s.outputs])
+        return Evaluator.of_outputs(s)
 
     @cached_property
     def _rates(self) -> Evaluator:
         s = self.slow.system
-        return Evaluator.of(s, s.derivatives, s.state_names)
+        return Evaluator.of_rates(s)
 
     def __call__(self, time: np.ndarray, states: np.ndarray, rotor_angle: np.ndarray, speed: float | None = None) -> np.ndarray:
         """States (N_full, N) of ``machine.system`` for slow states (n, N) at times (N,).

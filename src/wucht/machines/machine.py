@@ -180,7 +180,7 @@ class Machine:
 
     def prescribed_speed(self, coordinate: Coordinate, time: np.ndarray | float) -> np.ndarray:
         """The prescribed velocity of a coordinate at times (N,), which may be a single one."""
-        from wucht.numerics.program import python_function
+        from wucht.numerics.flow.program import python_function
 
         assert coordinate.prescribed is not None
         at = np.atleast_1d(np.asarray(time, float))

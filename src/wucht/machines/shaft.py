@@ -10,7 +10,7 @@ import sympy as sp
 
 from wucht.machines.machine import Machine, Turning
 from wucht.machines.vibration import SPEED, shaft_torques
-from wucht.numerics.program import python_function
+from wucht.numerics.flow.program import python_function
 
 Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 

@@ -17,7 +17,7 @@ import sympy as sp
 from wucht.machines.machine import Machine, Turning
 from wucht.machines.parts.base import Body
 from wucht.machines.parts.rotor import Rotor
-from wucht.numerics.program import python_function
+from wucht.numerics.flow.program import python_function
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.program import Program, lower, python_function
+from wucht.numerics.flow.program import Program, lower, python_function
 from wucht.system import TIME, System
 
 Box = Mapping[str, tuple[float, float]]

@@ -18,10 +18,10 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.compile import Flow, compile_system
-from wucht.numerics.integrate import integrate
-from wucht.numerics.program import Evaluator, Numbers
-from wucht.numerics.trajectory import Trajectory
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.program import Evaluator, Numbers
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.piecewise import PiecewiseCubic
 from wucht.system import System
 
@@ -75,7 +75,7 @@ class Orbit:
 
 
 def periodic_orbit(
-    flow: Flow,
+    flow: CompiledSystem,
     parameters: Numbers | Mapping[str, float],
     guess: Sequence[float] | np.ndarray,
     period: float,
@@ -159,8 +159,8 @@ def variational(system: System) -> System:
 class _Problem:
     """What stays the same in all steps."""
 
-    flow: Flow
-    both: Flow
+    flow: CompiledSystem
+    both: CompiledSystem
     rates: Evaluator
     pars: np.ndarray
     guess: np.ndarray
@@ -171,7 +171,7 @@ class _Problem:
     @classmethod
     def of(
         cls,
-        flow: Flow,
+        flow: CompiledSystem,
         parameters: Numbers | Mapping[str, float],
         guess: np.ndarray,
         period: float,
@@ -191,7 +191,7 @@ class _Problem:
         pars = np.array(bare.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
         plain = compile_system(bare, flow.tolerance, (), chosen)
         both = compile_system(variational(bare), flow.tolerance, (), chosen)
-        rates = Evaluator.of(bare, list(bare.derivatives), [s.name for s in bare.states])
+        rates = Evaluator.of_rates(bare)
         return cls(plain, both, rates, pars, guess, period, advance, time)
 
     def first_advancing(self) -> int:

@@ -9,7 +9,7 @@ from wucht.errors import InputError, nearest
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.machines.parts.fields import Parameter
-from wucht.numerics.compile import DEFAULT_TOLERANCE
+from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
 from wucht.quantities import Unit
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.machines.machine import Machine, Turning
-from wucht.numerics.trajectory import Trajectory
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.turns import hermite
 from wucht.results.conventions import wrapped
 from wucht.results.outcomes import Locking

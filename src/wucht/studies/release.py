@@ -7,7 +7,7 @@ import sympy as sp
 
 from wucht.machines.contact import arranged
 from wucht.machines.machine import Machine, Turning
-from wucht.numerics.events import Event
+from wucht.numerics.flow.events import Event
 from wucht.studies.start import angles_in, fastest_in
 from wucht.system import TIME
 

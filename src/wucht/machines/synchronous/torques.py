@@ -24,7 +24,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.slow import SlowMachine, slow_machine
 from wucht.machines.vibration import Vibration
 from wucht.mechanics.slow.bodies import absolute
-from wucht.numerics.program import python_function
+from wucht.numerics.flow.program import python_function
 
 _PARALLEL = 1e-12  # relative: below it the excitation of a body has the shape of another's
 _NOTHING = 1e-13  # of the largest torque coefficient: below it a torque counts as none

@@ -13,9 +13,9 @@ from wucht.machines.machine import Machine
 from wucht.machines.slow import damped
 from wucht.machines.strength import values_at, weakened
 from wucht.machines.vibration import operating_speed
-from wucht.numerics.compile import Flow, compile_system
-from wucht.numerics.integrate import integrate
-from wucht.numerics.trajectory import Trajectory
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies.deviations import watched
 from wucht.studies.run_up.model import SlowModel, slow_model
 from wucht.studies.start import start_state
@@ -87,7 +87,7 @@ def nominal(machine: Machine, order: int) -> float:
     return order if len(free) < 2 and damped(machine) else order / 2
 
 
-def _largest(model: SlowModel, flows: tuple[Flow, Flow], until_phi: float) -> float:
+def _largest(model: SlowModel, flows: tuple[CompiledSystem, CompiledSystem], until_phi: float) -> float:
     """The largest error of the speeds that are ``watched``, up to an angle of the rotor. Raises ``UnmeasuredError``."""
     machine, initial = model.machine, model.initial
     rows = [machine.state_names.index(b.coordinate.velocity.name) for b in watched(machine) if b.coordinate.prescribed is None]

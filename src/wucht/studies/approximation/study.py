@@ -14,7 +14,7 @@ from wucht.documents import choice, refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.parts.fields import Parameter
-from wucht.numerics.compile import DEFAULT_TOLERANCE
+from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
 from wucht.quantities import Unit
 from wucht.studies.keys import allowed_value, engine_of, parameter, positive, quantity, span, start_of, tolerance_of, whole
 from wucht.studies.kinds import Checkpoint, Progress

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.machines.machine import Machine
-from wucht.numerics.trajectory import Trajectory
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.conventions import Variable, variable
 from wucht.results.store import to_json
 from wucht.studies.coast_down.record import ROW, Record

@@ -10,9 +10,9 @@ import numpy as np
 from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.schedules import SCHEDULED
 from wucht.machines.static import static_position
-from wucht.numerics.compile import Flow
+from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.peaks import interval_peaks
-from wucht.numerics.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, turns
 
 MOST_ROWS = 8000
@@ -30,7 +30,7 @@ class Record:
     """
 
     machine: Machine
-    flow: Flow
+    flow: CompiledSystem
     start_speed: float
     rows: dict[str, list[float]] = field(default_factory=lambda: {n: [] for n in ROW})
     turn_time: list[float] = field(default_factory=list)

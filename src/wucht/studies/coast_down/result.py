@@ -10,8 +10,8 @@ import numpy as np
 
 from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine
-from wucht.numerics.compile import Flow
-from wucht.numerics.trajectory import Trajectory
+from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.conventions import variable
 from wucht.results.outcomes import Outcome
 from wucht.studies.attributes import attributes
@@ -65,7 +65,7 @@ def ending(record: Record) -> Ending:
 def result(
     machine: Machine,
     question: CoastDown,
-    flow: Flow,
+    flow: CompiledSystem,
     record: Record,
     trajectory: Trajectory,
     begun: float,

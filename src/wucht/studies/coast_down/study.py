@@ -18,10 +18,10 @@ from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Drive
 from wucht.machines.vibration import energy_scale, free_speed, group
 from wucht.mechanics.energies import Energies
-from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
-from wucht.numerics.events import Event
-from wucht.numerics.integrate import integrate
-from wucht.numerics.trajectory import Trajectory
+from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE, CompiledSystem, compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.quantities import Unit
 from wucht.studies.coast_down.record import Record
 from wucht.studies.keeper import Keeper
@@ -181,7 +181,7 @@ def _step(turn: float, limit: float) -> float:
 
 
 def _leg(
-    flow: Flow, machine: Machine, initial: np.ndarray, before: Trajectory | None, step: float, limit: float,
+    flow: CompiledSystem, machine: Machine, initial: np.ndarray, before: Trajectory | None, step: float, limit: float,
     progress: Progress | None,
 ) -> Trajectory:  # fmt: skip
     report: Callable[[float], None] | None = None if progress is None else lambda t: progress(t, limit)

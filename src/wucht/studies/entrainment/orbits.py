@@ -10,8 +10,8 @@ import numpy as np
 
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.orbits import Orbit, periodic_orbit
 from wucht.studies.entrainment.along import Along
 from wucht.studies.locking import frequency_of

@@ -12,9 +12,9 @@ import numpy as np
 
 from wucht.machines.machine import Machine, Turning
 from wucht.machines.vibration import operating_speed
-from wucht.numerics.compile import Flow, compile_system
-from wucht.numerics.integrate import integrate
-from wucht.numerics.trajectory import Trajectory
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
 from wucht.studies.entrainment.along import Along
 from wucht.studies.locking import frequency_of, locked, motion_of
@@ -72,7 +72,7 @@ class Runs:
         self.senses: Mapping[str, float] | None = None
 
     @cached_property
-    def flow(self) -> Flow:
+    def flow(self) -> CompiledSystem:
         """The equations without the balance of energy, which nothing here asks for."""
         events = tuple(release_event(self.machine, b) for b in self.machine.bodies if b.release is not None)
         bare = replace(self.machine.system, quadratures=(), outputs=())

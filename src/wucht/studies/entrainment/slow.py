@@ -17,8 +17,8 @@ import numpy as np
 from wucht.machines.machine import Machine
 from wucht.machines.slow import SlowMachine, slow_machine
 from wucht.machines.vibration import free_speed, operating_speed
+from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.orbits import variational
-from wucht.numerics.program import Evaluator
 from wucht.studies.entrainment.along import Along
 from wucht.system import System
 
@@ -41,7 +41,7 @@ class Slow:
         self.n = len(self.names)
         self.phases = np.array([n.endswith(".phase") for n in self.names])
         both = variational(_bare(self.slow))
-        self._evaluate = Evaluator.of(both, list(both.derivatives), [s.name for s in both.states])
+        self._evaluate = Evaluator.of_rates(both)
         self.width = limits[1] - limits[0]
         self.pace = machine.values.get("carrier.motion.frequency") or operating_speed(machine)
         self.sizes = np.where(self.phases, 1.0, self.pace)

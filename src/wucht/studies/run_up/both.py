@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.machines.machine import Machine
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.results.conventions import variable
 from wucht.results.store import to_json
 from wucht.studies.deviations import Course, Deviations, at_equal_angle, at_equal_phase, watched

@@ -17,9 +17,9 @@ from wucht.machines.slow import SlowMachine, damped, slow_machine
 from wucht.machines.static import static_position
 from wucht.machines.vibration import free_speed
 from wucht.mechanics.slow.outputs import ROTOR_ANGLE, SHAKEN
-from wucht.numerics.events import Event
-from wucht.numerics.program import Evaluator
-from wucht.numerics.trajectory import Trajectory
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies.start import angles_in
 from wucht.system import System
 
@@ -169,7 +169,7 @@ class SlowModel:
 
 def _outputs(machine: Machine, seen: Trajectory, parameters: np.ndarray | tuple[float, ...]) -> Mapping[str, np.ndarray]:
     s = machine.system
-    found = Evaluator.of(s, [o.expression for o in s.outputs], [o.name for o in s.outputs])
+    found = Evaluator.of_outputs(s)
     return found(seen.time, seen.states, parameters)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from wucht.machines.dimensionless import natural_frequencies
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import energy_scale, free_speed, net_torque
-from wucht.numerics.events import Event
+from wucht.numerics.flow.events import Event
 from wucht.studies.release import release_event
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ import numpy as np
 from wucht.errors import InputError
 from wucht.machines.dimensionless import natural_frequencies, numbers
 from wucht.machines.machine import MISMATCH, Machine
-from wucht.numerics.compile import Flow
+from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.peaks import extremes
-from wucht.numerics.trajectory import Trajectory
 from wucht.results.conventions import variable
 from wucht.results.outcomes import Outcome
 from wucht.results.store import to_json
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 def result(
     machine: Machine,
     question: RunUp,
-    flow: Flow,
+    flow: CompiledSystem,
     model: Model,
     trajectory: Trajectory,
     verdict: Verdict,

@@ -15,10 +15,10 @@ from wucht.documents import refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.vibration import free_speed
-from wucht.numerics.compile import DEFAULT_TOLERANCE, Flow, compile_system
-from wucht.numerics.integrate import integrate
-from wucht.numerics.program import Evaluator
-from wucht.numerics.trajectory import Trajectory
+from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE, CompiledSystem, compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.quantities import Unit
 from wucht.results.outcomes import Outcome
 from wucht.studies.keeper import SAVE_EVERY_S, Keeper
@@ -291,7 +291,7 @@ def _decided(plan: Plan, verdict: Verdict) -> bool:
 
 def _extend(
     model: Model,
-    flow: Flow,
+    flow: CompiledSystem,
     so_far: Trajectory | None,
     goal: float,
     plan: Plan,

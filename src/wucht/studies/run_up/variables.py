@@ -13,8 +13,8 @@ from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.schedules import SCHEDULED
 from wucht.machines.static import static_position
 from wucht.machines.vibration import free_speed, group, unbalances
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.peaks import envelope, interval_peaks
-from wucht.numerics.trajectory import Trajectory
 from wucht.results.conventions import Variable, variable
 from wucht.studies.locking import frequency_of, is_locking
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from wucht.machines.machine import Machine, Turning
 from wucht.machines.vibration import Vibration, group, net_torque, unbalances
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.settling import Beat, Trend, beat, drift, trend
-from wucht.numerics.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, Turns, turns
 from wucht.results.conventions import wrapped
 from wucht.results.outcomes import (

@@ -19,10 +19,10 @@ from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.schedules import SCHEDULED
 from wucht.machines.vibration import energy_scale, group
 from wucht.mechanics.lagrange import Coordinate
-from wucht.numerics.compile import Flow
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.peaks import interval_peaks
-from wucht.numerics.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, turns
 from wucht.system import TIME, Output, System
 
@@ -98,13 +98,13 @@ def with_value(machine: Machine, path: str, value: float) -> Machine:
 
 @dataclass
 class Mover:
-    """Moves a machine along. fastest: speed that sets the samples. report: called now and then, for progress and Ctrl-C."""
+    """Moves a machine along. fastest: speed that sets the samples. report: called with the time, for progress and Ctrl-C."""
 
     machine: Machine
     path: str
-    flow: Flow
+    flow: CompiledSystem
     fastest: float
-    report: Callable[[], None] | None = None
+    report: Callable[[float], None] | None = None
     scale: float = 0.0
     stored_at_start: float | None = None
 
@@ -156,10 +156,6 @@ class Mover:
         found[len(names) :] = 0.0
         return found
 
-    def _reported(self, _time: float) -> None:
-        if self.report is not None:
-            self.report()
-
     @cached_property
     def _unit(self) -> float:
         return energy_scale(self.machine)
@@ -169,7 +165,7 @@ class Mover:
         return {n: i for i, n in enumerate(self.flow.system.parameter_names)}
 
     def _run(self, grid: np.ndarray, state: np.ndarray, pars: np.ndarray) -> Trajectory:
-        found = integrate(self.flow, state, pars.tolist(), grid, self._reported, None, self._unit)
+        found = integrate(self.flow, state, pars.tolist(), grid, self.report, None, self._unit)
         if found.failure or found.interrupted:
             raise HaltError(found.failure)
         return found

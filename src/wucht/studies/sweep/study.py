@@ -13,7 +13,7 @@ from wucht.documents import choice, refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.parts.fields import Parameter
-from wucht.numerics.compile import DEFAULT_TOLERANCE, compile_system
+from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE, compile_system
 from wucht.quantities import Unit
 from wucht.studies.keeper import Keeper
 from wucht.studies.keys import allowed_value, engine_of, parameter, quantity, span, start_of, tolerance_of, within
@@ -162,7 +162,7 @@ def sweep(
     flow = compile_system(moving_system(machine, question.along), question.tolerance, events, question.engine)
     ways = ["up", "down"] if question.direction == "both" else [question.direction]
 
-    def report() -> None:
+    def report(_time: float) -> None:
         if progress is not None:
             done = sum(len(r) for r in record.readings.values()) / plan.samples
             progress(min(done, len(ways)), float(len(ways)))

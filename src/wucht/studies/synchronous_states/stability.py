@@ -21,8 +21,8 @@ from wucht.machines.slow import SlowMachine, slow_machine
 from wucht.machines.static import static_position
 from wucht.machines.synchronous.closed import State
 from wucht.machines.synchronous.torques import SteadyTorques
-from wucht.numerics.compile import Flow, compile_system
-from wucht.numerics.linearise import Linearisation
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.jacobian import Jacobian
 from wucht.numerics.orbits import Orbit, periodic_orbit
 
 NEUTRAL = 1e-9  # of the fastest rate: an exponent whose real part is smaller neither grows nor decays
@@ -96,7 +96,7 @@ def slow_exponents(torques: SteadyTorques, slow: SlowMachine, state: State, phas
         matrices = slow_matrices(torques, np.full(phases.shape[1], state.speed), phases)
     else:
         states = np.array([slow_state(slow, replace(state, phases=at)) for at in phases.T]).T
-        matrices = np.moveaxis(Linearisation.of(slow.system)(states, slow.values())[1], -1, 0)
+        matrices = np.moveaxis(Jacobian.of(slow.system)(states, slow.values())[1], -1, 0)
     regular = np.isfinite(matrices).all(axis=(1, 2))
     found = np.full(matrices.shape[:2], np.nan, complex)
     found[regular] = np.linalg.eigvals(matrices[regular])
@@ -131,7 +131,7 @@ class FullEquations:
 
     machine: Machine
     torques: SteadyTorques
-    flow: Flow
+    flow: CompiledSystem
 
     @classmethod
     def of(cls, machine: Machine, torques: SteadyTorques) -> FullEquations:
@@ -217,7 +217,7 @@ def second_order(machine: Machine, state: State, inertia: bool) -> Judgement | N
     """Stability from the slow equations of the next order, None where they are not to be had."""
     try:
         slow = slow_machine(machine, inertia, 2)
-        matrix = Linearisation.of(slow.system).at(slow_state(slow, state), slow.values())[1]
+        matrix = Jacobian.of(slow.system).at(slow_state(slow, state), slow.values())[1]
     except WuchtError:
         return None
     if not np.isfinite(matrix).all():

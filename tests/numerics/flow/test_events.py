@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.numerics.compile import compile_system
-from wucht.numerics.events import Event
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.integrate import integrate
 from wucht.system import TIME, System
 
 x, v, w, b = sp.symbols("x v w b", real=True)
@@ -167,7 +167,7 @@ def test_an_action_may_also_end_the_run(engine):
 @pytest.mark.parametrize("acts", [False, True])
 def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatch):
     """Samples are taken in legs; an event may lie exactly where one ends and the next begins."""
-    monkeypatch.setattr("wucht.numerics.integrate._LEG_S", 1e9, raising=False)  # the same legs however busy the computer
+    monkeypatch.setattr("wucht.numerics.flow.integrate._LEG_S", 1e9, raising=False)  # the same legs however busy the computer
     clock, grid, borders = System((x,), (sp.S.One,)), np.linspace(0, 1, 20_001), []
     integrate(compile_system(clock, engine=engine), [0.0], [], grid, borders.append)
     assert len(borders) > 2
@@ -180,7 +180,7 @@ def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatc
 
 def test_more_than_a_million_events_fail_with_a_sentence(engine, monkeypatch):
     """As a ball at rest would; what was computed until then is kept."""
-    monkeypatch.setattr("wucht.numerics.run._MOST_HITS", 10)
+    monkeypatch.setattr("wucht.numerics.flow.run._MOST_HITS", 10)
     flow = compile_system(BALL, events=(Event("floor", x, -1, action=bounce),), engine=engine)
     run = integrate(flow, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 6, 61))
     assert "more than 10 events" in run.failure

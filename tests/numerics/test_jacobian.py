@@ -13,7 +13,7 @@ from wucht.errors import WuchtError
 from wucht.machines.catalogue import load_machine
 from wucht.machines.files import machine_from
 from wucht.machines.slow import slow_machine
-from wucht.numerics.linearise import Linearisation
+from wucht.numerics.jacobian import Jacobian
 from wucht.piecewise import PiecewiseCubic, interpolated
 from wucht.system import TIME, System
 
@@ -28,7 +28,7 @@ def chain() -> System:
 
 def test_against_sympy() -> None:
     system, at = chain(), {x: 0.3, y: -1.2, a: 0.7, b: 2.0}
-    f, fx, fp = Linearisation.of(system, ("b", "a")).at([0.3, -1.2], [0.7, 2.0])
+    f, fx, fp = Jacobian.of(system, ("b", "a")).at([0.3, -1.2], [0.7, 2.0])
     explicit = sp.Matrix([system.explicit(d) for d in system.derivatives])
     exact = [np.array(m.xreplace(at).evalf(), float) for m in (explicit, explicit.jacobian([x, y]), explicit.jacobian([b, a]))]
     assert f == pytest.approx(exact[0][:, 0], rel=1e-14)
@@ -37,7 +37,7 @@ def test_against_sympy() -> None:
 
 
 def test_arrays_and_numbers_are_the_same() -> None:
-    lin, draw = Linearisation.of(chain(), ("a",)), np.random.default_rng(1)
+    lin, draw = Jacobian.of(chain(), ("a",)), np.random.default_rng(1)
     states = draw.normal(size=(2, 7))
     whole = lin(states, [0.7, 2.0])
     assert [w.shape for w in whole] == [(2, 7), (2, 2, 7), (2, 1, 7)]
@@ -48,7 +48,7 @@ def test_arrays_and_numbers_are_the_same() -> None:
 
 def test_a_constant_and_a_zero_entry() -> None:
     system = System((x, y), (sp.Integer(3) * y, sp.Integer(2)), (a,))
-    f, fx, fp = Linearisation.of(system)(np.zeros((2, 4)) + 1.5, [1.0])
+    f, fx, fp = Jacobian.of(system)(np.zeros((2, 4)) + 1.5, [1.0])
     assert f.tolist() == [[4.5] * 4, [2.0] * 4]
     assert fx[:, :, 0].tolist() == [[0, 3], [0, 0]]
     assert fp.shape == (2, 0, 4)
@@ -57,17 +57,17 @@ def test_a_constant_and_a_zero_entry() -> None:
 def test_a_table_and_the_time() -> None:
     table = interpolated("table", [0.0, 1.0, 3.0], [0.0, 2.0, 3.0], "linear")
     system = System((x,), (PiecewiseCubic(x, table) * TIME,))
-    lin = Linearisation.of(system)
+    lin = Jacobian.of(system)
     assert lin.at([0.5], [], 2.0)[1][0, 0] == pytest.approx(4.0)
 
 
 def test_an_unknown_parameter_is_refused() -> None:
     with pytest.raises(WuchtError, match="c is no parameter of this System; known: a, b"):
-        Linearisation.of(chain(), ("c",))
+        Jacobian.of(chain(), ("c",))
 
 
 def test_a_division_by_zero_is_no_number() -> None:
-    f, fx, _ = Linearisation.of(System((x,), (1 / x,))).at([0.0], [])
+    f, fx, _ = Jacobian.of(System((x,), (1 / x,))).at([0.0], [])
     assert math.isnan(f[0])
     assert math.isnan(fx[0, 0])
 
@@ -77,7 +77,7 @@ def test_a_division_by_zero_is_no_number() -> None:
 def test_slow_machines_against_differences(name: str, inertia: bool) -> None:
     slow = slow_machine(load_machine(name), inertia=inertia)
     system, values = slow.system, list(slow.values())
-    lin, draw = Linearisation.of(system, (system.parameter_names[0],)), np.random.default_rng(3)
+    lin, draw = Jacobian.of(system, (system.parameter_names[0],)), np.random.default_rng(3)
     state = np.array([draw.uniform(0, 6) if s in system.angles else draw.uniform(90, 110) for s in system.states])
     f, fx, fp = lin.at(state, values)
     step = 1e-5
@@ -106,7 +106,7 @@ def test_ten_balls_stay_small() -> None:
         )
     )
     begun = clock.perf_counter()
-    lin = Linearisation.of(slow.system)
+    lin = Jacobian.of(slow.system)
     lin.at([1.0] * len(slow.system.states), slow.values())
     assert len(lin.program.lines) < 50 * len(slow.system.states)
     assert clock.perf_counter() - begun < 20  # s; about 1 s when this was written

@@ -1,4 +1,4 @@
-"""A run on its way: legs, corners, actions, and what has been recorded."""
+"""A run on its way: legs, breakpoints, actions, and what has been recorded."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.numerics.compile import Flow
-from wucht.numerics.events import Hit, Leg, LegError
-from wucht.numerics.ladders import ROUNDING
-from wucht.numerics.trajectory import Trajectory
+from wucht.numerics.flow.compiled import CompiledSystem, Integrator
+from wucht.numerics.flow.events import Hit, Leg, LegError
+from wucht.numerics.flow.segments import ROUNDING
+from wucht.numerics.flow.trajectory import Trajectory
 
 _SAMPLES_A_LEG = 1024
 _MOST_HITS = 1_000_000
@@ -21,12 +21,12 @@ class Run:
     """A run on its way: what it started from, and what has been recorded.
 
     state: (n + m,) with the quadratures. pars: the System's parameters. unit: the size of the quadratures. times, states: what
-    was sampled, leg by leg, ``done`` samples in all. at_sample: not at a corner between two samples, so that a run that is
-    continued keeps its even grid. acted: when each event last acted. rungs: of the ladders. sampled: the parameters at the
+    was sampled, leg by leg, ``done`` samples in all. at_sample: not at a breakpoint between two samples, so that a run that is
+    continued keeps its even grid. acted: when each event last acted. segments: those in use. sampled: the parameters at the
     last sample.
     """
 
-    flow: Flow
+    compiled: CompiledSystem
     state: np.ndarray
     pars: np.ndarray
     grid: np.ndarray
@@ -38,29 +38,38 @@ class Run:
     at_sample: bool = True
     stopped_by: str | None = None
     acted: dict[int, float] = field(default_factory=dict)
-    rungs: np.ndarray = field(default_factory=lambda: np.empty(0))
+    segments: np.ndarray = field(default_factory=lambda: np.empty(0))
     sampled: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def start(self) -> None:
-        """Place the engine at the beginning."""
-        time, ladders = float(self.grid[0]), self.flow.ladders
+        """Place the integrator at the beginning."""
+        time, placing = float(self.grid[0]), self.compiled.placing
         self.sampled = self.pars
-        if ladders:
-            self.rungs = ladders.start(time, self.state, self._own)
-        self.flow.engine.forget_events()
+        if placing is not None:
+            self.segments = placing.start(time, self.state, self._own)
         self._place(time, self._in_units(self.state))
 
     def _place(self, time: float, state: np.ndarray) -> None:
-        self.flow.engine.start(time, state, np.concatenate([self._own, self.rungs]))
+        self._integrator.start(time, state, np.concatenate([self._own, self.segments]))
+
+    @cached_property
+    def _integrator(self) -> Integrator:
+        """This run's own."""
+        return self.compiled.engine.integrator()
+
+    @property
+    def time(self) -> float:
+        """The time reached."""
+        return self._integrator.time
 
     @property
     def _own(self) -> np.ndarray:
-        """The parameters without those of the rungs."""
+        """The parameters without those of the segments."""
         return np.append(self.pars, 1 / self.unit)
 
     def _in_units(self, states: np.ndarray, back: bool = False) -> np.ndarray:
         """States (n + m) or (n + m, N) with the quadratures in units of their own, or back from there."""
-        n, changed = len(self.flow.system.states), states.copy()
+        n, changed = len(self.compiled.system.states), states.copy()
         changed[n:] = changed[n:] * self.unit if back else changed[n:] / self.unit
         return changed
 
@@ -68,7 +77,7 @@ class Run:
         """One leg. Returns whether there is more to do."""
         # The first leg has one sample more, the start: legs end at the same samples however a run was paused and continued.
         piece = self.grid[self.done : self.done + _SAMPLES_A_LEG + (self.done == 0)]
-        leg = self.flow.engine.leg(piece)
+        leg = self._integrator.leg(piece)
         self._record(piece, leg.states)
         self.at_sample = leg.stopped_by is None
         self.sampled = self.pars
@@ -77,14 +86,16 @@ class Run:
             raise LegError(f"more than {_MOST_HITS} events happened", leg.states[:, :0], "Look for an event that repeats")
         if leg.stopped_by is not None:
             self._act(leg)
-        elif self.flow.ladders or self.flow.acting:
+        elif self.compiled.placing is not None or self.compiled.acting:
             self._look_around(leg)
         return self.done < len(self.grid) and self.stopped_by is None
 
     def _seen(self, hit: Hit) -> bool:
         """Whether a hit at the border of two legs was counted by the leg before."""
         close = 1e-12 * max(1.0, abs(hit.time))
-        return any(old.name == hit.name and abs(old.time - hit.time) <= close for old in self.hits[-len(self.flow.events) :])
+        return any(
+            old.name == hit.name and abs(old.time - hit.time) <= close for old in self.hits[-len(self.compiled.events) :]
+        )
 
     def _record(self, piece: np.ndarray, samples: np.ndarray) -> None:
         taken = samples.shape[1]
@@ -94,15 +105,15 @@ class Run:
 
     @cached_property
     def _switches(self) -> frozenset[str]:
-        return frozenset(e.name for e in self.flow.events if e.switch is not None)
+        return frozenset(e.name for e in self.compiled.events if e.switch is not None)
 
     def _act(self, leg: Leg) -> None:
         """What the event does at which the leg stopped, and what those do that happen at the same time."""
         index = leg.stopped_by or 0
-        switch = self.flow.events[index].switch
+        switch = self.compiled.events[index].switch
         first = [] if switch is not None or self._has_acted(index, leg.time) else [index]
         state = self._after_actions(leg.time, leg.state, first)
-        if self.flow.ladders and (switch is not None or state is not leg.state):
+        if switch is not None or state is not leg.state:
             state = self._moved(leg.time, state, switch)
         if switch is not None or state is not leg.state:
             self._place(leg.time, state)
@@ -110,16 +121,16 @@ class Run:
     def _look_around(self, leg: Leg) -> None:
         """Corners and events at the very end of a leg are taken now: a run that is continued from there begins beyond them."""
         state = self._after_actions(leg.time, leg.state, [])
-        before = self.rungs
-        moved = self._moved(leg.time, state, None) if self.flow.ladders else state
-        if state is not leg.state or not np.array_equal(before, self.rungs):
+        before = self.segments
+        moved = self._moved(leg.time, state, None)
+        if state is not leg.state or not np.array_equal(before, self.segments):
             self._place(leg.time, moved)
 
     def _after_actions(self, time: float, state: np.ndarray, acting: list[int]) -> np.ndarray:
         """The state after these events' actions and those of events at the same time: an engine may tell one only."""
-        n, together = len(self.flow.system.states), [*acting, *self._together(time, state, acting)]
+        n, together = len(self.compiled.system.states), [*acting, *self._together(time, state, acting)]
         for i in together:
-            event, self.acted[i] = self.flow.events[i], time
+            event, self.acted[i] = self.compiled.events[i], time
             if event.action is not None:
                 changed, self.pars = event.action(time, state[:n].copy(), self.pars.copy())
                 state = np.concatenate([changed, state[n:]])
@@ -130,12 +141,12 @@ class Run:
         return state
 
     def _together(self, time: float, state: np.ndarray, acting: list[int]) -> list[int]:
-        if self.flow.look is None or len(self.flow.acting) <= len(acting):
+        if self.compiled.look is None or len(self.compiled.acting) <= len(acting):
             return []
-        here, ahead = self.flow.look(time, state, np.concatenate([self._own, self.rungs]))
+        here, ahead = self.compiled.look(time, state, np.concatenate([self._own, self.segments]))
         found = []
-        for i, h, a in zip(self.flow.acting, here, ahead, strict=True):
-            direction = self.flow.events[i].direction
+        for i, h, a in zip(self.compiled.acting, here, ahead, strict=True):
+            direction = self.compiled.events[i].direction
             crosses = (a > h and direction >= 0) or (a < h and direction <= 0)
             if i not in acting and abs(h) <= ROUNDING and crosses and not self._has_acted(i, time):
                 found.append(i)
@@ -146,40 +157,42 @@ class Run:
         return index in self.acted and abs(time - self.acted[index]) <= 1e-12 * max(1.0, abs(time))
 
     def _moved(self, time: float, state: np.ndarray, switch: tuple[int, int] | None) -> np.ndarray:
-        """The rungs after an event; returns the state with what the quadratures gain."""
-        before = self.rungs
-        self.rungs = self.flow.ladders.moved(time, state, self._own, before, switch)
-        if np.array_equal(before, self.rungs):
+        """The segments after an event; returns the state with what the quadratures gain."""
+        placing, before = self.compiled.placing, self.segments
+        if placing is None:
+            return state
+        self.segments = placing.moved(time, state, self._own, before, switch)
+        if np.array_equal(before, self.segments):
             return state
         self._correct_sample(time, before)
-        return self._jumped(time, state, before, self.rungs)
+        return self._jumped(time, state, before, self.segments)
 
     def _correct_sample(self, time: float, before: np.ndarray) -> None:
-        """A sample at the very corner was taken before what the quadratures gain there, but is looked at from the right."""
+        """A sample at the very breakpoint was taken before what the quadratures gain there, but is looked at from the right."""
         block = next((s for s in reversed(self.states) if s.shape[1]), None)
-        at = float(self.grid[self.done - 1])
-        if block is None or self.flow.jumps is None or abs(at - time) > 1e-12 * max(1.0, abs(time)):
+        at, placing = float(self.grid[self.done - 1]), self.compiled.placing
+        if block is None or placing is None or self.compiled.jumps is None or abs(at - time) > 1e-12 * max(1.0, abs(time)):
             return
         state = self._in_units(block[:, -1])
-        seen = self.flow.ladders.seen(at, state, self._own, self.rungs)
+        seen = placing.seen(at, state, self._own, self.segments)
         block[:, -1] = self._in_units(self._jumped(at, state, before, seen), back=True)
 
     def _jumped(self, time: float, state: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-        """The state with what the quadratures gain from the change of rungs."""
-        if self.flow.jumps is None:
+        """The state with what the quadratures gain from the change of segments."""
+        if self.compiled.jumps is None:
             return state
-        n, at = len(self.flow.system.states), (np.array([time]), state[:, None])
-        old, new = (self.flow.jumps(*at, np.concatenate([self._own, rungs])) for rungs in (before, after))
-        gained = [float(new[q.name][0] - old[q.name][0]) for q in self.flow.system.quadratures]
+        n, at = len(self.compiled.system.states), (np.array([time]), state[:, None])
+        old, new = (self.compiled.jumps(*at, np.concatenate([self._own, segments])) for segments in (before, after))
+        gained = [float(new[q.name][0] - old[q.name][0]) for q in self.compiled.system.quadratures]
         return np.concatenate([state[:n], state[n:] + np.array(gained) / self.unit])
 
     def failed(self, error: LegError) -> str:
         """Record what the failing leg still reached; returns the sentence."""
         self._record(self.grid[self.done :], error.samples)
-        time = self.flow.engine.time
+        time = self.time
         reached = time if np.isfinite(time) else float(self.grid[max(0, self.done - 1)])
         last = next((block[:, -1] for block in reversed(self.states) if block.shape[1]), self.state)
-        largest = sorted(zip(self.flow.system.state_names, last, strict=False), key=lambda p: -abs(p[1]))[:4]
+        largest = sorted(zip(self.compiled.system.state_names, last, strict=False), key=lambda p: -abs(p[1]))[:4]
         shown = ", ".join(f"{name} = {value:.4g}" for name, value in largest)
         return f"the integration failed at t = {reached:.6g}: {error} (largest states sampled last: {shown}). {error.remedy}"
 
@@ -188,16 +201,16 @@ class Run:
         if not self.done:
             self.times, self.states = [self.grid[:1]], [self.state[:, None]]
         times, states = np.concatenate(self.times), np.concatenate(self.states, axis=1)
-        engine, n = self.flow.engine, len(self.flow.system.states)
+        n = len(self.compiled.system.states)
         # What was computed since the last samples is given up, so that a run that goes on keeps its even grid.
         at_sample = interrupted or failure is not None
         return Trajectory(
             times,
             states[:n],
-            {q.name: states[n + i] for i, q in enumerate(self.flow.system.quadratures)},
+            {q.name: states[n + i] for i, q in enumerate(self.compiled.system.quadratures)},
             self.sampled if at_sample else self.pars,
-            float(times[-1]) if at_sample else engine.time,
-            states[:, -1] if at_sample else self._in_units(engine.state, back=True),
+            float(times[-1]) if at_sample else self.time,
+            states[:, -1] if at_sample else self._in_units(self._integrator.state, back=True),
             tuple(self.hits),
             self.stopped_by,
             failure,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -144,7 +144,7 @@ def _with_calls(lines: Lines, results: Sequence[sp.Expr]) -> tuple[Lines, list[s
 
 @dataclass(frozen=True)
 class Evaluator:
-    """Expressions of a System as a function of arrays."""
+    """Expressions of a System as a function of arrays. The same expressions give the same evaluator back."""
 
     names: tuple[str, ...]
     program: Program
@@ -152,7 +152,17 @@ class Evaluator:
     @classmethod
     def of(cls, system: System, expressions: Sequence[sp.Expr], names: Sequence[str]) -> Evaluator:
         """The evaluator of expressions in a System's symbols."""
-        return cls(tuple(names), lower(system, tuple(expressions)))
+        return _evaluator(system, tuple(expressions), tuple(names))
+
+    @classmethod
+    def of_outputs(cls, system: System) -> Evaluator:
+        """The evaluator of a System's outputs."""
+        return cls.of(system, [o.expression for o in system.outputs], [o.name for o in system.outputs])
+
+    @classmethod
+    def of_rates(cls, system: System) -> Evaluator:
+        """The evaluator of a System's derivatives, by the names of the states."""
+        return cls.of(system, system.derivatives, system.state_names)
 
     @cached_property
     def _function(self) -> Callable[..., Any]:
@@ -163,3 +173,8 @@ class Evaluator:
         """Evaluate. time: (N,), states: (n, N), parameters in the System's order. Returns an (N,) array a name."""
         values = self._function(tuple(states), time, self.program.constant_values(parameters))
         return {n: np.broadcast_to(np.asarray(v, float), time.shape) for n, v in zip(self.names, values, strict=True)}
+
+
+@lru_cache(maxsize=256)
+def _evaluator(system: System, expressions: tuple[sp.Expr, ...], names: tuple[str, ...]) -> Evaluator:
+    return Evaluator(names, lower(system, expressions))

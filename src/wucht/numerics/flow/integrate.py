@@ -1,4 +1,4 @@
-"""Run a Flow: dense samples, exact events, progress, and a sentence when it fails."""
+"""Run a compiled System: dense samples, exact events, progress, and a sentence when it fails."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.compile import Flow
-from wucht.numerics.events import LegError
-from wucht.numerics.program import Numbers
-from wucht.numerics.run import Run
-from wucht.numerics.trajectory import Trajectory
+from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.events import LegError
+from wucht.numerics.flow.program import Numbers
+from wucht.numerics.flow.run import Run
+from wucht.numerics.flow.trajectory import Trajectory
 
 Progress = Callable[[float], None]
 
 
 def integrate(
-    flow: Flow,
+    compiled: CompiledSystem,
     initial: Sequence[float] | np.ndarray,
     parameters: Numbers | Mapping[str, float],
     grid: np.ndarray,
@@ -36,7 +36,7 @@ def integrate(
     numbers to the last bit, paused and continued or not. Raises ``RunError`` for an initial state that is not finite.
     """
     # A power of two, so that a run which is continued has the same numbers to the last bit.
-    run = Run(flow, *_checked(flow, initial, parameters, grid), 2.0 ** round(math.log2(unit)))
+    run = Run(compiled, *_checked(compiled, initial, parameters, grid), 2.0 ** round(math.log2(unit)))
     begun, failure, interrupted = clock.perf_counter(), None, False
     try:
         run.start()
@@ -44,7 +44,7 @@ def integrate(
         while more:
             more = run.advance()
             if progress:
-                progress(flow.engine.time)
+                progress(run.time)
             if budget_s is not None and run.at_sample and clock.perf_counter() - begun > budget_s:
                 break
     except KeyboardInterrupt:
@@ -55,9 +55,9 @@ def integrate(
 
 
 def _checked(
-    flow: Flow, initial: Sequence[float] | np.ndarray, parameters: Numbers | Mapping[str, float], grid: np.ndarray
+    compiled: CompiledSystem, initial: Sequence[float] | np.ndarray, parameters: Numbers | Mapping[str, float], grid: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    system = flow.system
+    system = compiled.system
     pars = np.array(system.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
     n, accumulated = len(system.states), len(system.quadratures)
     state = np.asarray(initial, dtype=float)

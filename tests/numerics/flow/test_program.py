@@ -5,7 +5,7 @@ import sympy as sp
 from pytest import raises
 
 from wucht.errors import RunError, WuchtError
-from wucht.numerics.program import Evaluator, lower, python_function
+from wucht.numerics.flow.program import Evaluator, lower, python_function
 from wucht.system import TIME, Output, System
 
 a, w, u, v = sp.symbols("a w u v", real=True)

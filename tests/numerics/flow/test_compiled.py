@@ -8,9 +8,9 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.machines.files import machine_from
-from wucht.numerics.compile import available_engine, compile_system
-from wucht.numerics.events import Event
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import available_engine, compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.integrate import integrate
 from wucht.system import System
 
 x, v = sp.symbols("x v", real=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.numerics.events import Hit
+from wucht.numerics.flow.events import Hit
 
 
 @dataclass(frozen=True)

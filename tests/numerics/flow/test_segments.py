@@ -11,9 +11,9 @@ import pytest
 import sympy as sp
 from scipy.interpolate import CubicSpline
 
-from wucht.numerics.compile import compile_system
-from wucht.numerics.events import Event
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.integrate import integrate
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated, step
 from wucht.system import TIME, Output, System
 

@@ -18,8 +18,8 @@ class Event:
     """An event happens where ``expression`` (in the System's states, parameters and time) goes through zero.
 
     direction: +1 rising, -1 falling, 0 both. terminal: the run stops there. action: called with time, state and parameters
-    (copies), returns the state and parameters with which the run goes on (a body is released). switch: of a ladder's corner,
-    the ladder and the direction; such events are not reported as hits.
+    (copies), returns the state and parameters with which the run continues (a body is released). switch: at a breakpoint, the
+    number of the segmentation and the direction; such events are not reported as hits.
     """
 
     name: str

@@ -9,8 +9,8 @@ import sympy as sp
 from scipy.special import ellipj, ellipk
 
 from wucht.errors import RunError
-from wucht.numerics.compile import compile_system
-from wucht.numerics.integrate import integrate
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.system import TIME, Output, System
 
 x, y, v = sp.symbols("x y v", real=True)

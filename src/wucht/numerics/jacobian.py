@@ -1,4 +1,4 @@
-"""System -> its right-hand side together with the exact Jacobian, as one program.
+"""System -> its right-hand side together with the exact Jacobian, as one program, compiled by heyoka where that is installed.
 
 Forward differentiation through the System's definitions: each definition is differentiated once by each symbol that it uses
 (``p``), and the chain rule adds products of symbols (``d``), so that no expression grows: A. Griewank, A. Walther, "Evaluating
@@ -16,12 +16,14 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.program import Numbers, Program, lower, python_function
+from wucht.numerics.flow.compiled import available_engine
+from wucht.numerics.flow.program import Numbers, Program, lower, python_function
+from wucht.piecewise import PiecewiseCubic
 from wucht.system import TIME, System
 
 
 @dataclass(frozen=True)
-class Linearisation:
+class Jacobian:
     """f, df/dx and df/dp of a System with n states, p being the k parameters named ``along``.
 
     Quadratures and outputs are left out. One and the same program whatever the parameter values.
@@ -33,8 +35,8 @@ class Linearisation:
     places: tuple[tuple[int, int], ...]
 
     @classmethod
-    def of(cls, system: System, along: Sequence[str] = ()) -> Linearisation:
-        """The linearisation. Raises ``WuchtError`` where a parameter is none of the System's."""
+    def of(cls, system: System, along: Sequence[str] = ()) -> Jacobian:
+        """The Jacobian. Raises ``WuchtError`` where a parameter is none of the System's."""
         unknown = [name for name in along if name not in system.parameter_names]
         if unknown:
             raise WuchtError(f"{unknown[0]} is no parameter of this System; known: {', '.join(system.parameter_names)}")
@@ -48,43 +50,52 @@ class Linearisation:
         return cls(system, tuple(along), lower(known, (*rates, *entries.values())), tuple(entries))
 
     @cached_property
-    def _arrays(self) -> Callable[..., Any]:
-        return self._function("numpy")
+    def _compiled(self) -> Any | None:
+        """heyoka's function of states, constants and time; None where there is no heyoka, or no such function in it."""
+        p = self.program
+        expressions = [*(e for _, e in p.lines), *p.results]
+        if available_engine() != "heyoka" or any(e.has(PiecewiseCubic) for e in expressions):
+            return None
+        from wucht.numerics.flow.heyoka_engine import compiled_function
+
+        return compiled_function(p)
 
     @cached_property
-    def _numbers(self) -> Callable[..., Any]:
-        return self._function("math")
-
-    def _function(self, modules: str) -> Callable[..., Any]:
+    def _interpreted(self) -> Callable[..., Any]:
         p = self.program
-        return python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results, modules)
+        return python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results)
 
     def __call__(self, states: np.ndarray, parameters: Numbers, time: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """f (n, N), df/dx (n, n, N) and df/dp (n, k, N) at states (n, N). parameters: in the System's order."""
-        x = np.asarray(states, float)
-        values = self._arrays(tuple(x), time, self.program.constant_values(parameters))
-        return self._sorted([np.broadcast_to(np.asarray(v, float), x.shape[1:]) for v in values], x.shape[1:])
+        """f (n, N), df/dx (n, n, N) and df/dp (n, k, N) at states (n, N). parameters: in the System's order.
+
+        Not a number where the equations cannot be evaluated (a division by zero).
+        """
+        x, constants = np.ascontiguousarray(states, float), self.program.constant_values(parameters)
+        count = x.shape[1]
+        if self._compiled is not None:
+            fixed = np.repeat(constants[:, None], count, axis=1)
+            return self._sorted(self._compiled(x, pars=fixed, time=np.full(count, time)), (count,))
+        with np.errstate(all="ignore"):
+            values = self._interpreted(tuple(x), time, constants)
+        return self._sorted([np.broadcast_to(np.asarray(v, float), (count,)) for v in values], (count,))
 
     def at(
         self, state: Sequence[float] | np.ndarray, parameters: Numbers, time: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """f (n,), df/dx (n, n) and df/dp (n, k) at one state (n,): the same, without the cost of arrays.
-
-        Not a number where the equations cannot be evaluated (a division by zero).
-        """
-        constants = self.program.constant_values(parameters)
-        try:
-            values = self._numbers(tuple(float(v) for v in state), time, constants.tolist())
-        except (ZeroDivisionError, OverflowError, ValueError):
-            values = [np.nan] * len(self.program.results)
-        return self._sorted(values, ())
+        """f (n,), df/dx (n, n) and df/dp (n, k) at one state (n,), as above."""
+        if self._compiled is not None:
+            constants = self.program.constant_values(parameters)
+            return self._sorted(self._compiled(np.ascontiguousarray(state, float), pars=constants, time=time), ())
+        f, f_x, f_p = self(np.asarray(state, float)[:, None], parameters, time)
+        return f[:, 0], f_x[..., 0], f_p[..., 0]
 
     def _sorted(self, values: Sequence[Any], shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        n = len(self.system.states)
+        n, found = len(self.system.states), np.array(values, float)
+        found[~np.isfinite(found)] = np.nan
         whole = np.zeros((n, n + len(self.along), *shape))
-        for (i, j), value in zip(self.places, values[n:], strict=True):
+        for (i, j), value in zip(self.places, found[n:], strict=True):
             whole[i, j] = value
-        return np.array(values[:n], dtype=float).reshape((n, *shape)), whole[:, :n], whole[:, n:]
+        return found[:n].reshape((n, *shape)), whole[:, :n], whole[:, n:]
 
 
 def _needed(system: System, results: Sequence[sp.Expr]) -> list[tuple[sp.Symbol, sp.Expr]]:

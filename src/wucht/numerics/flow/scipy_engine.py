@@ -10,18 +10,18 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from wucht.numerics.events import Event, Hit, Leg, LegError
-from wucht.numerics.program import Numbers, Program, python_function
+from wucht.numerics.flow.events import Event, Hit, Leg, LegError
+from wucht.numerics.flow.program import Numbers, Program, python_function
 from wucht.system import TIME
 
 _COOL_DOWN = 1e-9
 _NOT_ZERO = 1e-300
-_AT_CORNER = 1e-12
+_AT_BREAKPOINT = 1e-12
 _SMALLEST_TOLERANCE = 1e-13  # solve_ivp refuses less than 100 units of rounding
 
 
 class ScipyEngine:
-    """The same interface as the engine heyoka."""
+    """The same as the engine heyoka."""
 
     name = "scipy"
 
@@ -33,28 +33,35 @@ class ScipyEngine:
         tolerance: float,
         method: str = "DOP853",
     ) -> None:
-        self._program, self._event_program, self._events = program, event_program, tuple(events)
-        self._tolerance, self._method = max(tolerance, _SMALLEST_TOLERANCE), method
-        self._rhs = _function(program)
-        self._watched = _function(event_program) if events else None
-        self._time, self._state = 0.0, np.zeros(len(program.states))
+        self.program, self.event_program, self.events = program, event_program, tuple(events)
+        self.tolerance, self.method = max(tolerance, _SMALLEST_TOLERANCE), method
+        self.rhs = _function(program)
+        self.watched = _function(event_program) if events else None
+
+    def integrator(self) -> ScipyIntegrator:
+        """A new integrator, for one run."""
+        return ScipyIntegrator(self)
+
+
+class ScipyIntegrator:
+    """An integrator of one run."""
+
+    def __init__(self, engine: ScipyEngine) -> None:
+        self._engine, self._rhs, self._watched, self._events = engine, engine.rhs, engine.watched, engine.events
+        self._time, self._state = 0.0, np.zeros(len(engine.program.states))
         self._cooled: dict[int, tuple[float, float]] = {}
 
     def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
         """Place the integrator."""
         self._time, self._state = time, np.array(state, dtype=float)
-        self._constants = self._program.constant_values(parameters).tolist()
-        self._event_constants = self._event_program.constant_values(parameters).tolist()
-        # Only those that have just happened: one of long ago may be about to happen again, at this very corner. But the other
-        # end of a rung that has just begun lies within rounding of zero, and must be seen from where the argument goes.
+        self._constants = self._engine.program.constant_values(parameters).tolist()
+        self._event_constants = self._engine.event_program.constant_values(parameters).tolist()
+        # Only those that have just happened: one of long ago may be about to happen again, at this very place. But the other
+        # end of a segment that has just begun lies within rounding of zero, and must be seen from where the argument goes.
         if self._cooled and self._watched is not None:
             values = self._watched(self._state.tolist(), time, self._event_constants)
-            near = {i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_CORNER}
+            near = {i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_BREAKPOINT}
             self._cooled = {i: self._cool(i) for i in near | {i for i, (end, _) in self._cooled.items() if end >= time}}
-
-    def forget_events(self) -> None:
-        """A new run begins."""
-        self._cooled.clear()
 
     def _event_function(self, index: int) -> Callable[[float, np.ndarray], float]:
         event, watched = self._events[index], self._watched
@@ -93,11 +100,11 @@ class ScipyEngine:
             lambda t, y: self._rhs(y.tolist(), t, self._constants),
             (self._time, end),
             self._state,
-            method=self._method,
+            method=self._engine.method,
             t_eval=grid,
             events=functions or None,
-            rtol=self._tolerance,
-            atol=self._tolerance * 1e-2,
+            rtol=self._engine.tolerance,
+            atol=self._engine.tolerance * 1e-2,
         )
         # Without samples before an event, SciPy returns a list instead of an (n, 0) array.
         samples = np.asarray(solution.y).reshape(len(self._state), -1)

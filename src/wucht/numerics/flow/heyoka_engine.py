@@ -6,15 +6,17 @@ Monthly Notices of the Royal Astronomical Society 504 (2021) 2614-2628.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from wucht.errors import RunError
-from wucht.numerics.events import Event, Hit, Leg, LegError
-from wucht.numerics.program import Numbers, Program
+from wucht.numerics.flow.events import Event, Hit, Leg, LegError
+from wucht.numerics.flow.program import Lines, Numbers, Program
 from wucht.system import TIME
 
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
@@ -41,6 +43,12 @@ class Translator:
         if e not in self.memo:
             self.memo[e] = self._translate(e)
         return self.memo[e]
+
+    def program(self, lines: Lines, results: Sequence[sp.Expr]) -> list[Any]:
+        """Translate results that use lines before them."""
+        for symbol, expression in lines:
+            self.memo[symbol] = self(expression)
+        return [self(r) for r in results]
 
     def _translate(self, e: sp.Expr) -> Any:
         if e.is_number:
@@ -73,94 +81,113 @@ class Translator:
         return base ** self(exponent)
 
 
+def compiled_function(program: Program) -> Any:
+    """A program as heyoka's ``cfunc``: inputs are the states, parameters the program's constants; safe in any thread."""
+    import heyoka as hy
+
+    variables = [hy.make_vars(f"s{i}") for i in range(len(program.states))]
+    symbols: dict[sp.Symbol, Any] = dict(zip(program.states, variables, strict=True)) | {TIME: hy.time}
+    translate = Translator(symbols | {s: hy.par[i] for i, (s, _) in enumerate(program.constants)})
+    return hy.cfunc(
+        translate.program(program.lines, program.results), variables, compact_mode=len(program.lines) > _COMPACT_ABOVE
+    )
+
+
+@dataclass
+class _Note:
+    """Takes down an event that does not interrupt. A copy of an integrator has a copy of it: nothing is shared."""
+
+    name: str
+    hits: list[Hit] = field(default_factory=list)
+
+    def __call__(self, integrator: Any, time: float, _sign: int) -> None:
+        integrator.update_d_output(time)
+        self.hits.append(Hit(self.name, time, np.array(integrator.d_output)))
+
+
 class HeyokaEngine:
-    """A compiled flow. The integrator is built on the first run; LLVM's result is cached on disk by heyoka."""
+    """A compiled flow: an integrator at rest, which is copied for each run. LLVM's result is cached on disk by heyoka."""
 
     name = "heyoka"
 
     def __init__(self, program: Program, events: Sequence[Event], event_program: Program, tolerance: float) -> None:
         import heyoka as hy
 
-        hy.set_logger_level_critical()  # what it has to say would stand on stdout; failures are told by outcomes
+        hy.set_logger_level_critical()  # what it has to say would stand on stdout; failures are reported as outcomes
         n_own = len(program.constants)
-        variables = hy.make_vars(*(f"s{i}" for i in range(len(program.states)))) if program.states else []
-        variables = variables if isinstance(variables, list) else [variables]
+        variables = [hy.make_vars(f"s{i}") for i in range(len(program.states))]
         symbols: dict[sp.Symbol, Any] = dict(zip(program.states, variables, strict=True))
         symbols[TIME] = hy.time
         translate = Translator(symbols | {s: hy.par[i] for i, (s, _) in enumerate(program.constants)})
-        for symbol, expression in program.lines:
-            translate.memo[symbol] = translate(expression)
-        system = list(zip(variables, (translate(r) for r in program.results), strict=True))
+        system = list(zip(variables, translate.program(program.lines, program.results), strict=True))
         watch = Translator(symbols | {s: hy.par[n_own + i] for i, (s, _) in enumerate(event_program.constants)})
-        for symbol, expression in event_program.lines:
-            watch.memo[symbol] = watch(expression)
-        self._program, self._event_program, self._events = program, event_program, tuple(events)
-        self._hits: list[Hit] = []
+        functions = watch.program(event_program.lines, event_program.results)
         direction = {1: hy.event_direction.positive, -1: hy.event_direction.negative, 0: hy.event_direction.any}
-        terminal, passing = [], []
-        self._terminal = []
+        terminal, passing, interrupting = [], [], []
         constants = {s for s, _ in event_program.constants}
-        for i, (event, result) in enumerate(zip(events, event_program.results, strict=True)):
-            if result.free_symbols <= constants:
+        for i, (event, function) in enumerate(zip(events, functions, strict=True)):
+            if event_program.results[i].free_symbols <= constants:
                 continue  # what does not change never goes through zero, and heyoka refuses to watch it
-            function = watch(result)
             if event.interrupts:
-                self._terminal.append(i)
-                # At a corner another function is watched from then on: a second one may follow at once, as when a ball bounces.
+                interrupting.append(i)
+                # Beyond a breakpoint another function is watched: a second event may follow at once, as when a ball bounces.
                 rest = {"cooldown": 0.0} if event.switch is not None else {}
                 terminal.append(hy.t_event(function, direction=direction[event.direction], **rest))
             else:
-                passing.append(hy.nt_event(function, callback=self._note(i), direction=direction[event.direction]))
+                passing.append(hy.nt_event(function, callback=_Note(event.name), direction=direction[event.direction]))
         extra = {"t_events": terminal} if terminal else {}
         extra |= {"nt_events": passing} if passing else {}
-        self._integrator = hy.taylor_adaptive(
+        self.program, self.event_program, self.events = program, event_program, tuple(events)
+        self.interrupting = tuple(interrupting)
+        self._at_rest = hy.taylor_adaptive(
             system,
             [0.0] * len(variables),
             tol=tolerance,
             compact_mode=len(program.lines) > _COMPACT_ABOVE,
             **extra,
         )
+
+    def integrator(self) -> HeyokaIntegrator:
+        """A new integrator, for one run."""
+        return HeyokaIntegrator(self, copy.deepcopy(self._at_rest))
+
+
+class HeyokaIntegrator:
+    """An integrator of one run. adaptive: heyoka's, which belongs to it alone."""
+
+    def __init__(self, engine: HeyokaEngine, adaptive: Any) -> None:
+        import heyoka as hy
+
+        self._engine, self._adaptive = engine, adaptive
+        self._notes: list[_Note] = [e.callback for e in adaptive.nt_events] if adaptive.with_events else []
         self._reached, self._bad_state = hy.taylor_outcome.time_limit, hy.taylor_outcome.err_nf_state
-
-    def _note(self, index: int) -> Callable[[Any, float, int], None]:
-        hits, name = self._hits, self._events[index].name
-
-        def callback(integrator: Any, time: float, _sign: int) -> None:
-            integrator.update_d_output(time)
-            hits.append(Hit(name, time, np.array(integrator.d_output)))
-
-        return callback
 
     def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
         """Place the integrator. After an event's action the cool-down of the event is kept."""
-        ta = self._integrator
+        ta, engine = self._adaptive, self._engine
         ta.time = time
         ta.state[:] = state
-        values = [*self._program.constant_values(parameters), *self._event_program.constant_values(parameters)]
+        values = [*engine.program.constant_values(parameters), *engine.event_program.constant_values(parameters)]
         ta.pars[:] = values[: len(ta.pars)]  # those of events that are not watched come last
-
-    def forget_events(self) -> None:
-        """Clear the cool-downs: a new run begins."""
-        if self._terminal:
-            self._integrator.reset_cooldowns()
 
     def leg(self, grid: np.ndarray) -> Leg:
         """Advance over the grid (m,). Raises ``LegError`` when the state ceases to be finite or steps run out."""
-        ta = self._integrator
-        self._hits.clear()
+        ta, interrupting = self._adaptive, self._engine.interrupting
+        for note in self._notes:
+            note.hits.clear()
         ahead = grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
         result = ta.propagate_grid(np.concatenate([[ta.time], grid]) if ahead else grid, max_steps=_MAX_STEPS)
         outcome, samples = result[0], result[-1][int(ahead) :]
-        hits = list(self._hits)
+        hits = sorted((h for note in self._notes for h in note.hits), key=lambda h: h.time)
         state = np.array(ta.state)
         stopped_by = None
         if outcome != self._reached:
             code = int(outcome)
-            index = -code - 1 if -len(self._terminal) <= code <= -1 else code
-            if not 0 <= index < len(self._terminal):
+            index = -code - 1 if -len(interrupting) <= code <= -1 else code
+            if not 0 <= index < len(interrupting):
                 raise self._failed(outcome == self._bad_state, np.asarray(samples).T.reshape(len(state), -1))
-            stopped_by = self._terminal[index]
-            hits.append(Hit(self._events[stopped_by].name, float(ta.time), state))
+            stopped_by = interrupting[index]
+            hits.append(Hit(self._engine.events[stopped_by].name, float(ta.time), state))
         return Leg(np.asarray(samples).T.reshape(len(state), -1), float(ta.time), state, tuple(hits), stopped_by)
 
     @staticmethod
@@ -178,9 +205,9 @@ class HeyokaEngine:
     @property
     def time(self) -> float:
         """The time reached."""
-        return float(self._integrator.time)
+        return float(self._adaptive.time)
 
     @property
     def state(self) -> np.ndarray:
         """The state reached, (n,)."""
-        return np.array(self._integrator.state)
+        return np.array(self._adaptive.state)

@@ -1,0 +1,1 @@
+"""System -> motion: compiled once a structure, integrated as often as one likes, by heyoka or SciPy."""

@@ -1,0 +1,143 @@
+"""System -> compiled System: immutable, made once per structure and shared; each run makes an integrator of its own from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from importlib.util import find_spec
+from typing import Protocol
+
+import numpy as np
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.numerics.flow.events import Event, Leg
+from wucht.numerics.flow.program import Evaluator, Numbers, lower
+from wucht.numerics.flow.segments import Look, Placing, Segmentations, looking
+from wucht.system import Output, System
+
+DEFAULT_TOLERANCE = 1e-12
+ENGINES = ("heyoka", "scipy", "scipy-radau")
+# heyoka's steps are accurate relative to the largest state, often an angle of thousands of radians: a work of microjoules is
+# accumulated in a unit of its own size.
+_PER_UNIT = sp.Symbol("_per_unit", real=True)
+
+
+class Integrator(Protocol):
+    """What advances one run, leg by leg. It belongs to that run and its thread."""
+
+    @property
+    def time(self) -> float: ...  # noqa: D102
+    @property
+    def state(self) -> np.ndarray: ...  # noqa: D102
+    def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None: ...  # noqa: D102
+    def leg(self, grid: np.ndarray) -> Leg: ...  # noqa: D102
+
+
+class Engine(Protocol):
+    """Compiled code. It never changes: any thread may ask it for an integrator."""
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    def integrator(self) -> Integrator: ...  # noqa: D102
+
+
+@dataclass(frozen=True)
+class CompiledSystem:
+    """A compiled System with its events: immutable, hashable, shared by all runs and threads.
+
+    events: those asked for, then those at breakpoints. placing: which segments of piecewise functions are in use, None where
+    there are none. jumps: what the quadratures gain where a piecewise function jumps, as a function of the state on a segment,
+    or None if nothing can. acting: the events with an action or an end, and ``look``, which tells where their functions are,
+    because two may happen together. Two are equal that were compiled from the same.
+    """
+
+    system: System
+    events: tuple[Event, ...]
+    tolerance: float
+    engine_name: str
+    engine: Engine = field(compare=False)
+    outputs: Evaluator = field(compare=False)
+    placing: Placing | None = field(default=None, compare=False)
+    jumps: Evaluator | None = field(default=None, compare=False)
+    acting: tuple[int, ...] = field(default=(), compare=False)
+    look: Look | None = field(default=None, compare=False)
+
+
+def available_engine() -> str:
+    """``"heyoka"`` where it is installed, else ``"scipy"``."""
+    return "heyoka" if find_spec("heyoka") else "scipy"
+
+
+@lru_cache(maxsize=64)
+def compile_system(
+    system: System,
+    tolerance: float = DEFAULT_TOLERANCE,
+    events: tuple[Event, ...] = (),
+    engine: str | None = None,
+) -> CompiledSystem:
+    """Compile a System; an equal System, whatever its parameter values, gets the same compiled one back.
+
+    tolerance: relative and absolute error allowed per step (heyoka: compiled in). engine: ``"heyoka"``, ``"scipy"`` (Dormand-
+    Prince), ``"scipy-radau"`` (stiff) or None for the best that is installed. The integrals of the System's quadratures are
+    computed along, with the same accuracy. Raises ``WuchtError`` for an unknown engine.
+    """
+    chosen = engine or available_engine()
+    if chosen not in ENGINES:
+        raise WuchtError(f"unknown engine {chosen!r}; known: {', '.join(ENGINES)}")
+    segmentations = _segmentations(system, events)
+    smooth = _smooth(system, segmentations)
+    program = lower(smooth, smooth.derivatives)
+    watched = (*events, *segmentations.events())
+    event_program = lower(smooth, tuple(segmentations.smooth(e.expression) for e in watched))
+    compiled: Engine
+    if chosen == "heyoka":
+        from wucht.numerics.flow.heyoka_engine import HeyokaEngine
+
+        compiled = HeyokaEngine(program, watched, event_program, tolerance)
+    else:
+        from wucht.numerics.flow.scipy_engine import ScipyEngine
+
+        method = "Radau" if chosen == "scipy-radau" else "DOP853"
+        compiled = ScipyEngine(program, watched, event_program, tolerance, method)
+    acting = tuple(i for i, e in enumerate(events) if e.interrupts)
+    return CompiledSystem(
+        system,
+        watched,
+        tolerance,
+        chosen,
+        compiled,
+        Evaluator.of_outputs(system),
+        Placing.of(segmentations, smooth) if segmentations else None,
+        _jumps(system, smooth, segmentations),
+        acting,
+        looking(smooth, [segmentations.smooth(events[i].expression) for i in acting]) if acting else None,
+    )
+
+
+def _segmentations(system: System, events: tuple[Event, ...]) -> Segmentations:
+    used = [*system.derivatives, *(e for _, e in system.definitions), *(e.expression for e in events)]
+    used += [e for q in system.quadratures for e in (q.expression, q.jump)]
+    return Segmentations.of([sp.sympify(e) for e in used])
+
+
+def _smooth(system: System, segmentations: Segmentations) -> System:
+    """The System that is integrated: quadratures are states, piecewise functions the polynomials of the segments in use."""
+    rates = [_PER_UNIT * sp.sympify(q.expression) for q in system.quadratures]
+    return System(
+        (*system.states, *(_accumulator(q) for q in system.quadratures)),
+        tuple(segmentations.smooth(sp.sympify(e)) for e in (*system.derivatives, *rates)),
+        (*system.parameters, _PER_UNIT, *segmentations.symbols),
+        tuple((s, segmentations.smooth(e)) for s, e in system.definitions),
+    )
+
+
+def _jumps(system: System, smooth: System, segmentations: Segmentations) -> Evaluator | None:
+    if not segmentations or all(q.jump == 0 for q in system.quadratures):
+        return None
+    jumps = tuple(segmentations.smooth(sp.sympify(q.jump)) for q in system.quadratures)
+    return Evaluator.of(smooth, jumps, [q.name for q in system.quadratures])
+
+
+def _accumulator(quadrature: Output) -> sp.Symbol:
+    return sp.Symbol(f"integral of {quadrature.name}", real=True)

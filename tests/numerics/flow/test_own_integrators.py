@@ -1,0 +1,92 @@
+"""What is compiled is shared; what runs belongs to one run: threads, runs within runs, and Systems in turn do not touch."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.trajectory import Trajectory
+from wucht.piecewise import PiecewiseCubic, interpolated
+from wucht.system import TIME, Output, System
+
+x, v, k = sp.symbols("x v k", real=True)
+SPRING = System((x, v), (v, -k * x), (k,), quadratures=(Output("work", v**2),))
+DRIVEN = System((x, v), (v, PiecewiseCubic(TIME, interpolated("ramp", [1.0, 4.0], [0.0, 2.0], "linear")) - k * x), (k,))
+GRID = np.linspace(0.0, 40.0, 4001)
+PASSING, ACTING = Event("middle", x, +1), Event("kick", x - 0.5, +1, action=lambda t, y, p: (y * [1.0, 1.01], p))
+
+
+def run(system: System, engine: str, stiffness: float, events: tuple[Event, ...] = (), **keys: object) -> Trajectory:
+    tolerance = 1e-12 if engine == "heyoka" else 1e-6
+    grid = GRID if engine == "heyoka" else GRID[:801]
+    return integrate(compile_system(system, tolerance, events, engine), [1.0, 0.0], [stiffness], grid, **keys)
+
+
+def same(a: Trajectory, b: Trajectory) -> bool:
+    hits = [(h.name, h.time, h.state.tolist()) for h in a.hits] == [(h.name, h.time, h.state.tolist()) for h in b.hits]
+    return hits and np.array_equal(a.states, b.states) and a.failure is b.failure is None
+
+
+CASES = [
+    pytest.param(system, events, id=name)
+    for name, system, events in (
+        ("smooth", SPRING, ()),
+        ("passing events", SPRING, (PASSING,)),
+        ("actions", SPRING, (PASSING, ACTING)),
+        ("breakpoints", DRIVEN, (PASSING,)),
+    )
+]
+
+
+@pytest.mark.parametrize(("system", "events"), CASES)
+def test_many_threads_at_once(engine: str, system: System, events: tuple[Event, ...]) -> None:
+    """Each thread gets the numbers to the last bit that it gets alone, whatever the others integrate meanwhile."""
+    stiffnesses = [0.5 + 0.25 * i for i in range(8)]
+    alone = [run(system, engine, s, events) for s in stiffnesses]
+    together = threading.Barrier(4)
+
+    def begin(s: float) -> Trajectory:
+        together.wait(30)
+        return run(system, engine, s, events)
+
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(begin, stiffnesses))
+    assert all(map(same, found, alone))
+    assert not any(same(a, b) for a, b in pairwise(found))
+
+
+@pytest.mark.parametrize(("system", "events"), CASES)
+def test_a_run_within_a_run(engine: str, system: System, events: tuple[Event, ...]) -> None:
+    """A callback of progress that integrates the same compiled System with other values does not touch the outer run."""
+    outer, inner = run(system, engine, 1.0, events), run(system, engine, 3.0, events)
+    nested: list[Trajectory] = []
+    found = run(system, engine, 1.0, events, progress=lambda _t: nested.append(run(system, engine, 3.0, events)))
+    assert nested
+    assert same(found, outer)
+    assert all(same(n, inner) for n in nested)
+
+
+def test_two_systems_in_turn(engine: str) -> None:
+    first = [run(s, engine, 2.0, (PASSING,)) for s in (SPRING, DRIVEN)]
+    for _ in range(3):
+        assert all(same(run(s, engine, 2.0, (PASSING,)), f) for s, f in zip((SPRING, DRIVEN), first, strict=True))
+
+
+def test_what_is_compiled_is_hashable_and_cannot_be_changed(engine: str) -> None:
+    compiled = compile_system(SPRING, 1e-9, (PASSING,), engine)
+    before = hash(compiled)
+    run(SPRING, engine, 1.0, (PASSING,))
+    assert hash(compiled) == before
+    assert compiled == compile_system(SPRING, 1e-9, (PASSING,), engine)
+    assert compiled != compile_system(SPRING, 1e-8, (PASSING,), engine)
+    with pytest.raises(AttributeError):
+        compiled.tolerance = 1.0  # type: ignore[misc]
+    assert compiled.engine.integrator() is not compiled.engine.integrator()
