@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from wucht.machines.catalogue import load_machine
+from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.start import start_state
+from wucht.studies.initial_state import initial_state
 from wucht.system import System
 
 TARGET = 1e-9
@@ -50,7 +50,7 @@ def numpy_right_hand_side(values: dict[str, float]) -> Callable[[float, np.ndarr
 def measure() -> Iterator[tuple[str, str]]:
     machine = load_machine("drozdetskaya-2020/r1")
     bare = System(**{f: getattr(machine.system, f) for f in ("states", "derivatives", "parameters", "definitions")})
-    initial = start_state(machine, {"p1": 0.3, "p2": -0.5})
+    initial = initial_state(machine, {"p1": 0.3, "p2": -0.5})
     reference = integrate(compile_system(bare, 1e-17), initial, machine.values, GRID).states
     scale = np.abs(reference).max(axis=1, keepdims=True)
 

@@ -14,18 +14,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from benchmarks.run_up import GRID, best
-from wucht.machines.catalogue import load_machine
-from wucht.machines.slow import slow_machine
+from wucht.analysis.averaged import slow_machine
+from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.start import start_state
+from wucht.studies.initial_state import initial_state
 from wucht.system import System
 
 _SCRIPT = """
 import time
 import heyoka, sympy
-from wucht.machines.files import machine_from
-from wucht.machines.slow import slow_machine
+from wucht.files.building import machine_from
+from wucht.analysis.averaged import slow_machine
 from wucht.numerics.flow.compiled import compile_system
 pendulum = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "damping": 0.1}
 def machine(n):
@@ -54,7 +54,7 @@ def measure() -> Iterator[tuple[str, str]]:
     yield "the slow equations built from them", f"{build:8.3f} s"
     yield "compiled, nothing cached", f"{compile_:8.3f} s"
     machine = load_machine("drozdetskaya-2020/r1")
-    full = best(_run(machine.system, start_state(machine, {"p1": 0.3, "p2": -0.5}), machine.system.values(machine.values)))
+    full = best(_run(machine.system, initial_state(machine, {"p1": 0.3, "p2": -0.5}), machine.system.values(machine.values)))
     yield "R1 over 320 turns, full equations", f"{1e3 * full:8.3f} ms"
     for inertia in (False, True):
         slow = slow_machine(machine, inertia)

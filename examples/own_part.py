@@ -7,8 +7,7 @@ from typing import ClassVar
 
 import sympy as sp
 
-from wucht import RunUp, run_up
-from wucht.machines.files import machine_from
+from wucht import Machine, RunUp, parts, run
 from wucht.machines.parts.base import Drive, si
 
 
@@ -26,18 +25,15 @@ class QuadraticDrive(Drive):
         return stall * (1 - (speed / no_load) ** 2)
 
 
-MACHINE = {
-    "title": "rotor with a motor of our own",
-    "carrier": {"stiffness": "1e5 N/m", "damping": "200 N s/m"},
-    "bodies": [{"kind": "rotor", "name": "drum", "mass": "10 kg", "eccentricity": "1 mm", "inertia": "0.03 kg m^2"}],
-    "drive": {"on": "drum", "kind": "quadratic", "stall_torque": "2 N m", "no_load_speed": "200 rad/s"},
-}
-
-
 def main(stall_torque: str = "2 N m") -> tuple[str, float]:
     """Run it up; returns the outcome and the final speed."""
-    machine = machine_from(MACHINE | {"set": {"drive.stall_torque": stall_torque}})
-    result = run_up(machine, RunUp())
+    machine = Machine(
+        parts.Carrier(stiffness="1e5 N/m", damping="200 N s/m"),
+        [parts.Rotor(name="drum", mass="10 kg", eccentricity="1 mm", inertia="0.03 kg m^2")],
+        [QuadraticDrive(stall_torque=stall_torque, no_load_speed="200 rad/s")],
+        title="rotor with a motor of our own",
+    )
+    result = run(RunUp(), machine)
     return str(result.attrs["outcome"]), float(result.speed[0, -1])
 
 

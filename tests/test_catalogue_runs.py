@@ -1,12 +1,11 @@
 """Every file of the catalogue runs as it stands and gives these numbers."""
 
-import json
-
 import pytest
 
-from wucht.machines.catalogue import names
-from wucht.studies.files import read_study
-from wucht.studies.run_up.study import run_up, summary
+from wucht.files.catalogue import names
+from wucht.results.conventions import summary_of
+from wucht.studies.reading import read_study
+from wucht.studies.runner import run
 
 # name: outcome, final speed, peak amplitude, relative tolerance of both. The speeds of R1 and of the Laval rotor are those of
 # cases.md; peaks and the rest are what the program gave when it was checked against SciPy (tests/validation), six digits.
@@ -90,7 +89,7 @@ def test_every_file_is_listed() -> None:
 @pytest.mark.parametrize("name", sorted(SEVERAL))
 def test_runs_of_one_figure_end_as_they_should(name: str) -> None:
     study = read_study(name)
-    found = summary(run_up(study.machine, study.question))
+    found = summary_of(run(study.spec, study.subject))
     assert [case["outcome"] for case in found["cases"]] == SEVERAL[name]
     assert max(case["energy_residual"] for case in found["cases"]) < 1e-9
 
@@ -98,7 +97,7 @@ def test_runs_of_one_figure_end_as_they_should(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(OTHERS))
 def test_other_studies_give_their_numbers(name: str) -> None:
     study = read_study(name)
-    found = json.loads(study.kind.answer(study.machine, study.question).attrs["summary"])
+    found = summary_of(run(study.spec, study.subject))
     for path, expected in OTHERS[name].items():
         value = found
         for step in path:
@@ -111,7 +110,7 @@ def test_other_studies_give_their_numbers(name: str) -> None:
 def test_runs_and_gives_its_numbers(name: str) -> None:
     outcome, speed, peak = EXPECTED[name]
     study = read_study(name)
-    found = summary(run_up(study.machine, study.question))
+    found = summary_of(run(study.spec, study.subject))
     assert found["outcome"] == outcome
     if speed is not None:
         assert found["final_speed"] == pytest.approx(speed, rel=1e-4)

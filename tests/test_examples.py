@@ -22,7 +22,7 @@ def _load(name: str) -> ModuleType:
 
 
 def test_every_example_is_tested_here() -> None:
-    assert sorted(p.stem for p in EXAMPLES.glob("*.py")) == ["averaging_alone", "numerics_alone", "own_part"]
+    assert sorted(p.stem for p in EXAMPLES.glob("*.py")) == ["averaging_alone", "numerics_alone", "own_part", "own_study"]
 
 
 def test_a_part_of_our_own_is_one_class() -> None:

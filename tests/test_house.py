@@ -1,34 +1,109 @@
-"""The house of docs/design.md: each floor knows only the floors below it, and importing wucht loads none of them."""
+"""The house of docs/design.md: each floor knows only those below it, there is no circle, and importing wucht loads nothing."""
+
+from __future__ import annotations
 
 import ast
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 SOURCE = Path(__file__).parent.parent / "src" / "wucht"
-FLOORS = ["errors", "quantities", "piecewise", "system", "documents", "results", "numerics", "mechanics", "machines", "studies"]
+FLOORS = [
+    "errors", "quantities", "piecewise", "system", "checking", "fields", "results", "numerics", "mechanics", "machines",
+    "files", "analysis", "studies", "cli",
+]  # fmt: skip
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
-ALLOWED["plots"] = {"errors", "plots"}  # a figure is drawn from a Dataset and nothing else
-ALLOWED["cli"] = {*FLOORS, "plots", "cli"}
+MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path
+           for path in sorted(SOURCE.rglob("*.py"))}  # fmt: skip
+STUDIES = sorted(p.parent.name for p in (SOURCE / "studies").glob("*/spec.py"))
 
 
-def _imports(path: Path) -> set[str]:
-    found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-        names += [a.name for a in node.names] if isinstance(node, ast.Import) else []
-        found |= {n.split(".")[1] for n in names if n.startswith("wucht.")}
-    return found
+def _nodes(path: Path, in_functions: bool) -> Iterator[ast.Import | ast.ImportFrom]:
+    """The imports of a file: those within functions, or all of them."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)]
+    for node in ast.walk(tree) if not in_functions else (n for f in functions for n in ast.walk(f)):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield node
 
 
-@pytest.mark.parametrize("path", sorted(SOURCE.rglob("*.py")), ids=lambda p: str(p.relative_to(SOURCE)))
-def test_each_floor_knows_only_those_below(path: Path) -> None:
-    floor = path.relative_to(SOURCE).parts[0].removesuffix(".py")
-    if floor in ("__init__", "__main__"):
+def _imports(path: Path, in_functions: bool = False) -> set[str]:
+    """The modules of wucht that a file imports, whether for types, in functions or at the top."""
+    names: set[str] = set()
+    for node in _nodes(path, in_functions):
+        if isinstance(node, ast.Import):
+            names |= {a.name for a in node.names}
+        else:
+            names |= {
+                f"{node.module}.{a.name}" if f"{node.module}.{a.name}" in MODULES else str(node.module) for a in node.names
+            }
+    return {n for n in names if n.split(".")[0] == "wucht"}
+
+
+def _floor(module: str) -> str:
+    return module.split(".")[1] if "." in module else ""
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_each_floor_knows_only_those_below(module: str) -> None:
+    if _floor(module) in ("", "__main__"):
         return
-    assert _imports(path) <= ALLOWED[floor]
+    assert {_floor(m) for m in _imports(MODULES[module])} - {""} <= ALLOWED[_floor(module)]
+
+
+def test_no_files_import_each_other_in_a_circle() -> None:
+    edges = {m: {i for i in _imports(path) if i in MODULES and i != m} for m, path in MODULES.items()}
+    reach: dict[str, set[str]] = {}
+    for module in MODULES:
+        seen, pending = set[str](), [module]
+        while pending:
+            for other in edges[pending.pop()] - seen:
+                seen.add(other)
+                pending.append(other)
+        reach[module] = seen
+    assert [m for m in MODULES if m in reach[m]] == []
+
+
+@pytest.mark.parametrize("module", [m for m in MODULES if _floor(m) not in ("", "cli", "__main__")])
+def test_no_import_within_a_function_hides_a_circle(module: str) -> None:
+    """Engines are loaded when they are asked for; all else of ours is imported at the top."""
+    engines = {"wucht.numerics.flow.heyoka_engine", "wucht.numerics.flow.scipy_engine"}
+    assert _imports(MODULES[module], in_functions=True) - engines == set()
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_figures_and_reports_know_datasets_alone(study: str) -> None:
+    folder = SOURCE / "studies" / study
+    own = {f"wucht.studies.{study}.{p.stem}" for pattern in ("figure*.py", "report*.py") for p in folder.glob(pattern)}
+    for module in own:
+        others = {m for m in _imports(MODULES[module]) if _floor(m) not in ("results", "errors")}
+        assert others <= own, module
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_specs_know_no_machine(study: str) -> None:
+    floors = {_floor(m) for m in _imports(MODULES[f"wucht.studies.{study}.spec"])}
+    assert not floors & {"machines", "files", "analysis"}
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_a_study_is_one_folder(study: str) -> None:
+    parts = {p.name for p in (SOURCE / "studies" / study).iterdir()}
+    assert {"spec.py", "prepare.py", "run.py", "dataset.py", "figure.py", "report.py", "template.toml"} <= parts
+    words = (f"studies.{study}", f'"{study.replace("_", "-")}"')
+    elsewhere = {
+        m for m, path in MODULES.items() if f".studies.{study}" not in m and any(w in path.read_text("utf-8") for w in words)
+    }
+    assert {m for m in elsewhere if _floor(m) != "studies" and m != "wucht"} == set(), "nothing outside the studies knows it"
+
+
+def test_no_two_modules_bear_one_name() -> None:
+    of_every_study = {"spec", "prepare", "run", "dataset", "figure", "report", "__init__"}
+    names = [path.stem for m, path in MODULES.items() if path.stem not in of_every_study and _floor(m) != "cli"]
+    assert sorted({n for n in names if names.count(n) > 1}) == []
 
 
 def test_importing_wucht_loads_nothing_heavy() -> None:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.machines.contact import angular_width
-from wucht.studies.files import read_study
-from wucht.studies.run_up.study import run_up, summary
+from wucht.machines.tracks import angular_width
+from wucht.results.conventions import summary_of
+from wucht.studies.reading import read_study
+from wucht.studies.runner import run
 
 # name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places hang on the last bit; these
 # do not.
@@ -39,7 +40,7 @@ def ran(results: dict[str, xr.Dataset]):
     def of(name: str) -> xr.Dataset:
         if name not in results:
             study = read_study(name)
-            results[name] = run_up(study.machine, study.question)
+            results[name] = run(study.spec, study.subject)
         return results[name]
 
     return of
@@ -48,7 +49,7 @@ def ran(results: dict[str, xr.Dataset]):
 @pytest.mark.parametrize("name", sorted(EXPECTED))
 def test_runs_and_gives_its_numbers(name: str, ran) -> None:
     outcome, speed, peak = EXPECTED[name]
-    found = summary(ran(name))
+    found = summary_of(ran(name))
     assert found["outcome"] == outcome
     assert found["final_speed"] == pytest.approx(speed, rel=1e-4)
     # As in test_catalogue_runs; where balls collide before the peak, it moves a little with the last bit.
@@ -59,7 +60,7 @@ def test_runs_and_gives_its_numbers(name: str, ran) -> None:
 @pytest.mark.parametrize("name", sorted(n for n in EXPECTED if "screen" not in n))
 def test_no_ball_passes_another(name: str, ran) -> None:
     """The balls keep their order on the track, and are pressed into each other by less than a hundredth of a radian."""
-    track = read_study(name).machine.tracks[0]
+    track = read_study(name).subject.tracks[0]
     angles = np.array([ran(name).angle.sel(body=b.name).values for b in track.bodies])
     angles = angles[np.argsort(angles[:, 0] % (2 * math.pi))]
     ahead = np.diff(np.vstack([angles, angles[:1]]), axis=0)
@@ -70,20 +71,20 @@ def test_no_ball_passes_another(name: str, ran) -> None:
 def test_two_balls_side_by_side_leave_the_rest_of_the_unbalance(ran) -> None:
     """1 - (2 m eps/U) cos(beta/2), beta = 2 asin(r/eps) between balls that touch: 2 m eps = 105, U = 150 g mm, eps = 25 mm."""
     left = 1 - 105 / 150 * math.sqrt(1 - (4 / 25) ** 2)
-    assert summary(ran("practice/grinder-2-balls"))["final_residual_unbalance"] == pytest.approx(left, abs=1e-3)
+    assert summary_of(ran("practice/grinder-2-balls"))["final_residual_unbalance"] == pytest.approx(left, abs=1e-3)
 
 
 def test_balls_in_thin_oil_hang_in_a_heap_below_the_resonance(ran) -> None:
     result = ran("practice/balls-at-resonance")
     speeds = result.speed.isel(time=slice(-5000, None)).mean("time").values
     assert speeds[1:] == pytest.approx([55.52] * 4, abs=0.05)
-    assert speeds[1] < result.natural_frequency.values.min()
+    assert speeds[1] < min(summary_of(result)["natural_frequencies"].values())
 
 
 def test_the_screen_throws_along_the_line_between_its_exciters(ran) -> None:
     """Angles of e1 and e2 add up to 90.37 degrees: the forces add up along 45.2 degrees; amplitude 2 U/M, a little more."""
     result = ran("practice/screen")
-    found = summary(result)
+    found = summary_of(result)
     assert math.degrees(found["rotor_phases"]["e2"]) == pytest.approx(360 - 90.37, abs=0.1)
     assert found["final_amplitude"] == pytest.approx(2.29e-3, rel=1e-2)
     last = result.displacement.isel(time=slice(-300, None))
@@ -95,7 +96,7 @@ def test_the_screen_throws_along_the_line_between_its_exciters(ran) -> None:
 
 def test_the_line_of_an_unsynchronised_screen_turns(ran) -> None:
     result = ran("practice/screen-unsynchronised")
-    found = summary(result)
+    found = summary_of(result)
     speeds = found["mean_speeds"]
     assert 1 + speeds["e2"] / speeds["e1"] == pytest.approx(0.0134, abs=5e-4)
     assert found["modulation_period"] == pytest.approx(3.04, abs=0.02)

@@ -5,9 +5,11 @@ import sys
 
 import pytest
 
-from wucht.machines.catalogue import load_machine
+from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled import available_engine
-from wucht.studies.run_up.study import RunUp, run_up, summary
+from wucht.results.conventions import summary_of
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
 
 
 @pytest.fixture
@@ -22,11 +24,11 @@ def test_a_run_up_on_scipy_alone() -> None:
     assert available_engine() == "scipy"
     machine = load_machine("drozdetskaya-2020/r1-u80")
     question = {"until": 5.0, "start": {"p1": 0.3, "p2": -0.5}, "tolerance": 1e-11}
-    result = run_up(machine, RunUp(**question))
+    result = run(RunUp(**question), machine)
     assert result.attrs["engine"] == "scipy"
     assert result.attrs["outcome"] == "compensated"
     # Phases of cases.md; after 5 s 1e-4 rad of the way is left.
-    phases = summary(result)["final_phases"]
+    phases = summary_of(result)["final_phases"]
     assert phases["p1"] == pytest.approx(4.327992, abs=1e-3)
     assert phases["p2"] == pytest.approx(1.955193, abs=1e-3)
-    assert summary(result)["energy_residual"] < 1e-9
+    assert summary_of(result)["energy_residual"] < 1e-9

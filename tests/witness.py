@@ -7,10 +7,10 @@ import numpy as np
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.start import start_state
+from wucht.studies.initial_state import initial_state
 
 TIME = sp.Symbol("time", real=True)
 
@@ -86,7 +86,7 @@ def moved(document, start=None, grid=GRID):
     """Every state, output and work of wucht's own run, by name."""
     machine = machine_from(document)
     flow = compile_system(machine.system)
-    run = integrate(flow, start_state(machine, start or {}), machine.values, grid)
+    run = integrate(flow, initial_state(machine, start or {}), machine.values, grid)
     assert run.failure is None
     rows = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
     return rows | flow.outputs(run.time, run.states, run.parameters)

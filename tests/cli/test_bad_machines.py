@@ -219,8 +219,8 @@ SET_RING = {
     "tracks.ring.contact_frequency=1 kg": ("machine.tracks.ring.contact_frequency", "this one is a mass"),
     "tracks.ring.contact_frequenci=1": ("machine.tracks.ring", "did you mean 'contact_frequency'?"),
     "tracks.rong.contact_frequency=1": ("tracks.rong", "did you mean 'tracks.ring'?"),
-    "p1.restitution=0": (f"{P1}.restitution", "at least 0.01"),
-    "p1.restitution=2": (f"{P1}.restitution", "at most 1"),
+    "p1.restitution=0": (f"{P1}.restitution", "between 0.01 and 1"),
+    "p1.restitution=2": (f"{P1}.restitution", "between 0.01 and 1"),
     "p1.diameter=0.3 m": (f"{P1}.diameter", "less than twice the radius"),
     "p1.length=0.05 m": (".track", "given 'ring'", "0.05 m"),
     "p1.suspension=[0.1, 0]": (f"{P1}.suspension", "none on a track"),
@@ -282,10 +282,10 @@ NESTED = {
 @pytest.mark.parametrize("name", NESTED)
 def test_nested_settings_arrive(machines: Path, name: str) -> None:
     from wucht.cli.settings import parse_settings
-    from wucht.studies.files import read_study
+    from wucht.studies.reading import read_study
 
     settings = parse_settings([s for s in NESTED[name] if not s.startswith("study")])
-    values = read_study(f"{name}.toml", settings).machine.values
+    values = read_study(f"{name}.toml", settings).subject.values
     for path, value in settings.items():
         paths = [f"{path}.x", f"{path}.y"] if isinstance(value, list) else [path]
         assert set(paths) <= set(values)
@@ -414,7 +414,7 @@ SAME = {
 
 @pytest.mark.parametrize("content", SAME.values(), ids=SAME.keys())
 def test_the_same_table_in_another_dress(machines: Path, content: str) -> None:
-    from wucht.machines.tables import SPEED_TORQUE, read_table
+    from wucht.files.tables import SPEED_TORQUE, read_table
 
     expected = np.array(read_table(Path("motor.csv"), SPEED_TORQUE))
     Path("other.csv").write_bytes(content.encode())
@@ -423,12 +423,12 @@ def test_the_same_table_in_another_dress(machines: Path, content: str) -> None:
 
 def test_the_only_load_may_be_a_table_too(machines: Path) -> None:
     from wucht.machines.parts.table_load import TableLoad
-    from wucht.studies.files import read_study
+    from wucht.studies.reading import read_study
 
     Path("s.toml").write_text(
         RING.replace('kind = "quadratic"\ncoefficient = "1e-6 N m s^2"', 'kind = "table"\nfile = "motor.csv"')
     )
-    load = read_study("s.toml").machine.parts[-1]
+    load = read_study("s.toml").subject.parts[-1]
     assert isinstance(load, TableLoad)
     assert load.torque_at(0.0) == pytest.approx(0.0)
     assert load.torque_at(1000 * 2 * 3.141592653589793 / 60) == pytest.approx(4.0)

@@ -178,9 +178,9 @@ def test_every_form_of_the_question(wucht: Command, study: Study, question: str)
 
 
 def _values(file: Path | str, **settings: Any) -> dict[str, float]:
-    from wucht.studies.files import read_study
+    from wucht.studies.reading import read_study
 
-    return read_study(str(file), settings).machine.values
+    return read_study(str(file), settings).subject.values
 
 
 SETS = {
@@ -246,7 +246,7 @@ def _stored(file: Path) -> dict[str, float]:
     import xarray as xr
 
     found = xr.load_dataset(file, engine="h5netcdf")
-    return dict(zip(found.parameter.values.tolist(), found.parameters.values.tolist(), strict=True))
+    return dict(json.loads(found.attrs["input"])["machine"]["parameters"])
 
 
 def test_use_is_relative_to_the_file_not_to_the_working_directory(
@@ -456,7 +456,7 @@ def test_new_copies_from_the_catalogue(wucht: Command, name: str) -> None:
 
 
 def test_list_has_a_line_each(wucht: Command) -> None:
-    from wucht.machines.catalogue import names
+    from wucht.files.catalogue import names
 
     said = wucht("list")
     assert said.code == 0

@@ -63,7 +63,7 @@ def test_ctrl_c_leaves_a_valid_result(wucht: Command, study: Study, signal_at: C
     assert found.attrs["finished"] == 0
     assert found.sizes["time"] > 1
     assert np.isfinite(found.angle.values).all()
-    assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "run-up.png", "summary.json"]
+    assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "run-up.png", "summary.json", "units"]
     assert json.loads(Path("out/summary.json").read_text()) == said.document
     assert wucht("plot", "out/result.nc").code == 0
 
@@ -210,7 +210,7 @@ def test_ctrl_c_before_the_run(wucht: Command, study: Study, monkeypatch: pytest
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("wucht.studies.files.read_study", interrupted)
+    monkeypatch.setattr("wucht.studies.reading.read_study", interrupted)
     said = wucht("run", study(), "-o", "out", "--json")
     assert (said.code, said.out, said.err) == (130, "", "wucht: interrupted\n")
 

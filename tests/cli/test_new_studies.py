@@ -46,7 +46,7 @@ QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
         'range=["80 kg","90 kg"]': ("study.range[0]", "this one is a mass"),
         "rate=0": ("study.rate", "greater than 0"),
         "rate=1 kg": ("study.rate", "this one is a mass"),
-        "direction=sideways": ("study.direction", "known: both, down, up"),
+        "direction=sideways": ("study.direction", "'both', 'up' or 'down'"),
         "jump_tolerance=1": ("study.jump_tolerance", "between"),
         "tolerance=1": ("study.tolerance", "between"),
         "engine=x": ("study.engine", "'heyoka'"),
@@ -61,12 +61,12 @@ QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
         "turns=3": ("study.turns", "unknown key"),
     },
     "run-up": {
-        "over=phii": ("study.over", "time, phi, psi"),
+        "over=phii": ("study.over", "'time', 'phi' or 'psi'"),
         "along=drive.slope": ("study.values", "belong together"),
         "values=[1]": ("study.along", "belong together"),
         "starts=3": ("study.starts", "list of tables"),
         "settled=false": ("study.settled", "given False"),
-        "model=averaged": ("study.model", "'full', 'slow', 'both'"),
+        "model=averaged": ("study.model", "'full', 'slow' or 'both'"),
         "order=2": ("study.order", "only with model"),
         "inertia=false": ("study.inertia", "only with model"),
     },
@@ -78,7 +78,7 @@ QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
         'range=["1 kg", "2 kg"]': ("study.range[0]", "this one is a mass"),
         "values=[50]": ("study.values", "either values, or range"),
         "points=1": ("study.points", "whole number from 2 to 200"),
-        "spacing=log10": ("study.spacing", "known: linear, log"),
+        "spacing=log10": ("study.spacing", "allowed is 'linear' or 'log'"),
         "until_phi=-1": ("study.until_phi", "greater than 0"),
         "until_phi=1 kg": ("study.until_phi", "this one is a mass"),
         "until=1 kg": ("study.until", "this one is a mass"),
@@ -173,8 +173,8 @@ def interrupted(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]
     def arm(count: int, share: float = 0.0) -> None:
         calls = iter(range(1, 10**9))
 
-        def update(_self: Progress, reached: float, goal: float) -> None:
-            if reached >= share * goal and next(calls) == count:
+        def update(_self: Progress, done: float, _what: str) -> None:
+            if done >= share and next(calls) == count:
                 signal.raise_signal(signal.SIGINT)
 
         monkeypatch.setattr(Progress, "update", update)

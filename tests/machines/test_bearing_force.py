@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.start import start_state
+from wucht.studies.initial_state import initial_state
 
 
 def outputs(machine, time):
     flow = compile_system(machine.system)
-    run = integrate(flow, start_state(machine, {}), machine.values, time)
+    run = integrate(flow, initial_state(machine, {}), machine.values, time)
     return flow.outputs(run.time, run.states, run.parameters)
 
 
@@ -28,7 +28,7 @@ def test_bodies_at_rest_push_with_their_weight():
             ],
         }
     )
-    hanging = start_state(machine, {"ball": -math.pi / 2})
+    hanging = initial_state(machine, {"ball": -math.pi / 2})
     flow = compile_system(machine.system)
     run = integrate(flow, hanging, machine.values, np.linspace(0, 1, 11))
     found = flow.outputs(run.time, run.states, run.parameters)

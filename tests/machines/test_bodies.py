@@ -8,7 +8,7 @@ import sympy as sp
 
 from witness import GRID, Mechanism, along, close, energy_gap, moved
 from wucht.errors import InputError
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.mechanics.lagrange import acceleration
 
 CARRIER = {"mass": 1.0, "stiffness": [4e3, 9e3], "damping": [6.0, 9.0], "gravity": 9.81}

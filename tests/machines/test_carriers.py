@@ -9,10 +9,10 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from witness import GRID, TIME, Mechanism, along, close, energy_gap, moved
+from wucht.analysis.static import static_position
+from wucht.analysis.vibration import Vibration
 from wucht.errors import InputError
-from wucht.machines.files import machine_from
-from wucht.machines.vibration import Vibration
-from wucht.studies.start import static_position
+from wucht.files.building import machine_from
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.02}
 DRIVE = {"kind": "linear", "on": "drum", "slope": 0.05, "no_load_speed": 60.0}

@@ -7,7 +7,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wucht.documents import checked
+from wucht.checking import checked
 from wucht.errors import InputError
 from wucht.machines.parts import drives
 
@@ -37,9 +37,7 @@ DESCRIBED = {
 def drive(kind, **changes):
     """A drive as a study file describes it."""
     described = {**DESCRIBED.get(kind, {"on": "m"}), **changes}
-    made = checked(drives()[kind], {k: v for k, v in described.items() if v is not None}, "machine.drive")
-    made.check()
-    return made
+    return checked(drives()[kind], {k: v for k, v in described.items() if v is not None}, "machine.drive")
 
 
 def values(part):
@@ -180,6 +178,6 @@ def test_bad_values_are_refused_with_place_and_remedy(kind, changes, said):
     ],
 )
 def test_impossible_motors_are_refused(kind, changes, field):
-    with pytest.raises(ValueError, match="allowed is") as told:
+    with pytest.raises(InputError, match="allowed is") as told:
         drive(kind, **changes)
-    assert told.value.args[0] == field
+    assert told.value.where == f"machine.drive.{field}"

@@ -7,7 +7,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wucht.documents import checked
+from wucht.checking import checked
 from wucht.errors import InputError
 from wucht.machines.parts import loads
 from wucht.machines.parts.base import Frame
@@ -26,9 +26,7 @@ SPEEDS = st.floats(-200, 200)
 
 def load(kind, **changes):
     """A load as a study file describes it."""
-    made = checked(loads()[kind], {"on": "m", **DESCRIBED[kind], **changes}, "machine.loads[0]")
-    made.check()
-    return made
+    return checked(loads()[kind], {"on": "m", **DESCRIBED[kind], **changes}, "machine.loads[0]")
 
 
 def values(part):

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from wucht.errors import InputError
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.machines.schedules import SCHEDULED
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.run_up.study import RunUp, run_up, summary
-from wucht.studies.start import start_state
+from wucht.results.conventions import summary_of
+from wucht.studies.initial_state import initial_state
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
 
 DRUM = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.03}
 BALANCED = DRUM | {"eccentricity": 0.0}
@@ -32,7 +34,7 @@ def machine_with(*schedules, **parts):
 def moved(machine, end, samples=201, start=None, engine=None):
     flow = compile_system(machine.system, engine=engine)
     time = np.linspace(0, end, samples)
-    run = integrate(flow, start_state(machine, start or {}), machine.values, time)
+    run = integrate(flow, initial_state(machine, start or {}), machine.values, time)
     assert run.failure is None
     rows = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures) | {"time": time}
     return rows | flow.outputs(run.time, run.states, run.parameters)
@@ -243,13 +245,13 @@ def test_a_schedule_overrides_what_is_set():
 
 
 def test_a_run_up_with_a_schedule_reports_its_energy():
-    result = run_up(machine_with(SOFTER["steps"]), RunUp(until=1.5))
-    assert summary(result)["energy_residual"] < 1e-9
+    result = run(RunUp(until=1.5), machine_with(SOFTER["steps"]))
+    assert summary_of(result)["energy_residual"] < 1e-9
     assert result[SCHEDULED].attrs["units"] == "J"
 
 
 def test_a_run_up_whose_legs_end_at_a_corner():
     """Of 1.5 s in twenty legs, one ends at 0.3 s: the step there is booked once."""
     steps = schedule("carrier.stiffness", [0.0, 1.2e4], [0.3, 5e3], [0.75, 2e4], interpolation="steps")
-    result = run_up(machine_with(steps), RunUp(until=1.5, start={"carrier": {"x": "3 mm"}}))
-    assert summary(result)["energy_residual"] < 1e-9
+    result = run(RunUp(until=1.5, start={"carrier": {"x": "3 mm"}}), machine_with(steps))
+    assert summary_of(result)["energy_residual"] < 1e-9

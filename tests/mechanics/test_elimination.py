@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.mechanics.elimination import solve_by_elimination
 from wucht.system import substitute_definitions
 

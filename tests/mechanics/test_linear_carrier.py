@@ -4,7 +4,7 @@ import sympy as sp
 from pytest import raises
 
 from wucht.errors import WuchtError
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.mechanics.linear_carrier import linear_carrier

@@ -11,11 +11,13 @@ import sympy as sp
 
 from witness import Mechanism, along
 from wucht.errors import InputError
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.run_up.study import RunUp, prepared, run_up
-from wucht.studies.start import start_state
+from wucht.studies.initial_state import initial_state
+from wucht.studies.run_up.prepare import placed_at_start
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
 
 FAR = {"time": 1e6}
 DRUM = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.02, "inertia": 0.02, "bearing_damping": 1e-3}
@@ -38,7 +40,7 @@ def released(*when, **changed):
 
 def states(machine, start, grid=TIME_GRID, parameters=None, initial=None, engine=None):
     flow = compile_system(machine.system, engine=engine)
-    found = integrate(flow, start_state(machine, start) if initial is None else initial, parameters or machine.values, grid)
+    found = integrate(flow, initial_state(machine, start) if initial is None else initial, parameters or machine.values, grid)
     assert found.failure is None
     outputs = flow.outputs(found.time, found.states, found.parameters)
     return dict(zip(machine.system.state_names, found.states, strict=True)) | dict(found.quadratures) | outputs
@@ -107,8 +109,8 @@ def test_after_its_release_a_body_is_free(engine):
     if engine == "heyoka":
         pytest.importorskip("heyoka")
     machine = released({"time": 0.8}, {"time": 0.5})
-    machine, initial = prepared(machine, RunUp(start=START))
-    result = run_up(machine, RunUp(until=2.0, start=START, engine=engine))
+    machine, initial = placed_at_start(machine, START)
+    result = run(RunUp(until=2.0, start=START, engine=engine), machine)
     state, parts = initial, []
     for begin, end, locked in ((0.0, 0.5, (1, 1)), (0.5, 0.8, (1, 0)), (0.8, 2.0, (0, 0))):
         values = machine.values | dict(zip(("p1.locked", "p2.locked"), locked, strict=True))
@@ -130,14 +132,14 @@ def test_after_its_release_a_body_is_free(engine):
 def test_released_at_a_speed():
     """p1 until the drum has reached 10 rad/s: until then the run is that of the locked machine."""
     machine = released({"speed": 10.0}, None)
-    result = run_up(machine, RunUp(until=1.2, start=START))
+    result = run(RunUp(until=1.2, start=START), machine)
     relative = (result.angle.sel(body="p1") - result.angle.sel(body="drum")).values
     speed = result.speed.sel(body="drum").values
     first = int(np.argmax(speed >= 10.0))
     assert relative[:first] == pytest.approx(START["p1"], abs=1e-11)
     assert np.abs(relative[first + 3 :] - START["p1"]).min() > 0
     assert np.abs(relative[first:] - START["p1"]).max() > 0.1
-    locked = run_up(released(FAR, None), RunUp(until=1.2, start=START))
+    locked = run(RunUp(until=1.2, start=START), released(FAR, None))
     assert speed[:first] == pytest.approx(locked.speed.sel(body="drum").values[:first], abs=1e-8)
 
 
@@ -146,11 +148,11 @@ def test_a_speed_of_release_that_is_reached_at_the_start(speed):
     """The drum turns with 50 rad/s from the beginning: a release at 40 rad/s is one at t = 0, one at 60 rad/s never comes."""
     drive = {"kind": "constant-speed", "speed": speed}
     start = {"p1": 0.7, "p2": -1.1}
-    free = run_up(released(None, None, drive=drive), RunUp(until=0.5, start=start))
+    free = run(RunUp(until=0.5, start=start), released(None, None, drive=drive))
     for engine in (None, "scipy"):
-        early = run_up(released({"speed": 40.0}, None, drive=drive), RunUp(until=0.5, start=start, engine=engine))
+        early = run(RunUp(until=0.5, start=start, engine=engine), released({"speed": 40.0}, None, drive=drive))
         assert early.angle.values[..., -1] == pytest.approx(free.angle.values[..., -1], abs=1e-6)
-        never = run_up(released({"speed": 60.0}, None, drive=drive), RunUp(until=0.5, start=start, engine=engine))
+        never = run(RunUp(until=0.5, start=start, engine=engine), released({"speed": 60.0}, None, drive=drive))
         assert (never.angle.sel(body="p1") - never.angle.sel(body="drum")).values == pytest.approx(0.7, abs=1e-10)
 
 

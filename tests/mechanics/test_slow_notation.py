@@ -6,10 +6,10 @@ import re
 
 import pytest
 
-from wucht.machines.catalogue import load_machine
+from wucht.analysis.averaged import damped, slow_machine
+from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.notation import notation_of
-from wucht.machines.slow import damped, slow_machine
+from wucht.machines.symbols import notation_of
 from wucht.mechanics.slow.notation import written_slow
 
 MACHINES = (

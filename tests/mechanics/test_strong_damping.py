@@ -9,7 +9,7 @@ from convergence import evaluate, full, order, run
 from pytest import approx, raises
 
 from wucht.errors import WuchtError
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.mechanics.standard_form import with_angle_as_time
 from wucht.mechanics.strong_damping import stability_conditions, strongly_damped
 from wucht.system import TIME, Output, System

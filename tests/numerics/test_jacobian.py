@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from wucht.analysis.averaged import slow_machine
 from wucht.errors import WuchtError
-from wucht.machines.catalogue import load_machine
-from wucht.machines.files import machine_from
-from wucht.machines.slow import slow_machine
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
 from wucht.numerics.jacobian import Jacobian
 from wucht.piecewise import PiecewiseCubic, interpolated
 from wucht.system import TIME, System

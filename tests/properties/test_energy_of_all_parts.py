@@ -9,10 +9,11 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.machines.machine import LOST, SUPPLIED
 from wucht.machines.schedules import SCHEDULED
-from wucht.studies.run_up import RunUp, run_up
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
 
 few = settings(
     max_examples=10, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
@@ -108,7 +109,7 @@ def machines(draw):
 @given(machines())
 def test_energy_is_booked_completely(drawn):
     document, start = drawn
-    result = run_up(machine_from(document), RunUp(until=0.8, start=start))
+    result = run(RunUp(until=0.8, start=start), machine_from(document))
     assert result.attrs["failure"] == ""
     stored, supplied, lost = (result[n].values for n in ("stored_energy", SUPPLIED, LOST))
     scheduled = result[SCHEDULED].values if SCHEDULED in result else 0.0

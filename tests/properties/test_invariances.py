@@ -11,12 +11,14 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.machines.machine import LOST, SUPPLIED
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.run_up.study import RunUp, run_up, summary
-from wucht.studies.start import start_state
+from wucht.results.conventions import summary_of
+from wucht.studies.initial_state import initial_state
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
 
 TURN = 2 * math.pi
 few = settings(
@@ -96,7 +98,7 @@ def motion(document, start, until, engine=None, samples=201):
     machine = machine_from(document)
     flow = compile_system(machine.system, engine=engine)
     time = np.linspace(0, until, samples)
-    run = integrate(flow, start_state(machine, start), machine.values, time)
+    run = integrate(flow, initial_state(machine, start), machine.values, time)
     assert run.failure is None
     found = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
     return found | flow.outputs(run.time, run.states, run.parameters)
@@ -122,8 +124,8 @@ def test_energy_is_booked_completely(document, start):
 @given(machines(("P", "PR")), angles)
 def test_a_run_up_reports_its_energy_residual(document, start):
     machine = machine_from(document)
-    result = run_up(machine, RunUp(until=twenty_turns(document), start=start_of(document, start)))
-    assert summary(result)["energy_residual"] < 1e-9
+    result = run(RunUp(until=twenty_turns(document), start=start_of(document, start)), machine)
+    assert summary_of(result)["energy_residual"] < 1e-9
 
 
 @pytest.mark.skipif(not find_spec("heyoka"), reason="heyoka is not installed")
@@ -239,7 +241,7 @@ def test_the_units_of_the_file_do_not_matter(document, start):
     assert workshop.system == si.system
     begin, until = start_of(document, start), twenty_turns(document)
     asked = {"until": f"{until * 1e3!r} ms", "start": {n: f"{math.degrees(a)!r} deg" for n, a in begin.items()}}
-    one, other = run_up(si, RunUp(until=until, start=begin)), run_up(workshop, RunUp.read(asked, workshop))
+    one, other = run(RunUp(until=until, start=begin), si), run(RunUp.read(asked), workshop)
     assert other.attrs["outcome"] == one.attrs["outcome"]
     for name in ("speed", "displacement", "motor_torque", "bearing_force", "residual_unbalance"):
         assert_equal(one[name].values[..., -1], other[name].values[..., -1], 1e-8)

@@ -10,10 +10,10 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.start import start_state
+from wucht.studies.initial_state import initial_state
 
 few = settings(
     max_examples=12, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
@@ -27,7 +27,7 @@ def numbers(low, high):
 
 def moved(document, start, time):
     machine = machine_from(document)
-    run = integrate(compile_system(machine.system), start_state(machine, start), machine.values, time)
+    run = integrate(compile_system(machine.system), initial_state(machine, start), machine.values, time)
     assert run.failure is None
     return dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
 

@@ -12,13 +12,13 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from wucht.machines.files import machine_from
+from wucht.analysis.configurations.closed_form import State, at_speed
+from wucht.analysis.configurations.force_balance import compensating, members
+from wucht.analysis.configurations.search import by_subdivision
+from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.analysis.configurations.torus import OnTheTorus
+from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.machines.synchronous.closed import State, at_speed
-from wucht.machines.synchronous.polygon import compensating, members
-from wucht.machines.synchronous.search import by_subdivision
-from wucht.machines.synchronous.torques import SteadyTorques
-from wucht.machines.synchronous.torus import OnTheTorus
 
 few = settings(
     max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),

@@ -16,14 +16,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.machines.catalogue import load_machine
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.response import Response, response
-from wucht.studies.start import start_state
-from wucht.studies.torque_balance import TorqueBalance, torque_balance
+from wucht.studies.initial_state import initial_state
+from wucht.studies.response.spec import Response
+from wucht.studies.runner import run
+from wucht.studies.torque_balance.spec import TorqueBalance
 
 M, E, C, B = 9.75, 1e-3, 1e5, 200.0  # errata.md: the real machines R1 and R2, without pendulums
 K, SIGMA = math.sqrt(C / M), B / (2 * M)  # (2.76), (2.77)
@@ -48,7 +49,7 @@ def laval(speed: float = 200.0, **carrier: Any) -> Machine:
 
 @pytest.fixture(scope="module", params=[200.0, -200.0], ids=["counter-clockwise", "clockwise"])
 def found(request: pytest.FixtureRequest) -> xr.Dataset:
-    return response(laval(request.param), Response())
+    return run(Response(), laval(request.param))
 
 
 def denominator(w: np.ndarray) -> np.ndarray:
@@ -109,7 +110,7 @@ def test_peaks(found: xr.Dataset) -> None:
 def test_the_dimensionless_rotor_is_the_same() -> None:
     """With x = e xi and t = tau/k; torques in M e^2 k^2."""
     machine = load_machine("drozdetskaya-2020/table-3.1-laval", {"sigma": SIGMA / K})
-    one, other = response(machine, Response((0.02, 3.0))), response(laval(), Response((0.02 * K, 3.0 * K)))
+    one, other = run(Response((0.02, 3.0)), machine), run(Response((0.02 * K, 3.0 * K)), laval())
     assert one.speed.values == pytest.approx(other.speed.values / K, rel=1e-11)
     assert one.amplitude.values == pytest.approx(other.amplitude.values / E, rel=1e-10)
     assert one.centre_distance.values == pytest.approx(other.centre_distance.values / E, rel=1e-10)
@@ -119,8 +120,8 @@ def test_the_dimensionless_rotor_is_the_same() -> None:
 def test_the_self_balancing_rotor_is_its_real_machine() -> None:
     """Table 5.1 against R1 with the same phases: xi = x M*/(m r); its printed eccentricity is e M*/(m r) = 1/w."""
     phases = {"psi": 2.0, "delta": 0.6}
-    one = response(load_machine("drozdetskaya-2020/table-5.1"), Response((0.02, 3.0), start=phases))
-    other = response(load_machine("drozdetskaya-2020/r1"), Response((2.0, 300.0), start=phases))
+    one = run(Response((0.02, 3.0), start=phases), load_machine("drozdetskaya-2020/table-5.1"))
+    other = run(Response((2.0, 300.0), start=phases), load_machine("drozdetskaya-2020/r1"))
     unit = 0.125 * 0.104 / 10.0
     w = load_machine("drozdetskaya-2020/table-5.1").values["w"]
     assert float(one.eccentricity) == pytest.approx(1 / w)
@@ -175,12 +176,12 @@ def test_a_settled_run_at_constant_speed(name: str) -> None:
     flow, w, per_turn = compile_system(machine.system), abs(speed), 64
     settled = math.ceil(3.0 * w / (2 * math.pi))  # whole turns in 3 s: the start has decayed to exp(-24) or less
     time = np.concatenate([[0.0], (settled + np.arange(per_turn) / per_turn) * 2 * math.pi / w])
-    run = integrate(flow, start_state(machine, start), machine.values, time)
-    row = dict(zip(machine.system.state_names, run.states[:, 1:], strict=True))
-    outputs = flow.outputs(run.time, run.states, run.parameters)
+    settling = integrate(flow, initial_state(machine, start), machine.values, time)
+    row = dict(zip(machine.system.state_names, settling.states[:, 1:], strict=True))
+    outputs = flow.outputs(settling.time, settling.states, settling.parameters)
 
-    found = response(machine, Response((0.9 * w, 1.1 * w), points=3, start=start)).sel(speed=w)
-    turned = w * run.time[1:]
+    found = run(Response((0.9 * w, 1.1 * w), points=3, start=start), machine).sel(speed=w)
+    turned = w * settling.time[1:]
     shape = found.displacement_real.values[:, None] * np.cos(turned) - found.displacement_imag.values[:, None] * np.sin(turned)
     for k, c in enumerate(machine.carrier):
         vibrating = row[c.position.name] - row[c.position.name].mean()  # bearings load the carrier with a constant moment
@@ -205,7 +206,7 @@ def test_a_settled_run_at_constant_speed(name: str) -> None:
 
 def balance(u: float, name: str = "carrier") -> list[dict[str, Any]]:
     machine = load_machine(f"drozdetskaya-2020/table-3.1-{name}", {"u": u})
-    points = summary(torque_balance(machine, TorqueBalance()))["working_points"]
+    points = summary(run(TorqueBalance(), machine))["working_points"]
     assert isinstance(points, list)
     return points
 

@@ -14,9 +14,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.machines.catalogue import load_document, load_machine
-from wucht.studies.approximation import Approximation, approximation
-from wucht.studies.run_up.study import RunUp, run_up, summary
+from wucht.files.catalogue import load_document, load_machine
+from wucht.results.conventions import summary_of
+from wucht.studies.approximation.spec import Approximation
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
 
 TABLE_5_1 = "drozdetskaya-2020/table-5.1"
 START = {"psi": 0.0, "delta": 0.5}
@@ -25,8 +27,8 @@ START = {"psi": 0.0, "delta": 0.5}
 @cache
 def both(u: float, until: float) -> tuple[xr.Dataset, dict[str, Any]]:
     machine = load_machine(TABLE_5_1).with_values({"u": u})
-    found = run_up(machine, RunUp.read({"kind": "run-up", "until": until, "start": START, "model": "both"}, machine))
-    return found, summary(found)
+    found = run(RunUp.read({"kind": "run-up", "until": until, "start": START, "model": "both"}), machine)
+    return found, summary_of(found)
 
 
 OUTCOMES = {
@@ -46,12 +48,12 @@ def test_both_models_end_alike(u: float) -> None:
     _, mine = both(u, until)
     assert mine["outcome"] == mine["slow"]["outcome"] == outcome
     if outcome == "compensated":
-        for run in (mine, mine["slow"]):
-            p1, p2 = run["final_phases"]["p1"], run["final_phases"]["p2"]
+        for model in (mine, mine["slow"]):
+            p1, p2 = model["final_phases"]["p1"], model["final_phases"]["p2"]
             delta = abs(p1 - p2) % (2 * math.pi)
             assert min(delta, 2 * math.pi - delta) == pytest.approx(2.3728, abs=1e-4)
             assert (p1 + p2) / 2 % math.pi == pytest.approx(0, abs=1e-4) or (p1 + p2) / 2 % math.pi == pytest.approx(math.pi)
-            assert run["final_speed"] == pytest.approx(2.0, abs=1e-4)
+            assert model["final_speed"] == pytest.approx(2.0, abs=1e-4)
 
 
 def test_captured_at_u_1_in_the_steady_state_of_table_5_1() -> None:
@@ -92,7 +94,7 @@ DEVIATIONS = {
 def section_5_6(along: tuple[str, ...], value: float) -> dict[str, Any]:
     machine = load_machine(TABLE_5_1).with_values({"u": 2.5})
     keys = {"kind": "approximation", "along": list(along), "values": [value], "start": START, "until": 400.0}
-    return summary(approximation(machine, Approximation.read(keys, machine)))
+    return summary_of(run(Approximation.read(keys), machine))
 
 
 @pytest.mark.parametrize("case", DEVIATIONS)
@@ -123,12 +125,12 @@ def test_real_machines(name: str) -> None:
     full, slow, until = REAL[name]
     machine = load_machine(name)
     keys = {"kind": "run-up", "until": until, "start": {"p1": 0.3, "p2": -0.5}, "model": "both"}
-    mine = summary(run_up(machine, RunUp.read(keys, machine)))
+    mine = summary_of(run(RunUp.read(keys), machine))
     assert (mine["outcome"], mine["slow"]["outcome"]) == (full, slow)
     assert mine["slow"]["energy_residual"] < 1e-8
-    for run in (r for r in (mine, mine["slow"]) if r["outcome"] == "compensated"):
-        assert run["final_speed"] == pytest.approx(200.0, abs=0.01)
-        degrees = sorted(math.degrees(p) for p in run["final_phases"].values())
+    for model in (r for r in (mine, mine["slow"]) if r["outcome"] == "compensated"):
+        assert model["final_speed"] == pytest.approx(200.0, abs=0.01)
+        degrees = sorted(math.degrees(p) for p in model["final_phases"].values())
         assert degrees == pytest.approx([112.024, 247.976], abs=0.02)
     if full == "captured":
         assert mine["slow"]["final_speed"] == pytest.approx(70.2895, abs=1e-3)

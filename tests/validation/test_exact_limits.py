@@ -19,24 +19,26 @@ import sympy as sp
 import xarray as xr
 from scipy.special import ellipk
 
-from wucht.machines.files import machine_from
+from wucht.analysis.vibration import Vibration
+from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.machines.vibration import Vibration
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.run_up.study import RunUp, run_up, summary
-from wucht.studies.start import start_state
+from wucht.results.conventions import summary_of
+from wucht.studies.initial_state import initial_state
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
 
 GRAVITY = 9.81  # m/s^2
 # A carrier that stands still: so heavy that nothing moves it, free to move in x alone.
 FIXED = {"mass": 1e9, "directions": "x", "stiffness": 1e9}
 
 
-def run(machine: Machine, **study: Any) -> tuple[dict[str, Any], xr.Dataset]:
+def summary_and_motion(machine: Machine, **study: Any) -> tuple[dict[str, Any], xr.Dataset]:
     """The summary and the Dataset of a run-up."""
-    result = run_up(machine, RunUp.read(study, machine))
-    return summary(result), result
+    result = run(RunUp.read(study), machine)
+    return summary_of(result), result
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -74,7 +76,7 @@ class Steady:
     @classmethod
     def at(cls, speed: float) -> Steady:
         machine = forced(speed)
-        _, result = run(machine, until=15.0)
+        _, result = summary_and_motion(machine, until=15.0)
         return cls(speed, machine, result.sel(time=slice(12.0, None)))
 
     @property
@@ -171,7 +173,7 @@ def period(machine: Machine, amplitude: float) -> float:
     """The period of a swing about "straight down" (-90 degrees), from upward passages found as events."""
     angle = machine.bodies[1].coordinate.position
     flow = compile_system(machine.system, events=(Event("lowest point", angle + sp.pi / 2, +1),))
-    begin = start_state(machine, {"bob": -math.pi / 2 - amplitude})
+    begin = initial_state(machine, {"bob": -math.pi / 2 - amplitude})
     passages = [h.time for h in integrate(flow, begin, machine.values, np.linspace(0, 20, 2)).hits]
     assert len(passages) > 5
     return (passages[-1] - passages[0]) / (len(passages) - 1)
@@ -227,7 +229,7 @@ def test_roller_hands_torque_to_a_track_that_is_free():
             ],
         }
     )  # fmt: skip
-    _, result = run(machine, until=20.0, start={"drum": {"speed": 10.0}})
+    _, result = summary_and_motion(machine, until=20.0, start={"drum": {"speed": 10.0}})
     j_00, j_01, j_11 = inertia + mu * m * track_radius**2, mu * m * track_radius * eps, (1 + mu) * m * eps**2
     drum, ball = result.speed.values
     momentum = (j_00 - j_01) * drum + (j_11 - j_01) * ball
@@ -251,7 +253,7 @@ def test_energy_is_conserved_without_drive_and_damping(directions: str):
             "bodies": [{"kind": "rotor", "name": "drum", "mass": 3.0, "eccentricity": 0.02, "inertia": 0.01}],
         }
     )
-    _, result = run(machine, until=20.0, start={"drum": {"speed": 50.0}})
+    _, result = summary_and_motion(machine, until=20.0, start={"drum": {"speed": 50.0}})
     stored = result.stored_energy.values
     # 1e-12 a step, some thousand steps.
     assert np.ptp(stored) < 1e-9 * np.abs(stored).max()
@@ -272,7 +274,7 @@ def test_balanced_rotor_runs_up_exponentially():
             "drive": {"kind": "linear", "slope": slope, "no_load_speed": no_load},
         }
     )
-    found, result = run(machine, until=10.0)
+    found, result = summary_and_motion(machine, until=10.0)
     final = slope * no_load / (slope + bearing)
     assert found["free_speed"] == pytest.approx(final, rel=1e-14)
     expected = final * -np.expm1(-(slope + bearing) / inertia * result.time.values)
@@ -292,7 +294,7 @@ def test_pendulum_is_dragged_along_exponentially():
             ],
         }
     )
-    _, result = run(machine, until=5.0, start={"drum": {"speed": 20.0}})
+    _, result = summary_and_motion(machine, until=5.0, start={"drum": {"speed": 20.0}})
     drum, pendulum = result.speed.values
     j_p = m * length**2
     # 1e-8: the recoil of the fixed carrier.

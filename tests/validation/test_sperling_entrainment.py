@@ -11,13 +11,14 @@ import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 
-from wucht.machines.catalogue import load_machine
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.vibration import sense_of
-from wucht.studies.entrainment import Entrainment, entrainment
-from wucht.studies.entrainment.along import along_of
-from wucht.studies.entrainment.slow import Slow
+from wucht.machines.operation import sense_of
+from wucht.studies.entrainment.averaged_equations import AveragedEquations
+from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.entrainment.swept_parameter import swept_parameter
+from wucht.studies.runner import run
 
 FREQUENCY = 2 * math.pi
 UNBALANCE, SLOPE, INERTIA, AMPLITUDE = 1e-3, 1e-5, 1e-5, 1e-3  # Bild 2, SI
@@ -25,7 +26,7 @@ TORQUE = UNBALANCE * FREQUENCY**2 * AMPLITUDE / 2  # the largest vibration torqu
 
 
 def answered(machine: Machine, **table: Any) -> tuple[xr.Dataset, dict[str, Any]]:
-    found = entrainment(machine, Entrainment.read(table, machine))
+    found = run(Entrainment.read(table), machine)
     assert found.attrs["finished"], found.attrs["failure"]
     return found, json.loads(found.attrs["summary"])
 
@@ -153,9 +154,9 @@ def test_exciters_that_turn_against_each_other() -> None:
     """practice/screen: the sum of the angles is 90.4 degrees, as its notes tell; the other phase is not stable."""
     machine = load_machine("practice/screen")
     senses = {b.name: sense_of(machine, b) for b in machine.bodies}
-    slow = Slow(machine, along_of(machine, "drives.e2.voltage"), senses, (200, 260))
-    found = slow.equilibria(230.0)
-    (stable,) = (x for x in found if slow.stable(x, 230.0))
+    averaged = AveragedEquations.of(machine, swept_parameter(machine, "drives.e2.voltage"), senses, (200, 260))
+    found = averaged.equilibria(230.0)
+    (stable,) = (x for x in found if averaged.stable(x, 230.0))
     assert -math.degrees(stable[0]) == pytest.approx(90.4, abs=0.05)
     assert len(found) == 2
 
@@ -185,11 +186,11 @@ SOFT, STIFF = (2 * math.pi) ** 2, (6 * math.pi) ** 2
 def test_phases_37_and_their_stability_40(stiffness: float, phase: float) -> None:
     """Below the natural frequency of the carrier exciters swing together, above it against each other."""
     machine = exciters(stiffness, 12.0, 12.0)
-    along = along_of(machine, "detuning")
-    slow = Slow(machine, along, {b.name: sense_of(machine, b) for b in machine.bodies}, (-9.0, 9.0))
-    there = [x for x in slow.equilibria(0.0) if x[1] == pytest.approx(12.0, rel=1e-6)]
+    swept = swept_parameter(machine, "detuning")
+    averaged = AveragedEquations.of(machine, swept, {b.name: sense_of(machine, b) for b in machine.bodies}, (-9.0, 9.0))
+    there = [x for x in averaged.equilibria(0.0) if x[1] == pytest.approx(12.0, rel=1e-6)]
     assert sorted(abs(math.sin(x[0])) for x in there) == pytest.approx([0.0, 0.0], abs=1e-6)
-    assert {round(math.cos(x[0])): slow.stable(x, 0.0) for x in there} == {1: phase == 0.0, -1: phase != 0.0}
+    assert {round(math.cos(x[0])): averaged.stable(x, 0.0) for x in there} == {1: phase == 0.0, -1: phase != 0.0}
 
 
 def test_synchronous_speed_35_and_the_lock_limit() -> None:

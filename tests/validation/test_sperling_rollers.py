@@ -21,11 +21,13 @@ import pytest
 import sympy as sp
 from scipy.optimize import fsolve
 
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion, reaction
-from wucht.studies.files import read_study
-from wucht.studies.run_up.study import RunUp, run_up, summary
+from wucht.results.conventions import summary_of
+from wucht.studies.reading import read_study
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
 
 OMEGA_X, OMEGA_Y = 62.5, 125.1  # rad/s, section 6
 TOTAL_MASS = 1.0  # kg, section 6
@@ -184,7 +186,7 @@ def final_phases(table: int, speed: float, start: tuple[float, float], **options
     options.setdefault("beta", 2e-5 if speed == 40.0 else 5e-5)
     driven = machine(*UNBALANCES[table], {"kind": "constant-speed", "speed": speed}, **options)
     begin = {"r1": math.radians(start[0] + 3), "r2": math.radians(start[1] - 4)}
-    found = summary(run_up(driven, RunUp.read({"until": RUN_TIME[speed], "start": begin}, driven)))
+    found = summary_of(run(RunUp.read({"until": RUN_TIME[speed], "start": begin}), driven))
     return np.degrees([found["final_phases"]["r1"], found["final_phases"]["r2"]]), found
 
 
@@ -287,7 +289,7 @@ def test_shift_by_damping_vanishes_with_damping(table: int, speed: float, state:
 )
 def test_motion_to_the_stable_position_bild_7_to_10(figure: int, phases: tuple[float, float], tolerance: float) -> None:
     study = read_study(f"sperling-rollers/figure-{figure}")
-    found = summary(run_up(study.machine, study.question))
+    found = summary_of(run(study.spec, study.subject))
     for name, phase in zip(("r1", "r2"), phases, strict=True):
         assert math.remainder(math.degrees(found["final_phases"][name]) - phase, 360.0) == pytest.approx(0.0, abs=tolerance)
     assert found["energy_residual"] < 1e-9

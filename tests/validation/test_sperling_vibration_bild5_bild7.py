@@ -20,9 +20,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from wucht.studies.coast_down import coast_down
-from wucht.studies.files import read_study
-from wucht.studies.sweep import sweep
+from wucht.studies.reading import read_study
+from wucht.studies.runner import run
 
 OMEGA_1 = "drive.no_load_speed"
 M, B, C, M_1, EPS_1, K_1 = 1.0, 1.2566, 4 * math.pi**2, 0.1, 0.01, 3e-5  # Bild 5
@@ -50,7 +49,7 @@ def folds_of_60() -> dict[str, tuple[float, float, float]]:
 
 def jumps_of(settings: dict[str, Any]) -> dict[str, tuple[float, float, float]]:
     study = read_study("sperling-vibration/figure-5", settings)
-    result = sweep(study.machine, study.question)
+    result = run(study.spec, study.subject)
     summary = json.loads(result.attrs["summary"])
     assert json.loads(result.attrs["warnings"]) == []
     assert summary["energy_residual"] < 1e-9
@@ -107,7 +106,7 @@ def paper(until: float) -> Any:
 
 def test_bild_7_equations_are_those_of_the_paper() -> None:
     study = read_study("sperling-vibration/figure-7", {"study.until": 20.0})
-    found, expected = coast_down(study.machine, study.question), paper(20.0)
+    found, expected = run(study.spec, study.subject), paper(20.0)
     assert float(found.speed[-1]) == pytest.approx(expected.y[1, -1], rel=1e-8)
     assert float(found.angle[-1]) - math.pi / 2 == pytest.approx(expected.y[0, -1], rel=1e-8)
 
@@ -116,7 +115,7 @@ def test_bild_7_comes_to_rest() -> None:
     """Means over 20 s agree with cases.md to 0.05 % (it averages samples, we turns). It turns back at 4183.993 s; "ca. 4000 s"
     in the text, 4192 s in cases.md, 4183.993 s by (64)-(65) in SciPy at a tolerance of 1e-12."""
     study = read_study("sperling-vibration/figure-7")
-    result = coast_down(study.machine, study.question)
+    result = run(study.spec, study.subject)
     summary = json.loads(result.attrs["summary"])
     time = result.turn_time.values
     for at, mean in ((1000, 8.622), (2000, 3.968), (3000, 1.867)):

@@ -14,21 +14,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.machines.catalogue import load_machine
-from wucht.machines.slow import slow_machine
-from wucht.machines.synchronous.closed import State
-from wucht.machines.synchronous.torques import SteadyTorques
+from wucht.analysis.averaged import slow_machine
+from wucht.analysis.configurations.closed_form import State
+from wucht.analysis.configurations.slow_stability import SlowStability
+from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.start import start_state
-from wucht.studies.synchronous_states import SynchronousStates, synchronous_states
-from wucht.studies.synchronous_states.stability import slow_judgement
+from wucht.studies.initial_state import initial_state
+from wucht.studies.runner import run
+from wucht.studies.synchronous_states.spec import SynchronousStates
 
 Entry = dict[str, Any]
 
 
 def states(name: str, values: dict[str, float] | None = None, **question: Any) -> list[Entry]:
-    found = synchronous_states(load_machine(name, values or {}), SynchronousStates(**question))
+    found = run(SynchronousStates(**question), load_machine(name, values or {}))
     summary = json.loads(found.attrs["summary"])
     assert summary["complete"], summary["shown"]
     listed: list[Entry] = summary["states"]
@@ -114,7 +115,7 @@ def test_the_full_equations_without_damping() -> None:
     machine = load_machine("sperling-rollers/table-1", UNDAMPED | {"drive.speed": 80.0})
     start = above["phases"] | {"carrier": {"x": 1e-6}}  # m
     time = np.array([0.0, *np.linspace(40.0, 44.0, 400), *np.linspace(120.0, 124.0, 400)])
-    run = integrate(compile_system(machine.system), start_state(machine, start), list(machine.values.values()), time)
+    run = integrate(compile_system(machine.system), initial_state(machine, start), list(machine.values.values()), time)
     x = run.states[machine.state_names.index("carrier.x")]
     early, late = np.abs(x[1:401]).max(), np.abs(x[401:]).max()
     assert late < 1e-4  # still small against the rollers' tracks, so that it is linear
@@ -258,7 +259,7 @@ def exponents_per_angle(u: float, state: Entry) -> np.ndarray:
     machine = load_machine("drozdetskaya-2020/table-5.1", {"u": u})
     slow = slow_machine(machine, inertia=False)
     at = State(state["speed"], np.array([0.0, state["phases"]["p1"], state["phases"]["p2"]]))
-    found: np.ndarray = slow_judgement(SteadyTorques.from_slow(slow), slow, at).exponents / state["speed"]
+    found: np.ndarray = SlowStability(SteadyTorques.from_slow(slow), slow).stability(at).exponents / state["speed"]
     return found
 
 
@@ -279,13 +280,9 @@ def test_eigenvalues_of_the_averaged_equations() -> None:
 )
 def test_the_folds_of_type_ii(u: float, below: int, above: int, speed: float) -> None:
     for factor, count in ((1 - 1e-6, below), (1 + 1e-6, above)):
-        found = [
-            s for s in json.loads(
-                synchronous_states(
-                    load_machine("drozdetskaya-2020/table-5.1", {"u": u * factor}), SynchronousStates(full=False)
-                ).attrs["summary"]
-            )["states"] if s["type"] == "II"
-        ]  # fmt: skip
+        machine = load_machine("drozdetskaya-2020/table-5.1", {"u": u * factor})
+        every = json.loads(run(SynchronousStates(full=False), machine).attrs["summary"])["states"]
+        found = [s for s in every if s["type"] == "II"]
         assert len(found) == count
         for s in found:
             assert s["speed"] == pytest.approx(speed, abs=2e-3)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from wucht.cli.importing import Imports
 from wucht.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ def equations(
     ] = None,
     order: Annotated[int, typer.Option("--order", help="With --slow: 1, or 2 for the next order.")] = 1,
     set_: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; repeatable.")] = None,
+    import_: Imports = None,
 ) -> None:
     """Print the equations of motion that follow from the machine's energies, or the slow equations."""
     if order not in (1, 2):
@@ -30,8 +32,8 @@ def equations(
     if not slow and (inertia is not None or order != 1):
         raise InputError("--order" if order != 1 else "--inertia", None, "allowed only with --slow")
     from wucht.cli.settings import parse_settings
-    from wucht.machines.catalogue import load_machine
-    from wucht.machines.notation import notation_of
+    from wucht.files.catalogue import load_machine
+    from wucht.machines.symbols import notation_of
 
     machine = load_machine(study, parse_settings(set_ or []))
     notation = notation_of(machine)
@@ -69,7 +71,7 @@ def _full(machine: Machine, notation: Notation, latex: bool) -> list[str]:
 
 
 def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | None, order: int) -> list[tuple[str, list[str]]]:
-    from wucht.machines.slow import damped, slow_machine
+    from wucht.analysis.averaged import damped, slow_machine
     from wucht.mechanics.slow.notation import written_slow
 
     kept = not damped(machine) if inertia is None else inertia

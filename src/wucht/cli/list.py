@@ -6,23 +6,24 @@ from collections.abc import Mapping
 
 import typer
 
+from wucht.cli.importing import Imports
 
-def list_all() -> None:
+
+def list_all(import_: Imports = None) -> None:
     """List parts, drives, models, studies and the catalogue."""
-    from wucht.documents import read_toml
-    from wucht.machines.catalogue import FOLDER, names
-    from wucht.machines.models import MODELS
-    from wucht.machines.parts import bodies, drives, loads
-    from wucht.machines.reading import CARRIERS
-    from wucht.studies.kinds import STUDIES
+    from wucht.files.catalogue import FOLDER, names
+    from wucht.files.documents import read_toml
+    from wucht.machines.models import models
+    from wucht.machines.parts import bodies, carriers, drives, loads
+    from wucht.studies.registry import studies
 
     for title, found in (
-        ("carriers", _first(CARRIERS)),
+        ("carriers", _first(carriers())),
         ("bodies", _first(bodies())),
         ("drives", _first(drives())),
         ("loads", _first(loads())),
-        ("dimensionless machines", _first(MODELS)),
-        ("studies", _first({name: kind.question for name, kind in STUDIES.items()})),
+        ("dimensionless machines", _first(models())),
+        ("studies", _first({kind: s.spec for kind, s in studies().items()})),
         ("catalogue", {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}),
     ):
         typer.echo(f"{title}:")

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from wucht.cli.importing import Imports
 from wucht.errors import InputError
 
 
@@ -23,10 +24,11 @@ def plot(
     result: Annotated[Path, typer.Argument(help="A result.nc written by `wucht run`.")],
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default beside the result.")] = None,
     format_: Annotated[Format, typer.Option("--format", help="File format.")] = Format.PNG,
+    import_: Imports = None,
 ) -> None:
     """Draw the figures of a result again."""
-    from wucht.plots import draw
     from wucht.results.store import load, prepare_folder, save_figure
+    from wucht.studies.runner import draw
 
     dataset = load(result)
     folder = prepare_folder(out or result.parent)

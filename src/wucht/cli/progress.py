@@ -26,8 +26,8 @@ class Progress:
         if self._bar is not None:
             self._bar.stop()
 
-    def update(self, reached: float, goal: float) -> None:
-        """Show how far the run has come."""
+    def update(self, share: float, what: str) -> None:
+        """Show which share of the work is done (0 to 1), and what is under way."""
         if time.perf_counter() - self._begun < _PATIENCE_S:
             return
         if not sys.stderr.isatty():
@@ -41,5 +41,6 @@ class Progress:
 
             self._bar = shown.Progress(console=Console(stderr=True), transient=True)
             self._bar.start()
-            self._bar.add_task(self._title, total=goal)
-        self._bar.update(self._bar.task_ids[0], completed=reached, total=goal)
+            self._bar.add_task(self._title, total=1.0)
+        described = f"{self._title}: {what}" if what else self._title
+        self._bar.update(self._bar.task_ids[0], completed=share, description=described)

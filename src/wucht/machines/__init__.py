@@ -1,1 +1,1 @@
-"""Machines: parts that state their energies, the files they are read from, and the catalogue."""
+"""Machines: parts that state their energies, who turns about whom, schedules and tracks; the data of the catalogue."""

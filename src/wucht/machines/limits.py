@@ -5,31 +5,40 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from wucht.documents import checked
+from wucht.checking import checked
 from wucht.errors import InputError
 from wucht.machines.parts.base import Part
 
 
-def check_values(parts: Sequence[Part], values: Mapping[str, float], where: str) -> None:
-    """Raises ``InputError`` at ``where`` if the parts to which the parameters belong do not allow these values together."""
+def check_values(
+    parts: Sequence[Part], values: Mapping[str, float], where: str | None = None, present: Mapping[str, float] | None = None
+) -> None:
+    """Raises ``InputError`` if the parts to which the parameters belong do not allow these values together.
+
+    where: the error's place; None: the path of the value. present: what other parameters are now, where not as in the parts.
+    """
     for part in parts:
         prefix = f"{part.path}." if part.path else ""
-        mine = {path.removeprefix(prefix): value for path, value in values.items() if path.startswith(prefix)}
-        described = part.model_dump(mode="json", by_alias=True, exclude_unset=True)
-        fields = {f.alias or name for name, f in type(part).model_fields.items()}
-        own = {key: value for key, value in mine.items() if key.split(".")[0] in fields}
-        changed = {key: value for key, value in own.items() if _set(described, key.split("."), value)}
+        described = part.model_dump(mode="json", by_alias=True)
+        changed = _changed(part, described, values, prefix)
         if not changed:
             continue
+        _changed(part, described, {**(present or {}), **changed}, prefix)
         try:
-            checked(type(part), described, "").check()
+            checked(type(part), described, "")
         except InputError as error:
-            raise InputError(
-                where, next(iter(changed.values())), f"{prefix}{error.where.removeprefix('.')}: {error.allowed}"
-            ) from None
-        except ValueError as error:
-            key, sentence = error.args if len(error.args) == 2 else ("", str(error))
-            raise InputError(where, next(iter(changed.values())), f"{prefix}{key}: {sentence}") from None
+            key, sentence = error.where.removeprefix("."), error.allowed
+            path = next((p for p in changed if f"{p}.".startswith(f"{prefix}{key}.")), next(iter(changed)))
+            if where is None and path.startswith(f"{prefix}{key}"):
+                raise InputError(path, changed[path], sentence) from None
+            raise InputError(where or path, changed[path], f"{prefix}{key}: {sentence}") from None
+
+
+def _changed(part: Part, described: Any, values: Mapping[str, float], prefix: str) -> dict[str, float]:
+    """Set those values in a part's table that are its own, and return them."""
+    fields = {f.alias or name for name, f in type(part).model_fields.items()}
+    keys = {path: path.removeprefix(prefix).split(".") for path in values if path.startswith(prefix)}
+    return {path: values[path] for path, k in keys.items() if k[0] in fields and _set(described, k, values[path])}
 
 
 def _set(described: Any, keys: Sequence[str], value: float) -> bool:

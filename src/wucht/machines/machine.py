@@ -2,104 +2,139 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 import sympy as sp
 
-from wucht.machines.contact import Track
-from wucht.machines.parts.base import Drive, Part, Point
+from wucht.checking import read_quantity
+from wucht.errors import InputError, nearest
+from wucht.machines.assembly import assembled, with_tracks
+from wucht.machines.display import as_table, in_words
+from wucht.machines.limits import check_values
+from wucht.machines.models import Model
+from wucht.machines.parts.base import Body, Drive, Frame, Load, Part
 from wucht.machines.parts.fields import Parameter
-from wucht.machines.parts.release import Release
-from wucht.machines.schedules import Schedule, with_schedules
+from wucht.machines.parts.support import Support
+from wucht.machines.parts.track import Track
+from wucht.machines.schedules import Schedule
+from wucht.machines.structure import LOST, MISMATCH, SUPPLIED, Structure, shared
+from wucht.machines.tree import Bodies, RotatingBody, SlidingBody
+from wucht.machines.unit_names import Units
 from wucht.mechanics.energies import Energies
-from wucht.mechanics.lagrange import (
-    Coordinate,
-    Lock,
-    acceleration,
-    dissipated_power,
-    equations_of_motion,
-    first_order,
-    reaction,
-    supplied_power,
-)
-from wucht.mechanics.linear_carrier import LinearCarrier, linear_carrier
-from wucht.system import TIME, Output, System
+from wucht.mechanics.lagrange import Coordinate
+from wucht.mechanics.linear_carrier import LinearCarrier
+from wucht.numerics.flow.program import compiled_function, number_function
+from wucht.quantities import Unit
+from wucht.system import TIME, System
 
-SUPPLIED, LOST, MISMATCH = "supplied_work", "dissipated_work", "damper_mismatch"
+__all__ = ["LOST", "MISMATCH", "SUPPLIED", "Machine"]
 
 
-@dataclass(frozen=True)
-class Turning:
-    """A turning body as studies see it: name, kind, coordinate, what it turns about, and until when it is locked to that."""
+@dataclass(frozen=True, init=False, repr=False)
+class Machine(Bodies):
+    """A machine: parts put together, their energies in named coordinates, with parameter values.
 
-    name: str
-    kind: str
-    coordinate: Coordinate
-    about: str | None = None
-    release: Release | None = None
+    Machines of one structure have equal ``system``s, whatever their values.
 
-    @property
-    def locked(self) -> sp.Symbol:
-        """The parameter that is 1 while the body is locked."""
-        return sp.Symbol(f"{self.name}.locked", real=True)
+    Parameters
+    ----------
+    carrier
+        What bears the bodies, such as ``parts.Carrier``; or a dimensionless machine, such as ``parts.LavalRotor``, alone.
+    bodies, drives, loads
+        The other parts. Quantities are numbers in SI or strings with a unit. A drive or load acts ``on`` the only rotor if it
+        does not say otherwise; a body has one drive, and one load of each kind.
+    schedules
+        Tables ``{"parameter": PATH, "points": [[time, value], ...], "interpolation": "linear" | "steps" | "smooth"}``.
+    tracks
+        Tables ``{"contact_frequency": ...}`` by the name of a track that bodies share.
+    title
+        What the machine is called in results.
+    where
+        Places that errors name instead of the paths of parts, by path: a file's own.
 
+    Attributes
+    ----------
+    carrier, labels
+        The carrier's coordinates, and what they are called (x, y, r, foundation).
+    bodies, sliders
+        The bodies that turn, and those in guides, in the order given.
+    parameters, values
+        Its numbers by path (``p1.damping``): with unit, symbol and name; in SI alone.
+    frame, energies, mismatch
+        Where the bodies' axes are, and gravity; the parts' formulas: the carrier's first, those of contacts last; the power by
+        which dampers that are not reciprocal violate action = reaction, or None.
+    start_angles, start_positions
+        At t = 0, in rad by body and in m (rad) by label, of what has a prescribed motion.
+    warnings
+        What runs but is doubtful.
 
-@dataclass(frozen=True)
-class Sliding:
-    """A body in a guide: name, kind, coordinate (a displacement), and the body that guides it."""
+    Raises
+    ------
+    InputError
+        Where the parts do not fit together: the place, what was given and what is allowed.
 
-    name: str
-    kind: str
-    coordinate: Coordinate
-    about: str
-
-
-@dataclass(frozen=True)
-class Units:
-    """The units of time, length, torque, power, energy, force and unbalance, all empty for a dimensionless machine."""
-
-    time: str = "s"
-    length: str = "m"
-    torque: str = "N m"
-    power: str = "W"
-    energy: str = "J"
-    force: str = "N"
-    speed: str = "rad/s"
-
-
-DIMENSIONLESS = Units("", "", "", "", "", "", "")
-
-
-@dataclass(frozen=True)
-class Machine:
-    """A machine: energies in named coordinates, with parameter values.
-
-    carrier: its coordinates, and ``labels`` what they are called (x, y, r, foundation). bodies: those that turn, in the order
-    of the file; sliders: those in guides. axes: where the bodies' axes are. energies: of the parts, those of the carrier alone
-    first, those of the contacts last. start_angles, start_positions: at t = 0, of what has a prescribed motion, by body and by
-    label. mismatch: the power by which dampers that are not reciprocal violate action = reaction, or None.
-    Two machines of one structure have equal ``system``s, whatever their values.
+    Examples
+    --------
+    >>> from wucht import Machine, parts
+    >>> drum = parts.Rotor(name="drum", mass="9 kg", eccentricity="1 mm", inertia="0.03 kg m^2")
+    >>> ball = parts.Pendulum(name="ball", about="drum", mass="125 g", length="104 mm", damping="0.17 N m s")
+    >>> motor = parts.LinearDrive(slope="0.04 N m s", no_load_speed="200 rad/s")
+    >>> Machine(parts.Carrier(mass="1 kg", stiffness="1e5 N/m"), [drum, ball], [motor], title="A drum")
+    <Machine 'A drum'
+     rotor drum, pendulum ball; drive linear on drum; 13 parameters>
     """
 
     title: str
     carrier: tuple[Coordinate, ...]
-    bodies: tuple[Turning, ...]
+    bodies: tuple[RotatingBody, ...]
     energies: tuple[Energies, ...]
     parameters: Mapping[str, Parameter]
-    parts: tuple[Part, ...] = ()
-    units: Units = field(default_factory=Units)
-    labels: tuple[str, ...] = ()
-    sliders: tuple[Sliding, ...] = ()
-    axes: Mapping[str, Point] = field(default_factory=dict)
-    start_angles: Mapping[str, float] = field(default_factory=dict)
-    start_positions: Mapping[str, float] = field(default_factory=dict)
-    schedules: tuple[Schedule, ...] = ()
+    parts: tuple[Part, ...]
+    units: Units
+    labels: tuple[str, ...]
+    frame: Frame
+    schedules: tuple[Schedule, ...]
+    start_angles: Mapping[str, float]
+    start_positions: Mapping[str, float]
+    sliders: tuple[SlidingBody, ...] = ()
     tracks: tuple[Track, ...] = ()
     mismatch: sp.Expr | None = None
     warnings: tuple[str, ...] = ()
+
+    def __init__(
+        self,
+        carrier: Support | Model,
+        bodies: Sequence[Body] = (),
+        drives: Sequence[Drive] = (),
+        loads: Sequence[Load] = (),
+        *,
+        schedules: Sequence[Mapping[str, Any]] = (),
+        tracks: Mapping[str, Mapping[str, Any]] | None = None,
+        title: str = "",
+        where: Mapping[str, str] | None = None,
+    ) -> None:
+        given, at = {} if tracks is None else tracks, where or {}
+        # A frozen class sets its fields past its own lock.
+        self.__dict__.update(assembled(carrier, bodies, drives, loads, schedules, given, title, at))
+        self.__dict__.update(vars(with_tracks(self.changed().at(0.0), given, at)))
+
+    def changed(self, **given: Any) -> Self:
+        """The machine with other fields, such as ``energies``; what follows from them is derived anew."""
+        own = {f.name: getattr(self, f.name) for f in fields(self)}
+        assert given.keys() <= own.keys(), f"no field of a machine: {given.keys() - own.keys()}"
+        made = object.__new__(type(self))
+        made.__dict__.update(own | given)
+        return made
+
+    def __repr__(self) -> str:
+        return in_words(self.title, (*self.bodies, *self.sliders), self.drives, self.parameters)
+
+    def _repr_html_(self) -> str:
+        return as_table(self.title, (*self.bodies, *self.sliders), self.drives, self.parameters)
 
     @cached_property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -112,6 +147,16 @@ class Machine:
         free = (c.velocity.name for c in self.coordinates if c.prescribed is None)
         return (*(c.position.name for c in self.coordinates), *free)
 
+    @property
+    def dimensionless(self) -> bool:
+        """Whether times and lengths are numbers."""
+        return not self.units.time
+
+    @property
+    def without_contacts(self) -> tuple[Energies, ...]:
+        """The energies of the parts: those of contacts are the last."""
+        return self.energies[: len(self.energies) - len(self.tracks)]
+
     @cached_property
     def values(self) -> dict[str, float]:
         """Parameter values by path."""
@@ -121,16 +166,6 @@ class Machine:
     def numbers(self) -> dict[sp.Symbol, float]:
         """Parameter values by symbol, to be put into expressions."""
         return {sp.Symbol(path, real=True): value for path, value in self.values.items()}
-
-    @cached_property
-    def rotor(self) -> Turning:
-        """The main rotor: the first body that turns about no other."""
-        return self.rotors[0]
-
-    @cached_property
-    def rotors(self) -> tuple[Turning, ...]:
-        """The bodies that turn about no other."""
-        return tuple(b for b in self.bodies if b.about is None)
 
     @cached_property
     def drives(self) -> tuple[Drive, ...]:
@@ -153,113 +188,105 @@ class Machine:
         return next((c for c in self.carrier if c.prescribed is not None), None)
 
     @cached_property
+    def shaking(self) -> tuple[sp.Symbol, sp.Symbol] | None:
+        """Amplitude and angular frequency of the carrier's prescribed harmonic motion, None where it has none."""
+        return next((s for p in self.parts if (s := p.shaking()) is not None), None)
+
+    @property
+    def shaking_frequency(self) -> float | None:
+        """Its angular frequency at the parameter values."""
+        return None if self.shaking is None else self.numbers[self.shaking[1]]
+
+    @cached_property
     def turning(self) -> Coordinate | None:
         """The carrier's turning about the normal of the plane, with which a locked rotor turns; None where it does not turn."""
-        tilting = any(getattr(p, "tilting", False) for p in self.parts)
-        return None if tilting or "r" not in self.labels else self.carrier[self.labels.index("r")]
+        return next((c for c in self.carrier if c.velocity == self.frame.rotation), None)
 
     @cached_property
     def corners(self) -> tuple[float, ...]:
         """The times of the points of all schedules, in order, at least t = 0."""
         return tuple(sorted({0.0, *(t for s in self.schedules for t in s.pieces.corners)}))
 
-    def with_values(self, values: Mapping[str, float]) -> Machine:
-        """The machine with other values of some parameters, by path; its structure stays."""
-        changed = {path: replace(self.parameters[path], value=float(value)) for path, value in values.items()}
-        found = replace(self, parameters=dict(self.parameters) | changed)
-        for name in ("system", "linear_carrier"):  # of the structure alone: what has been derived is not derived again
-            if name in self.__dict__:
-                found.__dict__[name] = self.__dict__[name]
-        return found
+    def row(self, state: sp.Symbol) -> int:
+        """Where a position or a velocity stands in the state (n,). Raises ``ValueError`` for one that is no state."""
+        return self.state_names.index(state.name)
 
-    def at(self, time: float) -> Machine:
+    def with_values(self, values: Mapping[str, float]) -> Self:
+        """The machine with other values of some parameters, by path, in SI or as text with a unit; its structure stays.
+
+        Raises ``InputError``, located at the path, for an unknown one and for a value that the parts do not allow.
+        """
+        given = {path: self._read(path, value) for path, value in values.items()}
+        check_values(self.parts, given, present=self.values)
+        return self.with_unchecked(given)
+
+    def _read(self, path: str, value: float) -> float:
+        if path not in self.parameters:
+            raise InputError(path, value, f"unknown parameter; {nearest(path, self.parameters)}")
+        return read_quantity(Unit(self.parameters[path].unit, self.parameters[path].what), value, path)
+
+    def with_unchecked(self, values: Mapping[str, float]) -> Self:
+        """``with_values`` for values that are known to be allowed, such as those between the points of a schedule."""
+        changed = {path: replace(self.parameters[path], value=float(value)) for path, value in values.items()}
+        return self.changed(parameters=dict(self.parameters) | changed)
+
+    def at(self, time: float) -> Self:
         """The machine with the values that its schedules give the parameters at a time."""
         if not self.schedules:
             return self
-        return self.with_values({s.parameter: float(s.pieces(time)) for s in self.schedules})
+        return self.with_unchecked({s.parameter: float(s.pieces(time)) for s in self.schedules})
 
     def prescribed_speed(self, coordinate: Coordinate, time: np.ndarray | float) -> np.ndarray:
         """The prescribed velocity of a coordinate at times (N,), which may be a single one."""
-        from wucht.numerics.flow.program import python_function
-
         assert coordinate.prescribed is not None
         at = np.atleast_1d(np.asarray(time, float))
-        function = python_function((TIME,), (), (coordinate.prescribed.xreplace(self.numbers),))
-        return np.broadcast_to(np.asarray(function(at)[0], float), at.shape)
+        value = self.function(coordinate.prescribed, of=TIME)(at)[0]
+        return np.broadcast_to(np.asarray(value, float), at.shape)
 
     @cached_property
-    def linear_carrier(self) -> LinearCarrier:
-        """M, C, K of the free carrier and its coupling to the bodies, symbolic; sliders in the middle of their guides."""
-        still = [s.coordinate for s in self.sliders] + [c for c in self.carrier if c.prescribed is not None]
-        return linear_carrier(self.energies, self.free_carrier, [b.coordinate for b in self.bodies], still)
+    def structure(self) -> Structure:
+        """What does not depend on the numbers, shared by all machines that are alike but for these."""
+        return shared(
+            Structure(
+                self.carrier, self.labels, self.bodies, self.sliders, self.energies, tuple(self.parameters), self.units,
+                self.turning, self.frame.axes.get(self.rotor.name), tuple(len(self.tree.path(b.name)) for b in self.bodies),
+                self.schedules, self.mismatch,
+            )
+        )  # fmt: skip
 
-    @cached_property
+    @property
     def system(self) -> System:
         """The equations of motion, with outputs and with the quadratures of the energy balance."""
-        coordinates = self.coordinates
-        quadratures = [
-            Output(SUPPLIED, supplied_power(self.energies, coordinates), self.units.energy, "work of the drives"),
-            Output(LOST, dissipated_power(self.energies, coordinates), self.units.energy, "energy dissipated"),
-        ]
-        if self.mismatch is not None:
-            quadratures.append(
-                Output(MISMATCH, self.mismatch, self.units.energy, "work created by dampers that are not reciprocal")
-            )
-        found = first_order(
-            equations_of_motion(self.energies, coordinates),
-            coordinates,
-            [sp.Symbol(path, real=True) for path in self.parameters],
-            tuple(self._outputs()),
-            tuple(quadratures),
-            self._locks(),
-        )
-        return with_schedules(found, self.schedules, self._stored(), self.units.energy)
+        return self.structure.system
 
-    def _locks(self) -> list[Lock]:
-        index = {b.name: len(self.carrier) + k for k, b in enumerate(self.bodies)}
-        depth = {b.name: 0 for b in self.bodies}
-        for b in self.bodies:
-            above = b.about
-            while above is not None:
-                depth[b.name] += 1
-                above = next(o.about for o in self.bodies if o.name == above)
-        turning = self.carrier.index(self.turning) if self.turning is not None else None
-        locked = sorted((b for b in self.bodies if b.release is not None), key=lambda b: -depth[b.name])
-        return [Lock(index[b.name], turning if b.about is None else index[b.about], b.locked) for b in locked]
+    @property
+    def linear_carrier(self) -> LinearCarrier:
+        """M, C, K of the free carrier and its coupling to the bodies, symbolic; sliders in the middle of their guides."""
+        return self.structure.linear_carrier
 
-    def _stored(self) -> sp.Expr:
-        return sp.Add(*(e.kinetic for e in self.energies), *(e.potential for e in self.energies))
-
-    def _outputs(self) -> list[Output]:
-        u = self.units
-        found = [Output("stored_energy", self._stored(), u.energy, "stored energy")]
-        applied = [a for e in self.energies for a in e.applied if a.booked == "supplied"]
-        bodies = [b.coordinate for b in self.bodies]
-        torque = sp.Add(*(a.force for a in applied), *(reaction(c) for c in bodies if c.prescribed is not None))
-        found.append(Output("motor_torque", torque, u.torque, "motor torque"))
-        found.append(Output("motor_power", supplied_power(self.energies, self.coordinates), u.power, "motor power"))
-        for c in self.coordinates:
-            if c.prescribed is not None:
-                found.append(Output(c.velocity.name, c.velocity, u.speed, "speed"))
-        alone = equations_of_motion(self.energies[:1], self.carrier)
-        for i, label in enumerate(self.labels):
-            # The bodies push the carrier with what its own equation of motion leaves open.
-            inertial = sp.Add(*(alone.mass[i, k] * acceleration(other) for k, other in enumerate(self.carrier)))
-            long_name = f"bearing moment in {label}" if label == "r" else f"bearing force in {label}"
-            found.append(Output(f"bearing_force_{label}", inertial - alone.forces[i], u.force, long_name))
-        for name, (position, velocity) in self.orbit.items():
-            found += [Output(f"orbit.{name}", position, u.length), Output(f"orbit.v{name}", velocity, "")]
-        return found
-
-    @cached_property
+    @property
     def orbit(self) -> dict[str, tuple[sp.Expr, sp.Expr]]:
         """The motion whose amplitude is looked at: x, y of the main rotor's axis, or the angle of a carrier that only turns."""
-        if self.labels == ("r",):
-            (c,) = self.carrier
-            return {"r": (c.position, c.velocity)}
-        at = self.axes.get(self.rotor.name)
-        moving = {} if at is None else {"x": (at.x, at.vx), "y": (at.y, at.vy)}
-        return {n: (x, v) for n, (x, v) in moving.items() if x != 0}
+        return self.structure.orbit
+
+    def evaluate(self, *expressions: sp.Expr) -> list[Any]:
+        """Expressions in the parameters at the machine's values, as floats or complex numbers; compiled once."""
+        return number_function(expressions, self.structure.symbols)(self.values.values())
+
+    def function(self, *expressions: sp.Expr, of: sp.Symbol, modules: str = "numpy") -> Callable[[Any], list[Any]]:
+        """Expressions in the parameters and one symbol as a function of that, at the machine's values; compiled once.
+
+        modules: ``"numpy"`` for arrays, ``"math"`` for numbers.
+        """
+        compiled, values = compiled_function(expressions, self.structure.symbols, of, modules), tuple(self.values.values())
+        return lambda at: compiled(values, at)
+
+    @cached_property
+    def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """M, C, K (m x m) of the free carrier at the parameter values."""
+        c, size = self.linear_carrier, len(self.free_carrier)
+        every = np.array(self.evaluate(*c.mass, *c.damping, *c.stiffness), float).reshape(3, size, size)
+        return every[0], every[1], every[2]
 
     @property
     def orbit_unit(self) -> str:

@@ -17,6 +17,7 @@ from typing import ClassVar
 
 import sympy as sp
 
+from wucht.machines.parts import known
 from wucht.machines.parts.base import Frame, Parameter, Part, Point, si
 from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import Coordinate
@@ -55,6 +56,10 @@ class Model(Part):
     def turning(self) -> dict[str, Coordinate]:
         """The bodies' angles."""
         return {n: Coordinate.named(f"{n}.angle", f"{n}.speed", angle=True) for n, _, _ in self.bodies}
+
+    def arms(self) -> Mapping[str, sp.Expr]:
+        """Lengths are in units of the rotor's eccentricity."""
+        return {self.bodies[0][0]: sp.S.One}
 
     def support(self, frame: Frame) -> Energies:
         """V = xi^2/2, R = sigma xi'^2: spring and damper of the carrier."""
@@ -151,6 +156,10 @@ class SelfBalancingRotor(Model):
             ),
         )
 
+    def arms(self) -> Mapping[str, sp.Expr]:
+        """Lengths are in units of m r/M*, and w = m r/(M* e)."""
+        return {"rotor": 1 / self.symbol("w")}
+
     def right_beta_r(self) -> float:
         """The beta_r with which the dampers' torques are each other's reaction: 2 epsilon w beta_p/(mu s)."""
         return 2 * self.epsilon * self.w * self.beta_p / (self.mu * self.s)
@@ -182,4 +191,6 @@ class SelfBalancingRotor(Model):
         return tuple(found)
 
 
-MODELS: dict[str, type[Model]] = {m.kind: m for m in (RotorOnCarrier, LavalRotor, SelfBalancingRotor)}
+def models() -> dict[str, type[Model]]:
+    """The dimensionless machines by name, here or in the user's own code."""
+    return known(Model)

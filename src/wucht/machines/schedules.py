@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeGuard
 
 import sympy as sp
 
-from wucht.documents import choice, refuse_unknown
+from wucht.checking import choice, read_quantity, refuse_unknown
 from wucht.errors import InputError, nearest
 from wucht.machines.limits import check_values
 from wucht.machines.parts.base import Part
@@ -24,8 +24,8 @@ from wucht.quantities import Unit
 from wucht.system import TIME, Output, System
 
 SCHEDULED = "schedule_work"
-KEYS = ("parameter", "points", "interpolation")
-INTERPOLATIONS = ("linear", "steps", "smooth")
+_KEYS = ("parameter", "points", "interpolation")
+_INTERPOLATIONS = ("linear", "steps", "smooth")
 _MOMENTS = (".locked", ".release.time", ".release.speed")
 
 
@@ -52,22 +52,26 @@ class Schedule:
         return self.pieces.corners[0], self.pieces.corners[-1]
 
 
-def read_schedules(tables: Any, parameters: Mapping[str, Parameter], time: str) -> tuple[Schedule, ...]:
-    """The schedules in ``[[machine.schedules]]``. time: the unit of time. Raises ``InputError``."""
-    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in tables):
-        raise InputError("machine.schedules", tables, "allowed are tables: [[machine.schedules]]")
+def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequence[Part], time: str) -> tuple[Schedule, ...]:
+    """The schedules of a machine, from tables with the keys ``parameter``, ``points``, ``interpolation``.
+
+    time: the unit of time. Raises ``InputError``, located from ``schedules`` on, also for values that the parts do not allow.
+    """
+    if not isinstance(tables, list | tuple) or not all(isinstance(t, Mapping) for t in tables):
+        raise InputError("schedules", tables, "allowed are tables: [[machine.schedules]]")
     found: dict[str, Schedule] = {}
-    for i, table in enumerate(tables):
-        schedule = _read(table, parameters, time, f"machine.schedules[{i}]")
+    for i, described in enumerate(tables):
+        schedule = _schedule(described, parameters, time, f"schedules[{i}]")
         if schedule.parameter in found:
-            raise InputError(f"machine.schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
+            raise InputError(f"schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
         found[schedule.parameter] = schedule
+    _check_values(tuple(found.values()), parts)
     return tuple(found.values())
 
 
-def _read(table: Mapping[str, Any], parameters: Mapping[str, Parameter], time: str, where: str) -> Schedule:
-    refuse_unknown(table, KEYS, where)
-    path = table.get("parameter")
+def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter], time: str, where: str) -> Schedule:
+    refuse_unknown(described, _KEYS, where)
+    path = described.get("parameter")
     if not isinstance(path, str) or path not in parameters:
         allowed = f"allowed is a parameter of the machine; {nearest(str(path), parameters)}"
         raise InputError(f"{where}.parameter", path, allowed)
@@ -78,35 +82,35 @@ def _read(table: Mapping[str, Any], parameters: Mapping[str, Parameter], time: s
     if path.startswith("carrier.motion."):
         moving = "not allowed: the phase of a prescribed motion would run away; give it as a table of displacements over time"
         raise InputError(f"{where}.parameter", path, moving)
-    points = table.get("points")
-    if not isinstance(points, list) or not points or not all(isinstance(p, list) and len(p) == 2 for p in points):
+    points = described.get("points")
+    if not _pairs(points):
         raise InputError(
             f"{where}.points", points, 'allowed is a list of pairs [time, value], such as [["0 s", 0], ["5 s", 1]]'
         )
     parameter = parameters[path]
     units = (Unit(time, "time"), Unit(parameter.unit, parameter.what))
-    numbers = [[_number(u, given, f"{where}.points[{k}][{j}]") for j, (u, given) in enumerate(zip(units, point, strict=True))]
-               for k, point in enumerate(points)]  # fmt: skip
+    numbers = [
+        [read_quantity(u, x, f"{where}.points[{k}][{j}]") for j, (u, x) in enumerate(zip(units, point, strict=True))]
+        for k, point in enumerate(points)
+    ]
     times, values = zip(*numbers, strict=True)
     if any(b <= a for a, b in pairwise(times)):
         raise InputError(f"{where}.points", points, "allowed are points whose times increase")
-    kind = choice({"interpolation": "linear"} | dict(table), "interpolation", where, INTERPOLATIONS)
+    kind = choice({"interpolation": "linear"} | dict(described), "interpolation", where, _INTERPOLATIONS)
     return Schedule(path, interpolated(path, times, values, kind))
 
 
-def check_schedules(schedules: Sequence[Schedule], parts: Sequence[Part]) -> None:
+def _pairs(points: Any) -> TypeGuard[Sequence[Sequence[Any]]]:
+    listed = isinstance(points, list | tuple) and bool(points)
+    return listed and all(isinstance(p, list | tuple) and len(p) == 2 for p in points)
+
+
+def _check_values(schedules: Sequence[Schedule], parts: Sequence[Part]) -> None:
     """Raises ``InputError`` where the parts do not allow the values that schedules give them, at the points of any of them."""
     for time in sorted({t for s in schedules for t in s.pieces.corners}):
         values = {s.parameter: float(s.pieces(time)) for s in schedules}
         here = next(i for i, s in enumerate(schedules) if time in s.pieces.corners)
-        check_values(parts, values, f"machine.schedules[{here}].points (t = {time:g})")
-
-
-def _number(unit: Unit, given: Any, where: str) -> float:
-    try:
-        return unit.parse(given)
-    except ValueError as error:
-        raise InputError(where, given, str(error)) from None
+        check_values(parts, values, f"schedules[{here}].points (t = {time:g})")
 
 
 def with_schedules(system: System, schedules: Sequence[Schedule], stored: sp.Expr, unit: str) -> System:

@@ -54,13 +54,14 @@ def all_zeros(
     periodic: Sequence[bool] | None = None,
     smallest: float = 1e-4,
     most_boxes: int = 1_000_000,
+    watch: Callable[[], None] | None = None,
 ) -> Zeros:
     """The zeros of f in the box [low, high].
 
     function: (n, N) -> (n, N). jacobian: (n, N) -> (n, n, N). spread: centres and radii (n, N) -> (n, n, N), a bound on how
     much each entry of the Jacobian differs from that at the centre; not finite where none is known yet. periodic: coordinates
     whose two ends are the same. smallest: of each side; smaller boxes are given up, as those along a curve of zeros.
-    most_boxes: that are looked at.
+    most_boxes: that are looked at. watch: called between some thousand boxes; what it raises ends the search.
     """
     low, high = np.asarray(low, float), np.asarray(high, float)
     n, whole = len(low), high - low
@@ -70,6 +71,8 @@ def all_zeros(
     found: list[Proved] = []
     looked = 0
     while waiting and looked < most_boxes:
+        if watch is not None:
+            watch()
         centre, radius = waiting.pop()
         if centre.shape[1] > _CHUNK:
             waiting.append((centre[:, _CHUNK:], radius[:, _CHUNK:]))

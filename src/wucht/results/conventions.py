@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from wucht.results.store import to_json
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _ROUNDING = 1e-9  # rad
 
@@ -23,3 +29,28 @@ def wrapped(angle: Any) -> np.ndarray:
     turn = 2 * np.pi
     found = np.remainder(angle, turn)
     return np.where(turn - found > _ROUNDING, found, 0.0)
+
+
+def answered(
+    found: xr.Dataset,
+    summary: Mapping[str, Any],
+    sentence: str,
+    warnings: Sequence[str] = (),
+    failure: str | None = None,
+    **more: Any,
+) -> xr.Dataset:
+    """The Dataset with its answer as attributes. sentence: in words. failure: why it is not complete. more: other ones."""
+    found.attrs |= {
+        "summary": to_json(dict(summary), indent=None),
+        "sentence": sentence,
+        "warnings": to_json(list(warnings), indent=None),
+        "failure": failure or "",
+        **more,
+    }
+    return found
+
+
+def summary_of(result: xr.Dataset) -> dict[str, Any]:
+    """The summary of a result, as in the contract."""
+    found: dict[str, Any] = json.loads(result.attrs["summary"])
+    return found

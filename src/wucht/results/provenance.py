@@ -6,17 +6,17 @@ import json
 import platform
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-import wucht
-
-_PACKAGES = ("numpy", "scipy", "sympy", "heyoka", "xarray")
+_PACKAGES = ("wucht", "numpy", "scipy", "sympy", "heyoka", "xarray")
 
 
+@cache
 def versions() -> dict[str, str]:
     """The versions of wucht, Python and the libraries that compute."""
-    found = {"wucht": wucht.__version__, "python": platform.python_version()}
+    found = {"python": platform.python_version()}
     for package in _PACKAGES:
         try:
             found[package] = version(package)
@@ -25,10 +25,10 @@ def versions() -> dict[str, str]:
     return found
 
 
-def provenance(study: Mapping[str, Any], machine: Mapping[str, Any], elapsed_s: float) -> dict[str, str | float]:
-    """Attributes for a Dataset."""
+def provenance(question: Mapping[str, Any], elapsed_s: float) -> dict[str, str | float]:
+    """Attributes for a Dataset. question: what was asked, of what."""
     return {
-        "input": json.dumps({"study": study, "machine": machine}, default=str),
+        "input": json.dumps(question, default=str),
         "versions": json.dumps(versions()),
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "elapsed_s": elapsed_s,

@@ -35,21 +35,22 @@ def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
 
 def save(result: xr.Dataset, path: Path) -> Path:
     """Write a Dataset as NetCDF."""
-    return _write(path, lambda beside: result.to_netcdf(beside, engine="h5netcdf"))
+    return replacing(path, lambda beside: result.to_netcdf(beside, engine="h5netcdf"))
 
 
 def save_figure(figure: Figure, path: Path) -> Path:
     """Write a figure in the format of the path's ending."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph", UserWarning)  # a title in a script that the font lacks
-        return _write(path, lambda beside: figure.savefig(beside, format=path.suffix[1:]))
+        return replacing(path, lambda beside: figure.savefig(beside, format=path.suffix[1:]))
 
 
 def _beside(path: Path) -> Path:
     return path.with_name(f".{path.name}.part")
 
 
-def _write(path: Path, write: Callable[[Path], object]) -> Path:
+def replacing(path: Path, write: Callable[[Path], object]) -> Path:
+    """Write a file beside its place and move it there. Raises ``RunError`` where that cannot be done."""
     try:
         write(_beside(path))
         _beside(path).replace(path)
@@ -76,7 +77,7 @@ def load(path: Path) -> xr.Dataset:
 
 def save_summary(document: Mapping[str, Any], path: Path) -> Path:
     """Write ``summary.json``."""
-    return _write(path, lambda beside: beside.write_text(to_json(document) + "\n", encoding="utf-8"))
+    return replacing(path, lambda beside: beside.write_text(to_json(document) + "\n", encoding="utf-8"))
 
 
 def to_json(document: Any, indent: int | None = 2) -> str:

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.machines.machine import Machine, Turning
+from wucht.machines.machine import Machine
+from wucht.machines.tree import RotatingBody
 
 _FEWEST = 3  # samples on a common range, to compare on
 
 
-def watched(machine: Machine) -> list[Turning]:
+def watched(machine: Machine) -> list[RotatingBody]:
     """Whose speeds are compared: the main rotor's, or where that is prescribed those of the bodies that are free."""
     free = [b for b in machine.bodies if b.coordinate.prescribed is None]
     return free if machine.rotor.coordinate.prescribed is not None and free else [machine.rotor]

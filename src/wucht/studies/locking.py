@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.machines.machine import Machine, Turning
+from wucht.machines.machine import Machine
+from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.turns import hermite
 from wucht.results.conventions import wrapped
@@ -41,7 +42,7 @@ def is_locking(machine: Machine) -> bool:
 
 def frequency_of(machine: Machine) -> float | None:
     """The angular frequency of a prescribed harmonic vibration."""
-    return machine.values.get("carrier.motion.frequency")
+    return machine.shaking_frequency
 
 
 def locked(machine: Machine, trajectory: Trajectory) -> Locked | None:
@@ -76,10 +77,9 @@ def locked(machine: Machine, trajectory: Trajectory) -> Locked | None:
     return Locked(evidence, speeds[rotors[0].name], speeds, phases, (begin, end))
 
 
-def motion_of(machine: Machine, trajectory: Trajectory, body: Turning) -> tuple[np.ndarray, np.ndarray]:
+def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> tuple[np.ndarray, np.ndarray]:
     """Angle and speed of a body over a run, (N,) each."""
-    names = machine.system.state_names
-    angle = trajectory.states[names.index(body.coordinate.position.name)]
+    angle = trajectory.states[machine.row(body.coordinate.position)]
     if body.coordinate.prescribed is not None:
         return angle, machine.prescribed_speed(body.coordinate, trajectory.time)
-    return angle, trajectory.states[names.index(body.coordinate.velocity.name)]
+    return angle, trajectory.states[machine.row(body.coordinate.velocity)]

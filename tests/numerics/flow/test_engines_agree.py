@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from wucht.machines.catalogue import load_machine
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.studies.start import start_state
+from wucht.studies.initial_state import initial_state
 
 pytest.importorskip("heyoka")
 
@@ -40,7 +40,7 @@ def two_rollers_on_an_anisotropic_carrier_under_gravity():
 )
 def test_fifty_turns(machine, start, until):
     made = machine()
-    time, initial = np.linspace(0, until, 1001), start_state(made, start)
+    time, initial = np.linspace(0, until, 1001), initial_state(made, start)
     runs = [integrate(compile_system(made.system, engine=e), initial, made.values, time) for e in ("heyoka", "scipy")]
     states = [np.vstack([r.states, *r.quadratures.values()]) for r in runs]
     rotor = made.system.state_names.index(made.rotor.coordinate.position.name)

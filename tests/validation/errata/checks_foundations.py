@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.machines.slow import slow_machine
+from wucht.analysis.averaged import slow_machine
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate, equations_of_motion
 

@@ -6,7 +6,7 @@ from functools import cache
 
 import sympy as sp
 
-from wucht.machines.slow import slow_machine
+from wucht.analysis.averaged import slow_machine
 
 from .check import Claim, check, equal
 from .derived import Derived, full_rows, path, real

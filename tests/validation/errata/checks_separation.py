@@ -6,8 +6,8 @@ from functools import cache
 
 import sympy as sp
 
-from wucht.machines.catalogue import load_machine
-from wucht.machines.slow import slow_machine
+from wucht.analysis.averaged import slow_machine
+from wucht.files.catalogue import load_machine
 
 from .check import Claim, check, equal, turned
 from .derived import Derived, full_rows, path, real

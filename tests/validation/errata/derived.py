@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from wucht.analysis.averaged import SlowMachine
 from wucht.machines.machine import Machine
-from wucht.machines.slow import SlowMachine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion
 from wucht.system import substitute_definitions
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from wucht.machines.files import machine_from
+from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 
 DRIVE = {"on": "drum", "kind": "linear", "slope": 0.0195, "no_load_speed": 200.0}

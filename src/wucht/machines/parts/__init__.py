@@ -1,43 +1,91 @@
-"""The parts of a machine: one class a file, each with its formulas. A new part is a new file here and nothing else."""
+"""The parts of a machine: one class a file, each with its formulas. A new part is a new file here and nothing else.
+
+``wucht.parts`` in Python: every class of a part, and of the tables inside parts, is an attribute by its name.
+
+>>> from wucht import parts
+>>> parts.Rotor(name="drum", mass="9 kg", eccentricity="1 mm", inertia="0.03 kg m^2").eccentricity
+0.001
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
+from importlib.metadata import entry_points
 from pkgutil import iter_modules
+from typing import Any
 
+from wucht.checking import models_in
+from wucht.errors import WuchtError, nearest
 from wucht.machines.parts.base import Body, Drive, Load, Part
+from wucht.machines.parts.support import Support
+
+GROUP = "wucht.parts"
 
 
 @cache
 def _load() -> None:
-    for module in iter_modules(__path__):
-        import_module(f"{__name__}.{module.name}")
+    """Import what the entry points name: a module with parts, or a package of such modules. Raises ``WuchtError``."""
+    for entry in entry_points(group=GROUP):
+        try:
+            for inner in iter_modules(getattr(import_module(entry.value), "__path__", ())):
+                import_module(f"{entry.value}.{inner.name}")
+        except ImportError as error:
+            raise WuchtError(f"the parts {entry.name!r} ({entry.value}) cannot be loaded: {error}") from error
 
 
-def known(family: type) -> dict[str, type[Part]]:
-    """All kinds of bodies, drives or loads: every ``family`` class that has a ``kind``, here or in the user's own code."""
+def _kinds(family: Any) -> Iterator[type[Any]]:
+    """Every class of a family that has a ``kind``, here or in the user's own code."""
     _load()
-    kinds: dict[str, type[Part]] = {}
-    pending: list[type[Part]] = [family]
+    pending: list[Any] = [family]
     while pending:
         cls = pending.pop()
         pending += cls.__subclasses__()
         if "kind" in vars(cls) and cls.kind:
-            kinds[cls.kind] = cls
-    return dict(sorted(kinds.items()))
+            yield cls
 
 
-def bodies() -> dict[str, type[Part]]:
+def known(family: Any) -> dict[str, type[Any]]:
+    """All kinds of a family by name."""
+    return dict(sorted(((cls.kind, cls) for cls in _kinds(family)), key=lambda pair: pair[0]))
+
+
+def carriers() -> dict[str, type[Support]]:
+    """The carriers by their ``directions``."""
+    return {name: cls for cls in known(Support).values() for name in cls.spans()}
+
+
+def bodies() -> dict[str, type[Body]]:
     """The kinds of bodies by name."""
     return known(Body)
 
 
-def drives() -> dict[str, type[Part]]:
+def drives() -> dict[str, type[Drive]]:
     """The kinds of drives by name."""
     return known(Drive)
 
 
-def loads() -> dict[str, type[Part]]:
+def loads() -> dict[str, type[Load]]:
     """The kinds of loads by name."""
     return known(Load)
+
+
+def _classes() -> dict[str, type[Any]]:
+    """Parts of every kind, and the tables inside them (``Mount``, ``Release``), by the name of their class."""
+    parts = list(_kinds(Part))
+    tables = [table for cls in parts for field in cls.model_fields.values() for table in models_in(field.annotation)]
+    return {cls.__name__: cls for cls in (*tables, *parts)}
+
+
+def __getattr__(name: str) -> type[Any]:
+    if not name[:1].isupper():  # no class; Python asks for names of its own while the package is imported
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    classes = _classes()
+    if name not in classes:
+        raise AttributeError(f"there is no part {name!r}; {nearest(name, classes)}")
+    return classes[name]
+
+
+def __dir__() -> list[str]:
+    return sorted({*_classes(), "bodies", "carriers", "drives", "known", "loads"})

@@ -6,10 +6,10 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
 import sympy as sp
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from wucht.machines.parts.fields import Described, Parameter, si, unit_of
 from wucht.machines.parts.release import Release
@@ -74,7 +74,8 @@ class Part(Described, ABC):
     """A part states its kinetic and potential energy, its dissipation and the power applied to it.
 
     Its fields made by ``si`` are given as a number in SI or a string with a unit. Every one of them that is given
-    becomes a parameter ``path.field`` of the machine.
+    becomes a parameter ``path.field`` of the machine. A part is checked when it is built, from a file or in Python:
+    ``InputError`` for what no real part can have.
     """
 
     kind: ClassVar[str] = ""
@@ -92,8 +93,31 @@ class Part(Described, ABC):
         """The coordinates the part brings along."""
         return ()
 
+    def arms(self) -> Mapping[str, sp.Expr]:
+        """How far the centres of mass of rigid bodies are from their axes, by body: of those the part stands for and knows."""
+        return {}
+
+    def shaking(self) -> tuple[sp.Symbol, sp.Symbol] | None:
+        """Amplitude and angular frequency of a harmonic motion that the part prescribes."""
+        return None
+
+    def standing(self) -> Mapping[str, str]:
+        """Of the carrier's coordinates by label, on which another one stands: ``{"foundation": "y"}``."""
+        return {}
+
     def check(self) -> None:
-        """Raises ``ValueError(field, sentence)`` where the values cannot be those of a real part."""
+        """Raises ``ValueError(field, sentence)`` where the values cannot be those of a real part; called when it is built."""
+
+    @model_validator(mode="after")
+    def _check_itself(self) -> Self:
+        self.check()
+        return self
+
+    def number(self, expression: sp.Expr) -> float:
+        """The value of an expression in the part's own parameters."""
+        return float(
+            sp.sympify(expression).xreplace({sp.Symbol(p.path, real=True): sp.Float(p.value) for p in self.parameters()})
+        )
 
     def symbol(self, name: str) -> sp.Symbol:
         """The symbol of one of the part's parameters."""
@@ -137,15 +161,31 @@ class Body(Part):
         """The unbalance: mass times the distance of the centre of mass from the axis."""
         return sp.S.Zero
 
+    def couple(self) -> sp.Expr | None:
+        """The couple unbalance, m e a of 001 (10), None where it has none."""
+        return None
+
+    def about_axis(self) -> sp.Expr | None:
+        """The moment of inertia about its axis, None where the body does not say."""
+        return None
+
+    def place(self) -> tuple[sp.Expr, sp.Expr] | None:
+        """Where on the carrier its axis is, None for the centre."""
+        return None
+
+    def on_axis(self) -> bool:
+        """Whether it turns about the very axis of ``about``."""
+        return True
+
     def moment_on_reference(self) -> sp.Expr:
         """What it adds to the unbalance of the body it turns about, as a complex number in that body's frame."""
         return sp.S.Zero
 
 
 class OnShaft(Part):
-    """What acts on the shaft of one body: a torque that depends on its speed."""
+    """What acts on the shaft of one body: a torque that depends on its speed. ``on``: by default the machine's only rotor."""
 
-    on: str = Field(description="name of the body")
+    on: str = Field("", description="name of the body")
     label: str = Field("", exclude=True)
     group: ClassVar[str] = ""
 
@@ -161,8 +201,7 @@ class OnShaft(Part):
     def torque_at(self, speed: float) -> float:
         """The torque in N m at a speed in rad/s, in numbers."""
         w = sp.Symbol("speed", real=True)
-        numbers = {sp.Symbol(p.path, real=True): sp.Float(p.value) for p in self.parameters()}
-        return float(self.torque(w).xreplace(numbers).subs(w, speed))
+        return self.number(self.torque(w).subs(w, speed))
 
 
 class Drive(OnShaft):
@@ -173,6 +212,18 @@ class Drive(OnShaft):
 
     def prescribed(self) -> sp.Expr | None:
         """The speed it enforces, or None if it applies a torque."""
+        return None
+
+    def no_load_path(self) -> str | None:
+        """The path of the parameter that is the speed at which its torque is zero, None where none is."""
+        return None
+
+    def synchronous_speed(self) -> float | None:
+        """The speed in rad/s behind which it slips, None where it does not slip."""
+        return None
+
+    def breakdown(self) -> tuple[float, float, float] | None:
+        """Slip, speed in rad/s and torque in N m at which it pulls out, None where it does not."""
         return None
 
     def start_angle(self) -> float:
@@ -191,9 +242,8 @@ class Drive(OnShaft):
         where the torque does not depend on the speed.
         """
         w = sp.Symbol("speed", real=True)
-        numbers = {sp.Symbol(p.path, real=True): sp.Float(p.value) for p in self.parameters()}
-        torque = self.torque(w).xreplace(numbers)
-        here, slope = float(torque.subs(w, speed)), -float(sp.diff(torque, w).subs(w, speed))
+        torque = self.torque(w)
+        here, slope = self.number(torque.subs(w, speed)), -self.number(sp.diff(torque, w).subs(w, speed))
         return slope, speed + here / slope if slope else math.copysign(math.inf, here)
 
 

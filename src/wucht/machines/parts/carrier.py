@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar, Literal
 
 import sympy as sp
@@ -9,7 +10,6 @@ from pydantic import Field
 
 from wucht.machines.parts.base import Frame, Point, si
 from wucht.machines.parts.foundation import Foundation
-from wucht.machines.parts.motion import Motion
 from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
@@ -29,7 +29,6 @@ class Carrier(Support):
     directions: Literal["x", "y", "xy", "fixed"] = "xy"
     stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None)
     damping: float | tuple[float, float] = si("N s/m", "damping", "b", 0.0)
-    motion: Motion | None = Field(None, description="prescribed motion")
     foundation: Foundation | None = Field(None, description="foundation")
 
     @property
@@ -49,6 +48,10 @@ class Carrier(Support):
             d = self.foundation.direction
             found.append(Coordinate.named(f"foundation.{d}", f"foundation.v{d}"))
         return tuple(found)
+
+    def standing(self) -> Mapping[str, str]:
+        """The direction that stands on the foundation."""
+        return {"foundation": self.foundation.direction} if self.foundation else {}
 
     def check(self) -> None:
         """Stiffness and damping are not negative; a pair needs both directions; something must hold the weight."""

@@ -17,6 +17,10 @@ class LinearDrive(Drive):
     slope: float = si("N m s", "slope of the torque over speed", "U", ge=0)
     no_load_speed: float = si("rad/s", "no-load speed", "omega")
 
+    def no_load_path(self) -> str:
+        """That of ``no_load_speed``."""
+        return f"{self.path}.no_load_speed"
+
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """002 (2.94)."""
         slope, no_load = self.symbols("slope", "no_load_speed")

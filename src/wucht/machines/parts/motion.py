@@ -12,6 +12,8 @@ from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
 from wucht.quantities import Unit
 from wucht.system import TIME
 
+SHAKING = sp.symbols("carrier.motion.amplitude carrier.motion.frequency", real=True)
+
 
 class Motion(Described):
     """x = amplitude cos(frequency t), 001 (13), or a measured displacement as points (time, displacement).
@@ -62,7 +64,7 @@ class Motion(Described):
         """The velocity over time."""
         if self.points is not None:
             return PiecewiseCubic(TIME, self._spline().derivative)
-        amplitude, frequency = (sp.Symbol(f"carrier.motion.{n}", real=True) for n in ("amplitude", "frequency"))
+        amplitude, frequency = SHAKING
         return -amplitude * frequency * sp.sin(frequency * TIME)
 
     def start(self) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import ClassVar
 
 import sympy as sp
@@ -34,9 +35,17 @@ class Pendulum(Tracked):
             raise ValueError(
                 "inertia", f"allowed is at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default"
             )
-        if self.track is not None and self.suspension not in (None, (0.0, 0.0)):
+        if self.track is not None and not self.on_axis():
             raise ValueError("suspension", "allowed is none on a track: its bodies turn about one axis")
         self.check_track()
+
+    def arms(self) -> Mapping[str, sp.Expr]:
+        """The length."""
+        return {self.name: self.symbol("length")}
+
+    def on_axis(self) -> bool:
+        """Without a suspension."""
+        return self.suspension in (None, (0.0, 0.0))
 
     def centre_radius(self) -> float:
         """The length."""

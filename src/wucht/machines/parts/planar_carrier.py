@@ -7,9 +7,8 @@ from typing import ClassVar, Literal
 import sympy as sp
 from pydantic import Field
 
-from wucht.machines.parts.base import Frame, Point, si
+from wucht.machines.parts.base import Body, Frame, Point, si
 from wucht.machines.parts.fields import Described
-from wucht.machines.parts.motion import Motion
 from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
@@ -39,7 +38,6 @@ class PlanarCarrier(Support):
     rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0)
     rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0)
     mounts: tuple[Mount, ...] = Field((), description="mounts")
-    motion: Motion | None = Field(None, description="prescribed motion")
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -66,6 +64,10 @@ class PlanarCarrier(Support):
                 raise ValueError(key, "allowed is a stiffness or damping of at least 0")
         if self.mounts and all(m.stiffness == (0.0, 0.0) for m in self.mounts):
             raise ValueError("mounts", "allowed is at least one mount with stiffness")
+
+    def check_body(self, body: Body) -> None:
+        """Bodies may be anywhere on it."""
+        self.check_couple(body)
 
     def placed(self) -> Frame:
         """The frame at the centre of mass."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from collections.abc import Iterable
+from typing import ClassVar, Literal, Self
 
 import sympy as sp
 from pydantic import Field
 
-from wucht.machines.parts.base import Frame, Point, si
-from wucht.machines.parts.motion import Motion
+from wucht.machines.parts.base import Body, Frame, Point, si
 from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
@@ -29,7 +29,6 @@ class RockingCarrier(Support):
     inertia: float = si("kg m^2", "moment of inertia about the axis of turning", "Theta", gt=0)
     rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0)
     rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0)
-    motion: Motion | None = Field(None, description="prescribed motion")
     tilting: bool = Field(False, exclude=True)
 
     @property
@@ -46,6 +45,13 @@ class RockingCarrier(Support):
         self.check_motion()
         if self.rotation_stiffness is None and self.motion is None:
             raise ValueError("rotation_stiffness", "this key is missing; needed is the rotation stiffness in N m")
+
+    def check_body(self, body: Body) -> None:
+        """Bodies may be anywhere on it, and have a couple unbalance."""
+
+    def bearing(self, bodies: Iterable[Body]) -> Self:
+        """With a couple unbalance on it, it tilts."""
+        return self.model_copy(update={"tilting": any(b.couple() is not None for b in bodies)})
 
     def placed(self) -> Frame:
         """The frame at the axis of turning."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import sympy as sp
@@ -49,6 +50,25 @@ class Rotor(Body):
         if self.unbalance is not None:
             return u
         return m * e if self.eccentricity is not None else sp.S.Zero
+
+    def arms(self) -> Mapping[str, sp.Expr]:
+        """The eccentricity."""
+        m, e, u = self.symbols("mass", "eccentricity", "unbalance")
+        if self.couple_unbalance is not None:
+            return {}
+        return {self.name: e if self.unbalance is None else u / m}
+
+    def couple(self) -> sp.Expr | None:
+        """The couple unbalance, if it is given."""
+        return None if self.couple_unbalance is None else self.symbol("couple_unbalance")
+
+    def about_axis(self) -> sp.Expr:
+        """The inertia."""
+        return self.symbol("inertia")
+
+    def place(self) -> tuple[sp.Expr, sp.Expr] | None:
+        """The position, if it is given."""
+        return None if self.position is None else (self.symbol("position.x"), self.symbol("position.y"))
 
     def energies(self, frame: Frame) -> Energies:
         """Carried mass with unbalance, J phi'^2/2, b_L phi'^2/2 lost in the bearing; -D phi' chi' sin phi: 001 (10)-(11)."""

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import Self, get_args
 
 import sympy as sp
+from pydantic import Field
 
-from wucht.machines.parts.base import Frame, Part, Point, si
-from wucht.machines.parts.motion import Motion
+from wucht.machines.parts.base import Body, Frame, Part, Point, si
+from wucht.machines.parts.motion import SHAKING, Motion
 
 
 class Support(Part):
     """A carrier: the coordinates of what bears the bodies, and where their axes are."""
 
     gravity: float = si("m/s^2", "acceleration of gravity", "g", 0.0)
+    directions: str = "xy"
+    motion: Motion | None = Field(None, description="prescribed motion")
+
+    @classmethod
+    def spans(cls) -> tuple[str, ...]:
+        """The values of ``directions`` for which a file means this carrier: those of the field's Literal."""
+        return get_args(cls.model_fields["directions"].annotation)
 
     @property
     def path(self) -> str:
@@ -34,18 +43,34 @@ class Support(Part):
         """Position and velocity of an axis at a place on the carrier."""
         return self.placed().centre
 
+    def check_body(self, body: Body) -> None:
+        """Raises ``ValueError(field, sentence)`` where a body cannot be on this carrier."""
+        if body.place() is not None:
+            raise ValueError("position", f"allowed on a carrier 'xyr'; this one is {self.directions!r}")
+        self.check_couple(body)
+
+    def check_couple(self, body: Body) -> None:
+        """Raises ``ValueError(field, sentence)`` for a couple unbalance, which only a carrier that tilts feels."""
+        if body.couple() is not None:
+            raise ValueError("couple_unbalance", f"allowed on a carrier 'r'; this one is {self.directions!r}")
+
+    def bearing(self, bodies: Iterable[Body]) -> Self:
+        """The carrier as it is with these bodies on it."""
+        return self
+
     def prescribed(self, label: str) -> sp.Expr | None:
         """The velocity of a coordinate whose motion is given, None if it is free."""
-        motion: Motion | None = getattr(self, "motion", None)
-        return motion.velocity() if motion is not None and motion.direction == label else None
+        return self.motion.velocity() if self.motion is not None and self.motion.direction == label else None
+
+    def shaking(self) -> tuple[sp.Symbol, sp.Symbol] | None:
+        """Of the prescribed motion, unless it is a table."""
+        return None if self.motion is None or self.motion.points is not None else SHAKING
 
     def start_positions(self) -> Mapping[str, float]:
         """Displacements at t = 0 of the coordinates whose motion is given, by label."""
-        motion: Motion | None = getattr(self, "motion", None)
-        return {motion.direction: motion.start()} if motion is not None else {}
+        return {self.motion.direction: self.motion.start()} if self.motion is not None else {}
 
     def check_motion(self) -> None:
         """The motion is in a direction that the carrier has. Raises ``ValueError(field, sentence)``."""
-        motion: Motion | None = getattr(self, "motion", None)
-        if motion is not None and motion.direction not in self.labels:
+        if self.motion is not None and self.motion.direction not in self.labels:
             raise ValueError("motion", f"allowed is a direction of the carrier: {', '.join(self.labels) or 'it has none'}")

@@ -6,8 +6,7 @@ from typing import ClassVar, Literal
 
 import sympy as sp
 
-from wucht.machines.parts.base import Drive, Frame, si
-from wucht.mechanics.energies import Energies
+from wucht.machines.parts.base import Drive, si
 
 
 class Synchronous(Drive):
@@ -35,11 +34,3 @@ class Synchronous(Drive):
     def start_angle(self) -> float:
         """The angle at t = 0."""
         return self.angle
-
-    def torque(self, speed: sp.Expr) -> sp.Expr:
-        """No formula: it is what the motion takes."""
-        return sp.S.Zero
-
-    def energies(self, frame: Frame) -> Energies:
-        """No formula: the motion is given."""
-        return Energies()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from dataclasses import dataclass
 
+import sympy as sp
 from pydantic import Field
 
 from wucht.machines.parts.base import Body
@@ -23,6 +25,10 @@ class Tracked(Body):
     def centre_radius(self) -> float:
         """Radius of the circle on which the body's centre runs, in m."""
 
+    @abstractmethod
+    def about_axis(self) -> sp.Expr:
+        """The moment of inertia about its axis."""
+
     def width(self) -> float | None:
         """The diameter in m, None if it is not given."""
         return self.diameter
@@ -39,3 +45,21 @@ class Tracked(Body):
             raise ValueError("diameter", "this key is missing; bodies of a track need their diameter in m")
         if width >= 2 * self.centre_radius():
             raise ValueError("diameter", f"allowed is less than twice the radius of the track, {2 * self.centre_radius():g} m")
+
+
+@dataclass(frozen=True)
+class Track:
+    """The bodies of a track, in the order of the file.
+
+    frequency: of its contacts, in rad/s; ``given``: in the file. order: the names, counter-clockwise.
+    """
+
+    name: str
+    bodies: tuple[Tracked, ...]
+    frequency: float
+    given: bool = False
+    order: tuple[str, ...] = ()
+
+    def symbol(self, key: str) -> sp.Symbol:
+        """The symbol of a parameter of the track."""
+        return sp.Symbol(f"tracks.{self.name}.{key}", real=True)

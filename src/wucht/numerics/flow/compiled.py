@@ -30,6 +30,7 @@ class Integrator(Protocol):
     def time(self) -> float: ...  # noqa: D102
     @property
     def state(self) -> np.ndarray: ...  # noqa: D102
+    def forget_events(self) -> None: ...  # noqa: D102
     def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None: ...  # noqa: D102
     def leg(self, grid: np.ndarray) -> Leg: ...  # noqa: D102
 

@@ -170,6 +170,11 @@ class HeyokaIntegrator:
         values = [*engine.program.constant_values(parameters), *engine.event_program.constant_values(parameters)]
         ta.pars[:] = values[: len(ta.pars)]  # those of events that are not watched come last
 
+    def forget_events(self) -> None:
+        """Clear the cool-downs: another part of the run begins."""
+        if self._engine.interrupting:
+            self._adaptive.reset_cooldowns()
+
     def leg(self, grid: np.ndarray) -> Leg:
         """Advance over the grid (m,). Raises ``LegError`` when the state ceases to be finite or steps run out."""
         ta, interrupting = self._adaptive, self._engine.interrupting

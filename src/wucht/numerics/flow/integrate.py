@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import time as clock
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.compiled import CompiledSystem, Integrator
 from wucht.numerics.flow.events import LegError
 from wucht.numerics.flow.program import Numbers
 from wucht.numerics.flow.run import Run
@@ -24,20 +23,23 @@ def integrate(
     parameters: Numbers | Mapping[str, float],
     grid: np.ndarray,
     progress: Progress | None = None,
-    budget_s: float | None = None,
     unit: float = 1.0,
+    integrator: Integrator | None = None,
 ) -> Trajectory:
     """Integrate from ``grid[0]`` and sample at the grid's points.
 
     initial: the state (n,), or with the quadratures' values appended (n + m,) to continue a run. parameters: in the System's
-    order, or by name. grid: (N,), increasing. progress: called with the time reached. budget_s: wall time after which to
-    return what there is, to be continued. unit: the size that the quadratures have, for their accuracy. A run that fails
-    returns what it has with the sentence in ``failure``; so does Ctrl-C, with ``interrupted``. The same run gives the same
-    numbers to the last bit, paused and continued or not. Raises ``RunError`` for an initial state that is not finite.
+    order, or by name. grid: (N,), increasing. progress: called with the time reached. unit: the size that the quadratures
+    have, for their accuracy. integrator: one made from ``compiled`` for an earlier part of the same run, which saves making
+    another; the numbers are the same. A run that fails returns what it has with the sentence in ``failure``; so does Ctrl-C,
+    with ``interrupted``. The same run gives the same numbers to the last bit.
+
+    Raises ``RunError`` for an initial state that is not finite.
     """
     # A power of two, so that a run which is continued has the same numbers to the last bit.
-    run = Run(compiled, *_checked(compiled, initial, parameters, grid), 2.0 ** round(math.log2(unit)))
-    begun, failure, interrupted = clock.perf_counter(), None, False
+    start = _checked(compiled, initial, parameters, grid)
+    run = Run(compiled, integrator or compiled.engine.integrator(), *start, 2.0 ** round(math.log2(unit)))
+    failure, interrupted = None, False
     try:
         run.start()
         more = True
@@ -45,8 +47,6 @@ def integrate(
             more = run.advance()
             if progress:
                 progress(run.time)
-            if budget_s is not None and run.at_sample and clock.perf_counter() - begun > budget_s:
-                break
     except KeyboardInterrupt:
         interrupted = True
     except LegError as error:

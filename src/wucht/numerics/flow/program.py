@@ -7,7 +7,7 @@ number instead of convolving two series, and an interpreted right-hand side does
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any
@@ -118,7 +118,7 @@ def python_function(
 ) -> Callable[..., Any]:
     """A Python function of ``arguments`` (symbols or groups of them) that runs the lines and returns the list of results.
 
-    modules: ``"math"`` for numbers, ``"numpy"`` for arrays.
+    modules: ``"math"`` for numbers, ``"cmath"`` for complex ones, ``"numpy"`` for arrays.
     """
     lines, results, called = _with_calls(lines, results)
     symbols = {s for a in arguments for s in (a if isinstance(a, tuple) else (a,))} | {s for s, _ in lines}
@@ -140,6 +140,25 @@ def _with_calls(lines: Lines, results: Sequence[sp.Expr]) -> tuple[Lines, list[s
     function = {table: sp.Function(name) for name, table in called.items()}
     shown = [e.replace(PiecewiseCubic, lambda argument, table: function[table](argument)) for e in expressions]
     return tuple((s, e) for (s, _), e in zip(lines, shown, strict=False)), shown[len(lines) :], dict(called)
+
+
+@lru_cache(maxsize=1024)
+def number_function(expressions: tuple[sp.Expr, ...], symbols: tuple[sp.Symbol, ...]) -> Callable[[Iterable[float]], list[Any]]:
+    """Expressions as a function of the values of their symbols, which returns a list of numbers; made once.
+
+    They are complex where an expression has the imaginary unit.
+    """
+    complex_ = any(sp.sympify(e).has(sp.I) for e in expressions)
+    function = python_function((symbols,), (), expressions, "cmath" if complex_ else "math")
+    return lambda values: list(function(tuple(values)))
+
+
+@lru_cache(maxsize=256)
+def compiled_function(
+    expressions: tuple[sp.Expr, ...], symbols: tuple[sp.Symbol, ...], of: sp.Symbol, modules: str
+) -> Callable[[Sequence[float], Any], list[Any]]:
+    """Expressions as a function of the values of their symbols and of one more, a number or an array; made once."""
+    return python_function((symbols, of), (), expressions, modules)
 
 
 @dataclass(frozen=True)

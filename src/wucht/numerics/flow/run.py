@@ -21,12 +21,12 @@ class Run:
     """A run on its way: what it started from, and what has been recorded.
 
     state: (n + m,) with the quadratures. pars: the System's parameters. unit: the size of the quadratures. times, states: what
-    was sampled, leg by leg, ``done`` samples in all. at_sample: not at a breakpoint between two samples, so that a run that is
-    continued keeps its even grid. acted: when each event last acted. segments: those in use. sampled: the parameters at the
-    last sample.
+    was sampled, leg by leg, ``done`` samples in all. acted: when each event last acted. segments: those in use.
+    sampled: the parameters at the last sample.
     """
 
     compiled: CompiledSystem
+    integrator: Integrator
     state: np.ndarray
     pars: np.ndarray
     grid: np.ndarray
@@ -35,7 +35,6 @@ class Run:
     states: list[np.ndarray] = field(default_factory=list)
     hits: list[Hit] = field(default_factory=list)
     done: int = 0
-    at_sample: bool = True
     stopped_by: str | None = None
     acted: dict[int, float] = field(default_factory=dict)
     segments: np.ndarray = field(default_factory=lambda: np.empty(0))
@@ -47,20 +46,16 @@ class Run:
         self.sampled = self.pars
         if placing is not None:
             self.segments = placing.start(time, self.state, self._own)
+        self.integrator.forget_events()
         self._place(time, self._in_units(self.state))
 
     def _place(self, time: float, state: np.ndarray) -> None:
-        self._integrator.start(time, state, np.concatenate([self._own, self.segments]))
-
-    @cached_property
-    def _integrator(self) -> Integrator:
-        """This run's own."""
-        return self.compiled.engine.integrator()
+        self.integrator.start(time, state, np.concatenate([self._own, self.segments]))
 
     @property
     def time(self) -> float:
         """The time reached."""
-        return self._integrator.time
+        return self.integrator.time
 
     @property
     def _own(self) -> np.ndarray:
@@ -75,11 +70,11 @@ class Run:
 
     def advance(self) -> bool:
         """One leg. Returns whether there is more to do."""
-        # The first leg has one sample more, the start: legs end at the same samples however a run was paused and continued.
-        piece = self.grid[self.done : self.done + _SAMPLES_A_LEG + (self.done == 0)]
-        leg = self._integrator.leg(piece)
+        # Legs end at the same samples whatever happens within: a run in parts has the same numbers as a whole one.
+        end = (max(self.done - 1, 0) // _SAMPLES_A_LEG + 1) * _SAMPLES_A_LEG + 1
+        piece = self.grid[self.done : end]
+        leg = self.integrator.leg(piece)
         self._record(piece, leg.states)
-        self.at_sample = leg.stopped_by is None
         self.sampled = self.pars
         self.hits.extend(h for h in leg.hits if h.name not in self._switches and not self._seen(h))
         if len(self.hits) > _MOST_HITS:
@@ -210,7 +205,7 @@ class Run:
             {q.name: states[n + i] for i, q in enumerate(self.compiled.system.quadratures)},
             self.sampled if at_sample else self.pars,
             float(times[-1]) if at_sample else self.time,
-            states[:, -1] if at_sample else self._in_units(self._integrator.state, back=True),
+            states[:, -1] if at_sample else self._in_units(self.integrator.state, back=True),
             tuple(self.hits),
             self.stopped_by,
             failure,

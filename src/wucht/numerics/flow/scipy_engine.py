@@ -63,6 +63,10 @@ class ScipyIntegrator:
             near = {i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_BREAKPOINT}
             self._cooled = {i: self._cool(i) for i in near | {i for i, (end, _) in self._cooled.items() if end >= time}}
 
+    def forget_events(self) -> None:
+        """Another part of the run begins."""
+        self._cooled.clear()
+
     def _event_function(self, index: int) -> Callable[[float, np.ndarray], float]:
         event, watched = self._events[index], self._watched
         assert watched is not None

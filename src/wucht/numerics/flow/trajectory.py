@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -43,16 +44,22 @@ class Trajectory:
 
     def joined(self, later: Trajectory) -> Trajectory:
         """This trajectory followed by one that continued from its end."""
-        skip = int(bool(len(self.time)) and bool(len(later.time)) and later.time[0] <= self.time[-1])
-        return Trajectory(
-            np.concatenate([self.time, later.time[skip:]]),
-            np.concatenate([self.states, later.states[:, skip:]], axis=1),
-            {k: np.concatenate([v, later.quadratures[k][skip:]]) for k, v in self.quadratures.items()},
-            later.parameters,
-            later.end_time,
-            later.end_state,
-            self.hits + later.hits,
-            later.stopped_by,
-            later.failure,
-            later.interrupted,
+        return Trajectory.of([self, later])
+
+    @classmethod
+    def of(cls, parts: Sequence[Trajectory]) -> Trajectory:
+        """One trajectory of parts, at least one, each of which continued from the end of that before."""
+        last = parts[-1]
+        skips = [0] + [
+            int(bool(len(a.time)) and bool(len(b.time)) and b.time[0] <= a.time[-1]) for a, b in itertools.pairwise(parts)
+        ]
+        return replace(
+            last,
+            time=np.concatenate([p.time[k:] for p, k in zip(parts, skips, strict=True)]),
+            states=np.concatenate([p.states[:, k:] for p, k in zip(parts, skips, strict=True)], axis=1),
+            quadratures={
+                name: np.concatenate([p.quadratures[name][k:] for p, k in zip(parts, skips, strict=True)])
+                for name in last.quadratures
+            },
+            hits=tuple(h for p in parts for h in p.hits),
         )

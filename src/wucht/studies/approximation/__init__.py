@@ -1,5 +1,1 @@
-"""The study ``approximation``: its question and the function that answers it."""
-
-from wucht.studies.approximation.study import Approximation, approximation
-
-__all__ = ["Approximation", "approximation"]
+"""The study ``approximation``: how far the slow equations are from the full ones, and whether they may be trusted."""

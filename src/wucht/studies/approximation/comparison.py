@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import math
+from collections import deque
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.machines.machine import Machine
 from wucht.results.outcomes import Outcome
-from wucht.studies.deviations import Deviations, at_equal_angle
-from wucht.studies.kinds import Progress
-from wucht.studies.run_up.both import both_runs, course_of
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from wucht.studies.approximation.study import Approximation
+from wucht.studies.approximation.prepare import Plan
+from wucht.studies.deviations import Course, Deviations, at_equal_angle
+from wucht.studies.memory import Memory
+from wucht.studies.run_up.both import course_of
+from wucht.studies.run_up.run import run_case
+from wucht.studies.work import Work
 
 CURVE = 400  # samples of a curve over the rotor's angle
-_NOWHERE = (np.nan, np.nan)
+_NOWHERE = (math.nan, math.nan)
 
 
 @dataclass(frozen=True)
@@ -53,51 +50,32 @@ def angles(until_phi: float) -> np.ndarray:
     return np.linspace(0.0, until_phi, CURVE)
 
 
-def comparison(machine: Machine, question: Approximation, value: float, progress: Progress | None = None) -> Comparison:
-    """Run both models of a machine. Ctrl-C raises ``KeyboardInterrupt``."""
-    full, slow = both_runs(machine, question.run_up(), progress)
-    for run in (full, slow):
-        if run is not None and not run.attrs["finished"] and not run.attrs["failure"]:
-            raise KeyboardInterrupt
-    failure = "; ".join(str(r.attrs["failure"]) for r in (full, slow) if r is not None and r.attrs["failure"])
-    outcome, other = _outcome(full), "failed" if slow is None else _outcome(slow)
-    apart = None if slow is None else at_equal_angle(course_of(machine, full), course_of(machine, slow), question.until_phi)
+def comparison(plan: Plan, k: int, work: Work) -> Comparison:
+    """Run both models of the k-th case. Raises ``KeyboardInterrupt`` where the user has asked to stop."""
+    # What is remembered is the comparison: the legs of its two runs would be some ten megabytes each time.
+    [motions] = deque(run_case(plan.run_up, plan.cases[k], replace(work, memory=Memory())), maxlen=1)
+    failure = "; ".join(m.trajectory.failure for m in motions if m.trajectory.failure)
+    outcome, slow_outcome, *_ = [*(str(m.verdict.outcome) for m in motions), str(Outcome.FAILED)]
+    value, until, courses = plan.values[k], plan.spec.until_phi, [course_of(m) for m in motions]
+    apart = at_equal_angle(courses[0], courses[1], until) if len(courses) == 2 else None
     if apart is None:
-        return Comparison(value, outcome, other, _NOWHERE, _NOWHERE, np.full((2, CURVE), np.nan), failure)
-    speed, radius = (
-        d / s if s else 0.0 if not d else np.nan for d, s in zip(apart.largest, _scale(machine, full, question), strict=True)
-    )
-    return Comparison(value, outcome, other, apart.largest, (speed, radius), _curves(apart, question.until_phi), failure)
+        return Comparison(value, outcome, slow_outcome, _NOWHERE, _NOWHERE, np.full((2, CURVE), np.nan), failure)
+    speed, radius = (_share(d, of) for d, of in zip(apart.largest, _largest(courses[0], until), strict=True))
+    return Comparison(value, outcome, slow_outcome, apart.largest, (speed, radius), _curves(apart, until), failure)
 
 
-def _outcome(run: xr.Dataset) -> str:
-    return str(json.loads(run.attrs["summary"])["outcome"])
+def _largest(full: Course, until_phi: float) -> tuple[float, float]:
+    """The largest speed and distance of the axis, up to an angle."""
+    inside = full.angle - full.angle[0] <= until_phi
+    return float(np.abs(full.speed[:, inside]).max()), float(np.abs(full.radius[inside]).max())
 
 
-def _scale(machine: Machine, full: xr.Dataset, question: Approximation) -> tuple[float, float]:
-    mine = course_of(machine, full)
-    inside = mine.angle - mine.angle[0] <= question.until_phi
-    return float(np.abs(mine.speed[:, inside]).max()), float(np.abs(mine.radius[inside]).max())
+def _share(part: float, whole: float) -> float:
+    if not whole:
+        return math.nan if part else 0.0
+    return part / whole
 
 
-def _curves(found: Deviations, until_phi: float) -> np.ndarray:
+def _curves(apart: Deviations, until_phi: float) -> np.ndarray:
     at = angles(until_phi)
-    return np.array([np.interp(at, found.at, np.abs(y), np.nan, np.nan) for y in (found.speed, found.radius)])
-
-
-def restored(earlier: xr.Dataset) -> list[Comparison]:
-    """The comparisons in a result of the study, in the order in which they were made: the machine's own first."""
-    count = earlier.sizes["value"]
-    found = [
-        Comparison(
-            float(row.value),
-            str(row.outcome.values),
-            str(row.slow_outcome.values),
-            (float(row.speed_deviation), float(row.amplitude_deviation)),
-            (float(row.relative_speed_deviation), float(row.relative_amplitude_deviation)),
-            np.array([row.speed_over_angle.values, row.amplitude_over_angle.values]),
-            str(row.failed.values),
-        )
-        for row in (earlier.isel(value=k) for k in range(count))
-    ]
-    return found[-1:] + found[:-1]
+    return np.array([np.interp(at, apart.at, np.abs(y), np.nan, np.nan) for y in (apart.speed, apart.radius)])

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from functools import cached_property, partial
 
 import numpy as np
 
+from wucht.analysis.averaged import damped
+from wucht.analysis.strength import values_at, weakened
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
-from wucht.machines.slow import damped
-from wucht.machines.strength import values_at, weakened
-from wucht.machines.vibration import operating_speed
+from wucht.machines.operation import operating_speed
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
+from wucht.studies.approximation.spec import Approximation
 from wucht.studies.deviations import watched
+from wucht.studies.initial_state import initial_state
 from wucht.studies.run_up.model import SlowModel, slow_model
-from wucht.studies.start import start_state
-
-if TYPE_CHECKING:
-    from wucht.studies.approximation.study import Approximation
+from wucht.studies.work import Work
 
 FACTORS = (1.0, 0.5, 0.25, 0.125)
 _SAMPLES = 2000
@@ -50,12 +50,11 @@ class Errors:
         """The slope of log error over log epsilon between the two smallest; infinite where nothing differs."""
         if not self.speed[-1] > 0:
             return math.inf
-        found = np.log(self.speed[-2] / self.speed[-1]) / np.log(self.factors[-2] / self.factors[-1])
-        return float(found)
+        return float(np.log(self.speed[-2] / self.speed[-1]) / np.log(self.factors[-2] / self.factors[-1]))
 
 
-def errors(machine: Machine, question: Approximation) -> Errors:
-    """The errors at ``FACTORS`` of epsilon.
+def errors(spec: Approximation, machine: Machine, work: Work) -> Errors:
+    """The errors at ``FACTORS`` of epsilon, a unit of work each.
 
     The slow motion starts as the run-up does, the full one on the motion that belongs to it: so what is measured is the error
     of the equations, not that of what the start leaves out. Over an angle phi/factor the slow motion is about the same.
@@ -63,19 +62,16 @@ def errors(machine: Machine, question: Approximation) -> Errors:
     """
     if machine.schedules:
         raise UnmeasuredError("schedules have a time of their own, which does not become slower with epsilon")
-    family, found = weakened(machine, 1.0), []
-    model = slow_model(family, start_state(machine, question.start), question.inertia, question.order)
-    full = replace(family.system, quadratures=(), outputs=())
-    slow_flow, full_flow = (compile_system(s, _TOLERANCE, (), question.engine) for s in (model.system, full))
+    family, longest, speeds, begin = Family(spec, machine), min(spec.until_phi, _LONGEST * FACTORS[-1]), [], 0.0
     for factor in FACTORS:
-        weak = family.with_values(values_at(family, factor))
-        mine = replace(model, machine=weak, slow=replace(model.slow, machine=weak))
-        until = min(question.until_phi, _LONGEST * FACTORS[-1]) / factor
+        end = begin + 1 / factor / sum(1 / f for f in FACTORS)
+        part = work.part(f"factor {factor:g}", begin, end)
         try:
-            found.append(_largest(mine, (slow_flow, full_flow), until))
+            speeds.append(part.unit("error", partial(family.error, factor, longest / factor, part)))
         except UnmeasuredError as error:
             raise UnmeasuredError(f"at {factor:g} epsilon {error}") from None
-    return Errors(np.array(FACTORS), np.array(found), nominal(machine, question.order))
+        begin = end
+    return Errors(np.array(FACTORS), np.array(speeds), nominal(machine, spec.order))
 
 
 def nominal(machine: Machine, order: int) -> float:
@@ -87,16 +83,45 @@ def nominal(machine: Machine, order: int) -> float:
     return order if len(free) < 2 and damped(machine) else order / 2
 
 
-def _largest(model: SlowModel, flows: tuple[CompiledSystem, CompiledSystem], until_phi: float) -> float:
-    """The largest error of the speeds that are ``watched``, up to an angle of the rotor. Raises ``UnmeasuredError``."""
+@dataclass(frozen=True)
+class Family:
+    """A machine at all factors of its epsilon: what is derived and compiled once for them, and only when it is needed."""
+
+    spec: Approximation
+    own: Machine
+
+    @cached_property
+    def machine(self) -> Machine:
+        """At epsilon itself."""
+        return weakened(self.own, 1.0)
+
+    @cached_property
+    def slow(self) -> SlowModel:
+        """Its slow equations."""
+        return slow_model(self.machine, initial_state(self.own, self.spec.start), self.spec.inertia, self.spec.order)
+
+    @cached_property
+    def flows(self) -> tuple[CompiledSystem, CompiledSystem]:
+        """Of the slow and of the full equations."""
+        full = replace(self.machine.system, quadratures=(), outputs=())
+        slow, full_ = (compile_system(s, _TOLERANCE, (), self.spec.engine) for s in (self.slow.system, full))
+        return slow, full_
+
+    def error(self, factor: float, until_phi: float, work: Work) -> float:
+        """The largest error of the speeds that are ``watched``, up to an angle of the rotor. Raises ``UnmeasuredError``."""
+        machine = self.machine.with_values(values_at(self.machine, factor))
+        model = replace(self.slow, machine=machine, slow=replace(self.slow.slow, machine=machine))
+        return _largest(model, self.flows, until_phi, work)
+
+
+def _largest(model: SlowModel, flows: tuple[CompiledSystem, CompiledSystem], until_phi: float, work: Work) -> float:
     machine, initial = model.machine, model.initial
-    rows = [machine.state_names.index(b.coordinate.velocity.name) for b in watched(machine) if b.coordinate.prescribed is None]
+    rows = [machine.row(b.coordinate.velocity) for b in watched(machine) if b.coordinate.prescribed is None]
     if not rows:
         raise UnmeasuredError("all speeds are prescribed")
     span = until_phi / operating_speed(machine)
     for _ in range(_DOUBLINGS):
-        time = np.linspace(0.0, span, _SAMPLES)
-        slow = _complete(integrate(flows[0], initial, model.values, time), "slow")
+        slow = _complete("slow", flows[0], initial, model.values, np.linspace(0.0, span, _SAMPLES), work.part("", 0.0, 0.1))
         inside = slow.states[-1] - initial[-1] <= until_phi
         if not inside.all():
             break
@@ -106,12 +131,16 @@ def _largest(model: SlowModel, flows: tuple[CompiledSystem, CompiledSystem], unt
     seen = model.seen(slow).states[:, inside]
     if not np.isfinite(seen).all():
         raise UnmeasuredError("the slow equations have no finite motion")
-    true = integrate(flows[1], seen[:, 0], flows[1].system.values(machine.values), time[inside])
-    return float(np.abs(_complete(true, "full").states[rows] - seen[rows]).max())
+    values, time = flows[1].system.values(machine.values), slow.time[inside]
+    true = _complete("full", flows[1], seen[:, 0], values, time, work.part("", 0.1, 1.0))
+    return float(np.abs(true.states[rows] - seen[rows]).max())
 
 
-def _complete(run: Trajectory, which: str) -> Trajectory:
-    """The run, if it did not fail. Ctrl-C, which the integration keeps to itself, is raised again."""
+def _complete(
+    which: str, flow: CompiledSystem, initial: np.ndarray, values: Sequence[float], time: np.ndarray, work: Work
+) -> Trajectory:
+    """A run over all times (N,). Raises ``UnmeasuredError`` where it fails; Ctrl-C, which it keeps, is raised again."""
+    run = integrate(flow, initial, values, time, lambda t: work.report(t / time[-1]))
     if run.interrupted:
         raise KeyboardInterrupt
     if run.failure:

@@ -1,5 +1,1 @@
-"""The study ``coast-down``: its question and the function that answers it."""
-
-from wucht.studies.coast_down.study import CoastDown, coast_down
-
-__all__ = ["CoastDown", "coast_down"]
+"""The study ``coast-down``: switch the drives off and see how the machine comes to rest."""

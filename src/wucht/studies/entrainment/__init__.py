@@ -1,5 +1,1 @@
-"""The study ``entrainment``: its question and the function that answers it."""
-
-from wucht.studies.entrainment.study import Entrainment, entrainment
-
-__all__ = ["Entrainment", "entrainment"]
+"""The study ``entrainment``: in which band of a parameter rotors are taken along. 001, sections 2.2 and 2.3."""

@@ -1,5 +1,1 @@
-"""The study ``response``: its question and the function that answers it."""
-
-from wucht.studies.response.study import Response, response
-
-__all__ = ["Response", "response"]
+"""The study ``response``: the steady forced vibration over the speed, the unbalance fixed. 002 (2.74)-(2.79)."""

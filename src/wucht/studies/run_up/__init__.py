@@ -1,5 +1,1 @@
-"""The study ``run-up``: its question and the function that answers it."""
-
-from wucht.studies.run_up.study import RunUp, run_up
-
-__all__ = ["RunUp", "run_up"]
+"""The study ``run-up``: start the machine and see what becomes of it."""

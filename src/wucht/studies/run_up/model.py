@@ -10,17 +10,17 @@ from typing import Protocol
 import numpy as np
 import sympy as sp
 
+from wucht.analysis.averaged import SlowMachine, damped, slow_machine
+from wucht.analysis.full_motion import FullMotion
+from wucht.analysis.static import static_position
 from wucht.errors import InputError
-from wucht.machines.full_motion import FullMotion
 from wucht.machines.machine import LOST, SUPPLIED, Machine
-from wucht.machines.slow import SlowMachine, damped, slow_machine
-from wucht.machines.static import static_position
-from wucht.machines.vibration import free_speed
+from wucht.machines.operation import free_speed
 from wucht.mechanics.slow.outputs import ROTOR_ANGLE, SHAKEN
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.studies.start import angles_in
+from wucht.studies.initial_state import angles_in
 from wucht.system import System
 
 _AT_REST = 1e-12
@@ -30,6 +30,8 @@ _ANGLE = sp.Symbol(ROTOR_ANGLE, real=True)
 class Model(Protocol):
     """What is integrated, and how its trajectory is seen as one of the machine."""
 
+    @property
+    def name(self) -> str: ...  # noqa: D102
     @property
     def system(self) -> System: ...  # noqa: D102
     @property
@@ -53,6 +55,7 @@ class FullModel:
     initial: np.ndarray
     warnings: tuple[str, ...] = ()
     remedies: tuple[str, ...] = ()
+    name: str = "full"
 
     @property
     def system(self) -> System:
@@ -84,6 +87,7 @@ class SlowModel:
     machine: Machine
     start: np.ndarray
     slow: SlowMachine
+    name: str = "slow"
 
     @cached_property
     def system(self) -> System:
@@ -105,7 +109,7 @@ class SlowModel:
         c = next(b.coordinate for b in self.machine.bodies if b.name == name)
         if c.prescribed is not None:
             return float(self.machine.prescribed_speed(c, 0.0)[0])
-        return float(self.start[self.machine.state_names.index(c.velocity.name)])
+        return float(self.start[self.machine.row(c.velocity)])
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -203,7 +207,7 @@ def _turning(machine: Machine, start: np.ndarray) -> dict[str, int]:
     found = {}
     for rotor in (r for r in machine.rotors if not free_speed(machine, r)):
         c = rotor.coordinate
-        speed = 0.0 if c.prescribed is not None else start[machine.state_names.index(c.velocity.name)]
+        speed = 0.0 if c.prescribed is not None else start[machine.row(c.velocity)]
         if speed:
             found[rotor.name] = 1 if speed > 0 else -1
     return found

@@ -6,56 +6,41 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-import sympy as sp
 
-from wucht.machines.dimensionless import natural_frequencies
-from wucht.machines.machine import LOST, SUPPLIED, Machine
-from wucht.machines.schedules import SCHEDULED
-from wucht.machines.static import static_position
-from wucht.machines.vibration import free_speed, group, unbalances
+from wucht.analysis.vibration import unbalances
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.numerics.peaks import envelope, interval_peaks
+from wucht.numerics.peaks import envelope
 from wucht.results.conventions import Variable, variable
 from wucht.studies.locking import frequency_of, is_locking
+from wucht.studies.motion import EnergyBalance, Orbit, Rows
 
 Variables = dict[str, Variable]
 
 
-def variables(machine: Machine, outputs: Mapping[str, np.ndarray], trajectory: Trajectory) -> tuple[Variables, Variables]:
-    """Coordinates and data of a run. outputs: those of the machine's System, (N,) each.
+def variables(machine: Machine, row: Rows, trajectory: Trajectory) -> tuple[Variables, Variables]:
+    """Coordinates and data of a run. row: the states and outputs of the machine's System, (N,) each.
 
-    Coordinates: time (N), body, balancer (bodies that turn about another), direction. Variables: angle, speed (body, time);
-    phase (balancer, time); displacement, velocity, bearing_force (direction, time); radius, amplitude, motor_torque,
-    motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time); natural_frequency
-    (mode); peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time).
+    Coordinates: time (N), body, direction. Variables: angle, speed, phase (of bodies that turn about another), rotor_phase (of
+    rotors that may be entrained) (body, time); displacement, velocity, bearing_force (direction, time); radius, amplitude,
+    motor_torque, motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time);
+    peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time).
     """
-    row = dict(zip(machine.system.state_names, trajectory.states, strict=True)) | dict(outputs)
-    balancers = [b.name for b in machine.bodies if b.about is not None]
     data = (
-        _rotation(machine, row, trajectory.time)
-        | _vibration(machine, row, trajectory.time)
-        | _energy(machine, outputs, trajectory)
+        _rotation(machine, row, trajectory.time) | _vibration(machine, row, trajectory.time) | _energy(machine, row, trajectory)
     )
     coordinates = {
         "time": variable("time", trajectory.time, "time", machine.units.time),
         "body": variable("body", [b.name for b in machine.bodies], "body"),
         "direction": variable("direction", list(machine.labels) or np.empty(0, "U1"), "direction"),
-        "mode": variable("mode", list(natural_frequencies(machine)) or np.empty(0, "U1"), "mode of vibration"),
-        "balancer": variable("balancer", balancers or np.empty(0, "U1"), "balancing body"),
     }
-    if "rotor_phase" in data:
-        alone = machine.shaken is not None and frequency_of(machine) is not None
-        names = [machine.rotor.name] if alone else [r.name for r in machine.rotors[1:]]
-        coordinates["rotor"] = variable("rotor", names, "rotor")
-        data["vibration_frequency"] = variable(
-            "", (frequency_of(machine) or math.nan) if alone else math.nan, "frequency of the vibration", machine.units.speed
-        )
     if machine.sliders:
         coordinates["slider"] = variable("slider", [x.name for x in machine.sliders], "slider")
     return coordinates, data
 
 
-def _rotation(machine: Machine, row: Mapping[str, np.ndarray], time: np.ndarray) -> Variables:
+def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> Variables:
     units = machine.units
     angle = {b.name: row[b.coordinate.position.name] for b in machine.bodies}
     speed = [row[b.coordinate.velocity.name] for b in machine.bodies]
@@ -71,17 +56,26 @@ def _rotation(machine: Machine, row: Mapping[str, np.ndarray], time: np.ndarray)
     }
     locking = _rotor_phases(machine, angle, time) if is_locking(machine) else {}
     if locking:
-        wrapped = [np.mod(phase, 2 * math.pi) for phase in locking.values()]
-        found["rotor_phase"] = variable("rotor time", wrapped, "phase of a rotor to the first, or to the vibration", "rad")
+        frequency = frequency_of(machine) if machine.shaken is not None else None
+        long_name = "phase of a rotor to the first" if frequency is None else "phase of a rotor to the vibration"
+        found["rotor_phase"] = _phases(machine, locking, len(time), long_name)
+        driven = math.nan if frequency is None else frequency
+        found["vibration_frequency"] = variable("", driven, "frequency of the vibration", units.speed)
     if machine.sliders:
         slid = [row[x.coordinate.position.name] for x in machine.sliders]
         found["slider_displacement"] = variable("slider time", slid, "displacement in the guide", units.length)
         slid = [row[x.coordinate.velocity.name] for x in machine.sliders]
         found["slider_velocity"] = variable("slider time", slid, "velocity in the guide", f"{units.length}/{units.time}")
-    relative = [np.mod(angle[b.name] - angle[b.about], 2 * math.pi) for b in machine.bodies if b.about is not None]
+    relative = {b.name: angle[b.name] - angle[b.about] for b in machine.bodies if b.about is not None}
     if relative:
-        found["phase"] = variable("balancer time", relative, "phase to the body turned about", "rad")
+        found["phase"] = _phases(machine, relative, len(time), "phase to the body turned about")
     return found
+
+
+def _phases(machine: Machine, phases: Mapping[str, np.ndarray], count: int, long_name: str) -> Variable:
+    """Phases of some bodies in [0, 2 pi), not a number for the others."""
+    rows = [np.mod(phases[b.name], 2 * math.pi) if b.name in phases else np.full(count, np.nan) for b in machine.bodies]
+    return variable("body time", rows, long_name, "rad")
 
 
 def _rotor_phases(machine: Machine, angle: Mapping[str, np.ndarray], time: np.ndarray) -> dict[str, np.ndarray]:
@@ -93,55 +87,42 @@ def _rotor_phases(machine: Machine, angle: Mapping[str, np.ndarray], time: np.nd
     return {name: a - turned[main] for name, a in turned.items() if name != main}
 
 
-def _vibration(machine: Machine, row: Mapping[str, np.ndarray], time: np.ndarray) -> Variables:
+def _vibration(machine: Machine, row: Rows, time: np.ndarray) -> Variables:
     units = machine.units
     natural = natural_frequencies(machine.at(float(time[-1]) if len(time) else 0.0))
     names = [(c.position.name, c.velocity.name) for c in machine.carrier]
     displacement = np.array([row[q] for q, _ in names]).reshape(len(names), len(time))
     velocity = np.array([row[v] for _, v in names]).reshape(len(names), len(time))
     force = np.array([row[f"bearing_force_{d}"] for d in machine.labels]).reshape(len(names), len(time))
-    at_rest = _static_orbit(machine)
-    offset = np.array([row[f"orbit.{n}"] - at_rest[n] for n in machine.orbit]).reshape(-1, len(time))
-    rate = np.array([row[f"orbit.v{n}"] for n in machine.orbit]).reshape(-1, len(time))
-    distance = np.hypot.reduce(offset, axis=0) if len(offset) else np.zeros(len(time))
-    amplitude, peak = _amplitude(time, offset, rate, row[machine.rotor.coordinate.velocity.name], natural)
+    orbit = Orbit.of(machine, time, row)
+    peaks = orbit.peaks
+    amplitude = _envelope(time, peaks, row[machine.rotor.coordinate.velocity.name], natural)
     per_time = f"{units.length}/{units.time}" if units.time else ""
     return {
         "displacement": variable("direction time", displacement, "displacement of the carrier (r: rad)", units.length),
         "velocity": variable("direction time", velocity, "velocity of the carrier (r: rad/s)", per_time),
         "bearing_force": variable("direction time", force, "bearing force (r: moment)", units.force),
-        "radius": variable("time", distance, "distance of the axis from its static position", machine.orbit_unit),
+        "radius": variable("time", orbit.distance, "distance of the axis from its static position", machine.orbit_unit),
         "amplitude": variable("time", amplitude, "amplitude of the axis", machine.orbit_unit),
-        "peak_amplitude": variable("", peak, "largest amplitude of the axis", machine.orbit_unit),
-        "natural_frequency": variable("mode", list(natural.values()), "natural frequency", units.speed),
+        "peak_amplitude": variable("", float(peaks.max(initial=0.0)), "largest amplitude of the axis", machine.orbit_unit),
     }
 
 
-def _static_orbit(machine: Machine) -> dict[str, float]:
-    """Where the axis rests under the load of the carrier."""
-    at = dict(zip((c.position for c in machine.carrier), map(sp.Float, static_position(machine)), strict=True))
-    numbers = {s: sp.Float(v) for s, v in machine.numbers.items()}
-    return {n: float(x.xreplace(at | numbers)) for n, (x, _) in machine.orbit.items()}
+def _envelope(time: np.ndarray, peaks: np.ndarray, speed: np.ndarray, natural: Mapping[str, float]) -> np.ndarray:
+    """The amplitude (N,): the line through the peaks of the axis' distance from where it rests.
 
-
-def _amplitude(
-    time: np.ndarray, offset: np.ndarray, velocity: np.ndarray, speed: np.ndarray, natural: Mapping[str, float]
-) -> tuple[np.ndarray, float]:
-    """The envelope of the axis' distance from its static position, and its peak.
-
-    offset, velocity: (m, N). A valley counts as part of the orbit if it is shorter than half a turn, or half a free vibration
-    while the rotor is slower than that.
+    A valley counts as part of the orbit if it is shorter than half a turn, or half a free vibration while the rotor is slower
+    than that.
     """
-    if not len(offset):
-        return np.zeros(len(time)), 0.0
-    peaks = np.sqrt(np.maximum(interval_peaks(time, (offset**2).sum(axis=0), 2 * (offset * velocity).sum(axis=0)), 0.0))
+    if not peaks.any():
+        return peaks
     slowest = min((f for f in natural.values() if f > 0), default=0.0)
     rate = np.maximum(np.abs(speed), slowest)
-    return envelope(time, peaks, np.divide(math.pi, rate, out=np.zeros_like(rate), where=rate > 0)), float(peaks.max())
+    return envelope(time, peaks, np.divide(math.pi, rate, out=np.zeros_like(rate), where=rate > 0))
 
 
 def _residual(machine: Machine, angle: Mapping[str, np.ndarray], end: float) -> np.ndarray:
-    bodies = group(machine, machine.rotor)
+    bodies = machine.group(machine.rotor)
     own = unbalances(machine.at(end))
     vector = sum(own[machine.bodies.index(b)] * np.exp(1j * angle[b.name]) for b in bodies)
     scale = abs(own[machine.bodies.index(machine.rotor)]) or np.abs(own).max() or 1.0
@@ -149,23 +130,13 @@ def _residual(machine: Machine, angle: Mapping[str, np.ndarray], end: float) -> 
     return found
 
 
-def _energy(machine: Machine, outputs: Mapping[str, np.ndarray], trajectory: Trajectory) -> Variables:
-    """The energy balance over time: |supplied - dissipated - change of stored| over the larger of work and stored energy."""
-    stored, units = outputs["stored_energy"], machine.units
-    supplied, lost = trajectory.quadratures[SUPPLIED], trajectory.quadratures[LOST]
-    carried = trajectory.quadratures.get(SCHEDULED, np.zeros(len(stored)))
-    gap = supplied + carried - lost - (stored - stored[:1])
-    scale = (
-        max(
-            float(np.abs(carried).max(initial=0.0)),
-            float(np.abs(supplied).max(initial=0.0)),
-            float(np.abs(stored).max(initial=0.0)),
-        )
-        or 1.0
-    )
+def _energy(machine: Machine, row: Rows, trajectory: Trajectory) -> Variables:
+    """Stored energy, the works, and the residual of their balance."""
+    stored, units = row["stored_energy"], machine.units
+    _, residual = EnergyBalance().after(stored, trajectory.quadratures)
     found = {
         "stored_energy": variable("time", stored, "stored energy", units.energy),
-        "energy_residual": variable("time", np.abs(gap) / scale, "energy residual, relative"),
+        "energy_residual": variable("time", residual, "energy residual, relative"),
     }
     for quadrature in machine.system.quadratures:
         values = trajectory.quadratures[quadrature.name]

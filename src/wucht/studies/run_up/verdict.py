@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.machines.machine import Machine, Turning
-from wucht.machines.vibration import Vibration, group, net_torque, unbalances
+from wucht.analysis.vibration import Vibration, unbalances
+from wucht.machines.machine import Machine
+from wucht.machines.operation import net_torque
+from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.settling import Beat, Trend, beat, drift, trend
 from wucht.numerics.turns import PER_TURN, Turns, turns
@@ -23,7 +25,7 @@ from wucht.results.outcomes import (
     classify,
 )
 from wucht.studies.locking import Locked, is_locking, locked, motion_of
-from wucht.studies.run_up.plan import SPEED_LIMIT
+from wucht.studies.run_up.horizon import SPEED_LIMIT
 
 STEADY_TOLERANCE = 1e-3  # of the free speed and of the rotor's unbalance
 BEAT_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: less is not called a modulation
@@ -73,7 +75,7 @@ def judge(machine: Machine, trajectory: Trajectory, free: float | None) -> Verdi
     """Decide the outcome of a run. free: what the drive reaches without vibration, at the end of the run."""
     machine = machine.at(trajectory.end_time)
     rotor = machine.rotor
-    bodies = group(machine, rotor)
+    bodies = machine.group(rotor)
     angle, speed = motion_of(machine, trajectory, rotor)
     followers = {b.name: motion_of(machine, trajectory, b) for b in bodies[1:]}
     averaged = turns(trajectory.time, angle, speed, followers)
@@ -112,7 +114,7 @@ def _turning(
     machine: Machine,
     trajectory: Trajectory,
     averaged: Turns,
-    bodies: list[Turning],
+    bodies: list[RotatingBody],
     vibration: Vibration,
     free: float | None,
 ) -> Verdict:

@@ -1,5 +1,1 @@
-"""The study ``sweep``: its question and the function that answers it."""
-
-from wucht.studies.sweep.study import Sweep, sweep
-
-__all__ = ["Sweep", "sweep"]
+"""The study ``sweep``: move a parameter slowly up and down, and find where the machine jumps."""

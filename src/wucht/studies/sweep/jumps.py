@@ -10,23 +10,24 @@ Dynamical Systems, and Bifurcations of Vector Fields, 1983, section 3.4).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.studies.sweep.flow import Mover, Place, Reading
-from wucht.studies.sweep.plan import Plan
+from wucht.machines.machine import Machine
+from wucht.studies.sweep.moving import Leg, Mover, Place, Reading
+from wucht.studies.sweep.pace import Pace
+from wucht.studies.sweep.settling import SETTLED, settle
+from wucht.studies.sweep.spec import JUMP_TOLERANCE
 
 _STEEP, _SMALLEST, _MOST = 2.0, 0.02, 8  # times the median slope; share of the whole range; candidates
-_SETTLED = 1e-6
 _OTHER = 0.3  # of the change: if holding the parameter changes the signal by more, the ramp was in another state
 _SAME = 0.2  # of the change between the legs is left between two values that close: else it is steep, but no jump
 _CORE = 0.25  # of the largest change between two legs: what changes less is not the jump, but the branch that bends towards it
 _MOST_WINDOWS = 400
 _PATIENCE = 3.0
 _FEWEST_WINDOWS = 10
-JUMP_TOLERANCE = 1e-4
 _REACH = 4.0  # of the first of them before the end of the branch, in widths of the bracket
 _SPREAD = (1.0, 4.0, 9.0, 16.0)  # of the points of the parabola: evenly spaced in the speed
 
@@ -50,64 +51,12 @@ class Jump:
     only_seen: bool = False
 
 
-@dataclass(frozen=True)
-class Scale:
-    """The largest speed and amplitude seen so far: a change is small or large beside them, also at a standstill."""
+def candidates(machine: Machine, legs: Sequence[Leg]) -> list[tuple[int, int]]:
+    """Where the signal of a ramp changes faster than elsewhere: pairs of legs before and after, the largest changes only.
 
-    speed: float = 0.0
-    amplitude: float = 0.0
-
-    def with_(self, readings: Iterable[Reading]) -> Scale:
-        """The scale after more readings."""
-        known = [(abs(r.speed), r.amplitude) for r in readings]
-        return Scale(max([self.speed, *(s for s, _ in known)]), max([self.amplitude, *(a for _, a in known)]))
-
-
-def settle(mover: Mover, plan: Plan, place: Place, most: int = 60, scale: Scale | None = None) -> tuple[Place, Reading, bool]:
-    """Hold the parameter until nothing changes any more. Returns whether that was reached; a steady beat counts as settled.
-
-    scale: of what was seen before; a speed that changes by less than a millionth of the largest has settled.
+    Whether the machine jumps there is found by holding the parameter.
     """
-    window = max(5 * plan.answer, 8 * plan.turn)
-    place, last = mover.leg(place, window)
-    scale, quiet = (scale or Scale()).with_([last]), 0
-    for _ in range(most):
-        place, here = mover.leg(place, window)
-        scale = scale.with_([here])
-        still = abs(here.speed - last.speed) <= _SETTLED * scale.speed
-        still = still and abs(here.amplitude - last.amplitude) <= 10 * _SETTLED * scale.amplitude
-        quiet = quiet + 1 if still else 0
-        last = here
-        if quiet >= 2:
-            return place, here, True
-    return place, last, last.beating > 2e-3
-
-
-def jumps(mover: Mover, plan: Plan, places: Sequence[Place], readings: Sequence[Reading], tolerance: float) -> Iterator[Jump]:
-    """The jumps of one ramp. places, readings: at the end of each of its legs. tolerance: relative, of the value."""
-    signal = _Signal(mover)
-    y = np.array([signal(r) for r in readings])
-    for first, last in _steep(y):
-        found = _Search(mover, plan, signal, tolerance).jump(places, readings, first, last)
-        if found is not None:
-            yield found
-
-
-class _Signal:
-    """What jumps: the speed; where that is prescribed, the amplitude."""
-
-    def __init__(self, mover: Mover) -> None:
-        self.of_amplitude = mover.machine.rotor.coordinate.prescribed is not None
-
-    def __call__(self, reading: Reading) -> float:
-        return reading.amplitude if self.of_amplitude else reading.speed
-
-
-def _steep(y: np.ndarray) -> list[tuple[int, int]]:
-    """Where the signal (N,) changes faster than elsewhere: pairs of indices before and after, the largest changes only.
-
-    These are candidates only: whether the machine jumps there is found by holding the parameter.
-    """
+    y = np.array([signal(machine, leg.reading) for leg in legs])
     if len(y) < 4 or not np.ptp(y) > 1e-6 * np.abs(y).max():
         return []
     change = np.abs(np.diff(y))
@@ -122,116 +71,141 @@ def _steep(y: np.ndarray) -> list[tuple[int, int]]:
     return sorted(sorted(large, key=lambda p: -abs(y[p[1]] - y[p[0]]))[:_MOST])
 
 
-@dataclass
+def signal(machine: Machine, reading: Reading) -> float:
+    """What jumps: the speed; where that is prescribed, the amplitude."""
+    return reading.speed if machine.rotor.coordinate.prescribed is None else reading.amplitude
+
+
+def find_jump(mover: Mover, pace: Pace, legs: Sequence[Leg], first: int, last: int, tolerance: float) -> Jump | None:
+    """The end of the branch between two legs of a ramp, None if the signal is steep there but does not jump.
+
+    tolerance: relative, of the value. Raises ``IntegrationError``.
+    """
+    beyond = legs[min(last + 1, len(legs) - 1)].place
+    landed = settle(mover, pace, beyond).leg.reading
+    search = _Search(mover, pace, tolerance, signal(mover.machine, landed))
+    held, seen = search.last_steady(legs[: first + 1])
+    expected = abs(search.after - search.signal(seen))
+    if held.left_after is not None or abs(search.signal(held.reading) - search.signal(seen)) > _OTHER * expected:
+        return None if search.overlap(seen, landed) else _as_seen(legs[first], beyond, landed)
+    return None if search.overlap(held.reading, landed) else search.closed_in(held, beyond, expected)
+
+
+def _as_seen(before: Leg, beyond: Place, landed: Reading) -> Jump:
+    """The jump as the ramp shows it: where the parameter is held before it, the machine goes to another state."""
+    ends = before.place.value, beyond.value
+    bracket = min(ends), max(ends)
+    return Jump(sum(ends) / 2, ends[1] > ends[0], before.reading.speed, before.reading.amplitude, landed, bracket, False, True)
+
+
+@dataclass(frozen=True)
+class _Held:
+    """What holding the parameter showed. left_after: the time after which the branch was left, None where it was not."""
+
+    place: Place
+    reading: Reading
+    left_after: float | None
+
+
+@dataclass(frozen=True)
 class _Search:
+    """For one jump. tolerance: relative, of its value. after: the signal where the machine lands."""
+
     mover: Mover
-    plan: Plan
-    signal: _Signal
+    pace: Pace
     tolerance: float
-    after: float = math.nan
-    before: float = math.nan
-    window: float = 0.0
-    steady: Reading = field(default_factory=lambda: Reading(*[math.nan] * 6))
+    after: float
 
-    def jump(self, places: Sequence[Place], readings: Sequence[Reading], first: int, last: int) -> Jump | None:
-        """The end of the branch between two legs, None if the signal is steep there but does not jump."""
-        beyond = min(last + 1, len(places) - 1)
-        _, landed, _ = settle(self.mover, self.plan, places[beyond])
-        self.after, self.window = self.signal(landed), max(2 * self.plan.answer, 4 * self.plan.turn)
-        found = self._last_steady(places, readings, first)
-        seen = readings[first] if found is None else found[1]
-        expected = abs(self.after - self.signal(seen))
-        if found is None or abs(self.signal(self.steady) - self.signal(seen)) > _OTHER * expected:
-            return None if self._overlap(seen, landed) else self._as_seen(places, readings, first, beyond, landed)
-        if self._overlap(self.steady, landed):
-            return None
-        return self._closed_in(found[0], places[beyond], expected)
+    def signal(self, reading: Reading) -> float:
+        """What jumps."""
+        return signal(self.mover.machine, reading)
 
-    def _closed_in(self, low: Place, beyond: Place, expected: float) -> Jump | None:
+    def overlap(self, one: Reading, other: Reading) -> bool:
+        """Whether the beats of two readings overlap: then their means differ only by where the beats are cut."""
+        by_speed = self.mover.machine.rotor.coordinate.prescribed is None
+        return by_speed and max(one.low, other.low) < min(one.high, other.high)
+
+    def last_steady(self, legs: Sequence[Leg]) -> tuple[_Held, Reading]:
+        """Held at the last leg before the jump at which the machine stays, and the ramp's reading there.
+
+        A fast ramp has passed it when the jump is seen. If it stays nowhere: held at the first leg, the reading of the last.
+        """
+        back, last = 0, len(legs) - 1
+        while True:
+            i = max(0, last - back)
+            leg = legs[i]
+            held = self._hold(leg.place, leg.place.value, self.signal(leg.reading), math.inf)
+            if held.left_after is None:
+                return held, leg.reading
+            if i == 0:
+                return held, legs[last].reading
+            back = 2 * back + 1
+
+    def closed_in(self, low: _Held, beyond: Place, expected: float) -> Jump | None:
         """The jump between a place where the machine stays and one beyond, None if what is left of the change is too small."""
-        self.before, high, upward = self.signal(self.steady), beyond.value, beyond.value > low.value
-        wait, left = math.inf, None
-        while abs(high - low.value) > self._width(high):
-            held, steady, took = self._hold(low, (low.value + high) / 2, wait)
-            if took is None:
-                low, self.steady, self.before = held, steady, self.signal(steady)
+        high, left, upward = beyond.value, beyond, beyond.value > low.place.value
+        wait = math.inf
+        while abs(high - low.place.value) > self._width(high):
+            held = self._hold(low.place, (low.place.value + high) / 2, self.signal(low.reading), wait)
+            if held.left_after is None:
+                low = held
             else:
-                high, left = held.value, held
-                wait = _PATIENCE * took * math.sqrt(max(1.0, abs(high - low.value) / self._width(high)))
-        if left is None:
-            left = beyond
-        _, after, _ = settle(self.mover, self.plan, left)
-        height = abs(self.signal(after) - self.signal(self.steady))
-        if height < _SAME * expected or self._overlap(self.steady, after):
+                high, left = held.place.value, held.place
+                wait = _PATIENCE * held.left_after * math.sqrt(max(1.0, abs(high - low.place.value) / self._width(high)))
+        after, steady = settle(self.mover, self.pace, left).leg.reading, low.reading
+        height = abs(self.signal(after) - self.signal(steady))
+        if height < _SAME * expected or self.overlap(steady, after):
             return None
         vertex = self._vertex(low, high)
-        bracket = (min(low.value, high), max(low.value, high))
+        value = low.place.value
+        bracket = (min(value, high), max(value, high))
         if vertex is None:
-            return Jump((low.value + high) / 2, upward, self.steady.speed, self.steady.amplitude, after, bracket, False)
+            return Jump((value + high) / 2, upward, steady.speed, steady.amplitude, after, bracket, False)
         return Jump(vertex[0], upward, vertex[1], vertex[2], after, bracket, True)
 
-    def _overlap(self, one: Reading, other: Reading) -> bool:
-        """Whether the beats of two readings overlap: then their means differ only by where the beats are cut."""
-        return not self.signal.of_amplitude and max(one.low, other.low) < min(one.high, other.high)
-
-    @staticmethod
-    def _as_seen(places: Sequence[Place], readings: Sequence[Reading], first: int, beyond: int, landed: Reading) -> Jump:
-        """The jump as the ramp shows it: where the parameter is held before it, the machine goes to another state."""
-        ends = places[first].value, places[beyond].value
-        before = readings[first]
-        return Jump(
-            sum(ends) / 2, ends[1] > ends[0], before.speed, before.amplitude, landed, (min(ends), max(ends)), False, True
-        )
+    @property
+    def _window(self) -> float:
+        return max(2 * self.pace.answer, 4 * self.pace.turn)
 
     def _width(self, value: float) -> float:
         """The width of the bracket that is asked for."""
-        return self.tolerance * max(abs(value), 1e-3 * self.plan.rate * self.plan.samples * self.plan.step)
+        return self.tolerance * max(abs(value), 1e-3 * self.pace.rate * self.pace.samples * self.pace.step)
 
-    def _last_steady(self, places: Sequence[Place], readings: Sequence[Reading], first: int) -> tuple[Place, Reading] | None:
-        """The last place before the jump at which the machine stays if the parameter is held, and the ramp's reading there.
+    def _left(self, reading: Reading, before: float) -> bool:
+        """Whether the machine has left its branch, on which the signal was ``before``."""
+        here = self.signal(reading)
+        return abs(here - self.after) < abs(here - before)
 
-        A fast ramp has passed it when the jump is seen.
-        """
-        back = 0
-        while True:
-            i = max(0, first - back)
-            self.before = self.signal(readings[i])
-            held, self.steady, took = self._hold(places[i], places[i].value, math.inf)
-            if took is None:
-                return held, readings[i]
-            if i == 0:
-                return None
-            back = 2 * back + 1
-
-    def _hold(self, place: Place, value: float, wait: float) -> tuple[Place, Reading, float | None]:
-        """Lead the parameter to a value and hold it there. Returns where that ends, and after what time the branch was left."""
+    def _hold(self, place: Place, value: float, before: float, wait: float) -> _Held:
+        """Lead the parameter to a value and hold it there. before: the signal on the branch."""
         begun = place.time
-        place, last = self.mover.leg(place, self.window, value)
-        quiet, reading = 0, last
+        last, quiet = self.mover.leg(place, self._window, value), 0
         for k in range(_MOST_WINDOWS):
-            place, reading = self.mover.leg(place, self.window)
-            here = self.signal(reading)
-            if abs(here - self.after) < abs(here - self.before):
-                return place, reading, place.time - begun
-            still = abs(here - self.signal(last)) <= _SETTLED * abs(self.after - self.before)
-            quiet, last = (quiet + 1 if still else 0), reading
-            if quiet >= 2 or (k >= _FEWEST_WINDOWS and place.time - begun > wait):
+            leg = self.mover.leg(last.place, self._window)
+            waited = leg.place.time - begun
+            if self._left(leg.reading, before):
+                return _Held(leg.place, leg.reading, waited)
+            change = abs(self.signal(leg.reading) - self.signal(last.reading))
+            quiet, last = (quiet + 1 if change <= SETTLED * abs(self.after - before) else 0), leg
+            if quiet >= 2 or (k >= _FEWEST_WINDOWS and waited > wait):
                 break
-        return place, reading, None
+        return _Held(last.place, last.reading, None)
 
-    def _vertex(self, low: Place, high: float) -> tuple[float, float, float] | None:
+    def _vertex(self, low: _Held, high: float) -> tuple[float, float, float] | None:
         """Fold, speed and amplitude there, from steady states beside it; None if their parabola does not end here."""
-        sense, gap = math.copysign(1.0, high - low.value), abs(high - low.value)
-        reach = _REACH * min(self._width(high), JUMP_TOLERANCE * max(abs(high), abs(low.value)))
-        found, place = list[Reading](), low
+        begin, before = low.place.value, self.signal(low.reading)
+        sense, gap = math.copysign(1.0, high - begin), abs(high - begin)
+        reach = _REACH * min(self._width(high), JUMP_TOLERANCE * max(abs(high), abs(begin)))
+        beside, place = list[Reading](), low.place
         for distance in _SPREAD:
-            place, _ = self.mover.leg(place, self.window, low.value - sense * reach * distance)
-            place, reading, settled = settle(self.mover, self.plan, place)
-            if not settled or abs(self.signal(reading) - self.after) < abs(self.signal(reading) - self.before):
+            place = self.mover.leg(place, self._window, begin - sense * reach * distance).place
+            settled = settle(self.mover, self.pace, place)
+            if not settled.steady or self._left(settled.leg.reading, before):
                 return None
-            found.append(reading)
-        y = np.array([self.signal(r) for r in found])
-        p = np.array([r.value for r in found]) - high
+            beside.append(settled.leg.reading)
+            place = settled.leg.place
+        y = np.array([self.signal(r) for r in beside])
+        p = np.array([r.value for r in beside]) - high
         middle, span = y.mean(), np.ptp(y) or 1.0
         cubic = np.polynomial.Polynomial.fit((y - middle) / span, p, 3)
         for root in cubic.deriv().roots():
@@ -239,7 +213,7 @@ class _Search:
             if abs(root.imag) < 1e-9 and abs(value + sense * gap / 2) <= gap / 2 + self._width(high) / 2:
                 speed, amplitude = (
                     float(np.polynomial.Polynomial.fit((y - middle) / span, np.array(column), 3)(root.real))
-                    for column in zip(*((r.speed, r.amplitude) for r in found), strict=True)
+                    for column in zip(*((r.speed, r.amplitude) for r in beside), strict=True)
                 )
                 inside = sense * max(-gap, min(0.0, sense * float(value)))
                 return high + inside, speed, amplitude

@@ -1,5 +1,1 @@
-"""The study ``synchronous-states``: its question and the function that answers it."""
-
-from wucht.studies.synchronous_states.study import SynchronousStates, synchronous_states
-
-__all__ = ["SynchronousStates", "synchronous_states"]
+"""The study ``synchronous-states``: every steady phase configuration of a machine, its name and its stability."""

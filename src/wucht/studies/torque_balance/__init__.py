@@ -1,5 +1,1 @@
-"""The study ``torque-balance``: its question and the function that answers it."""
-
-from wucht.studies.torque_balance.study import TorqueBalance, torque_balance
-
-__all__ = ["TorqueBalance", "torque_balance"]
+"""The study ``torque-balance``: where the drive's torque equals that of load and vibration. 002 (3.51), figure 3.2b."""

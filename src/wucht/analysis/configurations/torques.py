@@ -1,0 +1,265 @@
+"""Steady phase configurations, in numbers: the mean torques on bodies that all turn at one speed, and their derivatives.
+
+Body i turns by theta_i = theta + alpha_i in its own sense, at the speed w of all. With E_i = U_i e_i (``analysis.vibration``),
+a_ik = E_i^H H(w) E_k and tau_i(w) the torque of its own drive, load and bearing, the phases stay where
+
+    tau_i(w) + V_i = 0,   V_i = -(w^4/2) sum_k [Re a_ik sin(alpha_i - alpha_k) - Im a_ik cos(alpha_i - alpha_k)]
+
+for every body whose speed is not given: 000 (34), (35), 001 (48), 002 (5.1)-(5.3). All together the vibration brakes by what
+the carrier dissipates, sum V_i = -(w^5/2) s^H G s with G = E^H H^H C H E and s_i = exp(i alpha_i): nothing without damping.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import sympy as sp
+
+from wucht.analysis.averaged import SlowMachine, slow_machine
+from wucht.analysis.forced import UNDAMPED
+from wucht.analysis.shaft import curves
+from wucht.analysis.vibration import Vibration
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import SPEED
+from wucht.mechanics.slow.bodies import absolute
+
+_PARALLEL = 1e-12  # relative: below it the excitation of a body has the shape of another's
+_NOTHING = 1e-13  # of the largest torque coefficient: below it a torque counts as none
+_AT_THE_POLE = 1e-6  # relative: this near to the natural frequency of an undamped vibration no state is looked for
+_BALANCED = 1e-7  # of the torques: what may be left of them in a state
+
+WithSlope = tuple[np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True)
+class SteadyTorques:
+    """n bodies, the main rotor first, on a carrier with m coordinates; angles and speeds in the bodies' own senses.
+
+    heads: the index of the rotor that each body turns about. senses: +1 or -1. inertia, relative: J and the dampers between
+    the bodies of a rotor (n x n). own: tau_i, in ``SPEED`` and the parameters. given: the main rotor's speed if prescribed.
+    pickup: the shapes (n x m) by which the carrier turns the bodies, where they are not those by which they excite it: of a
+    body that stands for others; weights (n,): of how many it stands for. unit: of the speeds, for sentences.
+    """
+
+    machine: Machine
+    names: tuple[str, ...]
+    heads: tuple[int, ...]
+    senses: np.ndarray
+    vibration: Vibration
+    inertia: np.ndarray
+    relative: np.ndarray
+    own: tuple[sp.Expr, ...]
+    given: float | None
+    pickup: np.ndarray | None = None
+    weights: np.ndarray | None = None
+    unit: str = ""
+
+    @classmethod
+    def of(cls, machine: Machine) -> SteadyTorques:
+        """The torques of a machine of the slow class. Raises ``InputError`` for others, with the reason."""
+        return cls.from_slow(slow_machine(machine))
+
+    @classmethod
+    def from_slow(cls, slow: SlowMachine) -> SteadyTorques:
+        """The same from slow equations that are there."""
+        b = slow.equations.bodies
+        if b.shaking is not None:
+            raise InputError(
+                "machine.carrier.motion", None, "the carrier's motion is prescribed: whether it takes the rotor along is "
+                "study.kind = 'entrainment'",
+            )  # fmt: skip
+
+        def matrix(m: sp.ImmutableMatrix) -> np.ndarray:
+            return np.array(slow.machine.evaluate(*m), float).reshape(m.shape)
+
+        order = [x.name for x in slow.machine.bodies]
+        vibration = Vibration.of(slow.machine).only([order.index(name) for name in b.names])
+        own = tuple(sp.sympify(absolute(b, i, SPEED)) for i in range(len(b.names)))
+        given = None if b.given is None else float(slow.machine.evaluate(sp.sympify(b.given))[0])
+        return cls(
+            machine=slow.machine,
+            names=b.names,
+            heads=b.heads,
+            senses=np.array([float(slow.senses[name]) for name in b.names]),
+            vibration=vibration,
+            inertia=matrix(b.inertia),
+            relative=matrix(b.relative),
+            own=own,
+            given=given,
+            unit=slow.machine.units.speed,
+        )
+
+    def held(self, speed: float) -> SteadyTorques:
+        """The same with the main rotor at a given speed."""
+        return replace(self, given=speed)
+
+    @cached_property
+    def alone(self) -> Callable[[np.ndarray], WithSlope]:
+        """tau (n, N) and its slope as a function of speeds (N,)."""
+        return curves(self.machine, self.own)
+
+    @property
+    def size(self) -> int:
+        """The number of bodies."""
+        return len(self.names)
+
+    @cached_property
+    def free(self) -> tuple[int, ...]:
+        """The bodies whose torques must balance: all but a main rotor whose speed is given."""
+        return tuple(range(1 if self.given is not None else 0, self.size))
+
+    @property
+    def felt(self) -> np.ndarray:
+        """The shapes (n x m) by which the carrier turns the bodies."""
+        return self.vibration.excitation if self.pickup is None else self.pickup
+
+    def influence(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """a_ik (N, n, n) at speeds (N,), and da/dw."""
+        v, w = self.vibration, np.atleast_1d(np.asarray(speeds, float))[:, None, None]
+        e, left = v.excitation, self.felt.conj()
+        response = np.linalg.solve(v.dynamic(w), np.broadcast_to(e.T, (len(w), *e.T.shape)))
+        slope = np.linalg.solve(v.dynamic(w), (2 * w * v.mass - 1j * v.damping) @ response)
+        return left @ response, left @ slope
+
+    def brake(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """B_ik (N, n, n) = (w^5/2) (E^H H^H C H E)_ik at speeds (N,), and dB/dw: all V_i together are -s^H B s."""
+        v, w = self.vibration, np.atleast_1d(np.asarray(speeds, float))[:, None, None]
+        dynamic, e = v.dynamic(w), v.excitation.T
+        z = np.linalg.solve(dynamic, np.broadcast_to(e, (len(w), *e.shape)))
+        dz = np.linalg.solve(dynamic, (2 * w * v.mass - 1j * v.damping) @ z)
+        back, rate = (np.moveaxis(x, 1, 2).conj() @ v.damping for x in (z, dz))
+        power = back @ z
+        return w**5 / 2 * power, 5 * w**4 / 2 * power + w**5 / 2 * (rate @ z + back @ dz)
+
+    def total(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """sum tau_i + V_i (N,), without the difference of large numbers that V_i are near a resonance."""
+        s = np.exp(1j * phases)
+        power = np.einsum("iN,Nik,kN->N", s.conj(), self.brake(speeds)[0], s).real
+        found: np.ndarray = self.share @ self.alone(speeds)[0] - power
+        return found
+
+    @property
+    def share(self) -> np.ndarray:
+        """Of how many each body stands for (n,)."""
+        return np.ones(self.size) if self.weights is None else self.weights
+
+    def poles(self, low: float, high: float) -> list[float]:
+        """The natural frequencies in a range of speeds at which the bodies' vibration is infinite: those without damping."""
+        values = self.vibration.poles
+        undamped = np.unique(values.imag[(np.abs(values.real) < UNDAMPED * np.abs(values)) & (values.imag > 0)])
+        found: list[float] = []
+        for at in undamped[(undamped >= low * (1 - _AT_THE_POLE)) & (undamped <= high * (1 + _AT_THE_POLE))]:
+            near, far = (np.abs(self.influence(np.array([at * (1 + d)]))[0]) for d in (1e-7, 1e-4))
+            if (near > 100 * far).any() and not any(abs(at - other) < _AT_THE_POLE * at for other in found):
+                found.append(float(at))
+        return found
+
+    def parts(self, low: float, high: float) -> list[tuple[float, float]]:
+        """A range of speeds without the surroundings of ``poles``, where no state stays but the vibration is infinite."""
+        ends = [low, *(at * (1 + side) for at in self.poles(low, high) for side in (-_AT_THE_POLE, _AT_THE_POLE)), high]
+        return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b]
+
+    def balanced(self, speed: float, phases: np.ndarray) -> bool:
+        """Whether nothing is left of the torques at phases (n,), body by body and in sum: the proof of a state."""
+        w, at = np.array([speed]), phases[:, None]
+        own, left = np.abs(self.alone(w)[0][:, 0]), self.residual(w, at)[:, 0]
+        sizes = own + speed**4 / 2 * np.abs(self.influence(w)[0][0]).sum(axis=1)
+        each = all(abs(left[i]) <= _BALANCED * sizes[i] for i in self.free)
+        if self.given is not None:
+            return each
+        scale = own.sum() + speed * np.abs(self.alone(w)[1]).sum() + np.abs(self.brake(w)[0]).sum()
+        return each and bool(abs(self.total(w, at)[0]) <= _BALANCED * scale)
+
+    def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """V (n, N) at speeds (N,) and phases (n, N)."""
+        influence, _ = self.influence(speeds)
+        return _vibration_torque(influence, np.asarray(speeds, float) ** 4 / 2, phases)
+
+    def residual(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """tau + V (n, N)."""
+        found: np.ndarray = self.alone(speeds)[0] + self.torque(speeds, phases)
+        return found
+
+    def slopes(self, speeds: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """dV/dalpha (n, n, N), and dV/dw (n, N): what V changes by with the speed of all."""
+        w = np.asarray(speeds, float)
+        influence, slope = self.influence(w)
+        apart = phases[:, None] - phases[None]
+        pull = np.moveaxis(influence, 0, -1) * np.exp(-1j * apart)
+        change = w**4 / 2 * pull.real
+        index = np.arange(self.size)
+        change[index, index] = 0.0
+        change[index, index] = -change.sum(axis=1)
+        rate = _vibration_torque(slope, w**4 / 2, phases) + _vibration_torque(influence, 2 * w**3, phases)
+        return change, rate
+
+    @cached_property
+    def coefficients(self) -> np.ndarray | None:
+        """c (n,) complex where all bodies excite the carrier alike, E_i = c_i e with |e| = 1, and c_0 > 0; None where not.
+
+        So it is with the bodies of one rotor, and with rotors in a carrier of one coordinate.
+        """
+        e = self.vibration.excitation
+        largest = int(np.abs(e).sum(axis=1).argmax())
+        shape = e[largest] / (np.linalg.norm(e[largest]) or 1.0)
+        found = e @ shape.conj()
+        rest = np.abs(e - found[:, None] * shape).max(initial=0.0)
+        if rest > _PARALLEL * np.abs(e).max(initial=0.0):
+            return None
+        turned: np.ndarray = found * np.exp(-1j * np.angle(found[0])) if found[0] else found
+        return turned
+
+    @cached_property
+    def in_line(self) -> bool:
+        """Whether all bodies are on one axis and only the vibration places them, so that their forces add up."""
+        return self.coefficients is not None and bool((self.senses == self.senses[0]).all())
+
+    def axis_influence(self, speeds: np.ndarray) -> np.ndarray:
+        """a (N,) = e^H H e for bodies that excite the carrier alike: a_ik = conj(c_i) c_k a."""
+        c = self.coefficients
+        assert c is not None
+        i = int(np.abs(c).argmax())
+        found: np.ndarray = self.influence(speeds)[0][:, i, i] / np.abs(c[i]) ** 2
+        return found
+
+    def idle(self, speeds: np.ndarray) -> bool:
+        """Whether no body but the main rotor has a torque of its own at these speeds: then vibration alone places them."""
+        own = self.alone(np.atleast_1d(speeds))[0]
+        scale = np.abs(
+            self.torque(np.atleast_1d(speeds), np.zeros((self.size, np.size(speeds))) + np.arange(self.size)[:, None])
+        )
+        return bool((np.abs(own[1:]) <= _NOTHING * max(float(scale.max()), float(np.abs(own).max()))).all())
+
+    @cached_property
+    def classes(self) -> tuple[tuple[int, ...], ...]:
+        """The bodies other than the main rotor, equal ones together: exchanging them changes no torque, inertia or damper."""
+        found: list[list[int]] = []
+        for i in range(1, self.size):
+            alike = next((members for members in found if self._alike(members[0], i)), None)
+            if alike is None:
+                found.append([i])
+            else:
+                alike.append(i)
+        return tuple(tuple(members) for members in found)
+
+    def _alike(self, i: int, k: int) -> bool:
+        if self.heads[i] != self.heads[k] or self.heads[i] == i or self.senses[i] != self.senses[k]:
+            return False
+        order = np.arange(self.size)
+        order[[i, k]] = k, i
+        e, probes = self.vibration.excitation, np.array([0.3, 1.0, 7.0, 100.0])
+        own = self.alone(probes)[0]
+        pairs = [(e[i], e[k]), (own[i], own[k])]
+        pairs += [(m[np.ix_(order, order)], m) for m in (self.inertia, self.relative)]
+        return all(np.allclose(a, b, rtol=1e-12, atol=1e-14 * np.abs(b).max(initial=0.0)) for a, b in pairs)
+
+
+def _vibration_torque(influence: np.ndarray, factor: np.ndarray, phases: np.ndarray) -> np.ndarray:
+    turning = np.exp(1j * phases)
+    field = np.einsum("Nik,kN->iN", influence, turning)
+    found: np.ndarray = -factor * (turning * field.conj()).imag
+    return found

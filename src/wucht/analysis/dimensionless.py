@@ -1,0 +1,79 @@
+"""The dimensionless numbers of an SI machine: 002 (4.8), for any number of pendulums; (3.30) where there is none."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import sympy as sp
+
+from wucht.analysis.shaft import slopes
+from wucht.machines.machine import Machine
+from wucht.machines.operation import SPEED, relative_damping
+from wucht.machines.parts.base import Body
+
+
+def numbers(machine: Machine) -> dict[str, float]:
+    """Epsilon, mu, s, w, beta_p, beta_r, lambda, sigma, u, and p: those that the machine has.
+
+    They need a rotor with unbalance on a carrier that is isotropic or moves in one direction; lambda and u a drive whose torque
+    falls linearly with the speed; s, w, p, mu, beta_p, beta_r equal rigid bodies about the rotor's axis (beta_r = n b/(k J_R),
+    which is (4.8) for n = 2). A dimensionless machine returns its own parameters.
+    """
+    if machine.dimensionless:
+        return dict(machine.values)
+    parts = {p.name: p for p in machine.parts if isinstance(p, Body)}
+    rotor, frequency = parts[machine.rotor.name], _frequency(machine)
+    arm, inertia = rotor.arms().get(rotor.name), rotor.about_axis()
+    if arm is None or inertia is None or frequency is None or len(machine.rotors) > 1 or machine.sliders:
+        return {}
+    own, e, j = (_number(machine, x) for x in (rotor.moment(), arm, inertia))
+    if not own:
+        return {}
+    mass, damping = (float(m[0, 0]) for m in machine.matrices[:2])
+    found = {"epsilon": own * e / j, "sigma": damping / (2 * mass * frequency)}
+    for torque in (d.torque(SPEED) for d in machine.drives if d.on == rotor.name):
+        symbolic = slopes((torque,))[0].xreplace(machine.numbers)
+        slope = -float(symbolic) if symbolic.is_number else 0.0
+        if slope > 0:
+            at_rest = float(torque.xreplace({SPEED: sp.S.Zero} | machine.numbers))
+            found |= {"lambda": at_rest / slope / frequency, "u": slope / (frequency * own * e)}
+    pendulums = {_of_pendulum(machine, parts[b.name]) for b in machine.bodies if b.about == rotor.name}
+    count = len(machine.bodies) - 1
+    if len(pendulums) != 1 or None in pendulums or any(b.about not in (None, rotor.name) for b in machine.bodies):
+        return found
+    (one,) = pendulums
+    assert one is not None
+    moment, length, inertia_, b = one
+    p = moment * length / inertia_
+    return found | {
+        "s": own / moment,
+        "w": moment / (mass * e),
+        "p": p,
+        "mu": p * moment / length / mass,
+        "beta_p": b / (frequency * inertia_),
+        "beta_r": count * b / (frequency * j),
+    }
+
+
+def _number(machine: Machine, expression: sp.Expr) -> float:
+    return float(sp.sympify(expression).xreplace(machine.numbers))
+
+
+def _frequency(machine: Machine) -> float | None:
+    """The natural frequency of a carrier that moves alike in all its directions in the plane, None of another."""
+    (mass, *_), alike = machine.matrices, all((m == m[:1, :1] * np.eye(len(m))).all() for m in machine.matrices)
+    if not len(mass) or not alike or not set(machine.labels) <= {"x", "y"} or machine.shaken is not None:
+        return None
+    found = math.sqrt(max(machine.matrices[2][0, 0], 0.0) / mass[0, 0]) if mass[0, 0] > 0 else 0.0
+    return found or None
+
+
+def _of_pendulum(machine: Machine, body: Body) -> tuple[float, float, float, float] | None:
+    """Unbalance, length, inertia and damping of a rigid body about the rotor's axis, None of another."""
+    arm, inertia = body.arms().get(body.name), body.about_axis()
+    damping = relative_damping(machine, machine.body(body.name)) if body.turns() else None
+    if arm is None or inertia is None or damping is None or not damping.is_number or not body.on_axis():
+        return None
+    moment, length, j = (_number(machine, x) for x in (body.moment(), arm, inertia))
+    return moment, length, j, float(damping)

@@ -1,0 +1,146 @@
+"""Forced vibration at a steady speed, the unbalance fixed, in closed form: 002 (2.74)-(2.79) for any linear carrier.
+
+All bodies turn with the speed w, each in its sense: phi_k = sigma_k (w t + alpha_k). With D(w) = K - w^2 M + i w C and the
+force F = sum U_k e_k exp(i alpha_k) the carrier moves by q = Re[z exp(i w t)], D z = w^2 F; then D z' = 2 w F - D' z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from wucht.analysis.vibration import Vibration
+from wucht.errors import InputError, WuchtError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import sense_of
+
+UNDAMPED = 1e-10  # damping ratio below which a resonance counts as undamped
+CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
+_EQUAL = 1e-9  # relative difference of poles that are one, as those of x and y on an isotropic carrier
+WithSlope = tuple[np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Forced:
+    """The vibration of a machine at ``phases`` alpha_k (n,).
+
+    axis: (2, m), x and y of the main rotor's axis for each free coordinate of the carrier (of a carrier that only turns its
+    angle and nothing). sense: of the main rotor. Functions of the speed take (N,) and return values with their slopes.
+    """
+
+    vibration: Vibration
+    phases: np.ndarray
+    axis: np.ndarray
+    sense: float
+
+    @classmethod
+    def of(cls, machine: Machine, angles: np.ndarray) -> Forced:
+        """The vibration with the bodies at absolute angles (n,). Raises ``InputError`` where the carrier is not linear."""
+        try:
+            vibration = Vibration.of(machine)
+        except WuchtError as error:
+            raise InputError("machine", None, str(error)) from None
+        senses = np.array([sense_of(machine, b) for b in machine.bodies])
+        shape = machine.structure.orbit_shape
+        axis, main = np.array(machine.evaluate(*shape), float).reshape(shape.shape), machine.bodies.index(machine.rotor)
+        return cls(vibration, senses * angles, axis, float(senses[main]))
+
+    @cached_property
+    def force(self) -> np.ndarray:
+        """F (m,), zero where the bodies' unbalances cancel."""
+        each = self.vibration.excitation * np.exp(1j * self.phases)[:, None]
+        total = each.sum(axis=0)
+        found: np.ndarray = np.where(np.abs(total) > CANCELLED * np.abs(each).sum(axis=0), total, 0.0)
+        return found
+
+    def displacement(self, speeds: np.ndarray) -> WithSlope:
+        """z (N, m), complex."""
+        v, w = self.vibration, np.asarray(speeds, float)[:, None, None]
+        dynamic = v.dynamic(w)
+        z = np.linalg.solve(dynamic, w**2 * self.force[None, :, None])
+        slope = np.linalg.solve(dynamic, 2 * w * self.force[None, :, None] - (1j * v.damping - 2 * w * v.mass) @ z)
+        return z[..., 0], slope[..., 0]
+
+    def amplitude(self, speeds: np.ndarray) -> WithSlope:
+        """The semi-major axis of the orbit of the main rotor's axis: 002 (2.78)."""
+        z, dz = self.displacement(speeds)
+        (f, df), (b, db) = (_modulus(_whirl(self.axis, z, s), _whirl(self.axis, dz, s)) for s in (1, -1))
+        return f + b, df + db
+
+    def minor(self, speeds: np.ndarray) -> np.ndarray:
+        """The semi-minor axis of that orbit (N,), negative where it runs against the rotor's sense of rotation."""
+        z, _ = self.displacement(speeds)
+        found: np.ndarray = self.sense * (np.abs(_whirl(self.axis, z, 1)) - np.abs(_whirl(self.axis, z, -1)))
+        return found
+
+    def centre(self, speeds: np.ndarray, eccentricity: float, angle: float) -> np.ndarray:
+        """The largest distance (N,) of a centre of mass from the axis' static position: 002 figure 2.18.
+
+        It is carried by the main rotor at an eccentricity; angle: of the main rotor, absolute.
+        """
+        z, _ = self.displacement(speeds)
+        arm = eccentricity * np.exp(1j * self.sense * angle)
+        offset = np.array([arm, -1j * self.sense * arm])
+        moved = z @ self.axis.T + offset
+        found: np.ndarray = (np.abs(moved[:, 0] + 1j * moved[:, 1]) + np.abs(moved[:, 0] - 1j * moved[:, 1])) / 2
+        return found
+
+    def torque(self, speeds: np.ndarray) -> WithSlope:
+        """The vibration torque on all bodies together, positive where it brakes, w z^H C z/2: 002 (2.79) with its factor M."""
+        w, (z, dz), c = np.asarray(speeds, float), self.displacement(speeds), self.vibration.damping
+        square, cross = (np.einsum("ni,ij,nj->n", z.conj(), c, other).real for other in (z, dz))
+        return w * square / 2, square / 2 + w * cross
+
+    def torque_on(self, speeds: np.ndarray, members: Sequence[int]) -> WithSlope:
+        """That on some of the bodies, positive where it brakes: -w^2/2 sum Im[conj(U_i e_i exp(i alpha_i)) z]."""
+        e = self.vibration.excitation
+        rest = [i for i in range(len(e)) if i not in members]
+        if not np.abs(e[rest]).any():
+            return self.torque(speeds)  # the same, without the difference of large numbers
+        w, (z, dz) = np.asarray(speeds, float), self.displacement(speeds)
+        own = (e * np.exp(1j * self.phases)[:, None])[list(members)].sum(axis=0).conj()
+        return -(w**2) / 2 * (z @ own).imag, -w * (z @ own).imag - w**2 / 2 * (dz @ own).imag
+
+    @cached_property
+    def poles(self) -> np.ndarray:
+        """The poles of the carrier that vibrate, in the upper half plane: damping and frequency, equal ones once."""
+        all_, found = self.vibration.poles, list[complex]()
+        for pole in all_[all_.imag > UNDAMPED * np.abs(all_).max(initial=0.0)]:
+            if not any(abs(pole - other) < _EQUAL * abs(pole) for other in found):
+                found.append(complex(pole))
+        return np.array(found)
+
+    def grid(self, low: float, high: float, points: int) -> np.ndarray:
+        """Speeds (N,) from low to high, evenly spaced and denser at the resonances, as their widths ask for."""
+        found = [np.linspace(low, high, points)]
+        for pole in self.poles:
+            frequency = abs(pole)
+            width = max(-pole.real, 1e-4 * frequency)
+            away = np.geomspace(0.02 * width, max(0.5 * frequency, width), 80)
+            found += [frequency - away, np.array([frequency]), frequency + away]
+        all_ = np.unique(np.concatenate(found))
+        return all_[(all_ >= low) & (all_ <= high)]
+
+    def undamped(self, low: float, high: float) -> list[float]:
+        """The resonances without damping that the unbalance excites, in a range of speeds: there the amplitude is infinite."""
+        found: list[float] = []
+        for pole in self.poles:
+            at = abs(pole)
+            if low <= at <= high and -pole.real < UNDAMPED * at:
+                near, far = (np.abs(self.displacement(np.array([at * (1 + d)]))[0]) for d in (1e-7, 1e-4))
+                found += [at] if (near > 100 * far).any() else []
+        return sorted(found)
+
+
+def _whirl(axis: np.ndarray, z: np.ndarray, sense: int) -> np.ndarray:
+    """The circle (N,) that an orbit x, y = axis z runs through counter-clockwise (+1) or clockwise (-1)."""
+    found: np.ndarray = (z @ axis[0] + sense * 1j * (z @ axis[1])) / 2
+    return found
+
+
+def _modulus(value: np.ndarray, slope: np.ndarray) -> WithSlope:
+    size: np.ndarray = np.abs(value)
+    return size, np.divide((value.conj() * slope).real, size, out=np.zeros_like(size), where=size > 0)

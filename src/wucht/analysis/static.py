@@ -1,0 +1,23 @@
+"""Where the carrier and the main rotor's axis rest."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wucht.machines.machine import Machine
+from wucht.numerics.flow.program import number_function
+
+
+def static_position(machine: Machine) -> np.ndarray:
+    """Where the carrier rests under its load (m,): K x = load; zero where its motion is prescribed."""
+    load = np.array(machine.evaluate(*machine.linear_carrier.load), float)
+    rest = iter(np.linalg.lstsq(machine.matrices[2], load, rcond=None)[0] if load.any() else np.zeros(len(load)))
+    return np.array([0.0 if q.prescribed is not None else float(next(rest)) for q in machine.carrier])
+
+
+def axis_at_rest(machine: Machine) -> dict[str, float]:
+    """Where the coordinates of ``machine.orbit`` are while the carrier rests."""
+    positions = tuple(x for x, _ in machine.orbit.values())
+    symbols = (*(c.position for c in machine.carrier), *machine.structure.symbols)
+    found = number_function(positions, symbols)((*static_position(machine).tolist(), *machine.values.values()))
+    return dict(zip(machine.orbit, map(float, found), strict=True))

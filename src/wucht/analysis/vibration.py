@@ -1,0 +1,114 @@
+"""What the vibration does to the rotation at a steady speed: harmonic influence coefficients, in numbers.
+
+With z = H(w) sum_k U_k e_k w^2 exp(i alpha_k), H(w) = (K - w^2 M + i w C)^-1, the carrier takes the power
+w^2 z^H C z / 2 out of the rotation: the vibration torque is w z^H C z / 2. For one rotor on an isotropic carrier this is
+the second term of 002 (3.67).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from wucht.machines.machine import Machine
+from wucht.machines.operation import sense_of
+from wucht.machines.parts.base import Body
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """M, C, K (m x m) of the free carrier and ``excitation`` U_i e_i (n x m, complex), in the machine's units.
+
+    A body of sense sigma turns by phi_i = sigma (w t + alpha_i): those that turn clockwise excite with conj(U_i e_i).
+    """
+
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    excitation: np.ndarray
+
+    @classmethod
+    def of(cls, machine: Machine) -> Vibration:
+        """The vibration of a machine at its parameter values."""
+        shapes = machine.linear_carrier.excitation
+        e = np.array(machine.evaluate(*(x for a in shapes for x in a)), complex).reshape(len(shapes), -1)
+        clockwise = [sense_of(machine, body) < 0 for body in machine.bodies]
+        return cls(*machine.matrices, np.array([v.conj() if turned else v for v, turned in zip(e, clockwise, strict=True)]))
+
+    def only(self, index: Sequence[int]) -> Vibration:
+        """The vibration that some of the bodies excite."""
+        return replace(self, excitation=self.excitation[list(index)])
+
+    def dynamic(self, w: np.ndarray) -> np.ndarray:
+        """K - w^2 M + i w C (N, m, m) at speeds (N, 1, 1)."""
+        # A trace of damping keeps the matrix regular at the natural frequency of an undamped direction.
+        trace = 1e-14j * (np.abs(self.stiffness).max(initial=0.0) or 1.0) * np.eye(len(self.mass))
+        found: np.ndarray = self.stiffness - w**2 * self.mass + 1j * w * self.damping + trace
+        return found
+
+    @cached_property
+    def poles(self) -> np.ndarray:
+        """The poles (2m,) of the free vibration: lambda^2 M + lambda C + K is singular."""
+        size = len(self.mass)
+        if not size:
+            return np.empty(0, complex)
+        below = -np.linalg.solve(self.mass, np.hstack([self.stiffness, self.damping]))
+        found: np.ndarray = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((size, size)), np.eye(size)]), below]))
+        return found
+
+    def response(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """The complex displacements z (N, m) at speeds (N,) with the bodies at phases (n,): q = Re[z exp(i w t)]."""
+        w = np.atleast_1d(np.asarray(speeds, float))[:, None, None]
+        force = (self.excitation * np.exp(1j * phases)[:, None]).sum(axis=0)
+        found: np.ndarray = np.linalg.solve(self.dynamic(w), w**2 * force[None, :, None])[..., 0]
+        return found
+
+    def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """The vibration torque on all bodies together at speeds (N,), positive where it brakes: w z^H C z/2."""
+        w, z = np.atleast_1d(np.asarray(speeds, float)), self.response(speeds, phases)
+        found: np.ndarray = w * np.einsum("ni,ij,nj->n", z.conj(), self.damping, z).real / 2
+        return found
+
+    def last_maximum(self, below: float, phases: np.ndarray) -> float | None:
+        """The speed of the last maximum of the vibration torque below a speed, None if it has none there."""
+        below = abs(below)
+        if not len(self.mass) or not below:
+            return None
+        squares = np.abs(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)))
+        near = 1 + np.concatenate([-np.geomspace(1e-6, 0.5, 60), [0.0], np.geomspace(1e-6, 0.5, 60)])
+        grid = np.concatenate([np.linspace(below * 1e-3, below, 800), *(math.sqrt(s) * near for s in squares)])
+        grid = np.unique(grid[(grid > 0) & (grid <= below)])
+        torque = self.torque(grid, phases)
+        if not torque.max() > 0:
+            return None
+        inside = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:])) + 1
+        if not len(inside):
+            return None
+        low, high = grid[inside[-1] - 1], grid[inside[-1] + 1]
+        while high - low > 1e-10 * high:  # SciPy's minimiser takes longer to import than this takes to run
+            fine = np.linspace(low, high, 41)
+            best = min(max(int(self.torque(fine, phases).argmax()), 1), 39)
+            low, high = fine[best - 1], fine[best + 1]
+        return float((low + high) / 2)
+
+
+def unbalances(machine: Machine) -> np.ndarray:
+    """The unbalance of each turning body (n,), complex in its own frame, in kg m; of a couple unbalance in kg m^2.
+
+    A body's own unbalance is real; pivots off the axis and sliders add to that of the body they turn with.
+    """
+    parts = {p.name: p for p in machine.parts if isinstance(p, Body)}
+    if not parts:  # a dimensionless machine
+        alone: np.ndarray = np.abs(Vibration.of(machine).excitation).max(axis=1).astype(complex)
+        return alone
+    found = {b.name: parts[b.name].moment() for b in machine.bodies}
+    for part in parts.values():
+        if (couple := part.couple()) is not None:
+            found[part.name] = couple
+        if part.reference is not None:
+            found[part.reference] = found[part.reference] + part.moment_on_reference()
+    return np.array(machine.evaluate(*found.values()), complex)

@@ -1,0 +1,124 @@
+"""Tables with physical quantities: fields that are read with their units and checked when built, whatever builds them.
+
+Parts of machines and questions of studies are such tables. Built from a file or in Python, what is wrong is the same sentence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, ValidationError, ValidationInfo, field_validator
+from pydantic_core import CoreSchema
+
+from wucht.checking import located, refuse_unknown
+from wucht.quantities import Unit
+
+
+def si(unit: str, what: str, symbol: str = "", default: Any = ..., alias: str | None = None, **limits: Any) -> Any:
+    """A field that holds a physical quantity: its SI unit, its name in words, its symbol in equations, its limits (gt, ge)."""
+    return Field(default, alias=alias, description=what, json_schema_extra={"unit": unit, "symbol": symbol}, **limits)
+
+
+def unit_of(cls: type[BaseModel], name: str) -> Unit | None:
+    """The unit of a field made by ``si``, None for other fields."""
+    extra = cls.model_fields[name].json_schema_extra
+    if not isinstance(extra, dict) or "unit" not in extra:
+        return None
+    return Unit(str(extra["unit"]), cls.model_fields[name].description or name, str(extra["symbol"]))
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of a machine: its path, value, unit, symbol in equations and name in words."""
+
+    path: str
+    value: float
+    unit: str
+    symbol: str
+    what: str
+
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as _Metaclass
+else:
+    _Metaclass = type(BaseModel)
+
+
+class _Located(_Metaclass):
+    """Classes whose call raises ``InputError`` instead of pydantic's own error."""
+
+    def __call__(self: Any, *values: Any, **fields: Any) -> Any:
+        names = [f.alias or name for name, f in self.model_fields.items() if not f.exclude]
+        given = dict(zip(names, values, strict=False)) | fields
+        refuse_unknown(given, names, self.where())
+        try:
+            return super().__call__(**given)
+        except ValidationError as error:
+            raise located(self, error, self.where(), given) from None
+
+
+class Described(BaseModel, metaclass=_Located):
+    """A table of a file, or the same built in Python: its quantities are numbers in SI, or strings with a unit.
+
+    Raises ``InputError`` for what is not allowed. Its JSON schema admits strings with a unit.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    kind: ClassVar[str] = ""
+
+    @classmethod
+    def where(cls) -> str:
+        """Where a fault lies that is found in Python."""
+        return cls.kind or cls.__name__
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _read_units(cls, given: Any, info: ValidationInfo) -> Any:
+        unit = unit_of(cls, info.field_name) if info.field_name else None
+        if unit is None or given is None:
+            return given
+        return [unit.parse(g) for g in given] if isinstance(given, list | tuple) else unit.parse(given)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        found = handler.resolve_ref_schema(handler(schema))
+        for name, described in found.get("properties", {}).items():
+            if "unit" in described:
+                found["properties"][name] = _admitting_text(described)
+        return found
+
+    def parameters_at(self, path: str) -> tuple[Parameter, ...]:
+        """The quantities given, as parameters ``path.field``; pairs by component ``.x``, ``.y``; tables inside likewise."""
+        found: list[Parameter] = []
+        for name, described in type(self).model_fields.items():
+            unit, value = unit_of(type(self), name), getattr(self, name)
+            key = f"{path}.{described.alias or name}"
+            if isinstance(value, Described):
+                found += value.parameters_at(key)
+            elif isinstance(value, tuple) and value and isinstance(value[0], Described):
+                for i, inner in enumerate(value):
+                    found += inner.parameters_at(f"{key}.{i + 1}")
+            if unit is None or value is None:
+                continue
+            pairs = zip((".x", ".y"), value, strict=True) if isinstance(value, tuple) else (("", value),)
+            for suffix, number in pairs:
+                label = unit.symbol + (f"_{suffix[1:]}" if suffix else "")
+                found.append(Parameter(key + suffix, float(number), unit.si, label, unit.what))
+        return tuple(found)
+
+
+def _admitting_text(schema: Any) -> Any:
+    """A JSON schema in which each number may also be a string with a unit."""
+    if isinstance(schema, Mapping):
+        if schema.get("type") == "number":
+            number = {k: v for k, v in schema.items() if k in _OF_A_NUMBER}
+            rest = {k: v for k, v in schema.items() if k not in _OF_A_NUMBER}
+            return rest | {"anyOf": [number, {"type": "string", "description": "a number with its unit, as '2.5 kg'"}]}
+        return {k: v if k == "default" else _admitting_text(v) for k, v in schema.items()}
+    return [_admitting_text(s) for s in schema] if isinstance(schema, list) else schema
+
+
+_OF_A_NUMBER = ("type", "exclusiveMinimum", "exclusiveMaximum", "minimum", "maximum")

@@ -1,0 +1,110 @@
+"""The catalogue: machines of the papers and of practice, each a TOML file in ``catalogue/``, addressed without its ending."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from wucht.checking import refuse_unknown, table, text
+from wucht.errors import InputError, nearest
+from wucht.files.building import machine_from
+from wucht.files.documents import Document, flatten, read_toml
+from wucht.files.settings import with_settings
+from wucht.files.tables import with_tables
+from wucht.machines.machine import Machine
+
+FOLDER = Path(__file__).parent.parent / "machines" / "catalogue"
+TOP_LEVEL = ("title", "source", "notes", "machine", "study")
+
+
+def names() -> list[str]:
+    """All catalogue names, such as ``drozdetskaya-2020/table-5.1``."""
+    return sorted(str(p.relative_to(FOLDER).with_suffix("")) for p in FOLDER.rglob("*.toml"))
+
+
+def locate(name: str, beside: Path | None = None) -> Path:
+    """The file of a catalogue name or a path (relative to ``beside``). Raises ``InputError`` with the nearest known name."""
+    direct, known = Path(name) if beside is None else beside / name, names()
+    try:
+        if direct.is_file():
+            return direct
+        if name.removesuffix(".toml") in known:
+            return FOLDER / f"{name.removesuffix('.toml')}.toml"
+        if direct.exists():
+            raise InputError(str(direct), None, "this is no file; needed is a study file or a catalogue name")
+    except (OSError, ValueError) as error:
+        raise InputError(name, None, f"this cannot be the name of a file: {error}") from None
+    if direct.suffix == ".toml":
+        raise InputError(str(direct), None, "there is no such file")
+    raise InputError(name, None, f"neither a file nor a catalogue name; {nearest(name, known)}")
+
+
+def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path]:
+    """The document behind a name, its top level checked, and its file. Raises ``InputError``."""
+    path = locate(name, beside)
+    document = read_toml(path)
+    try:
+        refuse_unknown(document, TOP_LEVEL, "")
+        for key in ("title", "source", "notes"):
+            text(document, key, "")
+    except InputError as error:
+        raise error.within(str(path), ": ") from None
+    return document, path
+
+
+def machine_table(document: Document, path: Path, seen: tuple[Path, ...] = ()) -> Document:
+    """The table ``[machine]`` of a document with ``use`` resolved and ``set`` merged into one. Raises ``InputError``.
+
+    seen: the files that led here, to notice when they use each other in a circle.
+    """
+    described = dict(table(document, "machine", "machine"))
+    settings = described.get("set", {})
+    if not isinstance(settings, dict):
+        raise InputError("machine.set", settings, "allowed is a table: set = { PATH = VALUE }")
+    if "use" not in described:
+        return with_tables(described, path.parent)
+    extra = sorted(set(described) - {"use", "set", "title"})
+    if extra:
+        raise InputError(f"machine.{extra[0]}", None, "not allowed beside use; allowed there are set and title")
+    name, here = text(described, "use", "machine") or "", (*seen, path.resolve())
+    inner_path = _used(name, path)
+    if inner_path.resolve() in here:
+        raise InputError("machine.use", name, "these files use each other in a circle")
+    inner, inner_path = load_document(name, path.parent)
+    try:
+        base = machine_table(inner, inner_path, here)
+    except InputError as error:
+        raise error.within(f"{inner_path}", ": ") from None
+    title = text(described, "title", "machine") or base.get("title") or inner.get("title")
+    return base | ({"title": title} if title else {}) | {"set": flatten(base.get("set", {})) | flatten(settings)}
+
+
+def _used(name: str, path: Path) -> Path:
+    try:
+        return locate(name, path.parent)
+    except InputError as error:
+        raise InputError("machine.use", name, error.allowed) from None
+
+
+def described_machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
+    """The table ``[machine]`` as it is to be built: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
+    described = machine_table(document, path)
+    described.setdefault("title", document.get("title", Path(name).stem))
+    chosen = with_settings(described, flatten(described.pop("set", {})) | flatten(settings))
+    return with_tables(chosen, path.parent)
+
+
+def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:
+    """The machine of a catalogue name or study file, with parameters set by path.
+
+    >>> load_machine("drozdetskaya-2020/table-5.1", {"u": 1.5}).values["u"]
+    1.5
+
+    Raises ``InputError`` for a wrong name, file, key or value.
+    """
+    document, path = load_document(name)
+    try:
+        return machine_from(described_machine(document, path, name, settings or {}))
+    except InputError as error:
+        raise error.within(str(path), ": ") from None

@@ -1,0 +1,53 @@
+"""Documents: TOML files read, and values addressed by path. A document is the nested dictionary of a TOML file."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from wucht.errors import InputError
+
+Document = dict[str, Any]
+
+
+def read_toml(path: Path) -> Document:
+    """The document in a TOML file. Raises ``InputError`` for an unreadable file or one that is no TOML."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(str(path), None, "there is no such file") from None
+    except IsADirectoryError:
+        raise InputError(str(path), None, "this is a folder; a study file is needed") from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise InputError(str(path), None, f"the file cannot be read: {reason}") from None
+    except ValueError as error:  # TOMLDecodeError among others, such as integers of thousands of digits
+        raise InputError(str(path), None, f"the file is no valid TOML: {str(error).splitlines()[0]}") from None
+    except RecursionError:
+        raise InputError(str(path), None, "the file is no valid TOML: it is nested too deeply") from None
+
+
+def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """``{"drive": {"slope": 1}}`` and ``{"drive.slope": 1}`` both become ``{"drive.slope": 1}``."""
+    flat: dict[str, Any] = {}
+    for key, value in settings.items():
+        if isinstance(value, Mapping) and value:
+            flat |= flatten(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = value
+    return flat
+
+
+def no_nan(document: Any, where: str = "") -> None:
+    """Raises ``InputError`` if a number anywhere in the document is NaN or infinite."""
+    if isinstance(document, Mapping):
+        for key, value in document.items():
+            no_nan(value, f"{where}.{key}" if where else str(key))
+    elif isinstance(document, list):
+        for i, value in enumerate(document):
+            no_nan(value, f"{where}[{i}]")
+    elif isinstance(document, float) and not math.isfinite(document):
+        raise InputError(where, document, "allowed is a finite number")

@@ -1,0 +1,108 @@
+"""Parameters set by path, before the machine is built: ``drive.slope``, ``carrier.mounts.1.stiffness.x``, ``u``."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from typing import Any
+
+from wucht.checking import choice, table
+from wucht.errors import InputError, nearest
+from wucht.files.documents import Document, flatten, no_nan
+from wucht.machines.assembly import shaft_labels
+from wucht.machines.models import models
+
+
+def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
+    """A copy of the machine's table with parameters set by path. Raises ``InputError`` for a path that leads nowhere."""
+    document = copy.deepcopy(document)
+    for path, value in flatten(settings).items():
+        if isinstance(value, float):
+            no_nan(value, f"machine.set.{path}")
+        _set(document, path, value)
+    return document
+
+
+def shaft_tables(document: Document, group: str) -> list[Document]:
+    """The tables of ``drive`` or ``drives`` (``load``, ``loads``), on the only rotor by default. Raises ``InputError``."""
+    single, several = document.get(group), document.get(f"{group}s", [])
+    if single is not None and several:
+        raise InputError(f"machine.{group}s", None, f"allowed is either [machine.{group}] or [[machine.{group}s]]")
+    if single is not None and not isinstance(single, dict):
+        raise InputError(f"machine.{group}", single, f"allowed is a table: [machine.{group}]")
+    if not isinstance(several, list) or not all(isinstance(d, dict) for d in several):
+        raise InputError(f"machine.{group}s", several, f"allowed are tables: [[machine.{group}s]]")
+    found = [single] if single is not None else several
+    bodies = [b for b in document.get("bodies", []) if isinstance(b, dict)] if isinstance(document.get("bodies"), list) else []
+    rotors = [b["name"] for b in bodies if "about" not in b and "name" in b]
+    if len(rotors) == 1:
+        for described in found:
+            described.setdefault("on", rotors[0])
+    return found
+
+
+def shafts_by_path(document: Document, group: str) -> dict[str, Document]:
+    """The tables of drives or loads by their paths. Raises ``InputError``."""
+    tables = shaft_tables(document, group)
+    labels = shaft_labels([(str(t.get("on", "")), str(t.get("kind", ""))) for t in tables])
+    return {f"{group}s.{label}" if label else group: t for label, t in zip(labels, tables, strict=True)}
+
+
+def _set(document: Document, path: str, value: Any) -> None:
+    head, *rest = path.split(".")
+    where = f"machine.set.{path}"
+    if head == "study":
+        raise InputError(where, value, "a key of [study] is set from the command line as study.KEY=VALUE")
+    if "model" in document:
+        known = [f.alias or n for n, f in models()[choice(document, "model", "machine", models())].model_fields.items()]
+        if rest or head not in known:
+            raise InputError(where, value, f"unknown parameter; {nearest(path, known)}")
+        table(document | {"parameters": document.setdefault("parameters", {})}, "parameters", "machine.parameters")[head] = (
+            value
+        )
+        return
+    parts = _addressable(document)
+    key = max((k for k in parts if path.startswith(f"{k}.")), key=len, default=None)
+    if key is None:
+        raise InputError(where, value, f"unknown parameter; {nearest(head, parts)}, each followed by '.key'")
+    _set_inside(parts[key], path[len(key) + 1 :].split("."), value, where, key)
+
+
+def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str) -> None:
+    """Walk down tables, numbered lists of tables and pairs, and set the last key."""
+    while len(inner) > 1 and isinstance(target, dict):
+        name, below = inner[0], target.get(inner[0])
+        if isinstance(below, dict):
+            target, inner = below, inner[1:]
+        elif isinstance(below, list) and inner[1].isdigit() and 1 <= int(inner[1]) <= len(below):
+            target, inner = below[int(inner[1]) - 1], inner[2:]
+        elif len(inner) == 2 and inner[1] in ("x", "y") and isinstance(below, list) and len(below) == 2:
+            below["xy".index(inner[1])] = value
+            return
+        elif len(inner) == 2 and inner[1] in ("x", "y") and name in target:
+            raise InputError(where, value, f"{key}.{name} is one number here; set both at once: {key}.{name} = [X, Y]")
+        else:
+            break
+    if len(inner) != 1 or not isinstance(target, dict):
+        raise InputError(where, value, f"unknown parameter; {nearest(inner[0] if inner else '', target)} in {key}")
+    for one, other in (("file", "points"), ("points", "file"), ("table", "points"), ("points", "table")):
+        if inner[0] == one:  # two ways to give one curve: the one that is set replaces the other
+            target.pop(other, None)
+    target[inner[0]] = value
+
+
+def _addressable(document: Document) -> dict[str, Document]:
+    found: dict[str, Document] = {}
+    if isinstance(document.get("carrier"), dict):
+        found["carrier"] = document["carrier"]
+    listed = document.get("bodies", [])
+    bodies = [b for b in listed if isinstance(b, dict)] if isinstance(listed, list) else []
+    found |= {str(b["name"]): b for b in bodies if "name" in b}
+    for group in ("drive", "load"):
+        found |= shafts_by_path(document, group)
+    names = {str(b["track"]) for b in bodies if "track" in b}
+    tracks = document.setdefault("tracks", {}) if names else document.get("tracks")
+    if isinstance(tracks, dict):
+        for name in names:
+            found[f"tracks.{name}"] = tracks.setdefault(name, {})
+    return found

@@ -1,0 +1,172 @@
+"""Measured tables: files of two columns, read at the edge, so that a machine's description holds numbers only."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from wucht.errors import InputError
+from wucht.files.documents import Document
+from wucht.quantities import Unit, article
+
+Columns: TypeAlias = tuple[tuple[str, str], tuple[str, str]]
+
+SPEED_TORQUE: Columns = (("speed", "rad/s"), ("torque", "N m"))
+TIME_DISPLACEMENT: Columns = (("time", "s"), ("displacement", "m"))
+TIME_ANGLE: Columns = (("time", "s"), ("angle", "rad"))
+
+_HEADING = re.compile(r"([^\[(]+?)\s*(?:\[(.*)\]|\((.*)\))?")  # name, name [unit] or name (unit)
+_BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
+
+
+def read_table(path: Path, columns: Columns) -> list[list[float]]:
+    """The rows of a text file of two columns, in SI.
+
+    columns: what each holds and its SI unit. They are separated by commas, semicolons, tabs or blanks; between semicolons a
+    decimal comma is understood. ``#`` begins a comment. The first line may be a heading whose columns carry units, as in
+    ``speed (rpm), torque [N m]`` or ``rpm, N m``; without units numbers are SI. Raises ``InputError``, with the line, for a
+    file that cannot be read, a line that is no row of two numbers, a first column that does not increase, and fewer than two
+    rows.
+    """
+    units = [Unit(si, what) for what, si in columns]
+    scale, headed = [1.0, 1.0], False
+    rows: list[list[float]] = []
+    for number, line in _lines(path):
+        try:
+            if not rows and not headed and _is_heading(line):
+                scale, headed = _scales(line, units), True
+                continue
+            row = [n * f for n, f in zip(_row(line, units), scale, strict=True)]
+            if rows and row[0] <= rows[-1][0]:
+                raise ValueError(f"the {units[0].what} does not increase")
+        except ValueError as error:
+            raise InputError(str(path), None, f"line {number}: {error}") from None
+        rows.append(row)
+    if len(rows) < 2:
+        raise InputError(str(path), None, f"allowed are at least two rows of {_both(units)}; found {len(rows)}")
+    return rows
+
+
+def with_tables(described: Document, folder: Path) -> Document:
+    """A copy of a table ``[machine]`` in which each file of measured points is replaced by its ``points``, numbers in SI.
+
+    Drives and loads of kind "table" name a ``file`` of speed and torque, a carrier's motion a ``table`` of time and
+    displacement (an angle, where it turns). Paths are relative to the folder. Raises ``InputError``, located from ``machine``
+    on, for a file that cannot be used, and where there are points beside it. What else is wrong is left to the machine to tell.
+    """
+    found = dict(described)
+    for key in ("drive", "load"):
+        if key in found:
+            found[key] = _characteristic(found[key], folder, f"machine.{key}")
+    for key in ("drives", "loads"):
+        if isinstance(found.get(key), list):
+            found[key] = [_characteristic(d, folder, f"machine.{key}[{i}]") for i, d in enumerate(found[key])]
+    carrier = found.get("carrier")
+    if isinstance(carrier, dict) and isinstance(carrier.get("motion"), dict):
+        motion = carrier["motion"]
+        turns = "r" in (carrier.get("directions"), motion.get("direction"))
+        columns = TIME_ANGLE if turns else TIME_DISPLACEMENT
+        found["carrier"] = {**carrier, "motion": _replaced(motion, "table", columns, folder, "machine.carrier.motion")}
+    return found
+
+
+def _characteristic(described: Any, folder: Path, where: str) -> Any:
+    if not isinstance(described, dict) or described.get("kind") != "table":
+        return described
+    return _replaced(described, "file", SPEED_TORQUE, folder, where)
+
+
+def _replaced(described: Document, key: str, columns: Columns, folder: Path, where: str) -> Document:
+    if key not in described:
+        return described
+    name = described[key]
+    if not isinstance(name, str) or not name.strip() or "\0" in name:
+        raise InputError(f"{where}.{key}", name, "allowed is the name of a file")
+    if "points" in described:
+        raise InputError(f"{where}.{key}", name, f"allowed is either {key} or points")
+    try:
+        points = read_table(folder / name, columns)
+    except InputError as error:
+        raise InputError(f"{where}.{key}", name, error.allowed) from None
+    return {**{k: v for k, v in described.items() if k != key}, "points": points}
+
+
+def _lines(path: Path) -> list[tuple[int, str]]:
+    """The lines that say something, with their numbers."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise InputError(str(path), None, f"there is no such file: {path}") from None
+    except UnicodeDecodeError:
+        raise InputError(str(path), None, "the file cannot be read: it is not UTF-8 text") from None
+    except OSError as error:
+        raise InputError(str(path), None, f"the file cannot be read: {error.strerror}") from None
+    stripped = ((i, line.split("#", 1)[0].strip()) for i, line in enumerate(text.splitlines(), 1))
+    return [(i, line) for i, line in stripped if line]
+
+
+def _separator(line: str) -> str:
+    return next((s for s in ";,\t" if s in line), " ")
+
+
+def _cells(line: str) -> list[str]:
+    separator = _separator(line)
+    cells = _BLANK_OUTSIDE_BRACKETS.split(line) if separator == " " else line.split(separator)
+    return [c.strip().strip('"').strip() for c in cells]
+
+
+def _both(units: list[Unit]) -> str:
+    return " and ".join(u.what for u in units)
+
+
+def _row(line: str, units: list[Unit]) -> list[float]:
+    cells = _cells(line)
+    if len(cells) != 2:
+        raise ValueError(f"allowed are two numbers, {_both(units)}; these are {len(cells)} columns")
+    decimal_comma = _separator(line) == ";"
+    return [_number(c.replace(",", ".") if decimal_comma else c, u) for c, u in zip(cells, units, strict=True)]
+
+
+def _number(cell: str, unit: Unit) -> float:
+    try:
+        value = float(cell) if "_" not in cell else math.nan
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"{cell[:40]!r} is no finite number; allowed is {article(unit.what)}")
+    return value
+
+
+def _is_heading(line: str) -> bool:
+    """Whether all columns begin with a letter, and are not the numbers ``nan`` or ``inf``."""
+    names = [c.lower().lstrip("+-") for c in _cells(line)]
+    return all(n[:1].isalpha() and n not in ("nan", "inf", "infinity") for n in names)
+
+
+def _scales(line: str, units: list[Unit]) -> list[float]:
+    """How many SI units the unit of each column is."""
+    cells = _cells(line)
+    if len(cells) != 2:
+        raise ValueError(f"allowed are two columns, {_both(units)}; the heading has {len(cells)}")
+    factors = []
+    for cell, unit, other in zip(cells, units, units[::-1], strict=True):
+        parts = _HEADING.fullmatch(cell)
+        if parts is None:
+            raise ValueError(f"{cell[:40]!r} is no heading; allowed is {unit.what} or {unit.what} [{unit.si}]")
+        if other.what in parts[1].lower() and unit.what not in parts[1].lower():
+            raise ValueError(f"the columns are exchanged; allowed is {units[0].what} first, then {units[1].what}")
+        if parts[2] is None and parts[3] is None:
+            factors.append(_unit_alone(parts[1], unit))
+        else:
+            factors.append(unit.parse(f"1 {parts[2] or parts[3] or '?'}"))
+    return factors
+
+
+def _unit_alone(name: str, unit: Unit) -> float:
+    """How many SI units a heading is that is a unit without a name, such as ``rpm``; 1 for a name."""
+    try:
+        return unit.parse(f"1 {name}")
+    except ValueError:
+        return 1.0

@@ -1,0 +1,180 @@
+"""Bodies of one track cannot pass each other: compliant contacts between neighbours.
+
+A contact is a linear spring and damper between the angles of two neighbours, on while their gap is negative. Its frequency is
+twenty times that of the operation, so that it is short against a turn; its damping ratio zeta follows from the restitution
+e = exp(-pi zeta/sqrt(1 - zeta^2)). Hard contacts would bounce infinitely often in a finite time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Protocol, Self, TypeVar
+
+import numpy as np
+import sympy as sp
+
+from wucht.errors import InputError
+from wucht.machines.parts.fields import Parameter
+from wucht.machines.parts.track import RESTITUTION, Track, Tracked
+from wucht.machines.tree import RotatingBody
+from wucht.mechanics.energies import Energies
+from wucht.mechanics.lagrange import Coordinate
+from wucht.piecewise import PiecewiseCubic, step
+
+FREQUENCY_RATIO = 20.0  # of the contact to the operating speed
+__all__ = ["FREQUENCY_RATIO", "angular_width", "arranged", "contacts", "evenly", "tracks_of"]
+
+_PLAY = 1e-9  # rad: given to bodies that start just touching
+
+
+def tracks_of(
+    bodies: Sequence[Tracked], where: Mapping[str, str], frequency: Mapping[str, float], given: Collection[str]
+) -> tuple[Track, ...]:
+    """The tracks of a machine. where: of bodies whose place is not their path, for errors. frequency: of the contacts by track.
+
+    given: the tracks whose frequency was asked for.
+
+    Raises ``InputError``: bodies of one track on different circles or about different bodies, or too many for it.
+    """
+    found: dict[str, list[Tracked]] = {}
+    for b in bodies:
+        if b.track is not None:
+            found.setdefault(b.track, []).append(b)
+    for listed in found.values():
+        first = listed[0]
+        for b in listed[1:]:
+            place = f"{where.get(b.path, b.path)}.track"
+            if b.reference != first.reference:
+                raise InputError(place, b.track, f"{first.name!r} of this track turns about {first.reference!r}")
+            if abs(b.centre_radius() - first.centre_radius()) > 1e-9 * first.centre_radius():
+                at = f"the centre of {first.name!r} of this track runs on a circle of {first.centre_radius():g} m"
+                raise InputError(place, b.track, f"{at}, that of this body on {b.centre_radius():g} m")
+        width = sum(angular_width(a, b) for a, b in _neighbours(listed))
+        if len(listed) > 1 and width > 2 * math.pi:
+            place = f"{where.get(first.path, first.path)}.track"
+            raise InputError(place, first.track, f"{len(listed)} bodies of this size do not fit on it")
+    return tuple(
+        Track(name, tuple(listed), frequency[name], name in given) for name, listed in found.items() if len(listed) > 1
+    )
+
+
+def _neighbours(listed: Sequence[Tracked]) -> list[tuple[Tracked, Tracked]]:
+    return list(zip(listed, [*listed[1:], listed[0]], strict=True))
+
+
+def angular_width(a: Tracked, b: Tracked) -> float:
+    """The angle between the centres of two bodies that touch, in rad."""
+    half = ((a.width() or 0.0) + (b.width() or 0.0)) / (4 * a.centre_radius())
+    return 2 * math.asin(min(half, 1.0))
+
+
+def contacts(
+    track: Track, order: Sequence[Tracked], turns: Sequence[int], play: Sequence[float], angles: Mapping[str, Coordinate]
+) -> tuple[Energies, tuple[Parameter, ...]]:
+    """The energies of a track's contacts, and their parameters.
+
+    order: the bodies counter-clockwise; turns: whole turns by which the angle of each body's next is to be increased to lie
+    ahead of it; play: what is added to each gap.
+    """
+    frequency, potential, dissipation = track.symbol("contact_frequency"), [], []
+    parameters = [Parameter(frequency.name, track.frequency, "rad/s", "omega_c", "frequency of the contacts")]
+    for k, (a, b) in enumerate(_neighbours(order)):
+        offset = track.symbol(f"offset_{k + 1}")
+        gap = angles[b.name].position - angles[a.name].position + offset
+        rate = angles[b.name].velocity - angles[a.name].velocity
+        on = PiecewiseCubic(gap, step("contact", 0.0, 1.0, 0.0))
+        inertia = a.about_axis() * b.about_axis() / (a.about_axis() + b.about_axis())
+        bounce = (_log_restitution(a) + _log_restitution(b)) / 2
+        zeta = -bounce / sp.sqrt(sp.pi**2 + bounce**2)
+        potential.append(on * inertia * frequency**2 * gap**2 / 2)
+        dissipation.append(on * zeta * inertia * frequency * rate**2)
+        value = 2 * math.pi * turns[k] - angular_width(a, b) + play[k]
+        parameters.append(
+            Parameter(offset.name, value, "rad", f"delta_{k + 1}", f"angle added to the gap {a.name} to {b.name}")
+        )
+    for body in track.bodies:
+        if body.restitution is None:
+            path = f"{body.name}.restitution"
+            parameters.append(Parameter(path, RESTITUTION, "", "e", "coefficient of restitution"))
+    return Energies(potential=sp.Add(*potential), dissipation=sp.Add(*dissipation)), tuple(parameters)
+
+
+def _log_restitution(body: Tracked) -> sp.Expr:
+    return sp.log(body.symbol("restitution"))
+
+
+class Arrangeable(Protocol):
+    """What is needed of a machine to put contacts between its bodies. See ``Machine``."""
+
+    @property
+    def bodies(self) -> tuple[RotatingBody, ...]: ...
+    @property
+    def energies(self) -> tuple[Energies, ...]: ...
+    @property
+    def without_contacts(self) -> tuple[Energies, ...]: ...
+    @property
+    def parameters(self) -> Mapping[str, Parameter]: ...
+    @property
+    def tracks(self) -> tuple[Track, ...]: ...
+    def changed(self, **fields: Any) -> Self: ...
+    def with_unchecked(self, values: Mapping[str, float]) -> Self: ...
+
+
+MachineT = TypeVar("MachineT", bound=Arrangeable)
+
+
+def arranged(machine: MachineT, angles: Mapping[str, float], fastest: float = 0.0, where: str = "study.start") -> MachineT:
+    """The machine with contacts between those bodies that are neighbours at these angles (absolute, in rad).
+
+    fastest: the largest speed at the start, in rad/s: contacts whose frequency the file does not give are fast against it too.
+    Where the order is that of the machine, only the offsets change: its equations need not be derived again.
+    Raises ``InputError`` where two bodies overlap.
+    """
+    if not machine.tracks:
+        return machine
+    coordinates = {b.name: b.coordinate for b in machine.bodies}
+    energies, offsets, tracks = list[Energies](), dict[str, float](), list[Track]()
+    parameters = dict(machine.parameters)
+    for track in machine.tracks:
+        order = _counter_clockwise(track, angles)
+        found, more = contacts(track, order, *_gaps(track, order, angles, where), coordinates)
+        energies.append(found)
+        tracks.append(replace(track, order=tuple(b.name for b in order)))
+        offsets |= {p.path: p.value for p in more if "offset" in p.path}
+        if not track.given:
+            offsets[track.symbol("contact_frequency").name] = max(track.frequency, FREQUENCY_RATIO * fastest)
+        parameters |= {p.path: p for p in more if p.path not in machine.parameters}
+    if [t.order for t in tracks] == [t.order for t in machine.tracks]:
+        return machine.with_unchecked(offsets)
+    contacted = machine.changed(energies=(*machine.without_contacts, *energies), parameters=parameters, tracks=tuple(tracks))
+    return contacted.with_unchecked(offsets)
+
+
+def _counter_clockwise(track: Track, angles: Mapping[str, float]) -> list[Tracked]:
+    """The bodies of a track in the order of their angles, the first of the file first."""
+    first = angles[track.bodies[0].name]
+    return sorted(track.bodies, key=lambda b: (angles[b.name] - first) % (2 * math.pi))
+
+
+def _gaps(track: Track, order: Sequence[Tracked], angles: Mapping[str, float], where: str) -> tuple[list[int], list[float]]:
+    """The whole turns to each body's next, and the play of those that just touch."""
+    turns, play = [], []
+    for a, b in _neighbours(order):
+        apart = angles[b.name] - angles[a.name]
+        ahead = apart % (2 * math.pi)
+        gap = ahead - angular_width(a, b)
+        if gap < -_PLAY:
+            raise InputError(
+                f"{where}.{b.name}", math.degrees(angles[b.name]), f"{a.name!r} and {b.name!r} of the track {track.name!r} "
+                f"overlap: their centres must be {math.degrees(angular_width(a, b)):.4g} degrees apart"
+            )  # fmt: skip
+        turns.append(round((ahead - apart) / (2 * math.pi)))
+        play.append(_PLAY - gap if gap < _PLAY else 0.0)
+    return turns, play
+
+
+def evenly(bodies: Sequence[Tracked]) -> dict[str, float]:
+    """Angles at which the bodies of a track stand evenly spaced, in the order given."""
+    return {b.name: float(a) for b, a in zip(bodies, np.arange(len(bodies)) * 2 * math.pi / len(bodies), strict=True)}

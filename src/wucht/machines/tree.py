@@ -1,0 +1,106 @@
+"""Who turns about whom: the bodies as studies see them, and the tree that ``about`` makes of them, its roots on the carrier."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.machines.parts.release import Release
+from wucht.mechanics.lagrange import Coordinate
+
+
+@dataclass(frozen=True)
+class RotatingBody:
+    """A rotating body: name, kind, coordinate, what it turns about, and until when it is locked to that."""
+
+    name: str
+    kind: str
+    coordinate: Coordinate
+    about: str | None = None
+    release: Release | None = None
+
+    @property
+    def locked(self) -> sp.Symbol:
+        """The parameter that is 1 while the body is locked."""
+        return sp.Symbol(f"{self.name}.locked", real=True)
+
+
+@dataclass(frozen=True)
+class SlidingBody:
+    """A body in a guide: name, kind, coordinate (a displacement), and the body that guides it."""
+
+    name: str
+    kind: str
+    coordinate: Coordinate
+    about: str
+
+
+@dataclass(frozen=True)
+class Tree:
+    """The tree of bodies by name. above: what each turns about, None for those on the carrier."""
+
+    above: Mapping[str, str | None]
+
+    def path(self, body: str) -> list[str]:
+        """The body, what it turns about, and so on to the one on the carrier. Raises ``WuchtError``: a circle."""
+        found = [body]
+        while (above := self.above.get(found[-1])) is not None:
+            if above in found:
+                raise WuchtError("bodies turn about each other in a circle; one must turn about the carrier's axis")
+            found.append(above)
+        return found
+
+    def root(self, body: str) -> str:
+        """The body on the carrier that it turns about, directly or through others; itself if it is one."""
+        return self.path(body)[-1]
+
+    @cached_property
+    def outward(self) -> list[str]:
+        """All bodies from the axis out: those on the carrier, those about them, and so on, each in the order given."""
+        return sorted(self.above, key=lambda body: len(self.path(body)))
+
+    def group(self, body: str) -> list[str]:
+        """A body and all that turn about it, directly or through others, from the axis out."""
+        return [other for other in self.outward if body in self.path(other)]
+
+
+class Bodies:
+    """What follows from who turns about whom. bodies: in the order given."""
+
+    bodies: tuple[RotatingBody, ...]
+
+    @cached_property
+    def rotor(self) -> RotatingBody:
+        """The main rotor: the first body that turns about no other."""
+        return self.rotors[0]
+
+    @cached_property
+    def rotors(self) -> tuple[RotatingBody, ...]:
+        """The bodies that turn about no other."""
+        return tuple(b for b in self.bodies if b.about is None)
+
+    @cached_property
+    def tree(self) -> Tree:
+        """Who turns about whom, by name."""
+        return Tree({b.name: b.about for b in self.bodies})
+
+    @cached_property
+    def outward(self) -> tuple[RotatingBody, ...]:
+        """The bodies from the axis out."""
+        return tuple(map(self.body, self.tree.outward))
+
+    def body(self, name: str) -> RotatingBody:
+        """The rotating body of a name."""
+        return next(b for b in self.bodies if b.name == name)
+
+    def rotor_of(self, body: RotatingBody) -> RotatingBody:
+        """The rotor that a body turns about, directly or through others; itself if it is one."""
+        return self.body(self.tree.root(body.name))
+
+    def group(self, rotor: RotatingBody) -> list[RotatingBody]:
+        """A rotor and all bodies that turn about it, directly or through others."""
+        return [self.body(name) for name in self.tree.group(rotor.name)]

@@ -1,0 +1,146 @@
+"""How figures look: printable, and readable with any colour vision."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+# M. Okabe, K. Ito, "Color Universal Design", 2008: distinguishable with every kind of colour vision (less its pale yellow).
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+DASHES = ("-", "--", "-.", ":")
+GREY = "#666666"
+SLOW: dict[str, Any] = {"color": "#000000", "linestyle": (0, (6, 2)), "linewidth": 0.8, "zorder": 4}  # slow equations
+_WIDTH, _MOST_POINTS = 8.0, 4000
+_NEAR_ZERO = 45.0  # degrees: angles that end so near to 0 are not drawn at the edge of the panel
+_STRIPS, _PALE, _FEW = 100, 0.15, 2
+
+
+def new_figure(rows: int, height: float, title: str, subtitle: str = "") -> tuple[Figure, list[Axes]]:
+    """A figure with one column of panels over a common abscissa."""
+    figure, axes = _panels(rows, 1, height, title, subtitle, common=True)
+    # Set by hand: matplotlib's automatic layout draws everything twice, which takes as long as the whole run.
+    figure.subplots_adjust(left=0.1, right=0.74, bottom=0.45 / height, top=1 - 0.55 / height, hspace=0.12)
+    figure.align_ylabels(axes)
+    return figure, axes
+
+
+def new_grid(rows: int, columns: int, height: float, title: str, subtitle: str = "") -> tuple[Figure, list[Axes]]:
+    """A figure with panels that have abscissae of their own, row by row; below them is room for a legend."""
+    figure, axes = _panels(rows, columns, height, title, subtitle, common=False)
+    figure.subplots_adjust(left=0.1, right=0.97, bottom=1.0 / height, top=1 - 0.6 / height, hspace=0.32, wspace=0.28)
+    return figure, axes
+
+
+def _panels(rows: int, columns: int, height: float, title: str, subtitle: str, common: bool) -> tuple[Figure, list[Axes]]:
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7})
+    figure = Figure(figsize=(_WIDTH, height), dpi=150)
+    FigureCanvasAgg(figure)
+    axes: list[Axes] = list(figure.subplots(rows, columns, sharex=common, squeeze=False).ravel())
+    heading = figure.suptitle(title + (f"\n{subtitle}" if subtitle else ""), fontsize=10)
+    heading.set_parse_math(False)  # a title may hold a dollar sign
+    for axis in axes:
+        axis.grid(visible=True, linewidth=0.4, color="#DDDDDD")
+        axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
+        axis.yaxis.get_offset_text().set(x=0.01, verticalalignment="top")  # inside: above it would be in the next panel
+    return figure, axes
+
+
+def plain_decades(axis: Axis) -> None:
+    """Ticks of a logarithmic axis as 1e-9: matplotlib's own typesetting of powers takes as long as all the rest of a figure."""
+    axis.set_major_formatter(lambda value, _position: f"{value:.0e}".replace("e-0", "e-").replace("e+0", "e"))
+
+
+def line_style(index: int) -> dict[str, Any]:
+    """Colour and dash of the index-th line: neighbours differ in both."""
+    return {"color": COLOURS[index % len(COLOURS)], "linestyle": DASHES[index % len(DASHES)], "linewidth": 1.1}
+
+
+def label(result: Any, name: str, factor_unit: str | None = None) -> str:
+    """``amplitude (mm)``: axis label from a variable's long name and units."""
+    attributes = result[name].attrs
+    units = attributes.get("units", "") if factor_unit is None else factor_unit
+    return f"{attributes.get('long_name', name)} ({units})" if units else f"{attributes.get('long_name', name)}"
+
+
+def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """No more points than a print shows, extremes kept: smallest and largest value of each interval, in their order."""
+    if len(x) <= _MOST_POINTS:
+        return x, y
+    size = len(x) // (_MOST_POINTS // 2) + 1
+    begins = np.arange(0, len(x) - size + 1, size)
+    blocks = y[: len(begins) * size].reshape(len(begins), size)
+    if np.isnan(blocks).any():
+        return x, y
+    low, high = begins + blocks.argmin(axis=1), begins + blocks.argmax(axis=1)
+    rest = np.arange(len(begins) * size, len(x))
+    keep = np.unique(np.concatenate([[0], low, high, rest, [len(x) - 1]]))
+    return x[keep], y[keep]
+
+
+def without_jumps(phase: np.ndarray, period: float) -> np.ndarray:
+    """A wrapped angle with a gap where it wraps, so that no line crosses the panel."""
+    shown = phase.copy()
+    shown[1:][np.abs(np.diff(phase)) > period / 2] = np.nan
+    return shown
+
+
+def angle_panel(axis: Axes, angles: Iterable[np.ndarray]) -> float:
+    """Set the axis of a panel of angles (degrees) to one turn.
+
+    Returns where it begins: at -180 where all angles end near 0, else at 0.
+    """
+    last = [a[np.isfinite(a)][-1] for a in angles if np.isfinite(a).any()]
+    near = bool(last) and all(abs((x + 180) % 360 - 180) < _NEAR_ZERO for x in last)
+    begin = -180.0 if near else 0.0
+    axis.set_ylim(begin, begin + 360)
+    axis.set_yticks(begin + np.array([0, 90, 180, 270, 360]))
+    return begin
+
+
+def draw_angles(axis: Axes, x: np.ndarray, degrees: np.ndarray, begin: float, styles: Sequence[dict[str, Any]]) -> None:
+    """Angles (n, N) in a panel from ``begin`` on, with gaps where they wrap.
+
+    Where one turns faster than can be drawn its line is left out, and a pale band with its name says so.
+    """
+    passing: list[tuple[np.ndarray, dict[str, Any]]] = []
+    for angle, style in zip(degrees, styles, strict=True):
+        fast = _faster_than_drawn(x, angle)
+        shown = without_jumps(begin + np.remainder(angle - begin, 360), 360.0)
+        axis.plot(x, np.where(fast, np.nan, shown), **style)
+        if fast.any():
+            passing.append((fast, style))
+    if passing:
+        names = [str(style["label"]) for _, style in passing if "label" in style]
+        who = ", ".join(names) if len(names) == len(passing) <= _FEW else "several"
+        colour = passing[0][1]["color"] if len(passing) == 1 else GREY
+        anywhere = np.any([fast for fast, _ in passing], axis=0)
+        axis.fill_between(
+            x, begin, begin + 360, where=anywhere, label=f"turning past: {who}", color=colour, alpha=_PALE, linewidth=0
+        )
+
+
+def _faster_than_drawn(x: np.ndarray, degrees: np.ndarray) -> np.ndarray:
+    """Where (N,) an angle makes more than a turn within a hundredth of the panel."""
+    span = abs(float(x[-1] - x[0])) if len(x) > 1 else 0.0
+    if not span or not np.isfinite(span):
+        return np.zeros(len(x), bool)
+    turned = np.nan_to_num(np.unwrap(np.nan_to_num(degrees), period=360.0))
+    width = span / _STRIPS
+    strip = np.minimum((np.abs(x - x[0]) / width).astype(int), _STRIPS - 1)
+    fast = np.zeros(_STRIPS, bool)
+    for k in range(_STRIPS):
+        inside = turned[strip == k]
+        fast[k] = len(inside) > 1 and np.ptp(inside) > 360
+    found: np.ndarray = fast[strip]
+    return found

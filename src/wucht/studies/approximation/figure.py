@@ -1,0 +1,107 @@
+"""The figure of the study ``approximation``, in the manner of 002 figures 5.16 to 5.19."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wucht.results.conventions import summary_of
+from wucht.results.style import COLOURS, GREY, label, line_style, new_grid
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SMALLEST = 1e-6  # of the largest deviation: nothing below is shown
+_MOST_NAMED = 9
+_LINE = 100  # characters of a heading
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """Deviations over the rotor's angle, over the parameter, and over epsilon, from the Dataset alone."""
+    sentence = "\n".join(textwrap.wrap(result.attrs["sentence"], _LINE))
+    height = 6.6 + 0.17 * sentence.count("\n")
+    drawn, (speed, amplitude, along, order) = new_grid(2, 2, height, result.attrs["title"], sentence)
+    drawn.subplots_adjust(top=1 - (0.6 + 0.17 * sentence.count("\n")) / height)
+    _over_angle(speed, result, "speed_over_angle")
+    _over_angle(amplitude, result, "amplitude_over_angle")
+    drawn.legend(*speed.get_legend_handles_labels(), loc="lower center", ncol=5, frameon=False, fontsize=8)
+    _along(along, result)
+    _order(order, result)
+    return drawn
+
+
+def _over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
+    values, own = result[name].values, len(result.value) - 1
+    scale = 1e3 if result[name].attrs["units"] == "m" else 1.0
+    for k in range(len(values)):
+        named = _named(result, k) if k < _MOST_NAMED or k == own else None
+        style = {"color": "#000000", "linewidth": 1.4} if k == own else line_style(k)
+        axis.plot(result.angle.values, scale * values[k], label=named, **style)
+    largest = scale * float(np.nanmax(values, initial=0.0))
+    if largest > 0:
+        axis.set_yscale("log")
+        axis.set_ylim(max(_SMALLEST * largest, float(np.nanmin(scale * values[values > 0], initial=largest)) / 2), 2 * largest)
+    axis.set_xlabel("angle of the rotor $\\varphi$ (rad)")
+    of = "amplitudes" if name.startswith("amplitude") else f"speeds of {summary_of(result)['speeds_of']}"
+    axis.set_ylabel(_with_unit(result, f"{of} differ by", name) if scale == 1.0 else f"{of} differ by (mm)")
+
+
+def _with_unit(result: xr.Dataset, text: str, name: str) -> str:
+    """An axis label, short enough for a panel, with the unit of a variable."""
+    unit = result[name].attrs["units"]
+    return f"{text} ({unit})" if unit else text
+
+
+def _named(result: xr.Dataset, k: int) -> str:
+    value = float(result.value[k])
+    return f"{value:.4g} {result.value.attrs['units']}".rstrip() if np.isfinite(value) else "as it is"
+
+
+def _along(axis: Axes, result: xr.Dataset) -> None:
+    inside = np.isfinite(result.value.values)
+    at, same = result.value.values[inside], result.same_outcome.values[inside]
+    deviation = result.speed_deviation.values[inside]
+    axis.set_ylabel(_with_unit(result, "largest difference of speeds", "speed_deviation"))
+    axis.set_xlabel(label(result, "value"))
+    if not len(at):
+        axis.text(0.5, 0.5, "no parameter was varied", ha="center", va="center", color=GREY, transform=axis.transAxes)
+        return
+    axis.plot(at, deviation, color=COLOURS[0], linewidth=1.0)
+    for code, face, name in ((1, COLOURS[0], "same outcome"), (0, "white", "outcomes differ"), (-1, GREY, "no outcome yet")):
+        chosen = same == code
+        if chosen.any():
+            axis.plot(
+                at[chosen], deviation[chosen], linestyle="none", marker="o", markersize=6, color=COLOURS[0],
+                markerfacecolor=face, label=name,
+            )  # fmt: skip
+    if (deviation > 0).any():
+        axis.set_yscale("log")
+    if at[0] > 0 and at[-1] / at[0] >= 10:
+        axis.set_xscale("log")
+    axis.legend(frameon=False, fontsize=8)
+
+
+def _order(axis: Axes, result: xr.Dataset) -> None:
+    from matplotlib.ticker import LogFormatterSciNotation, NullLocator
+
+    factor, error = result.factor.values, result.error.values
+    axis.set_xlabel("factor of $\\varepsilon$")
+    axis.set_ylabel(_with_unit(result, "error of the speeds", "error"))
+    if not len(factor):
+        axis.text(0.5, 0.5, "not measured", ha="center", va="center", color=GREY, transform=axis.transAxes)
+        return
+    summary = summary_of(result)
+    order, nominal = summary["order_of_error"], summary["nominal_order"]
+    if order is None:
+        axis.text(0.5, 0.5, "nothing differs", ha="center", va="center", color=GREY, transform=axis.transAxes)
+        return
+    axis.loglog(factor, error, color=COLOURS[1], marker="s", markersize=5, linewidth=1.0, label=f"measured: order {order:.2f}")
+    axis.loglog(factor, error[-1] * (factor / factor[-1]) ** nominal, color=GREY, linestyle="--", label=f"order {nominal:g}")
+    axis.set_xticks(factor, [f"{f:g}" for f in factor])
+    axis.xaxis.set_minor_locator(NullLocator())
+    axis.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(1, 0.4)))
+    axis.legend(frameon=False, fontsize=8)

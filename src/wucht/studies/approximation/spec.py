@@ -1,0 +1,80 @@
+"""The question of an approximation: 002, 5.6."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import BeforeValidator, Field, WithJsonSchema
+
+from wucht.errors import InputError
+from wucht.fields import si
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Inertia, Order, Pair, Spec, Start, Tolerance, Values, Whole
+
+DEFAULT_POINTS, MOST_POINTS = 7, 200
+UNTIL_PHI = 100.0  # rad: 1/epsilon of Table 5.1, over which 002, 5.6.1 expects the slow equations to hold
+_OF_ALONG = ("range", "values", "points", "spacing")
+_PATHS = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+
+
+def _paths(given: Any) -> Any:
+    paths = given if isinstance(given, list | tuple) else [given]
+    if not paths or not all(isinstance(p, str) for p in paths) or len(set(paths)) < len(paths):
+        raise ValueError("allowed is the path of a parameter, or a list of different ones")
+    return tuple(paths)
+
+
+class Approximation(Spec):
+    """Run-ups of both models, at the machine's own values and over the range of a parameter.
+
+    along: a parameter, or several that are multiplied by one factor (of 002, 5.6.2: beta_p and beta_r for b_r); range: of it,
+    or of the factor; values: instead of a range. points: in the range, spaced ``"linear"`` or ``"log"`` (the default over a
+    decade and more). until_phi: the rotor angle up to which deviations count. start, until: of the run-ups, which by default
+    end when the machine has settled, and decide the outcomes. inertia, order: of the slow equations, as in ``run-up``.
+    """
+
+    kind: ClassVar[str] = "approximation"
+
+    along: Annotated[tuple[str, ...], BeforeValidator(_paths), WithJsonSchema(_PATHS)] = Field(
+        (), description="path of a parameter, or of several"
+    )
+    range: Pair | None = None
+    values: Values = ()
+    points: Whole = Field(DEFAULT_POINTS, description="number of points")
+    spacing: Literal["linear", "log"] | None = Field(None, description="spacing of the points")
+    until_phi: float = si("rad", "angle", default=UNTIL_PHI, gt=0)
+    start: Start = Field(default_factory=dict)
+    until: float | None = si("s", "time", default=None, gt=0)
+    inertia: Inertia | None = None
+    order: Order = 1
+    tolerance: Tolerance = DEFAULT_TOLERANCE
+    engine: Engine | None = None
+
+    def check(self) -> None:
+        """What is varied is given once: by a range, or by values."""
+        given = [key for key in _OF_ALONG if key in self.model_fields_set]
+        if not self.along:
+            if given:
+                raise InputError(f"study.{given[0]}", getattr(self, given[0]), "allowed only together with along = PATH")
+            return
+        if "values" in given:
+            if not 0 < len(self.values) <= MOST_POINTS:
+                raise InputError("study.values", list(self.values), f"allowed is a list of 1 to {MOST_POINTS} values")
+            if len(given) > 1:
+                raise InputError("study.values", None, "allowed is either values, or range with points and spacing")
+        elif self.range is None:
+            raise InputError("study.range", None, "this key is missing; needed is a pair [low, high] of the parameter")
+        if not 2 <= self.points <= MOST_POINTS:
+            raise InputError("study.points", self.points, f"allowed is a whole number from 2 to {MOST_POINTS}")
+
+    def run_up(self) -> RunUp:
+        """The run-up whose models are compared."""
+        return RunUp(
+            until=self.until,
+            start=self.start,
+            model="both",
+            inertia=self.inertia,
+            order=self.order,
+            tolerance=self.tolerance,
+            engine=self.engine,
+        )

@@ -1,0 +1,32 @@
+"""The verdict of a coast-down in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wucht.results.conventions import summary_of
+from wucht.results.words import formats
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a coast-down."""
+    s = summary_of(result)
+    second = "" if result.attrs["dimensionless"] else " s"
+    speed, length = formats(result, result.amplitude.attrs["units"])
+    label = "" if s["outcome"] is None else f"{s['outcome'].upper()}: "
+    half = "not within this time" if s["half_time"] is None else f"after {s['half_time']:.5g}{second}"
+    lines = [
+        result.attrs["title"],
+        f"verdict: {label}{s['sentence']}",
+        f"  speed        {speed(s['start_speed'])} at the start, {speed(s['final_speed'])} on average at the end",
+        f"  halved       {half}",
+    ]
+    if s["reversal_time"] is not None:
+        lines.append(f"  turns back   at {s['reversal_time']:.6g}{second}")
+    lines.append(f"  turned       {s['turns']:.5g} times in {s['end_time']:.5g}{second}")
+    if s["peak_amplitude"]:
+        lines.append(f"  amplitude    {length(s['peak_amplitude'])} at most")
+    return [*lines, f"  energy       balance closed to {s['energy_residual']:.1e}"]

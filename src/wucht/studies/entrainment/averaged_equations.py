@@ -1,0 +1,142 @@
+"""Constant phases of the averaged equations at a value of a parameter, and their stability.
+
+001 (22)-(24) for a rotor on a vibrating axis, (37)-(40) for exciters on a common carrier, here for any number of them: found by
+Newton's method from many starts at once.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from wucht.analysis.averaged import SlowMachine, slow_machine
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed, operating_speed
+from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.orbits import variational
+from wucht.studies.entrainment.swept_parameter import SweptParameter
+from wucht.studies.initial_state import angles_in
+
+_NEWTON_STEPS = 40
+_LONGEST_STEP = 0.5  # of Newton's method, in the states' sizes
+_REGULAR = 1e-14  # added to the Jacobian, so that a singular one does not end the search from other starts
+_SMALL = 1e-11  # of what is left open, each equation by its own size
+_SAME = 1e-5  # of two equilibria that are one
+_STABLE = 1e-9  # of the fastest rate: growth below this is rounding
+
+
+class AveragedEquations:
+    """The averaged equations of a machine along a parameter, within limits of it. It does not change once it is made.
+
+    States (n) are the phases in rad, then the speeds; phases: which are, (n,); phase_rows: where that of a body stands. pace,
+    sizes (n,), unit: the sizes of speeds, of the states and of the parameter.
+    """
+
+    def __init__(self, averaged: SlowMachine, swept: SweptParameter, limits: tuple[float, float]) -> None:
+        self.averaged, self.machine, self.swept, self.limits = averaged, averaged.machine, swept, limits
+        self.names = averaged.system.state_names
+        self.n = len(self.names)
+        self.phase_rows = {n.removesuffix(".phase"): i for i, n in enumerate(self.names) if n.endswith(".phase")}
+        self.phases = np.array([n.endswith(".phase") for n in self.names])
+        self._rates = Evaluator.of_rates(variational(replace(averaged.system, outputs=(), quadratures=())))
+        self.pace = self.machine.shaking_frequency or operating_speed(self.machine)
+        self.sizes = np.where(self.phases, 1.0, self.pace)
+        # The parameter's size is that of the machine's own value, or the pace of speeds: limits may lie far beyond any band.
+        width = limits[1] - limits[0]
+        self.unit = min(width, max(abs(swept.own), *map(abs, swept.means)) or width)
+
+    @classmethod
+    def of(
+        cls, machine: Machine, swept: SweptParameter, senses: Mapping[str, float], limits: tuple[float, float]
+    ) -> AveragedEquations:
+        """Derive them. senses: +-1 a body. Raises ``InputError`` where the machine has no averaged equations."""
+        return cls(slow_machine(machine, turning={name: int(sense) for name, sense in senses.items()}), swept, limits)
+
+    def rates(self, states: np.ndarray, value: float) -> tuple[np.ndarray, np.ndarray]:
+        """dx/dt (n, N) at states (n, N), each by its size, and their derivatives (N, n, n) by the states in their sizes."""
+        n, count = states.shape
+        directions = np.tile(np.diag(self.sizes), (1, count))
+        parameters = self.averaged.system.values(self.machine.values | self.swept.values(value))
+        evaluated = self._rates(np.zeros(n * count), np.vstack([np.repeat(states, n, axis=1), directions]), parameters)
+        rows = np.array(list(evaluated.values()))
+        scale = self.pace * self.sizes[:, None]
+        rate = rows[:n, ::n] / scale
+        jacobian = (rows[n:] / scale).reshape(n, count, n).transpose(1, 0, 2)
+        return rate, jacobian
+
+    def eigenvalues(self, state: np.ndarray, value: float) -> np.ndarray:
+        """Of the linearised averaged equations (n,), in 1/time."""
+        _, jacobian = self.rates(state[:, None], value)
+        return np.asarray(np.linalg.eigvals(jacobian[0]) * self.pace)
+
+    def stable(self, state: np.ndarray, value: float) -> bool:
+        """Whether all disturbances decay."""
+        values = self.eigenvalues(state, value)
+        return bool(values.real.max() < -_STABLE * np.abs(values).max())
+
+    @np.errstate(all="ignore")  # a start from which Newton's method goes astray is left out
+    def equilibria(self, value: float, more: np.ndarray | None = None) -> list[np.ndarray]:
+        """Those found from many starts, and from the states ``more`` (n, N)."""
+        x = self.starts() if more is None else np.hstack([more, self.starts()])
+        for _ in range(_NEWTON_STEPS):
+            rate, jacobian = self.rates(x, value)
+            good = np.isfinite(rate).all(axis=0) & np.isfinite(jacobian).all(axis=(1, 2))
+            x, rate, jacobian = x[:, good], rate[:, good], jacobian[good]
+            step = np.linalg.solve(jacobian + _REGULAR * np.eye(self.n), -rate.T[..., None])[..., 0].T
+            step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(np.abs(step).max(axis=0), 1e-300))
+            x = x + step * self.sizes[:, None]
+        rate, _ = self.rates(x, value)
+        different: list[np.ndarray] = []
+        for k in np.flatnonzero(np.abs(rate).max(axis=0) < _SMALL) if x.size else ():
+            state = self.wrapped(x[:, k])
+            if self.turning(state) and not any(self.distance(state, other) < _SAME for other in different):
+                different.append(state)
+        return different
+
+    def turning(self, state: np.ndarray) -> bool:
+        """Whether all rotors turn in their senses."""
+        return bool((state[~self.phases] > 0).all())
+
+    def wrapped(self, state: np.ndarray) -> np.ndarray:
+        """The state with phases in (-pi, pi]."""
+        return np.where(self.phases, math.pi - np.remainder(math.pi - state, 2 * math.pi), state)
+
+    def distance(self, one: np.ndarray, other: np.ndarray) -> float:
+        """Between two states, in their sizes, turns of phases aside."""
+        away = (one - other) / self.sizes
+        away = np.where(self.phases, np.abs(np.remainder(away + math.pi, 2 * math.pi) - math.pi), np.abs(away))
+        return float(away.max())
+
+    def starts(self) -> np.ndarray:
+        """Phases all around the circle, all rotors at one speed: that of the vibration, or of any motor and below."""
+        k, m = int(self.phases.sum()), self.machine
+        if k <= 2:
+            around = np.arange(12 if k == 1 else 8) / (12 if k == 1 else 8) * 2 * math.pi + 0.1
+            grid = np.array(list(itertools.product(around, repeat=k)))
+        else:
+            root = 2 ** (-1 / np.arange(1, k + 1))  # an additive recurrence fills the cube of phases evenly
+            grid = np.remainder(np.outer(np.arange(1, 65), root), 1.0) * 2 * math.pi
+        if m.shaken is not None:
+            speeds = np.array([self.pace])
+        else:
+            free = [abs(f) for f in (free_speed(m, r) for r in m.rotors) if f]
+            high = max(free, default=self.pace)
+            speeds = np.append(np.linspace(0.3, 1.1, 9) * high, np.mean(free or [high]))
+        starts = [np.concatenate([np.tile(g, (len(speeds), 1)).T, np.tile(speeds, (self.n - k, 1))]) for g in grid]
+        return np.hstack(starts)
+
+    def state_at(self, machine: Machine, time: float, state: np.ndarray, speed: float) -> np.ndarray:
+        """The state (n,) in which the full machine is, from its own (m,) at a time, all rotors at one speed in magnitude."""
+        angles, senses = angles_in(machine, state), self.averaged.senses
+        if machine.shaken is not None:  # the phase to the vibration counts from where that is now
+            angles = {n: a - senses[n] * time * self.pace for n, a in angles.items()}
+        return self.averaged.state(angles, {n: senses[n] * speed for n in angles})
+
+    def speed(self, states: np.ndarray) -> np.ndarray:
+        """The common speed (N,) in the main rotor's sense: of the vibration, or of the main rotor."""
+        name = f"{self.machine.rotor.name}.speed"
+        return states[self.names.index(name)] if name in self.names else np.full(states.shape[1], self.pace)

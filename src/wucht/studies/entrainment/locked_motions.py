@@ -1,0 +1,150 @@
+"""The full equations: periodic motions in which rotors are taken along, their phases and stability, and where they end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from wucht.errors import WuchtError
+from wucht.machines.machine import Machine
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.orbits import Orbit, periodic_orbit
+from wucht.studies.entrainment.swept_parameter import SweptParameter
+from wucht.studies.work import Work
+
+_SAMPLES = 256  # of a period: the mean of a periodic function over even samples is exact but for the orders above
+_MOST_STEPS, _FEW_STEPS = 25, 8  # of Newton's method: from the end of a run, from a neighbour's motion
+_JUMP = 0.5  # rad: a neighbour's phase is not so far away
+
+
+@dataclass(frozen=True)
+class LockedMotion:
+    """A periodic motion. phases: of each body of ``bodies_with_phase``, mean over a period, rad. speed: common, in magnitude.
+
+    multiplier: the largest modulus of a multiplier that is not 1 for reasons of form.
+    """
+
+    value: float
+    phases: np.ndarray
+    speed: float
+    multiplier: float
+    orbit: Orbit
+
+    @property
+    def stable(self) -> bool:
+        """Whether all disturbances decay."""
+        return self.multiplier < 1
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Locked motions followed to one side. end: where they end, None if they do not."""
+
+    motions: tuple[LockedMotion, ...] = ()
+    end: float | None = None
+
+
+def bodies_with_phase(machine: Machine) -> list[str]:
+    """The bodies that have a phase: all but the main rotor, and that one too where the carrier is shaken.
+
+    The phase of a body that turns about a rotor is that to this rotor, of another rotor that to the main one, of the main rotor
+    that to the vibration.
+    """
+    return [b.name for b in machine.bodies if machine.shaking_frequency is not None or b is not machine.rotor]
+
+
+class LockedMotions:
+    """Locked motions of a machine along a parameter, as its schedules and releases leave it at a time.
+
+    senses: +-1 a body, in which they turn. time: at which they begin. It does not change once it is made.
+    """
+
+    def __init__(self, machine: Machine, swept: SweptParameter, senses: Mapping[str, float], time: float) -> None:
+        released = {b.locked.name: 0.0 for b in machine.bodies if b.release is not None}
+        self.machine = machine.at(time).with_unchecked(released).changed(schedules=())
+        self.swept, self.senses, self.time = swept, senses, time
+        self.flow = compile_system(replace(self.machine.system, quadratures=(), outputs=()))
+        self.angles = {b.name: machine.row(b.coordinate.position) for b in machine.bodies}
+        self.advance = np.zeros(len(machine.state_names))
+        for name, row in self.angles.items():
+            self.advance[row] = 2 * math.pi * senses[name]
+
+    def motion(self, value: float, guess: np.ndarray, speed: float, most_steps: int = _MOST_STEPS) -> LockedMotion:
+        """The motion at a value near a state (n,). Raises ``WuchtError`` where there is none."""
+        frequency = self.machine.shaking_frequency
+        orbit = periodic_orbit(
+            self.flow, self.swept.at(self.machine, value).values, guess, 2 * math.pi / (frequency or speed), self.advance,
+            free_period=frequency is None, phase_state=None if frequency else self.angles[self.machine.rotor.name],
+            time=self.time, most_steps=most_steps,
+        )  # fmt: skip
+        trivial = sum(c.prescribed is not None for c in self.machine.coordinates) + (frequency is None)
+        multiplier = float(np.abs(orbit.rest(trivial)).max(initial=0.0))
+        return LockedMotion(value, self._phases(value, orbit), 2 * math.pi / orbit.period, multiplier, orbit)
+
+    def _phases(self, value: float, orbit: Orbit) -> np.ndarray:
+        """Of each body that has one, mean over a period."""
+        machine, frequency = self.machine, self.machine.shaking_frequency
+        grid = self.time + np.linspace(0.0, orbit.period, _SAMPLES + 1)
+        run = integrate(self.flow, orbit.state, self.swept.at(machine, value).values, grid)
+        if run.interrupted:
+            raise KeyboardInterrupt
+        turned = {n: self.senses[n] * run.states[i, :-1] for n, i in self.angles.items()}
+        phases = []
+        for name in bodies_with_phase(machine):
+            body = machine.body(name)
+            reference = (machine.rotor_of(body) if body.about else machine.rotor).name
+            origin = run.time[:-1] * (frequency or 0.0) if reference == name else turned[reference]
+            phases.append(float((turned[name] - origin).mean()))
+        return np.array(phases)
+
+    def followed(self, seed: LockedMotion, goals: Sequence[float], resolution: float, work: Work) -> Iterator[Followed]:
+        """Follow a motion through values (all on one side), as far as it goes: the end is known to the resolution."""
+        at, before, done = seed, None, Followed()
+        for k, goal in enumerate(goals):
+            work.report(k / len(goals), "locked motions")
+            reached = self._reached(at, before, goal, resolution, work)
+            if isinstance(reached, float):
+                yield replace(done, end=reached)
+                return
+            at, before = reached
+            done = Followed((*done.motions, at))
+            yield done
+
+    def _reached(
+        self, at: LockedMotion, before: LockedMotion | None, goal: float, resolution: float, work: Work
+    ) -> tuple[LockedMotion, LockedMotion | None] | float:
+        """The motion at a goal and the one before it, or where it ends on the way: the step is halved until it goes on."""
+        step = goal - at.value
+        while at.value != goal:
+            value = goal if abs(goal - at.value) <= abs(step) * (1 + 1e-9) else at.value + step
+            motion = work.unit(f"from {at.value!r} to {value!r}", partial(self._near, at, value, before))
+            if motion is None:
+                step = (value - at.value) / 2
+                if abs(step) < resolution / 2:
+                    return (at.value + value) / 2
+            else:
+                at, before = motion, at
+        return at, before
+
+    def _near(self, at: LockedMotion, value: float, before: LockedMotion | None) -> LockedMotion | None:
+        """The motion at another value that goes on from a known one; None where none that is stable does.
+
+        before: one on the other side of the known one, to aim better.
+        """
+        guess = at.orbit.state
+        if before is not None and before.value != at.value:
+            change = at.orbit.state - before.orbit.state
+            share = (value - at.value) / (at.value - before.value)
+            change = np.where(self.advance != 0, np.remainder(change + math.pi, 2 * math.pi) - math.pi, change)
+            guess = guess + np.clip(share, -1.0, 1.0) * change
+        try:
+            motion = self.motion(value, guess, at.speed, _FEW_STEPS)
+        except WuchtError:
+            return None
+        moved = np.remainder(motion.phases - at.phases + math.pi, 2 * math.pi) - math.pi
+        return motion if motion.stable and np.abs(moved).max(initial=0.0) < _JUMP else None

@@ -1,0 +1,95 @@
+"""Question and machine -> plan: what is swept, within which limits, and from which start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wucht.analysis.averaged import slow_machine
+from wucht.checking import read_quantity
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.quantities import Unit, article
+from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.entrainment.swept_parameter import SweptParameter, swept_parameter
+from wucht.studies.locking import is_locking
+from wucht.studies.parameters import range_of
+from wucht.studies.run_up.prepare import placed_at_start
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be done. machine: placed at its start; initial: its state (n,) there.
+
+    limits: within which bands are looked for, the machine's own value included. range: that is looked at, None for the band of
+    existence and a margin. resolution: of the edges, None for a share of the range. start, until: of the runs, as asked.
+    """
+
+    machine: Machine
+    initial: np.ndarray
+    swept: SweptParameter
+    limits: tuple[float, float]
+    range: tuple[float, float] | None
+    points: int
+    resolution: float | None
+    start: Mapping[str, Any]
+    until: float | None
+
+    @property
+    def steady(self) -> Machine:
+        """The machine as its schedules leave it."""
+        return self.machine.at(self.machine.corners[-1]).changed(schedules=())
+
+
+def prepare(spec: Entrainment, machine: Machine) -> Plan:
+    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+    if not machine.units.time:
+        spec.refuse_units()
+    _refuse_others(machine)
+    swept = swept_parameter(machine, spec.along)
+    unit = Unit(swept.unit, swept.what)
+    range_ = None if spec.range is None else range_of(unit, spec.range)
+    limits = range_ or swept.widest(machine)
+    if limits is None:
+        raise InputError("study.range", None, f"this key is missing; needed is a pair [low, high] of a {swept.what}")
+    for i, value in enumerate(range_ or ()):
+        swept.refuse(machine, value, f"study.range[{i}]")
+    placed, initial = placed_at_start(machine, spec.start)
+    limits = min(limits[0], swept.own), max(limits[1], swept.own)
+    plan = Plan(placed, initial, swept, limits, range_, spec.points, _resolution(spec, unit), spec.start, spec.until)
+    if range_ is None:
+        _refuse_without_averaged_equations(plan)
+    return plan
+
+
+def _refuse_others(machine: Machine) -> None:
+    """Raises ``InputError`` for machines in which nothing can be taken along."""
+    if not is_locking(machine):
+        raise InputError(
+            "machine", None, "nothing can be taken along: needed is a carrier.motion of amplitude and frequency, or two rotors "
+            "or more whose speed no drive prescribes",
+        )  # fmt: skip
+    given = [r.name for r in machine.rotors if r.coordinate.prescribed is not None]
+    if given:
+        raise InputError("machine.drive", None, f"the drive prescribes the speed of {given[0]!r}: it cannot be taken along")
+
+
+def _refuse_without_averaged_equations(plan: Plan) -> None:
+    """Raises ``InputError`` where no band of existence can tell the range."""
+    try:
+        slow_machine(plan.steady)
+    except InputError as error:
+        sentence = f"the slow equations are left out: {error.allowed}"
+        raise InputError("study.range", None, f"this key is missing, and cannot be chosen: {sentence}") from None
+
+
+def _resolution(spec: Entrainment, unit: Unit) -> float | None:
+    if spec.resolution is None:
+        return None
+    resolution = read_quantity(unit, spec.resolution, "study.resolution")
+    if resolution <= 0:
+        raise InputError("study.resolution", spec.resolution, f"allowed is {article(unit.what)} greater than 0")
+    return resolution

@@ -1,0 +1,55 @@
+"""The answer of ``entrainment`` in words: bands, phases, mean speed, stability, threshold."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from wucht.results.conventions import summary_of
+from wucht.results.words import formats
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for the study ``entrainment``."""
+    s = summary_of(result)
+    speed, length = formats(result)
+    unit = f" {s['along_unit']}" if s["along_unit"] else ""
+    lines = [result.attrs["title"], f"verdict: {s['outcome'].upper()}: {s['sentence']}"]
+    lines.append(f"  looked at    {s['along']} = {s['value']:.6g}{unit}")
+    if s["existence_band"] is not None:
+        kinds = dict.fromkeys(k for k in s["existence_edges"] if k != "range")
+        how = f", ends: {', '.join(kinds)}" if kinds else ""
+        lines.append(f"  existence    {_band(s['existence_band'], unit)} (slow equations{how})")
+    if s["existence_band_full"] is not None:
+        lines.append(f"               {_band(s['existence_band_full'], unit)} (full equations)")
+    if s["band_from_rest"] is not None:
+        lines.append(f"  from start   {_band(s['band_from_rest'], unit)}, edges to {s['resolution']:.1e}{unit}")
+    lines += [f"  also         {low:.6g} to {high:.6g}{unit}" for low, high in s["islands"]]
+    for body, phase in s["phases"].items():
+        averaged = s["phases_slow"].get(body)
+        beside = "" if averaged is None else f", slow equations {_angle(result, averaged)}"
+        lines.append(f"  phase        {body}: {_angle(result, phase)}{beside}")
+    if s["mean_speed"] is not None:
+        lines.append(f"  mean speed   {speed(s['mean_speed'])}")
+    if s["multiplier"] is not None:
+        kind = "stable" if s["stable"] else "not stable"
+        lines.append(f"  stability    {kind}: largest multiplier of a period {s['multiplier']:.4g}")
+    if s["threshold_amplitude"] is not None:
+        lines.append(f"  threshold    the vibration must be larger than {length(s['threshold_amplitude'])} (slow equations)")
+    return lines
+
+
+def _band(band: list[float | None], unit: str) -> str:
+    low, high = band
+    if low is None and high is None:
+        return "all of the range"
+    if low is None:
+        return f"below {high:.7g}{unit}"
+    return f"above {low:.7g}{unit}" if high is None else f"{low:.7g} to {high:.7g}{unit}"
+
+
+def _angle(result: xr.Dataset, value: float) -> str:
+    return f"{value:.5g}" if result.attrs["dimensionless"] else f"{value:.5g} rad ({math.degrees(value):.4g}°)"

@@ -1,0 +1,38 @@
+"""The question of entrainment."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from wucht.errors import InputError
+from wucht.fields import si
+from wucht.studies.spec import Pair, Path, Quantity, Spec, Start, Whole
+
+DEFAULT_POINTS = 25
+_FEWEST, _MOST = 5, 2000
+
+
+class Entrainment(Spec):
+    """In which band of a parameter rotors are taken along by a vibration or by each other, and with which phase.
+
+    along: a parameter, or ``"detuning"``, the difference of two motors' no-load speeds; None: see ``swept_parameter``. range:
+    of it; None: the band of existence and a margin. points: runs from the start, evenly over the range. resolution: of the
+    edges, in the parameter's unit. start: see ``initial_state``. until: how long a run goes on at least; None: as the averaged
+    equations ask.
+    """
+
+    kind: ClassVar[str] = "entrainment"
+
+    along: Path | None = None
+    range: Pair | None = None
+    points: Whole = DEFAULT_POINTS
+    resolution: Quantity | None = None
+    start: Start = Field(default_factory=dict)
+    until: float | None = si("s", "time", default=None, gt=0)
+
+    def check(self) -> None:
+        """The number of points."""
+        if not _FEWEST <= self.points <= _MOST:
+            raise InputError("study.points", self.points, f"allowed is a whole number from {_FEWEST} to {_MOST}")

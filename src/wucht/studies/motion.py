@@ -1,0 +1,74 @@
+"""What the motion of a machine shows: the orbit of its axis, and the balance of its energy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.analysis.static import axis_at_rest
+from wucht.machines.machine import LOST, SUPPLIED, Machine
+from wucht.machines.schedules import SCHEDULED
+from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.trajectory import Trajectory
+from wucht.numerics.peaks import interval_peaks
+
+Rows = Mapping[str, np.ndarray]
+
+
+def rows_of(compiled: CompiledSystem, t: Trajectory) -> dict[str, np.ndarray]:
+    """The states and outputs (N,) of a trajectory, by name."""
+    return dict(zip(compiled.system.state_names, t.states, strict=True)) | compiled.outputs(t.time, t.states, t.parameters)
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """The motion of the main rotor's axis about where it rests: offset and velocity (m, N), in the directions it has."""
+
+    time: np.ndarray
+    offset: np.ndarray
+    velocity: np.ndarray
+
+    @classmethod
+    def of(cls, machine: Machine, time: np.ndarray, rows: Rows, at_rest: Mapping[str, float] | None = None) -> Orbit:
+        """From the outputs of the machine's System. at_rest: where the axis rests, if that is known already."""
+        rest = axis_at_rest(machine) if at_rest is None else at_rest
+        shape = (len(machine.orbit), len(time))
+        offset = np.array([rows[f"orbit.{n}"] - rest[n] for n in machine.orbit]).reshape(shape)
+        return cls(time, offset, np.array([rows[f"orbit.v{n}"] for n in machine.orbit]).reshape(shape))
+
+    @property
+    def distance(self) -> np.ndarray:
+        """From where the axis rests (N,)."""
+        return np.hypot.reduce(self.offset, axis=0) if len(self.offset) else np.zeros(len(self.time))
+
+    @property
+    def peaks(self) -> np.ndarray:
+        """The largest distance (N,) between each sample and its neighbours."""
+        if not len(self.offset):
+            return np.zeros(len(self.time))
+        square = interval_peaks(self.time, (self.offset**2).sum(axis=0), 2 * (self.offset * self.velocity).sum(axis=0))
+        found: np.ndarray = np.sqrt(np.maximum(square, 0.0))
+        return found
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """The energy residual of the contract, part by part: |supplied - dissipated - change of stored| over the scale.
+
+    stored: the energy at the start. scale: the larger of the works and the stored energy, so far.
+    """
+
+    stored: float = math.nan
+    scale: float = 0.0
+
+    def after(self, stored: np.ndarray, works: Rows) -> tuple[EnergyBalance, np.ndarray]:
+        """The balance after a part of the motion, and the residual (N,) over it. works: since the start, by quadrature."""
+        supplied, lost = works[SUPPLIED], works[LOST]
+        carried = works.get(SCHEDULED, np.zeros(len(stored)))
+        gained = supplied + carried - lost
+        first = float(stored[0] - gained[0]) if math.isnan(self.stored) else self.stored
+        scale = max(self.scale, *(float(np.abs(x).max(initial=0.0)) for x in (stored, supplied, carried)))
+        return EnergyBalance(first, scale), np.abs(gained - (stored - first)) / (scale or 1.0)

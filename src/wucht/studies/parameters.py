@@ -1,0 +1,39 @@
+"""The parameters of a machine that studies vary: found by path, read in their unit, allowed by their part."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from wucht.checking import read_quantity
+from wucht.errors import InputError, nearest
+from wucht.machines.limits import check_values
+from wucht.machines.machine import Machine
+from wucht.machines.parts.fields import Parameter
+from wucht.quantities import Unit
+from wucht.studies.spec import Quantity
+
+
+def parameter_of(machine: Machine, path: str, key: str = "along") -> Parameter:
+    """The parameter of a path. Raises ``InputError`` at ``study.<key>``: no such parameter, or one that follows a schedule."""
+    if path not in machine.parameters:
+        raise InputError(f"study.{key}", path, f"unknown parameter; {nearest(path, machine.parameters)}")
+    if any(s.parameter == path for s in machine.schedules):
+        raise InputError(f"study.{key}", path, "not allowed: this parameter follows a schedule")
+    return machine.parameters[path]
+
+
+def values_of(machine: Machine, along: Parameter, given: Sequence[Quantity], key: str = "values") -> tuple[float, ...]:
+    """Values of a parameter as SI floats. Raises ``InputError`` at ``study.<key>[i]`` for one that its part does not allow."""
+    unit, found = Unit(along.unit, along.what), []
+    for i, one in enumerate(given):
+        found.append(read_quantity(unit, one, f"study.{key}[{i}]"))
+        check_values(machine.parts, {along.path: found[-1]}, f"study.{key}[{i}]")
+    return tuple(found)
+
+
+def range_of(unit: Unit, given: Sequence[Quantity], key: str = "range") -> tuple[float, float]:
+    """A pair [low, high] as SI floats. Raises ``InputError`` where low is not below high."""
+    low, high = (read_quantity(unit, one, f"study.{key}[{i}]") for i, one in enumerate(given))
+    if not low < high:
+        raise InputError(f"study.{key}", list(given), "allowed is a pair [low, high] with low below high")
+    return low, high

@@ -1,0 +1,46 @@
+"""The answer of a response in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wucht.results.conventions import summary_of
+from wucht.results.words import Format, formats
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST = 6  # maxima named one by one
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a response."""
+    s = summary_of(result)
+    speed, length = formats(result, result.amplitude.attrs["units"])
+    lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
+    lines.append(f"  range        {speed(s['range'][0])} to {speed(s['range'][1])}")
+    lines.append(f"  critical     {', '.join(speed(c) for c in s['critical_speeds']) or 'none'}")
+    if s["peak_speed"] is None:
+        return lines
+    lines.append(f"  amplitude    {_amplitude(s['peak_amplitude'], length)} at most, at {speed(s['peak_speed'])}")
+    others = [p for p in s["peaks"] if p["speed"] != s["peak_speed"]]
+    if others:
+        shown = [f"{_amplitude(p['amplitude'], length)} at {speed(p['speed'])}" for p in others[:_MOST]]
+        more = f" and {len(others) - _MOST} more" if len(others) > _MOST else ""
+        lines.append(f"  also         {', '.join(shown)}{more}")
+    if s["free_speed"] is not None:
+        lines.append(f"  in operation {_amplitude(s['amplitude_at_free_speed'], length)} at {speed(s['free_speed'])}")
+    if s["peak_torque_speed"] is not None:
+        unit = "" if result.attrs["dimensionless"] else " N m"
+        at = [(p["speed"], p["torque"]) for p in s["torque_peaks"][:_MOST] if p["speed"] != s["peak_torque_speed"]]
+        shown = [f"{torque:.4g}{unit} at {speed(w)}" for w, torque in [(s["peak_torque_speed"], s["peak_torque"]), *at]]
+        lines.append(f"  torque       of the vibration: at most {', also '.join(shown)}")
+    if s["self_centring_speed"] is not None:
+        lines.append(
+            f"  self-centred from {speed(s['self_centring_speed'])} on: the centre of mass runs inside the axis' orbit"
+        )
+    return lines
+
+
+def _amplitude(value: float | None, length: Format) -> str:
+    return "infinite" if value is None else length(value)

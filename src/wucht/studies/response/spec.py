@@ -1,0 +1,33 @@
+"""The question of a response."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from wucht.errors import InputError
+from wucht.fields import si
+from wucht.studies.spec import Interval, Spec, Start, Whole
+
+
+class Response(Spec):
+    """Amplitude, phase, self-centring and torque demand over the speed, at a steady speed with the unbalance fixed.
+
+    range: lowest and highest speed, not negative; by default from 0.02 to 3 times the highest natural frequency, or to 1.5
+    times the speed that the drive reaches without vibration where that is more. points: evenly spaced over it, to which those
+    that resolve the resonances are added. start: the phases at which bodies stay, as in ``initial_state``; its speeds and the
+    carrier's start do not matter. Every body turns in the sense of the drive of its rotor.
+    """
+
+    kind: ClassVar[str] = "response"
+
+    range: Interval | None = si("rad/s", "speed", default=None)
+    points: Whole = Field(600, ge=2, le=100_000, description="number of speeds")
+    start: Start = Field(default_factory=dict)
+
+    def check(self) -> None:
+        """No negative speeds."""
+        if self.range is not None and self.range[0] < 0:
+            allowed = "allowed is a pair [low, high] of speeds of at least 0; bodies turn in the sense of their drives"
+            raise InputError("study.range", list(self.range), allowed)

@@ -1,0 +1,160 @@
+"""How far a run-up goes, in which legs, how densely it is sampled, and what may end it early."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.analysis.shaft import energy_scale
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed, natural_frequencies, net_torque
+from wucht.numerics.flow.events import Event
+from wucht.studies.release import release_event
+from wucht.studies.run_up.spec import RunUp
+
+SAMPLES_PER_TURN = 24
+MOST_SAMPLES = 1_000_000
+_FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest speed expected; each next leg doubles the run
+_MOST_TURNS = 25_000
+FEWEST_SAMPLES_PER_TURN = 8
+_PARTS = 20  # of a given time: samples are a whole number of each
+_FIRST_LEG, _LONGEST_LEG = 64, 2048  # samples
+_RUNAWAY, _SLOWEST_RUNAWAY = 20.0, 150.0  # times the highest natural frequency, or this in rad/s: 30,000 rpm at least
+TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
+
+
+@dataclass(frozen=True)
+class Horizon:
+    """step: between samples. first: the end of the first leg. expected_end: for the progress. samples_per_turn: at the highest
+    speed expected. until_settled: the verdict ends the run. energy: the size of the works. events: that end it. warnings: what
+    is doubtful about the question."""
+
+    step: float
+    first: float
+    expected_end: float
+    samples_per_turn: float
+    until_settled: bool
+    energy: float
+    events: tuple[Event, ...]
+    warnings: tuple[str, ...]
+
+    @classmethod
+    def of(cls, machine: Machine, spec: RunUp, initial: np.ndarray) -> Horizon:
+        """The horizon of a run from an initial state."""
+        seen = [machine.at(t) for t in machine.corners]
+        natural = [f for m in seen for f in natural_frequencies(m).values() if f > 0]
+        reached = [abs(free_speed(m, r, t) or 0.0) for m, t in zip(seen, machine.corners, strict=True) for r in m.rotors]
+        fastest = max([*_speeds(machine, initial), *reached, *natural]) or 1.0
+        free = free_speed(seen[-1], machine.rotor, machine.corners[-1])
+        slowest = max(min([abs(free or 0.0) or fastest, *natural]), 1e-3 * fastest)
+        turn = 2 * math.pi / fastest
+        if spec.until is not None:
+            first = end = spec.until
+        elif spec.turns is not None:
+            end = spec.turns * turn
+            first = max(end, 8 * math.pi / slowest)
+        else:
+            end = _FIRST_TURNS * turn
+            first = max(end, 40 * math.pi / slowest)
+        wanted = max(turn / SAMPLES_PER_TURN, first / MOST_SAMPLES)
+        step = first / (_PARTS * math.ceil(first / wanted / _PARTS))
+        return cls(
+            step,
+            first,
+            end,
+            turn / step,
+            spec.until is None and spec.turns is None,
+            energy_scale(machine),
+            tuple(_events(machine, spec, initial)),
+            tuple(_warnings(machine, spec, free, turn / step)),
+        )
+
+    @property
+    def open_ended(self) -> bool:
+        """Whether the end is not known as a time."""
+        return self.until_settled or any(e.name == TURNS_DONE for e in self.events)
+
+    @property
+    def too_coarse(self) -> bool:
+        """Whether the samples are too few a turn to judge by."""
+        return self.samples_per_turn < FEWEST_SAMPLES_PER_TURN
+
+    def legs(self) -> Iterator[tuple[np.ndarray, float, bool]]:
+        """The samples of each leg, from the last of the leg before on; the next time to look at the motion; whether this is it.
+
+        A given time is gone through in even parts; else each look is at twice the time of the last. Legs are short at
+        first, so that a run which is cut off loses little.
+        """
+        begin, size = 0.0, _FIRST_LEG
+        for goal in self._goals():
+            grid = np.linspace(begin, goal, max(1, round((goal - begin) / self.step)) + 1)
+            here = 0
+            while here < len(grid) - 1:
+                there = min(here + size, len(grid) - 1)
+                yield grid[here : there + 1], goal, there == len(grid) - 1
+                here, size = there, min(2 * size, _LONGEST_LEG)
+            begin = goal
+
+    def _goals(self) -> list[float]:
+        if not self.open_ended:
+            return [self.first * (k + 1) / _PARTS for k in range(_PARTS)]
+        doublings = math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS))
+        return [self.first * 2**k for k in range(doublings + 1)]
+
+
+def _speeds(machine: Machine, initial: np.ndarray) -> list[float]:
+    """Speeds at the start, of prescribed rotations and of prescribed motions."""
+    free = [abs(initial[i]) for i, name in enumerate(machine.state_names) if name.endswith(".speed")]
+    given = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
+    turned = [float(np.abs(machine.prescribed_speed(c, np.array(machine.corners))).max()) for c in given]
+    return [*free, *turned, (machine.shaking_frequency or 0.0)]
+
+
+def _events(machine: Machine, spec: RunUp, initial: np.ndarray) -> list[Event]:
+    rotor = machine.rotor.coordinate
+    found = []
+    if spec.turns is not None:
+        turned = rotor.position - initial[machine.row(rotor.position)]
+        found.append(Event(TURNS_DONE, (turned / (2 * math.pi * spec.turns)) ** 2 - 1, +1, terminal=True))
+    limit = spec.speed_limit or runaway_limit(machine)
+    if limit is not None and rotor.prescribed is None:
+        found.append(Event(SPEED_LIMIT, (rotor.velocity / limit) ** 2 - 1, +1, terminal=True))
+    return [*found, *(release_event(machine, b) for b in machine.bodies if b.release is not None)]
+
+
+def runaway_limit(machine: Machine) -> float | None:
+    """Where a run ends whose drive meets no load that could hold it, in rad/s; None for all other machines.
+
+    Such are a series motor without load, 002 (2.105), and a constant torque without losses.
+    """
+    rotor = machine.rotor
+    if not machine.units.time or rotor.coordinate.prescribed is not None or machine.schedules:
+        return None
+    if free_speed(machine, rotor) is not None or net_torque(machine, rotor)(0.0) == 0.0:
+        return None
+    return _RUNAWAY * max([*natural_frequencies(machine).values(), _SLOWEST_RUNAWAY])
+
+
+def _warnings(machine: Machine, spec: RunUp, free: float | None, samples_per_turn: float) -> list[str]:
+    said = []
+    limit = runaway_limit(machine)
+    if limit is not None and spec.speed_limit is None:
+        said.append(
+            "no load and no loss holds the drive: without vibration its speed would grow without limit, as that of a series "
+            f"motor without load, 002 (2.105); the run ends at {limit:.4g} rad/s, or at study.speed_limit"
+        )
+    unit = f" {machine.units.time}" if machine.units.time else ""
+    if spec.until is not None and free and spec.until < 20 * math.pi / abs(free):
+        said.append(
+            f"the run of {spec.until:g}{unit} is shorter than ten turns at the speed that the drive would reach "
+            f"({20 * math.pi / abs(free):.3g}{unit}): far too short to tell"
+        )
+    if samples_per_turn < FEWEST_SAMPLES_PER_TURN:
+        said.append(
+            f"only {samples_per_turn:.1f} samples a turn are stored, to keep the result below {MOST_SAMPLES} samples: "
+            "amplitudes are too small and no outcome is given; run for a shorter time"
+        )
+    return said

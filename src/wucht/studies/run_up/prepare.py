@@ -1,0 +1,122 @@
+"""Question and machine -> plan: where each run starts, how far it goes, and which equations it integrates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import net_torque
+from wucht.numerics.flow.program import Evaluator
+from wucht.studies.initial_state import initial_state, placed
+from wucht.studies.parameters import parameter_of, values_of
+from wucht.studies.run_up.horizon import Horizon
+from wucht.studies.run_up.model import FullModel, Model, slow_model
+from wucht.studies.run_up.spec import RunUp
+
+_NO_ACCELERATION = 1e-12
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run. value: of the parameter ``along``, if there is one. models: the equations to integrate, the full ones first."""
+
+    label: str
+    start: Mapping[str, Any]
+    value: float | None
+    machine: Machine
+    horizon: Horizon
+    models: tuple[Model, ...]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be done: the runs, at least one. machine: as it was given. several: whether many runs were asked for."""
+
+    spec: RunUp
+    machine: Machine
+    cases: tuple[Case, ...]
+    several: bool
+
+
+def prepare(spec: RunUp, machine: Machine) -> Plan:
+    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+    if not machine.units.time:
+        spec.refuse_units()
+    if spec.over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
+        raise InputError("study.over", spec.over, "allowed is 'time' or 'phi': no body turns about the rotor")
+    values = _values(spec, machine)
+    cases = [
+        prepare_case(spec, machine if v is None or spec.along is None else machine.with_values({spec.along: v}), start, v)
+        for v in values
+        for start in spec.starts or (spec.start,)
+    ]
+    return Plan(spec, machine, tuple(cases), bool(spec.starts or spec.values))
+
+
+def prepare_case(spec: RunUp, machine: Machine, start: Mapping[str, Any], value: float | None = None) -> Case:
+    """One run of a question. Raises ``InputError``."""
+    machine, initial = placed_at_start(machine, start, spec.until or 0.0, spec.speed_limit)
+    models: list[Model] = [] if spec.model == "slow" else [FullModel(machine, initial)]
+    if spec.model != "full":
+        models.append(slow_model(machine, initial, spec.inertia, spec.order))
+    return Case(_label(spec, start, value), start, value, machine, Horizon.of(machine, spec, initial), tuple(models))
+
+
+def _values(spec: RunUp, machine: Machine) -> list[float | None]:
+    if spec.along is None:
+        return [None]
+    return [*values_of(machine, parameter_of(machine, spec.along), spec.values)]
+
+
+def _label(spec: RunUp, start: Mapping[str, Any], value: float | None) -> str:
+    """What distinguishes a run, for a legend: the value of the parameter, the start, or both."""
+    varied = "" if value is None else f"{spec.along} = {value:.6g}"
+    begun = ", ".join(f"{k} = {_shown(v)}" for k, v in start.items()) or "at rest"
+    return "; ".join(part for part in (varied, begun if spec.starts else "") if part)
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{k} {_shown(v)}" for k, v in value.items()) + "}"
+    return f"{value:.6g}" if isinstance(value, int | float) else str(value)
+
+
+def placed_at_start(
+    machine: Machine, start: Mapping[str, Any], end: float = 0.0, speed_limit: float | None = None
+) -> tuple[Machine, np.ndarray]:
+    """The machine with the bodies of its tracks in the order of the start, and the state (n,) to start from.
+
+    end: of the run. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn.
+    """
+    initial = initial_state(machine, start)
+    machine = placed(machine, initial)
+    prescribed = [
+        float(np.abs(machine.prescribed_speed(b.coordinate, np.linspace(0.0, end, 100))).max())
+        for b in machine.bodies
+        if b.coordinate.prescribed is not None
+    ]
+    if speed_limit is not None and max(prescribed, default=0.0) > speed_limit:
+        raise InputError("study.speed_limit", speed_limit, "allowed is more than the speed that the drive prescribes")
+    if not any(prescribed) and machine.shaken is None and not machine.schedules and _at_rest(machine, initial):
+        needed = "needed is [machine.drive] or a speed in study.start"
+        raise InputError(
+            "machine.drive", None, f"the machine has neither a drive nor an initial speed: nothing would turn; {needed}"
+        )
+    return machine, initial
+
+
+def _at_rest(machine: Machine, initial: np.ndarray) -> bool:
+    """Whether no body turns, and none begins to."""
+    system = machine.system
+    free = [system.states.index(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
+    if initial[free].any() or any(net_torque(machine, r)(0.0) for r in machine.rotors if r.coordinate.prescribed is None):
+        return False
+    accelerations = Evaluator.of(system, [system.derivatives[i] for i in free], [system.state_names[i] for i in free])
+    with np.errstate(all="ignore"):
+        found = accelerations(np.zeros(1), initial[:, None], system.values(machine.values))
+    return all(abs(float(a[0])) < _NO_ACCELERATION for a in found.values())

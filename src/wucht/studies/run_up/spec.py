@@ -1,0 +1,94 @@
+"""The question of a run-up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from wucht.checking import refuse_unknown
+from wucht.errors import InputError
+from wucht.fields import si
+from wucht.studies.spec import (
+    DEFAULT_TOLERANCE,
+    Engine,
+    Inertia,
+    Order,
+    Path,
+    Spec,
+    Start,
+    Starts,
+    Tolerance,
+    TrueOrFalse,
+    Values,
+)
+
+MOST_RUNS = 500
+_ENDS = ("until", "turns", "settled")
+
+
+class RunUp(Spec):
+    """Start the machine and see what becomes of it.
+
+    It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``. start: the initial
+    state, see ``initial_state``. starts: many of them, or ``values`` of the parameter ``along``: a run each, in one result.
+    over: the abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle) or ``"psi"`` (mean phase of its bodies). model:
+    the ``"full"`` equations, the averaged ones (``"slow"``), or ``"both"``; inertia: whether the averaged ones keep that of the
+    balancing bodies (None: where one of them is not damped), order: theirs, 1 or 2. tolerance: of the integration.
+    speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``, ``"scipy"``, ``"scipy-radau"`` or None for the
+    best installed.
+    """
+
+    kind: ClassVar[str] = "run-up"
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (_ENDS,)
+    horizon: ClassVar[tuple[str, ...]] = _ENDS
+
+    until: float | None = si("s", "time", default=None, gt=0)
+    turns: float | None = si("", "number of turns", default=None, gt=0)
+    settled: TrueOrFalse | None = Field(None, description="run until the machine has settled")
+    start: Start = Field(default_factory=dict)
+    starts: Starts = ()
+    along: Path | None = None
+    values: Values = ()
+    over: Literal["time", "phi", "psi"] = Field("time", description="abscissa of the figure")
+    model: Literal["full", "slow", "both"] = Field("full", description="equations")
+    inertia: Inertia | None = None
+    order: Order = 1
+    tolerance: Tolerance = DEFAULT_TOLERANCE
+    speed_limit: float | None = si("rad/s", "speed", default=None, gt=0)
+    engine: Engine | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _until_settled(cls, given: Any) -> Any:
+        """``until = "settled"`` and ``until = { turns = 300 }``."""
+        if not isinstance(given, Mapping):
+            return given
+        until = given.get("until")
+        if until == "settled":
+            return {k: v for k, v in given.items() if k != "until"} | {"settled": True}
+        if not isinstance(until, Mapping):
+            return given
+        refuse_unknown(until, ("turns", "settled"), "study.until")
+        if not until:
+            raise InputError("study.until", {}, "allowed is a time, { turns = NUMBER } or { settled = true }")
+        return {k: v for k, v in given.items() if k != "until"} | dict(until)
+
+    def check(self) -> None:
+        """One end, one of start and starts, along with values, and the keys of averaged equations only with them."""
+        if sum(x is not None for x in (self.until, self.turns, self.settled or None)) > 1:
+            raise InputError("study.until", None, "allowed is one of until, turns and settled")
+        if self.settled is False and self.until is None and self.turns is None:
+            raise InputError("study.settled", False, "needed is until = a time or turns = a number, if not settled = true")
+        if self.starts and self.start:
+            raise InputError("study.starts", None, "allowed is either start or starts")
+        if bool(self.values) != (self.along is not None):
+            missing = "values" if self.along is not None else "along"
+            raise InputError(f"study.{missing}", None, "this key is missing; along = PATH and values = [...] belong together")
+        if len(self.starts or [0]) * len(self.values or [0]) > MOST_RUNS:
+            raise InputError("study.values", len(self.values), f"allowed are {MOST_RUNS} runs at most, starts times values")
+        if self.model == "full":
+            for key in ("inertia", "order"):
+                if key in self.model_fields_set and getattr(self, key) is not None:
+                    raise InputError(f"study.{key}", getattr(self, key), "allowed only with model = 'slow' or 'both'")

@@ -1,0 +1,186 @@
+"""The one runner of all studies: time, progress, saving, resuming.
+
+A study prepares a plan, and its ``run`` yields what is found, more and more complete. The runner keeps each unit of work that
+is done, saves the result now and then, and hands units back when the same question is asked again.
+"""
+
+from __future__ import annotations
+
+import json
+import time as clock
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.errors import InputError
+from wucht.results.provenance import provenance
+from wucht.results.store import load, prepare_folder, save, to_json
+from wucht.studies.memory import Memory, forget, question_of
+from wucht.studies.registry import Study, studies, study_of
+from wucht.studies.spec import Spec
+from wucht.studies.subjects import Description, subject_of
+from wucht.studies.work import Report, Work
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+RESULT = "result.nc"
+_SAVE_EVERY_S = 5.0  # a result that is not complete, so that it can be looked at; at most a tenth of the time goes into it
+_MOST_DIFFERENCES = 3
+
+
+@np.errstate(all="ignore")  # a run that fails says so in a sentence, not by warnings about overflow
+def run(
+    spec: Spec,
+    subject: Any,
+    *,
+    folder: Path | None = None,
+    files: Sequence[str] = (RESULT,),
+    resume: bool = False,
+    progress: Report | None = None,
+    document: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """Answer a question.
+
+    subject: what the spec is asked of: a machine. folder: where ``result.nc`` and, until the study is finished, its units of
+    work are kept; None: nowhere. files: the names that will be written there. resume: take up the units that the folder has of
+    this question. progress: called with the share that is done (0 to 1) and what is under way; it may raise
+    ``KeyboardInterrupt`` to stop the study, of which the result then has what was found so far (attribute ``finished`` 0).
+    document: the study file, for the record.
+
+    Raises ``InputError`` where the question does not fit the subject, or the folder has the units of another question. A run
+    that fails is recorded in the result (attribute ``failure``).
+    """
+    begun, study = clock.perf_counter(), study_of(spec.kind)
+    subject_is = subject_of(spec).describe(subject)
+    plan = study.prepare(spec, subject)
+    solve = study.run  # loaded before units are read back, which are of its classes
+    question: dict[str, Any] = json.loads(to_json({"study": spec.asked(), "machine": subject_is.facts}))
+    memory, notes = Memory(), list[str]()
+    if folder is not None:
+        folder = prepare_folder(folder, files)
+        if resume:
+            finished, notes = _resumable(folder, spec, question)
+            if finished is not None:
+                return finished
+        resumed = resume and question_of(folder) == question
+        memory = Memory.resumed(folder) if resumed else Memory.begun(folder, question)
+
+    def result(findings: Any, finished: bool, notes: list[str]) -> xr.Dataset:
+        made: xr.Dataset = study.dataset(plan, findings)
+        return _labelled(made, spec, subject_is, question, document, notes, finished, begun)
+
+    findings, interrupted = None, False
+    saved, pause = clock.perf_counter(), _SAVE_EVERY_S
+    try:
+        for findings in solve(plan, Work(memory, progress)):
+            if folder is not None and clock.perf_counter() - saved > pause:
+                looked = clock.perf_counter()
+                save(result(findings, False, notes), folder / RESULT)
+                saved = clock.perf_counter()
+                pause = max(_SAVE_EVERY_S, 9 * (saved - looked))
+    except KeyboardInterrupt:
+        if findings is None:
+            raise
+        interrupted = True
+        notes = [*notes, "interrupted: this is what was found until then; --resume continues from there"]
+    memory.flush()
+    found = result(findings, not interrupted, notes)
+    if folder is not None:
+        save(found, folder / RESULT)
+        if not interrupted:
+            forget(folder)
+    return found
+
+
+def _labelled(
+    found: xr.Dataset,
+    spec: Spec,
+    subject: Description,
+    question: Mapping[str, Any],
+    document: Mapping[str, Any] | None,
+    notes: list[str],
+    finished: bool,
+    begun: float,
+) -> xr.Dataset:
+    """The Dataset with the attributes that every result has."""
+    warnings = [*subject.warnings, *(w for w in json.loads(found.attrs["warnings"]) if w not in subject.warnings), *notes]
+    found.attrs |= {
+        "study": spec.kind,
+        "contents": to_json([str(name) for name in found.variables], indent=None),
+        "title": subject.title,
+        "dimensionless": int(subject.dimensionless),
+        "finished": int(finished and not found.attrs["failure"]),
+        "warnings": to_json(warnings, indent=None),
+        **provenance(question, clock.perf_counter() - begun),
+    }
+    if document is not None:
+        found.attrs["document"] = json.dumps(document, default=str)
+    return found
+
+
+def _resumable(folder: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
+    """The finished result of the same question, if the folder has it; and what is to be said about another one.
+
+    Raises ``InputError`` where the folder has another question's.
+    """
+    earlier = load(folder / RESULT) if (folder / RESULT).exists() else None
+    asked = question_of(folder) or (json.loads(earlier.attrs["input"]) if earlier is not None else None)
+    if asked is None:
+        return None, []
+    if asked == question:
+        return (earlier if earlier is not None and earlier.attrs["finished"] else None), []
+    before, now = asked["study"].get("kind"), spec.kind
+    if before != now:
+        raise InputError("--resume", None, f"the result in {folder} answers study.kind = {before!r}, not {now!r}")
+    differences = _differences(asked, question)
+    if all(key.removeprefix("study.").split(".")[0] in spec.horizon for key in differences):
+        return None, [f"{', '.join(differences)}: another than that of the result in the folder; it was begun anew"]
+    shown = "; ".join(list(differences.values())[:_MOST_DIFFERENCES])
+    more = f" and {len(differences) - _MOST_DIFFERENCES} more" if len(differences) > _MOST_DIFFERENCES else ""
+    raise InputError("--resume", None, f"the result in {folder} answers another question: {shown}{more}")
+
+
+def _differences(before: Any, now: Any, path: str = "") -> dict[str, str]:
+    """In which keys two questions differ, and how, in words."""
+    if isinstance(before, Mapping) and isinstance(now, Mapping):
+        found: dict[str, str] = {}
+        for key in [*before, *(k for k in now if k not in before)]:
+            inner = path if key in ("machine", "parameters") else f"{path}{key}."
+            found |= _differences(before.get(key), now.get(key), inner)
+        return found
+    name = path.removesuffix(".")
+    return {} if before == now else {name: f"{name} was {_brief(before)}, now {_brief(now)}"}
+
+
+def _brief(value: Any) -> str:
+    text = "not given" if value is None else repr(value)
+    return text if len(text) <= 40 else f"{text[:36]} ..."
+
+
+def draw(result: xr.Dataset) -> Figure:
+    """The figure of a result, from the Dataset alone.
+
+    Raises ``InputError`` for a study that is not known here, or a Dataset that lacks what the result had.
+    """
+    drawn: Figure = _study_of_result(result).figure(result)
+    return drawn
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The answer of a result in words, line by line, from the Dataset alone. Raises ``InputError`` as ``draw`` does."""
+    lines: list[str] = _study_of_result(result).report(result)
+    return lines
+
+
+def _study_of_result(result: xr.Dataset) -> Study:
+    kind, known = result.attrs.get("study"), studies()
+    if kind not in known:
+        raise InputError("study", kind, "there is no figure for this study")
+    missing = [n for n in json.loads(result.attrs.get("contents", '["contents"]')) if n not in result.variables]
+    if missing:
+        raise InputError(kind, None, f"this is no complete result of this study: {', '.join(missing)} is missing")
+    return known[kind]

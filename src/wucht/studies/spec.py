@@ -1,0 +1,173 @@
+"""What is asked: the specification of a study, its common keys, and the types of its fields.
+
+A spec is a frozen table with units. It is checked when it is built, by whatever builds it, and knows no machine: what needs the
+subject is checked once, in the study's ``prepare``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_validator
+
+from wucht.checking import read_quantity
+from wucht.fields import Described, unit_of
+from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
+from wucht.quantities import Unit
+
+
+class Spec(Described):
+    """A question.
+
+    subject: what it is asked of, as ``module:name`` of a ``studies.subjects.Subject``. one_of: groups of keys that are one
+    choice: setting one from the command line replaces the others. horizon: keys that only say how far the study goes.
+    meaning: keys that mean something else in each study, so that a file written for another study does not answer them.
+    """
+
+    subject: ClassVar[str] = "wucht.studies.subjects:MACHINE"
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    horizon: ClassVar[tuple[str, ...]] = ()
+    meaning: ClassVar[tuple[str, ...]] = ("range", "along", "values", "rate", "points")
+
+    _written: dict[str, Any] = PrivateAttr(default_factory=dict)
+
+    @classmethod
+    def where(cls) -> str:
+        """The table of a file."""
+        return "study"
+
+    @classmethod
+    def read(cls, table: Mapping[str, Any]) -> Self:
+        """From the table ``[study]`` of a file. Raises ``InputError``."""
+        return cls(**{k: v for k, v in table.items() if k != "kind"})
+
+    @classmethod
+    def keys(cls) -> tuple[str, ...]:
+        """The keys of the table ``[study]``."""
+        return ("kind", *cls.model_fields)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _keep_what_was_written(cls, given: Any, build: Any) -> Any:
+        """Quantities as they were written: whether a unit was given counts where the subject has none."""
+        if isinstance(given, Mapping):
+            for where, one, unit in cls._quantities(given):
+                if where.endswith("]"):  # an item of a list: pydantic would locate the list
+                    read_quantity(unit, one, where)
+        found = build(given)
+        if isinstance(given, Mapping):  # without those that are words for another key, as until = "settled"
+            found._written = {k: v for k, v in given.items() if getattr(found, k, None) is not None}
+        found.check()
+        return found
+
+    def check(self) -> None:
+        """Raises ``InputError`` where keys do not fit each other."""
+
+    def asked(self) -> dict[str, Any]:
+        """What was asked, for a result: the keys that are given or have a default."""
+        return {"kind": self.kind} | {k: v for k, v in self.model_dump(mode="json").items() if v is not None}
+
+    def refuse_units(self) -> None:
+        """Raises ``InputError`` where a quantity has a unit: the subject is dimensionless."""
+        for where, one, unit in self._quantities(self._written):
+            read_quantity(Unit("", unit.what), one, where)
+
+    @classmethod
+    def _quantities(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, Any, Unit]]:
+        """Where each quantity of a table stands, what is written there, and its unit."""
+        for key, given in table.items():
+            unit = unit_of(cls, key) if key in cls.model_fields else None
+            if unit is not None and isinstance(given, list | tuple):
+                yield from ((f"study.{key}[{i}]", one, unit) for i, one in enumerate(given))
+            elif unit is not None:
+                yield f"study.{key}", given, unit
+
+
+def _quantity(given: Any) -> Any:
+    if isinstance(given, bool):
+        raise ValueError("allowed is a number, or a string with a unit")
+    return given
+
+
+def _start(given: Any) -> Any:
+    if not isinstance(given, Mapping):
+        raise ValueError("allowed is a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }")
+    return dict(given)
+
+
+def _several_starts(given: Any) -> Any:
+    if not isinstance(given, list | tuple) or not all(isinstance(s, Mapping) for s in given):
+        raise ValueError("allowed is a list of tables: starts = [{ BODY = ANGLE }, ...]")
+    return tuple(dict(s) for s in given)
+
+
+def _path(given: Any) -> Any:
+    if not isinstance(given, str) or not given.strip():
+        raise ValueError("needed is the path of a parameter, such as drive.slope")
+    return given
+
+
+def _list_of_values(given: Any) -> Any:
+    if not isinstance(given, list | tuple):
+        raise ValueError("allowed is a list of values of the parameter that along names")
+    return tuple(given)
+
+
+def _pair(given: Any) -> Any:
+    if not isinstance(given, list | tuple) or len(given) != 2:
+        raise ValueError("allowed is a pair [low, high]")
+    return tuple(given)
+
+
+def _low_below_high(given: tuple[float, float]) -> tuple[float, float]:
+    if not given[0] < given[1]:
+        raise ValueError("allowed is a pair [low, high] with low below high")
+    return given
+
+
+def _whole(given: Any) -> Any:
+    # 5.0, as ``--set`` has it, is a whole number.
+    if isinstance(given, bool) or not (isinstance(given, int) or (isinstance(given, float) and given.is_integer())):
+        raise ValueError("allowed is a whole number")
+    return int(given)
+
+
+def _order(given: Any) -> Any:
+    if isinstance(given, bool) or given not in (1, 2):
+        raise ValueError("allowed is 1 or 2: the order of the slow equations")
+    return int(given)
+
+
+def _true_or_false(given: Any) -> Any:
+    if not isinstance(given, bool):
+        raise ValueError("allowed is true or false")
+    return given
+
+
+def _inertia(given: Any) -> Any:
+    if not isinstance(given, bool):
+        raise ValueError("allowed is true or false: whether the slow equations keep it")
+    return given
+
+
+Quantity = Annotated[float | str, BeforeValidator(_quantity)]  # in the unit of a parameter of the subject
+Start = Annotated[dict[str, Any], BeforeValidator(_start), Field(description="initial state")]
+Starts = Annotated[tuple[dict[str, Any], ...], BeforeValidator(_several_starts), Field(description="initial states")]
+Path = Annotated[str, BeforeValidator(_path), Field(description="path of a parameter")]
+Values = Annotated[tuple[Quantity, ...], BeforeValidator(_list_of_values), Field(description="values of the parameter")]
+Pair = Annotated[tuple[Quantity, Quantity], BeforeValidator(_pair), Field(description="pair [low, high] of the parameter")]
+Interval = Annotated[tuple[float, float], BeforeValidator(_pair), AfterValidator(_low_below_high)]  # of a quantity by ``si``
+Whole = Annotated[int, BeforeValidator(_whole)]
+Order = Annotated[Literal[1, 2], BeforeValidator(_order), Field(description="order of the slow equations")]
+Inertia = Annotated[bool, BeforeValidator(_inertia), Field(description="whether the slow equations keep the bodies' inertia")]
+TrueOrFalse = Annotated[bool, BeforeValidator(_true_or_false)]
+Tolerance = Annotated[
+    float, BeforeValidator(Unit("", "tolerance").parse), Field(ge=1e-16, le=1e-2, description="tolerance of the integration")
+]
+Engine = Annotated[Literal["heyoka", "scipy", "scipy-radau"], Field(description="engine of the integration")]
+
+__all__ = [
+    "DEFAULT_TOLERANCE", "Engine", "Inertia", "Interval", "Order", "Pair", "Path", "Quantity", "Spec", "Start", "Starts",
+    "Tolerance", "Values", "Whole",
+]  # fmt: skip

@@ -1,0 +1,171 @@
+"""A steady phase configuration with its name, what is left of the unbalance, and its stability."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wucht.analysis.configurations.closed_form import State
+from wucht.analysis.configurations.force_balance import members
+from wucht.analysis.configurations.slow_stability import SlowStability, Stability
+from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.analysis.forced import Forced
+from wucht.analysis.vibration import unbalances
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.machines.tracks import arranged
+from wucht.results.conventions import wrapped
+
+NAMES = ("compensating", "together", "opposed")
+_TYPES = dict(zip(NAMES, ("I", "II", "III"), strict=True))  # of 002, section 5.1
+_NOTHING_LEFT = 1e-9  # of all unbalances: what is left where they compensate
+_SAMPLES = 64  # members of a family
+_IN_LINE = math.cos(math.pi / 4)  # two bodies further than that from one direction have no name
+_NEAR = 2 * math.sin(math.pi / 8)  # the chord of the same angle: several rotors within it are together
+STABLE, STABLE_SLOW, UNSTABLE, UNSTABLE_SLOW, UNDECIDED = (
+    "stable", "stable in the slow equations only", "unstable", "unstable in the slow equations only", "undecided",
+)  # fmt: skip
+_BEYOND = "no torque is left from here on: all greater speeds are as good, and this is the one that is reached"
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """A state, described and judged. phases: by body, as in the contract.
+
+    share: of the rotor's unbalance that is left. stable_share: of the family. overlapping: bodies of one track are in each
+    other's place. disagreement: why the slow and the full equations disagree.
+    """
+
+    state: State
+    name: str | None
+    type: str | None
+    speed: float
+    phases: dict[str, float]
+    residual: float | None
+    share: float | None
+    amplitude: float
+    overlapping: bool
+    slow: Stability
+    full: Stability
+    stable_share: float | None
+    disagreement: str | None = None
+
+    @property
+    def verdict(self) -> str:
+        """What the full equations say, or the slow ones alone where those do not tell."""
+        if self.full.stable is not None:
+            return STABLE if self.full.stable else UNSTABLE
+        return UNDECIDED if self.slow.stable is None else STABLE_SLOW if self.slow.stable else UNSTABLE_SLOW
+
+    @property
+    def why(self) -> str | None:
+        """Why the equations disagree, or one of them cannot tell, and what is to be known beside."""
+        reasons = (_BEYOND if self.state.indifferent else "", self.disagreement or self.slow.reason or self.full.reason)
+        return "; ".join(r for r in reasons if r) or None
+
+    @property
+    def rank(self) -> tuple[int, float, float]:
+        """By which configurations are sorted: those that compensate first, then by what is left."""
+        return (*NAMES, None).index(self.name), -1.0 if self.residual is None else self.residual, self.speed
+
+
+@dataclass(frozen=True)
+class Describer:
+    """What is said of a machine's states without the full equations."""
+
+    machine: Machine
+    torques: SteadyTorques
+    slow: SlowStability
+    forced: Forced
+    own: np.ndarray
+    order: tuple[int, ...]
+
+    @classmethod
+    def of(cls, machine: Machine, torques: SteadyTorques, slow: SlowStability) -> Describer:
+        """own: unbalances (n,) in the order of the torques; order: place of each body of the machine among these."""
+        order = [torques.names.index(b.name) for b in machine.bodies]
+        forced = Forced.of(machine, np.zeros(len(order)))
+        return cls(machine, torques, slow, forced, unbalances(machine)[np.argsort(order)], tuple(order))
+
+    def described(self, state: State, full: Stability) -> Configuration:
+        """The configuration of a state. full: what is known from the full equations."""
+        t, left = self.torques, self._residual(state)
+        slow, share = self._stability(state)
+        name = self.name(state, left)
+        forced = replace(self.forced, phases=state.phases[list(self.order)])
+        return Configuration(
+            state=state,
+            name=name,
+            type=_TYPES[name] if name is not None and self._equal_pair else None,
+            speed=float(t.senses[0]) * state.speed,
+            phases=self.phases(state),
+            residual=left,
+            share=float(left / abs(self.own[0])) if left is not None and self.own[0] else None,
+            amplitude=float(forced.amplitude(np.array([state.speed]))[0][0]),
+            overlapping=self._overlapping(state),
+            slow=slow,
+            full=full,
+            stable_share=share,
+        )
+
+    def _residual(self, state: State) -> float | None:
+        """The unbalance that is left; None where bodies are not on one axis."""
+        if not self.torques.in_line:
+            return None
+        left = float(abs((self.own * np.exp(1j * state.phases)).sum()))
+        return left if left > _NOTHING_LEFT * np.abs(self.own).sum() else 0.0
+
+    def _stability(self, state: State) -> tuple[Stability, float | None]:
+        """From the slow equations; of a family, as far as some of its members agree, and the share of those that are stable."""
+        one = self.slow.stability(state)
+        if not state.dimension:
+            return one, None
+        at = np.concatenate([state.phases[:, None], members(self.torques, _SAMPLES)], axis=1)
+        share = float((self.slow.exponents(state, at)[:, 0].real < 0).mean())
+        if 0 < share < 1 and one.stable is not None:
+            return Stability(None, one.exponents, f"stable on {100 * share:.0f} % of the family"), share
+        return one, share
+
+    @property
+    def _equal_pair(self) -> bool:
+        t = self.torques
+        return t.in_line and t.size == 3 and len(t.classes) == 1
+
+    def name(self, state: State, residual: float | None) -> str | None:
+        """What the state is called, None where it has no name."""
+        t = self.torques
+        if residual == 0.0 and (t.size > 2 or t.heads[-1] == 0):  # two exciters that cancel each other are opposed
+            return "compensating"
+        if len(state.beside) > 1:
+            return "together" if len(set(state.beside)) == 1 else "opposed"
+        if t.size == 2 and (t.coefficients is not None or bool((t.senses == t.senses[0]).all())):
+            cosine = math.cos(state.phases[1])
+            return ("together" if cosine > 0 else "opposed") if abs(cosine) > _IN_LINE else None
+        apart = np.abs(np.exp(1j * state.phases)[:, None] - np.exp(1j * state.phases))
+        return "together" if t.in_line and apart.max() <= _NEAR else None
+
+    def phases(self, state: State) -> dict[str, float]:
+        """Of a balancing body: its angle less that of its rotor, counter-clockwise.
+
+        Of another rotor: its angle less that of the main one, each in its own sense.
+        """
+        t, by_name = self.torques, {}
+        for b, i in zip(self.machine.bodies, self.order, strict=True):
+            if i == 0:
+                continue
+            turn = state.phases[i] - state.phases[t.heads[i]] if b.about is not None else state.phases[i]
+            by_name[b.name] = float(wrapped(turn * (t.senses[i] if b.about is not None else 1.0)))
+        return by_name
+
+    def _overlapping(self, state: State) -> bool:
+        t = self.torques
+        if not self.machine.tracks:
+            return False
+        angles = {name: float(s * a) for name, s, a in zip(t.names, t.senses, state.phases, strict=True)}
+        try:
+            arranged(self.machine, angles)
+        except InputError:
+            return True
+        return False

@@ -1,0 +1,67 @@
+"""The steady phase configurations in words."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from wucht.results.conventions import summary_of
+from wucht.results.words import formats
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST = 24  # states named one by one
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for synchronous states."""
+    s, (speed, _) = summary_of(result), formats(result)
+    lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
+    if s["speed"] is not None:
+        lines.append(f"  speed        {speed(s['speed'])}, given")
+    for state in _chosen(s["states"]):
+        lines.append("  " + _line(state, None if s["speed"] is not None else speed(state["speed"]), s["full"]))
+        if state["why"] and s["full"]:
+            lines.append(f"               {state['why']}")
+    if len(s["states"]) > _MOST:
+        lines.append(f"  and {len(s['states']) - _MOST} more: see the Dataset")
+    lines.append(f"  complete     {'yes' if s['complete'] else 'not shown'}: {s['shown']}")
+    if s["map"] is not None:
+        shares = "; ".join(f"{name} {100 * share:.0f} %" for name, share in s["map"]["stable_share"].items() if share)
+        lines.append(f"  map          stable: {shares}")
+    return lines
+
+
+def _chosen(states: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Those that are named, in their order: where there are too many, those are left out first that are not stable."""
+    order = sorted(range(len(states)), key=lambda k: states[k]["verdict"].startswith("unstable"))
+    return [states[k] for k in sorted(order[:_MOST])]
+
+
+def _line(state: dict[str, Any], speed: str | None, full: bool) -> str:
+    name = (state["name"] or "no name") + (f" ({state['type']})" if state["type"] else "")
+    angles = ", ".join(f"{body} {_degrees(phase)}\u00b0" for body, phase in state["phases"].items())
+    left = ""
+    if state["residual_share"] is not None:
+        left = f", {100 * state['residual_share']:.3g} % of the unbalance left"
+    family = f", one of a family of dimension {state['family_dimension']}" if state["family_dimension"] else ""
+    several = f", {state['multiplicity']} ways" if state["multiplicity"] > 1 and not family else ""
+    overlap = ", but bodies of a track would lie in each other's place" if state["overlapping"] else ""
+    at = "" if speed is None else f" at {speed}"
+    return f"{name:18} {_stability(state, full)}{at}: {angles}{left}{family}{several}{overlap}"
+
+
+def _degrees(phase: float) -> str:
+    """A phase in degrees; what is rounded to a whole turn is 0."""
+    return f"{round(math.degrees(phase), 2) % 360:.2f}"
+
+
+def _stability(state: dict[str, Any], full: bool) -> str:
+    slow, exact = state["stable_slow"], state["stable_full"]
+    words = {True: "stable", False: "unstable", None: "undecided"}
+    if not full:
+        return f"{words[slow]} in the slow equations"
+    if slow == exact:
+        return words[slow]
+    return f"{words[slow]} in the slow, {words[exact]} in the full equations"

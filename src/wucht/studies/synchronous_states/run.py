@@ -1,0 +1,106 @@
+"""Plan -> findings: the search for states, the stability of each in the full equations, and the tiles of the map."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from wucht.analysis.configurations.all_states import all_states
+from wucht.analysis.configurations.closed_form import State
+from wucht.analysis.configurations.disagreement import Disagreement
+from wucht.analysis.configurations.force_balance import members
+from wucht.analysis.configurations.full_stability import FullStability
+from wucht.analysis.configurations.regions import Regions, regions
+from wucht.analysis.configurations.search import Search
+from wucht.analysis.configurations.slow_stability import SlowStability, Stability
+from wucht.studies.synchronous_states.configuration import Configuration, Describer
+from wucht.studies.synchronous_states.prepare import Map, Plan
+from wucht.studies.work import Work
+
+MOST_FULL = 64  # states whose multipliers are computed
+_SAMPLES = 7  # members of a family, besides the one that stands for it
+_CELLS = 4000  # of a tile of the map
+_SEARCHED, _JUDGED = 0.1, 0.8  # shares of the work after the search, and before the map
+_NOT_ASKED = Stability.undecided("the multipliers were not asked for")
+_TOO_MANY = Stability.undecided(f"multipliers are computed of {MOST_FULL} states at most")
+_NOT_YET = Stability.undecided("its multipliers are not computed yet")
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The states that were searched, each described in their order, and the map as far as it is computed."""
+
+    search: Search
+    configurations: tuple[Configuration, ...]
+    map: Regions | None = None
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """The states as the slow equations have them, then one by one as the full ones have them, then the map."""
+    search = work.unit("search", partial(searched, plan, work))
+    describer = Describer.of(plan.steady, plan.torques, SlowStability(plan.torques, plan.slow))
+    full = [_NOT_ASKED if not plan.spec.full else _NOT_YET if k < MOST_FULL else _TOO_MANY for k in range(len(search.states))]
+    each = [describer.described(state, known) for state, known in zip(search.states, full, strict=True)]
+    yield Findings(search, tuple(each))
+    if plan.spec.full and search.states:
+        part = work.part("state", _SEARCHED, _JUDGED if plan.map is not None else 1.0)
+        for k, judged in enumerate(_in_full_equations(plan, tuple(each[:MOST_FULL]), part)):
+            each[k] = judged
+            yield Findings(search, tuple(each))
+    if plan.map is not None:
+        for tiles in _tiles(plan, plan.map, work.part("map", _JUDGED, 1.0)):
+            yield Findings(search, tuple(each), tiles)
+
+
+def searched(plan: Plan, work: Work) -> Search:
+    """All states."""
+    watch = partial(work.report, 0.0, "searching")
+    watch()
+    if plan.speeds is None:
+        return all_states(plan.torques, 0.0, 0.0, watch)
+    search = all_states(plan.torques, plan.speeds.low, plan.speeds.high, watch)
+    if not plan.speeds.chosen:
+        return search
+    here = "these are all in this range, but its" if search.complete else "the"
+    end = "upper end is the program's choice, as the drive runs away without load: study.range sets another"
+    return Search(search.states, False, f"{search.shown}; {here} {end}")
+
+
+def _in_full_equations(plan: Plan, states: Sequence[Configuration], work: Work) -> Iterator[Configuration]:
+    """Each state with what the full equations say of it, and why the slow ones say something else."""
+    full = FullStability.of(plan.steady, plan.torques)
+    disagreement, count = Disagreement(plan.steady, plan.torques, plan.spec.inertia), len(states)
+    for k, one in enumerate(states):
+        part = work.part(f"{k + 1}", k / count, (k + 1) / count)
+        stability = _stability(plan, full, one.state, part)
+        why = part.unit("disagreement", partial(disagreement.why, one.state, one.slow, stability))
+        yield replace(one, full=stability, disagreement=why)
+
+
+def _stability(plan: Plan, full: FullStability, state: State, work: Work) -> Stability:
+    """Of a state; of a family, along which the multipliers differ, as far as some of its members agree."""
+    work.report(0.0, "multipliers of the full equations")
+    one = work.unit("multipliers", partial(full.stability, state))
+    if not state.dimension:
+        return one
+    others, every = members(plan.torques, _SAMPLES).T, [one]
+    for i, phases in enumerate(others):
+        work.report((i + 1) / (len(others) + 1), "multipliers along a family")
+        every.append(work.unit(f"member {i + 1}", partial(full.stability, replace(state, phases=phases))))
+    decided = [s.stable for s in every if s.stable is not None]
+    if one.stable is None or len(set(decided)) < 2:
+        return one
+    here = "stable" if one.stable else "not stable"
+    reason = f"stable at {sum(decided)} of {len(decided)} members of the family that were looked at, {here} at this one"
+    return Stability(None, one.exponents, reason)
+
+
+def _tiles(plan: Plan, cells: Map, work: Work) -> Iterator[Regions]:
+    """The map as far as it is computed: some rows, of one ratio each, at a time."""
+    rows, tiles = max(_CELLS // len(cells.speeds), 2), list[Regions]()
+    for begin in range(0, len(cells.ratios), rows):
+        work.report(begin / len(cells.ratios), "the map")
+        ratios = cells.ratios[begin : begin + rows]
+        tiles.append(work.unit(f"rows from {begin}", partial(regions, plan.torques, cells.speeds, ratios)))
+        yield Regions.joined(tiles)

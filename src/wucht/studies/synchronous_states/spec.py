@@ -1,0 +1,89 @@
+"""The question of ``synchronous-states``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator, Field
+
+from wucht.checking import read_quantity, refuse_unknown
+from wucht.errors import InputError
+from wucht.fields import si
+from wucht.quantities import Unit
+from wucht.studies.spec import Inertia, Interval, Quantity, Spec
+
+MOST_CELLS = 400
+_MOST_RATIO = 1e6
+_AXES = {"speed": Unit("rad/s", "speed"), "ratio": Unit("", "ratio")}
+
+
+def _flag(given: Any) -> Any:
+    if not isinstance(given, bool):
+        raise ValueError("allowed is true or false")
+    return given
+
+
+def _axes(given: Any) -> Any:
+    if not isinstance(given, Mapping):
+        raise ValueError("allowed is a table: axes = { speed = [lo, hi, cells], ratio = [lo, hi, cells] }")
+    refuse_unknown(given, _AXES, "study.axes")
+    for name in _AXES:
+        where, axis = f"study.axes.{name}", given.get(name)
+        if not isinstance(axis, list | tuple) or len(axis) != 3:
+            raise InputError(where, axis, "allowed is [lo, hi, cells]")
+        if isinstance(axis[2], bool) or not isinstance(axis[2], int) or not 2 <= axis[2] <= MOST_CELLS:
+            raise InputError(where, axis, f"allowed is a whole number of cells from 2 to {MOST_CELLS}")
+    return {name: tuple(given[name]) for name in _AXES}
+
+
+Axes = Annotated[dict[str, tuple[Quantity, Quantity, int]], BeforeValidator(_axes)]
+
+
+class SynchronousStates(Spec):
+    """All steady phase configurations of the balancing bodies or of self-synchronising rotors, with names and stability.
+
+    000 sections 4-6 (tables 1-3), 001 section 2.4 (table 1), 002 section 5.1 (types I, II, III).
+
+    speed: of the main rotor, signed; by default what its drive prescribes, or else all speeds that the drive and the
+    vibration leave, searched over ``range`` (default: up to the highest speed without vibration, or three times the highest
+    natural frequency where a drive runs away without load: then it is not said that these are all). inertia: of the balancing
+    bodies in the slow equations; false for the strongly damped reduction, 002 (4.60)-(4.62). full: whether the multipliers of
+    the full equations are computed too. axes: a stability map of given speeds, {speed = [lo, hi, cells], ratio = [lo, hi,
+    cells]}, cell-centred; ratio: of the unbalance of all balancing bodies together to that of the rotor, which is changed for
+    it.
+    """
+
+    kind: ClassVar[str] = "synchronous-states"
+
+    speed: float | None = si("rad/s", "speed", default=None)
+    range: Interval | None = si("rad/s", "speed", default=None)
+    inertia: Inertia = True
+    full: Annotated[bool, BeforeValidator(_flag)] = Field(True, description="whether the full equations are asked too")
+    axes: Axes | None = Field(None, description="axes of a stability map")
+
+    def check(self) -> None:
+        """A speed or a range of speeds, and axes that begin at 0 or above."""
+        if self.speed == 0:
+            raise InputError("study.speed", 0.0, "allowed is a speed other than 0")
+        if self.speed is not None and self.range is not None:
+            raise InputError("study.range", list(self.range), "not allowed where the speed of the main rotor is given")
+        for name, (low, high, _) in self.axes_in(_AXES["speed"].si).items():
+            where, axis = f"study.axes.{name}", list((self.axes or {})[name])
+            if not low < high:
+                raise InputError(where, axis, "allowed is a pair [low, high] with low below high")
+            if low < 0:
+                raise InputError(where, axis, f"allowed is a {name} from 0 on")
+            if name == "ratio" and high > _MOST_RATIO:
+                raise InputError(where, axis, f"allowed is a ratio up to {_MOST_RATIO:g}")
+
+    def axes_in(self, speed_unit: str) -> dict[str, tuple[float, float, int]]:
+        """The axes of the map: lowest, highest, cells; none without a map.
+
+        speed_unit: of the machine, empty if it is dimensionless. Raises ``InputError`` where an axis has another one.
+        """
+        axes = {}
+        for name, (low, high, cells) in (self.axes or {}).items():
+            unit, where = Unit(speed_unit if name == "speed" else "", _AXES[name].what), f"study.axes.{name}"
+            axes[name] = (read_quantity(unit, low, f"{where}[0]"), read_quantity(unit, high, f"{where}[1]"), cells)
+        return axes

@@ -1,0 +1,56 @@
+"""Question and machine -> plan: the torques on a shaft, and the speeds to look at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from wucht.analysis.working_points import TorqueCurves
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed, natural_frequencies
+from wucht.machines.tree import RotatingBody
+from wucht.studies.steady_phases import SteadyPhases
+from wucht.studies.torque_balance.spec import TorqueBalance
+
+
+@dataclass(frozen=True)
+class Plan:
+    """curves: the torques on the shaft over a range of its speed."""
+
+    steady: SteadyPhases
+    curves: TorqueCurves
+
+
+def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
+    """The plan. Raises ``InputError`` where the start does not fit the machine, or the shaft has no drive with a torque."""
+    if not machine.units.time:
+        spec.refuse_units()
+    rotor = _rotor(spec, machine)
+    steady = SteadyPhases.of(machine, spec.start)
+    if rotor.coordinate.prescribed is not None:
+        raise InputError(
+            "machine.drive", None, f"the drive gives {rotor.name!r} its speed, whatever torque that takes: nothing is to "
+            "be balanced; study.kind = 'response' shows the torque that it takes",
+        )  # fmt: skip
+    turning = {b.name for b in machine.group(rotor)}
+    if not machine.dimensionless and not any(d.on in turning for d in machine.drives):
+        raise InputError("machine.drive", None, f"nothing drives {rotor.name!r}: there is no torque to balance")
+    speeds = spec.range or _speed_range(steady.machine, rotor)
+    return Plan(steady, TorqueCurves(steady.machine, rotor, steady.forced, speeds, spec.points))
+
+
+def _rotor(spec: TorqueBalance, machine: Machine) -> RotatingBody:
+    """The rotor whose shaft is looked at."""
+    if spec.on is None:
+        return machine.rotor
+    rotor = next((r for r in machine.rotors if r.name == spec.on), None)
+    if rotor is None:
+        raise InputError("study.on", spec.on, f"allowed is a rotor: {', '.join(r.name for r in machine.rotors)}")
+    return rotor
+
+
+def _speed_range(machine: Machine, rotor: RotatingBody) -> tuple[float, float]:
+    """The default of ``range``; three times the highest natural frequency where the drive reaches no speed of its own."""
+    free = free_speed(machine, rotor)
+    end = 1.2 * free if free else 3 * max([f for f in natural_frequencies(machine).values() if f > 0], default=100.0)
+    return min(0.0, end), max(0.0, end)

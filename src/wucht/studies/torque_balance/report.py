@@ -1,0 +1,32 @@
+"""The answer of a torque balance in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wucht.results.conventions import summary_of
+from wucht.results.words import formats
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a torque balance."""
+    s = summary_of(result)
+    speed, _ = formats(result)
+    torque, slope = ("", "") if result.attrs["dimensionless"] else (" N m", " N m s")
+    lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
+    for p in s["working_points"]:
+        kind = "stable" if p["stable"] else "touching" if p["tangential"] else "unstable"
+        slip = "" if p["slip"] is None else f", slip {100 * p['slip']:.3g} %"
+        line = f"drive there like {p['slope']:.4g}{slope} from {speed(p['no_load_speed'])}"
+        line = "drive of constant torque there" if p["no_load_speed"] is None else line
+        lines.append(f"  {kind:12} {speed(p['speed'])}: {p['torque']:.4g}{torque}{slip}; {line}")
+    if s["free_speed"] is not None:
+        lines.append(f"  free         {speed(s['free_speed'])} without vibration")
+    if s["breakdown"] is not None:
+        b = s["breakdown"]
+        lines.append(f"  breakdown    {b['torque']:.4g}{torque} at {speed(b['speed'])}, slip {100 * b['slip']:.3g} %")
+    lines.append(f"  resonance    {', '.join(f'{d}: {speed(f)}' for d, f in s['natural_frequencies'].items()) or 'none'}")
+    return lines

@@ -1,0 +1,27 @@
+"""The question of a torque balance."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from wucht.fields import si
+from wucht.studies.spec import Interval, Spec, Start, Whole
+
+
+class TorqueBalance(Spec):
+    """The drive's characteristic, the load line and the vibration torque over the speed, and the working points.
+
+    range: of the speed, signed; by default from 0 to 1.2 times the speed that the drive reaches without vibration. on: the
+    rotor whose shaft is looked at, by default the main one; other rotors turn with it at the same speed. start: the phases at
+    which bodies stay, as in ``initial_state``. points: evenly spaced over the range, to which those are added that resolve
+    resonances and breakdown.
+    """
+
+    kind: ClassVar[str] = "torque-balance"
+
+    range: Interval | None = si("rad/s", "speed", default=None)
+    on: str | None = Field(None, description="rotor")
+    points: Whole = Field(1200, ge=2, le=100_000, description="number of speeds")
+    start: Start = Field(default_factory=dict)

@@ -1,0 +1,174 @@
+"""From slow states back to the full motion: it must solve the full equations where the slow motion stands still."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.analysis.averaged import SlowMachine, slow_machine
+from wucht.analysis.full_motion import FullMotion
+from wucht.analysis.static import static_position
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+
+PENDULUM = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "inertia": 1.69e-3, "damping": 0.169}
+
+
+def drum(sense: int = 1, **changes: Any) -> Machine:
+    """R2 with a drive in either sense."""
+    rotor = {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.0338}
+    return machine_from(
+        {
+            "carrier": {"directions": "xy", "stiffness": 1e5, "damping": 200.0} | changes.pop("carrier", {}),
+            "bodies": [rotor, PENDULUM | {"name": "p1"}, PENDULUM | {"name": "p2"}],
+            "drive": {"kind": "linear", "slope": 0.02, "no_load_speed": sense * 200.0},
+        }
+        | changes
+    )
+
+
+def rebuilt(slow: SlowMachine, time: np.ndarray, states: np.ndarray, angle: np.ndarray) -> dict[str, np.ndarray]:
+    return dict(zip(slow.machine.state_names, FullMotion(slow)(time, states, angle), strict=True))
+
+
+def steady(machine: Machine, speed: float, phases: dict[str, float]) -> tuple[SlowMachine, np.ndarray]:
+    """The slow machine, and its state (n,) at a speed in the bodies' own sense."""
+    slow = slow_machine(machine, True)
+    angles = {b.name: slow.senses[b.name] * phases.get(b.name, 0.0) for b in machine.bodies}
+    return slow, slow.state(angles, {name: s * speed for name, s in slow.senses.items()})
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("speed", [60.0, 99.0, 180.0])
+def test_the_carrier_of_a_steady_rotation_follows_its_own_equation(speed: float, sense: int) -> None:
+    """Bodies with a huge inertia turn steadily: then the carrier's equation (4.1)-(4.2) holds in numbers, q'' = -w^2 q."""
+    machine = drum(sense, carrier={"stiffness": [1e5, 1.7e5], "damping": [200.0, 90.0]})
+    machine = machine.with_values({"drum.inertia": 1e7, "p1.inertia": 1e7, "p2.inertia": 1e7})
+    slow, state = steady(machine, speed, {"p1": 0.7, "p2": -2.0})
+    time = np.linspace(0.0, 0.2, 40)
+    full = rebuilt(slow, time, np.repeat(state[:, None], 40, axis=1), speed * time)
+    q = np.array([full["carrier.x"], full["carrier.y"]])
+    v = np.array([full["carrier.vx"], full["carrier.vy"]])
+    unbalances, alpha = np.array([9.75e-3, 0.013, 0.013]), np.array([0.0, 0.7, -2.0])
+    turned = sense * (speed * time + alpha[:, None])
+    force = speed**2 * np.array([unbalances @ np.cos(turned), unbalances @ np.sin(turned)])
+    stiffness, damping, mass = np.array([[1e5], [1.7e5]]), np.array([[200.0], [90.0]]), 10.0
+    residual = -(speed**2) * mass * q + damping * v + stiffness * q - force
+    assert np.abs(force).max() > 10
+    # The bodies still change their speed by 1e-8 of itself; z' comes by differences with a relative error of 1e-8.
+    assert np.abs(residual).max() < 1e-6 * np.abs(force).max()
+    for b in machine.bodies:
+        assert full[b.coordinate.velocity.name] == pytest.approx(slow.senses[b.name] * speed, rel=1e-6)
+
+
+MOTIONS = {
+    "captured": ("drozdetskaya-2020/r2", {}, 1),
+    "second order": ("drozdetskaya-2020/r2", {}, 2),
+    "screen": ("practice/screen", {}, 1),
+    "unequal directions": ("sperling-rollers/table-1", {}, 1),
+    "shaken": ("sperling-vibration/figure-2a", {}, 1),
+}
+
+
+@pytest.mark.parametrize("case", MOTIONS)
+def test_velocities_are_the_rates_of_positions_while_the_slow_motion_goes_on(case: str) -> None:
+    """Central differences along the slow motion itself: amplitudes and phases change while the rotor turns."""
+    name, values, order = MOTIONS[case]
+    machine = load_machine(name).with_values(values)
+    slow = slow_machine(machine, True, order)
+    speeds = {b.name: slow.senses[b.name] * 0.45 * 200.0 for b in machine.bodies}
+    if machine.shaken is not None:
+        speeds = {b.name: 6.0 for b in machine.bodies}
+    w = max(map(abs, speeds.values()))
+    start = slow.state({b.name: 0.3 * k for k, b in enumerate(machine.bodies)}, speeds)
+    step = 2e-3 / w
+    time = step * np.arange(9)
+    flow = compile_system(slow.system, 1e-13)
+    run = integrate(flow, start, slow.values(), time)
+    full = rebuilt(slow, time, run.states, run.quadratures["rotor_angle"])
+    for c in machine.carrier:
+        if c.prescribed is not None:
+            continue
+        q, v = full[c.position.name], full[c.velocity.name]
+        fourth = (q[:-4] - 8 * q[1:-3] + 8 * q[3:-1] - q[4:]) / (12 * step)
+        # The slow rates hold to first order in the ripple; what is left is that of z' by differences, and round-off.
+        assert fourth == pytest.approx(v[2:-2], rel=1e-6, abs=1e-6 * w * np.abs(q - q.mean()).max() + 1e-9 * np.abs(v).max())
+    assert set(full) == set(machine.state_names)
+
+
+def ramped(rate: float) -> Machine:
+    """A drum whose prescribed speed grows: the slow equations depend on time itself."""
+    return machine_from(
+        {
+            "carrier": {"directions": "xy", "stiffness": 1e5, "damping": 200.0},
+            "bodies": [
+                {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.0338},
+                PENDULUM | {"name": "p1"},
+            ],
+            "drive": {"kind": "constant-speed", "speed": 90.0},
+            "schedules": [{"parameter": "drive.speed", "points": [[0.0, 90.0], [1.0, 90.0 + rate]]}],
+        }
+    )
+
+
+def test_velocities_while_a_prescribed_speed_grows() -> None:
+    """Near the resonance at 100 rad/s the amplitude grows with the time as much as with the state."""
+    slow = slow_machine(ramped(40.0), True)
+    step = 2e-5
+    time = 0.2 + step * np.arange(9)
+    start = slow.state({"drum": 0.0, "p1": 0.5}, {"drum": 98.0, "p1": 98.0})
+    run = integrate(compile_system(slow.system, 1e-13), start, slow.values(), time)
+    full = rebuilt(slow, time, run.states, run.quadratures["rotor_angle"])
+    for q, v in (("carrier.x", "carrier.vx"), ("carrier.y", "carrier.vy")):
+        x = full[q]
+        fourth = (x[:-4] - 8 * x[1:-3] + 8 * x[3:-1] - x[4:]) / (12 * step)
+        # z' is about 3 % of w z here, and half of it comes from the time itself.
+        assert np.abs(fourth - full[v][2:-2]).max() < 2e-6 * 98.0 * np.abs(x).max()
+
+
+def test_the_static_position_is_added() -> None:
+    machine = drum(carrier={"gravity": 9.81, "mass": 1.0})
+    slow, state = steady(machine, 150.0, {"p1": 1.0, "p2": 2.0})
+    time = np.linspace(0, 2 * np.pi / 150.0, 65)[:-1]
+    full = rebuilt(slow, time, np.repeat(state[:, None], 64, axis=1), 150.0 * time)
+    assert [full["carrier.x"].mean(), full["carrier.y"].mean()] == pytest.approx(static_position(machine), abs=1e-12)
+    assert static_position(machine)[1] == pytest.approx(-11.0 * 9.81 / 1e5)
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_clockwise_machine_is_the_mirror_image(sense: int) -> None:
+    slow, state = steady(drum(1), 110.0, {"p1": 0.4, "p2": 2.2})
+    other, same = steady(drum(-1), 110.0, {"p1": 0.4, "p2": 2.2})
+    assert same == pytest.approx(state)
+    time = np.linspace(0, 0.1, 30)
+    mine, mirrored = (rebuilt(s, time, np.repeat(state[:, None], 30, axis=1), 110.0 * time) for s in (slow, other))
+    for name, values in mine.items():
+        image = 1 if name in ("carrier.x", "carrier.vx") else -1
+        assert mirrored[name] == pytest.approx(image * values, rel=1e-12, abs=1e-12), name
+
+
+@np.errstate(all="ignore")  # as run_up does: amplitudes at rest are 0/0
+def test_at_rest_nothing_is_fast() -> None:
+    machine = drum()
+    slow, state = steady(machine, 0.0, {"p1": 0.5, "p2": -0.5})
+    full = rebuilt(slow, np.zeros(1), state[:, None], np.array([0.3]))
+    assert {n: float(v[0]) for n, v in full.items()} == pytest.approx(
+        dict.fromkeys(full, 0.0) | {"drum.angle": 0.3, "p1.angle": 0.8, "p2.angle": -0.2}, abs=1e-15
+    )
+
+
+def test_a_held_speed() -> None:
+    slow = slow_machine(drum(), True, held=True)
+    state = slow.state({"drum": 0.0, "p1": 0.5, "p2": 1.0}, {"drum": 70.0, "p1": 70.0, "p2": 70.0})
+    full = dict(
+        zip(slow.machine.state_names, FullMotion(slow)(np.zeros(1), state[:, None], np.zeros(1), speed=70.0), strict=True)
+    )
+    free, same = steady(drum(), 70.0, {"p1": 0.5, "p2": 1.0})
+    expected = rebuilt(free, np.zeros(1), same[:, None], np.zeros(1))
+    assert full["carrier.x"] == pytest.approx(expected["carrier.x"])
+    assert full["drum.speed"] == pytest.approx(70.0)

@@ -1,0 +1,184 @@
+"""The vibration torque against the closed forms of 002, its last maximum against SciPy, and free speeds."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from wucht.analysis.vibration import Vibration, unbalances
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.operation import free_speed
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.studies.initial_state import initial_state
+
+SPEEDS = np.array([0.05, 0.5, 0.95, 1.0, 1.05, 1.5, 2.0, 10.0])
+ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
+
+
+def one_direction(w, sigma):
+    """002 (3.50), second term."""
+    return sigma * w**5 / ((1 - w**2) ** 2 + 4 * sigma**2 * w**2)
+
+
+def si_machine(directions="xy", drive=None, bodies=(), **carrier):
+    carrier = {"mass": 3.0, "stiffness": 2e4, "damping": 40.0, "directions": directions} | carrier
+    described = {"carrier": carrier, "bodies": [ROTOR, *bodies]}
+    return machine_from(described | ({"drive": drive} if drive else {}))
+
+
+def test_rotor_on_an_isotropic_carrier():
+    """002 (3.67): 2 sigma w^5/((1 - w^2)^2 + 4 sigma^2 w^2)."""
+    machine = load_machine("drozdetskaya-2020/table-3.1-laval")
+    found = Vibration.of(machine).torque(SPEEDS, np.zeros(1))
+    assert found == pytest.approx(2 * one_direction(SPEEDS, machine.values["sigma"]), rel=1e-12)
+
+
+def test_rotor_on_a_carrier_that_moves_in_one_direction():
+    """002 (3.50)."""
+    machine = load_machine("drozdetskaya-2020/table-3.1-carrier")
+    found = Vibration.of(machine).torque(SPEEDS, np.zeros(1))
+    assert found == pytest.approx(one_direction(SPEEDS, machine.values["sigma"]), rel=1e-12)
+
+
+def test_the_same_in_si_units():
+    """With k^2 = c/M*, sigma = b/(2 M* k) and the unbalance U the torque has the unit U^2 k^2/M*."""
+    total, u = 3.0 + 2.0, 0.02
+    k = math.sqrt(2e4 / total)
+    sigma = 40.0 / (2 * total * k)
+    for directions, factor in (("xy", 2), ("x", 1), ("y", 1)):
+        found = Vibration.of(si_machine(directions)).torque(k * SPEEDS, np.zeros(1))
+        assert found == pytest.approx(factor * u**2 * k**2 / total * one_direction(SPEEDS, sigma), rel=1e-12)
+
+
+def test_the_directions_of_an_anisotropic_carrier_add_up():
+    both = Vibration.of(si_machine(stiffness=[2e4, 5e4], damping=[40.0, 10.0]))
+    x = Vibration.of(si_machine("x"))
+    y = Vibration.of(si_machine("y", stiffness=5e4, damping=10.0))
+    w, phases = np.linspace(5, 300, 50), np.zeros(1)
+    assert both.torque(w, phases) == pytest.approx(x.torque(w, phases) + y.torque(w, phases), rel=1e-12)
+
+
+def test_bodies_act_with_the_sum_of_their_unbalances():
+    ball = {"kind": "pendulum", "about": "drum", "mass": 0.1, "length": 0.1}  # U = 0.01, half of the rotor's
+    machine = si_machine(bodies=[ball | {"name": "a"}, ball | {"name": "b"}])
+    vibration = Vibration.of(machine)
+    alone = vibration.torque(SPEEDS * 50, np.array([0.0, 0.0, math.pi]))
+    assert unbalances(machine) == pytest.approx([0.02, 0.01, 0.01])
+    assert vibration.torque(SPEEDS * 50, np.zeros(3)) == pytest.approx(4 * alone, rel=1e-12)
+    assert vibration.torque(SPEEDS * 50, np.array([0, math.pi, math.pi])) == pytest.approx(0, abs=1e-12)
+    # Turned together nothing changes.
+    assert vibration.torque(SPEEDS * 50, np.array([1.0, 1.0, 1.0 + math.pi])) == pytest.approx(alone, rel=1e-12)
+
+
+@pytest.mark.parametrize("directions", ["x", "xy"])
+def test_a_rotor_of_constant_speed_needs_this_torque_on_average(directions):
+    """Against the full equations: the mean motor torque over ten turns, once the start has died away."""
+    speed = 66.0
+    machine = si_machine(directions, {"kind": "constant-speed", "speed": speed})
+    settled, window = 1000, 1001
+    time = np.concatenate([[0.0], (settled + np.linspace(0, 10, window)) * 2 * math.pi / speed])
+    flow = compile_system(machine.system)
+    run = integrate(flow, initial_state(machine, {}), machine.values, time)
+    torque = flow.outputs(run.time, run.states, run.parameters)["motor_torque"][1:]
+    expected = float(Vibration.of(machine).torque(np.array([speed]), np.zeros(1))[0])
+    assert np.trapezoid(torque) / (window - 1) == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("sigma", [1e-4, 0.01, 0.1, 0.2])
+@pytest.mark.parametrize("name", ["laval", "carrier"])
+def test_the_last_maximum(name, sigma):
+    machine = load_machine(f"drozdetskaya-2020/table-3.1-{name}", {"sigma": sigma})
+    exact = minimize_scalar(lambda w: -one_direction(w, sigma), bounds=(0.9, 1.2), method="bounded", options={"xatol": 1e-12})
+    assert Vibration.of(machine).last_maximum(2.0, np.zeros(1)) == pytest.approx(exact.x, rel=1e-7)
+
+
+def test_no_maximum_below_the_speed():
+    vibration = Vibration.of(load_machine("drozdetskaya-2020/table-3.1-laval"))
+    assert vibration.last_maximum(0.9, np.zeros(1)) is None  # below the resonance the torque only rises
+
+
+def test_no_maximum_with_strong_damping():
+    """Then the torque rises all the way."""
+    machine = load_machine("drozdetskaya-2020/table-3.1-laval", {"sigma": 0.7})
+    assert Vibration.of(machine).last_maximum(2.0, np.zeros(1)) is None
+
+
+def test_no_maximum_without_damping():
+    """The undamped carrier takes no power, at its natural frequency neither (where its stiffness is none at all)."""
+    machine = load_machine("drozdetskaya-2020/table-3.1-laval", {"sigma": 0.0})
+    assert Vibration.of(machine).last_maximum(2.0, np.zeros(1)) is None
+
+
+def test_a_direction_without_damping_adds_nothing():
+    one_damped = Vibration.of(si_machine(stiffness=[2e4, 8e4], damping=[20.0, 0.0]))
+    assert one_damped.last_maximum(300.0, np.zeros(1)) == pytest.approx(math.sqrt(2e4 / 5), rel=0.01)
+
+
+def test_of_two_maxima_the_upper_one():
+    vibration = Vibration.of(si_machine(stiffness=[2e4, 8e4], damping=[20.0, 20.0]))
+    upper = math.sqrt(8e4 / 5)
+    found = vibration.last_maximum(300.0, np.zeros(1))
+    exact = minimize_scalar(
+        lambda w: -vibration.torque(np.array([w]), np.zeros(1))[0], bounds=(0.9 * upper, 1.2 * upper), method="bounded",
+        options={"xatol": 1e-9},
+    )  # fmt: skip
+    assert found == pytest.approx(exact.x, rel=1e-7)
+    assert vibration.last_maximum(100.0, np.zeros(1)) == pytest.approx(math.sqrt(2e4 / 5), rel=0.01)
+
+
+# --- the speed reached without vibration ---
+
+LINEAR = {"kind": "linear", "slope": 0.05, "no_load_speed": 250.0}
+
+
+@pytest.mark.parametrize("no_load", [250.0, -250.0, 1e-3])
+def test_a_motor_without_load_reaches_its_no_load_speed(no_load):
+    machine = si_machine(drive=LINEAR | {"no_load_speed": no_load})
+    assert free_speed(machine, machine.rotor) == no_load
+
+
+@pytest.mark.parametrize("bearing", [1e-6, 0.01, 5.0])
+def test_bearing_damping_costs_speed(bearing):
+    """slope (no_load - w) = b w."""
+    machine = machine_from({"carrier": {"stiffness": 2e4}, "bodies": [ROTOR | {"bearing_damping": bearing}], "drive": LINEAR})
+    assert free_speed(machine, machine.rotor) == pytest.approx(0.05 * 250 / (0.05 + bearing), rel=1e-14)
+
+
+def test_bodies_that_turn_along_cost_nothing():
+    ball = {"kind": "pendulum", "name": "a", "about": "drum", "mass": 0.1, "length": 0.1, "damping": 0.3}
+    machine = si_machine(drive=LINEAR, bodies=[ball])
+    assert free_speed(machine, machine.rotor) == 250.0
+
+
+def test_a_prescribed_speed_is_returned():
+    machine = si_machine(drive={"kind": "constant-speed", "speed": 66.0})
+    assert free_speed(machine, machine.rotor) == 66.0
+
+
+def test_without_a_drive():
+    coasting = si_machine()
+    assert free_speed(coasting, coasting.rotor) is None
+    braked = machine_from({"carrier": {"stiffness": 2e4}, "bodies": [ROTOR | {"bearing_damping": 0.1}]})
+    assert free_speed(braked, braked.rotor) == 0.0
+
+
+def test_a_motor_without_slope_gives_no_torque():
+    machine = si_machine(drive=LINEAR | {"slope": 0.0})
+    assert free_speed(machine, machine.rotor) is None
+
+
+def test_the_free_speed_of_a_dimensionless_machine_is_lambda():
+    machine = load_machine("drozdetskaya-2020/table-5.1")
+    assert free_speed(machine, machine.rotor) == 2.0
+
+
+def test_a_group_is_a_rotor_with_all_that_turns_about_it():
+    ball = {"kind": "pendulum", "mass": 0.1, "length": 0.1}
+    chain = [ball | {"name": "outer", "about": "inner"}, ball | {"name": "inner", "about": "drum"}]
+    other = {**ROTOR, "name": "second"}
+    machine = si_machine(bodies=[*chain, other, ball | {"name": "third", "about": "second"}])
+    assert [b.name for b in machine.group(machine.rotor)] == ["drum", "inner", "outer"]
+    assert [b.name for b in machine.group(machine.bodies[3])] == ["second", "third"]

@@ -1,0 +1,79 @@
+"""Every catalogue file loads, its equations derive and can be evaluated at its start."""
+
+import numpy as np
+import pytest
+
+from wucht.errors import InputError
+from wucht.files.catalogue import FOLDER, load_machine, names
+from wucht.files.documents import read_toml
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.studies.initial_state import initial_state
+from wucht.studies.reading import read_study
+
+
+def test_the_names_of_the_contract_are_there():
+    assert {f"drozdetskaya-2020/{n}" for n in ("table-3.1-carrier", "table-3.1-laval", "table-5.1", "table-a.1")} <= set(
+        names()
+    )
+
+
+@pytest.mark.parametrize("name", names())
+def test_every_entry(name):
+    study = read_study(name)
+    machine = study.subject
+    system = machine.system
+    assert set(system.parameter_names) == set(machine.values) - {s.parameter for s in machine.schedules}
+    mass = system.second_order.mass
+    assert (mass - mass.T).expand().is_zero_matrix
+    initial = initial_state(machine, getattr(study.spec, "start", {}))
+    run = integrate(compile_system(system, engine="scipy"), initial, machine.values, np.linspace(0, 0.01, 3))
+    assert run.failure is None
+    assert np.isfinite(run.end_state).all()
+    outputs = compile_system(system, engine="scipy").outputs(run.time, run.states, run.parameters)
+    assert all(np.isfinite(v).all() for v in outputs.values())
+
+
+@pytest.mark.parametrize("name", names())
+def test_every_entry_says_what_it_is_and_where_it_comes_from(name):
+    document = read_toml(FOLDER / f"{name}.toml")
+    assert document["title"]
+    assert document["source"]
+
+
+def test_values_are_set_by_path():
+    assert load_machine("drozdetskaya-2020/table-5.1", {"u": 1.5}).values["u"] == 1.5
+    assert load_machine("drozdetskaya-2020/r1", {"drum.eccentricity": "2 mm", "drum.inertia": 1e-3}).values[
+        "drum.eccentricity"
+    ] == pytest.approx(2e-3)
+
+
+def test_entries_that_use_another_differ_only_where_they_say():
+    r1, r2 = (load_machine(f"drozdetskaya-2020/{n}") for n in ("r1", "r2"))
+    assert {k for k in r1.values if r1.values[k] != r2.values[k]} == {"drum.inertia"}
+    assert r1.system == r2.system
+    assert r2.title == "R2, u = 20"
+
+
+@pytest.mark.parametrize("name", ["table-5.1", "table-a.1"])
+def test_printed_sets_that_are_no_machine_carry_a_warning(name):
+    warnings = load_machine(f"drozdetskaya-2020/{name}").warnings
+    assert any("no machine has these parameters" in w for w in warnings)
+
+
+@pytest.mark.parametrize("name", ["r1", "r2", "table-3.1-laval", "table-3.1-carrier"])
+def test_the_others_carry_none(name):
+    assert load_machine(f"drozdetskaya-2020/{name}").warnings == ()
+
+
+def test_a_wrong_name_is_answered_with_the_nearest():
+    with pytest.raises(InputError, match=r"did you mean 'drozdetskaya-2020/table-5\.1'"):
+        load_machine("drozdetskaya-2020/tabel-5.1")
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"), [("v", 1.0, "unknown parameter"), ("u", -1.0, "at least 0"), ("u", "1 m", "length")]
+)
+def test_wrong_settings_are_refused(path, value, said):
+    with pytest.raises(InputError, match=said):
+        load_machine("drozdetskaya-2020/table-5.1", {path: value})

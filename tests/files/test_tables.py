@@ -1,0 +1,171 @@
+"""Files of measured points: how they may be written, and what is said of those that cannot be used."""
+
+import copy
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wucht.errors import InputError
+from wucht.files.tables import SPEED_TORQUE, read_table, with_tables
+
+many = settings(max_examples=200, deadline=None, derandomize=True)
+RPM = math.pi / 30
+
+
+@pytest.fixture
+def written(tmp_path):
+    """A file with a text in it."""
+
+    def write(text, name="motor.csv"):
+        path = tmp_path / name
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0,5\n100,8\n150,0\n",
+        "0, 5\r\n100, 8\r\n150, 0",
+        "0;5\n100;8\n150;0\n",
+        "0,0;5,0\n1e2;8,0\n150,0;0\n",
+        "0 5\n100\t8\n  150   0  \n\n",
+        "# measured on Monday\nspeed, torque\n0, 5 # standstill\n\n100, 8\n150, 0\n",
+        "\ufeffspeed;torque\n0;5\n100;8\n150;0\n",
+        "speed [rad/s], torque [N m]\n0, 5\n100, 8\n150, 0\n",
+        "speed (rad/s) torque (N m)\n0 5\n100 8\n150 0\n",
+        "w[rad/s] M[N m]\n0 5\n100 8\n150 0\n",
+        '"speed of the shaft (rad/s)","torque [N m/(rad/s) * rad/s]"\n"0","5"\n"100","8"\n"150","0"\n',
+        "speed [deg/s]; torque [N mm]\n0; 5000\n5729,5779513082321; 8e3\n8594.366926962348; 0\n",
+    ],
+)
+def test_the_same_table_in_many_hands(written, text):
+    found = read_table(written(text), SPEED_TORQUE)
+    assert [x for row in found for x in row] == pytest.approx([0, 5, 100, 8, 150, 0], rel=1e-14)
+
+
+def test_the_heading_may_carry_units(written):
+    found = read_table(written("speed (rpm), torque [kN m]\n0, 0.005\n1500, 8e-3\n"), SPEED_TORQUE)
+    assert found == [[0.0, 5.0], [pytest.approx(1500 * RPM), 8.0]]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "at least two rows of speed and torque; found 0"),
+        ("speed, torque\n1, 2\n", "at least two rows of speed and torque; found 1"),
+        ("1, 2\n3, 4\n5, six\n", "line 3: 'six' is no finite number; allowed is a torque"),
+        ("1, 2\nspeed, torque\n", "line 2: 'speed' is no finite number; allowed is a speed"),
+        ("1, 2\n3, nan\n", "line 2: 'nan' is no finite number"),
+        ("nan, inf\n3, 4\n", "line 1: 'nan' is no finite number"),
+        ("1, 2\n3, 1e999\n", "line 2: '1e999' is no finite number"),
+        ("1, 2\n3, 1_0\n", "line 2: '1_0' is no finite number"),
+        ("1, 2\n\n# again\n1, 3\n", "line 4: the speed does not increase"),
+        ("1, 2\n3, 4, 5\n", "line 2: allowed are two numbers, speed and torque; these are 3 columns"),
+        ("1\n2\n", "line 1: allowed are two numbers, speed and torque; these are 1 columns"),
+        ("1,5 2,5\n2,5 3,5\n", "line 1: .*these are 3 columns"),
+        ("speed, torque, power\n1, 2\n3, 4\n", "line 1: allowed are two columns, speed and torque; the heading has 3"),
+        ("speed (V), torque\n1, 2\n3, 4\n", "line 1: allowed is a speed.*this one is a voltage"),
+        ("speed (hurz), torque\n1, 2\n3, 4\n", "line 1: .*'hurz' is no known unit"),
+        ("speed (1/s), torque\n1, 2\n3, 4\n", "line 1: .*allowed is a speed"),
+        ("torque, speed\n1, 2\n3, 4\n", "line 1: the columns are exchanged; allowed is speed first, then torque"),
+        ("speed (rpm, torque\n1, 2\n3, 4\n", r"line 1: 'speed \(rpm' is no heading; allowed is speed or speed \[rad/s\]"),
+        (b"\xff\xfe1\x00", "it is not UTF-8 text"),
+    ],
+)
+def test_a_bad_table_is_refused_with_its_line(written, text, said):
+    path = written(text)
+    with pytest.raises(InputError, match=said) as told:
+        read_table(path, SPEED_TORQUE)
+    assert told.value.where == str(path)
+
+
+def test_a_file_that_cannot_be_read(tmp_path):
+    for path, said in ((tmp_path / "none.csv", "there is no such file"), (tmp_path, "cannot be read: Is a directory")):
+        with pytest.raises(InputError, match=said):
+            read_table(path, SPEED_TORQUE)
+
+
+@many
+@given(st.text(alphabet='0123456789.,;-+eE #[]()ab_\n\t"', max_size=60))
+def test_any_text_gives_a_table_or_a_sentence(tmp_path_factory, text):
+    path = tmp_path_factory.getbasetemp() / "any.csv"
+    path.write_text(text, encoding="utf-8")
+    try:
+        rows = read_table(path, SPEED_TORQUE)
+    except InputError:
+        return
+    assert len(rows) >= 2
+    assert all(len(r) == 2 and all(math.isfinite(x) for x in r) for r in rows)
+
+
+MACHINE = {
+    "carrier": {"mass": 1.0, "motion": {"direction": "x", "table": "motion.csv"}},
+    "drives": [{"on": "a", "kind": "linear", "slope": 1}, {"on": "b", "kind": "table", "file": "motor.csv"}],
+    "loads": [{"on": "a", "kind": "table", "file": "sub/fan.csv"}],
+}
+
+
+def test_files_become_points(tmp_path, written):
+    written("0, 5\n100, 8\n")
+    written("time [ms], x [mm]\n0, 1\n10, 2\n", "motion.csv")
+    (tmp_path / "sub").mkdir()
+    written("0, 0\n100, 2\n", "sub/fan.csv")
+    before = copy.deepcopy(MACHINE)
+    found = with_tables(MACHINE, tmp_path)
+    assert before == MACHINE
+    assert found["drives"] == [MACHINE["drives"][0], {"on": "b", "kind": "table", "points": [[0, 5], [100, 8]]}]
+    assert found["loads"] == [{"on": "a", "kind": "table", "points": [[0, 0], [100, 2]]}]
+    assert found["carrier"] == {"mass": 1.0, "motion": {"direction": "x", "points": [[0, 1e-3], [pytest.approx(1e-2), 2e-3]]}}
+    assert with_tables({"drive": MACHINE["drives"][1]}, tmp_path)["drive"]["points"] == [[0, 5], [100, 8]]
+
+
+def test_a_carrier_that_turns_is_moved_by_an_angle(tmp_path, written):
+    written("time [s], angle [deg]\n0, 0\n1, 180\n", "motion.csv")
+    for carrier in (
+        {"directions": "r", "motion": {"table": "motion.csv"}},
+        {"motion": {"direction": "r", "table": "motion.csv"}},
+    ):
+        found = with_tables({"carrier": carrier}, tmp_path)
+        assert found["carrier"]["motion"]["points"] == [[0, 0], [1, pytest.approx(math.pi)]]
+
+
+@pytest.mark.parametrize(
+    ("machine", "said"),
+    [
+        ({"drive": {"kind": "table", "file": "none.csv"}}, r"^machine\.drive\.file: given 'none.csv'; there is no such file"),
+        (
+            {"drive": {"kind": "table", "file": "bad.csv"}},
+            r"^machine\.drive\.file: given 'bad.csv'; line 2: 'x' is no finite number",
+        ),
+        (
+            {"drives": [{}, {"kind": "table", "file": 3}]},
+            r"^machine\.drives\[1\]\.file: given 3; allowed is the name of a file",
+        ),
+        ({"loads": [{"kind": "table", "file": " "}]}, r"^machine\.loads\[0\]\.file: given ' '; allowed is the name"),
+        (
+            {"drive": {"kind": "table", "file": "bad.csv", "points": [[0, 1], [1, 2]]}},
+            r"^machine\.drive\.file: given 'bad.csv'; allowed is either file or points",
+        ),
+        (
+            {"carrier": {"motion": {"table": "bad.csv"}}},
+            r"^machine\.carrier\.motion\.table: given 'bad.csv'; line 2: .* allowed is a displacement",
+        ),
+    ],
+)
+def test_errors_name_the_key(written, machine, said):
+    folder = written("1, 2\n3, x\n", "bad.csv").parent
+    with pytest.raises(InputError, match=said):
+        with_tables(machine, folder)
+
+
+@pytest.mark.parametrize(
+    "machine",
+    [{}, {"drive": 3}, {"drives": "x", "loads": [7]}, {"carrier": {"motion": "x"}}, {"drive": {"kind": "linear", "file": "x"}}],
+)
+def test_what_is_no_table_is_left_to_the_machine(tmp_path, machine):
+    assert with_tables(machine, tmp_path) == machine

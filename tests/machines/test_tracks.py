@@ -1,0 +1,277 @@
+"""Bodies of one track: single collisions against momentum and restitution, and that nothing ever tunnels."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.machines.tracks import angular_width
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.results.conventions import summary_of
+from wucht.studies.initial_state import initial_state
+from wucht.studies.run_up.prepare import placed_at_start, prepare
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
+
+TURN = 2 * math.pi
+STILL = {"kind": "constant-speed", "speed": 0.0}
+RING = {"kind": "rotor", "name": "ring", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.02}
+
+
+def ball(name, **more):
+    """A point ball of 0.1 kg on a circle of 0.1 m, 20 mm thick: two that touch are 0.2003 rad apart."""
+    return {
+        "kind": "pendulum",
+        "name": name,
+        "about": "ring",
+        "mass": 0.1,
+        "length": 0.1,
+        "diameter": 0.02,
+        "track": "t",
+    } | more
+
+
+def moved(machine, start, grid, engine=None):
+    machine, initial = placed_at_start(machine, start, float(grid[-1]))
+    flow = compile_system(machine.system, engine=engine)
+    run = integrate(flow, initial, machine.values, grid)
+    assert run.failure is None
+    rows = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
+    return machine, rows | flow.outputs(run.time, run.states, run.parameters)
+
+
+def gaps(machine, rows):
+    """Of every two neighbours in the order of the start, counter-clockwise: negative where they overlap. (n, N)"""
+    (track,) = machine.tracks
+    order = sorted(track.bodies, key=lambda b: rows[f"{b.name}.angle"][0] % TURN)
+    found = []
+    for a, b in zip(order, [*order[1:], order[0]], strict=True):
+        ahead = rows[f"{b.name}.angle"] - rows[f"{a.name}.angle"]
+        first = ahead[0] % TURN
+        found.append(ahead - ahead[0] + first - angular_width(a, b))
+    return np.array(found)
+
+
+def energy_gap(rows):
+    gap = rows["supplied_work"] - rows["dissipated_work"] - rows["stored_energy"] + rows["stored_energy"][0]
+    return np.abs(gap).max() / max(np.abs(rows["supplied_work"]).max(), np.abs(rows["stored_energy"]).max())
+
+
+@pytest.mark.parametrize(
+    ("e1", "e2", "mass", "engine"),
+    [(0.5, 0.5, 0.1, "heyoka"), (0.5, 0.5, 0.1, "scipy"), (0.05, 0.05, 0.1, "heyoka"), (0.9, 0.4, 0.3, "heyoka"),
+     (1.0, 1.0, 0.02, "heyoka"), (0.3, None, 0.2, "heyoka")],
+)  # fmt: skip
+def test_one_collision_on_a_free_ring(e1, e2, mass, engine):
+    """No damping, the ring held: the balls meet once within the time looked at. Their relative speed is turned round times the
+    restitution (of two different ones the geometric mean), their angular momentum stays: both to 1e-9 at 4 against -1 rad/s."""
+    if engine == "heyoka":
+        pytest.importorskip("heyoka")
+    other = ball("b", mass=mass, **({} if e2 is None else {"restitution": e2}))
+    machine = machine_from(
+        {"carrier": {"directions": "fixed"}, "bodies": [RING, ball("a", restitution=e1), other], "drive": STILL}
+    )
+    start = {"a": {"angle": 0.0, "speed": 4.0}, "b": {"angle": 1.2, "speed": -1.0}}
+    _, rows = moved(machine, start, np.linspace(0, 0.5, 11), engine)
+    after_a, after_b = rows["a.speed"][-1], rows["b.speed"][-1]
+    e = math.sqrt(e1 * (0.5 if e2 is None else e2))
+    assert after_b - after_a == pytest.approx(5 * e, abs=1e-8)
+    assert 0.1 * after_a + mass * after_b == pytest.approx(0.1 * 4 - mass, abs=1e-10)
+    reduced = 0.1 * mass / (0.1 + mass) * 0.01
+    assert rows["dissipated_work"][-1] == pytest.approx(reduced * 25 * (1 - e**2) / 2, abs=1e-11)
+    assert energy_gap(rows) < 1e-9
+
+
+@pytest.mark.parametrize("restitution", [0.2, 0.8])
+def test_one_collision_of_rollers(restitution):
+    """Rolling adds mu m eps^2 to their inertia; the track is held."""
+    rollers = [
+        {"kind": "roller", "name": n, "about": "ring", "mass": m, "track_radius": 0.1, "radius": 0.01, "track": "t",
+         "restitution": restitution} for n, m in (("a", 0.1), ("b", 0.25))
+    ]  # fmt: skip
+    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": [RING, *rollers], "drive": STILL})
+    start = {"a": {"angle": 0.0, "speed": 4.0}, "b": {"angle": 1.2, "speed": -1.0}}
+    _, rows = moved(machine, start, np.linspace(0, 0.5, 11))
+    assert rows["b.speed"][-1] - rows["a.speed"][-1] == pytest.approx(5 * restitution, abs=1e-8)
+    assert 0.1 * rows["a.speed"][-1] + 0.25 * rows["b.speed"][-1] == pytest.approx(0.4 - 0.25, abs=1e-10)
+
+
+def test_three_in_a_row():
+    """Elastic equal balls hand their speed on: after a hits b, b hits c, and round the ring c hits a."""
+    bodies = [RING, *(ball(n, restitution=1.0) for n in "abc")]
+    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": bodies, "drive": STILL})
+    start = {"a": {"angle": 0.0, "speed": 3.0}, "b": 1.0, "c": 3.0}
+    _, rows = moved(machine, start, np.linspace(0, 1.5, 301))
+    moving = [n for n in "abc" for k in range(2, 301) if rows[f"{n}.speed"][k] > 2.99 and rows[f"{n}.speed"][k - 1] < 2.99]
+    assert moving[:2] == ["b", "c"]
+    total = sum(rows[f"{n}.speed"] for n in "abc")
+    assert total == pytest.approx(3.0, abs=1e-10)
+    assert energy_gap(rows) < 1e-9
+
+
+def grinder(count, gravity=0.0, **track):
+    """A grinder of 200 rad/s on a soft mounting at 80 rad/s with balls in oil, unbalanced by less than they can balance."""
+    bodies = [
+        {"kind": "rotor", "name": "ring", "mass": 2.0, "unbalance": 4e-3 * count / 2, "inertia": 0.02},
+        *({"kind": "pendulum", "name": f"b{i}", "about": "ring", "mass": 0.03, "length": 0.1, "damping": 2e-3, "diameter": 0.02,
+           "track": "t"} for i in range(count)),
+    ]  # fmt: skip
+    document = {
+        "carrier": {"stiffness": 80.0**2 * 3, "damping": 60.0, "mass": 1.0, "gravity": gravity},
+        "bodies": bodies,
+        "drive": {"kind": "linear", "slope": 0.1, "no_load_speed": 200.0},
+    }
+    return machine_from(document | ({"tracks": {"t": track}} if track else {}))
+
+
+def spread(count, first=0.1, apart=0.25):
+    return {f"b{i}": first + apart * i for i in range(count)}
+
+
+CASES = {
+    "two": (2, spread(2, 0.1, 2.0), 0.0),
+    "two under gravity": (2, spread(2, 0.1, 0.21), 9.81),
+    "symmetric about the unbalance": (2, {"b0": 1.0, "b1": -1.0}, 0.0),
+    "four symmetric, touching": (4, {"b0": 0.1001674212, "b1": 0.3005022636, "b2": -0.1001674212, "b3": -0.3005022636}, 0.0),
+    "three at the same speed": (3, {f"b{i}": {"angle": 0.3 * i, "speed": 150.0} for i in range(3)}, 0.0),
+    "six": (6, spread(6), 0.0),
+    "ten under gravity": (10, spread(10), 9.81),
+    "three, one shot against two": (3, {"b0": {"angle": 0.0, "speed": 90.0}, "b1": 1.0, "b2": 1.2005}, 0.0),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_nothing_tunnels(case):
+    """The deepest overlap is that of a spring of 20 times the operating speed: closing speed/(20 w), 0.05 rad where a ball at
+    rest meets one at full speed, of 0.2 rad that two balls are apart. One that tunnelled would go on beyond -0.2 rad."""
+    count, start, gravity = CASES[case]
+    machine, rows = moved(grinder(count, gravity), start, np.linspace(0, 1.0, 4001))
+    found = gaps(machine, rows)
+    assert found.min() > -0.05
+    assert found.min() < 1e-6  # they met
+    assert found.sum(axis=0) == pytest.approx(found[:, 0].sum(), abs=1e-9)  # and always the whole circle
+    assert energy_gap(rows) < 1e-9
+    assert (np.diff(rows["dissipated_work"]) > -1e-12).all()
+
+
+def test_a_long_run():
+    """Three balls for twenty seconds, six hundred turns, under gravity."""
+    machine, rows = moved(grinder(3, 9.81), spread(3), np.linspace(0, 20.0, 8001))
+    found = gaps(machine, rows)
+    assert found.min() > -0.02
+    assert energy_gap(rows) < 1e-9
+
+
+def test_the_stiffness_of_the_contact_does_not_matter():
+    """Two balls that come to rest against each other behind a small unbalance, and three that collide on the way: the final
+    speed with contacts 25 times as stiff differs by less than 1e-3 rad/s."""
+    for count in (2, 3):
+        soft = grinder(count)
+        frequency = soft.values["tracks.t.contact_frequency"]
+        assert frequency == pytest.approx(20 * 200.0)
+        hard = grinder(count, contact_frequency=5 * frequency)
+        start = spread(count, 2.5, 0.3)
+        found = [summary_of(run(RunUp(until=6.0, start=start), m)) for m in (soft, hard)]
+        assert abs(found[0]["final_speed"] - found[1]["final_speed"]) < 1e-3
+        assert found[0]["energy_residual"] < 1e-9
+        assert found[1]["energy_residual"] < 1e-9
+
+
+def test_symmetric_starts_stay_symmetric():
+    """Two balls that meet head on, mirrored at the line of a ring that is held: both corners of a collision at one instant."""
+    bodies = [RING, *(ball(n, damping=1e-4) for n in "abcd")]
+    document = {"carrier": {"directions": "fixed"}, "bodies": bodies, "drive": STILL}
+    machine = machine_from(document | {"tracks": {"t": {"contact_frequency": 2000.0}}})
+    start = {
+        "a": {"angle": 0.5, "speed": -7.0}, "b": {"angle": -0.5, "speed": 7.0},
+        "c": {"angle": 2.5, "speed": 5.0}, "d": {"angle": -2.5, "speed": -5.0},
+    }  # fmt: skip
+    machine, rows = moved(machine, start, np.linspace(0, 3, 601))
+    assert rows["a.angle"] == pytest.approx(-rows["b.angle"], abs=1e-10)
+    assert rows["c.angle"] == pytest.approx(-rows["d.angle"], abs=1e-10)
+    assert gaps(machine, rows).min() > -14 / 2000
+    assert energy_gap(rows) < 1e-9
+
+
+def test_balls_that_touch_at_rest_stay_at_rest():
+    bodies = [RING, *(ball(n) for n in "abc")]
+    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": bodies, "drive": STILL})
+    width = 2 * math.asin(0.1)
+    start = {"a": 0.0, "b": width, "c": {"angle": 2.0, "speed": 1e-9}}
+    for engine in ("heyoka", "scipy"):
+        if engine == "heyoka":
+            pytest.importorskip("heyoka")
+        _, rows = moved(machine, start, np.linspace(0, 2, 5), engine)
+        assert np.ptp(rows["a.angle"]) < 1e-8
+        assert np.ptp(rows["b.angle"]) < 1e-8
+
+
+def test_bodies_without_a_track_pass():
+    bodies = [RING, *({k: v for k, v in ball(n).items() if k not in ("track", "diameter")} for n in "ab")]
+    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": bodies, "drive": STILL})
+    start = {"a": {"angle": 0.0, "speed": 4.0}, "b": {"angle": 1.2, "speed": -1.0}}
+    _, rows = moved(machine, start, np.linspace(0, 1.0, 3))
+    assert rows["a.angle"][-1] == pytest.approx(4.0)
+
+
+def test_tracks_do_not_hinder_each_other():
+    bodies = [RING, ball("a"), ball("b", track="u"), ball("c", track="u")]
+    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": bodies, "drive": STILL})
+    assert [t.name for t in machine.tracks] == ["u"]
+    start = {"a": {"angle": 0.0, "speed": 4.0}, "b": 0.2, "c": 3.0}
+    _, rows = moved(machine, start, np.linspace(0, 1.0, 3))
+    assert rows["a.angle"][-1] == pytest.approx(4.0)
+    assert rows["b.angle"][-1] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("start", "said"),
+    [
+        ({"b0": 0.0, "b1": 0.0}, "overlap: their centres must be 11.48 degrees apart"),
+        ({"b0": 0.0, "b1": 0.19}, "'b0' and 'b1' of the track 't' overlap"),
+        ({"b0": 0.0, "b1": -0.19}, "'b1' and 'b0' of the track 't' overlap"),
+        ({"b0": 0.1, "b1": 0.1 - 2 * TURN}, "overlap"),
+        ({"b0": "359 deg", "b1": "1 deg"}, "overlap"),
+        ({"b0": 0.0}, "overlap"),
+    ],
+)
+def test_starts_that_overlap_are_refused(start, said):
+    with pytest.raises(InputError, match=said):
+        prepare(RunUp(until=1.0, start=start), grinder(2))
+
+
+def test_bodies_of_which_none_is_named_stand_evenly_spaced():
+    machine = grinder(4)
+    rows = dict(zip(machine.state_names, initial_state(machine, {}), strict=True))
+    assert [rows[f"b{i}.angle"] for i in range(4)] == pytest.approx([0, TURN / 4, TURN / 2, 3 * TURN / 4])
+
+
+@pytest.mark.parametrize(
+    ("bodies", "said"),
+    [
+        (
+            [ball("a"), ball("b", length=0.11)],
+            r"centre of 'a' of this track runs on a circle of 0.1 m, that of this body on 0.11 m",
+        ),
+        ([ball("a"), ball("b", about="a")], "'a' of this track turns about 'ring'"),
+        ([ball(f"b{i}") for i in range(32)], "32 bodies of this size do not fit"),
+        ([ball("a", diameter=0.3), ball("b")], "allowed is less than twice the radius"),
+        ([{k: v for k, v in ball("a").items() if k != "diameter"}, ball("b")], "this key is missing; bodies of a track"),
+        ([ball("a", suspension=[0.01, 0.0]), ball("b")], "allowed is none on a track"),
+        ([ball("a", restitution=1.2), ball("b")], "restitution.*between 0.01 and 1"),
+        ([{k: v for k, v in ball("a").items() if k != "track"}, ball("b")], "allowed only with track"),
+    ],
+)
+def test_tracks_that_cannot_be_are_refused(bodies, said):
+    with pytest.raises(InputError, match=said):
+        machine_from({"carrier": {"directions": "fixed"}, "bodies": [RING, *bodies], "drive": STILL})
+
+
+def test_as_many_as_fit():
+    """31 balls of 0.2003 rad fill 6.2105 of 6.2832 rad."""
+    bodies = [ball(f"b{i}") for i in range(31)]
+    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": [RING, *bodies], "drive": STILL})
+    assert len(machine.tracks[0].bodies) == 31

@@ -1,0 +1,29 @@
+"""Who turns about whom."""
+
+import pytest
+
+from wucht.errors import WuchtError
+from wucht.machines.tree import Tree
+
+TREE = Tree({"ball": "cage", "drum": None, "cage": "drum", "second": None, "pendulum": "second"})
+
+
+def test_a_body_has_a_path_to_the_carrier() -> None:
+    assert TREE.path("ball") == ["ball", "cage", "drum"]
+    assert TREE.path("drum") == ["drum"]
+    assert [TREE.root(b) for b in ("ball", "drum", "pendulum")] == ["drum", "drum", "second"]
+
+
+def test_bodies_stand_in_order_from_the_axis_out() -> None:
+    assert TREE.outward == ["drum", "second", "cage", "pendulum", "ball"]
+
+
+def test_a_group_is_a_body_and_all_that_turn_about_it() -> None:
+    assert TREE.group("drum") == ["drum", "cage", "ball"]
+    assert TREE.group("cage") == ["cage", "ball"]
+
+
+@pytest.mark.parametrize("above", [{"a": "a"}, {"a": "b", "b": "a"}, {"a": "b", "b": "c", "c": "b"}])
+def test_a_circle_has_no_root(above: dict[str, str | None]) -> None:
+    with pytest.raises(WuchtError, match="circle"):
+        Tree(above).root("a")

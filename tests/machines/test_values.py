@@ -1,0 +1,72 @@
+"""Other parameter values: refused where the parts do not allow them, by the sentence that a file gets."""
+
+import math
+
+import pytest
+
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+
+DRUM = {
+    "carrier": {"mass": 1.0, "stiffness": [100.0, 200.0], "damping": 1.0},
+    "bodies": [{"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.1, "inertia": 0.05}],
+    "drive": {"kind": "linear", "slope": 0.1, "no_load_speed": 20.0},
+}
+
+
+def drum() -> Machine:
+    return machine_from(DRUM)
+
+
+def test_values_are_changed_and_the_structure_stays() -> None:
+    machine = drum()
+    other = machine.with_values({"drum.mass": 3.0, "carrier.stiffness.y": 150.0})
+    assert (other.values["drum.mass"], other.values["carrier.stiffness.y"]) == (3.0, 150.0)
+    assert machine.values["drum.mass"] == 2.0
+    assert other.system == machine.system
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"drum.mas": 1.0}, r"drum\.mas: given 1\.0; unknown parameter; did you mean 'drum\.mass'\?"),
+        ({"drum.mass": -1.0}, r"drum\.mass: given -1\.0; allowed is a mass greater than 0 kg"),
+        ({"drum.mass": math.nan}, r"drum\.mass: given nan; allowed is a finite mass in kg"),
+        ({"drum.mass": math.inf}, r"drum\.mass: given inf; allowed is a finite mass in kg"),
+        ({"carrier.stiffness.y": -1.0}, r"carrier\.stiffness\.y: given -1\.0; allowed is a stiffness of at least 0"),
+        ({"drum.inertia": 0.01}, r"drum\.inertia: given 0\.01; allowed is at least m e\^2 = 0\.02 kg m\^2"),
+        ({"drum.eccentricity": 1.0}, r"drum\.eccentricity: given 1\.0; drum\.inertia: allowed is at least m e\^2 = 2 kg m\^2"),
+    ],
+)
+def test_what_the_parts_do_not_allow_is_refused(values: dict[str, float], message: str) -> None:
+    with pytest.raises(InputError, match=f"^{message}"):
+        drum().with_values(values)
+
+
+def test_a_file_gets_the_same_sentence() -> None:
+    bad = {**DRUM, "bodies": [DRUM["bodies"][0] | {"mass": -1.0}]}  # type: ignore[index,operator]
+    with pytest.raises(InputError) as of_file:
+        machine_from(bad)
+    with pytest.raises(InputError) as of_values:
+        drum().with_values({"drum.mass": -1.0})
+    assert of_file.value.allowed == of_values.value.allowed
+
+
+def test_values_are_checked_with_those_of_the_moment() -> None:
+    heavy = drum().with_values({"drum.inertia": 5.0})
+    assert heavy.with_values({"drum.eccentricity": 1.0}).values["drum.eccentricity"] == 1.0
+    with pytest.raises(InputError, match="inertia"):
+        heavy.with_values({"drum.eccentricity": 2.0})
+
+
+def test_a_dimensionless_machine_refuses_too() -> None:
+    machine = load_machine("drozdetskaya-2020/table-5.1")
+    assert machine.with_values({"u": 2.0}).values["u"] == 2.0
+    with pytest.raises(InputError, match=r"^u: given -1\.0; allowed is"):
+        machine.with_values({"u": -1.0})
+
+
+def test_values_known_to_be_allowed_need_no_check() -> None:
+    assert drum().with_unchecked({"drum.inertia": 1e-300}).values["drum.inertia"] == 1e-300

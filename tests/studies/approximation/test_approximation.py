@@ -1,0 +1,435 @@
+"""The study approximation: deviations over a parameter, regions where the models differ, the order of the error, and trust."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.errors import InputError
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.results.conventions import summary_of
+from wucht.studies.approximation import comparison as comparison_module
+from wucht.studies.approximation import order as order_module
+from wucht.studies.approximation import run as run_module
+from wucht.studies.approximation.comparison import CURVE, Comparison
+from wucht.studies.approximation.order import FACTORS, Errors, UnmeasuredError, errors, nominal
+from wucht.studies.approximation.prepare import OWN, Plan, changes_at, prepare
+from wucht.studies.approximation.spec import Approximation
+from wucht.studies.approximation.verdict import regions
+from wucht.studies.run_up.model import SlowModel
+from wucht.studies.run_up.prepare import Case
+from wucht.studies.run_up.run import Motion
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import draw, run
+from wucht.studies.work import Work
+
+Study = Callable[..., Path]
+TABLE_3_1 = "drozdetskaya-2020/table-3.1-carrier"
+DRUM_START = {"p1": 0.3, "p2": -0.5}
+
+
+def ask(**keys: Any) -> Approximation:
+    return Approximation.read({"kind": "approximation", **keys})
+
+
+def answer(machine: Machine, **keys: Any) -> tuple[xr.Dataset, dict[str, Any]]:
+    found = run(ask(**keys), machine)
+    return found, summary_of(found)
+
+
+def measured(machine: Machine, **keys: Any) -> Errors:
+    return errors(ask(**keys), machine, Work())
+
+
+@pytest.fixture(scope="module")
+def rotor() -> Machine:
+    return load_machine(TABLE_3_1).with_values({"u": 2.0})
+
+
+@pytest.fixture
+def drum(study: Study) -> Machine:
+    return load_machine(str(study()))
+
+
+# Keys
+
+
+SPACED = {
+    "linear": ({"range": [1.0, 3.0], "points": 3}, [1.0, 2.0, 3.0]),
+    "a decade": ({"range": [0.1, 1.0], "points": 3}, [0.1, math.sqrt(0.1), 1.0]),
+    "a decade, linear": ({"range": [0.1, 1.0], "points": 3, "spacing": "linear"}, [0.1, 0.55, 1.0]),
+    "less, log": ({"range": [1.0, 4.0], "points": 3, "spacing": "log"}, [1.0, 2.0, 4.0]),
+    "from 0": ({"range": [0.0, 4.0], "points": 2}, [0.0, 4.0]),
+    "default": ({"range": [1.0, 7.0]}, [1, 2, 3, 4, 5, 6, 7]),
+    "values": ({"values": [3.0, 1.0, 3.0]}, [1.0, 3.0]),
+}
+
+
+@pytest.mark.parametrize(("keys", "expected"), SPACED.values(), ids=SPACED.keys())
+def test_values_of_the_range(rotor: Machine, keys: dict[str, Any], expected: list[float]) -> None:
+    turning = {rotor.rotor.name: {"speed": 1.0}}  # also with no drive at all
+    own, *values = prepare(ask(along="u", start=turning, **keys), rotor).values
+    assert math.isnan(own)
+    assert values == pytest.approx(expected, rel=1e-12)
+
+
+def test_defaults() -> None:
+    question = ask()
+    assert (question.along, question.values, question.until_phi, question.order) == ((), (), 100.0, 1)
+    assert question.run_up().model == "both"
+
+
+def test_one_factor_of_several_parameters() -> None:
+    machine = load_machine("drozdetskaya-2020/table-5.1")
+    plan = prepare(ask(along=["beta_p", "beta_r"], values=[0.5]), machine)
+    assert changes_at(machine, plan.spec.along, 0.5) == {"beta_p": 0.5, "beta_r": pytest.approx(0.05)}
+    assert changes_at(machine, plan.spec.along, OWN) == {}
+    own, half = (case.machine.values for case in plan.cases)
+    assert own == machine.values
+    assert half == {**machine.values, "beta_p": 0.5, "beta_r": pytest.approx(0.05)}
+
+
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "along": ({"along": "p1.name", "values": [1]}, r"study\.along: given 'p1\.name'; unknown parameter"),
+    "along a number": ({"along": 3, "values": [1]}, r"study\.along: given 3"),
+    "along nothing": ({"along": [], "values": [1]}, r"study\.along: given \[\]; allowed is the path of a parameter, or a list"),
+    "along twice": ({"along": ["p1.mass", "p1.mass"], "values": [1]}, r"study\.along.*different ones"),
+    "along alone": ({"along": "p1.mass"}, r"study\.range: this key is missing"),
+    "range alone": ({"range": [1, 2]}, r"study\.range: given .*only together with along"),
+    "points alone": ({"points": 3}, r"study\.points: given 3; allowed only together with along"),
+    "both": ({"along": "p1.mass", "values": [1], "range": [1, 2]}, r"study\.values: allowed is either values, or range"),
+    "order of the range": ({"along": "p1.mass", "range": [2, 1]}, r"study\.range.*low below high"),
+    "range in seconds": ({"along": "p1.mass", "range": ["1 s", "2 s"]}, r"study\.range\[0\]: given '1 s'"),
+    "factor in kg": ({"along": ["p1.mass", "p2.mass"], "range": ["1 kg", "2 kg"]}, r"without unit"),
+    "values in seconds": ({"along": "p1.mass", "values": ["1 s"]}, r"study\.values\[0\]: given '1 s'"),
+    "no values": ({"along": "p1.mass", "values": []}, r"study\.values: given \[\]; allowed is a list of 1 to 200"),
+    "not finite": ({"along": "p1.mass", "values": [math.nan]}, r"study\.values\[0\]: given nan"),
+    "points": ({"along": "p1.mass", "range": [1, 2], "points": 1}, r"study\.points: given 1; allowed is a whole number from 2"),
+    "half points": ({"along": "p1.mass", "range": [1, 2], "points": 2.5}, r"study\.points: given 2\.5"),
+    "spacing": ({"along": "p1.mass", "range": [1, 2], "spacing": "lin"}, r"study\.spacing: given 'lin'.*'linear'"),
+    "log from 0": ({"along": "p1.damping", "range": [0, 2], "spacing": "log"}, r"study\.spacing.*begin above 0"),
+    "angle 0": ({"until_phi": 0}, r"study\.until_phi: given 0"),
+    "angle in kg": ({"until_phi": "1 kg"}, r"study\.until_phi: given '1 kg'.*angle"),
+    "order": ({"order": 3}, r"study\.order: given 3; allowed is 1 or 2"),
+    "inertia": ({"inertia": "yes"}, r"study\.inertia: given 'yes'; allowed is true or false"),
+    "model": ({"model": "both"}, r"study\.model: given 'both'; unknown key"),
+    "key": ({"until_phy": 3}, r"study\.until_phy: given 3; unknown key; did you mean 'until_phi'"),
+    "a mass below 0": ({"along": "p1.mass", "values": [-1]}, r"study\.values: given -1\.0; p1\.mass"),
+    "no damping": ({"along": "p1.damping", "values": [0, 1], "inertia": False}, r"study\.inertia: given False; allowed"),
+    "no drive": ({"along": "drive.slope", "values": [0, 1]}, r"nothing would turn"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_wrong_question(drum: Machine, case: str) -> None:
+    """Before anything is computed."""
+    keys, says = REFUSED[case]
+    with pytest.raises(InputError, match=says):
+        prepare(ask(start=DRUM_START, **keys), drum)
+
+
+def test_a_machine_with_a_schedule_is_compared_without_an_order(study: Study) -> None:
+    """A schedule does not become slower with epsilon."""
+    machine = load_machine(
+        str(study("[study]", '[[machine.schedules]]\nparameter = "drum.mass"\npoints = [[0, 9], [1, 8]]\n[study]'))
+    )
+    found, mine = answer(machine, start=DRUM_START, until=1.0)
+    assert mine["order_of_error"] is None
+    assert mine["trusted"] is not True
+    assert mine["own"]["speed"] > 0
+    assert any("schedules" in w for w in json.loads(found.attrs["warnings"]))
+
+
+def test_machines_without_slow_equations_are_refused() -> None:
+    machine = load_machine("sperling-vibration/figure-7")
+    with pytest.raises(InputError, match="has no slow equations"):
+        prepare(ask(start={"disc": {"speed": 9.0}}), machine)
+
+
+# What it finds
+
+
+def test_trusted(rotor: Machine) -> None:
+    """Table 3.1 has epsilon = 0.01 and one free body: both captured, the error falls with epsilon."""
+    found, mine = answer(rotor, along="u", values=[1.0, 2.6])
+    assert mine["trusted"], mine["reasons"]
+    assert mine["own"]["outcome"] == mine["own"]["slow_outcome"] == "captured"
+    assert mine["order_of_error"] == pytest.approx(1.0, abs=0.1)
+    assert [d["u"] for d in mine["deviations"]] == [1.0, 2.6]
+    assert found.value.values[:-1] == pytest.approx([1.0, 2.6])
+    assert np.isnan(found.value.values[-1]), "the machine's own values come last, without a value"
+    # The curves end at until_phi, and their maximum is the number told.
+    assert float(found.angle[-1]) == 100.0
+    largest = np.nanmax(found.speed_over_angle.values, axis=1)
+    assert largest == pytest.approx(found.speed_deviation.values, rel=0.02)
+    assert (largest <= found.speed_deviation.values * (1 + 1e-12)).all()
+    assert found.attrs["finished"] == 1
+    assert not json.loads(found.attrs["warnings"])
+
+
+def test_units(drum: Machine) -> None:
+    found, _ = answer(drum, along="carrier.damping", values=[200.0, 300.0], start=DRUM_START, until=0.5, until_phi=20.0)
+    units = {n: found[n].attrs["units"] for n in ("value", "angle", "speed_deviation", "amplitude_deviation", "error")}
+    assert units == {"value": "N s/m", "angle": "rad", "speed_deviation": "rad/s", "amplitude_deviation": "m", "error": "rad/s"}
+    assert float(found.angle[-1]) == 20.0
+
+
+def test_not_trusted_with_light_damping() -> None:
+    """002, 5.6.2: sigma of the size of epsilon. The speeds part by 0.23 of 2, and the models end differently."""
+    machine = load_machine("drozdetskaya-2020/table-5.1").with_values({"sigma": 0.01})
+    found, mine = answer(machine, start={"psi": 0.0, "delta": 0.5}, until=1500.0)
+    assert not mine["trusted"]
+    assert any("the speeds of the rotor differ by" in r for r in mine["reasons"])
+    assert any("the full equations end" in r for r in mine["reasons"])
+    assert "not to be trusted" in found.attrs["sentence"]
+
+
+def test_with_a_prescribed_speed_the_bodies_are_compared() -> None:
+    """The rotor's speed has no deviation then; its rollers go another way in the slow equations, and arrive elsewhere."""
+    machine = load_machine("sperling-rollers/figure-8")
+    found, mine = answer(machine, start={"r1": 0.1, "r2": -0.1})
+    assert mine["speeds_of"] == "the bodies"
+    assert found.speed_deviation.attrs["long_name"] == "largest deviation of the speed of the bodies"
+    assert mine["own"]["speed"] > 1.0
+    assert mine["trusted"] is False
+    assert any("the amplitudes differ by" in r for r in mine["reasons"])
+
+
+def test_without_an_order_nothing_is_trusted(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Agreement at one epsilon is no proof: 002, 5.6, varies it."""
+
+    def unmeasured(_spec: Approximation, _machine: Machine, _work: Work) -> None:
+        raise UnmeasuredError("at 0.5 epsilon the full equations fail: the step became too small")
+
+    monkeypatch.setattr(run_module, "errors", unmeasured)
+    found, mine = answer(rotor)
+    assert mine["trusted"] is None
+    assert mine["reasons"] == [
+        "whether the error falls with epsilon could not be measured: at 0.5 epsilon the full equations fail: the step became "
+        "too small"
+    ]
+    assert "not decided" in found.attrs["sentence"]
+
+
+def test_exciters_have_the_root_of_epsilon_as_their_small_parameter() -> None:
+    """Nothing damps them against each other: they librate with it."""
+    assert nominal(load_machine("sperling-vibration/self-synchronisation-soft"), 1) == 0.5
+    assert nominal(load_machine(TABLE_3_1), 2) == 2.0
+
+
+def test_too_short_to_tell(rotor: Machine) -> None:
+    _, mine = answer(rotor, until=100.0)
+    assert not mine["trusted"]
+    assert mine["own"]["same_outcome"] is None
+    assert "too short" in mine["reasons"][0]
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_order_of_the_error(rotor: Machine, order: int) -> None:
+    found = measured(rotor, order=order)
+    assert tuple(found.factors) == FACTORS
+    assert (np.diff(found.speed) < 0).all()
+    assert found.order == pytest.approx(order, abs=0.1)
+
+
+def test_the_error_of_the_second_order_is_smaller_from_the_beginning(rotor: Machine) -> None:
+    first, second = (measured(rotor, order=o) for o in (1, 2))
+    assert (second.speed < 0.2 * first.speed).all()
+
+
+def test_the_order_of_a_shaken_machine_is_positive() -> None:
+    """001, 2.1: at kappa times epsilon the shaking's torque must be kappa times as large too, or the problem is another one."""
+    machine = load_machine("sperling-vibration/figure-2a")
+    found = measured(machine)
+    assert found.speed[-1] < 0.5 * found.speed[0]
+    assert 0.5 < found.order < 1.5
+
+
+def test_the_order_with_a_prescribed_speed_is_that_of_the_bodies() -> None:
+    """The rotor's speed has no error then: what is measured is that of its rollers."""
+    machine = load_machine("sperling-rollers/figure-8")
+    found = measured(machine, start={"r1": 0.1, "r2": -0.1})
+    assert (np.diff(found.speed) < 0).all()
+    assert 0.5 < found.order < 2
+
+
+def test_a_long_angle_keeps_the_runs_in_proportion(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[float] = []
+    monkeypatch.setattr(order_module, "_largest", lambda _model, _flows, until, _work: asked.append(until) or 1.0)
+    measured(rotor, until_phi=1e4)
+    assert asked == pytest.approx([asked[0] / f for f in FACTORS])
+    assert max(asked) <= 20_000
+
+
+def test_no_order_where_the_rotor_does_not_turn_far_enough() -> None:
+    """A drive that only just moves: 8 doublings of the time do not reach the angle."""
+    machine = load_machine(TABLE_3_1).with_values({"u": 1e-7})
+    with pytest.raises(UnmeasuredError, match=r"at 1 epsilon the rotor does not turn by 100 rad"):
+        measured(machine)
+
+
+# Comparisons, in words
+
+
+NOTHING = ((math.nan, math.nan), (math.nan, math.nan), np.empty((2, 0)))
+
+
+def _comparison(value: float, same: bool | None) -> Comparison:
+    names = {True: ("passed", "passed"), False: ("passed", "captured"), None: ("unidentified", "passed")}
+    return Comparison(value, *names[same], *NOTHING)
+
+
+REGIONS = {
+    "none": ([True, True, None], []),
+    "all": ([False, False, False], [[0, 2]]),
+    "one": ([True, False, True], [[1, 1]]),
+    "two": ([False, True, False, False], [[0, 0], [2, 3]]),
+    "parted by an unknown": ([False, None, False], [[0, 0], [2, 2]]),
+}
+
+
+@pytest.mark.parametrize(("same", "expected"), REGIONS.values(), ids=REGIONS.keys())
+def test_regions_of_disagreement(same: list[bool | None], expected: list[list[float]]) -> None:
+    assert regions([_comparison(float(i), s) for i, s in enumerate(same)]) == expected
+
+
+def test_what_failed_is_not_alike() -> None:
+    for outcome in ("passed", "unidentified"):
+        failed = Comparison(1.0, outcome, outcome, *NOTHING, "the step became too small")
+        assert failed.same_outcome is False
+
+
+def test_a_run_that_fails_is_recorded(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    genuine = comparison_module.run_case
+
+    def fail_at_1(spec: RunUp, case: Case, work: Work) -> Iterator[tuple[Motion, ...]]:
+        for motions in genuine(spec, case, work):
+            yield motions
+            if case.machine.values["u"] == 1.0 and len(motions[0].legs) == 3:
+                failed = replace(motions[0].legs[-1], failure="the step became too small")
+                yield (replace(motions[0], legs=(*motions[0].legs[:-1], failed)),)
+                return
+
+    monkeypatch.setattr(comparison_module, "run_case", fail_at_1)
+    found, mine = answer(rotor, along="u", values=[1.0, 2.0], until=800.0)
+    assert mine["deviations"][0]["speed"] is None
+    assert mine["deviations"][0]["outcome"] == mine["deviations"][0]["slow_outcome"] == "failed"
+    assert mine["disagreement"] == [[1.0, 1.0]]
+    assert json.loads(found.attrs["warnings"]) == ["u = 1: the step became too small"]
+    assert not found.attrs["failure"]
+    assert found.attrs["finished"] == 1
+
+
+# Stopping and resuming
+
+
+COUNT = 4  # parts of the same weight: the machine as it is, two values, and the order of the error
+
+
+def stopping_in(part: float) -> Callable[[float, str], None]:
+    """Ctrl-C, once a part has begun."""
+
+    def stop(share: float, _: str) -> None:
+        if COUNT * share > part:
+            raise KeyboardInterrupt
+
+    return stop
+
+
+@pytest.mark.parametrize("done", [0, 1, 2, 3])
+def test_ctrl_c_leaves_a_valid_result(rotor: Machine, done: int) -> None:
+    found = run(ask(along="u", values=[1.0, 2.0], until=300.0), rotor, progress=stopping_in(done))
+    mine = summary_of(found)
+    assert found.attrs["finished"] == 0
+    assert found.sizes["value"] == done
+    assert mine["trusted"] is None
+    assert mine["reasons"] == ["it was interrupted before this was decided"]
+    assert (mine["own"] is None) == (done == 0)
+    assert [d["u"] for d in mine["deviations"]] == [1.0, 2.0][: max(done - 1, 0)]
+    progress, interrupted = json.loads(found.attrs["warnings"])
+    assert progress == f"{max(done - 1, 0)} of 2 values are compared"
+    assert interrupted.startswith("interrupted")
+    assert len(draw(found).axes) == 4
+
+
+def test_progress_goes_from_0_to_1_in_even_parts(rotor: Machine) -> None:
+    seen: list[float] = []
+    run(ask(along="u", values=[1.0, 2.0], until=300.0), rotor, progress=lambda share, _: seen.append(share))
+    assert {k / COUNT for k in range(COUNT)} <= set(seen)
+    assert seen[0] == 0.0
+    assert max(seen) == pytest.approx(1.0)
+    # Only the slow run of the error looks for its time by trial: it may begin anew, within its part.
+    inside = [s for s in seen if s < 1 - 1 / COUNT]
+    assert inside == sorted(inside)
+
+
+@pytest.mark.parametrize("part", [0.5, 1.5, 2.5, 3.5])
+def test_resumed_it_is_the_uninterrupted_one(
+    rotor: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: float
+) -> None:
+    """To the last bit, and what was compared or measured is not computed again."""
+    question = ask(along="u", values=[1.0, 2.0], until=300.0)
+    run(question, rotor, folder=tmp_path, progress=stopping_in(part))
+    compared, factors = list[int](), list[float]()
+    genuine, error = run_module.comparison, order_module._largest
+
+    def comparison(plan: Plan, k: int, work: Work) -> Comparison:
+        compared.append(k)
+        return genuine(plan, k, work)
+
+    def largest(model: SlowModel, *others: Any) -> float:
+        factors.append(model.machine.values["kappa"])
+        return error(model, *others)
+
+    monkeypatch.setattr(run_module, "comparison", comparison)
+    monkeypatch.setattr(order_module, "_largest", largest)
+    found = run(question, rotor, folder=tmp_path, resume=True)
+    assert compared == list(range(int(part), 3))
+    # The parts of the order are as long as their runs: 1, 2, 4 and 8 of 15.
+    assert factors == ([0.125] if part == 3.5 else list(FACTORS))
+    whole = run(question, rotor)
+    assert summary_of(found) == summary_of(whole)
+    assert list(found.variables) == list(whole.variables)
+    for name in whole.variables:
+        assert np.array_equal(found[name], whole[name], equal_nan=whole[name].dtype.kind == "f"), name
+    assert found.attrs["finished"] == 1
+    assert "interrupted" not in found.attrs["warnings"]
+
+
+def test_a_run_that_failed_is_not_run_again(rotor: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    question = ask(along="u", values=[1.0, 2.0], until=300.0)
+    failed = Comparison(1.0, "failed", "failed", *NOTHING[:2], np.full((2, CURVE), np.nan), "the step became too small")
+    genuine, compared = run_module.comparison, list[int]()
+
+    def comparison(plan: Plan, k: int, work: Work) -> Comparison:
+        compared.append(k)
+        return failed if k == 1 else genuine(plan, k, work)
+
+    monkeypatch.setattr(run_module, "comparison", comparison)
+    run(question, rotor, folder=tmp_path, progress=stopping_in(2))
+    found = run(question, rotor, folder=tmp_path, resume=True)
+    assert compared == [0, 1, 2, 2]
+    assert list(found.failed.values) == ["the step became too small", "", ""]
+    assert found.attrs["finished"] == 1
+
+
+@pytest.mark.parametrize(
+    ("keys", "changes", "says"),
+    [({"until": 200.0}, {}, r"study\.until was 100\.0, now 200\.0"), ({}, {"u": 1.5}, r"u was 2\.0")],
+)
+def test_only_the_same_question_is_resumed(
+    rotor: Machine, tmp_path: Path, keys: dict[str, Any], changes: dict[str, float], says: str
+) -> None:
+    asked = {"along": "u", "values": [1.0], "until": 100.0}
+    run(ask(**asked), rotor, folder=tmp_path, progress=stopping_in(1))
+    with pytest.raises(InputError, match=f"--resume: .*answers another question: {says}"):
+        run(ask(**asked | keys), rotor.with_values(changes), folder=tmp_path, resume=True)

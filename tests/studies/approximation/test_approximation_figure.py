@@ -1,0 +1,116 @@
+"""The figure of the study approximation, from the Dataset alone."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from wucht.files.catalogue import load_machine
+from wucht.studies.approximation.spec import Approximation
+from wucht.studies.runner import draw, run
+
+TABLE = "drozdetskaya-2020/table-5.1"
+
+
+def answer(**keys: Any) -> xr.Dataset:
+    machine = load_machine(TABLE)
+    question = {"kind": "approximation", "start": {"psi": 0.0, "delta": 0.5}, "until": 300.0} | keys
+    return run(Approximation.read(question), machine)
+
+
+@pytest.fixture(scope="module")
+def sigma() -> xr.Dataset:
+    return answer(along="sigma", values=[0.01, 0.05, 0.2])
+
+
+def inside(figure: Figure) -> bool:
+    """Whether the heading lies on the page."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    box = figure._suptitle.get_window_extent(canvas.get_renderer())
+    return box.x0 >= 0 and box.x1 <= figure.bbox.width and box.y1 <= figure.bbox.height
+
+
+def test_labels_are_not_longer_than_their_panels(sigma: xr.Dataset) -> None:
+    """Also those of bodies, which are the longest."""
+    other = sigma.copy()
+    for name in ("speed_over_angle", "speed_deviation", "error"):
+        other[name].attrs["units"] = "rad/s"
+    told = json.loads(other.attrs["summary"]) | {"speeds_of": "the bodies"}
+    other.attrs = other.attrs | {"summary": json.dumps(told)}
+    figure = draw(other)
+    FigureCanvasAgg(figure).draw()
+    for axis in figure.axes:
+        assert axis.yaxis.label.get_window_extent().height <= 1.15 * axis.get_window_extent().height
+
+
+def test_four_panels(sigma: xr.Dataset) -> None:
+    figure = draw(sigma)
+    speed, amplitude, along, order = figure.axes
+    assert speed.get_ylabel() == "speeds of the rotor differ by"
+    assert amplitude.get_ylabel() == "amplitudes differ by"
+    assert (along.get_xlabel(), order.get_xlabel()) == ("sigma", "factor of $\\varepsilon$")
+    assert [a.get_yscale() for a in figure.axes] == ["log"] * 4
+    assert along.get_xscale() == order.get_xscale() == "log"
+    [legend] = figure.legends
+    assert [t.get_text() for t in legend.get_texts()] == ["0.01", "0.05", "0.2", "as it is"]
+
+
+def test_what_is_drawn_is_what_was_computed(sigma: xr.Dataset) -> None:
+    speed, _, along, order = draw(sigma).axes
+    assert [np.asarray(line.get_ydata()) for line in speed.get_lines()] == [
+        pytest.approx(values, nan_ok=True) for values in sigma.speed_over_angle.values
+    ]
+    line = along.get_lines()[0]
+    assert line.get_xdata() == pytest.approx([0.01, 0.05, 0.2])
+    assert line.get_ydata() == pytest.approx(sigma.speed_deviation.values[:-1])
+    measured, nominal = order.get_lines()
+    assert measured.get_ydata() == pytest.approx(sigma.error.values)
+    slope = np.diff(np.log(nominal.get_ydata())) / np.diff(np.log(nominal.get_xdata()))
+    assert slope == pytest.approx(np.ones(3)), "the dashed line has the nominal order"
+
+
+def test_the_heading_stays_on_the_page(sigma: xr.Dataset) -> None:
+    """The reasons why the equations are not trusted are long."""
+    assert len(sigma.attrs["sentence"]) > 100
+    assert inside(draw(sigma))
+
+
+def test_points_that_end_differently_are_open(sigma: xr.Dataset) -> None:
+    shown = sigma.copy(deep=True)
+    shown["same_outcome"].values[:] = [0, 1, -1, 1]
+    along = draw(shown).axes[2]
+    faces = {line.get_label(): line.get_markerfacecolor() for line in along.get_lines()[1:]}
+    assert set(faces) == {"outcomes differ", "same outcome", "no outcome yet"}
+    assert faces["outcomes differ"] == "white"
+    assert len(set(faces.values())) == 3
+
+
+def test_no_parameter_and_no_order() -> None:
+    found = answer().isel(factor=slice(0, 0))
+    along, order = draw(found).axes[2:]
+    assert [t.get_text() for t in along.texts] == ["no parameter was varied"]
+    assert [t.get_text() for t in order.texts] == ["not measured"]
+
+
+def test_a_run_without_deviations(sigma: xr.Dataset) -> None:
+    gap = sigma.copy(deep=True)
+    gap["speed_over_angle"].values[0] = np.nan
+    gap["amplitude_over_angle"].values[:] = np.nan
+    gap["speed_deviation"].values[0] = np.nan
+    assert inside(draw(gap))
+
+
+def test_millimetres() -> None:
+    machine = load_machine("drozdetskaya-2020/r2-u80")
+    keys = {"kind": "approximation", "start": {"p1": 0.3, "p2": -0.5}, "until": 1.0, "until_phi": 50.0}
+    found = run(Approximation.read(keys), machine)
+    amplitude = draw(found).axes[1]
+    assert amplitude.get_ylabel() == "amplitudes differ by (mm)"
+    assert amplitude.get_lines()[0].get_ydata() == pytest.approx(1e3 * found.amplitude_over_angle.values[0], nan_ok=True)

@@ -1,0 +1,323 @@
+"""The study ``entrainment``: what is changed, refusals, edges by bisection, interruption; the command."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed, sense_of
+from wucht.studies.entrainment.averaged_equations import AveragedEquations
+from wucht.studies.entrainment.branches import Continuation
+from wucht.studies.entrainment.capture_band import CaptureBand, CaptureSearch
+from wucht.studies.entrainment.prepare import prepare
+from wucht.studies.entrainment.runs import RunFromStart
+from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.entrainment.swept_parameter import swept_parameter
+from wucht.studies.runner import run
+from wucht.studies.work import Work
+
+ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}
+E1, E2 = ROTOR | {"name": "e1"}, ROTOR | {"name": "e2"}
+CARRIER = {"mass": 0.8, "directions": "x", "stiffness": 355.0, "damping": 0.4}
+SHAKEN = {"mass": 1.0, "directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}}
+START = {"e1": {"speed": 12.0}, "e2": {"angle": 0.5, "speed": 12.0}}
+
+
+def drive(on: str, speed: float = 12.0, **other: Any) -> dict[str, Any]:
+    return {"on": on, "kind": "linear", "slope": 3e-5, "no_load_speed": speed} | other
+
+
+def pair(*speeds: float, **carrier: Any) -> Machine:
+    drives = [drive(n, w) for n, w in zip(("e1", "e2"), speeds or (12.0, 12.5), strict=True)]
+    return machine_from({"carrier": CARRIER | carrier, "bodies": [E1, E2], "drives": drives})
+
+
+def bild_2() -> Machine:
+    return load_machine("sperling-vibration/figure-2a")
+
+
+def summary(machine: Machine, **table: Any) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(run(Entrainment.read(table), machine).attrs["summary"])
+    return found
+
+
+# What is changed
+
+
+def test_what_is_changed_if_nothing_is_said() -> None:
+    assert swept_parameter(bild_2()).name == "drive.no_load_speed"
+    assert swept_parameter(pair()).name == "detuning"
+    assert swept_parameter(load_machine("sperling-vibration/sustained-rotation")).name == "carrier.motion.amplitude"
+    three = machine_from({
+        "carrier": CARRIER, "bodies": [E1, E2, ROTOR | {"name": "e3"}], "drives": [drive(n) for n in ("e1", "e2", "e3")],
+    })  # fmt: skip
+    assert swept_parameter(three).name == "drives.e1.no_load_speed"
+
+
+def test_the_detuning_leaves_the_mean_and_the_senses() -> None:
+    """Exciters that turn against each other: the second motor is the faster one where the detuning is positive."""
+    machine = pair(12.0, -13.0)
+    swept = swept_parameter(machine, "detuning")
+    assert swept.own == pytest.approx(1.0)
+    assert swept.at(machine, swept.own).values == pytest.approx(machine.values)
+    moved = swept.at(machine, 3.0)
+    assert [free_speed(moved, r) for r in moved.rotors] == pytest.approx([11.0, -14.0])
+    assert [sense_of(moved, r) for r in moved.rotors] == [1.0, -1.0]
+
+
+# Refusals
+
+
+REFUSED: list[tuple[Callable[[], Machine], dict[str, Any], str]] = [
+    (lambda: load_machine("drozdetskaya-2020/r1"), {}, "machine: nothing can be taken along"),
+    (bild_2, {"along": "drive.slop"}, "did you mean 'drive.slope'"),
+    (bild_2, {"along": "detuning"}, "study.along: given 'detuning'; allowed for a machine with two rotors"),
+    (bild_2, {"along": "drive.slope"}, "study.range: this key is missing; needed is a pair"),
+    (bild_2, {"range": [6.0, 5.0]}, "low below high"),
+    (bild_2, {"range": ["1 kg", "2 kg"]}, "study.range[0]"),
+    (bild_2, {"along": "drive.slope", "range": [-1.0, 1.0]}, "study.range[0]"),
+    (bild_2, {"points": 4}, "study.points: given 4; allowed is a whole number from 5"),
+    (bild_2, {"points": 7.5}, "study.points"),
+    (bild_2, {"points": True}, "study.points"),
+    (bild_2, {"resolution": 0}, "study.resolution"),
+    (bild_2, {"until": "1 kg"}, "study.until"),
+    (bild_2, {"start": {"rotr": 1}}, "study.start"),
+    (bild_2, {"start": 3}, "study.start"),
+    (bild_2, {"alon": 3}, "did you mean 'along'"),
+]
+
+
+@pytest.mark.parametrize("case", REFUSED, ids=[str(c[1]) + c[2][:8] for c in REFUSED])
+def test_bad_input_is_refused(case: tuple[Callable[[], Machine], dict[str, Any], str]) -> None:
+    machine, table, says = case[0](), case[1], case[2]
+    with pytest.raises(InputError) as refused:
+        prepare(Entrainment.read(table), machine)
+    assert says in str(refused.value)
+
+
+def test_a_drive_that_prescribes_the_speed_is_refused() -> None:
+    given = {"on": "e3", "kind": "constant-speed", "speed": 12.0}
+    machine = machine_from({
+        "carrier": CARRIER, "bodies": [E1, E2, ROTOR | {"name": "e3"}], "drives": [drive("e1"), drive("e2"), given],
+    })  # fmt: skip
+    with pytest.raises(InputError, match="prescribes the speed of 'e3': it cannot be taken along"):
+        prepare(Entrainment.read({}), machine)
+
+
+def test_a_drive_without_no_load_speed_needs_along() -> None:
+    motor = {"on": "e1", "kind": "constant-torque", "torque": 1e-4}
+    machine = machine_from({"carrier": SHAKEN, "bodies": [E1 | {"bearing_damping": 1e-5}], "drive": motor})
+    with pytest.raises(InputError, match=r"study\.along: this key is missing; the main rotor's drive has no no_load"):
+        prepare(Entrainment.read({}), machine)
+    given = Entrainment.read({"along": "drive.torque", "range": [0.0, 1e-3]})
+    assert prepare(given, machine).swept.name == "drive.torque"
+
+
+# The band from the start
+
+
+def stepped(*bands: tuple[float, float]) -> Callable[[float], RunFromStart]:
+    """A machine that is taken along within some bands."""
+
+    def run(value: float) -> RunFromStart:
+        taken = any(low <= value <= high for low, high in bands)
+        return RunFromStart(value, 1.0, taken, 1.0, (0.0, 1.0), 1.0, np.zeros(2))
+
+    return run
+
+
+def band(
+    run: Callable[[float], RunFromStart], own: float, low: float = 0.0, high: float = 10.0, points: int = 11
+) -> CaptureBand | None:
+    search = CaptureSearch(own, 1e-6)
+    for value in np.linspace(low, high, points):
+        search.add(run(float(value)))
+    for value in search.values():
+        assert low < value < high
+        search.add(run(value))
+    return search.band
+
+
+def test_both_edges_are_bisected() -> None:
+    found = band(stepped((2.3, 7.9)), 5.0)
+    assert found is not None
+    assert (found.low, found.high) == pytest.approx((2.3, 7.9), abs=1e-6)
+    assert found.islands == ()
+
+
+def test_an_edge_beyond_the_range_is_none() -> None:
+    found = band(stepped((-1.0, 7.9)), 5.0)
+    assert found is not None
+    assert found.low is None
+    assert found.high == pytest.approx(7.9, abs=1e-6)
+
+
+def test_where_nothing_is_taken_along_there_is_no_band() -> None:
+    assert band(stepped(), 5.0) is None
+
+
+def test_the_band_is_that_of_the_machine_else_the_widest() -> None:
+    two = stepped((0.5, 2.5), (4.6, 9.4))
+    mine, widest = band(two, 1.5), band(two, 3.0)
+    assert mine is not None
+    assert widest is not None
+    assert (mine.low, mine.high) == pytest.approx((0.5, 2.5), abs=1e-6)
+    assert (widest.low, widest.high) == pytest.approx((4.6, 9.4), abs=1e-6)
+    assert [i for i in mine.islands if i[0] <= 5.0 <= i[1]]
+
+
+def test_a_gap_beside_an_edge_is_found() -> None:
+    """The scan steps over it; the probes around the edge do not."""
+    found = band(stepped((2.0, 6.4), (6.6, 6.9)), 5.0)
+    assert found is not None
+    assert found.high == pytest.approx(6.4, abs=1e-6)
+    assert len(found.islands) == 1
+
+
+# Branches of the averaged equations
+
+
+def test_a_closed_branch_is_walked_once() -> None:
+    machine = bild_2()
+    averaged = AveragedEquations.of(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (-300.0, 300.0))
+    path = Continuation(averaged)
+    (branch,) = path.branches([5.5, 6.0, 7.0], None, Work())
+    assert branch.closed
+    turned = branch.states[0]
+    assert abs(turned[-1] - turned[0]) == pytest.approx(2 * math.pi, abs=1e-9)
+    assert len(path.stable_ranges([branch])) == 1
+
+
+def test_a_branch_ends_at_the_limits() -> None:
+    machine = bild_2()
+    averaged = AveragedEquations.of(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (5.0, 6.0))
+    path = Continuation(averaged)
+    found = path.branches([5.5], None, Work())
+    assert len(found) == 2
+    for branch in found:
+        assert not branch.closed
+        assert sorted([branch.values[0], branch.values[-1]]) == pytest.approx([5.0, 6.0], abs=1e-12)
+    (stretch,) = path.stable_ranges(found)
+    assert (stretch.low.kind, stretch.high.kind) == ("range", "range")
+
+
+def test_a_band_far_from_the_vibration_is_found() -> None:
+    """A carrier that takes much power at the frequency: the motor must be set far beyond it, 2 (power)/(frequency) further."""
+    carrier = {
+        "mass": 1.0, "directions": "xy", "stiffness": [0.0, 400.0], "damping": [0.0, 2.0],
+        "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6 * math.pi},
+    }  # fmt: skip
+    machine = machine_from({"carrier": carrier, "bodies": [ROTOR | {"name": "r"}], "drive": drive("r", 19.0)})
+    averaged = AveragedEquations.of(machine, swept_parameter(machine, "drive.no_load_speed"), {"r": 1.0}, (-900.0, 900.0))
+    path, w = Continuation(averaged), 6 * math.pi
+    (branch,) = path.branches([19.0, w], None, Work())
+    (stretch,) = path.stable_ranges([branch])
+    y = w**2 * 1e-3 / (400 - 1.1 * w**2 + 2j * w)  # the carrier's motion across; its damper brakes, the one along x turns
+    brake, torque = 2 * w * abs(y) ** 2 / 2, 1e-3 * w**2 * 1e-3 / 2
+    assert (stretch.low.value, stretch.high.value) == pytest.approx(
+        (w + (brake - torque) / 3e-5, w + (brake + torque) / 3e-5), rel=1e-8
+    )
+
+
+def test_an_undriven_rotor_is_sustained_in_either_sense() -> None:
+    machine = load_machine("sperling-vibration/sustained-rotation")
+    swept, found = swept_parameter(machine, "carrier.motion.amplitude"), []
+    for sense in (1.0, -1.0):
+        averaged = AveragedEquations.of(machine, swept, {"rotor": sense}, (0.0, 0.1))
+        found.append(averaged.rates(np.array([[0.3], [5.0]]), 0.005)[0])
+    assert np.array_equal(*found)
+    assert found[0].any()
+
+
+# The study
+
+
+def test_the_summary_has_the_keys_of_the_contract() -> None:
+    s = summary(bild_2(), points=5, resolution=0.1)
+    assert {"existence_band", "band_from_rest", "phase", "mean_speed", "window"} <= s.keys()
+    assert s["range"][0] < s["existence_band"][0] < s["existence_band"][1] < s["range"][1]
+
+
+def test_a_long_run_up_is_waited_for() -> None:
+    """A heavy rotor needs 200 s to reach the frequency: after the first look, at 210 s, it would not count as taken along."""
+    heavy = bild_2().with_values({"rotor.inertia": 1e-3, "carrier.motion.amplitude": 4e-3, "drive.no_load_speed": 6.6})
+    s = summary(heavy, points=5, range=[6.5, 6.7], resolution=0.1)
+    assert s["outcome"] == "entrained"
+
+
+def test_without_slow_equations_the_full_ones_answer() -> None:
+    """A pivot that turns with its rotor leaves none: the range must be given, and a warning says so."""
+    hung = {
+        "kind": "pendulum", "name": "p", "about": "e1", "mass": 0.01, "length": 0.01, "damping": 1e-4,
+        "suspension": [2e-3, 0.0],
+    }  # fmt: skip
+    machine = machine_from({"carrier": CARRIER, "bodies": [E1, E2, hung], "drives": [drive("e1"), drive("e2", 12.2)]})
+    with pytest.raises(
+        InputError, match=r"study\.range: this key is missing, and cannot be chosen: the slow equations are left"
+    ):
+        run(Entrainment.read({"start": START}), machine)
+    table = {"start": START, "range": [-1.0, 1.0], "points": 5}
+    found = run(Entrainment.read(table), machine)
+    s = json.loads(found.attrs["summary"])
+    assert s["existence_band"] is None
+    assert s["outcome"] == "synchronised"
+    assert s["stable"]
+    assert "the slow equations are left out: has no slow equations" in found.attrs["warnings"]
+
+
+def test_bodies_count_as_released() -> None:
+    """An exciter that is locked for a second takes part in the synchronous motion."""
+    late = E2 | {"release": {"time": 1.0}}
+    machine = machine_from({"carrier": CARRIER, "bodies": [E1, late], "drives": [drive("e1"), drive("e2", 12.2)]})
+    s = summary(machine, start={"e1": {"speed": 12.0}}, points=5, range=[-1.0, 1.0], resolution=0.1)
+    assert s["outcome"] == "synchronised"
+    assert s["stable"]
+    assert s["phase"] == pytest.approx(s["phase_slow"], abs=1e-3)
+
+
+def test_a_machine_that_cannot_run_says_so() -> None:
+    wild = bild_2().with_unchecked({"rotor.inertia": 1e-300})
+    found = run(Entrainment.read({"points": 5}), wild)
+    assert found.attrs["failure"]
+    assert not found.attrs["finished"]
+
+
+STUDY = """\
+[machine]
+use = "sperling-vibration/figure-2a"
+
+[study]
+kind = "entrainment"
+points = 5
+resolution = "0.1 rad/s"
+"""
+
+
+def test_the_command(wucht: Callable[..., Any], here: Path) -> None:
+    (here / "study.toml").write_text(STUDY, encoding="utf-8")
+    said = wucht("run", "study.toml", "-o", "out")
+    assert said.code == 0
+    for part in (
+        "verdict: ENTRAINED", "existence    4.309264 to 8.257106 rad/s (slow equations, ends: fold)", "from start   4.",
+        "phase        rotor: -0.40856 rad (-23.41\u00b0), slow equations -0.40799 rad", "mean speed   6.2832 rad/s (60 rpm)",
+        "stability    stable", "threshold    the vibration must be larger than 0.3968 mm",
+    ):  # fmt: skip
+        assert part in said.out, part
+    assert wucht("plot", "out/result.nc").code == 0
+    assert (here / "out" / "entrainment.png").stat().st_size > 20_000
+
+
+def test_amplitudes_below_zero_are_refused() -> None:
+    machine = load_machine("sperling-vibration/sustained-rotation")
+    with pytest.raises(InputError, match=r"study\.range\[0\]: given -3\.0; allowed is an amplitude from 0 on"):
+        prepare(Entrainment.read({"along": "carrier.motion.amplitude", "range": [-3, 3]}), machine)

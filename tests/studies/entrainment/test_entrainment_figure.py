@@ -1,0 +1,127 @@
+"""The figure of ``entrainment``: phases stable and not, bands, runs; drawn from the Dataset alone."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+
+from wucht.files.catalogue import load_machine
+from wucht.studies.entrainment.figure import _part
+from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.runner import draw, run
+
+
+def answered(name: str, **table: Any) -> xr.Dataset:
+    machine = load_machine(f"sperling-vibration/{name}")
+    return run(Entrainment.read(table), machine)
+
+
+@pytest.fixture(scope="module")
+def shaken() -> xr.Dataset:
+    return answered("figure-2a", points=9, resolution=1e-2)
+
+
+@pytest.fixture(scope="module")
+def exciters() -> xr.Dataset:
+    start = {"e1": {"speed": 12.0}, "e2": {"angle": 1.0, "speed": 12.0}}
+    return answered("self-synchronisation-soft", points=7, resolution=0.1, start=start)
+
+
+def labels(axis: Axes) -> list[str]:
+    legend = axis.get_legend()
+    assert legend is not None
+    return [text.get_text() for text in legend.get_texts()]
+
+
+def lines(axis: Axes, style: str) -> list[Any]:
+    return [drawn for drawn in axis.get_lines() if drawn.get_linestyle() == style and len(drawn.get_xdata()) > 2]
+
+
+def test_panels_and_units(shaken: xr.Dataset) -> None:
+    figure = draw(shaken)
+    phase, speed = figure.axes
+    assert phase.get_ylabel() == "phase to the vibration (\u00b0)"
+    assert speed.get_ylabel() == "mean speed (rad/s)"
+    assert speed.get_xlabel() == "drive.no_load_speed (rad/s)"
+    assert phase.get_ylim() == pytest.approx((-180, 180))
+    assert labels(phase) == [
+        "slow equations, stable", "slow equations, unstable", "full equations, periodic", "band of existence",
+        "reached from the start",
+    ]  # fmt: skip
+    assert labels(speed) == [
+        "run: taken along",
+        "run: not taken along",
+        "frequency of the vibration",
+        "speed without vibration",
+    ]
+    figure.savefig(io.BytesIO())
+
+
+def test_stable_solid_unstable_dashed(shaken: xr.Dataset) -> None:
+    phase, _ = draw(shaken).axes
+    (solid,) = lines(phase, "-")
+    (dashed,) = lines(phase, "--")
+    assert np.nanmax(np.abs(solid.get_ydata())) <= 90 + 1e-6
+    assert np.nanmin(np.abs(dashed.get_ydata())) >= 85  # one point of the stable part, so that the lines meet
+    assert np.nanmax(np.abs(dashed.get_ydata())) == pytest.approx(180)  # up to the border of the panel
+
+
+def test_bands(shaken: xr.Dataset) -> None:
+    summary = json.loads(shaken.attrs["summary"])
+    phase, _ = draw(shaken).axes
+    (shade,) = phase.patches
+    box = shade.get_extents().transformed(phase.transData.inverted())
+    assert [box.x0, box.x1] == pytest.approx(summary["existence_band"])
+    edges = sorted(x.get_xdata()[0] for x in phase.get_lines() if x.get_linestyle() == "-.")
+    assert edges == pytest.approx(summary["band_from_rest"])
+
+
+def test_exciters_are_cut_where_they_are_not_and_others_are_grey(exciters: xr.Dataset) -> None:
+    phase, speed = draw(exciters).axes
+    assert phase.get_ylim() == pytest.approx((0, 360))  # around 180 degrees, above the resonance
+    assert phase.get_ylabel() == "phase (\u00b0)"
+    assert speed.get_xlabel() == "detuning (rad/s)"
+    colours = {x.get_color() for x in lines(phase, "-")}
+    assert len(colours) == 2
+    assert "others, stable" in labels(phase)
+    assert "slow equations, stable" in labels(speed)
+
+
+def test_a_result_without_bands_is_drawn(shaken: xr.Dataset) -> None:
+    """Of an interrupted study, and of a machine without slow equations."""
+    bare = shaken.isel(point=slice(0, 0), orbit=slice(0, 0))
+    found = json.loads(shaken.attrs["summary"]) | {
+        "existence_band": None,
+        "band_from_rest": None,
+        "range": None,
+        "branch": None,
+    }
+    bare.attrs = shaken.attrs | {"summary": json.dumps(found), "finished": 0, "sentence": "the study was interrupted"}
+    figure = draw(bare)
+    assert "the study was interrupted" in figure.get_suptitle()
+    assert not figure.axes[0].patches
+    figure.savefig(io.BytesIO())
+
+
+def test_open_bands_are_said_and_shaded_to_the_border(shaken: xr.Dataset) -> None:
+    found = json.loads(shaken.attrs["summary"]) | {"existence_band": [5.0, None], "band_from_rest": [None, 7.0]}
+    changed = shaken.copy()
+    changed.attrs = shaken.attrs | {"summary": json.dumps(found)}
+    figure = draw(changed)
+    assert "exists above 5 rad/s (slow equations); reached from the start below 7 rad/s" in figure.get_suptitle()
+    box = figure.axes[0].patches[0].get_extents().transformed(figure.axes[0].transData.inverted())
+    assert [box.x0, box.x1] == pytest.approx([5.0, found["range"][1]])
+
+
+def test_a_phase_that_wraps_goes_to_the_border() -> None:
+    x, y = np.array([0.0, 1.0, 2.0]), np.array([3.0, -3.0, -2.0])
+    at, shown = _part(x, y, np.ones(3, bool), True, math.pi)
+    assert at == pytest.approx([0.0, 0.5, 0.5, 0.5, 1.0, 2.0])
+    assert shown == pytest.approx([3.0, math.pi, math.nan, -math.pi, -3.0, -2.0], nan_ok=True)

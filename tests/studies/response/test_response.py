@@ -1,0 +1,333 @@
+"""The study ``response``: keys, defaults, refusals; undamped, balanced and turning carriers; the command."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.numerics.zeros import crossings
+from wucht.studies.response.prepare import prepare
+from wucht.studies.response.spec import Response
+from wucht.studies.runner import run
+
+ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
+LINEAR = {"kind": "linear", "slope": 0.05, "no_load_speed": 250.0}
+
+
+def machine(bodies: Any = (ROTOR,), drive: Any = LINEAR, **carrier: Any) -> Machine:
+    given = {"mass": 3.0, "stiffness": 2e4, "damping": 40.0} | carrier
+    described = {"carrier": {k: v for k, v in given.items() if v is not None}, "bodies": list(bodies)}
+    return machine_from(described | ({"drive": drive} if drive else {}))
+
+
+def summary(result: xr.Dataset) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(result.attrs["summary"])
+    return found
+
+
+K = math.sqrt(2e4 / 5)
+
+
+# --- keys ---
+
+
+def test_defaults() -> None:
+    found = run(Response(), machine())
+    assert found.speed.values[[0, -1]] == pytest.approx([0.02 * K, 1.5 * 250])
+    assert found.sizes["speed"] > 600
+    assert (np.diff(found.speed.values) > 0).all()
+
+
+def test_read() -> None:
+    given = {"kind": "response", "range": ["100 rpm", 300], "points": 50, "start": {}}
+    found = Response.read(given)
+    assert found.range == pytest.approx((100 * math.pi / 30, 300.0))
+    assert (found.points, found.start) == (50, {})
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"range": [3, 2]}, "low below high"),
+        ({"range": [-3, 2]}, "at least 0"),
+        ({"range": ["1 m", "2 m"]}, "length"),
+        ({"points": 1}, "whole number from 2"),
+        ({"points": 10.5}, "whole number"),
+        ({"start": 1}, "a table"),
+        ({"until": 3}, "unknown key"),
+        ({"rang": [1, 2]}, "did you mean 'range'"),
+    ],
+)
+def test_refused(given: dict[str, Any], says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        Response.read(given)
+
+
+def test_a_start_that_does_not_fit() -> None:
+    with pytest.raises(InputError, match=r"study\.start\.p"):
+        prepare(Response(start={"p": 1.0}), machine())
+
+
+@pytest.mark.parametrize(
+    ("carrier", "says"),
+    [
+        ({"directions": "fixed", "stiffness": None, "damping": 0.0}, "fixed"),
+        ({"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}}, "prescribed"),
+    ],
+)
+def test_nothing_to_vibrate(carrier: dict[str, Any], says: str) -> None:
+    with pytest.raises(InputError, match=f"nothing here is free to vibrate.*{says}"):
+        prepare(Response(), machine(**carrier))
+
+
+def test_a_carrier_moved_in_one_direction_vibrates_in_the_other() -> None:
+    found = run(Response(), machine(motion={"direction": "x", "amplitude": 1e-3, "frequency": 6.0}))
+    alone = run(Response(), machine(directions="y"))
+    assert list(found.direction.values) == ["y"]
+    assert found.amplitude.values == pytest.approx(alone.amplitude.values, rel=1e-12)
+    assert "prescribed motion" in found.attrs["warnings"]
+
+
+# --- results ---
+
+
+def test_every_variable_says_what_it_is() -> None:
+    found = run(Response(points=50), machine())
+    for variable in (*found.data_vars.values(), *found.coords.values()):
+        assert variable.attrs["long_name"]
+        assert "units" in variable.attrs
+    assert found.amplitude.attrs["units"] == found.displacement_amplitude.attrs["units"] == "m"
+    assert found.speed.attrs["units"] == "rad/s"
+    assert found.lag.attrs["units"] == "rad"
+    assert found.vibration_torque.attrs["units"] == "N m"
+    assert {"critical_speeds", "peak_amplitude", "peak_torque"} <= set(summary(found))
+
+
+def test_sharp_peaks_are_resolved() -> None:
+    """Damping ratios of 1e-4 and 1e-6: of 600 even points none would come near. Peaks are found to 1e-9."""
+    k1, k2 = math.sqrt(2e4 / 5), math.sqrt(8e4 / 5)
+    b1, b2 = 2e-4 * 5 * k1, 2e-6 * 5 * k2
+    s = summary(run(Response(), machine(stiffness=[2e4, 8e4], damping=[b1, b2])))
+    assert len(s["peaks"]) == 2
+    for peak, k, b in zip(s["peaks"], (k1, k2), (b1, b2), strict=True):
+        sigma = b / 10
+        alone = k**2 / math.sqrt(k**2 - 2 * sigma**2)
+        assert peak["speed"] == pytest.approx(alone, rel=1e-7)  # but for the other direction's share
+        assert peak["amplitude"] == pytest.approx(0.02 / 5 * k / (2 * sigma), rel=1e-2)
+    assert s["peak_amplitude"] == s["peaks"][1]["amplitude"]
+
+
+def test_peaks_are_exact() -> None:
+    """The slope of the amplitude vanishes there: by central differences in higher precision."""
+    import mpmath
+
+    k, b, m, u = 2e4, 40.0, 5.0, 0.02
+    with mpmath.workdps(40):
+
+        def amplitude(w: Any) -> Any:
+            z = [u * w**2 / (c - m * w**2 + 1j * w * d) for c, d in ((k, b), (3 * k, 2 * b))]
+            y = -1j * z[1]
+            return (abs(z[0] + 1j * y) + abs(z[0] - 1j * y)) / 2
+
+        found = summary(run(Response(), machine(stiffness=[k, 3 * k], damping=[b, 2 * b])))["peaks"]
+        for peak in found:
+            exact = mpmath.findroot(lambda w: mpmath.diff(amplitude, w), peak["speed"])
+            assert peak["speed"] == pytest.approx(float(exact), rel=1e-11)
+            assert peak["amplitude"] == pytest.approx(float(amplitude(exact)), rel=1e-12)
+    assert len(found) == 2
+
+
+def test_a_backward_whirl_between_two_critical_speeds() -> None:
+    k1, k2 = math.sqrt(2e4 / 5), math.sqrt(8e4 / 5)
+    found = run(Response(), machine(stiffness=[2e4, 8e4], damping=[1.0, 1.0]))
+    inside = (found.speed > 1.02 * k1) & (found.speed < 0.98 * k2)
+    assert (found.minor_axis.values[inside] < 0).all()
+    assert (found.minor_axis.values[(found.speed < 0.98 * k1) | (found.speed > 1.02 * k2)] > 0).all()
+    assert (np.abs(found.minor_axis) <= found.amplitude).all()
+    assert "between" not in summary(found)["sentence"]
+    slower = machine(drive=LINEAR | {"no_load_speed": 90.0}, stiffness=[2e4, 8e4])
+    assert "between them" in summary(run(Response(), slower))["sentence"]
+
+
+def test_without_damping() -> None:
+    found = run(Response(), machine(damping=0.0))
+    s = summary(found)
+    assert s["peak_amplitude"] is None
+    assert s["peak_speed"] == pytest.approx(K, rel=1e-12)
+    assert s["peaks"] == [{"speed": pytest.approx(K, rel=1e-12), "amplitude": None}]
+    assert (s["peak_torque"], s["peak_torque_speed"], s["torque_peaks"]) == (0.0, None, [])
+    assert np.isfinite(found.amplitude.values).all()
+    assert float(found.amplitude.max()) < 1e7
+    said = "nothing damps the resonance at 63.2456 rad/s: there the amplitude is infinite"
+    assert json.loads(found.attrs["warnings"]) == [said]
+    for lag in found.lag.values:
+        assert lag == pytest.approx(np.where(found.speed < K, 0.0, math.pi), abs=1e-8)
+
+
+def test_undamped_in_one_direction() -> None:
+    s = summary(run(Response(), machine(stiffness=[2e4, 8e4], damping=[40.0, 0.0])))
+    assert [p["amplitude"] is None for p in s["peaks"]] == [False, True]
+    assert s["peak_torque_speed"] == pytest.approx(K, rel=0.01)
+
+
+def test_at_an_undamped_resonance_in_operation() -> None:
+    at_resonance = machine(drive={"kind": "constant-speed", "speed": K}, damping=0.0)
+    assert summary(run(Response(), at_resonance))["amplitude_at_free_speed"] is None
+
+
+def test_an_undamped_mode_that_nothing_excites() -> None:
+    """A rotor in the centre of mass does not turn the carrier."""
+    turning = {"directions": "xyr", "inertia": 0.4, "rotation_stiffness": 900.0, "rotation_damping": 0.0}
+    found = run(Response(), machine(**turning))
+    assert json.loads(found.attrs["warnings"]) == []
+    assert np.isnan(found.lag.sel(direction="r")).all()
+    assert len(summary(found)["critical_speeds"]) == 2
+    assert len(summary(found)["peaks"]) == 1
+
+
+def test_counter_rotating_exciters_move_the_carrier_along_a_line() -> None:
+    pair = [ROTOR, ROTOR | {"name": "other"}]
+    described = {"carrier": {"mass": 3.0, "stiffness": 2e4, "damping": 40.0}, "bodies": pair}
+    drives = [LINEAR | {"on": "drum"}, LINEAR | {"on": "other", "no_load_speed": -250.0}]
+    found = run(Response(), machine_from(described | {"drives": drives}))
+    assert found.displacement_amplitude.sel(direction="y").values == pytest.approx(0)
+    assert np.isnan(found.lag.sel(direction="y")).all()
+    assert found.minor_axis.values == pytest.approx(0, abs=1e-15)
+    assert found.torque_on_body.sum("body").values == pytest.approx(found.vibration_torque.values, rel=1e-9, abs=1e-12)
+    turned = run(Response(start={"other": math.pi}), machine_from(described | {"drives": drives}))
+    assert turned.displacement_amplitude.sel(direction="x").values == pytest.approx(0)
+
+
+def test_balanced() -> None:
+    for m, start in (
+        (machine([ROTOR | {"eccentricity": 0.0}]), {}),
+        (
+            machine([ROTOR, {"kind": "pendulum", "name": "p", "about": "drum", "mass": 0.2, "length": 0.1}]),
+            {"p": math.pi},
+        ),
+    ):
+        s = summary(run(Response(start=start), m))
+        assert "nothing excites the carrier" in s["sentence"]
+        assert (s["peaks"], s["peak_speed"], s["peak_amplitude"]) == ([], None, 0.0)
+        assert s["self_centring_speed"] is None
+
+
+def test_a_carrier_that_only_turns() -> None:
+    rotor = {k: v for k, v in ROTOR.items() if k != "eccentricity"} | {"couple_unbalance": 1e-3}
+    m = machine_from(
+        {"carrier": {"directions": "r", "inertia": 0.5, "rotation_stiffness": 2e3, "rotation_damping": 2.0},
+         "bodies": [rotor], "drive": LINEAR}
+    )  # fmt: skip
+    found = run(Response(), m)
+    w = found.speed.values
+    exact = 1e-3 * w**2 / np.abs(2e3 - 0.5 * w**2 + 2j * w)
+    assert found.amplitude.values == pytest.approx(exact, rel=1e-12)
+    assert found.amplitude.attrs["units"] == "rad"
+    assert np.isnan(found.centre_distance).all()
+    assert summary(found)["self_centring_speed"] is None
+
+
+def test_losses_are_reported_apart() -> None:
+    m = machine([ROTOR | {"bearing_damping": 0.01}])
+    found = run(Response(), m)
+    assert found.loss_torque.values == pytest.approx(0.01 * found.speed.values, rel=1e-12)
+    assert (found.required_torque - found.vibration_torque).values == pytest.approx(found.loss_torque.values)
+    clockwise = machine([ROTOR | {"bearing_damping": 0.01}], LINEAR | {"no_load_speed": -250.0})
+    assert run(Response(), clockwise).loss_torque.equals(found.loss_torque)
+
+
+def test_schedules_are_done() -> None:
+    """The response is that of a steady speed: with the unbalance at the end of its schedule."""
+    described = {"carrier": {"mass": 3.0, "stiffness": 2e4, "damping": 40.0}, "bodies": [ROTOR], "drive": LINEAR}
+    schedule = {"parameter": "drum.eccentricity", "points": [[0, 0.005], [3, 0.01]]}
+    found = run(Response(), machine_from(described | {"schedules": [schedule]}))
+    assert found.amplitude.equals(run(Response(), machine_from(described)).amplitude)
+
+
+def test_from_standstill() -> None:
+    found = run(Response((0.0, 100.0), 11), machine())
+    assert found.amplitude.values[0] == 0
+    assert np.isfinite(found.lag.values).all()
+
+
+def test_the_catalogue() -> None:
+    for name in ("practice/laundry-drum", "drozdetskaya-2020/table-5.1", "practice/angle-grinder"):
+        assert summary(run(Response(), load_machine(name)))["peak_amplitude"] > 0
+
+
+def test_stopped_at_once_and_asked_again(tmp_path: Path) -> None:
+    def stop(share: float, what: str) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(Response(), machine(), folder=tmp_path, progress=stop)
+    assert not (tmp_path / "result.nc").exists()
+    whole = run(Response(), machine())
+    for found in (run(Response(), machine(), folder=tmp_path, resume=True) for _ in range(2)):  # computed, then read back
+        assert found.attrs["finished"] == 1
+        for name in whole.variables:
+            assert np.array_equal(found[name], whole[name])
+    assert [f.name for f in tmp_path.iterdir()] == ["result.nc"]
+
+
+# --- the root finder ---
+
+
+def test_crossings() -> None:
+    grid = np.linspace(0, 10, 41)
+    assert crossings(np.sin, grid) == pytest.approx([math.pi, 2 * math.pi, 3 * math.pi], rel=1e-15)
+    assert crossings(np.sin, grid, -1) == pytest.approx([math.pi, 3 * math.pi], rel=1e-15)
+    assert crossings(np.sin, grid, 1) == pytest.approx([2 * math.pi], rel=1e-15)
+    assert crossings(lambda x: x - 2.5, grid) == pytest.approx([2.5])  # a point of the grid
+    assert len(crossings(np.zeros_like, grid)) == len(crossings(np.ones_like, grid)) == 0
+    assert len(crossings(lambda x: (x - 2.5) ** 2, grid)) == 0
+
+
+# --- the command ---
+
+Command = Callable[..., Any]
+
+
+def test_run(wucht: Command, study: Callable[..., Path]) -> None:
+    """A file written for a run-up: its starting phases are kept, its time is dropped."""
+    said = wucht("run", study(), "--set", "study.kind=response", "-o", "out", "--json")
+    assert said.code == 0, said.err
+    document = said.document
+    assert document["study"] == "response"
+    assert document["summary"]["critical_speeds"] == pytest.approx([math.sqrt(1e5 / 10.25)])
+    assert {Path(f).name for f in document["files"]} == {"result.nc", "response.png", "summary.json"}
+    with xr.open_dataset("out/result.nc", engine="h5netcdf") as found:
+        assert json.loads(found.attrs["input"])["study"]["start"] == {"p1": "0.3 rad", "p2": "-0.5 rad"}
+    assert wucht("plot", "out/result.nc").code == 0
+
+
+def test_new(wucht: Command) -> None:
+    assert wucht("new", "response", "mine.toml").code == 0
+    said = wucht("run", "mine.toml")
+    assert said.code == 0, said.err
+    for word in ("critical", "100 rad/s (955 rpm)", "mm at most", "torque", "self-centred"):
+        assert word in said.out
+
+
+def test_infinite_is_said(wucht: Command, study: Callable[..., Path]) -> None:
+    said = wucht("run", study('damping = "200 N s/m"', "damping = 0"), "--set", "study.kind=response")
+    assert "infinite at most" in said.out
+    assert "nothing damps the resonance" in said.err
+    assert "e+1" not in said.out
+
+
+def test_a_range_from_the_command_line(wucht: Command, study: Callable[..., Path]) -> None:
+    words = ("--set", "study.kind=response", "--set", 'study.range=["500 rpm", "2000 rpm"]', "--json")
+    said = wucht("run", study(), *words)
+    assert said.document["summary"]["range"] == pytest.approx([500 * math.pi / 30, 2000 * math.pi / 30])

@@ -1,0 +1,121 @@
+"""The figure of ``response``: panels, labels, lines; drawn from the Dataset alone."""
+
+from __future__ import annotations
+
+import io
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.studies.response.spec import Response
+from wucht.studies.runner import draw, run
+
+ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
+CARRIER = {"mass": 3.0, "stiffness": [2e4, 6e4], "damping": 40.0}
+LINEAR = {"kind": "linear", "slope": 0.05, "no_load_speed": 250.0}
+
+
+def labels(axis: Axes) -> list[str]:
+    legend = axis.get_legend()
+    assert legend is not None
+    return [text.get_text() for text in legend.get_texts()]
+
+
+def line(axis: Axes, name: str) -> Any:
+    return next(drawn for drawn in axis.get_lines() if drawn.get_label() == name)
+
+
+def answered(**carrier: Any) -> xr.Dataset:
+    return run(Response(), machine_from({"carrier": CARRIER | carrier, "bodies": [ROTOR], "drive": LINEAR}))
+
+
+@pytest.fixture(scope="module")
+def found() -> xr.Dataset:
+    return answered()
+
+
+def test_response_panels(found: xr.Dataset) -> None:
+    figure = draw(found)
+    assert [a.get_ylabel() for a in figure.axes] == [
+        "amplitude of the axis (mm)", "phase lag (\u00b0)", "distance from rest (mm)", "torque required (N m)",
+    ]  # fmt: skip
+    assert figure.axes[-1].get_xlabel() == "speed (rad/s)"
+    amplitude, phase, centre, torque = figure.axes
+    assert labels(amplitude) == ["axis", "carrier x", "carrier y", "critical speeds", "speed of the drive"]
+    assert labels(phase) == ["x", "y"]
+    assert labels(centre) == ["centre of mass", "axis", "eccentricity"]
+    assert labels(torque) == ["vibration"]
+    assert found.attrs["sentence"] in figure.get_suptitle()
+
+
+def test_response_lines(found: xr.Dataset) -> None:
+    amplitude, phase, _, torque = draw(found).axes
+    assert line(amplitude, "axis").get_ydata().max() == pytest.approx(1e3 * float(found.peak_amplitude.max()))
+    marked = [float(x.get_xdata()[0]) for x in amplitude.get_lines() if x.get_linestyle() == ":" and len(x.get_xdata()) == 2]
+    assert marked == pytest.approx([math.sqrt(2e4 / 5), math.sqrt(6e4 / 5)])
+    assert line(amplitude, "speed of the drive").get_xdata()[0] == 250.0
+    assert phase.get_ylim() == (-10, 190)
+    assert line(torque, "vibration").get_ydata().max() == pytest.approx(float(found.vibration_torque.max()))
+
+
+def test_an_isotropic_carrier_has_one_line_a_panel() -> None:
+    amplitude, phase, *_ = draw(run(Response(), load_machine("drozdetskaya-2020/table-3.1-laval"))).axes
+    assert labels(amplitude) == ["axis", "critical speed", "speed of the drive"]
+    assert labels(phase) == ["x and y"]
+    assert amplitude.get_ylabel() == "amplitude of the axis"
+
+
+def test_an_infinite_amplitude_is_cut() -> None:
+    figure = draw(answered(stiffness=2e4, damping=0.0))
+    top = figure.axes[0].get_ylim()[1]
+    assert 5 < top < 200  # mm; the samples by the resonance reach metres
+
+
+def test_losses_are_drawn_apart() -> None:
+    rotor = ROTOR | {"bearing_damping": 0.1}
+    figure = draw(run(Response(), machine_from({"carrier": CARRIER, "bodies": [rotor], "drive": LINEAR})))
+    assert labels(figure.axes[-1]) == ["with losses", "loads and bearings", "vibration"]
+
+
+def test_a_carrier_that_turns_has_no_centre_of_mass_panel() -> None:
+    rotor = {k: v for k, v in ROTOR.items() if k != "eccentricity"} | {"couple_unbalance": 1e-3}
+    carrier = {"directions": "r", "inertia": 0.5, "rotation_stiffness": 2e3, "rotation_damping": 2.0}
+    figure = draw(run(Response(), machine_from({"carrier": carrier, "bodies": [rotor], "drive": LINEAR})))
+    assert len(figure.axes) == 3
+    assert figure.axes[0].get_ylabel() == "amplitude of the axis (rad)"
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+@pytest.mark.filterwarnings("error")
+def test_every_format_of_the_response_figure(found: xr.Dataset, ending: str) -> None:
+    file = io.BytesIO()
+    draw(found).savefig(file, format=ending)
+    assert file.getbuffer().nbytes > 5000
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_response_of_nothing_can_be_drawn() -> None:
+    m = machine_from({"carrier": CARRIER, "bodies": [ROTOR | {"eccentricity": 0.0}], "drive": LINEAR})
+    drawn: Figure = draw(run(Response(), m))
+    drawn.savefig(io.BytesIO(), format="png")
+    assert drawn.get_suptitle().endswith("\nnothing excites the carrier: the unbalances are zero or cancel")
+    amplitude, phase, torque = drawn.axes
+    assert labels(amplitude) == ["axis", "critical speeds", "speed of the drive"]
+    assert not np.any(line(amplitude, "axis").get_ydata())
+    assert not np.any(line(torque, "vibration").get_ydata())
+    assert phase.get_legend() is None, "what does not vibrate has no phase"
+    for axis in drawn.axes:
+        assert axis.get_ylim()[0] < axis.get_ylim()[1] < math.inf
+
+
+def test_a_dataset_that_is_no_response_is_refused(found: xr.Dataset) -> None:
+    with pytest.raises(InputError, match="no complete result"):
+        draw(found.drop_vars("amplitude"))

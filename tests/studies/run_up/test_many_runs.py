@@ -1,0 +1,98 @@
+"""Many run-ups in one result."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.errors import InputError
+from wucht.files.catalogue import load_machine
+from wucht.results.conventions import summary_of
+from wucht.studies.run_up.prepare import prepare
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import draw, run
+
+MACHINE = "drozdetskaya-2020/table-5.1"
+STARTS = ({"psi": 0.0, "delta": 0.5}, {"psi": 1.0, "delta": 2.0})
+
+
+def asked(**changes: Any) -> RunUp:
+    return RunUp(**({"until": 200.0, "along": "u", "values": (1.0, 5.0), "starts": STARTS} | changes))
+
+
+def test_each_case_is_what_it_is_alone() -> None:
+    result = run(asked(), load_machine(MACHINE))
+    cases = summary_of(result)["cases"]
+    assert result.sizes["case"] == 4
+    assert [c["value"] for c in cases] == [1.0, 1.0, 5.0, 5.0]
+    assert [c["start"] for c in cases] == [dict(s) for s in STARTS] * 2
+    for k, case in enumerate(cases):
+        alone = run(RunUp(until=200.0, start=case["start"]), load_machine(MACHINE, {"u": case["value"]}))
+        own = {key: v for key, v in case.items() if key not in ("label", "start", "value")}
+        assert own == summary_of(alone)
+        inside = np.isfinite(result.time.values[k])
+        # The same grid, but that it is as dense as the fastest case needs.
+        assert float(result.speed.values[k][0][inside][-1]) == float(alone.speed.values[0][-1])
+
+
+def test_the_names_of_the_cases_say_what_differs() -> None:
+    machine = load_machine(MACHINE)
+    by_value = run(asked(starts=(), start=STARTS[0], until=50.0), machine)
+    assert list(by_value.case.values) == ["u = 1", "u = 5"]
+    by_start = run(asked(along=None, values=(), until=50.0), machine)
+    assert list(by_start.case.values) == ["psi = 0, delta = 0.5", "psi = 1, delta = 2"]
+
+
+@pytest.mark.parametrize(("over", "name"), [("time", "time"), ("phi", "angle of the rotor"), ("psi", "mean phase")])
+def test_the_figure_has_a_line_a_case(over: str, name: str) -> None:
+    drawn = draw(run(asked(over=over, until=50.0), load_machine(MACHINE)))
+    speed, amplitude = drawn.axes
+    assert len([line for line in speed.get_lines() if not str(line.get_label()).startswith("no-load")]) == 4
+    assert name in amplitude.get_xlabel()
+
+
+def _stop_within_the_third(share: float, _what: str) -> None:
+    if share > 0.6:
+        raise KeyboardInterrupt
+
+
+def test_an_interrupted_result_is_continued_and_comes_out_the_same(tmp_path: Path) -> None:
+    machine = load_machine(MACHINE)
+    whole = run(asked(until=60.0), machine)
+    partial = run(asked(until=60.0), machine, folder=tmp_path, progress=_stop_within_the_third)
+    assert (partial.attrs["finished"], partial.sizes["case"]) == (0, 2)
+    again = run(asked(until=60.0), machine, folder=tmp_path, resume=True)
+    assert json.loads(again.attrs["summary"]) == json.loads(whole.attrs["summary"])
+    np.testing.assert_array_equal(again.speed.values, whole.speed.values)
+
+
+def test_a_result_of_another_question_is_not_continued(tmp_path: Path) -> None:
+    machine = load_machine(MACHINE)
+    run(asked(until=60.0), machine, folder=tmp_path, progress=_stop_within_the_third)
+    with pytest.raises(InputError, match="--resume"):
+        run(asked(until=60.0, values=(1.0, 4.0)), machine, folder=tmp_path, resume=True)
+
+
+@pytest.mark.parametrize(
+    ("table", "where", "allowed"),
+    [
+        ({"values": [1.0]}, "study.along", "belong together"),
+        ({"along": "u"}, "study.values", "belong together"),
+        ({"along": "x", "values": [1.0]}, "study.along", "unknown parameter"),
+        ({"along": "u", "values": ["1 kg"]}, "study.values[0]", "allowed is"),
+        ({"along": "u", "values": 1.0}, "study.values", "a list"),
+        ({"starts": {"psi": 1}}, "study.starts", "a list of tables"),
+        ({"starts": [{"psi": 1.0}], "start": {"psi": 1.0}}, "study.starts", "either start or starts"),
+        ({"along": "u", "values": [1.0] * 501}, "study.values", "500 runs"),
+        ({"over": "speed"}, "study.over", "'time', 'phi' or 'psi'"),
+    ],
+)
+def test_what_is_refused(table: dict[str, Any], where: str, allowed: str) -> None:
+    with pytest.raises(InputError, match="study") as said:
+        prepare(RunUp.read({"kind": "run-up", "until": 10.0} | table), load_machine(MACHINE))
+    assert said.value.where == where
+    assert allowed in said.value.allowed

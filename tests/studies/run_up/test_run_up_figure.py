@@ -1,0 +1,296 @@
+"""The figure of a run-up: panels, labels with units, legends; drawn from the Dataset alone."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from wucht.errors import InputError
+from wucht.files.catalogue import load_machine
+from wucht.results.conventions import summary_of
+from wucht.results.store import save_figure
+from wucht.results.style import COLOURS, DASHES, angle_panel, draw_angles, line_style, thinned, without_jumps
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import draw, run
+
+Study = Callable[..., Path]
+START = {"p1": 0.3, "p2": -0.5}
+
+
+def _panels(figure: Figure) -> list[Axes]:
+    """The axes from top to bottom, without the twins that share a panel."""
+    seen: dict[float, Axes] = {}
+    for axis in figure.axes:
+        seen.setdefault(round(axis.get_position().y0, 6), axis)
+    return [seen[y] for y in sorted(seen, reverse=True)]
+
+
+def _labels(axis: Axes) -> list[str]:
+    legend = axis.get_legend()
+    assert legend is not None
+    return [text.get_text() for text in legend.get_texts()]
+
+
+@pytest.fixture(scope="module")
+def balanced() -> xr.Dataset:
+    return run(RunUp(until=2.0, start=START), load_machine("drozdetskaya-2020/r1-u80"))
+
+
+@pytest.fixture(scope="module")
+def alone() -> xr.Dataset:
+    return run(RunUp(until=200.0), load_machine("drozdetskaya-2020/table-3.1-laval"))
+
+
+def test_four_panels_with_units(balanced: xr.Dataset) -> None:
+    figure = draw(balanced)
+    panels = _panels(figure)
+    assert len(panels) == 4
+    assert [p.get_ylabel() for p in panels] == [
+        "speed (rad/s)", "amplitude of the axis (mm)", "phase to the rotor (\u00b0)", "motor power (W)",
+    ]  # fmt: skip
+    assert [p.get_xlabel() for p in panels] == ["", "", "", "time (s)"]
+    assert all(p.get_xlim() == (0.0, pytest.approx(2.0)) for p in panels)
+    twins = [a for a in figure.axes if a not in panels]
+    assert [a.get_ylabel() for a in twins] == ["energy residual (1)"]
+    assert [a.get_yscale() for a in twins] == ["log"]
+
+
+def test_every_panel_has_a_legend(balanced: xr.Dataset) -> None:
+    speed, amplitude, phases, power = (_labels(p) for p in _panels(draw(balanced)))
+    assert speed == ["drum", "p1", "p2", "no-load speed", "natural frequency"]
+    assert "amplitude" in amplitude
+    assert phases == ["p1", "p2"]
+    assert power == ["motor power", "energy residual"]
+
+
+def test_a_rotor_without_balancers_has_three_panels(alone: xr.Dataset) -> None:
+    panels = _panels(draw(alone))
+    assert [p.get_ylabel() for p in panels] == ["speed", "amplitude of the axis", "motor power"]
+    assert panels[-1].get_xlabel() == "time $\\tau$"
+    assert all(_labels(p) for p in panels)
+
+
+def test_the_title_says_what_and_how_it_ended(balanced: xr.Dataset) -> None:
+    title = draw(balanced).get_suptitle()
+    assert balanced.attrs["title"] in title
+    assert balanced.attrs["outcome"] in title
+    assert balanced.attrs["sentence"] in title
+
+
+def test_lines_show_the_data(balanced: xr.Dataset) -> None:
+    speed, amplitude, phases, power = _panels(draw(balanced))
+    line = {str(drawn.get_label()): drawn for drawn in speed.get_lines()}
+    assert line["drum"].get_ydata()[-1] == pytest.approx(float(balanced.speed.sel(body="drum")[-1]))
+    assert line["no-load speed"].get_ydata()[0] == pytest.approx(200.0)
+    assert line["natural frequency"].get_ydata()[0] == pytest.approx(100.0)
+    drawn = next(x for x in amplitude.get_lines() if x.get_label() == "amplitude").get_ydata()
+    assert np.max(drawn) == pytest.approx(1e3 * float(balanced.amplitude.max()))
+    shown = phases.get_lines()[0].get_ydata()
+    assert shown[-1] == pytest.approx(math.degrees(float(balanced.phase.sel(body="p1")[-1])))
+    assert phases.get_ylim() == (0.0, 360.0)
+    drawn = power.get_lines()[0].get_ydata()
+    assert np.max(drawn) == pytest.approx(float(balanced.motor_power.max()))
+
+
+def test_lines_differ_in_colour_and_dash(balanced: xr.Dataset) -> None:
+    speed = _panels(draw(balanced))[0]
+    bodies = [x for x in speed.get_lines() if x.get_label() in ("drum", "p1", "p2")]
+    assert len({x.get_color() for x in bodies}) == len({x.get_linestyle() for x in bodies}) == 3
+    # a body has the colour in every panel
+    phases = {x.get_label(): x.get_color() for x in _panels(draw(balanced))[2].get_lines()}
+    assert {x.get_label(): x.get_color() for x in bodies if x.get_label() != "drum"} == phases
+    for i in range(28):
+        one, two = line_style(i), line_style(i + 1)
+        assert one["color"] != two["color"]
+        assert one["linestyle"] != two["linestyle"]
+    assert len({(line_style(i)["color"], line_style(i)["linestyle"]) for i in range(28)}) == len(COLOURS) * len(DASHES)
+
+
+def test_a_rotor_that_turns_clockwise() -> None:
+    machine = load_machine("drozdetskaya-2020/r1-u80", {"drive.no_load_speed": -200})
+    speed = _panels(draw(run(RunUp(until=2.0, start=START), machine)))[0]
+    line = {str(drawn.get_label()): drawn for drawn in speed.get_lines()}
+    assert line["no-load speed"].get_ydata()[0] == pytest.approx(-200.0)
+    assert line["natural frequency"].get_ydata()[0] == pytest.approx(-100.0)
+
+
+def test_two_natural_frequencies(study: Study) -> None:
+    machine = load_machine(str(study('"1e5 N/m"', '["1e5 N/m", "2e5 N/m"]')))
+    speed = _panels(draw(run(RunUp(until=0.1), machine)))[0]
+    assert _labels(speed).count("natural frequencies") == 1
+    dotted = [float(x.get_ydata()[0]) for x in speed.get_lines() if x.get_linestyle() == ":"]
+    assert sorted(dotted)[-2:] == pytest.approx([math.sqrt(1e5 / 10.25), math.sqrt(2e5 / 10.25)])
+
+
+def test_many_balancers_do_not_crowd_the_legend() -> None:
+    machine = load_machine("practice/laboratory-centrifuge")
+    found = run(RunUp(until=0.05), machine)
+    balls = "".join(_labels(_panels(draw(found))[2]))
+    assert balls
+    assert all(len(_labels(p)) <= 10 for p in _panels(draw(found)))
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+@pytest.mark.filterwarnings("error")
+def test_every_format(balanced: xr.Dataset, ending: str) -> None:
+    file = io.BytesIO()
+    draw(balanced).savefig(file, format=ending)
+    assert file.getbuffer().nbytes > 5000
+
+
+def test_png_is_large_enough_to_print(balanced: xr.Dataset) -> None:
+    figure = draw(balanced)
+    width, height = (float(v) * figure.dpi for v in figure.get_size_inches())
+    assert width >= 1000
+    assert height >= 1000
+
+
+TITLES = [
+    "50 $ and 60 $",
+    "$x_{",
+    "$x_{$",
+    "5 $^ and 6 $",
+    "100 % \\frac",
+    "two\nlines",
+    "a_b^c & <d>",
+    "\u6d17\u6fef\u6a5f",
+    300 * "x",
+]
+
+
+@pytest.mark.parametrize("title", TITLES)
+@pytest.mark.filterwarnings("error")
+def test_any_title_can_be_drawn(balanced: xr.Dataset, title: str, tmp_path: Path) -> None:
+    """Letter by letter: no formula is read into it."""
+    figure = draw(balanced.assign_attrs(title=title))
+    assert figure.get_suptitle() == f"{title}\n{balanced.attrs['outcome']}: {balanced.attrs['sentence']}"
+    assert not figure._suptitle.get_parse_math()
+    image = imread(save_figure(figure, tmp_path / "figure.png"))
+    assert image.shape[:2] == tuple(float(v) * figure.dpi for v in figure.get_size_inches())[::-1]
+    heading = image[: int(0.5 * figure.dpi), :, :3]
+    assert heading.min() < 0.5, "the heading is written in black"
+    drawn = save_figure(figure, tmp_path / "figure.svg").read_text(encoding="utf-8")
+    assert drawn.rstrip().endswith("</svg>")
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_shortest_runs_can_be_drawn(study: Study) -> None:
+    machine = load_machine(str(study()))
+    for question in (RunUp(until=1e-9), RunUp(turns=1e-9), RunUp(until=1e-300)):
+        result = run(question, machine)
+        figure = draw(result)
+        figure.savefig(io.BytesIO(), format="png")
+        assert figure.get_suptitle().endswith("\nunidentified: the run is too short to tell")
+        speed, amplitude, phases, power = _panels(figure)
+        assert _labels(speed) == ["drum", "p1", "p2", "no-load speed", "natural frequency"]
+        assert _labels(amplitude)[-1] == "amplitude"
+        assert _labels(phases) == ["p1", "p2"]
+        assert _labels(power) == ["motor power", "energy residual"]
+        for row, line in enumerate(speed.get_lines()[:3]):
+            assert np.array_equal(line.get_xdata(), result.time.values)
+            assert np.array_equal(line.get_ydata(), result.speed.values[row])
+        for axis in figure.axes:
+            left, right = axis.get_xlim()
+            assert left <= 0.0 <= result.time.values[-1] <= right
+            assert left < right, "the panel has a width even where the run has none"
+
+
+def test_nothing_is_kept_open(balanced: xr.Dataset) -> None:
+    from matplotlib import pyplot
+
+    before = pyplot.get_fignums()
+    for _ in range(3):
+        draw(balanced)
+    assert pyplot.get_fignums() == before
+
+
+def test_a_dataset_that_is_no_result_is_refused(balanced: xr.Dataset) -> None:
+    with pytest.raises(InputError, match="there is no figure for this study"):
+        draw(balanced.assign_attrs(study="basin"))
+    with pytest.raises(InputError):
+        draw(balanced.drop_vars("speed"))
+    with pytest.raises(InputError):
+        draw(xr.Dataset(attrs={"study": "run-up"}))
+
+
+# What lines are thinned to
+
+
+@pytest.mark.parametrize("count", [10, 3999, 4000, 4001, 9999, 123_457, 400_000])
+def test_thinning_keeps_extremes_and_ends(count: int) -> None:
+    x = np.linspace(0, 1, count)
+    generator = np.random.default_rng(count)
+    for peak in (0, count // 3, count - 2, count - 1):
+        y = generator.uniform(-1, 1, count)
+        y[peak] = 5.0
+        y[(peak + count // 2) % count] = -5.0
+        tx, ty = thinned(x, y)
+        assert len(tx) == len(ty) <= 5000
+        assert (tx[0], tx[-1]) == (0.0, 1.0)
+        assert (np.diff(tx) > 0).all()
+        assert ty.max() == 5.0
+        assert ty.min() == -5.0
+
+
+def test_a_phase_that_wraps_is_broken() -> None:
+    shown = without_jumps(np.array([350.0, 355.0, 1.0, 5.0, 359.0]), 360.0)
+    assert np.isnan(shown).tolist() == [False, False, True, False, True]
+
+
+def test_angles_that_end_near_zero_are_not_drawn_at_the_edge() -> None:
+    axis = Figure().subplots()
+    assert angle_panel(axis, [np.array([100.0, 350.0]), np.array([np.nan, 20.0])]) == -180
+    assert axis.get_ylim() == (-180, 180)
+    assert angle_panel(axis, [np.array([100.0, 350.0]), np.array([180.0])]) == 0
+    draw_angles(axis, np.arange(3.0), np.array([[350.0, 10.0, 370.0]]), -180.0, [{"color": "black"}])
+    assert axis.get_lines()[0].get_ydata().tolist() == [-10, 10, 10]
+
+
+def test_an_angle_that_turns_too_fast_to_be_drawn_is_a_band() -> None:
+    """Forty turns within the first tenth; then it rests."""
+    axis, x = Figure().subplots(), np.linspace(0.0, 100.0, 10_001)
+    draw_angles(axis, x, np.remainder(360 * np.minimum(4 * x, 40.0) + 90.0, 360.0)[None], 0.0, [{"color": "black"}])
+    drawn = np.asarray(axis.get_lines()[0].get_ydata())
+    assert np.isnan(drawn[x < 9]).all()
+    assert drawn[x > 11] == pytest.approx(90.0)
+    [band] = axis.collections
+    assert band.get_label() == "turning past: several", "a line without a name"
+
+
+def test_the_band_has_the_name_and_colour_of_the_body_that_turns_past() -> None:
+    axis, x = Figure().subplots(), np.linspace(0.0, 100.0, 10_001)
+    angles = np.array([np.remainder(720 * x, 360.0), 180.0 + 0 * x])
+    styles = [{"color": "#D55E00", "label": "p1"}, {"color": "#009E73", "label": "p2"}]
+    draw_angles(axis, x, angles, 0.0, styles)
+    [band] = axis.collections
+    assert band.get_label() == "turning past: p1"
+    assert band.get_facecolor()[0][:3] == pytest.approx((0xD5 / 255, 0x5E / 255, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [
+        ("sperling-vibration/figure-2a", "phase to the vibration (°)"),
+        ("sperling-vibration/self-synchronisation-soft", "phase to e1 (°)"),
+    ],
+)
+def test_rotors_that_may_be_taken_along_show_their_phase(name, label):
+    from wucht.studies.reading import read_study
+
+    study = read_study(name, {"study.until": 100.0})
+    result = run(study.spec, study.subject)
+    drawn = draw(result)
+    (panel,) = [axis for axis in drawn.axes if axis.get_ylabel() == label]
+    assert len(panel.get_lines()) == 1
+    (told,) = summary_of(result)["rotor_phases"].values()
+    apart = np.degrees(told) - float(panel.get_lines()[0].get_ydata()[-1])
+    assert abs((apart + 180) % 360 - 180) < 2.0  # the ripple within a turn

@@ -1,0 +1,367 @@
+"""The study ``sweep``: jumps that do not depend on the rate, and sweeps that end early or do not jump."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.errors import InputError
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.numerics.flow.compiled import compile_system
+from wucht.studies.memory import Memory
+from wucht.studies.runner import draw, report, run
+from wucht.studies.sweep.moving import IntegrationError, Leg, Mover, Place, moving_system
+from wucht.studies.sweep.prepare import prepare
+from wucht.studies.sweep.spec import Sweep
+
+OMEGA_1 = "drive.no_load_speed"
+FIGURE_5 = "sperling-vibration/figure-5"
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    return load_machine(FIGURE_5, {"rotor.inertia": 1e-5})  # a light rotor, which ripples most
+
+
+def summary(result: xr.Dataset) -> dict[str, Any]:
+    found = json.loads(result.attrs["summary"])
+    assert isinstance(found, dict)
+    return found
+
+
+def warnings(result: xr.Dataset) -> list[str]:
+    found: list[str] = json.loads(result.attrs["warnings"])
+    return found
+
+
+@pytest.fixture(scope="module")
+def both(machine: Machine) -> xr.Dataset:
+    return run(Sweep(along=OMEGA_1, range=(5.0, 12.0)), machine)
+
+
+def test_both_ways_are_stored(both: xr.Dataset) -> None:
+    assert list(both.direction.values) == ["up", "down"]
+    up, down = both.sel(direction="up"), both.sel(direction="down")
+    assert (np.diff(up.value) > 0).all()
+    assert (np.diff(down.value) < 0).all()
+    assert both.sizes["sample"] == 400
+    for name in ("value", "speed", "amplitude", "energy_residual"):
+        assert np.isfinite(both[name]).all(), name
+        assert both[name].attrs["long_name"]
+    assert both.attrs["finished"] == 1
+
+
+def test_the_branches_part_only_between_the_jumps(both: xr.Dataset) -> None:
+    low, high = summary(both)["hysteresis"]
+    up, down = both.sel(direction="up"), both.sel(direction="down")
+    apart = np.abs(up.speed.values - np.interp(up.value, down.value[::-1], down.speed[::-1]))
+    inside = (up.value.values > low) & (up.value.values < high)
+    assert apart[inside].min() > 1.0
+    outside = (up.value.values < low - 0.15) | (up.value.values > high + 0.15)
+    assert apart[outside].max() < 0.01
+
+
+@pytest.mark.parametrize("rate", [0.5, 0.05])
+def test_the_jump_does_not_depend_on_the_rate(machine: Machine, both: xr.Dataset, rate: float) -> None:
+    """The ramp itself jumps late: at 0.05 (rad/s)/s by more than 0.2 rad/s. What is found is the fold all the same."""
+    expected, found = (
+        summary(both)["jumps"][0],
+        run(Sweep(along=OMEGA_1, range=(5.0, 12.0), rate=rate, direction="up"), machine),
+    )
+    (jump,) = summary(found)["jumps"]
+    assert jump[OMEGA_1] == pytest.approx(expected[OMEGA_1], rel=1e-4)
+    for key in ("from_speed", "to_speed"):  # next to the fold the speed changes with the root of the distance
+        assert jump[key] == pytest.approx(expected[key], rel=1e-3)
+    one = found.isel(direction=0)
+    late = one.value.values[int(np.flatnonzero(one.speed.values > 7.8)[0])]
+    assert late > expected[OMEGA_1] + 0.2
+
+
+def test_the_bracket_is_as_narrow_as_asked(machine: Machine) -> None:
+    (jump,) = summary(run(Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.01, direction="up", jump_tolerance=1e-5), machine))[
+        "jumps"
+    ]
+    low, high = jump["bracket"]
+    assert 0 < high - low <= 1.001e-5 * high
+    assert low - (high - low) <= jump[OMEGA_1] <= high + (high - low)
+    assert jump["fold"]
+    assert jump[OMEGA_1] == pytest.approx(9.82982, rel=3e-6)  # 9.829820 at a tolerance of 1e-6
+
+
+def test_down_alone_begins_at_the_upper_end(machine: Machine) -> None:
+    found = run(Sweep(along=OMEGA_1, range=(8.0, 12.0), rate=0.02, direction="down"), machine)
+    assert float(found.value[0, 0]) > 11.9
+    (jump,) = summary(found)["jumps"]
+    assert jump["direction"] == "down"
+    assert jump[OMEGA_1] == pytest.approx(8.8997, rel=1e-4)
+    assert summary(found)["hysteresis"] is None
+
+
+def test_a_strong_drive_does_not_jump(machine: Machine) -> None:
+    found = run(Sweep(along=OMEGA_1, range=(5.0, 8.0), rate=0.02), machine.with_values({"drive.slope": 2e-4}))
+    assert summary(found)["jumps"] == []
+    assert "no jump" in found.attrs["sentence"]
+
+
+def test_steep_is_no_jump(machine: Machine) -> None:
+    """Just beyond the cusp the curve is nearly vertical, but both ways agree."""
+    found = run(Sweep(along=OMEGA_1, range=(6.0, 11.0), rate=0.01), machine.with_values({"carrier.damping": 2.2}))
+    assert summary(found)["jumps"] == []
+
+
+def test_another_parameter_of_a_dimensionless_machine() -> None:
+    """002, Table 3.1: the folds of the Laval rotor are at twice the u of the carrier with one direction (cases.md)."""
+    found = run(Sweep(along="u", range=(1.0, 7.0), rate=2e-4), load_machine("drozdetskaya-2020/table-3.1-laval"))
+    assert summary(found)["rate_unit"] == "a unit of time"
+    up, down = summary(found)["jumps"]
+    assert up["u"] == pytest.approx(2 * 2.6053860, rel=1e-4)
+    assert up["from_speed"] == pytest.approx(1.0213376, rel=2e-4)
+    assert down["u"] == pytest.approx(2 * 0.8937191, rel=1e-4)
+    assert down["from_speed"] == pytest.approx(1.4239669, rel=1e-3)
+
+
+def test_a_sweep_that_is_too_fast_says_so(machine: Machine) -> None:
+    found = run(Sweep(along=OMEGA_1, range=(5.0, 12.0), rate=1.0, direction="up"), machine)
+    (said,) = [w for w in warnings(found) if "too fast" in w]
+    assert said.endswith("give a rate below 1 rad/s per s")
+
+
+@pytest.mark.parametrize("start", [{}, {"rotor": {"speed": "8 rad/s"}}])
+def test_a_standstill_is_settled(machine: Machine, start: dict[str, Any]) -> None:
+    """What is left of a speed that dies away is small beside the speeds of the sweep, not beside itself."""
+    found = run(Sweep(along=OMEGA_1, range=(0.0, 12.0), start=start), machine)
+    assert float(found.speed.sel(direction="down")[-1]) < 0.25  # averaged before the end of the ramp
+    assert warnings(found) == []
+
+
+@pytest.mark.parametrize("count", [1, 60])
+def test_an_interrupted_sweep_is_a_valid_result(machine: Machine, count: int) -> None:
+    calls = iter(range(1, 10**9))
+
+    def progress(_share: float, _what: str) -> None:
+        if next(calls) == count:
+            raise KeyboardInterrupt
+
+    found = run(Sweep(along=OMEGA_1, range=(5.0, 12.0)), machine, progress=progress)
+    assert found.attrs["finished"] == 0
+    assert any("interrupted" in w for w in warnings(found))
+    assert found.sizes["direction"] == (0 if count == 1 else 1)
+
+
+@pytest.mark.parametrize(
+    "question",
+    [Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.02, direction="up"), Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.02)],
+)
+def test_an_interrupted_search_for_jumps_is_a_valid_result(machine: Machine, question: Sweep) -> None:
+    calls = iter(range(1, 10**9))
+
+    def progress(_share: float, what: str) -> None:
+        if what.startswith("jump") and next(calls) == 20:
+            raise KeyboardInterrupt
+
+    found = run(question, machine, progress=progress)
+    assert found.attrs["finished"] == 0
+    assert summary(found)["jumps"] == []
+    assert list(found.direction.values) == ["up"]
+    assert np.isfinite(found.speed).all()
+
+
+@pytest.fixture
+def computed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of the units of work that are computed, not read back."""
+    names, unit = list[str](), Memory.unit
+
+    def watched(memory: Memory, name: str, compute: Callable[[], Any]) -> Any:
+        def counted() -> Any:
+            result = compute()
+            names.append(name)
+            return result
+
+        return unit(memory, name, counted)
+
+    monkeypatch.setattr(Memory, "unit", watched)
+    return names
+
+
+@pytest.fixture(scope="module")
+def there_and_back(machine: Machine) -> tuple[Sweep, xr.Dataset, int]:
+    """A quick sweep, what comes of it, and how often it asks whether to stop."""
+    asked, question = 0, Sweep(along=OMEGA_1, range=(8.0, 10.5), rate=0.02)
+
+    def count(_share: float, _what: str) -> None:
+        nonlocal asked
+        asked += 1
+
+    return question, run(question, machine, progress=count), asked
+
+
+def assert_the_same(one: xr.Dataset, other: xr.Dataset) -> None:
+    assert set(one.variables) == set(other.variables)
+    for name in other.variables:
+        assert one[name].equals(other[name]), name
+    assert one.attrs["summary"] == other.attrs["summary"]
+    assert warnings(one) == warnings(other)
+    assert one.attrs["finished"] == other.attrs["finished"] == 1
+
+
+@pytest.mark.parametrize("share", [0.0, 0.02, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9, 0.999])
+def test_resumed_it_is_the_uninterrupted_one(
+    machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], computed: list[str], tmp_path: Path, share: float
+) -> None:
+    """From the files, to the last bit: stopped while settling, on either way, or while jumps are looked for."""
+    question, whole, asked = there_and_back
+    assert len(summary(whole)["jumps"]) == 2
+    calls = iter(range(10**9))
+
+    def stop(_share: float, _what: str) -> None:
+        if next(calls) == int(share * asked):
+            raise KeyboardInterrupt
+
+    broken = run(question, machine, folder=tmp_path, progress=stop)
+    assert broken.attrs["finished"] == 0
+    assert_the_same(run(question, machine, folder=tmp_path, resume=True), whole)
+    assert len(computed) == len(set(computed)), "no unit was computed again"
+    assert {"settling", "up/settling", "up/jump/1", "down/settling", "down/jump/1"} < set(computed)
+
+
+def test_broken_off_again_and_again(machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path) -> None:
+    """Also within the search for jumps, which is then begun again and must leave no trace."""
+    question, whole, asked = there_and_back
+    for share in (0.3, 0.15, 0.1, 0.2, 0.05):
+        calls = iter(range(10**9))
+
+        def stop(_share: float, _what: str, calls: Iterator[int] = calls, after: int = int(share * asked)) -> None:
+            if next(calls) == after:
+                raise KeyboardInterrupt
+
+        assert run(question, machine, folder=tmp_path, resume=True, progress=stop).attrs["finished"] == 0
+    assert_the_same(run(question, machine, folder=tmp_path, resume=True), whole)
+
+
+def test_legs_that_were_made_are_not_made_again(
+    machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path
+) -> None:
+    question, whole, _ = there_and_back
+
+    def stop(share: float, what: str) -> None:
+        if share > 0.5 and what.startswith("jump"):
+            raise KeyboardInterrupt
+
+    run(question, machine, folder=tmp_path, progress=stop)
+    seen: list[str] = []
+    assert_the_same(run(question, machine, folder=tmp_path, resume=True, progress=lambda _, what: seen.append(what)), whole)
+    assert set(seen) == {"jump 1 of 1 at most", ""}, "it looks for the last jump once more"
+
+
+def test_a_finished_sweep_is_not_made_again(
+    machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path
+) -> None:
+    question, whole, _ = there_and_back
+    run(question, machine, folder=tmp_path)
+    seen: list[float] = []
+    again = run(question, machine, folder=tmp_path, resume=True, progress=lambda share, _: seen.append(share))
+    assert seen == []
+    assert_the_same(again, whole)
+
+
+def test_only_the_same_sweep_is_resumed(
+    machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path
+) -> None:
+    run(there_and_back[0], machine, folder=tmp_path)
+    with pytest.raises(InputError, match=r"--resume: the result in .* answers another question: study.rate was 0.02, now 0.03"):
+        run(Sweep(along=OMEGA_1, range=(8.0, 10.5), rate=0.03), machine, folder=tmp_path, resume=True)
+
+
+@pytest.mark.parametrize("count", [1, 30])
+def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    """Also the legs of the unit of work that failed."""
+    calls, leg = iter(range(1, 10**9)), Mover.leg
+
+    def failing(mover: Mover, place: Place, duration: float, to: float | None = None) -> Leg:
+        if to is not None and next(calls) == count:
+            raise IntegrationError("the state is no longer finite")
+        return leg(mover, place, duration, to)
+
+    monkeypatch.setattr(Mover, "leg", failing)
+    result = run(Sweep(along=OMEGA_1, range=(5.0, 12.0)), machine)
+    assert int(np.isfinite(result.speed).sum()) == count - 1
+    assert result.attrs["failure"] == "the state is no longer finite"
+    assert result.attrs["sentence"] == "the sweep failed"
+    assert report(result)[1] == "verdict: THE SWEEP FAILED"
+    assert draw(result).axes
+    assert result.attrs["finished"] == 0
+    assert result.attrs["failure"] in warnings(result)
+
+
+def test_a_long_leg_asks_often_whether_to_stop(machine: Machine) -> None:
+    compiled, asked = compile_system(moving_system(machine, OMEGA_1)), list[float]()
+    mover = Mover.of(machine, OMEGA_1, compiled, 10.0, asked.append)
+    place = mover.leg(mover.begin(5.0, np.zeros(len(compiled.system.states))), 5000.0).place
+    assert place.time == asked[-1] == 5000.0
+    assert max(np.diff([0.0, *asked])) * 10.0 <= 201 * 2 * math.pi
+
+
+def test_progress_grows(machine: Machine) -> None:
+    seen: list[float] = []
+    run(Sweep(along=OMEGA_1, range=(5.0, 6.0), rate=0.05), machine, progress=lambda share, _: seen.append(share))
+    assert seen[0] == 0
+    assert (np.diff(seen) >= 0).all()
+    assert seen[-1] == 1.0
+
+
+def test_scipy_finds_the_same(machine: Machine) -> None:
+    found = run(
+        Sweep(along=OMEGA_1, range=(9.0, 10.6), rate=0.02, direction="up", jump_tolerance=1e-3, tolerance=1e-8, engine="scipy"),
+        machine,
+    )
+    (jump,) = summary(found)["jumps"]
+    assert jump[OMEGA_1] == pytest.approx(9.8298, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        ({"range": [5, 12]}, "along"),
+        ({"along": "drive.no_load_spede", "range": [5, 12]}, "drive.no_load_speed"),
+        ({"along": OMEGA_1}, "range"),
+        ({"along": OMEGA_1, "range": [12, 5]}, "low below high"),
+        ({"along": OMEGA_1, "range": ["5 kg", "12 kg"]}, "rad/s"),
+        (
+            {"along": OMEGA_1, "range": [5, 12], "rate": -1},
+            "allowed is a rate of the no-load speed greater than 0, in rad/s per s",
+        ),
+        ({"along": OMEGA_1, "range": [5, 12], "rate": True}, "study.rate: given True; allowed is a number"),
+        ({"along": OMEGA_1, "range": [True, 12]}, "study.range: .* allowed is a number"),
+        ({"along": OMEGA_1, "range": [5, 12], "rate": 1e-30}, "study.rate: .*allowed is a rate from .* turns a ramp"),
+        ({"along": OMEGA_1, "range": [5, 12], "rate": 1e30}, "study.rate: .* to 44 rad/s per s: .* a tenth of the time"),
+        ({"along": OMEGA_1, "range": [5, 12], "direction": "sideways"}, "both"),
+        ({"along": OMEGA_1, "range": [5, 12], "engine": "magic"}, "heyoka"),
+        ({"along": OMEGA_1, "range": [5, 12], "jump_tolerance": 1}, "between"),
+        ({"along": OMEGA_1, "range": [5, 12], "untill": 1}, "unknown key"),
+        ({"along": "rotor.mass", "range": [-1, 1]}, "greater than 0"),
+        ({"along": "rotor.inertia", "range": [1e-9, 1]}, "m e^2"),
+        ({"along": OMEGA_1, "range": [5, 12], "start": {"roter": 1}}, "rotor"),
+    ],
+)
+def test_bad_questions(machine: Machine, table: dict[str, Any], says: str) -> None:
+    def ask() -> None:
+        prepare(Sweep.read({"kind": "sweep"} | table), machine)
+
+    refused: Callable[[], None] = ask
+    with pytest.raises(InputError, match=says.replace("^", r"\^")):
+        refused()
+
+
+def test_the_rate_may_have_a_unit(machine: Machine) -> None:
+    asked = prepare(Sweep.read({"along": OMEGA_1, "range": ["5 rad/s", "12 rad/s"], "rate": "0.1 rad/s^2"}), machine)
+    assert asked.pace.rate == pytest.approx(0.1)
+    slope = prepare(Sweep.read({"along": "drive.slope", "range": [1e-5, 1e-4], "rate": "1e-6 N m"}), machine)
+    assert slope.pace.rate == pytest.approx(1e-6)

@@ -1,0 +1,47 @@
+"""The figures of sweeps: panels, labels, marks."""
+
+from __future__ import annotations
+
+import pytest
+import xarray as xr
+
+from wucht.files.catalogue import load_machine
+from wucht.studies.runner import draw, run
+from wucht.studies.sweep.spec import Sweep
+
+FIGURE_5 = "sperling-vibration/figure-5"
+
+
+@pytest.fixture(scope="module")
+def swept() -> xr.Dataset:
+    return run(Sweep(along="drive.no_load_speed", range=(8.0, 11.0), rate=0.01, jump_tolerance=1e-3), load_machine(FIGURE_5))
+
+
+def _labels(axis: object) -> list[str]:
+    return [t.get_text() for t in axis.get_legend().get_texts()]  # type: ignore[attr-defined]
+
+
+def test_a_sweep_shows_both_ways_and_its_jumps(swept: xr.Dataset) -> None:
+    speed, amplitude = draw(swept).axes
+    assert speed.get_ylabel() == "mean speed (rad/s)"
+    assert amplitude.get_ylabel() == "amplitude of the axis (mm)"
+    assert amplitude.get_xlabel() == "drive.no_load_speed (rad/s)"
+    assert amplitude.get_xlim() == (8.0, 11.0)
+    assert _labels(speed) == ["rising", "falling", "end of a branch", "no-load speed"]
+    assert _labels(amplitude) == ["rising", "falling", "end of a branch"]
+    assert len(speed.texts) == len(amplitude.texts) == 2  # an arrow a jump
+
+
+def test_the_title_of_a_sweep_names_the_jumps(swept: xr.Dataset) -> None:
+    heading = draw(swept)._suptitle.get_text()  # type: ignore[attr-defined]
+    assert "rising" in heading
+    assert "falling" in heading
+    assert heading.count("\n") == 1
+
+
+def test_an_interrupted_sweep_is_drawn() -> None:
+    def stop(_share: float, _what: str) -> None:
+        raise KeyboardInterrupt
+
+    found = run(Sweep(along="drive.no_load_speed", range=(8.0, 11.0)), load_machine(FIGURE_5), progress=stop)
+    assert draw(found).axes

@@ -1,0 +1,782 @@
+"""The study ``synchronous-states``: closed forms against the complete search, families, maps, refusals, the command."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.analysis.averaged import slow_machine
+from wucht.analysis.configurations.closed_form import State, at_speed
+from wucht.analysis.configurations.force_balance import members
+from wucht.analysis.configurations.full_stability import FullStability
+from wucht.analysis.configurations.regions import REGIONS
+from wucht.analysis.configurations.search import by_subdivision, from_many_starts, index, speeds_in_line
+from wucht.analysis.configurations.slow_stability import SlowStability, slow_matrices, slow_state
+from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.machines.operation import SPEED, natural_frequencies
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.jacobian import Jacobian
+from wucht.piecewise import PiecewiseCubic, step
+from wucht.studies.runner import run
+from wucht.studies.synchronous_states.prepare import prepare, turning
+from wucht.studies.synchronous_states.report import _degrees
+from wucht.studies.synchronous_states.spec import SynchronousStates
+
+Entry = dict[str, Any]
+
+ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}
+CARRIER = {"mass": 2.0, "stiffness": [1e4, 2e4], "damping": [40.0, 60.0]}
+HELD = {"kind": "constant-speed", "speed": 100.0}
+MOTOR = {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0}
+
+
+def balls(*unbalances: float, **more: Any) -> list[dict[str, Any]]:
+    """Pendulums 0.5 m long with these unbalances (kg m)."""
+    common = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
+    return [common | {"name": f"b{k}", "mass": u / 0.5} | more for k, u in enumerate(unbalances)]
+
+
+def machine(*unbalances: float, drive: Any = HELD, carrier: Any = None, rotor: Any = None, **more: Any) -> Machine:
+    described: dict[str, Any] = {
+        "carrier": CARRIER | (carrier or {}),
+        "bodies": [ROTOR | (rotor or {}), *balls(*unbalances, **more)],
+    }
+    return machine_from(described | ({"drive": drive} if drive else {}))
+
+
+def exciters(count: int, held: float | None = None, slope: float = 0.1) -> Machine:
+    """Rotors that only a planar body connects."""
+    places = [[0.3, 0.0], [-0.3, 0.1], [0.0, 0.4], [0.1, -0.4], [-0.2, -0.3]][:count]
+    carrier = {
+        "directions": "xyr", "mass": 50.0, "inertia": 6.0, "stiffness": 1e5, "damping": 400.0, "rotation_stiffness": 1e4,
+        "rotation_damping": 40.0,
+    }  # fmt: skip
+    bodies = [ROTOR | {"name": f"e{k}", "position": at, "unbalance": 1e-2 * (1 + 0.1 * k)} for k, at in enumerate(places)]
+    drives = [
+        {"on": f"e{k}", "kind": "linear", "slope": slope, "no_load_speed": 100.0 + 0.02 * k * (-1) ** k} for k in range(count)
+    ]
+    if held is not None:
+        drives[0] = {"on": "e0", "kind": "constant-speed", "speed": held}
+    return machine_from({"carrier": carrier, "bodies": bodies, "drives": drives})
+
+
+def answer(m: Machine, **question: Any) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(run(SynchronousStates(**question), m).attrs["summary"])
+    return found
+
+
+def same(one: list[State], other: list[State]) -> bool:
+    """Whether both hold the same states, in any order."""
+
+    def apart(a: State, b: State) -> float:
+        turned = np.abs((a.phases - b.phases + np.pi) % (2 * np.pi) - np.pi)
+        return max(float(turned.max()), abs(a.speed - b.speed) / a.speed)
+
+    return len(one) == len(other) and all(min(apart(a, b) for b in other) < 1e-8 for a in one)
+
+
+# --- closed forms against the search ---
+
+
+UNBALANCES = [(0.012, 0.008), (0.02, 0.005), (0.003, 0.004), (0.012,), (0.003,)]
+DAMPINGS, SPEEDS = [[0.0, 0.0], [40.0, 60.0], [400.0, 300.0]], [30.0, 58.0, 100.0]
+# Each with each takes a minute: of these every value stands in some case of the quick ones.
+EVERY_TWO = [
+    pytest.param(u, d, w, marks=() if (i + j + k) % 5 == 0 else pytest.mark.slow)
+    for i, u in enumerate(UNBALANCES)
+    for j, d in enumerate(DAMPINGS)
+    for k, w in enumerate(SPEEDS)
+]
+
+
+@pytest.mark.parametrize(("unbalances", "damping", "speed"), EVERY_TWO)
+def test_two_bodies_are_found_completely(unbalances: tuple[float, ...], damping: list[float], speed: float) -> None:
+    torques = SteadyTorques.of(machine(*unbalances, carrier={"damping": damping}, drive=HELD | {"speed": speed}))
+    closed, searched = at_speed(torques, speed), by_subdivision(torques, 0.0, 0.0)
+    assert searched.complete
+    assert same(closed, searched.states)
+    assert same(closed, from_many_starts(torques, 0.0, 0.0, []))
+
+
+def test_equal_bodies_are_counted_once() -> None:
+    torques = SteadyTorques.of(machine(0.008, 0.008))
+    closed, searched = at_speed(torques, 100.0), by_subdivision(torques, 0.0, 0.0)
+    assert [s.multiplicity for s in closed] == [2, 2, 1, 1]
+    assert sorted(s.multiplicity for s in searched.states) == [1, 1, 2, 2]
+    assert len(closed) == len(searched.states) == 4
+
+
+def test_three_bodies_without_a_polygon_are_found_completely() -> None:
+    """f_0 is longer than all others together: nothing compensates, and 2^3 states are in line."""
+    torques = SteadyTorques.of(machine(0.002, 0.003, 0.0035))
+    closed, searched = at_speed(torques, 100.0), by_subdivision(torques, 0.0, 0.0)
+    assert len(closed) == 8
+    assert searched.complete
+    assert same(closed, searched.states)
+
+
+def test_a_family_is_what_the_search_leaves_undecided() -> None:
+    """Three bodies that compensate: the boxes along S = 0 stay undecided, and all isolated states are found."""
+    torques = SteadyTorques.of(machine(0.006, 0.007, 0.008))
+    closed, searched = at_speed(torques, 100.0), by_subdivision(torques, 0.0, 0.0, 60_000)
+    assert [s.dimension for s in closed] == [1, *[0] * 8]
+    assert not searched.complete
+    assert "not decided" in searched.shown
+    assert same(closed[1:], searched.states)
+
+
+@pytest.mark.parametrize("count", [2, 3, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("held", [None, 99.9])
+def test_exciters_are_found_completely(count: int, held: float | None) -> None:
+    m = exciters(count, held)
+    found = answer(m, full=False)
+    assert found["complete"], found["shown"]
+    torques = SteadyTorques.of(m)
+    states = from_many_starts(torques, 0.1, 100.01, [])
+    assert (
+        len(states) == len(found["states"]) == {(2, None): 2, (3, None): 4, (4, None): 10}.get((count, held), 2 ** (count - 1))
+    )
+    for state in states:
+        left = torques.residual(np.array([state.speed]), state.phases[:, None])[list(torques.free), 0]
+        assert np.abs(left).max() < 1e-10
+
+
+def test_five_exciters_are_not_shown_complete() -> None:
+    """More than four bodies: by Newton's method from many starts, which is said; what is found fulfils the balance."""
+    m = exciters(5, 99.9)
+    found = answer(m, full=False)
+    assert not found["complete"]
+    assert "it is not shown that no state is missing" in found["shown"]
+    assert "their indices add up to 0, as they must" in found["shown"]
+    assert len(found["states"]) == 12
+    torques = SteadyTorques.of(m)
+    for state in found["states"]:
+        phases = np.array([0.0, *state["phases"].values()])[:, None]
+        assert np.abs(torques.residual(np.array([99.9]), phases)[1:]).max() < 1e-10
+
+
+@pytest.mark.parametrize(
+    "m", [machine(0.002, 0.003, 0.0035), machine(0.012, 0.008), exciters(4, 99.9)], ids=["3", "2", "rotors"]
+)
+def test_indices_add_up_to_zero(m: Machine) -> None:
+    """Poincare and Hopf: the torque balance is a vector field on a torus. Without one of its zeros they do not."""
+    torques = SteadyTorques.of(m)
+    states = from_many_starts(torques, 0.0, 0.0, [])
+    assert index(torques, states) == 0
+    assert index(torques, states[1:]) != 0
+
+
+def test_speeds_in_line_are_found_completely() -> None:
+    """Two unequal balls and a motor that the resonance may hold: the same speeds as in closed form over the speed."""
+    m = machine(0.012, 0.008, drive=MOTOR)
+    found = answer(m, full=False)
+    assert found["complete"]
+    each = speeds_in_line(SteadyTorques.of(m), 0.11, 110.02)
+    assert each is not None
+    speeds = sorted(s["speed"] for s in found["states"] if s["name"] != "compensating")
+    assert speeds == pytest.approx(sorted(w for some in each for w in some), rel=1e-9)
+    assert len(speeds) >= 4
+    assert [s["speed"] for s in found["states"] if s["name"] == "compensating"] == pytest.approx([110.0] * 2)
+
+
+TABLE = {"kind": "table", "points": [[0, 50], [60, 30], [110, 0], [120, -5]]}
+STEEP = {"kind": "linear", "slope": 0.4, "no_load_speed": 110.0}
+CHARACTERISTICS = {
+    "table": (TABLE, None),
+    "fan": (STEEP, {"kind": "quadratic", "coefficient": 1e-4}),
+    "brake": (STEEP, {"kind": "coulomb", "torque": 2.0}),
+    "measured load": (STEEP, {"kind": "table", "points": [[0, 0], [50, 1.0], [130, 9.0]]}),
+}
+
+
+@pytest.mark.parametrize("case", CHARACTERISTICS)
+def test_characteristics_with_corners_are_shown_complete(case: str) -> None:
+    """Kinks of tables, the square with its sign, a smoothed step: bounds on their slopes hold on both sides."""
+    drive, load = CHARACTERISTICS[case]
+    described: dict[str, Any] = {"carrier": CARRIER, "bodies": [ROTOR, *balls(0.004)], "drive": drive}
+    m = machine_from(described | ({"load": load} if load else {}))
+    found = answer(m, full=False)
+    assert found["complete"], found["shown"]
+    # Independently: at each speed the ball has two phases; their rotor's torque changes its sign where a state is.
+    torques, grid = SteadyTorques.of(m), np.linspace(0.12, 119.9, 2000)
+    fixed = torques.held(100.0)
+    held = [at_speed(fixed, w) for w in grid]
+    phases = np.array([[s.phases for s in states] for states in held])  # (N, 2, 2)
+    left = np.array([torques.residual(grid, phases[:, k].T)[0] for k in (0, 1)])
+    crossings = [np.flatnonzero(np.diff(np.sign(row))) for row in left]
+    expected = sorted(float(np.interp(0.0, *zip(*sorted(zip(row[i : i + 2], grid[i : i + 2], strict=True)), strict=True)))
+                      for row, at in zip(left, crossings, strict=True) for i in at)  # fmt: skip
+    assert sorted(s["speed"] for s in found["states"]) == pytest.approx(expected, abs=1e-3)
+    assert len(expected) >= 2
+
+
+def test_a_characteristic_that_jumps_is_not_shown_complete() -> None:
+    torques = SteadyTorques.of(machine(0.004, drive=MOTOR))
+    jumps = replace(torques, own=(PiecewiseCubic(SPEED, step("torque", 60.0, 50.0, 5.0)) - SPEED / 20, torques.own[1]))
+    found = by_subdivision(jumps, 1.0, 120.0)
+    assert not found.complete
+    assert found.shown.startswith("a drive or load has a characteristic that jumps")
+
+
+# --- what is said of a state ---
+
+
+def test_what_is_left_of_the_unbalance() -> None:
+    found = answer(machine(0.004, 0.003), full=False)
+    for state in found["states"]:
+        b0, b1 = state["phases"].values()
+        left = abs(1e-2 + 0.004 * np.exp(1j * b0) + 0.003 * np.exp(1j * b1))
+        assert state["residual_unbalance"] == pytest.approx(left, rel=1e-12)
+        assert state["residual_share"] == pytest.approx(left / 1e-2, rel=1e-12)
+    assert {s["name"] for s in found["states"]} == {"together", "opposed"}
+    assert all(s["type"] is None for s in found["states"])  # the types of 002 are those of equal pendulums
+
+
+def test_a_single_body() -> None:
+    """It compensates only a rotor of the same unbalance."""
+    assert {s["name"] for s in answer(machine(0.004), full=False)["states"]} == {"together", "opposed"}
+    names = {s["name"]: s for s in answer(machine(0.01), full=False)["states"]}
+    assert set(names) == {"together", "compensating"}
+    assert names["compensating"]["phases"]["b0"] == pytest.approx(math.pi)
+    assert names["compensating"]["amplitude"] == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("count", [3, 4, 6])
+def test_a_family_has_one_entry(count: int) -> None:
+    m = machine(*[0.006] * count)
+    found = answer(m)
+    family = found["states"][0]
+    assert (family["name"], family["family_dimension"]) == ("compensating", count - 2)
+    turned = sum(0.006 * np.exp(1j * p) for p in family["phases"].values())
+    assert abs(1e-2 + turned) < 1e-12
+    assert family["stable_slow"] is family["stable_full"] is True
+    assert family["family_stable_share"] == 1.0
+    assert len(found["states"]) == 1 + count + 1
+    assert sum(s["multiplicity"] for s in found["states"][1:]) == 2**count
+
+
+def test_the_members_of_a_family_are_all_judged_without_inertia_too() -> None:
+    """Three balls just above resonance of an anisotropic carrier: each member's exponents against difference quotients."""
+    m = machine(0.006, 0.006, 0.006, carrier={"damping": [300.0, 300.0]})
+    torques, slow = SteadyTorques.of(m), slow_machine(m, inertia=False)
+    state = next(s for s in at_speed(torques, 100.0) if s.dimension)
+    at = members(torques, 5)
+    found = SlowStability(torques, slow).exponents(state, at)
+    linear, h = Jacobian.of(slow.system), 1e-6
+    for k, phases in enumerate(at.T):
+        x = slow_state(slow, replace(state, phases=phases))
+        ahead, behind = (np.array([linear.at(x + s * h * e, slow.values())[0] for e in np.eye(len(x))]).T for s in (1, -1))
+        exponents = np.linalg.eigvals((ahead - behind) / (2 * h))
+        rest = np.sort(exponents[np.argsort(np.abs(exponents))][state.dimension :].real)
+        assert np.sort(found[k].real) == pytest.approx(rest, rel=1e-5)
+    assert np.ptp(found.imag, axis=0).max() > 1.0, "the members differ"
+
+
+def test_a_family_below_resonance_is_unstable() -> None:
+    found = answer(machine(0.006, 0.007, 0.008, drive=HELD | {"speed": 20.0}))
+    family = found["states"][0]
+    assert (family["stable_slow"], family["stable_full"], family["family_stable_share"]) == (False, False, 0.0)
+
+
+def test_a_balanced_rotor() -> None:
+    """Two equal balls compensate each other anywhere: a family of one parameter; unequal ones are dragged."""
+    found = answer(machine(0.006, 0.006, rotor={"unbalance": 0.0}), full=False)
+    (one,) = found["states"]
+    assert (one["name"], one["family_dimension"], one["residual_share"]) == ("compensating", 1, None)
+    first, second = one["phases"].values()
+    assert abs(first - second) == pytest.approx(math.pi)
+    assert answer(machine(0.006, 0.005, rotor={"unbalance": 0.0}), full=False)["states"] == []
+
+
+def test_bodies_of_a_track_that_overlap_are_marked() -> None:
+    found = answer(load_machine("practice/grinder-4-balls"), full=False)
+    family, *others = found["states"]
+    assert family["family_dimension"] == 2
+    assert not family["overlapping"]
+    assert all(s["overlapping"] for s in others)
+
+
+def test_released_bodies() -> None:
+    result = run(SynchronousStates(), load_machine("sperling-vibration/figure-4"))
+    assert "b1 is taken as released" in result.attrs["warnings"]
+    one = json.loads(result.attrs["summary"])["states"][0]
+    assert [round(math.degrees(p), 2) for p in one["phases"].values()] == [128.68, 231.32]
+    assert one["stable_full"]
+
+
+def test_clockwise_is_the_mirror_image() -> None:
+    forward = answer(machine(0.012, 0.008))
+    backward = answer(machine(0.012, 0.008, drive=HELD | {"speed": -100.0}))
+    assert backward["speed"] == -100.0
+    assert len(forward["states"]) == len(backward["states"]) == 6
+    for state in forward["states"]:
+        mirrored = {name: (-p) % (2 * math.pi) for name, p in state["phases"].items()}
+        twin = min(
+            backward["states"],
+            key=lambda s: sum(1 - math.cos(s["phases"][n] - p) for n, p in mirrored.items()),
+        )
+        assert np.cos(np.subtract(list(twin["phases"].values()), list(mirrored.values()))) == pytest.approx([1, 1], abs=1e-12)
+        assert (twin["stable_slow"], twin["stable_full"]) == (state["stable_slow"], state["stable_full"])
+        assert twin["growth_full"] == pytest.approx(state["growth_full"], rel=1e-5)
+
+
+def test_a_given_speed_overrides_the_drive() -> None:
+    held, given = answer(machine(0.012, 0.008)), answer(machine(0.012, 0.008, drive=MOTOR), speed=100.0)
+    for one, other in zip(held["states"], given["states"], strict=True):
+        assert one["phases"] == pytest.approx(other["phases"], rel=1e-12)
+        assert one["growth_slow"] == pytest.approx(other["growth_slow"], rel=1e-9)
+        assert one["growth_full"] == pytest.approx(other["growth_full"], rel=1e-4)
+    assert answer(machine(0.012, 0.008, drive=None), speed=100.0, full=False)["speed"] == 100.0
+
+
+def test_a_range_of_speeds() -> None:
+    m = machine(0.012, 0.008, drive=MOTOR)
+    whole, part = answer(m, full=False), answer(m, full=False, range=(109.5, 111.0))
+    inside = [s["speed"] for s in whole["states"] if 109.5 <= s["speed"] <= 111.0]
+    assert 0 < len(inside) < len(whole["states"])
+    assert [s["speed"] for s in part["states"]] == pytest.approx(inside, rel=1e-9)
+
+
+def test_self_synchronising_exciters() -> None:
+    """001 section 2.3: in phase below, in opposition above the natural frequency; beyond it both may also hang in it."""
+    stiff = answer(load_machine("sperling-vibration/self-synchronisation-stiff"))
+    soft = answer(load_machine("sperling-vibration/self-synchronisation-soft"))
+    assert stiff["complete"]
+    assert soft["complete"]
+    fast = [{s["name"]: s["stable_full"] for s in found["states"] if s["speed"] > 11} for found in (stiff, soft)]
+    assert fast == [{"together": True, "opposed": False}, {"together": False, "opposed": True}]
+    slow = [s for s in soft["states"] if s["speed"] < 11]
+    assert [(s["name"], round(s["speed"], 3)) for s in slow if s["stable_full"]] == [("together", 6.006)]
+    apart = [s for s in slow if s["name"] is None]  # both at the natural frequency, neither together nor opposed
+    assert [s["speed"] for s in apart] == pytest.approx([2 * math.pi] * 2, rel=1e-9)
+
+
+def test_a_screen_throws_along_45_degrees() -> None:
+    """Its exciters turn against each other: no names; phases as the catalogue's notes say, 90.4 degrees in sum."""
+    found = answer(load_machine("practice/screen"))
+    (stable,) = (s for s in found["states"] if s["stable_full"])
+    assert (stable["name"], stable["residual_unbalance"]) == (None, None)
+    assert 360 - math.degrees(stable["phases"]["e2"]) == pytest.approx(90.4, abs=0.05)
+
+
+# --- stability ---
+
+
+@pytest.mark.parametrize("given", [None, 100.0])
+def test_the_slow_matrix_is_that_of_the_slow_equations(given: float | None) -> None:
+    for m in (machine(0.006, 0.007, 0.008, drive=MOTOR), exciters(3)):
+        slow = slow_machine(m, held=given is not None)
+        torques = SteadyTorques.from_slow(slow_machine(m))
+        torques = torques if given is None else torques.held(given)
+        state = State(given or 97.0, np.array([0.0, 1.0, 2.5, 4.0][: torques.size]))
+        one = slow_matrices(torques, np.array([state.speed]), state.phases[:, None])[0]
+        other = Jacobian.of(slow.system).at(slow_state(slow, state), slow.values(given))[1]
+        assert np.sort_complex(np.linalg.eigvals(one)) == pytest.approx(np.sort_complex(np.linalg.eigvals(other)), rel=1e-9)
+
+
+def test_without_inertia_the_slowest_exponents_stay() -> None:
+    """Strong damping: the reduction, 002 (4.60)-(4.62), has the same slow exponents within the ratio of both rates."""
+    m = machine(0.012, 0.008, damping=0.2)
+    with_, without = answer(m, full=False), answer(m, full=False, inertia=False)
+    for one, other in zip(with_["states"], without["states"], strict=True):
+        assert one["stable_slow"] is other["stable_slow"]
+    assert without["states"][0]["growth_slow"] == pytest.approx(with_["states"][0]["growth_slow"], rel=0.1)
+
+
+def test_an_exponent_that_is_zero_is_not_decided() -> None:
+    """Without dampers to the rotor the balls librate for ever in the slow equations."""
+    torques = SteadyTorques.of(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
+    free = replace(torques, relative=np.zeros((3, 3)))
+    slow = slow_machine(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
+    found = SlowStability(free, slow).stability(at_speed(free, 200.0)[0])
+    assert found.stable is None
+    assert found.reason == "neither grows nor decays"
+
+
+def test_multipliers_can_be_left_out() -> None:
+    found = answer(machine(0.012, 0.008), full=False)
+    assert {s["stable_full"] for s in found["states"]} == {None}
+    assert {s["why"] for s in found["states"]} == {"the multipliers were not asked for"}
+
+
+def test_what_the_full_equations_do_not_decide_is_not_called_stable() -> None:
+    """A full run leaves the state at 6.16 rad/s; the slow equations call it stable, and no periodic motion is found near it."""
+    found = answer(load_machine("sperling-vibration/self-synchronisation-lost"))
+    verdicts = Counter(s["verdict"] for s in found["states"])
+    assert verdicts == {
+        "stable": 1, "stable in the slow equations only": 1, "unstable in the slow equations only": 3, "unstable": 1,
+    }  # fmt: skip
+    assert found["sentence"] == (
+        "6 constant phase configurations, stable: without a name; stable in the slow equations only, undecided in the full "
+        "ones: without a name"
+    )
+    undecided = next(s for s in found["states"] if s["verdict"] == "stable in the slow equations only")
+    assert undecided["speed"] == pytest.approx(6.16, abs=0.01)
+    assert undecided["stable_full"] is None
+    assert found["complete"]
+
+
+def test_without_multipliers_the_sentence_says_so() -> None:
+    found = answer(machine(0.012, 0.008), full=False)
+    assert "stable in the slow equations (the full ones were not asked): compensating" in found["sentence"]
+    assert found["full"] is False
+    assert answer(machine(0.004, drive=HELD | {"speed": 30.0}), full=False)["sentence"].count("stable in the slow") == 1
+
+
+def test_what_neither_equations_decide_is_undecided() -> None:
+    """At a twentieth of a radian a second the vibration is too small to tell anything."""
+    found = answer(machine(0.012, 0.008, drive=HELD | {"speed": 0.05}), full=False)
+    assert {s["verdict"] for s in found["states"]} == {"undecided"}
+    assert "none of them shown to be stable in the slow equations; undecided: compensating (2)" in found["sentence"]
+
+
+def test_bodies_in_each_others_place_are_not_called_stable() -> None:
+    """Together they reduce the unbalance most; two balls of a track lie beside each other instead."""
+    found = answer(load_machine("practice/grinder-2-balls"))
+    assert [(s["name"], s["overlapping"]) for s in found["states"] if s["verdict"] == "stable"] == [("together", True)]
+    assert found["sentence"] == (
+        "3 constant phase configurations, none of them stable; together would be, could bodies lie in each other's place: "
+        "where contacts bring them a run-up tells"
+    )
+
+
+def test_a_family_that_gravity_breaks_is_judged_across_it() -> None:
+    """The washing machine: its balls creep along the family; across it everything decays, the drum's speed slowest."""
+    family = answer(load_machine("practice/laundry-drum"))["states"][0]
+    assert (family["name"], family["family_dimension"], family["verdict"]) == ("compensating", 4, "stable")
+    assert family["growth_full"] == pytest.approx(math.log(0.99456) * 126.165 / (2 * math.pi), rel=1e-3)
+    assert "broken by gravity: bodies creep along it" in family["why"]
+
+
+def test_a_family_that_gravity_breaks_against_a_long_run() -> None:
+    """Over two hundred turns the phases creep as far as one turn says two hundred times."""
+    m = turning(machine(0.006, 0.006, 0.006, 0.006, carrier={"gravity": 9.81, "damping": [300.0, 400.0]}), None)
+    torques = SteadyTorques.of(m)
+    state = next(s for s in at_speed(torques, 100.0) if s.dimension)
+    full, turns = FullStability.of(m, torques), 200
+    orbit = full.orbit(state)
+    names = full.flow.system.state_names
+    angles = [names.index(b.coordinate.position.name) for b in m.bodies]
+    time = orbit.period * np.array([0, 200, 200 + turns])
+    run = integrate(full.flow, orbit.state, np.array(full.flow.system.values(m.values)), time)
+    moved = run.states[angles, 2] - run.states[angles, 1] - 2 * math.pi * turns
+    drift = turns * orbit.drift(1 + state.dimension)[angles]
+    assert np.abs(drift).max() > 1e-4
+    assert moved == pytest.approx(drift, rel=0.1, abs=0.02 * np.abs(drift).max())
+
+
+# --- speeds ---
+
+
+def test_a_torque_that_ends_leaves_the_speed_that_is_reached() -> None:
+    """From 200 rad/s on the table has none: the state is there, not at the end of the search, and a run reaches it."""
+    table = {"kind": "table", "points": [[0, 20], [100, 15], [150, 10], [200, 0]]}
+    found = answer(machine(0.012, 0.008, drive=table))
+    first, second = (s for s in found["states"] if s["name"] == "compensating")
+    for state in (first, second):
+        assert state["speed"] == 200.0
+        assert (state["verdict"], state["indifferent"]) == ("stable", True)
+        assert state["why"].startswith("no torque is left from here on: all greater speeds are as good")
+    assert not any(s["indifferent"] for s in found["states"] if s["name"] != "compensating")
+    beyond = machine(0.012, 0.008, drive=table | {"points": [*table["points"], [250, 0], [260, -5]]})
+    # Interpolated smoothly it comes to zero with the square of the distance, to rounding a little earlier.
+    speeds = [s["speed"] for s in answer(beyond, full=False)["states"] if s["name"] == "compensating"]
+    assert speeds == pytest.approx([200.0, 200.0], rel=1e-8)
+
+
+SERIES = {
+    "kind": "dc-series", "voltage": 100.0, "armature_resistance": 2, "field_resistance": 1, "field_inductance": 0.5,
+    "motor_constant": 0.5,
+}  # fmt: skip
+
+
+def test_a_drive_that_runs_away_leaves_the_limit_to_the_program() -> None:
+    m = machine(0.012, 0.008, drive=SERIES)
+    found = answer(m, full=False)
+    assert found["range"][1] == pytest.approx(3 * max(natural_frequencies(m).values()))
+    assert not found["complete"]
+    assert found["shown"].endswith("as the drive runs away without load: study.range sets another")
+    assert "these are all in this range" in found["shown"]
+    given = answer(m, full=False, range=(0.5, 2000.0))
+    assert given["range"] == [0.5, 2000.0]
+    assert given["complete"]
+    assert len(given["states"]) > len(found["states"])
+
+
+def undamped() -> Machine:
+    bodies = [
+        {"kind": "rotor", "name": f"e{k}", "mass": 5, "unbalance": u, "inertia": 0.02, "bearing_damping": 0.002}
+        for k, u in enumerate((0.05, 0.04))
+    ]
+    drives = [{"on": f"e{k}", "kind": "linear", "slope": 0.2, "no_load_speed": 100 + k} for k in (0, 1)]
+    return machine_from(
+        {"carrier": {"directions": "x", "stiffness": 5e4, "damping": 0, "mass": 80}, "bodies": bodies, "drives": drives}
+    )
+
+
+def test_no_state_lies_at_an_undamped_resonance() -> None:
+    """Without damping the vibration takes nothing from all together: the drives alone give the speed, 40.2/0.404."""
+    found = answer(undamped(), full=False)
+    assert [s["speed"] for s in found["states"]] == pytest.approx([40.2 / 0.404] * 2, rel=1e-12)
+    assert found["complete"]
+    assert "(but for 23.57, where the undamped vibration is infinite)" in found["shown"]
+    torques = SteadyTorques.of(undamped())
+    (pole,) = torques.poles(0.1, 101.0)
+    assert pole == pytest.approx(math.sqrt(5e4 / 90))
+    assert not torques.balanced(pole, np.array([0.0, math.pi]))
+    assert "subdivision, 22 boxes" in by_subdivision(torques, 0.101, 101.0101).shown  # not a hundred thousand at the pole
+
+
+def test_all_torques_together_are_what_the_carrier_dissipates() -> None:
+    """The first equation of the search is the sum of the others, to rounding, also where bodies in line stand for several."""
+    draw = np.random.default_rng(3)
+    for m in (exciters(4), machine(0.012, 0.008, drive=MOTOR)):
+        torques = SteadyTorques.of(m)
+        w, phases = draw.uniform(20, 120, 30), draw.uniform(0, 6, (torques.size, 30))
+        left = torques.residual(w, phases)
+        assert torques.total(w, phases) == pytest.approx(left.sum(axis=0), abs=1e-9 * np.abs(left).max())
+
+
+# --- the map ---
+
+
+def test_the_map_is_that_of_the_states() -> None:
+    """A cell says what the study says at its speed and with its rotor."""
+    axes = {"speed": (20.0, 130.0, 11), "ratio": (0.2, 3.2, 5)}
+    m = machine(0.012, 0.008)
+    result = run(SynchronousStates(axes=axes, full=False), m)
+    assert list(result.region.values) == list(REGIONS)
+    assert result.map_speed.values[[0, -1]] == pytest.approx([25.0, 125.0])
+    assert result.map_ratio.values == pytest.approx([0.5, 1.1, 1.7, 2.3, 2.9])
+    seen = set()
+    for i, ratio in enumerate(result.map_ratio.values):
+        for k, speed in enumerate(result.map_speed.values):
+            rotor = {"unbalance": 0.02 / float(ratio)}
+            cell = answer(machine(0.012, 0.008, rotor=rotor), speed=float(speed), full=False)["states"]
+            stable = {_region(s) for s in cell if s["stable_slow"]}
+            assert {REGIONS[r] for r in np.flatnonzero(result.map_stable.values[:, i, k])} == stable, (ratio, speed)
+            assert {REGIONS[r] for r in np.flatnonzero(result.map_exists.values[:, i, k])} == {_region(s) for s in cell}
+            seen |= stable
+    assert seen >= {"compensating", "together, adding", "together, reducing"}
+
+
+def _region(state: Entry) -> str:
+    if state["name"] != "together":
+        return str(state["name"])
+    return "together, adding" if state["residual_share"] >= 1 else "together, reducing"
+
+
+def test_the_map_of_a_family() -> None:
+    axes = {"speed": (20.0, 130.0, 8), "ratio": (0.0, 3.0, 6)}
+    result = run(SynchronousStates(axes=axes, full=False), machine(0.004, 0.004, 0.004))
+    stable = result.map_stable.sel(region="compensating").values.astype(bool)
+    assert stable[result.map_ratio.values > 1][:, -1].all()
+    assert not stable[result.map_ratio.values < 1].any()
+    assert not result.map_exists.sel(region="compensating").values[result.map_ratio.values < 1].any()
+    assert not stable[:, 0].any()
+
+
+# --- refusals ---
+
+
+def test_refused_machines() -> None:
+    with pytest.raises(InputError, match=r"single body has no phases.*torque-balance"):
+        prepare(SynchronousStates(), machine(drive=MOTOR))
+    with pytest.raises(InputError, match=r"single body has no phases.*study.kind = 'response'"):
+        prepare(SynchronousStates(), machine())
+    with pytest.raises(InputError, match=r"only 'disc' turns freely: 's1' slides in a guide .*study.kind = 'run-up'"):
+        prepare(SynchronousStates(), load_machine("sperling-vibration/figure-7"))
+    with pytest.raises(InputError, match=r"machine.carrier.motion: .*study.kind = 'entrainment'"):
+        prepare(SynchronousStates(), load_machine("sperling-vibration/sustained-rotation"))
+    with pytest.raises(InputError, match=r"entrainment"):
+        prepare(
+            SynchronousStates(),
+            machine_from(
+                {
+                    "carrier": {"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}},
+                    "bodies": [ROTOR, *balls(0.01)],
+                    "drive": MOTOR,
+                }
+            ),
+        )
+    with pytest.raises(InputError, match=r"study.speed.*needed is the speed of the main rotor"):
+        prepare(SynchronousStates(), machine(0.01, drive=None))
+    with pytest.raises(InputError, match="stands still"):
+        prepare(SynchronousStates(), machine(0.01, drive=HELD | {"speed": 0.0}))
+    with pytest.raises(InputError, match="allowed are up to 11"):
+        prepare(SynchronousStates(), machine(*[0.001] * 11))
+    with pytest.raises(InputError, match="nothing vibrates"):
+        prepare(
+            SynchronousStates(),
+            machine_from({"carrier": {"directions": "fixed"}, "bodies": [ROTOR, *balls(0.01)], "drive": HELD}),
+        )
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        ({"speed": 0.0}, "study.speed.*other than 0"),
+        ({"speed": "3 kg"}, "study.speed"),
+        ({"range": [5, 10]}, "study.range.*not allowed where the speed"),
+        ({"range": [10, 5]}, "study.range.*low below high"),
+        ({"inertia": 1}, "study.inertia.*true or false"),
+        ({"full": "no"}, "study.full.*true or false"),
+        ({"axes": 3}, "study.axes.*a table"),
+        ({"axes": {"speed": [1, 2, 3]}}, r"study.axes.ratio.*\[lo, hi, cells\]"),
+        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2]}}, r"study.axes.ratio.*\[lo, hi, cells\]"),
+        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2, 2.5]}}, "study.axes.ratio.*whole number of cells"),
+        ({"axes": {"speed": [1, 2, 5000], "ratio": [0, 2, 3]}}, "study.axes.speed.*whole number of cells"),
+        ({"axes": {"speed": [-1, 2, 3], "ratio": [0, 2, 3]}}, "study.axes.speed.*from 0 on"),
+        ({"axes": {"sped": [1, 2, 3]}}, "study.axes.sped.*unknown key"),
+        ({"spede": 3}, "study.spede.*did you mean 'speed'"),
+        ({"speed": 1e300}, "study.speed.*allowed are speeds from 0.0445 to 1e.05 rad/s, a thousandth of the lowest"),
+        ({"speed": -1e-300}, "study.speed.*allowed are speeds from"),
+        ({"axes": {"speed": [1, 1e308, 3], "ratio": [0, 2, 3]}}, "study.axes.speed.*allowed are speeds up to 1e.05 rad/s"),
+        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 1e308, 3]}}, "study.axes.ratio.*allowed is a ratio up to 1e.06"),
+    ],
+)
+def test_refused_questions(table: dict[str, Any], says: str) -> None:
+    m = machine(0.012, 0.008)
+    with pytest.raises(InputError, match=says):
+        prepare(SynchronousStates.read(table), m)
+
+
+@pytest.mark.parametrize(
+    ("table", "where"),
+    [
+        ({"speed": "2 rad/s"}, "study.speed"),
+        ({"range": [0.5, "2 rad/s"]}, r"study.range\[1\]"),
+        ({"axes": {"speed": ["1 rad/s", 2, 5], "ratio": [0, 1, 5]}}, r"study.axes.speed\[0\]"),
+    ],
+)
+def test_a_dimensionless_machine_has_no_units(table: dict[str, Any], where: str) -> None:
+    with pytest.raises(InputError, match=f"{where}.*without unit"):
+        prepare(SynchronousStates.read(table), load_machine("drozdetskaya-2020/table-5.1"))
+
+
+def test_a_body_without_unbalance_is_refused_beforehand() -> None:
+    bodies = [ROTOR | {"unbalance": 1e-12}, *balls(0.012, 0.008)]
+    bodies[1] |= {"mass": 1e-20}
+    with pytest.raises(InputError, match="b0 has no unbalance: nothing fixes its phase"):
+        prepare(SynchronousStates(), machine_from({"carrier": CARRIER, "bodies": bodies, "drive": HELD}))
+
+
+def test_a_range_against_the_drive_is_refused() -> None:
+    with pytest.raises(InputError, match="in the sense in which the drive turns"):
+        prepare(SynchronousStates(range=(-50.0, -10.0)), machine(0.012, 0.008, drive=MOTOR))
+
+
+@pytest.mark.parametrize("given", [(0.0, 1e300), (0.0, 1e-300), (1e200, 1e300)])
+def test_a_range_out_of_reach_is_refused(given: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match=r"study.range: given .*allowed are speeds from .* to .* rad/s"):
+        prepare(SynchronousStates(range=given), machine(0.012, 0.008, drive=MOTOR))
+
+
+def test_a_map_of_bodies_with_torques_is_refused_beforehand() -> None:
+    bodies = [ROTOR, *balls(0.012, 0.008)]
+    loads = [{"on": "b0", "kind": "viscous", "coefficient": 0.01}]
+    m = machine_from({"carrier": CARRIER, "bodies": bodies, "drive": HELD, "loads": loads})
+    with pytest.raises(InputError, match=r"study.axes.*torques of their own"):
+        prepare(SynchronousStates(axes={"speed": (1.0, 2.0, 3), "ratio": (0.0, 1.0, 3)}), m)
+
+
+def test_without_any_torque_the_speed_is_needed() -> None:
+    idle = machine(0.012, 0.008, drive={"kind": "linear", "slope": 0.0, "no_load_speed": 110.0})
+    with pytest.raises(InputError, match=r"study.speed.*nothing drives the machine: needed is the speed"):
+        prepare(SynchronousStates(), idle)
+    ends = machine(0.012, 0.008, drive={"kind": "table", "points": [[0, 20], [100, 0]]})
+    with pytest.raises(InputError, match=r"study.speed.*nothing drives the machine at these speeds"):
+        prepare(SynchronousStates(range=(150.0, 200.0)), ends)
+
+
+def test_the_natural_frequency_of_an_undamped_vibration_is_refused() -> None:
+    bare = {"stiffness": 1e4, "damping": 0.0}
+    m = machine(0.012, 0.008, carrier=bare)
+    at = next(iter(natural_frequencies(m).values()))
+    with pytest.raises(InputError, match=r"study.speed: given .*natural frequency of a vibration without damping"):
+        prepare(SynchronousStates(speed=at), m)
+    with pytest.raises(InputError, match=r"machine.drive: given .*natural frequency"):
+        prepare(SynchronousStates(), machine(0.012, 0.008, carrier=bare, drive=HELD | {"speed": at}))
+    prepare(SynchronousStates(speed=1.001 * at), m)
+
+
+def test_a_map_of_exciters_is_refused() -> None:
+    axes = {"speed": (1.0, 2.0, 3), "ratio": (0.0, 1.0, 3)}
+    with pytest.raises(InputError, match=r"study.axes.*at least two balancing bodies"):
+        prepare(SynchronousStates(axes=axes), exciters(3))
+
+
+def test_without_inertia_every_body_is_damped() -> None:
+    with pytest.raises(InputError, match=r"study.inertia.*not damped"):
+        prepare(SynchronousStates(inertia=False), machine(0.012, 0.008, damping=0.0))
+
+
+# --- the result and the command ---
+
+
+def test_every_variable_says_what_it_is() -> None:
+    found = run(SynchronousStates(axes={"speed": (1.0, 9.0, 3), "ratio": (0.0, 1.0, 3)}), machine(0.012, 0.008))
+    for variable in (*found.data_vars.values(), *found.coords.values()):
+        assert variable.attrs["long_name"]
+        assert "units" in variable.attrs
+
+
+Command = Callable[..., Any]
+
+
+def test_run(wucht: Command) -> None:
+    words = ("--set", "study.kind=synchronous-states", "--set", "study.speed=80 rad/s", "-o", "out", "--json")
+    said = wucht("run", "sperling-rollers/table-1", "--set", "study.until=", *words)
+    assert said.code == 2  # the catalogue's own study has keys that this one does not know
+    said = wucht("new", "synchronous-states", "mine.toml")
+    said = wucht("run", "mine.toml", "--set", "study.speed=120 rad/s", "-o", "out", "--json")
+    assert said.code == 0, said.err
+    assert {Path(f).name for f in said.document["files"]} == {"result.nc", "synchronous-states.png", "summary.json"}
+    assert {"name", "phases", "stable_slow", "stable_full", "residual_unbalance", "family_dimension"} <= set(
+        said.document["summary"]["states"][0]
+    )
+    with xr.open_dataset("out/result.nc", engine="h5netcdf") as found:
+        assert found.stable_slow.values.tolist() == [int(s["stable_slow"]) for s in said.document["summary"]["states"]]
+
+
+def test_new(wucht: Command) -> None:
+    assert wucht("new", "synchronous-states", "mine.toml").code == 0
+    said = wucht("run", "mine.toml")
+    assert said.code == 0, said.err
+    for word in ("compensating", "opposed", "together", "complete     yes", "map "):
+        assert word in said.out
+
+
+def test_words(wucht: Command) -> None:
+    """Units with every speed, no phase of 360 degrees, and one line on the multipliers, not one for each state."""
+    told = wucht("run", "sperling-vibration/self-synchronisation-soft", "--set", "study.kind=synchronous-states", "-o", "out")
+    assert "speeds from 0.012 to 12 rad/s by subdivision" in told.out
+    told = wucht("run", "practice/screen", "--set", "study.kind=synchronous-states", "--set", "study.full=false", "-o", "o2")
+    assert told.code == 0, told.err
+    assert "stable in the slow equations (the full ones were not asked)" in told.out
+    assert "multipliers were not asked" not in told.out
+    assert _degrees(2 * math.pi - 1e-5) == "0.00"
+    assert _degrees(math.pi) == "180.00"
+
+
+def test_names_of_three_exciters_on_one_axis() -> None:
+    """Together where all are; compensating where nothing is left."""
+    bodies = [ROTOR | {"name": f"e{k}"} for k in range(3)]
+    drives = [{"on": b["name"], "kind": "linear", "slope": 0.1, "no_load_speed": 100.0} for b in bodies]
+    found = answer(machine_from({"carrier": CARRIER, "bodies": bodies, "drives": drives}), full=False)
+    by_left = {round(s["residual_share"], 6): s["name"] for s in found["states"]}
+    assert by_left[0.0] == "compensating"
+    assert by_left[3.0] == "together"

@@ -1,0 +1,192 @@
+"""The figure of ``synchronous-states``: force balances and the stability map, drawn from the Dataset alone."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.text import Annotation
+
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.studies.runner import draw, run
+from wucht.studies.synchronous_states.figure import _MOST, _chosen
+from wucht.studies.synchronous_states.spec import SynchronousStates
+
+AXES = {"speed": (10.0, 400.0, 20), "ratio": (0.0, 3.0, 12)}
+
+
+@pytest.fixture(scope="module")
+def rollers() -> xr.Dataset:
+    """Table 1 of 000 with a map."""
+    machine = load_machine("sperling-rollers/table-1")
+    return run(SynchronousStates(speed=80.0, axes=AXES), machine)
+
+
+def many(count: int) -> xr.Dataset:
+    ball = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
+    described: dict[str, Any] = {
+        "carrier": {"mass": 2.0, "stiffness": 1e4, "damping": 40.0},
+        "bodies": [
+            {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 0.01, "inertia": 1.5e-2},
+            *(ball | {"name": f"b{k}", "mass": 0.01 + 0.001 * k} for k in range(count)),
+        ],
+        "drive": {"kind": "constant-speed", "speed": 100.0},
+    }
+    return run(SynchronousStates(full=False), machine_from(described))
+
+
+def arrows(axis: Axes) -> list[tuple[complex, complex]]:
+    """Tails and heads of the arrows of a force balance."""
+    drawn = [child for child in axis.get_children() if isinstance(child, Annotation)]
+    return [(complex(*a.xyann), complex(*a.xy)) for a in drawn]
+
+
+def legends(figure: Figure) -> list[str]:
+    found = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend() is not None)]
+    return [text.get_text() for legend in found for text in legend.get_texts()]
+
+
+def test_force_balances(rollers: xr.Dataset) -> None:
+    """Head to tail from the axis, that of the rotor to the right; compensating ones close, others show what is left."""
+    panels = draw(rollers).axes
+    assert len(panels) == 6 + 1
+    for k, axis in enumerate(panels[:2]):
+        sides = arrows(axis)
+        assert len(sides) == 3
+        assert sides[0] == (0, 1e-4)
+        for (_, head), (tail, _) in zip(sides, [*sides[1:], sides[0]], strict=True):
+            assert head == pytest.approx(tail, abs=1e-15)
+        assert axis.get_title().startswith("compensating: stable")
+        assert ("138.6°, 262.8°", "221.4°, 97.2°")[k] in axis.get_title()
+        assert {s.get_linestyle() for s in axis.spines.values()} == {"-"}
+    for k, axis in enumerate(panels[2:6], start=2):
+        sides = arrows(axis)
+        assert len(sides) == 4
+        tail, head = sides[-1]
+        assert abs(head - tail) == pytest.approx(float(rollers.residual_unbalance[k]), rel=1e-9)
+        assert sum(head - tail for tail, head in sides[:3]) == pytest.approx(head - tail, abs=1e-12)
+        assert "unstable" in axis.get_title()
+        assert "-" not in {s.get_linestyle() for s in axis.spines.values()}
+    assert rollers.attrs["sentence"] in draw(rollers).get_suptitle()
+
+
+def test_legends(rollers: xr.Dataset) -> None:
+    said = legends(draw(rollers))
+    assert {"drum", "r1", "r2", "what is left", "stable", "not stable"} <= set(said)
+    assert "bodies overlap" not in said  # frames that are not there are not explained
+    assert {"compensating", "together, adding", "together, reducing", "natural frequencies", "states above"} <= set(said)
+
+
+def test_the_map(rollers: xr.Dataset) -> None:
+    axis = draw(rollers).axes[-1]
+    assert axis.get_xlabel() == "speed (rad/s)"
+    (mesh,) = axis.collections
+    codes = np.asarray(mesh.get_array()).reshape(12, 20)
+    stable = rollers.map_stable.values
+    for region in range(len(stable)):
+        inside = codes[stable[region] == 1]
+        alone = codes[(stable[region] == 1) & (stable.sum(axis=0) == 1)]
+        assert len(set(alone.tolist())) <= 1
+        assert len(inside) >= len(alone)
+    marked = [line for line in axis.get_lines() if line.get_marker() == "o"]
+    assert [float(marked[0].get_xdata()[0]), float(marked[0].get_ydata()[0])] == pytest.approx([80.0, 2.0])  # type: ignore[index]
+
+
+def test_no_more_than_twelve() -> None:
+    result = many(4)
+    assert result.sizes["state"] == 17
+    figure = draw(result)
+    assert len(figure.axes) == 12
+    assert "and 5 more" in [t.get_text() for t in figure.texts]
+    assert figure.axes[1].get_title().count("°") == 2
+    assert ", ..." in figure.axes[1].get_title()
+
+
+def frames(figure: Figure) -> list[tuple[object, ...]]:
+    """Line style, colour and width of each state's frame."""
+    spines = [a.spines["top"] for a in figure.axes]
+    return [(str(s.get_linestyle()), str(s.get_edgecolor()), s.get_linewidth()) for s in spines]
+
+
+def test_only_what_is_shown_stable_has_the_frame_of_stable_states(rollers: xr.Dataset) -> None:
+    """Stable in the slow equations alone, or with bodies in each other's place: frames and words of their own."""
+    stable = frames(draw(rollers))[0]
+    slow = run(SynchronousStates(speed=80.0, full=False), load_machine("sperling-rollers/table-1"))
+    assert len({stable, *frames(draw(slow))}) == 3
+    assert draw(slow).axes[0].get_title().startswith("compensating: stable (slow)")
+    assert "stable (slow\nequations only)" in legends(draw(slow))
+    assert "stable" not in legends(draw(slow))
+    jammed = draw(run(SynchronousStates(), load_machine("practice/grinder-2-balls")))
+    assert stable not in frames(jammed)
+    assert jammed.axes[0].get_title().startswith("together: bodies overlap")
+    assert {"bodies overlap", "not stable"} <= set(legends(jammed))
+
+
+def test_ten_bodies_are_told_apart() -> None:
+    """By colour, and the second five by hollow arrows; all stand in the legend, which is inside the figure."""
+    figure = draw(many(10))
+    shown = [text for text in legends(figure) if text[0] == "b" and text[1:].isdigit()]
+    assert shown == [f"b{k}" for k in range(10)]
+    looks = [(line.get_color(), bool(line.get_path_effects())) for line in figure.legends[0].get_lines()[:11]]
+    assert len(set(looks)) == 11
+    drawn = [child for child in figure.axes[0].get_children() if isinstance(child, Annotation)][:11]
+    assert [bool(a.arrow_patch.get_path_effects()) for a in drawn] == [False] * 6 + [True] * 5  # type: ignore[union-attr]
+    box = figure.legends[0].get_window_extent()
+    assert box.x1 <= figure.bbox.x1
+    assert box.y0 >= 0
+
+
+def test_exciters_that_turn_against_each_other() -> None:
+    """Nothing is left over of forces that turn in different senses."""
+    figure = draw(run(SynchronousStates(full=False), load_machine("practice/screen")))
+    assert [len(arrows(a)) for a in figure.axes] == [2, 2]
+    assert "what is left" not in legends(figure)
+    assert "rad/s" in figure.axes[0].get_title()
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+@pytest.mark.filterwarnings("error")
+def test_every_format(rollers: xr.Dataset, ending: str) -> None:
+    file = io.BytesIO()
+    draw(rollers).savefig(file, format=ending)
+    assert file.getbuffer().nbytes > 5000
+
+
+@pytest.mark.filterwarnings("error")
+def test_no_state_at_all() -> None:
+    """A ball heavier than the unbalance, in the resonance of a well damped carrier, stays nowhere."""
+    described = {
+        "carrier": {"mass": 2.0, "stiffness": 1e4, "damping": 200.0},
+        "bodies": [
+            {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 0.002, "inertia": 1.5e-2},
+            {"kind": "pendulum", "name": "b", "about": "drum", "length": 0.5, "damping": 0.02, "mass": 0.03},
+        ],
+        "drive": {"kind": "constant-speed", "speed": 44.7},
+    }
+    result = run(SynchronousStates(), machine_from(described))
+    assert result.sizes["state"] == 0
+    assert result.attrs["sentence"] == "no constant phases: the bodies do not turn in step here"
+    draw(result).savefig(io.BytesIO(), format="png")
+
+
+def test_a_dataset_that_is_no_result_is_refused(rollers: xr.Dataset) -> None:
+    with pytest.raises(InputError, match="no complete result"):
+        draw(rollers.drop_vars("force_angle"))
+
+
+def test_what_is_left_out_is_not_stable() -> None:
+    """Of twenty states the stable ones are drawn, wherever they stand."""
+    verdicts = np.array(
+        ["unstable"] * 15 + ["stable", "undecided", "unstable", "stable in the slow equations only", "unstable"]
+    )
+    shown = _chosen(xr.Dataset({"verdict": ("state", verdicts)}))
+    assert len(shown) == _MOST
+    assert shown == sorted(shown)
+    assert {15, 16, 18} <= set(shown)

@@ -1,0 +1,167 @@
+"""Units of work of ``synchronous-states``: a study that is stopped and resumed ends as one that was not, to the last bit."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.analysis.configurations.full_stability import FullStability
+from wucht.files.building import machine_from
+from wucht.machines.machine import Machine
+from wucht.results.conventions import summary_of
+from wucht.studies.runner import draw, report
+from wucht.studies.runner import run as ask
+from wucht.studies.synchronous_states import run as running
+from wucht.studies.synchronous_states.spec import SynchronousStates
+
+AXES = {"speed": (20.0, 130.0, 12), "ratio": (0.2, 3.2, 9)}
+QUESTION = SynchronousStates(axes=AXES)
+
+
+def machine(*unbalances: float) -> Machine:
+    ball = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
+    return machine_from({
+        "carrier": {"mass": 2.0, "stiffness": [1e4, 2e4], "damping": [40.0, 60.0]},
+        "bodies": [
+            {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2},
+            *(ball | {"name": f"b{k}", "mass": u / 0.5} for k, u in enumerate(unbalances)),
+        ],
+        "drive": {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0},
+    })  # fmt: skip
+
+
+def stopped_at(count: int) -> Callable[[float, str], None]:
+    """Ctrl-C at the n-th report of progress."""
+    left = iter(range(1, 10**6))
+
+    def progress(share: float, what: str) -> None:
+        if next(left) == count:
+            raise KeyboardInterrupt
+
+    return progress
+
+
+def stopped_after(what: str, count: int) -> Callable[[float, str], None]:
+    """Ctrl-C when n reports of what is under way have been made, at the next of them."""
+    at = stopped_at(count + 1)
+    return lambda share, under_way: at(share, under_way) if under_way.startswith(what) else None
+
+
+def same(one: xr.Dataset, other: xr.Dataset) -> None:
+    assert set(one.variables) == set(other.variables)
+    for name in one.variables:
+        a, b = one[name].values, other[name].values
+        assert np.array_equal(a, b, equal_nan=a.dtype.kind == "f"), name
+    assert one.attrs["summary"] == other.attrs["summary"]
+    assert one.attrs["warnings"] == other.attrs["warnings"]
+
+
+@pytest.fixture
+def small_tiles(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(running, "_CELLS", 12)
+
+
+@pytest.fixture
+def computed(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
+    """How often each kind of work is done."""
+    count: Counter[str] = Counter()
+
+    def counting(owner: Any, name: str) -> None:
+        function = getattr(owner, name)
+
+        def counted(*values: Any) -> Any:
+            count[name] += 1
+            return function(*values)
+
+        monkeypatch.setattr(owner, name, counted)
+
+    counting(running, "all_states")
+    counting(running, "regions")
+    counting(FullStability, "stability")
+    return count
+
+
+@pytest.mark.usefixtures("small_tiles")
+@pytest.mark.parametrize("unbalances", [(0.012, 0.008), (0.006, 0.006, 0.006)], ids=["pair", "family"])
+def test_resumed_is_uninterrupted(unbalances: tuple[float, ...], tmp_path: Path, computed: Counter[str]) -> None:
+    """Stopped again and again, a few reports further each time; no unit that was finished is computed twice."""
+    m, reports = machine(*unbalances), list[tuple[float, str]]()
+    whole = ask(QUESTION, m, progress=lambda share, what: reports.append((share, what)))
+    assert whole.attrs["finished"] == 1
+    shares, searching = [s for s, _ in reports], sum(what == "searching" for _, what in reports)
+    assert shares == sorted(shares)
+    assert searching > 1
+    once = dict(computed)
+    assert once["regions"] == 5
+    computed.clear()
+    result = ask(QUESTION, m, folder=tmp_path, progress=stopped_at(searching + 2))
+    assert not result.attrs["finished"]
+    for count in range(4, len(shares) - searching + 5, 3):
+        result = ask(QUESTION, m, folder=tmp_path, resume=True, progress=stopped_at(count))
+        if result.attrs["finished"]:
+            break
+        assert "interrupted" in result.attrs["warnings"]
+        assert (tmp_path / "units").exists()
+    assert result.attrs["finished"]
+    same(whole, result)
+    assert not (tmp_path / "units").exists()
+    assert computed == once
+
+
+def test_states_that_are_not_computed_yet_say_so(tmp_path: Path) -> None:
+    """After two of six states: all stand in the result, as the slow equations have them."""
+    m = machine(0.012, 0.008)
+    whole = summary_of(ask(SynchronousStates(), m))["states"]
+    result = ask(SynchronousStates(), m, folder=tmp_path, progress=stopped_after("multipliers", 2))
+    assert result.attrs["finished"] == 0
+    states = summary_of(result)["states"]
+    assert len(states) == len(whole)
+    waiting = [s for s in states if s["stable_full"] is None]
+    assert len(waiting) == len(states) - 2
+    assert {s["why"] for s in waiting} == {"its multipliers are not computed yet"}
+    for one, other in zip(states, whole, strict=True):
+        assert one["phases"] == other["phases"]
+        assert one["growth_slow"] == other["growth_slow"]
+        assert one["stable_full"] in (None, other["stable_full"])
+    draw(result)
+    assert any("not computed yet" in line for line in report(result))
+
+
+@pytest.mark.usefixtures("small_tiles")
+def test_a_map_that_is_not_complete_says_so(tmp_path: Path) -> None:
+    """Its lower rows are those of the whole map, and can be drawn."""
+    m, question = machine(0.012, 0.008), SynchronousStates(axes=AXES, full=False)
+    whole = ask(question, m)
+    result = ask(question, m, folder=tmp_path, progress=stopped_after("the map", 2))
+    assert "4 of 9 rows of the map are computed" in json.loads(result.attrs["warnings"])
+    assert np.array_equal(result.map_stable.values, whole.map_stable.values[:, :4])
+    assert np.array_equal(result.map_ratio.values, whole.map_ratio.values[:4])
+    draw(result)
+    none = ask(question, m, folder=tmp_path, progress=stopped_after("the map", 0))
+    assert "0 of 9 rows of the map are computed" in json.loads(none.attrs["warnings"])
+    assert "map_stable" not in none
+    draw(none)
+
+
+@pytest.mark.parametrize("count", [1, 5])
+def test_stopped_while_searching(count: int, tmp_path: Path) -> None:
+    """Nothing is known then: there is no result, and what is resumed searches anew."""
+    m, question = machine(0.012, 0.008), SynchronousStates(full=False)
+    with pytest.raises(KeyboardInterrupt):
+        ask(question, m, folder=tmp_path, progress=stopped_at(count))
+    same(ask(question, m), ask(question, m, folder=tmp_path, resume=True))
+
+
+def test_tiles_join_to_the_whole_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However the rows are cut."""
+    m, question = machine(0.004, 0.004, 0.004), SynchronousStates(axes=AXES, full=False)
+    whole = ask(question, m)
+    monkeypatch.setattr(running, "_CELLS", 1)
+    same(whole, ask(question, m))

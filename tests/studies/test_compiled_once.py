@@ -1,0 +1,53 @@
+"""Compiled once, run many: after the first run of a structure no symbolic work is done, whatever the values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.files.catalogue import load_machine
+from wucht.results.conventions import summary_of
+from wucht.studies.registry import study_of
+from wucht.studies.runner import run
+from wucht.studies.work import Work
+
+START = {"p1": 0.3, "p2": -0.5}
+QUESTIONS: dict[str, tuple[str, dict[str, Any], dict[str, float]]] = {
+    "run-up": ("drozdetskaya-2020/r1", {"until": 2.0, "start": START}, {"drive.slope": 0.02}),
+    "run-up of both": ("drozdetskaya-2020/r1", {"until": 1.0, "start": START, "model": "both"}, {"drive.slope": 0.05}),
+    "run-up with contacts": ("practice/grinder-4-balls", {"until": 0.2}, {}),
+    "run-up with a schedule": ("drozdetskaya-2020/figure-5.9b", {"until": 20.0}, {}),
+    "coast-down": ("drozdetskaya-2020/r1", {"until": 2.0}, {"carrier.damping": 150.0}),
+    "response": ("drozdetskaya-2020/r1", {}, {"carrier.damping": 150.0}),
+    "torque-balance": ("drozdetskaya-2020/r1", {}, {"drive.slope": 0.02}),
+    "sweep": ("drozdetskaya-2020/table-3.1-carrier", {"along": "u", "range": (1.0, 1.1), "rate": 1e-3}, {}),
+}
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_nothing_symbolic_in_a_second_run(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    file, keys, values = QUESTIONS[name]
+    spec = study_of(name.split(" ", maxsplit=1)[0]).spec(**keys)
+    first = run(spec, load_machine(file))
+
+    def symbolic(*_: Any, **__: Any) -> None:
+        raise AssertionError("symbolic work in a second run")
+
+    for function in ("lambdify", "diff", "simplify", "solve", "together", "expand"):
+        monkeypatch.setattr(sp, function, symbolic)
+    again = run(spec, load_machine(file))  # another object of the same structure
+    for variable in first.data_vars:
+        assert np.array_equal(first[variable].values, again[variable].values, equal_nan=first[variable].dtype.kind == "f")
+    if values:
+        other = run(spec, load_machine(file).with_values(values))
+        assert summary_of(other) != summary_of(first)
+
+
+def test_a_verdict_without_the_dataset() -> None:
+    study, machine = study_of("run-up"), load_machine("drozdetskaya-2020/r1")
+    plan = study.prepare(study.spec(until=20.0, start=START), machine)
+    *_, findings = study.run(plan, Work())
+    assert findings.motions[0][0].verdict.outcome == "captured-modulated"

@@ -1,0 +1,175 @@
+"""Kinds of bodies, carriers and drives written elsewhere run in every study: none decides by the classes of the package."""
+
+from collections.abc import Iterator
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.machines.machine import Machine
+from wucht.machines.models import Model, models
+from wucht.machines.parts import carriers
+from wucht.machines.parts.base import Body, Drive, Frame, Point, si
+from wucht.machines.parts.support import Support
+from wucht.mechanics.energies import Energies
+from wucht.mechanics.lagrange import Coordinate
+from wucht.studies.response.spec import Response
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
+from wucht.studies.torque_balance.spec import TorqueBalance
+
+
+class Disc(Body):
+    """A thin disc with a hole: an unbalanced rotor that knows its radius, and no eccentricity, mass or inertia by that name."""
+
+    kind: ClassVar[str] = ""
+
+    weight: float = si("kg", "mass", "m", gt=0)
+    radius: float = si("m", "radius", "r", gt=0)
+    hole: float = si("kg m", "unbalance of the hole", "U", gt=0)
+
+    def moment(self) -> sp.Expr:
+        """That of the hole."""
+        return self.symbol("hole")
+
+    def energies(self, frame: Frame) -> Energies:
+        """Carried mass with unbalance, m r^2 phi'^2/4."""
+        m, r = self.symbols("weight", "radius")
+        turning = Energies(kinetic=m * r**2 * frame.speed(self.name) ** 2 / 4)
+        return frame.carried(m, self.moment(), self.name) + turning
+
+
+class Beam(Support):
+    """A mass in the middle of a beam, which bends up and down."""
+
+    kind: ClassVar[str] = ""
+
+    directions: Literal["own-beam"] = "own-beam"
+    bending: float = si("N m^2", "bending stiffness", "EI", gt=0)
+    span: float = si("m", "length", "L", gt=0)
+    loss: float = si("N s/m", "damping", "b", 0.0, ge=0)
+    mass: float = si("kg", "mass", "m", gt=0)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """y."""
+        return ("y",)
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The deflection."""
+        return (Coordinate.named("carrier.y", "carrier.vy", prescribed=self.prescribed("y")),)
+
+    def placed(self) -> Frame:
+        """In the middle."""
+        (y,) = self.coordinates()
+        return Frame(centre=Point(y=y.position, vy=y.velocity), gravity=self.symbol("gravity"))
+
+    def energies(self, frame: Frame) -> Energies:
+        """The stiffness in the middle of a beam on two supports is 48 EI/L^3."""
+        m, bending, span, b = self.symbols("mass", "bending", "span", "loss")
+        at = frame.centre
+        return Energies(m * at.vy**2 / 2, 24 * bending / span**3 * at.y**2 + m * frame.gravity * at.y, b * at.vy**2 / 2)
+
+
+class Slipping(Drive):
+    """torque = 2 pull_out/(s/s_k + s_k/s), with the slip s = 1 - speed/synchronous: Kloss' formula."""
+
+    kind: ClassVar[str] = ""
+
+    pull_out: float = si("N m", "breakdown torque", "M_k", gt=0)
+    slip: float = si("", "breakdown slip", "s_k", gt=0)
+    synchronous: float = si("rad/s", "synchronous speed", "w_s", gt=0)
+
+    def torque(self, speed: sp.Expr) -> sp.Expr:
+        """Multiplied out by the slip."""
+        most, sk, ws = self.symbols("pull_out", "slip", "synchronous")
+        s = 1 - speed / ws
+        return 2 * most * s * sk / (s**2 + sk**2)
+
+    def synchronous_speed(self) -> float:
+        """As given."""
+        return self.synchronous
+
+    def breakdown(self) -> tuple[float, float, float]:
+        """As given."""
+        return self.slip, self.synchronous * (1 - self.slip), self.pull_out
+
+
+class OneOfOurOwn(Model):
+    """A dimensionless rotor without a motor."""
+
+    kind: ClassVar[str] = ""
+    equations: ClassVar[str] = "ours"
+    directions: ClassVar[str] = "x"
+
+    sigma: float = si("", "damping", "sigma", ge=0)
+
+    def energies(self, frame: Frame) -> Energies:
+        """T = xi'^2/2 + phi'^2/2."""
+        return Energies(kinetic=frame.centre.vx**2 / 2 + frame.speed("rotor") ** 2 / 2)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _known_here_alone() -> Iterator[None]:
+    """The kinds have names while these tests run: other tests list those of the package."""
+    names = {Disc: "own-disc", Beam: "own-beam", Slipping: "own-kloss", OneOfOurOwn: "own-model"}
+    for cls, name in names.items():
+        cls.kind = name
+    yield
+    for cls in names:
+        cls.kind = ""
+
+
+DISC = {"kind": "own-disc", "name": "disc", "weight": 10.0, "radius": 0.1, "hole": 0.01}
+ROTOR = {"kind": "rotor", "name": "disc", "mass": 10.0, "eccentricity": 1e-3, "inertia": 0.05}
+BEAM = {"directions": "own-beam", "mass": 2.0, "bending": 1e5 / 48, "span": 1.0, "loss": 200.0}
+SPRINGS = {"directions": "y", "mass": 2.0, "stiffness": 1e5, "damping": 200.0}
+KLOSS = {"kind": "own-kloss", "pull_out": 3.0, "slip": 0.1, "synchronous": 157.0}
+MOTOR = {"kind": "linear", "slope": 0.02, "no_load_speed": 157.0}
+
+
+def of(body: dict[str, Any], carrier: dict[str, Any], drive: dict[str, Any]) -> Machine:
+    return machine_from({"bodies": [body], "carrier": carrier, "drive": drive})
+
+
+@pytest.mark.parametrize("drive", [KLOSS, MOTOR])
+@pytest.mark.parametrize("carrier", [BEAM, SPRINGS])
+def test_own_kinds_do_what_those_of_the_package_do(carrier: dict[str, Any], drive: dict[str, Any]) -> None:
+    own, known = of(DISC, carrier, drive), of(ROTOR, SPRINGS, drive)
+    for question in (Response(), TorqueBalance()):
+        found, expected = (run(question, m) for m in (own, known))
+        for name in ("amplitude", "vibration_torque"):
+            if name in expected:
+                assert found[name].values == pytest.approx(expected[name].values, rel=1e-9)
+    ran, expected = (run(RunUp(until=1.0), m) for m in (own, known))
+    assert not ran.attrs.get("failure")
+    assert ran.speed.values[0, -1] == pytest.approx(expected.speed.values[0, -1], rel=1e-6)
+    assert ran.amplitude.values[-1] == pytest.approx(expected.amplitude.values[-1], rel=1e-5)
+
+
+def test_a_rotor_that_tells_no_eccentricity_has_no_centre_distance() -> None:
+    found = run(Response(), of(DISC, SPRINGS, MOTOR))
+    assert np.isnan(found.centre_distance.values).all()
+    assert found.amplitude.values.max() > 0
+
+
+def test_an_own_drive_tells_its_breakdown() -> None:
+    found = run(TorqueBalance(), of(DISC, BEAM, KLOSS))
+    assert '"breakdown"' in str(found.attrs["summary"])
+    assert found.point_torque.values.size
+
+
+def test_own_carriers_and_models_are_found() -> None:
+    assert carriers()["own-beam"] is Beam
+    assert {"x", "y", "xy", "fixed", "xyr", "r"} <= set(carriers())
+    assert models()["own-model"] is OneOfOurOwn
+    machine = machine_from({"model": "own-model", "parameters": {"sigma": 0.1}})
+    assert machine.values == {"sigma": 0.1}
+
+
+def test_an_own_carrier_takes_bodies_in_its_middle_alone() -> None:
+    with pytest.raises(InputError, match=r"position: .*allowed on a carrier 'xyr'; this one is 'own-beam'"):
+        of({**ROTOR, "position": [0.1, 0.0]}, BEAM, MOTOR)

@@ -1,0 +1,306 @@
+"""The runner of all studies: units of work are remembered, results are saved, questions are told apart."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.errors import InputError, RunError
+from wucht.fields import si
+from wucht.results.conventions import answered, summary_of, variable
+from wucht.results.store import load
+from wucht.studies import memory as memory_module
+from wucht.studies import runner
+from wucht.studies.memory import Memory
+from wucht.studies.registry import studies
+from wucht.studies.spec import Spec
+from wucht.studies.subjects import Description
+from wucht.studies.work import Work
+
+
+class Numbers:
+    """A subject that is no machine: a list of numbers."""
+
+    def read(self, document: Any, path: Path, name: str, settings: Any) -> Any:
+        return document["numbers"], {"numbers": document["numbers"]}
+
+    def describe(self, subject: Any) -> Description:
+        return Description("numbers", True, {"numbers": list(subject)}, ("they are few",))
+
+
+NUMBERS = Numbers()
+computed: list[str] = []
+
+
+class Squares(Spec):
+    """Squares, one at a time."""
+
+    kind: ClassVar[str] = ""
+    subject: ClassVar[str] = f"{__name__}:NUMBERS"
+    horizon: ClassVar[tuple[str, ...]] = ("count",)
+
+    count: float = si("", "count", default=10, gt=0)
+    times: float = si("", "factor", default=1.0)
+
+
+@dataclass(frozen=True)
+class Square:
+    value: float
+    noise: np.ndarray
+
+
+def prepare(spec: Squares, subject: list[float]) -> tuple[Squares, list[float]]:
+    if not subject:
+        raise InputError("numbers", subject, "allowed is a number at least")
+    return spec, subject[: int(spec.count)]
+
+
+def run(plan: tuple[Squares, list[float]], work: Work) -> Iterator[tuple[Square, ...]]:
+    spec, numbers = plan
+    squares: tuple[Square, ...] = ()
+    yield squares
+    for k, x in enumerate(numbers):
+
+        def compute(x: float = x, k: int = k) -> Square:
+            computed.append(f"square {k}")
+            return Square(spec.times * x * x, np.random.default_rng(k).normal(size=3))
+
+        squares = (*squares, work.unit(f"square {k}", compute))
+        work.report((k + 1) / len(numbers), f"square {k}")
+        yield squares
+
+
+def dataset(plan: tuple[Squares, list[float]], squares: tuple[Square, ...]) -> xr.Dataset:
+    found = xr.Dataset({
+        "square": variable("number", [s.value for s in squares], "square"),
+        "noise": variable("number component", np.array([s.noise for s in squares]).reshape(-1, 3), "noise"),
+    })  # fmt: skip
+    failure = "it is negative" if plan[0].times < 0 else None
+    return answered(found, {"sum": sum(s.value for s in squares)}, "done", ["squares are large"], failure)
+
+
+def figure(result: xr.Dataset) -> Any:
+    raise ValueError("a bug of the figure")
+
+
+def report(result: xr.Dataset) -> list[str]:
+    return [f"{summary_of(result)['sum']:g}"]
+
+
+@pytest.fixture(autouse=True)
+def _study() -> Iterator[None]:
+    """The study has a name while these tests run: others list those of the package."""
+    Squares.kind = "squares"
+    computed.clear()
+    yield
+    Squares.kind = ""
+
+
+ask = runner.run
+
+
+class Stop:
+    """Ctrl-C at the n-th report."""
+
+    def __init__(self, at: int) -> None:
+        self.left, self.shares = at, list[float]()
+
+    def __call__(self, share: float, what: str) -> None:
+        self.shares.append(share)
+        self.left -= 1
+        if not self.left:
+            raise KeyboardInterrupt
+
+
+def test_a_study_is_found_among_loaded_specs() -> None:
+    assert studies()["squares"].spec is Squares
+
+
+def test_what_every_result_has(tmp_path: Path) -> None:
+    result = ask(Squares(count=3), [1.0, 2.0, 3.0], folder=tmp_path, document={"a": 1})
+    assert {"study", "title", "finished", "failure", "warnings", "input", "versions", "created", "elapsed_s"} <= set(
+        result.attrs
+    )
+    assert json.loads(result.attrs["warnings"]) == ["they are few", "squares are large"]
+    assert (result.attrs["title"], result.attrs["dimensionless"], result.attrs["finished"]) == ("numbers", 1, 1)
+    assert json.loads(result.attrs["input"])["study"] == {"kind": "squares", "count": 3.0, "times": 1.0}
+    assert summary_of(result) == {"sum": 14.0}
+    assert load(tmp_path / "result.nc").equals(result)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["result.nc"], "units are forgotten once the study is finished"
+
+
+@pytest.mark.parametrize("at", range(1, 6))
+def test_interrupted_and_resumed_it_is_the_uninterrupted_one(tmp_path: Path, at: int) -> None:
+    numbers = [1.0, 2.0, 3.0, 4.0, 5.0]
+    whole = ask(Squares(), numbers)
+    computed.clear()
+    part = ask(Squares(), numbers, folder=tmp_path, progress=Stop(at))
+    assert part.attrs["finished"] == 0
+    assert part.sizes["number"] == at - 1
+    assert any("--resume" in w for w in json.loads(part.attrs["warnings"]))
+    assert load(tmp_path / "result.nc").attrs["finished"] == 0
+    again = ask(Squares(), numbers, folder=tmp_path, resume=True)
+    assert computed == [f"square {k}" for k in range(5)], "no unit is computed twice"
+    assert again.attrs["finished"] == 1
+    for name in whole.variables:
+        assert np.array_equal(again[name].values, whole[name].values), name
+
+
+def test_interrupted_again_and_again(tmp_path: Path) -> None:
+    numbers = [1.0, 2.0, 3.0, 4.0]
+    for k in range(1, 4):
+        part = ask(Squares(), numbers, folder=tmp_path, resume=True, progress=Stop(k + 1))
+        assert part.sizes["number"] == k
+    ask(Squares(), numbers, folder=tmp_path, resume=True)
+    assert computed == [f"square {k}" for k in range(4)]
+
+
+def test_units_survive_a_kill(tmp_path: Path) -> None:
+    """What was flushed is read back; a file that was cut off is computed again."""
+    question = {"study": "x"}
+    memory = Memory.begun(tmp_path, question)
+    for k in range(3):
+        memory.unit(f"u{k}", lambda k=k: Square(float(k), np.arange(k)))
+        memory.flush()
+    cut = tmp_path / "units" / "000002.npz"
+    cut.write_bytes(cut.read_bytes()[:40])
+    assert memory_module.question_of(tmp_path) == question
+    again, made = Memory.resumed(tmp_path), list[int]()
+    values = [again.unit(f"u{k}", lambda k=k: made.append(k) or Square(float(k), np.arange(k))).value for k in range(3)]
+    assert values == [0.0, 1.0, 2.0]
+    assert made == [1]
+    again.flush()
+    assert Memory.resumed(tmp_path).unit("u1", lambda: None) is not None
+
+
+def test_without_a_folder_nothing_is_kept() -> None:
+    memory = Memory()
+    assert [memory.unit("a", lambda: len(computed)), computed.append("x"), memory.unit("a", lambda: len(computed))][::2] == [
+        0,
+        1,
+    ]
+
+
+def test_a_finished_result_of_the_same_question_is_handed_back(tmp_path: Path) -> None:
+    first = ask(Squares(), [1.0, 2.0], folder=tmp_path)
+    computed.clear()
+    again = ask(Squares(), [1.0, 2.0], folder=tmp_path, resume=True)
+    assert not computed
+    assert again.attrs["created"] == first.attrs["created"]
+
+
+OTHERS = {
+    "another key": (Squares(times=2.0), [1.0, 2.0], "study.times was 1.0, now 2.0"),
+    "another subject": (Squares(), [1.0, 3.0], r"numbers was \[1.0, 2.0\], now \[1.0, 3.0\]"),
+}
+
+
+@pytest.mark.parametrize(("spec", "subject", "says"), OTHERS.values(), ids=OTHERS.keys())
+@pytest.mark.parametrize("at", [2, 99])
+def test_another_question_is_refused(tmp_path: Path, spec: Squares, subject: list[float], says: str, at: int) -> None:
+    ask(Squares(), [1.0, 2.0], folder=tmp_path, progress=Stop(at))
+    before = (tmp_path / "result.nc").read_bytes()
+    with pytest.raises(InputError, match=f"--resume: the result in .* answers another question: {says}"):
+        ask(spec, subject, folder=tmp_path, resume=True)
+    assert (tmp_path / "result.nc").read_bytes() == before
+
+
+@pytest.mark.parametrize("at", [2, 99])
+def test_one_that_only_goes_further_is_begun_anew(tmp_path: Path, at: int) -> None:
+    ask(Squares(count=2), [1.0, 2.0, 3.0], folder=tmp_path, progress=Stop(at))
+    computed.clear()
+    result = ask(Squares(count=3), [1.0, 2.0, 3.0], folder=tmp_path, resume=True)
+    assert len(computed) == 3
+    assert any("study.count" in w and "begun anew" in w for w in json.loads(result.attrs["warnings"]))
+
+
+def test_without_resume_a_folder_is_begun_anew(tmp_path: Path) -> None:
+    ask(Squares(), [1.0, 2.0], folder=tmp_path, progress=Stop(2))
+    computed.clear()
+    ask(Squares(), [1.0, 2.0], folder=tmp_path)
+    assert computed == ["square 0", "square 1"]
+
+
+def test_bad_input_makes_no_folder(tmp_path: Path) -> None:
+    with pytest.raises(InputError):
+        ask(Squares(), [], folder=tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_result_that_is_not_complete_is_saved_on_the_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runner, "_SAVE_EVERY_S", 0.0)
+    seen: list[tuple[int, int]] = []
+
+    def look(_share: float, _what: str) -> None:
+        if (tmp_path / "result.nc").exists():
+            saved = load(tmp_path / "result.nc")
+            seen.append((saved.attrs["finished"], saved.sizes["number"]))
+        time.sleep(0.01)
+
+    ask(Squares(), [1.0, 2.0, 3.0, 4.0], folder=tmp_path, progress=look)
+    assert seen
+    assert all(finished == 0 for finished, _ in seen)
+
+
+def test_a_failure_is_no_finished_result() -> None:
+    result = ask(Squares(times=-1.0), [1.0])
+    assert (result.attrs["finished"], result.attrs["failure"]) == (0, "it is negative")
+
+
+def test_a_unit_that_cannot_be_kept_says_so(tmp_path: Path) -> None:
+    memory = Memory.begun(tmp_path, {})
+    memory.unit("a", object)
+    with pytest.raises(Exception, match="frozen dataclasses"):
+        memory.flush()
+
+
+def test_a_disk_that_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    memory = Memory.begun(tmp_path, {})
+    memory.unit("a", lambda: 1.0)
+
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(memory_module.archive, "write", full)
+    with pytest.raises(RunError, match="No space left"):
+        memory.flush()
+
+
+# Figures and reports
+
+
+def test_a_report_comes_from_the_dataset() -> None:
+    assert runner.report(ask(Squares(), [3.0])) == ["9"]
+
+
+def test_a_bug_of_a_figure_is_no_incomplete_result() -> None:
+    result = ask(Squares(), [3.0])
+    with pytest.raises(ValueError, match="a bug of the figure"):
+        runner.draw(result)
+    with pytest.raises(InputError, match="this is no complete result of this study: noise is missing"):
+        runner.draw(result.drop_vars("noise"))
+    with pytest.raises(InputError, match="there is no figure for this study"):
+        runner.draw(result.assign_attrs(study="nothing"))
+
+
+# Parts of work
+
+
+def test_parts_share_the_progress_and_name_their_units() -> None:
+    stop, memory, names = Stop(-1), Memory(), list[str]()
+    work = Work(memory, stop)
+    first, second = work.part("a", 0.0, 0.5), work.part("b", 0.5, 1.0)
+    first.report(0.5)
+    second.part("c", 0.0, 0.5).report(1.0)
+    second.report(2.0)
+    assert stop.shares == [0.25, 0.75, 1.0]
+    names.append(second.part("c", 0, 1).name)
+    assert names == ["b/c/"]

@@ -1,0 +1,263 @@
+"""The study ``torque-balance``: working points of every kind of drive, found all, with their slopes; refusals; the command."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.optimize import brentq
+
+from wucht.analysis.vibration import Vibration
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.machines.operation import net_torque
+from wucht.studies.runner import run
+from wucht.studies.torque_balance.prepare import prepare
+from wucht.studies.torque_balance.spec import TorqueBalance
+
+ROTOR = {"kind": "rotor", "name": "fan", "mass": 20.0, "eccentricity": 8e-3, "inertia": 0.6, "bearing_damping": 0.002}
+INDUCTION = {
+    "kind": "induction", "voltage": 230, "frequency": 50, "pole_pairs": 2, "stator_resistance": 2, "rotor_resistance": 1.5,
+    "stator_reactance": 3, "rotor_reactance": 3,
+}  # fmt: skip
+SERIES = {
+    "kind": "dc-series", "voltage": 24, "armature_resistance": 2, "field_resistance": 1, "field_inductance": "0.1 H",
+    "motor_constant": 1.5,
+}  # fmt: skip
+FAN = {"kind": "quadratic", "coefficient": 6e-4}
+
+
+def machine(drive: Any = INDUCTION, loads: Any = (FAN,), bodies: Any = (ROTOR,), **carrier: Any) -> Machine:
+    given = {"mass": 60.0, "stiffness": 1e6, "damping": 300.0} | carrier
+    described: dict[str, Any] = {"carrier": {k: v for k, v in given.items() if v is not None}, "bodies": list(bodies)}
+    described |= {"loads": [x for x in loads if x]} if loads else {}
+    return machine_from(described | ({"drive": drive} if drive else {}))
+
+
+def summary(m: Machine, **question: Any) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(run(TorqueBalance(**question), m).attrs["summary"])
+    return found
+
+
+def test_an_induction_motor_drives_a_fan_through_a_resonance() -> None:
+    m = machine()
+    s, vibration, left = summary(m), Vibration.of(m), net_torque(m, m.rotor)
+    points = s["working_points"]
+    assert [p["stable"] for p in points] == [True, False, True]
+
+    def surplus(w: float) -> float:
+        return left(w) - float(vibration.torque(np.array([w]), np.zeros(1))[0])
+
+    (motor,) = m.drives
+    grid = np.linspace(1.0, s["range"][1], 20_001)
+    signs = np.sign([surplus(w) for w in grid])
+    exact = [brentq(surplus, grid[i], grid[i + 1], xtol=1e-13) for i in np.flatnonzero(np.diff(signs))]
+    assert [p["speed"] for p in points] == pytest.approx(exact, rel=1e-11)
+    for p in points:
+        assert (p["slope"], p["no_load_speed"]) == pytest.approx(motor.linearised(p["speed"]), rel=1e-12)
+        assert p["torque"] == pytest.approx(motor.torque_at(p["speed"]), rel=1e-12)
+        assert p["slip"] == pytest.approx(1 - p["speed"] / (50 * math.pi), rel=1e-12)
+    slip, speed, torque = motor.breakdown()  # type: ignore[attr-defined]
+    assert s["breakdown"] == pytest.approx({"slip": slip, "speed": speed, "torque": torque})
+    assert s["free_speed"] == pytest.approx(brentq(left, 130.0, 157.0), rel=1e-11)
+    assert not s["runaway"]
+
+
+def test_a_schedule_changes_the_breakdown() -> None:
+    m = machine_from(
+        {"carrier": {"stiffness": 1e6}, "bodies": [ROTOR], "drive": INDUCTION,
+         "schedules": [{"parameter": "drive.voltage", "points": [[0, 115], [1, 230]]}]}
+    )  # fmt: skip
+    whole = summary(machine(loads=()))["breakdown"]
+    assert summary(m)["breakdown"]["torque"] == pytest.approx(whole["torque"])  # a steady study: with its schedules done
+    assert summary(m.at(0.5))["breakdown"]["torque"] == pytest.approx(whole["torque"])
+
+
+def test_a_series_motor_without_load_runs_away() -> None:
+    """002 (2.105)."""
+    bodies = [ROTOR | {"bearing_damping": 0.0}]
+    s = summary(machine(SERIES, (), bodies, directions="fixed", stiffness=None, damping=0.0))
+    assert s["runaway"]
+    assert s["free_speed"] is None
+    assert s["working_points"] == []
+    assert s["sentence"] == "without vibration the drive's torque never meets the load: the rotor would run away"
+    on_springs = summary(machine(SERIES, (), bodies))
+    assert on_springs["runaway"]
+    assert [p["stable"] for p in on_springs["working_points"]] == [True]  # the resonance holds it
+    assert "would run away; with it is one working point, stable" in on_springs["sentence"]
+    loaded = summary(machine(SERIES))
+    assert not loaded["runaway"]
+    backwards = summary(machine(SERIES | {"sense": -1}, (), bodies))
+    assert backwards["runaway"]
+
+
+def test_a_constant_torque_without_losses_runs_away() -> None:
+    drive = {"kind": "constant-torque", "torque": 0.5}
+    still = {"directions": "fixed", "stiffness": None, "damping": 0.0}
+    assert summary(machine(drive, (), [ROTOR | {"bearing_damping": 0.0}], **still))["runaway"]
+    held = summary(machine(drive, (), **still))
+    assert not held["runaway"]
+    assert held["working_points"][0]["speed"] == pytest.approx(250.0)
+    assert held["working_points"][0]["no_load_speed"] is None
+
+
+def test_clockwise_is_the_mirror_image() -> None:
+    linear = {"kind": "linear", "slope": 0.4, "no_load_speed": 150.0}
+    one, other = summary(machine(linear)), summary(machine(linear | {"no_load_speed": -150.0}))
+    forward, backward = one["working_points"], other["working_points"][::-1]
+    assert forward
+    assert [-p["speed"] for p in backward] == pytest.approx([p["speed"] for p in forward])
+    assert [p["stable"] for p in backward] == [p["stable"] for p in forward]
+    assert [-p["torque"] for p in backward] == pytest.approx([p["torque"] for p in forward])
+    assert other["range"] == pytest.approx([-one["range"][1], 0.0], rel=1e-12)
+
+
+def test_all_four_quadrants() -> None:
+    found = run(TorqueBalance((-200.0, 200.0)), machine())
+    even = np.interp(-found.speed.values, found.speed.values, found.vibration_torque.values)
+    assert found.vibration_torque.values == pytest.approx(-even, abs=0.01 * even.max())
+    assert np.sign(found.vibration_torque.values) == pytest.approx(np.sign(found.speed.values))
+
+
+def slope_at_the_fold() -> float:
+    """The minimum of 002 (3.52) between 1.3 and 1.6."""
+
+    def u(w: float) -> float:
+        return 0.1 * w**5 / (((1 - w**2) ** 2 + 0.04 * w**2) * (2 - w))
+
+    low, high = 1.3, 1.6
+    for _ in range(200):
+        a, b = low + (high - low) / 3, high - (high - low) / 3
+        low, high = (a, high) if u(a) > u(b) else (low, b)
+    return u(low)
+
+
+def test_roots_closer_than_the_grid() -> None:
+    """Ten points over the range, and two roots between two of them, 1e-4 apart, by the fold at u = 0.8937191."""
+    m = load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": slope_at_the_fold() * (1 + 1e-9)})
+    points = summary(m, points=10)["working_points"]
+    assert len(points) == 3
+    assert 0 < points[2]["speed"] - points[1]["speed"] < 2e-4
+    m = load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": slope_at_the_fold() * (1 - 1e-7)})
+    assert len(summary(m, points=10)["working_points"]) == 1
+
+
+def test_curves_that_touch() -> None:
+    """At the fold itself: noted as touching, not stable."""
+    u = slope_at_the_fold() * (1 - 1e-12)
+    found = run(TorqueBalance(), load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": u}))
+    crossing, touching = json.loads(found.attrs["summary"])["working_points"]
+    assert crossing["stable"]
+    assert touching["speed"] == pytest.approx(1.4239669, abs=1e-7)
+    assert touching["tangential"]
+    assert not touching["stable"]
+    assert "only touch" in found.attrs["warnings"]
+
+
+def test_phases_shift_the_working_points() -> None:
+    r1 = load_machine("drozdetskaya-2020/r1-u80")
+    compensated = summary(r1, start={"p1": math.radians(247.976), "p2": math.radians(112.024)})
+    assert [p["speed"] for p in compensated["working_points"]] == pytest.approx([200.0], rel=1e-6)
+    assert summary(r1)["working_points"][-1]["speed"] < 199.9
+
+
+def moments(v: Vibration, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+    """The moment on each body by the sum over all pairs: a_ik = e_i^H H e_k,
+
+    V_i = -(f_i/2) sum_k f_k [Re a_ik sin(alpha_i - alpha_k) - Im a_ik cos(alpha_i - alpha_k)].
+    """
+    found = np.zeros((len(speeds), len(phases)))
+    for n, w in enumerate(speeds):
+        influence = np.linalg.inv(v.stiffness - w**2 * v.mass + 1j * w * v.damping)
+        for i, e_i in enumerate(v.excitation):
+            for k, e_k in enumerate(v.excitation):
+                a, apart = e_i.conj() @ influence @ e_k, phases[i] - phases[k]
+                found[n, i] -= w**4 / 2 * (a.real * np.sin(apart) - a.imag * np.cos(apart))
+    return found
+
+
+def test_one_of_two_exciters() -> None:
+    """Each shaft gets its own share of the vibration torque."""
+    pair = [ROTOR | {"position": [0.3, 0.0]}, ROTOR | {"name": "other", "position": [-0.2, 0.1], "bearing_damping": 0.01}]
+    carrier = {"directions": "xyr", "mass": 60.0, "inertia": 8.0, "stiffness": 1e6, "damping": 300.0,
+               "rotation_stiffness": 1e5, "rotation_damping": 50.0}  # fmt: skip
+    drives = [
+        {"on": "fan", "kind": "linear", "slope": 0.5, "no_load_speed": 150.0},
+        {"on": "other", "kind": "linear", "slope": 0.3, "no_load_speed": -150.0},
+    ]
+    m = machine_from({"carrier": carrier, "bodies": pair, "drives": drives})
+    vibration, phases = Vibration.of(m), np.array([0.2, -0.5])
+    start = {"fan": 0.2, "other": 0.5}
+    one, other = (run(TorqueBalance(on=on, start=start), m) for on in ("fan", "other"))
+    w = one.speed.values[1:]
+    assert one.vibration_torque.values[1:] == pytest.approx(-moments(vibration, w, phases)[:, 0], rel=1e-9, abs=1e-12)
+    w = other.speed.values[:-1]
+    assert other.vibration_torque.values[:-1] == pytest.approx(moments(vibration, -w, phases)[:, 1], rel=1e-9, abs=1e-12)
+    assert "all rotors are taken to turn as fast as 'other'" in other.attrs["warnings"]
+
+
+@pytest.mark.parametrize(
+    ("question", "says"),
+    [
+        ({"on": "p"}, "allowed is a rotor: fan"),
+        ({"start": {"q": 1}}, "unknown key"),
+    ],
+)
+def test_refused(question: dict[str, Any], says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        prepare(TorqueBalance(**question), machine())
+
+
+def test_a_prescribed_speed_is_refused() -> None:
+    with pytest.raises(InputError, match=r"nothing is to be balanced.*response"):
+        prepare(TorqueBalance(), machine({"kind": "constant-speed", "speed": 10.0}))
+
+
+def test_no_drive_is_refused() -> None:
+    with pytest.raises(InputError, match="nothing drives 'fan'"):
+        prepare(TorqueBalance(), machine(None))
+
+
+def test_every_variable_says_what_it_is() -> None:
+    found = run(TorqueBalance(points=50), machine())
+    for variable in (*found.data_vars.values(), *found.coords.values()):
+        assert variable.attrs["long_name"]
+        assert "units" in variable.attrs
+
+
+# --- the command ---
+
+Command = Callable[..., Any]
+
+
+def test_run(wucht: Command) -> None:
+    words = ("--set", "study.kind=torque-balance", "--set", "u=2", "-o", "out", "--json")
+    said = wucht("run", "drozdetskaya-2020/table-3.1-carrier", *words)
+    assert said.code == 0, said.err
+    points = said.document["summary"]["working_points"]
+    assert [p["speed"] for p in points] == pytest.approx([0.9686444, 1.0937039, 1.8176384], abs=1e-7)
+    assert {Path(f).name for f in said.document["files"]} == {"result.nc", "torque-balance.png", "summary.json"}
+    with xr.open_dataset("out/result.nc", engine="h5netcdf") as found:
+        assert found.point_stable.values.tolist() == [1, 0, 1]
+
+
+def test_new(wucht: Command) -> None:
+    assert wucht("new", "torque-balance", "mine.toml").code == 0
+    said = wucht("run", "mine.toml")
+    assert said.code == 0, said.err
+    for word in ("3 working points, 2 of them stable", "unstable", "breakdown", "slip", "without vibration"):
+        assert word in said.out
+
+
+def test_a_refusal_names_file_and_key(wucht: Command, study: Callable[..., Path]) -> None:
+    said = wucht("run", study(), "--set", "study.kind=torque-balance", "--set", "study.on=p1")
+    assert said.code == 2
+    assert "study.on" in said.err
