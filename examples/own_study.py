@@ -16,8 +16,8 @@ from wucht.errors import InputError
 from wucht.fields import si
 from wucht.machines.machine import Machine
 from wucht.results.conventions import answered, summary_of, variable
+from wucht.results.formatting import formats
 from wucht.results.style import COLOURS, label, new_figure
-from wucht.results.words import formats
 from wucht.studies.spec import Spec
 from wucht.studies.work import Work
 

@@ -4,8 +4,8 @@ import pytest
 
 from wucht.files.catalogue import names
 from wucht.results.conventions import summary_of
-from wucht.studies.reading import read_study
 from wucht.studies.runner import run
+from wucht.studies.study_file import read_study
 
 # name: outcome, final speed, peak amplitude, relative tolerance of both. The speeds of R1 and of the Laval rotor are those of
 # cases.md; peaks and the rest are what the program gave when it was checked against SciPy (tests/validation), six digits.

@@ -33,40 +33,40 @@ def held(points):
     ],
 )
 def test_between_points_as_numpy_and_scipy(kind, reference):
-    found = interpolated("f", TIMES, VALUES, kind)
-    assert found(INSIDE) == pytest.approx(reference(INSIDE), abs=1e-13)
-    assert found(OUTSIDE) == pytest.approx(held(OUTSIDE), abs=0)
+    function = interpolated("f", TIMES, VALUES, kind)
+    assert function(INSIDE) == pytest.approx(reference(INSIDE), abs=1e-13)
+    assert function(OUTSIDE) == pytest.approx(held(OUTSIDE), abs=0)
 
 
 def test_smooth_goes_from_value_to_value_without_slope_or_overshoot():
     """Between two points 3 s^2 - 2 s^3 of the way: half the way in the middle, 0.15625 of it after a quarter."""
-    found = interpolated("f", TIMES, VALUES, "smooth")
-    assert found(np.array(TIMES)) == pytest.approx(VALUES, abs=1e-14)
-    assert found.derivative(np.array(TIMES)) == pytest.approx(0, abs=1e-13)
-    assert found.derivative(np.array(TIMES) - 1e-9) == pytest.approx(0, abs=1e-7)
-    assert found(-2 + 1.5 / 4) == pytest.approx(1 - 4 * 0.15625, abs=1e-14)
-    assert found(-1.25) == pytest.approx(-1.0, abs=1e-14)
-    assert (np.diff(found(INSIDE[INSIDE <= -0.5])) <= 0).all()
+    function = interpolated("f", TIMES, VALUES, "smooth")
+    assert function(np.array(TIMES)) == pytest.approx(VALUES, abs=1e-14)
+    assert function.derivative(np.array(TIMES)) == pytest.approx(0, abs=1e-13)
+    assert function.derivative(np.array(TIMES) - 1e-9) == pytest.approx(0, abs=1e-7)
+    assert function(-2 + 1.5 / 4) == pytest.approx(1 - 4 * 0.15625, abs=1e-14)
+    assert function(-1.25) == pytest.approx(-1.0, abs=1e-14)
+    assert (np.diff(function(INSIDE[INSIDE <= -0.5])) <= 0).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_one_point_is_a_constant(kind):
-    found = interpolated("f", [3.0], [7.0], kind)
-    assert [found(at) for at in (-1e9, 3.0, 1e9)] == [7.0, 7.0, 7.0]
-    assert found.degree == 0
-    assert found.jumps() == ()
+    function = interpolated("f", [3.0], [7.0], kind)
+    assert [function(at) for at in (-1e9, 3.0, 1e9)] == [7.0, 7.0, 7.0]
+    assert function.degree == 0
+    assert function.jumps() == ()
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_derivative_is_the_slope(kind):
-    """Against central differences of 1e-6, away from corners; those are right to 1e-9 for cubics of order one."""
-    found, h = interpolated("f", TIMES, VALUES, kind), 1e-6
+    """Against central differences of 1e-6, away from breakpoints; those are right to 1e-9 for cubics of order one."""
+    function, h = interpolated("f", TIMES, VALUES, kind), 1e-6
     smooth = np.array([p for p in INSIDE if np.abs(p - np.array(TIMES)).min() > 2 * h])
-    slope = (found(smooth + h) - found(smooth - h)) / (2 * h)
-    assert found.derivative(smooth) == pytest.approx(slope, abs=2e-8)
+    slope = (function(smooth + h) - function(smooth - h)) / (2 * h)
+    assert function.derivative(smooth) == pytest.approx(slope, abs=2e-8)
 
 
-def test_at_a_corner_the_value_from_the_right_holds():
+def test_at_a_breakpoint_the_value_from_the_right_holds():
     heaviside = step("H", 2.0, -1.0, 5.0)
     assert heaviside(2.0) == 5.0
     assert heaviside(np.nextafter(2.0, -1)) == -1.0
@@ -89,21 +89,21 @@ def test_degree():
 
 
 @pytest.mark.parametrize(
-    ("corners", "coefficients", "said"),
+    ("breakpoints", "coefficients", "message"),
     [
         ((1.0, 1.0), np.zeros((3, 4)), "must increase"),
         ((2.0, 1.0), np.zeros((3, 4)), "must increase"),
         ((1.0, np.nan), np.zeros((3, 4)), "finite"),
         ((1.0, np.inf), np.zeros((3, 4)), "finite"),
         ((1.0,), [[np.nan, 0, 0, 0], [0, 0, 0, 0]], "finite"),
-        ((1.0, 2.0), np.zeros((2, 4)), "2 corners need 3 pieces of 4 coefficients"),
-        ((1.0,), np.zeros((2, 3)), "1 corners need 2 pieces of 4 coefficients"),
+        ((1.0, 2.0), np.zeros((2, 4)), "2 breakpoints need 3 pieces of 4 coefficients"),
+        ((1.0,), np.zeros((2, 3)), "1 breakpoints need 2 pieces of 4 coefficients"),
         ((), np.zeros((1, 4)), "pieces of 4 coefficients"),
     ],
 )
-def test_what_is_no_function_is_refused(corners, coefficients, said):
-    with pytest.raises(WuchtError, match=said):
-        Pieces("f", corners, coefficients)
+def test_what_is_no_function_is_refused(breakpoints, coefficients, message):
+    with pytest.raises(WuchtError, match=message):
+        Pieces("f", breakpoints, coefficients)
 
 
 def test_equal_pieces_are_one_symbolic_function():
@@ -120,8 +120,8 @@ def test_equal_pieces_are_one_symbolic_function():
 
 def test_the_chain_rule():
     pieces = interpolated("f", TIMES, VALUES, "monotone")
-    found = sp.diff(PiecewiseCubic(x**2 - 1, pieces), x)
-    assert found == 2 * x * PiecewiseCubic(x**2 - 1, pieces.derivative)
+    derivative = sp.diff(PiecewiseCubic(x**2 - 1, pieces), x)
+    assert derivative == 2 * x * PiecewiseCubic(x**2 - 1, pieces.derivative)
     assert sp.diff(PiecewiseCubic(x, pieces), t) == 0
     assert sp.diff(PiecewiseCubic(x * t, pieces) ** 2, t) == 2 * x * PiecewiseCubic(x * t, pieces) * PiecewiseCubic(
         x * t, pieces.derivative

@@ -8,8 +8,8 @@ import xarray as xr
 
 from wucht.machines.tracks import angular_width
 from wucht.results.conventions import summary_of
-from wucht.studies.reading import read_study
 from wucht.studies.runner import run
+from wucht.studies.study_file import read_study
 
 # name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places hang on the last bit; these
 # do not.

@@ -20,7 +20,7 @@ def test_an_angular_speed_counts_radians(given):
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "message"),
     [
         ("50 1/s", "a number in Hz .* cannot be read .*write rpm, Hz or rad/s"),
         ("50 s^-1", "does not say whether turns or radians"),
@@ -30,8 +30,8 @@ def test_an_angular_speed_counts_radians(given):
         (math.inf, "finite frequency in Hz"),
     ],
 )
-def test_a_frequency_that_is_none_is_refused(given, said):
-    with pytest.raises(ValueError, match=said):
+def test_a_frequency_that_is_none_is_refused(given, message):
+    with pytest.raises(ValueError, match=message):
         Unit("Hz", "frequency").parse(given)
 
 
@@ -60,7 +60,7 @@ def test_electrical_units(si, given, value):
 
 
 @pytest.mark.parametrize(
-    ("si", "given", "said"),
+    ("si", "given", "message"),
     [
         ("V", "3 A", "this one is a current"),
         ("A", "3 V", "this one is a voltage"),
@@ -73,6 +73,6 @@ def test_electrical_units(si, given, value):
         ("kg", "3 K", r"this one is a quantity of dimension \[temperature\]"),
     ],
 )
-def test_another_dimension_is_named(si, given, said):
-    with pytest.raises(ValueError, match=said):
+def test_another_dimension_is_named(si, given, message):
+    with pytest.raises(ValueError, match=message):
         Unit(si, "quantity").parse(given)

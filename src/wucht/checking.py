@@ -91,7 +91,7 @@ def located(cls: type[BaseModel], error: ValidationError, where: str, document: 
     inner, place = _inner(cls, first["loc"])
     if first["type"] == "missing" and len(first["loc"]) > len(place):  # an item of a pair
         first = {**first, "type": "too_short"}
-    if place and isinstance(place[-1], int):  # an item of a list is told with its list
+    if place and isinstance(place[-1], int):  # an item of a list is reported with its list
         inner, place = cls, place[:-1]
     if len(place) > 1 and inner is not cls:
         # The fault lies in a table inside: seen from there.
@@ -124,8 +124,8 @@ def located(cls: type[BaseModel], error: ValidationError, where: str, document: 
 
 def _bound(field: FieldInfo | None, side: str) -> float | None:
     """The limit of a field on one side, ``"ge"`` or ``"le"``."""
-    found = [getattr(m, side) for m in (field.metadata if field is not None else ()) if hasattr(m, side)]
-    return found[0] if found else None
+    bounds = [getattr(m, side) for m in (field.metadata if field is not None else ()) if hasattr(m, side)]
+    return bounds[0] if bounds else None
 
 
 def _inner(cls: type[BaseModel], location: Iterable[int | str]) -> tuple[type[BaseModel], list[int | str]]:

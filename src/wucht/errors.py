@@ -1,4 +1,4 @@
-"""The two ways in which wucht says no: the input is wrong (exit code 2), or a run fails (exit code 1)."""
+"""The two kinds of errors: the input is wrong (exit code 2), or a run fails (exit code 1)."""
 
 from __future__ import annotations
 

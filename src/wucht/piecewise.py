@@ -1,7 +1,7 @@
 """Piecewise cubic functions of one argument as SymPy functions: schedules, measured characteristics, contacts.
 
-They can be differentiated, printed and evaluated like any function. An integrator never steps over a corner: where a System
-holds one, ``numerics`` compiles the cubic of one piece and changes its coefficients at the corner, which is found as an event.
+They can be differentiated, printed and evaluated like any function. An integrator never steps over a breakpoint: ``numerics``
+compiles the cubic of one piece and changes its coefficients at the breakpoint, which is located as an event.
 """
 
 from __future__ import annotations
@@ -17,39 +17,39 @@ from wucht.errors import WuchtError
 
 
 class Pieces(sp.Atom):  # type: ignore[misc]
-    """Corners x_1 < ... < x_k and k + 1 cubics; a name for printing.
+    """Breakpoints x_1 < ... < x_k and k + 1 cubics; a name for printing.
 
     coefficients: (k + 1, 4). Piece i holds from x_i on (piece 0 before x_1) and is a polynomial in the distance from its own
-    first corner, for piece 0 from x_1 (``origins``). At a corner the function has its value from the right.
-    Raises ``WuchtError`` where the corners do not increase, a number is not finite, or the shapes do not fit.
+    first breakpoint, for piece 0 from x_1 (``origins``). At a breakpoint the function has its value from the right.
+    Raises ``WuchtError`` where the breakpoints do not increase, a number is not finite, or the shapes do not fit.
     """
 
-    __slots__ = ("__dict__", "coefficients", "corners", "name")
-    corners: tuple[float, ...]
+    __slots__ = ("__dict__", "breakpoints", "coefficients", "name")
+    breakpoints: tuple[float, ...]
     coefficients: tuple[tuple[float, ...], ...]
     name: str
 
-    def __new__(cls, name: str, corners: Sequence[float], coefficients: Sequence[Sequence[float]]) -> Pieces:  # noqa: D102
-        x, c = np.asarray(corners, float), np.asarray(coefficients, float)
+    def __new__(cls, name: str, breakpoints: Sequence[float], coefficients: Sequence[Sequence[float]]) -> Pieces:  # noqa: D102
+        x, c = np.asarray(breakpoints, float), np.asarray(coefficients, float)
         if len(x) < 1 or c.shape != (len(x) + 1, 4):
-            raise WuchtError(f"{name}: {len(x)} corners need {len(x) + 1} pieces of 4 coefficients, not {c.shape}")
+            raise WuchtError(f"{name}: {len(x)} breakpoints need {len(x) + 1} pieces of 4 coefficients, not {c.shape}")
         if not (np.isfinite(x).all() and np.isfinite(c).all() and (np.diff(x) > 0).all()):
-            raise WuchtError(f"{name}: the corners must increase, and all numbers be finite")
+            raise WuchtError(f"{name}: the breakpoints must increase, and all numbers be finite")
         made: Pieces = super().__new__(cls)
-        made.name, made.corners = name, tuple(x.tolist())
+        made.name, made.breakpoints = name, tuple(x.tolist())
         made.coefficients = tuple(tuple(row) for row in c.tolist())
         return made
 
     def _hashable_content(self) -> tuple[Any, ...]:
-        return (self.name, self.corners, self.coefficients)
+        return (self.name, self.breakpoints, self.coefficients)
 
     def __getnewargs__(self) -> tuple[Any, ...]:
-        return (self.name, self.corners, self.coefficients)
+        return (self.name, self.breakpoints, self.coefficients)
 
     @cached_property
     def origins(self) -> tuple[float, ...]:
         """Where the polynomials' arguments are zero, (k + 1,)."""
-        return (self.corners[0], *self.corners)
+        return (self.breakpoints[0], *self.breakpoints)
 
     @cached_property
     def degree(self) -> int:
@@ -59,24 +59,24 @@ class Pieces(sp.Atom):  # type: ignore[misc]
     @cached_property
     def derivative(self) -> Pieces:
         """The derivative within the pieces; jumps have none."""
-        return Pieces(f"{self.name}'", self.corners, [(b, 2 * c, 3 * d, 0.0) for _, b, c, d in self.coefficients])
+        return Pieces(f"{self.name}'", self.breakpoints, [(b, 2 * c, 3 * d, 0.0) for _, b, c, d in self.coefficients])
 
     @cached_property
     def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return np.array(self.corners), np.array(self.origins), np.array(self.coefficients)
+        return np.array(self.breakpoints), np.array(self.origins), np.array(self.coefficients)
 
     def __call__(self, x: Any) -> Any:
         """The value at a number or an array."""
-        corners, origins, coefficients = self._arrays
+        breakpoints, origins, coefficients = self._arrays
         at = np.asarray(x, float)
-        i = np.searchsorted(corners, at, side="right")
+        i = np.searchsorted(breakpoints, at, side="right")
         s, c = at - origins[i], coefficients[i]
         value = c[..., 0] + s * (c[..., 1] + s * (c[..., 2] + s * c[..., 3]))
         return float(value) if value.ndim == 0 else value
 
     def jumps(self) -> tuple[float, ...]:
-        """The corners at which the value itself jumps."""
-        x = np.array(self.corners)
+        """The breakpoints at which the value itself jumps."""
+        x = np.array(self.breakpoints)
         i = np.arange(len(x))
         _, origins, c = self._arrays
         s = x - origins[i]
@@ -117,7 +117,7 @@ class PiecewiseCubic(sp.Function):  # type: ignore[misc]
 
 
 def step(name: str, at: float, before: float, after: float) -> Pieces:
-    """``before`` up to a corner, ``after`` from there on."""
+    """``before`` up to a breakpoint, ``after`` from there on."""
     return Pieces(name, (at,), ((before, 0, 0, 0), (after, 0, 0, 0)))
 
 
@@ -141,6 +141,6 @@ def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[floa
         from scipy.interpolate import CubicSpline, PchipInterpolator
 
         # SciPy's rule for the ends of two points is a straight line for both.
-        found = PchipInterpolator(x, y) if kind == "monotone" else CubicSpline(x, y, bc_type="clamped")
-        inside = [tuple(row[::-1]) for row in found.c.T]
+        spline = PchipInterpolator(x, y) if kind == "monotone" else CubicSpline(x, y, bc_type="clamped")
+        inside = [tuple(row[::-1]) for row in spline.c.T]
     return Pieces(name, x.tolist(), [(y[0], 0, 0, 0), *inside, (y[-1], 0, 0, 0)])

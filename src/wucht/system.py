@@ -1,4 +1,4 @@
-"""``System``: what every floor speaks of. A first-order ordinary differential equation with names, units and meaning.
+"""``System``: what all layers exchange. A first-order ordinary differential equation with names, units and meaning.
 
 A System is symbolic and complete: states, right-hand side, parameters, the named intermediate results that keep the right-hand
 side small, outputs, quadratures, and which states are angles. It holds no number.
@@ -20,9 +20,18 @@ TIME = sp.Symbol("t", real=True)
 
 @dataclass(frozen=True)
 class Output:
-    """A quantity that can be computed from the states: its name, expression, unit and what to call it on an axis.
+    """A quantity that can be computed from the states.
 
-    jump: of a quadrature, what its integral gains, as the difference of this expression, where a piecewise function jumps.
+    Parameters
+    ----------
+    name : str
+    expression : sympy.Expr
+        In the System's states, parameters, definitions and time.
+    unit : str
+    long_name : str
+        The label on an axis.
+    jump : sympy.Expr
+        Of a quadrature: what its integral gains, as the difference of this expression, where a piecewise function jumps.
     """
 
     name: str
@@ -36,8 +45,14 @@ class Output:
 class SecondOrder:
     """The mechanical form ``mass * d2(coordinates)/dt2 = forces`` from which a System was made.
 
-    ``mass`` is symmetric, n x n. ``driven`` lists coordinates whose motion is given (a prescribed speed): their
-    rows hold, but serve to find the torque that enforces the motion.
+    Parameters
+    ----------
+    coordinates, velocities : tuple of sympy.Symbol, n
+    mass : sympy.ImmutableMatrix, n x n
+        Symmetric.
+    forces : sympy.ImmutableMatrix, n x 1
+    driven : tuple of sympy.Symbol
+        Coordinates whose motion is prescribed: their rows hold, and give the torque that enforces the motion.
     """
 
     coordinates: tuple[sp.Symbol, ...]
@@ -51,13 +66,27 @@ class SecondOrder:
 class System:
     """``d states / dt = derivatives(states, parameters, t)``.
 
-    states: n symbols. derivatives: n expressions. parameters: run-time values; changing one never recompiles.
-    definitions: ``(symbol, expression)`` pairs, evaluated in order, each of which may use those before it.
-    quadratures: outputs whose integral over time a run also computes (the work of the motor, the energy lost).
-    angles: the states that live on a circle.
+    Parameters
+    ----------
+    states : tuple of sympy.Symbol, n
+    derivatives : tuple of sympy.Expr, n
+    parameters : tuple of sympy.Symbol
+        Run-time values; changing one never recompiles.
+    definitions : tuple of (sympy.Symbol, sympy.Expr)
+        Evaluated in order; each may use those before it.
+    outputs : tuple of Output
+    quadratures : tuple of Output
+        Whose integral over time a run also computes (the work of the motor, the energy lost).
+    angles : frozenset of sympy.Symbol
+        The states that live on a circle.
+    second_order : SecondOrder, optional
+        The mechanical form, which two equal Systems need not share.
 
-    Raises ``WuchtError`` where an expression uses a symbol that is none of these, one is defined twice, or a name stands for
-    two things: states and parameters, outputs and quadratures are found by their names.
+    Raises
+    ------
+    WuchtError
+        Where an expression uses a symbol that is none of these, one is defined twice, or a name stands for two things: states
+        and parameters, outputs and quadratures are identified by their names.
     """
 
     states: tuple[sp.Symbol, ...]

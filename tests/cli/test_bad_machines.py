@@ -282,7 +282,7 @@ NESTED = {
 @pytest.mark.parametrize("name", NESTED)
 def test_nested_settings_arrive(machines: Path, name: str) -> None:
     from wucht.cli.settings import parse_settings
-    from wucht.studies.reading import read_study
+    from wucht.studies.study_file import read_study
 
     settings = parse_settings([s for s in NESTED[name] if not s.startswith("study")])
     values = read_study(f"{name}.toml", settings).subject.values
@@ -423,7 +423,7 @@ def test_the_same_table_in_another_dress(machines: Path, content: str) -> None:
 
 def test_the_only_load_may_be_a_table_too(machines: Path) -> None:
     from wucht.machines.parts.table_load import TableLoad
-    from wucht.studies.reading import read_study
+    from wucht.studies.study_file import read_study
 
     Path("s.toml").write_text(
         RING.replace('kind = "quadratic"\ncoefficient = "1e-6 N m s^2"', 'kind = "table"\nfile = "motor.csv"')

@@ -178,7 +178,7 @@ def test_every_form_of_the_question(wucht: Command, study: Study, question: str)
 
 
 def _values(file: Path | str, **settings: Any) -> dict[str, float]:
-    from wucht.studies.reading import read_study
+    from wucht.studies.study_file import read_study
 
     return read_study(str(file), settings).subject.values
 

@@ -210,7 +210,7 @@ def test_ctrl_c_before_the_run(wucht: Command, study: Study, monkeypatch: pytest
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("wucht.studies.reading.read_study", interrupted)
+    monkeypatch.setattr("wucht.studies.study_file.read_study", interrupted)
     said = wucht("run", study(), "-o", "out", "--json")
     assert (said.code, said.out, said.err) == (130, "", "wucht: interrupted\n")
 

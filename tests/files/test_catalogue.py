@@ -9,7 +9,7 @@ from wucht.files.documents import read_toml
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.initial_state import initial_state
-from wucht.studies.reading import read_study
+from wucht.studies.study_file import read_study
 
 
 def test_the_names_of_the_contract_are_there():

@@ -11,9 +11,9 @@ def run(system, values, start, time):
     """The states (n, N) at the times, to 1e-12; shares nothing with wucht's own numerics."""
     at = {p: sp.Float(values[p.name], 17) for p in system.parameters}
     rates = sp.lambdify((TIME, system.states), [system.explicit(f).xreplace(at) for f in system.derivatives], "math", cse=True)
-    found = solve_ivp(rates, (time[0], time[-1]), start, "DOP853", t_eval=time, rtol=1e-12, atol=1e-12)
-    assert found.success
-    return found.y
+    solution = solve_ivp(rates, (time[0], time[-1]), start, "DOP853", t_eval=time, rtol=1e-12, atol=1e-12)
+    assert solution.success
+    return solution.y
 
 
 def evaluate(system, expressions, values, time, states):

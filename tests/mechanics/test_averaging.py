@@ -25,13 +25,13 @@ def zero(expression):
 
 def test_van_der_pol():
     """r' = epsilon r (1 - r^2/4)/2 with the limit cycle r = 2, and no shift of frequency."""
-    found = averaged(OSCILLATOR, epsilon)
-    assert zero(found.system.derivatives[0] - epsilon * r * (1 - r**2 / 4) / 2)
-    assert found.system.derivatives[1] == 0
-    assert found.first[0].xreplace({r: sp.Integer(2)}) == 0
-    assert sp.diff(found.first[0], r).xreplace({r: sp.Integer(2)}) < 0
-    assert found.period == sp.pi  # of X; that of the motion is twice as long
-    assert found.system.angles == {psi}
+    averaging = averaged(OSCILLATOR, epsilon)
+    assert zero(averaging.system.derivatives[0] - epsilon * r * (1 - r**2 / 4) / 2)
+    assert averaging.system.derivatives[1] == 0
+    assert averaging.first[0].xreplace({r: sp.Integer(2)}) == 0
+    assert sp.diff(averaging.first[0], r).xreplace({r: sp.Integer(2)}) < 0
+    assert averaging.period == sp.pi  # of X; that of the motion is twice as long
+    assert averaging.system.angles == {psi}
 
 
 def test_van_der_pol_second_order():
@@ -46,12 +46,12 @@ def test_duffing_second_order():
     """Frequency of x'' + x + epsilon x^3 = 0 at amplitude A: 1 + 3 epsilon A^2/8 - 21 epsilon^2 A^4/256 (elliptic integral)."""
     A = sp.Symbol("A", positive=True)
     duffing = System((x, v), (v, -x - epsilon * x**3), (epsilon,))
-    found = averaged(with_amplitude_and_phase(duffing, x, v, sp.S.One, r, psi), epsilon, order=2)
-    assert found.first[0] == 0
-    assert found.second[0] == 0
+    averaging = averaged(with_amplitude_and_phase(duffing, x, v, sp.S.One, r, psi), epsilon, order=2)
+    assert averaging.first[0] == 0
+    assert averaging.second[0] == 0
     # A is the full amplitude where the angle t + psi is zero; r = A - epsilon u(A) there.
-    shift = found.fast[0].xreplace({TIME: sp.S.Zero, psi: sp.S.Zero, r: A})
-    rate = found.system.derivatives[1].xreplace({r: A - epsilon * shift})
+    shift = averaging.fast[0].xreplace({TIME: sp.S.Zero, psi: sp.S.Zero, r: A})
+    rate = averaging.system.derivatives[1].xreplace({r: A - epsilon * shift})
     expansion = sp.series(sp.expand(rate), epsilon, 0, 3).removeO()
     assert zero(expansion - sp.Rational(3, 8) * epsilon * A**2 + sp.Rational(21, 256) * epsilon**2 * A**4)
 
@@ -62,16 +62,16 @@ def test_forced_duffing():
     D = sp.Symbol("Delta", real=True)  # Omega^2 - epsilon Delta is the square of the natural frequency
     force = -2 * mu * v - a * x**3 + f * sp.cos(Omega * TIME) + D * x
     duffing = System((x, v), (v, -(Omega**2) * x + epsilon * force), (epsilon, Omega, mu, a, f, D))
-    found = averaged(with_amplitude_and_phase(duffing, x, v, Omega, r, psi), epsilon)
-    assert zero(found.first[0] + mu * r + f * sp.sin(psi) / (2 * Omega))
-    assert zero(r * found.first[1] + (D * r / 2 - 3 * a * r**3 / 8 + f * sp.cos(psi) / 2) / Omega)
+    averaging = averaged(with_amplitude_and_phase(duffing, x, v, Omega, r, psi), epsilon)
+    assert zero(averaging.first[0] + mu * r + f * sp.sin(psi) / (2 * Omega))
+    assert zero(r * averaging.first[1] + (D * r / 2 - 3 * a * r**3 / 8 + f * sp.cos(psi) / 2) / Omega)
     sine, cosine = sp.symbols("s c", real=True)
-    rest = [e.xreplace({sp.sin(psi): sine, sp.cos(psi): cosine}) for e in found.first]
+    rest = [e.xreplace({sp.sin(psi): sine, sp.cos(psi): cosine}) for e in averaging.first]
     solved = sp.solve(rest, [sine, cosine], dict=True)[0]
     curve = sp.expand(f**2 * (solved[sine] ** 2 + solved[cosine] ** 2 - 1))
     assert zero(curve - (r**2 * (D - 3 * a * r**2 / 4) ** 2 + 4 * (mu * Omega * r) ** 2 - f**2))
-    assert sp.simplify(found.period * Omega / sp.pi) == 1
-    assert set(found.divisors) == {2 * Omega, 4 * Omega}
+    assert sp.simplify(averaging.period * Omega / sp.pi) == 1
+    assert set(averaging.divisors) == {2 * Omega, 4 * Omega}
 
 
 def test_kapitza():
@@ -85,10 +85,10 @@ def test_kapitza():
     acceleration = sp.diff(pendulum.derivatives[0], theta) * pendulum.derivatives[0]
     acceleration += sp.diff(pendulum.derivatives[0], p) * pendulum.derivatives[1] + sp.diff(pendulum.derivatives[0], TIME)
     assert zero(acceleration + epsilon * (kappa**2 * epsilon - sp.cos(TIME)) * s)  # it is the pendulum's equation
-    found = averaged(pendulum, epsilon)
+    averaging = averaged(pendulum, epsilon)
     potential = -(kappa**2) * sp.cos(theta) + sp.sin(theta) ** 2 / 4
-    assert zero(found.first[0] - p)
-    assert zero(found.first[1] + sp.diff(potential, theta))
+    assert zero(averaging.first[0] - p)
+    assert zero(averaging.first[1] + sp.diff(potential, theta))
     upright = sp.diff(potential, theta, 2).xreplace({theta: sp.pi})
     assert zero(upright - (sp.Rational(1, 2) - kappa**2))  # stable where (a Omega)^2 > 2 g l
 
@@ -100,10 +100,10 @@ def test_rotor_on_a_carrier():
     rotor = System((phi, omega), (omega, epsilon * torque), (epsilon, u, lam, sigma), angles=frozenset({phi}))
     over_angle = with_angle_as_time(rotor, phi)
     assert zero(over_angle.derivatives[0] - epsilon / omega * torque.xreplace({phi: TIME}))
-    found = averaged(over_angle, epsilon)
+    averaging = averaged(over_angle, epsilon)
     resistance = omega**5 * sigma / ((1 - omega**2) ** 2 + 4 * sigma**2 * omega**2)
-    assert zero(found.first[0] - (u * (lam - omega) - resistance) / omega)
-    assert found.system.output("time").expression == 1 / omega
+    assert zero(averaging.first[0] - (u * (lam - omega) - resistance) / omega)
+    assert averaging.system.output("time").expression == 1 / omega
 
 
 def test_an_angle_as_time_takes_definitions_outputs_and_quadratures_along():
@@ -113,13 +113,13 @@ def test_an_angle_as_time_takes_definitions_outputs_and_quadratures_along():
         (phi, x), (2 + x, epsilon * swing * x), (epsilon,), ((swing, 1 + sp.cos(phi)),),
         (Output("height", sp.sin(phi), "m"),), (Output("work", swing, "J"),), frozenset({phi}),
     )  # fmt: skip
-    found = with_angle_as_time(given, phi)
-    assert found.states == (x,)
-    assert found.angles == frozenset()
-    assert zero(found.explicit(found.derivatives[0]) - epsilon * (1 + sp.cos(TIME)) * x / (2 + x))
-    assert found.output("height").expression == sp.sin(TIME)
-    assert zero(found.explicit(found.output("work").expression) - (1 + sp.cos(TIME)) / (2 + x))
-    slow = averaged(found, epsilon).system
+    over_angle = with_angle_as_time(given, phi)
+    assert over_angle.states == (x,)
+    assert over_angle.angles == frozenset()
+    assert zero(over_angle.explicit(over_angle.derivatives[0]) - epsilon * (1 + sp.cos(TIME)) * x / (2 + x))
+    assert over_angle.output("height").expression == sp.sin(TIME)
+    assert zero(over_angle.explicit(over_angle.output("work").expression) - (1 + sp.cos(TIME)) / (2 + x))
+    slow = averaged(over_angle, epsilon).system
     assert zero(slow.derivatives[0] - epsilon * x / (2 + x))
     assert zero(slow.output("work").expression - 1 / (2 + x))
 
@@ -128,30 +128,32 @@ def test_laval_rotor_is_autonomous_before_it_is_averaged():
     """002 (3.67) gives (3.68), with nothing fast in it."""
     torque = u * (lam - omega) - 2 * sigma * omega**5 / ((1 - omega**2) ** 2 + 4 * sigma**2 * omega**2)
     rotor = System((phi, omega), (omega, epsilon * torque), (epsilon, u, lam, sigma), angles=frozenset({phi}))
-    found = averaged(with_angle_as_time(rotor, phi), epsilon, order=2)
-    assert zero(found.first[0] - torque / omega)
-    assert found.second == (0,)
-    assert found.fast == (0,)
-    assert found.period is None
+    averaging = averaged(with_angle_as_time(rotor, phi), epsilon, order=2)
+    assert zero(averaging.first[0] - torque / omega)
+    assert averaging.second == (0,)
+    assert averaging.fast == (0,)
+    assert averaging.period is None
 
 
 def test_second_order_of_two_fields_is_their_bracket():
     """x' = epsilon (f cos t + g sin t): -(epsilon^2/2) (f' g - g' f) in one dimension, checked on x^2 and x: -x^2/2."""
-    found = averaged(System((x,), (epsilon * (x**2 * sp.cos(TIME) + x * sp.sin(TIME)),), (epsilon,)), epsilon, order=2)
-    assert found.first == (0,)
-    assert zero(found.second[0] + x**2 / 2)
+    averaging = averaged(System((x,), (epsilon * (x**2 * sp.cos(TIME) + x * sp.sin(TIME)),), (epsilon,)), epsilon, order=2)
+    assert averaging.first == (0,)
+    assert zero(averaging.second[0] + x**2 / 2)
 
 
 def test_what_stands_at_epsilon_squared_has_its_part():
-    found = averaged(System((x,), (epsilon * sp.cos(TIME) + epsilon**2 * x * sp.cos(TIME) ** 2,), (epsilon,)), epsilon, order=2)
-    assert zero(found.system.derivatives[0] - epsilon**2 * x / 2)
+    averaging = averaged(
+        System((x,), (epsilon * sp.cos(TIME) + epsilon**2 * x * sp.cos(TIME) ** 2,), (epsilon,)), epsilon, order=2
+    )
+    assert zero(averaging.system.derivatives[0] - epsilon**2 * x / 2)
 
 
 def test_exact_solution_with_the_fast_part_put_back():
     """x' = epsilon x^2 cos t: 1/x = 1/x_0 - epsilon sin t; the mean stands still, x + epsilon x^2 sin t misses epsilon^2."""
-    found = averaged(System((x,), (epsilon * x**2 * sp.cos(TIME),), (epsilon,)), epsilon, order=2)
-    assert found.system.derivatives == (0,)
-    back = found.system.explicit(found.system.output("full.x").expression)
+    averaging = averaged(System((x,), (epsilon * x**2 * sp.cos(TIME),), (epsilon,)), epsilon, order=2)
+    assert averaging.system.derivatives == (0,)
+    back = averaging.system.explicit(averaging.system.output("full.x").expression)
     exact = 1 / (1 / x - epsilon * sp.sin(TIME))
     assert zero(sp.series(exact - back, epsilon, 0, 2).removeO())
     assert not zero(sp.series(exact - back, epsilon, 0, 3).removeO())
@@ -160,9 +162,9 @@ def test_exact_solution_with_the_fast_part_put_back():
 def test_frequencies_that_have_no_common_period():
     """The mean (3.5) exists all the same; a beat of sqrt(2) - 1 is no resonance."""
     two = sp.cos(TIME) + sp.cos(sp.sqrt(2) * TIME)
-    found = averaged(System((x,), (epsilon * (two**2 * x - x**3 + two),), (epsilon,)), epsilon, order=2)
-    assert found.period is None
-    assert zero(found.first[0] - x + x**3)
+    averaging = averaged(System((x,), (epsilon * (two**2 * x - x**3 + two),), (epsilon,)), epsilon, order=2)
+    assert averaging.period is None
+    assert zero(averaging.first[0] - x + x**3)
 
 
 def test_definitions_outputs_and_quadratures_go_along():
@@ -177,14 +179,14 @@ def test_definitions_outputs_and_quadratures_go_along():
         (Output("work", sp.cos(TIME) ** 2 * x, "J"),),
     )
     for which in (1, 2):
-        found = averaged(given, epsilon, which).system
-        assert zero(sp.diff(found.explicit(found.derivatives[0]), epsilon).xreplace({epsilon: 0}) - (1 + x**2) * (1 + x))
-        back = found.explicit(found.output("full.x").expression)
+        slow = averaged(given, epsilon, which).system
+        assert zero(sp.diff(slow.explicit(slow.derivatives[0]), epsilon).xreplace({epsilon: 0}) - (1 + x**2) * (1 + x))
+        back = slow.explicit(slow.output("full.x").expression)
         assert zero(back - x - epsilon * x * sp.sin(TIME))
-        assert zero(found.explicit(found.output("square").expression) - 2 * back**2 - 1)
-        assert (found.output("square").unit, found.output("square").long_name) == ("m2", "square of x")
-        assert zero(found.explicit(found.output("work").expression) - x / 2)  # <cos^2 sin> = 0 at order 2
-        assert found.output("work").unit == "J"
+        assert zero(slow.explicit(slow.output("square").expression) - 2 * back**2 - 1)
+        assert (slow.output("square").unit, slow.output("square").long_name) == ("m2", "square of x")
+        assert zero(slow.explicit(slow.output("work").expression) - x / 2)  # <cos^2 sin> = 0 at order 2
+        assert slow.output("work").unit == "J"
 
 
 def test_quadratures_of_second_order_know_the_fast_part():
@@ -202,18 +204,18 @@ def test_quadratures_of_slow_time_are_refused(rate):
 
 
 def test_all_is_small_where_no_epsilon_is_written():
-    found = averaged(System((x,), (sp.Rational(1, 100) * sp.sin(TIME) ** 2 * x,)))
-    assert found.system.derivatives == (x / 200,)
+    averaging = averaged(System((x,), (sp.Rational(1, 100) * sp.sin(TIME) ** 2 * x,)))
+    assert averaging.system.derivatives == (x / 200,)
 
 
 def test_a_mean_without_a_transformation():
     """1/(2 + cos t) has the mean 1/sqrt(3); the fast part has no closed form, and the second order is refused."""
     system = System((x,), (epsilon * x / (2 + sp.cos(TIME)),), (epsilon,))
-    found = averaged(system, epsilon)
-    assert zero(found.first[0] - x / sp.sqrt(3))
-    assert found.fast == ()
-    assert "denominator" in found.reason
-    assert found.period == 2 * sp.pi
+    averaging = averaged(system, epsilon)
+    assert zero(averaging.first[0] - x / sp.sqrt(3))
+    assert averaging.fast == ()
+    assert "denominator" in averaging.reason
+    assert averaging.period == 2 * sp.pi
     with raises(WuchtError, match="no averaging of second order"):
         averaged(system, epsilon, order=2)
 
@@ -259,16 +261,16 @@ def test_changes_of_variables_refuse_what_has_no_meaning():
 
 def _errors(system, start, which):
     """Largest errors up to t = 1/epsilon: of the averaged states; at order 2 from ``start``, with the fast part put back."""
-    found = averaged(system, epsilon, which)
+    averaging = averaged(system, epsilon, which)
     names, errors = system.state_names, []
     for small in SMALL:
         values, time = {"epsilon": small}, np.linspace(0, 1 / small, 301)
         true = run(system, values, start, time)
-        at = evaluate(system, found.start, values, np.zeros(1), np.array(start)[:, None])[:, 0]
+        at = evaluate(system, averaging.start, values, np.zeros(1), np.array(start)[:, None])[:, 0]
         if which == 1:
-            near = run(found.system, values, start, time)
+            near = run(averaging.system, values, start, time)
         else:
-            near = full(found.system, names, values, time, run(found.system, values, at, time))
+            near = full(averaging.system, names, values, time, run(averaging.system, values, at, time))
         errors.append(np.abs(near - true).max())
     return errors
 

@@ -8,7 +8,7 @@ from pytest import approx, raises
 
 from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
-from wucht.mechanics.zero import identically_zero
+from wucht.mechanics.zero_testing import identically_zero
 from wucht.system import TIME, Output, System
 
 x, v, epsilon = sp.symbols("x v epsilon", real=True)
@@ -50,8 +50,8 @@ def test_slow_time_is_refused(rate, which):
     ],
 )
 def test_epsilon_beside_bounded_functions_of_time_is_no_slow_time(rate, mean):
-    found = averaged(System((x, v), (rate, sp.S.Zero), (epsilon,)), epsilon)
-    assert found.first == (mean, 0)
+    averaging = averaged(System((x, v), (rate, sp.S.Zero), (epsilon,)), epsilon)
+    assert averaging.first == (mean, 0)
 
 
 A, B = sp.symbols("a b", real=True)
@@ -72,18 +72,18 @@ def test_equal_frequencies_that_are_written_differently(wave, other):
     """<cos^2> is 1/2, and nothing is divided by a difference that is zero."""
     rate = epsilon * x * sp.cos(wave * TIME) * sp.cos(other * TIME)
     for which in (1, 2):
-        found = averaged(System((x,), (rate,), (epsilon, A, B)), epsilon, which)
-        assert found.first == (x / 2,)
-        assert not any(identically_zero(w) for w in found.divisors)
+        averaging = averaged(System((x,), (rate,), (epsilon, A, B)), epsilon, which)
+        assert averaging.first == (x / 2,)
+        assert not any(identically_zero(w) for w in averaging.divisors)
 
 
-def test_resonances_of_the_second_order_are_told():
+def test_resonances_of_the_second_order_are_reported():
     """<(dX/dx) u> of cos(a t) and sin(b t) is zero unless a = b or a = -b."""
-    found = averaged(
+    averaging = averaged(
         System((x, v), (epsilon * v * sp.cos(A * TIME), epsilon * x * sp.sin(B * TIME)), (epsilon, A, B)), epsilon, 2
     )
-    assert found.second == (0, 0)
-    assert set(found.divisors) == {A, B, A - B, A + B}
+    assert averaging.second == (0, 0)
+    assert set(averaging.divisors) == {A, B, A - B, A + B}
     heat = Output("heat", sp.cos(A * TIME) * sp.cos(B * TIME))
     slow = averaged(System((x,), (epsilon,), (epsilon, A, B), quadratures=(heat,)), epsilon)
     assert set(slow.divisors) == {A - B, A + B}
@@ -107,11 +107,11 @@ def test_outputs_stay_where_the_fast_part_is_not_known():
         (x,), (epsilon * x / (2 + sp.cos(TIME)),), (epsilon,), ((moving, x * sp.cos(TIME)),),
         (Output("power", x**2 + moving, "W"),),
     )  # fmt: skip
-    found = averaged(given, epsilon)
-    assert [o.name for o in found.system.outputs] == ["power"]
-    assert found.system.output("power").unit == "W"
-    assert zero(found.system.explicit(found.system.output("power").expression) - x**2 - x * sp.cos(TIME))
-    assert found.start == (x,)
+    averaging = averaged(given, epsilon)
+    assert [o.name for o in averaging.system.outputs] == ["power"]
+    assert averaging.system.output("power").unit == "W"
+    assert zero(averaging.system.explicit(averaging.system.output("power").expression) - x**2 - x * sp.cos(TIME))
+    assert averaging.start == (x,)
 
 
 @pytest.mark.parametrize(

@@ -91,8 +91,8 @@ def test_eight_pendulums_numerically():
     values = machine.numbers | {s: draw.uniform(-2, 2) for s in system.states}
     for symbol, expression in system.definitions:
         values[symbol] = float(expression.xreplace(values))
-    found = [float(d.xreplace(values)) for d in system.derivatives[len(motion.coordinates) :]]
+    accelerations = [float(d.xreplace(values)) for d in system.derivatives[len(motion.coordinates) :]]
     mass = np.array(motion.mass.xreplace(values).tolist(), float)
     forces = np.array(motion.forces.xreplace(values).tolist(), float).ravel()
     assert np.allclose(mass, mass.T, rtol=0, atol=0)
-    assert np.allclose(found, np.linalg.solve(mass, forces), rtol=1e-9)
+    assert np.allclose(accelerations, np.linalg.solve(mass, forces), rtol=1e-9)

@@ -105,8 +105,8 @@ def test_first_order_form_solves_the_second_order_form():
     assert system.state_names == ("x", "theta", "vx", "omega")
     assert system.angles == {theta.position}
     assert [system.explicit(d) for d in system.derivatives[:2]] == [x.velocity, theta.velocity]
-    found = sp.Matrix([system.explicit(d) for d in system.derivatives[2:]])
-    assert nothing_left(motion.mass * found - motion.forces)
+    accelerations = sp.Matrix([system.explicit(d) for d in system.derivatives[2:]])
+    assert nothing_left(motion.mass * accelerations - motion.forces)
 
 
 def test_an_expression_with_an_unknown_symbol_is_refused():

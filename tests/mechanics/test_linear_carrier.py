@@ -25,33 +25,33 @@ ROTOR = Energies(
 
 
 def test_matrices_of_a_rotor_on_springs():
-    found = linear_carrier([SUPPORT, ROTOR], [x, y], [phi])
-    assert found.mass == sp.Matrix([[m0 + m, 0], [0, m0 + m]])
-    assert found.damping == sp.Matrix([[bx, 0], [0, by]])
-    assert found.stiffness == sp.Matrix([[kx, k12], [k12, ky]])
-    assert found.load.applyfunc(sp.expand) == sp.Matrix([0, -(m0 + m) * g]).applyfunc(sp.expand)
+    carrier = linear_carrier([SUPPORT, ROTOR], [x, y], [phi])
+    assert carrier.mass == sp.Matrix([[m0 + m, 0], [0, m0 + m]])
+    assert carrier.damping == sp.Matrix([[bx, 0], [0, by]])
+    assert carrier.stiffness == sp.Matrix([[kx, k12], [k12, ky]])
+    assert carrier.load.applyfunc(sp.expand) == sp.Matrix([0, -(m0 + m) * g]).applyfunc(sp.expand)
 
 
 def test_a_rotor_excites_with_U_times_1_and_minus_i():
     """Re[U (1, -i) w^2 exp(i phi)] = U w^2 (cos phi, sin phi): the centrifugal force points to the centre of mass."""
-    found = linear_carrier([SUPPORT, ROTOR], [x, y], [phi])
-    assert found.coupling[0] == sp.Matrix([-U * sp.sin(phi.position), U * sp.cos(phi.position)])
-    assert found.excitation[0] == sp.Matrix([U, -sp.I * U])
-    turning = (found.excitation[0] * w**2 * sp.exp(sp.I * phi.position)).applyfunc(lambda e: sp.re(e.expand(complex=True)))
+    carrier = linear_carrier([SUPPORT, ROTOR], [x, y], [phi])
+    assert carrier.coupling[0] == sp.Matrix([-U * sp.sin(phi.position), U * sp.cos(phi.position)])
+    assert carrier.excitation[0] == sp.Matrix([U, -sp.I * U])
+    turning = (carrier.excitation[0] * w**2 * sp.exp(sp.I * phi.position)).applyfunc(lambda e: sp.re(e.expand(complex=True)))
     assert turning == U * w**2 * sp.Matrix([sp.cos(phi.position), sp.sin(phi.position)])
 
 
 def test_a_body_mounted_at_an_angle_excites_with_a_phase():
     ahead = ROTOR.kinetic.subs(phi.position, phi.position + sp.pi / 3)
-    found = linear_carrier([Energies(kinetic=ahead)], [x, y], [phi]).excitation[0]
+    excitation = linear_carrier([Energies(kinetic=ahead)], [x, y], [phi]).excitation[0]
     expected = U * sp.exp(sp.I * sp.pi / 3) * sp.Matrix([1, -sp.I])
-    assert (found - expected).applyfunc(lambda e: sp.simplify(e.expand(complex=True))) == sp.zeros(2, 1)
+    assert (excitation - expected).applyfunc(lambda e: sp.simplify(e.expand(complex=True))) == sp.zeros(2, 1)
 
 
 def test_one_direction_only():
-    found = linear_carrier([Energies(kinetic=m * vx**2 / 2 - U * w * vx * sp.sin(phi.position))], [x], [phi])
-    assert found.mass == sp.Matrix([m])
-    assert found.excitation[0] == sp.Matrix([U])
+    carrier = linear_carrier([Energies(kinetic=m * vx**2 / 2 - U * w * vx * sp.sin(phi.position))], [x], [phi])
+    assert carrier.mass == sp.Matrix([m])
+    assert carrier.excitation[0] == sp.Matrix([U])
 
 
 def test_a_carrier_that_is_not_linear_is_refused():
@@ -77,11 +77,11 @@ def test_a_machine_with_a_pendulum_and_a_roller():
             ],
         }
     )
-    found, at = machine.linear_carrier, machine.numbers
-    assert found.mass.xreplace(at) == 3.75 * sp.eye(2)
-    assert found.stiffness.xreplace(at) == sp.diag(4.0, 9.0)
-    assert found.damping.xreplace(at) == sp.diag(0.4, 0.6)
-    strengths = [complex(e[0].xreplace(at)) for e in found.excitation]
+    carrier, at = machine.linear_carrier, machine.numbers
+    assert carrier.mass.xreplace(at) == 3.75 * sp.eye(2)
+    assert carrier.stiffness.xreplace(at) == sp.diag(4.0, 9.0)
+    assert carrier.damping.xreplace(at) == sp.diag(0.4, 0.6)
+    strengths = [complex(e[0].xreplace(at)) for e in carrier.excitation]
     assert [abs(s) for s in strengths] == [0.2, 0.1, 0.25 * (0.3 - 0.1)]
-    assert all(complex(e[1].xreplace(at)) == -1j * s for e, s in zip(found.excitation, strengths, strict=True))
-    assert [float(f) for f in found.load.xreplace(at)] == [0.0, -3.75 * 9.81]
+    assert all(complex(e[1].xreplace(at)) == -1j * s for e, s in zip(carrier.excitation, strengths, strict=True))
+    assert [float(f) for f in carrier.load.xreplace(at)] == [0.0, -3.75 * 9.81]

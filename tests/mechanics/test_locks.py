@@ -40,10 +40,12 @@ def released(*when, **changed):
 
 def states(machine, start, grid=TIME_GRID, parameters=None, initial=None, engine=None):
     flow = compile_system(machine.system, engine=engine)
-    found = integrate(flow, initial_state(machine, start) if initial is None else initial, parameters or machine.values, grid)
-    assert found.failure is None
-    outputs = flow.outputs(found.time, found.states, found.parameters)
-    return dict(zip(machine.system.state_names, found.states, strict=True)) | dict(found.quadratures) | outputs
+    trajectory = integrate(
+        flow, initial_state(machine, start) if initial is None else initial, parameters or machine.values, grid
+    )
+    assert trajectory.failure is None
+    outputs = flow.outputs(trajectory.time, trajectory.states, trajectory.parameters)
+    return dict(zip(machine.system.state_names, trajectory.states, strict=True)) | dict(trajectory.quadratures) | outputs
 
 
 def connected(free_p1, free_p2, drive=True):
@@ -75,9 +77,9 @@ def expected(free_p1, free_p2):
     m = connected(free_p1, free_p2)
     first = START["drum"] + START["p1"]
     begin = [0.0, -9.81 * 3.5 / 9e3, START["drum"], *([first] if free_p1 else []), *([first + START["p2"]] if free_p2 else [])]
-    found = m.motion(begin, np.zeros(len(begin)), TIME_GRID)
+    motion = m.motion(begin, np.zeros(len(begin)), TIME_GRID)
     names = [str(s) for s in (*m.q, *m.v)]
-    return dict(zip(names, found, strict=True))
+    return dict(zip(names, motion, strict=True))
 
 
 @pytest.mark.parametrize(
@@ -85,22 +87,22 @@ def expected(free_p1, free_p2):
 )
 def test_a_locked_body_is_rigidly_connected(first, second):
     """All combinations in a chain of two; both integrations are right to some 1e-11 over ten turns."""
-    found, other = states(released(first, second), START), expected(first is None, second is None)
+    motion, other = states(released(first, second), START), expected(first is None, second is None)
     for name, theirs in (("carrier.x", "x"), ("carrier.y", "y"), ("drum.angle", "phi"), ("drum.speed", "dphi")):
-        assert found[name] == pytest.approx(other[theirs], abs=1e-9 * np.abs(other[theirs]).max())
+        assert motion[name] == pytest.approx(other[theirs], abs=1e-9 * np.abs(other[theirs]).max())
     one = other["one"] if "one" in other else other["phi"] + START["p1"]
     two = other["two"] if "two" in other else one + START["p2"]
-    assert found["p1.angle"] == pytest.approx(one, abs=1e-8)
-    assert found["p2.angle"] == pytest.approx(two, abs=1e-8)
-    assert np.abs(found["drum.speed"]).max() > 10  # it did something
+    assert motion["p1.angle"] == pytest.approx(one, abs=1e-8)
+    assert motion["p2.angle"] == pytest.approx(two, abs=1e-8)
+    assert np.abs(motion["drum.speed"]).max() > 10  # it did something
 
 
 def test_locks_do_no_work_and_locked_dampers_lose_none():
-    found = states(released(FAR, FAR), START)
-    gap = found["supplied_work"] - found["dissipated_work"] - found["stored_energy"] + found["stored_energy"][0]
-    assert np.abs(gap).max() < 1e-9 * found["supplied_work"].max()
+    motion = states(released(FAR, FAR), START)
+    gap = motion["supplied_work"] - motion["dissipated_work"] - motion["stored_energy"] + motion["stored_energy"][0]
+    assert np.abs(gap).max() < 1e-9 * motion["supplied_work"].max()
     stiff = states(released(FAR, FAR, bodies=[DRUM, P1 | {"release": FAR, "damping": 9.0}, P2 | {"release": FAR}]), START)
-    assert stiff["dissipated_work"] == pytest.approx(found["dissipated_work"], rel=1e-9, abs=1e-9)
+    assert stiff["dissipated_work"] == pytest.approx(motion["dissipated_work"], rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
@@ -164,19 +166,19 @@ def test_a_speed_of_release_that_no_other_body_can_reach_is_refused():
 def test_the_torque_on_a_drum_of_given_speed_carries_what_is_locked_to_it():
     """phi = 30 t with both pendulums locked: the torque is the reaction in the rigidly connected mechanism."""
     machine = released(FAR, FAR, drive={"kind": "constant-speed", "speed": 30.0, "angle": 0.4})
-    found = states(machine, {"p1": 0.7, "p2": -1.1})
+    motion = states(machine, {"p1": 0.7, "p2": -1.1})
     m = connected(False, False, drive=False)
     x, y, phi = m.q
     a, b = sp.symbols("a b", real=True)
     along_x, along_y, torque = m.residuals([a, b, sp.S.Zero])
     accelerations = sp.solve([along_x, along_y], [a, b], dict=True)[0]
     function = sp.lambdify((x, y, phi, *m.v), torque.xreplace(accelerations))
-    given = (found[n] for n in ("carrier.x", "carrier.y", "drum.angle", "carrier.vx", "carrier.vy"))
+    given = (motion[n] for n in ("carrier.x", "carrier.y", "drum.angle", "carrier.vx", "carrier.vy"))
     needed = function(*given, np.full(len(TIME_GRID), 30.0))
-    assert found["motor_torque"] == pytest.approx(needed, abs=1e-9 * np.abs(needed).max())
-    assert found["drum.angle"] == pytest.approx(0.4 + 30 * TIME_GRID, abs=1e-11)
-    gap = found["supplied_work"] - found["dissipated_work"] - found["stored_energy"] + found["stored_energy"][0]
-    assert np.abs(gap).max() < 1e-9 * np.abs(found["stored_energy"]).max()
+    assert motion["motor_torque"] == pytest.approx(needed, abs=1e-9 * np.abs(needed).max())
+    assert motion["drum.angle"] == pytest.approx(0.4 + 30 * TIME_GRID, abs=1e-11)
+    gap = motion["supplied_work"] - motion["dissipated_work"] - motion["stored_energy"] + motion["stored_energy"][0]
+    assert np.abs(gap).max() < 1e-9 * np.abs(motion["stored_energy"]).max()
 
 
 def test_the_torque_on_a_drum_that_is_sped_up():
@@ -189,12 +191,12 @@ def test_the_torque_on_a_drum_that_is_sped_up():
             "carrier": {"directions": "fixed"}, "drive": {"kind": "constant-speed", "speed": 0.0}, "schedules": [ramp],
         }
     )  # fmt: skip
-    found = states(machine, {"p1": 0.7, "p2": -1.1}, np.linspace(0, 2, 41))
+    motion = states(machine, {"p1": 0.7, "p2": -1.1}, np.linspace(0, 2, 41))
     inertia = 0.02 + 0.004 + 0.2 * 0.15**2
     time = np.linspace(0, 2, 41)
     away = time != 1.0
-    assert found["motor_torque"][away] == pytest.approx(np.where(time < 1, 30 * inertia, 0.0)[away], abs=1e-11)
-    assert found["p2.angle"] == pytest.approx(np.where(time < 1, 15 * time**2, 30 * time - 15) - 0.4, abs=1e-11)
+    assert motion["motor_torque"][away] == pytest.approx(np.where(time < 1, 30 * inertia, 0.0)[away], abs=1e-11)
+    assert motion["p2.angle"] == pytest.approx(np.where(time < 1, 15 * time**2, 30 * time - 15) - 0.4, abs=1e-11)
 
 
 def test_a_locked_rotor_turns_with_a_carrier_that_turns():
@@ -202,17 +204,17 @@ def test_a_locked_rotor_turns_with_a_carrier_that_turns():
     body = {"kind": "rotor", "name": "exciter", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.05, "release": FAR}
     carrier = {"directions": "r", "inertia": 0.4, "rotation_stiffness": 90.0}
     machine = machine_from({"carrier": carrier, "bodies": [body | {"position": [0.3, 0.0]}]})
-    found = states(machine, {"carrier": {"r": 0.01}})
+    motion = states(machine, {"carrier": {"r": 0.01}})
     frequency = math.sqrt(90.0 / (0.4 + 0.05 + 2.0 * 0.3**2))
-    assert found["carrier.r"] == pytest.approx(0.01 * np.cos(frequency * TIME_GRID), abs=1e-11)
-    assert found["exciter.angle"] == pytest.approx(found["carrier.r"] - 0.01, abs=1e-11)
+    assert motion["carrier.r"] == pytest.approx(0.01 * np.cos(frequency * TIME_GRID), abs=1e-11)
+    assert motion["exciter.angle"] == pytest.approx(motion["carrier.r"] - 0.01, abs=1e-11)
 
 
 def test_a_locked_rotor_on_a_planar_carrier_that_starts_to_turn():
     body = {"kind": "rotor", "name": "exciter", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.05, "release": FAR}
     carrier = {"directions": "xyr", "mass": 5.0, "inertia": 0.4, "stiffness": 100.0, "rotation_stiffness": 90.0}
     machine = machine_from({"carrier": carrier, "bodies": [body]})
-    found = states(machine, {"carrier": {"vr": 0.2}})
+    motion = states(machine, {"carrier": {"vr": 0.2}})
     frequency = math.sqrt(90.0 / (0.4 + 0.05))
-    assert found["carrier.r"] == pytest.approx(0.2 / frequency * np.sin(frequency * TIME_GRID), abs=1e-11)
-    assert found["exciter.angle"] == pytest.approx(found["carrier.r"], abs=1e-11)
+    assert motion["carrier.r"] == pytest.approx(0.2 / frequency * np.sin(frequency * TIME_GRID), abs=1e-11)
+    assert motion["exciter.angle"] == pytest.approx(motion["carrier.r"], abs=1e-11)

@@ -43,9 +43,9 @@ def test_means_are_the_integrals_over_a_period(expression):
 
 def test_an_antiderivative_has_mean_zero_and_its_derivative_is_what_oscillates():
     e = (1 + a * sp.cos(W * t + p)) ** 2 * sp.sin(3 * W * t) + b
-    found = antiderivative(e, t)
-    assert zero(sp.diff(found, t) - e + mean(e, t))
-    assert mean(found, t) == 0
+    primitive = antiderivative(e, t)
+    assert zero(sp.diff(primitive, t) - e + mean(e, t))
+    assert mean(primitive, t) == 0
 
 
 def test_phases_come_out_as_differences():

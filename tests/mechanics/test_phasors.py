@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 
 from wucht.mechanics.elimination import solve_general
-from wucht.mechanics.phasors import Lines, Phasor, Response, product
+from wucht.mechanics.phasors import HarmonicResponse, Lines, Phasor, product
 
 A, B, C = sp.symbols("a b c", real=True)
 
@@ -27,8 +27,8 @@ def test_a_complex_expression_is_split() -> None:
 def test_arithmetic_is_that_of_complex_numbers() -> None:
     a, b = Phasor(A, B), Phasor(B, C)
     x, y = A + sp.I * B, B + sp.I * C
-    for found, meant in ((a * b, x * y), (a + b, x + y), (a - b, x - y), (a.turned, sp.I * x), (a.conj, A - sp.I * B)):
-        assert sp.expand(found.re + sp.I * found.im - meant) == 0
+    for computed, meant in ((a * b, x * y), (a + b, x + y), (a - b, x - y), (a.turned, sp.I * x), (a.conj, A - sp.I * B)):
+        assert sp.expand(computed.re + sp.I * computed.im - meant) == 0
     assert product([a, b], [b, a]) == Phasor(sp.Add(*2 * [(a * b).re]), sp.Add(*2 * [(a * b).im]))
 
 
@@ -41,18 +41,18 @@ def test_response_of_coupled_coordinates(size: int) -> None:
     lines = Lines()
     names = [f"q{i}" for i in range(size)]
     symbolic = [sp.Matrix(size, size, list(map(sp.Float, m.ravel()))) for m in (mass, damping, stiffness)]
-    response = Response(symbolic[0], symbolic[1], symbolic[2], sp.Float(1.7), names, lines)
+    response = HarmonicResponse(symbolic[0], symbolic[1], symbolic[2], sp.Float(1.7), names, lines)
     dynamic = stiffness - 1.7**2 * mass + 1.7j * damping
     for k, force in enumerate(forces):
         z = response([Phasor(sp.Float(f.real), sp.Float(f.imag)) for f in force], f"z{k}")
         values = numbers(lines, *(x for p in z for x in (p.re, p.im)))
-        found = np.array(values[::2]) + 1j * np.array(values[1::2])
-        assert np.abs(found - np.linalg.solve(dynamic, force)).max() < 1e-10
+        amplitudes = np.array(values[::2]) + 1j * np.array(values[1::2])
+        assert np.abs(amplitudes - np.linalg.solve(dynamic, force)).max() < 1e-10
 
 
 def test_an_undamped_coordinate_has_a_real_response() -> None:
     lines = Lines()
-    response = Response(sp.Matrix([[A]]), sp.Matrix([[0]]), sp.Matrix([[B]]), C, ["x"], lines)
+    response = HarmonicResponse(sp.Matrix([[A]]), sp.Matrix([[0]]), sp.Matrix([[B]]), C, ["x"], lines)
     (z,) = response([Phasor(sp.S.One)], "z")
     assert z.im == 0
     assert sp.simplify(lines_explicit(lines, z.re) - 1 / (B - C**2 * A)) == 0
@@ -81,5 +81,5 @@ def test_elimination_of_a_matrix_that_is_not_symmetric() -> None:
     matrix[2, 0] = matrix[0, 3] = 0.0
     lines = Lines()
     rows = [[sp.Float(e) if e else sp.S.Zero for e in row] for row in matrix]
-    found = solve_general(rows, list(map(sp.Float, right)), list("pqrs"), lines.name, "x")
-    assert np.allclose(numbers(lines, *found), np.linalg.solve(matrix, right), rtol=1e-12)
+    solution = solve_general(rows, list(map(sp.Float, right)), list("pqrs"), lines.name, "x")
+    assert np.allclose(numbers(lines, *solution), np.linalg.solve(matrix, right), rtol=1e-12)

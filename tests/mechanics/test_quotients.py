@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from wucht.errors import WuchtError
 from wucht.mechanics.averaging import averaged
 from wucht.mechanics.means import mean
-from wucht.mechanics.zero import identically_zero
+from wucht.mechanics.zero_testing import identically_zero
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.system import TIME, System
@@ -55,12 +55,12 @@ def zero(expression):
 )
 def test_the_mean_is_real_and_that_of_a_quadrature(expression):
     begin = time.perf_counter()
-    found = mean(expression, t)
+    value = mean(expression, t)
     assert time.perf_counter() - begin < BEARABLE
-    assert not found.has(sp.I)
+    assert not value.has(sp.I)
     numbers = sp.lambdify(t, expression.subs(AT), "math")
     by_quadrature = quad(numbers, 0, 4 * math.pi, epsabs=1e-12, epsrel=1e-12, limit=400)[0] / (4 * math.pi)
-    assert float(sp.N(found.subs(AT))) == approx(by_quadrature, abs=1e-10)
+    assert float(sp.N(value.subs(AT))) == approx(by_quadrature, abs=1e-10)
 
 
 def test_known_integrals():
@@ -101,8 +101,8 @@ def test_the_averaged_system_compiles(engine):
     if engine == "heyoka":
         pytest.importorskip("heyoka")
     rate = epsilon * (-x / (2 + c(t)) + s(t) * x**2 / (3 + s(t)) ** 2)
-    found = averaged(System((x,), (rate,), (epsilon,)), epsilon).system
+    slow = averaged(System((x,), (rate,), (epsilon,)), epsilon).system
     grid = np.linspace(0, 10, 3)
-    run = integrate(compile_system(found, engine=engine), [0.7], {"epsilon": 0.1}, grid)
+    run = integrate(compile_system(slow, engine=engine), [0.7], {"epsilon": 0.1}, grid)
     a, b = 0.1 / math.sqrt(3), 0.1 * math.sqrt(2) / 32
     assert run.states[0] == approx(a / ((a / 0.7 + b) * np.exp(a * grid) - b), rel=1e-6)  # the default tolerance

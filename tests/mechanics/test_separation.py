@@ -23,22 +23,22 @@ def zero(expression):
 
 def test_kapitza():
     """The pivot moves by a cos(k t): the vibrational force has the potential (a k sin x)^2/(4 L^2)."""
-    found = separated(PENDULUM, [x], k, mass=sp.Matrix([m]))
+    separation = separated(PENDULUM, [x], k, mass=sp.Matrix([m]))
     potential = -g / L * sp.cos(x) + (a * k * sp.sin(x)) ** 2 / (4 * L**2)
-    assert zero(found.system.derivatives[1] + sp.diff(potential, x) + d * v)
-    assert zero(found.slow_force[0] + m * (g / L * sp.sin(x) + d * v))
-    assert zero(found.fast_force[0] - m * a * k**2 / L * sp.cos(THETA) * sp.sin(x))
-    assert zero(found.vibration_force[0] + m * (a * k / L) ** 2 * sp.sin(x) * sp.cos(x) / 2)
+    assert zero(separation.system.derivatives[1] + sp.diff(potential, x) + d * v)
+    assert zero(separation.slow_force[0] + m * (g / L * sp.sin(x) + d * v))
+    assert zero(separation.fast_force[0] - m * a * k**2 / L * sp.cos(THETA) * sp.sin(x))
+    assert zero(separation.vibration_force[0] + m * (a * k / L) ** 2 * sp.sin(x) * sp.cos(x) / 2)
     upright = sp.diff(potential, x, 2).xreplace({x: sp.pi})
     assert zero(upright - ((a * k) ** 2 / (2 * L**2) - g / L))  # stable where (a k)^2 > 2 g L
 
 
 def test_the_fast_part_solves_its_equation_with_mean_zero():
     """m k^2 d2xi/dtheta2 = Phi and (3)."""
-    found = separated(PENDULUM, [x], k)
-    assert zero(k**2 * sp.diff(found.fast[0], THETA, 2) - found.fast_force[0])
-    assert zero(k * sp.diff(found.fast[0], THETA) - found.rate[0])
-    assert mean(found.fast[0], THETA) == 0
+    separation = separated(PENDULUM, [x], k)
+    assert zero(k**2 * sp.diff(separation.fast[0], THETA, 2) - separation.fast_force[0])
+    assert zero(k * sp.diff(separation.fast[0], THETA) - separation.rate[0])
+    assert mean(separation.fast[0], THETA) == 0
 
 
 def test_kapitza_is_the_same_by_averaging_the_standard_form():
@@ -49,8 +49,8 @@ def test_kapitza_is_the_same_by_averaging_the_standard_form():
     slow = averaged(System((x, p), (e * (p + sp.sin(TIME) * sp.sin(x)), e * momentum), (e, g, L, a, k)), e)
     acceleration = slow.system.derivatives[1] * e * k**2  # x'' = e p'
     undamped = System(PENDULUM.states, (v, PENDULUM.derivatives[1].xreplace({d: sp.S.Zero})), PENDULUM.parameters)
-    found = separated(undamped, [x], k)
-    assert zero(found.system.derivatives[1] - acceleration.xreplace({e: a / L}))
+    separation = separated(undamped, [x], k)
+    assert zero(separation.system.derivatives[1] - acceleration.xreplace({e: a / L}))
 
 
 def test_a_rotor_whose_axis_is_shaken():
@@ -58,11 +58,11 @@ def test_a_rotor_whose_axis_is_shaken():
     J, k1, W, W1, U, x0 = sp.symbols("J k1 Omega Omega1 U x0", positive=True)
     shaking = -(W**2) * x0 * sp.cos(W * TIME)
     torque = k1 * (W1 - W) - k1 * v + U * shaking * sp.sin(W * TIME + x)
-    found = separated(System((x, v), (v, torque / J), (J, k1, W, W1, U, x0), angles=frozenset({x})), [x], W)
-    assert zero(J * found.system.derivatives[1] - k1 * (W1 - W) + k1 * v + U * W**2 * x0 * sp.sin(x) / 2)
-    assert found.system.angles == {x}
+    separation = separated(System((x, v), (v, torque / J), (J, k1, W, W1, U, x0), angles=frozenset({x})), [x], W)
+    assert zero(J * separation.system.derivatives[1] - k1 * (W1 - W) + k1 * v + U * W**2 * x0 * sp.sin(x) / 2)
+    assert separation.system.angles == {x}
     ripple = U * x0 * sp.sin(2 * THETA + x) / (8 * J)  # of the fluctuation at twice the speed
-    assert zero(found.fast[0] - ripple)
+    assert zero(separation.fast[0] - ripple)
 
 
 def test_two_coordinates():
@@ -70,26 +70,26 @@ def test_two_coordinates():
     U = x**2 * y + sp.cos(y)
     phi = [-sp.diff(U, s) for s in (x, y)]
     rates = (v, w, phi[0] * sp.cos(k * TIME) - x, phi[1] * sp.cos(k * TIME) - sp.sin(TIME) * y)
-    found = separated(System((x, y, v, w), rates, (k,)), [x, y], k)
+    separation = separated(System((x, y, v, w), rates, (k,)), [x, y], k)
     effective = (phi[0] ** 2 + phi[1] ** 2) / (4 * k**2)
-    for force, s in zip(found.vibration_force, (x, y), strict=True):
+    for force, s in zip(separation.vibration_force, (x, y), strict=True):
         assert zero(force + sp.diff(effective, s))
-    assert zero(found.system.derivatives[3] - found.vibration_force[1] + sp.sin(TIME) * y)  # slow time stays
+    assert zero(separation.system.derivatives[3] - separation.vibration_force[1] + sp.sin(TIME) * y)  # slow time stays
 
 
 def test_quadratic_damping_feels_the_fast_speed():
     """<(X' + xi')^2> = X'^2 + <xi'^2>, with xi' = (f/k) sin(k t): F at the full speed (5)."""
     f = sp.Symbol("f", real=True)
-    found = separated(System((x, v), (v, -d * v**2 + f * sp.cos(k * TIME)), (d, f, k)), [x], k)
-    assert zero(found.system.derivatives[1] + d * (v**2 + f**2 / (2 * k**2)))
+    separation = separated(System((x, v), (v, -d * v**2 + f * sp.cos(k * TIME)), (d, f, k)), [x], k)
+    assert zero(separation.system.derivatives[1] + d * (v**2 + f**2 / (2 * k**2)))
 
 
 def test_a_fast_force_that_depends_on_the_speed():
     """Phi = v cos + f sin(k t): xi' = (v sin - f cos)/k, <(dPhi/dv) xi'> = -f/(2 k)."""
     f = sp.Symbol("f", real=True)
     theta = k * TIME
-    found = separated(System((x, v), (v, v * sp.cos(theta) + f * sp.sin(theta)), (f, k)), [x], k)
-    assert zero(found.system.derivatives[1] + f / (2 * k))
+    separation = separated(System((x, v), (v, v * sp.cos(theta) + f * sp.sin(theta)), (f, k)), [x], k)
+    assert zero(separation.system.derivatives[1] + f / (2 * k))
 
 
 def test_outputs_and_quadratures():
@@ -139,8 +139,8 @@ def test_refusals(force, sentence):
     ],
 )
 def test_sizes_and_slow_functions_that_are_allowed(force):
-    found = separated(System((x, v), (v, force), (k, a)), [x], k)
-    assert zero(k**2 * sp.diff(found.fast[0], THETA, 2) - found.fast_force[0])
+    separation = separated(System((x, v), (v, force), (k, a)), [x], k)
+    assert zero(k**2 * sp.diff(separation.fast[0], THETA, 2) - separation.fast_force[0])
 
 
 def test_the_fast_parameter_and_jumps_are_checked():

@@ -44,21 +44,21 @@ def forced(rate, force):
 
 def test_without_forcing_the_damped_states_are_zero():
     """(3.24)-(3.25): eta_0 = 0; what is left of y is epsilon times the bounded solution of y' = K y + Y(x, 0, t)."""
-    found = strongly_damped(UNFORCED, [y, z], epsilon)
-    assert found.manifold == (0, 0)
-    assert zero(found.averaged.first[0] - (1 - x))
-    assert found.conditions == ()
-    K, Y = found.rates, sp.Matrix([x * sp.cos(TIME), x**2])
-    following = sp.Matrix(found.next)
+    reduction = strongly_damped(UNFORCED, [y, z], epsilon)
+    assert reduction.manifold == (0, 0)
+    assert zero(reduction.averaged.first[0] - (1 - x))
+    assert reduction.conditions == ()
+    K, Y = reduction.rates, sp.Matrix([x * sp.cos(TIME), x**2])
+    following = sp.Matrix(reduction.next)
     assert (sp.diff(following, TIME) - K * following - Y).applyfunc(sp.simplify) == sp.zeros(2, 1)
 
 
 def test_with_forcing_they_follow_it():
-    found = strongly_damped(FORCED, [y], epsilon)
+    reduction = strongly_damped(FORCED, [y], epsilon)
     expected = forced(1 + x**2, x)
-    assert zero(found.manifold[0] - expected)
+    assert zero(reduction.manifold[0] - expected)
     c = x / ((1 + x**2) ** 2 + 1)  # <eta_0 cos t> = c (1 + x^2)/2, <eta_0^2> = c^2 ((1 + x^2)^2 + 1)/2 = c x/2
-    assert zero(found.averaged.first[0] - (1 - x + c * (1 + x**2) / 2 - c * x / 2))
+    assert zero(reduction.averaged.first[0] - (1 - x + c * (1 + x**2) / 2 - c * x / 2))
 
 
 def _rotor(directions):
@@ -79,14 +79,14 @@ def _rotor(directions):
 def test_the_sommerfeld_effect_from_the_full_equations(directions):
     """(3.33)-(3.34) become (3.50), (3.59)-(3.61) become (3.68); the carrier follows (3.37), (3.63), (3.64)."""
     system, damped = _rotor(directions)
-    found = strongly_damped(system, damped, epsilon)
+    reduction = strongly_damped(system, damped, epsilon)
     A, B = 1 - omega**2, 2 * sigma * omega
     resistance = directions * sigma * omega**5 / (A**2 + B**2)
-    assert zero(found.averaged.first[0] - (u * (lam - omega) - resistance) / omega)
-    assert zero(found.manifold[0] - omega**2 * (A * sp.cos(TIME) + B * sp.sin(TIME)) / (A**2 + B**2))
+    assert zero(reduction.averaged.first[0] - (u * (lam - omega) - resistance) / omega)
+    assert zero(reduction.manifold[0] - omega**2 * (A * sp.cos(TIME) + B * sp.sin(TIME)) / (A**2 + B**2))
     if directions == 2:
-        assert zero(found.manifold[2] - omega**2 * (A * sp.sin(TIME) - B * sp.cos(TIME)) / (A**2 + B**2))
-    assert found.conditions == ()
+        assert zero(reduction.manifold[2] - omega**2 * (A * sp.sin(TIME) - B * sp.cos(TIME)) / (A**2 + B**2))
+    assert reduction.conditions == ()
 
 
 def test_a_machine_from_its_energies():
@@ -111,25 +111,27 @@ def test_a_machine_from_its_energies():
         angles=machine.angles,
     )
     at, vx, vy, w = heavy.states[2:]
-    found = strongly_damped(with_angle_as_time(heavy, at), [*heavy.states[:2], vx, vy], epsilon)
+    reduction = strongly_damped(with_angle_as_time(heavy, at), [*heavy.states[:2], vx, vy], epsilon)
     impedance = (k - (m0 + m) * w**2) ** 2 + (c * w) ** 2
-    assert zero(found.averaged.first[0] * w * J + b * w + c * w**5 * (m * e) ** 2 / impedance)
-    assert found.conditions == ()
+    assert zero(reduction.averaged.first[0] * w * J + b * w + c * w**5 * (m * e) ** 2 / impedance)
+    assert reduction.conditions == ()
 
 
-def _on_manifold(found, values, slow):
+def _on_manifold(reduction, values, slow):
     """The full start for a slow state, on the manifold."""
-    names = ["x", "y", "z"][: 1 + len(found.manifold)]
-    return full(found.averaged.system, names, values, np.zeros(1), np.array([[slow]]))[:, 0]
+    names = ["x", "y", "z"][: 1 + len(reduction.manifold)]
+    return full(reduction.averaged.system, names, values, np.zeros(1), np.array([[slow]]))[:, 0]
 
 
 def _errors(system, damped, which, ks):
     """Largest errors of x and of y up to t = 1/epsilon of a run that begins on the manifold."""
-    found, errors = strongly_damped(system, damped, epsilon, which), []
+    reduction, errors = strongly_damped(system, damped, epsilon, which), []
     for small in 2.0**-ks:
         values, time = {"epsilon": small}, np.linspace(0, 1 / small, 301)
-        near = full(found.averaged.system, system.state_names, values, time, run(found.averaged.system, values, [0.4], time))
-        gap = np.abs(near - run(system, values, _on_manifold(found, values, 0.4), time)).max(axis=1)
+        near = full(
+            reduction.averaged.system, system.state_names, values, time, run(reduction.averaged.system, values, [0.4], time)
+        )
+        gap = np.abs(near - run(system, values, _on_manifold(reduction, values, 0.4), time)).max(axis=1)
         errors.append((gap[0], gap[1:].max()))
     return np.array(errors).T
 
@@ -159,11 +161,13 @@ def test_errors_of_the_sommerfeld_effect(which):
     Over angles up to 1/epsilon; the carrier's error bends the slope more, its resonance being sharper than epsilon is small.
     """
     (system, damped), ks, errors = _rotor(1), np.arange(6.0, 10.0), []
-    found = strongly_damped(system, damped, epsilon, which)
+    reduction = strongly_damped(system, damped, epsilon, which)
     for small in 2.0**-ks:
         values, time = {"epsilon": small, "u": 1.0, "lambda": 2.0, "sigma": 0.3}, np.linspace(0, 1 / small, 301)
-        start = full(found.averaged.system, system.state_names, values, np.zeros(1), np.array([[0.5]]))[:, 0]
-        near = full(found.averaged.system, system.state_names, values, time, run(found.averaged.system, values, [0.5], time))
+        start = full(reduction.averaged.system, system.state_names, values, np.zeros(1), np.array([[0.5]]))[:, 0]
+        near = full(
+            reduction.averaged.system, system.state_names, values, time, run(reduction.averaged.system, values, [0.5], time)
+        )
         gap = np.abs(near - run(system, values, start, time)).max(axis=1)
         errors.append((gap[0], gap[1:].max()))
     of_speed, of_carrier = np.array(errors).T
@@ -173,18 +177,18 @@ def test_errors_of_the_sommerfeld_effect(which):
 
 def test_the_damped_states_relax_onto_the_manifold():
     """From y = 1.5 the distance falls like exp(-t), as K's eigenvalues -1 +- 2i say, to O(epsilon^2): after 2 ln(1/epsilon)."""
-    found, rest = strongly_damped(UNFORCED, [y, z], epsilon, 2), []
+    reduction, rest = strongly_damped(UNFORCED, [y, z], epsilon, 2), []
     for small in (2.0**-6, 2.0**-8):
         values, later = {"epsilon": small}, 2 * math.log(1 / small)
         time = np.linspace(0, 2 * later, 200)
         true = run(UNFORCED, values, [0.4, 1.5, 0.0], time)
-        on = evaluate(found.averaged.system, [small * e for e in found.next], values, time, true[:1])
+        on = evaluate(reduction.averaged.system, [small * e for e in reduction.next], values, time, true[:1])
         gap = np.linalg.norm(true[1:] - on, axis=0)
         early = time < later / 2
         assert np.polyfit(time[early], np.log(gap[early]), 1)[0] == approx(-1, abs=0.05)
         rest.append(gap[time > later].max())
         assert rest[-1] < 10 * small**2
-    assert math.log2(rest[0] / rest[1]) / 2 == approx(2, abs=0.2)  # it goes on as epsilon^2
+    assert math.log2(rest[0] / rest[1]) / 2 == approx(2, abs=0.2)  # it decreases as epsilon^2
 
 
 def test_outputs_and_quadratures_know_the_damped_states():
@@ -204,8 +208,8 @@ def test_stability():
     assert stability_conditions(sp.Matrix([[0, 1], [-k, -2 * sigma]])) == ()  # not negative in the Euclidean norm, but stable
     assert stability_conditions(sp.Matrix([[0, 1], [-a, -b]])) == (b, a * b)
     # s^3 + a s^2 + b s + k: a > 0, a b > k.
-    found = stability_conditions(sp.Matrix([[0, 1, 0], [0, 0, 1], [-k, -b, -a]]))
-    assert {sp.expand(c) for c in found} == {a, a * b - k, sp.expand(k * (a * b - k))}
+    conditions = stability_conditions(sp.Matrix([[0, 1, 0], [0, 0, 1], [-k, -b, -a]]))
+    assert {sp.expand(c) for c in conditions} == {a, a * b - k, sp.expand(k * (a * b - k))}
     for matrix in ([[1]], [[0, 1], [-1, 0]], [[-1, 3], [1, -1]], [[0, 1], [-k, sigma]]):
         with raises(WuchtError, match="is not stable"):
             stability_conditions(sp.Matrix(matrix))
@@ -213,9 +217,9 @@ def test_stability():
 
 def test_conditions_come_back():
     a = sp.Symbol("a", real=True)
-    found = strongly_damped(System((x, y), (epsilon * y, -a * y + epsilon), (epsilon, a)), [y], epsilon)
-    assert found.conditions == (a,)
-    assert found.next == (1 / a,)
+    reduction = strongly_damped(System((x, y), (epsilon * y, -a * y + epsilon), (epsilon, a)), [y], epsilon)
+    assert reduction.conditions == (a,)
+    assert reduction.next == (1 / a,)
 
 
 @pytest.mark.parametrize(
@@ -262,9 +266,9 @@ def test_outputs_stay_where_the_fast_part_is_not_known():
     given = System(
         (x, y), (epsilon * (1 - x) / (2 + sp.cos(TIME)), -y + sp.cos(TIME)), (epsilon,), outputs=(Output("sum", x + y),)
     )
-    found = strongly_damped(given, [y], epsilon).averaged
-    assert [o.name for o in found.system.outputs] == ["full.y", "sum"]
-    assert zero(found.system.explicit(found.system.output("sum").expression) - x - forced(1, 1))
+    averaging = strongly_damped(given, [y], epsilon).averaged
+    assert [o.name for o in averaging.system.outputs] == ["full.y", "sum"]
+    assert zero(averaging.system.explicit(averaging.system.output("sum").expression) - x - forced(1, 1))
 
 
 def test_the_small_parameter_and_the_order_are_checked():

@@ -24,34 +24,34 @@ def estimates(system, small, box, **more):
 
 def test_numbers_that_are_known():
     """X = x (cos t - 1), |x| <= 3: M = 6, lambda = 2, |int_0^t x cos| <= 3. Extremes lie on the grid."""
-    found = estimates(SWUNG, 0.01, {"x": (-3.0, 3.0)}, period=TURN)
-    assert found.bound_of_rate == approx(6, rel=1e-12)
-    assert found.lipschitz == approx(2, rel=1e-12)
+    error = estimates(SWUNG, 0.01, {"x": (-3.0, 3.0)}, period=TURN)
+    assert error.bound_of_rate == approx(6, rel=1e-12)
+    assert error.lipschitz == approx(2, rel=1e-12)
     # Simpson's rule with 128 steps a period: its error is (2 pi/128)^4/180 = 3e-8 of the integrand's size.
-    assert found.delta == approx(0.03, rel=1e-7)
-    assert found.order == approx(math.sqrt(0.03), rel=1e-7)
+    assert error.delta == approx(0.03, rel=1e-7)
+    assert error.order == approx(math.sqrt(0.03), rel=1e-7)
 
 
 def test_norms_of_two_states():
     """X = (2 y cos t, x): |X| at the corner (1, 1) is sqrt 5, the spectral norm of [[0, 2 c], [1, 0]] is 2."""
     two = System((x, v), (2 * epsilon * v * sp.cos(TIME), epsilon * x), (epsilon,))
-    found = estimates(two, 0.1, {"x": (0, 1), "v": (0, 1)}, period=TURN)
-    assert found.bound_of_rate == approx(math.sqrt(5), rel=1e-12)
-    assert found.lipschitz == approx(2, rel=1e-12)
-    assert found.delta == approx(0.1 * 2, rel=1e-7)
+    error = estimates(two, 0.1, {"x": (0, 1), "v": (0, 1)}, period=TURN)
+    assert error.bound_of_rate == approx(math.sqrt(5), rel=1e-12)
+    assert error.lipschitz == approx(2, rel=1e-12)
+    assert error.delta == approx(0.1 * 2, rel=1e-7)
 
 
 def test_3_13_as_printed():
     """2 lambda M epsilon^2 T^2 (N + 1) exp(epsilon lambda t) by hand at t = 2.5 T."""
-    found = estimates(SWUNG, 0.01, {"x": (-3.0, 3.0)}, period=TURN)
-    assert found.at_periods(2.5 * TURN) == approx(2 * 2 * 6 * 1e-4 * TURN**2 * 3 * math.exp(0.02 * 2.5 * TURN), rel=1e-9)
+    error = estimates(SWUNG, 0.01, {"x": (-3.0, 3.0)}, period=TURN)
+    assert error.at_periods(2.5 * TURN) == approx(2 * 2 * 6 * 1e-4 * TURN**2 * 3 * math.exp(0.02 * 2.5 * TURN), rel=1e-9)
 
 
 def test_within_a_period_3_13_as_printed_is_no_bound():
     """x' = epsilon cos t has lambda = 0: the error epsilon sin t is bounded by delta alone."""
-    found = estimates(System((x,), (epsilon * sp.cos(TIME),), (epsilon,)), 0.01, {"x": (0.0, 1.0)}, period=TURN)
-    assert found.at_periods(math.pi / 2) == 0
-    assert found.bound(math.pi / 2) == approx(0.01, rel=1e-7)
+    error = estimates(System((x,), (epsilon * sp.cos(TIME),), (epsilon,)), 0.01, {"x": (0.0, 1.0)}, period=TURN)
+    assert error.at_periods(math.pi / 2) == 0
+    assert error.bound(math.pi / 2) == approx(0.01, rel=1e-7)
 
 
 def _van_der_pol():
@@ -67,9 +67,9 @@ def test_true_errors_are_below_the_bounds(name, small):
         "swung": (SWUNG, [1.0], {"x": (0.0, 1.1)}),
         "van der Pol": (_van_der_pol(), [1.0, 0.0], {"r": (0.9, 1.6), "psi": (-0.2, 0.2)}),
     }[name]
-    found = averaged(system, epsilon)
-    period = float(found.period)
-    slow = found.system
+    averaging = averaged(system, epsilon)
+    period = float(averaging.period)
+    slow = averaging.system
     numbers = averaging_error(system, slow, "epsilon", {"epsilon": small}, box, period)
     whole = np.arange(1, math.floor(1 / small / period) + 1) * period
     time = np.unique(np.concatenate([np.linspace(0, 1 / small, 500), whole[whole <= 1 / small]]))
@@ -91,13 +91,13 @@ def _run(system, small, start, time):
 def test_without_a_period_delta_is_taken_over_the_whole_time():
     """cos t + cos(sqrt(2) t): the largest |sin t + sin(sqrt(2) t)/sqrt(2)| up to t = 100."""
     system = System((x,), (epsilon * (sp.cos(TIME) + sp.cos(sp.sqrt(2) * TIME)),), (epsilon,))
-    found = estimates(system, 0.01, {"x": (0.0, 1.0)}, points=2)
+    error = estimates(system, 0.01, {"x": (0.0, 1.0)}, points=2)
     time = np.linspace(0, 100, 100_001)
-    assert found.delta == approx(
+    assert error.delta == approx(
         0.01 * np.abs(np.sin(time) + np.sin(math.sqrt(2) * time) / math.sqrt(2)).max(), rel=1e-4
     )  # (2/128)^2/8 at a maximum
     with raises(WuchtError, match="has no period"):
-        found.at_periods(1.0)
+        error.at_periods(1.0)
 
 
 def test_refusals():

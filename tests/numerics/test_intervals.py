@@ -40,14 +40,14 @@ def test_what_has_no_enclosure_is_refused() -> None:
 def test_bounds_of_piecewise_cubics_are_their_range(seed: int, kind: str, derivatives: int) -> None:
     """Against values close together; a jump counts with both its values."""
     draw = np.random.default_rng(seed)
-    corners = np.cumsum(draw.uniform(0.1, 2.0, 6))
-    pieces = interpolated("f", corners.tolist(), draw.normal(size=6).tolist(), kind)
+    breakpoints = np.cumsum(draw.uniform(0.1, 2.0, 6))
+    pieces = interpolated("f", breakpoints.tolist(), draw.normal(size=6).tolist(), kind)
     for _ in range(derivatives):
         pieces = pieces.derivative
-    low = draw.uniform(-1.0, corners[-1] + 1.0, 20)
+    low = draw.uniform(-1.0, breakpoints[-1] + 1.0, 20)
     high = low + draw.choice([0.0, 0.3, 3.0], 20)
     below, above = enclosure(PiecewiseCubic(X, pieces), X, low, high)
-    beside = [x for c in corners for x in (np.nextafter(c, -1.0), c)]
+    beside = [x for c in breakpoints for x in (np.nextafter(c, -1.0), c)]
     for k, (a, b) in enumerate(zip(low, high, strict=True)):
         at = np.unique([*np.linspace(a, b, 400), *(x for x in beside if a <= x <= b)])
         values, fine = pieces(at), 1e-3 * (np.abs(np.array(pieces.coefficients)).max() + 1)

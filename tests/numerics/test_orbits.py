@@ -13,7 +13,8 @@ from scipy.optimize import brentq
 from witness import machine_from
 from wucht.errors import WuchtError
 from wucht.numerics.flow.compiled import compile_system
-from wucht.numerics.orbits import periodic_orbit, variational
+from wucht.numerics.orbits import periodic_orbit
+from wucht.numerics.shooting import variational
 from wucht.piecewise import Pieces, PiecewiseCubic, step
 from wucht.system import TIME, Output, System
 
@@ -22,9 +23,9 @@ a, b = sp.symbols("a b", real=True)
 TURN = 2 * math.pi
 
 
-def sorted_as(found, wanted):
+def sorted_as(multipliers, wanted):
     """Each of the multipliers wanted next to the one found that is nearest to it."""
-    rest = list(found)
+    rest = list(multipliers)
     return np.array([rest.pop(int(np.abs(np.array(rest) - m).argmin())) for m in wanted])
 
 
@@ -71,7 +72,7 @@ def test_van_der_pol(engine):
         "DOP853", rtol=1e-13, atol=1e-13,
     )  # fmt: skip
     assert orbit.multipliers.real == pytest.approx([1.0, math.exp(run.y[2, -1])], abs=1e-9)
-    assert orbit.rest(1).real == pytest.approx([math.exp(run.y[2, -1])], abs=1e-9)
+    assert orbit.nontrivial(1).real == pytest.approx([math.exp(run.y[2, -1])], abs=1e-9)
 
 
 def test_two_coupled_pendula_that_rotate(engine):
@@ -97,8 +98,8 @@ def test_two_coupled_pendula_that_rotate(engine):
     wanted = np.concatenate([np.linalg.eigvals(end[k : k + 4].reshape(2, 2)) for k in (2, 6)])
     assert np.abs(sorted_as(orbit.multipliers, wanted) - wanted).max() < 1e-8
     assert orbit.period == pytest.approx(1.5738797188, rel=1e-7)
-    found = np.array([0.551229 + 0.741969j, 0.551229 - 0.741969j, 0.854372])
-    assert np.abs(sorted_as(orbit.rest(1), found) - found).max() < 3e-5
+    multipliers = np.array([0.551229 + 0.741969j, 0.551229 - 0.741969j, 0.854372])
+    assert np.abs(sorted_as(orbit.nontrivial(1), multipliers) - multipliers).max() < 3e-5
 
 
 ROTOR = {
@@ -172,7 +173,7 @@ def test_a_drive_leaves_the_period_open(engine):
     assert 0.05 * (45 - speed) == pytest.approx(60 * speed * (x_**2 + y_**2), rel=1e-9)
     assert orbit.state[names.index("ball.angle")] == 0.0
     assert np.abs(orbit.multipliers - 1).min() < 1e-9
-    assert np.abs(orbit.rest(1)).max() < 1
+    assert np.abs(orbit.nontrivial(1)).max() < 1
     again = periodic_orbit(flow, machine.values, orbit.state, orbit.period, advance)
     assert again.period == pytest.approx(orbit.period, rel=1e-12)
 
@@ -197,7 +198,7 @@ def test_a_family_has_multipliers_1(engine):
     nearest = np.sort(np.abs(orbit.multipliers - 1))
     assert nearest[:2].max() < 1e-8  # the rotor's angle and the family
     assert nearest[2] > 1e-4
-    assert np.abs(orbit.rest(2)).max() < 1
+    assert np.abs(orbit.nontrivial(2)).max() < 1
 
 
 def test_a_family_that_gravity_breaks_is_followed_as_far_as_it_goes(engine):
@@ -219,10 +220,10 @@ def test_a_family_that_gravity_breaks_is_followed_as_far_as_it_goes(engine):
     assert 0 < np.abs(orbit.gap[[names.index(n) for n in phases]]).max() < 1e-4
     near = np.sort(np.abs(orbit.multipliers - 1))
     assert near[:3].max() < 1e-4
-    assert np.abs(orbit.rest(3)).max() < 0.99
+    assert np.abs(orbit.nontrivial(3)).max() < 0.99
 
 
-def test_a_corner_on_the_way_is_exact(engine):
+def test_a_breakpoint_on_the_way_is_exact(engine):
     """Stiffness 1 to the right and 4 to the left: all motions have the period pi (1 + 1/2), the monodromy matrix is 1."""
     force = Pieces("force", (0.0,), ((0, 4, 0, 0), (0, 1, 0, 0)))
     system = System((x, v), (v, -PiecewiseCubic(x, force)))
@@ -249,9 +250,9 @@ def test_where_there_is_none_it_says_so():
     system = System((x, v), (v, a - x**2), (a,))  # escapes
     with pytest.raises(WuchtError, match="no periodic motion was found: "):
         periodic_orbit(compile_system(system), [-1.0], [0.0, 1.0], 3.0, [0, 0], free_period=False)
-    drift = System((x,), (sp.S.One,))
+    uniform = System((x,), (sp.S.One,))
     with pytest.raises(WuchtError, match=r"after 5 steps of Newton's method 1 is left open, allowed is 1e-10$"):
-        periodic_orbit(compile_system(drift), [], [0.0], 3.0, [0], free_period=False, most_steps=5)
+        periodic_orbit(compile_system(uniform), [], [0.0], 3.0, [0], free_period=False, most_steps=5)
 
 
 @pytest.mark.parametrize(
@@ -279,7 +280,7 @@ def test_the_variational_equations_are_the_derivative():
     both = variational(system)
     states, moves = system.states, both.states[2:]
     whole = [system.explicit(d) for d in system.derivatives]
-    for found, expression in zip(both.derivatives[2:], whole, strict=True):
+    for derivative, expression in zip(both.derivatives[2:], whole, strict=True):
         wanted = sum(sp.diff(expression, s) * m for s, m in zip(states, moves, strict=True))
         numbers = {x: 0.7, v: -0.4, a: 1.3, moves[0]: 0.9, moves[1]: -2.1}
-        assert float(both.explicit(found).xreplace(numbers)) == pytest.approx(float(wanted.xreplace(numbers)), rel=1e-13)
+        assert float(both.explicit(derivative).xreplace(numbers)) == pytest.approx(float(wanted.xreplace(numbers)), rel=1e-13)

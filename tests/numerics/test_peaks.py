@@ -11,9 +11,9 @@ def test_peaks_between_samples_of_a_vibration(samples_a_period):
     """cos^2 with its slope: the cubic misses the peak by (dt)^4/384 of the fourth derivative 8 w^4, the samples by far more."""
     step = 2 * np.pi / samples_a_period
     t = np.arange(0, 40, step) + 0.4 * step
-    found = interval_peaks(t, np.cos(t) ** 2, -np.sin(2 * t))[2:-2].max()
-    assert abs(found - 1) <= 8 * step**4 / 384 * 1.05
-    assert abs(found - 1) < abs((np.cos(t) ** 2).max() - 1)
+    largest = interval_peaks(t, np.cos(t) ** 2, -np.sin(2 * t))[2:-2].max()
+    assert abs(largest - 1) <= 8 * step**4 / 384 * 1.05
+    assert abs(largest - 1) < abs((np.cos(t) ** 2).max() - 1)
 
 
 def test_a_signal_without_a_peak_between_keeps_its_larger_neighbour():
@@ -41,21 +41,21 @@ def test_the_envelope_of_a_modulated_vibration():
     w = 50.0
     t = np.linspace(0, 40, 80_001)
     slow = 1 + 0.3 * np.sin(w / 40 * t)
-    found = envelope(t, np.abs(slow * np.cos(w * t)), np.full_like(t, np.pi / w))
+    line = envelope(t, np.abs(slow * np.cos(w * t)), np.full_like(t, np.pi / w))
     inside = slice(200, -200)
-    assert np.abs(found - slow)[inside].max() < 0.3 / 40 * np.pi  # what A changes within half a period
-    assert found[inside].min() == pytest.approx(0.7, abs=2e-3)
-    assert found[inside].max() == pytest.approx(1.3, abs=2e-3)
-    assert (found >= np.abs(slow * np.cos(w * t)) - 1e-15).all()
+    assert np.abs(line - slow)[inside].max() < 0.3 / 40 * np.pi  # what A changes within half a period
+    assert line[inside].min() == pytest.approx(0.7, abs=2e-3)
+    assert line[inside].max() == pytest.approx(1.3, abs=2e-3)
+    assert (line >= np.abs(slow * np.cos(w * t)) - 1e-15).all()
 
 
 def test_the_envelope_of_a_smooth_line_is_the_line():
     """But for the last half window, where what follows is not known."""
     t = np.linspace(0, 10, 1001)
     decay = np.exp(-t)
-    found = envelope(t, decay, np.full_like(t, 0.5))
-    assert np.array_equal(found[:-25], decay[:-25])
-    assert (found[-25:] == decay[-26]).all()
+    line = envelope(t, decay, np.full_like(t, 0.5))
+    assert np.array_equal(line[:-25], decay[:-25])
+    assert (line[-25:] == decay[-26]).all()
 
 
 def test_a_valley_longer_than_the_window_stays():

@@ -15,16 +15,16 @@ def sine_spread(x: np.ndarray, r: np.ndarray) -> np.ndarray:
 
 
 def test_zeros_of_the_cosine() -> None:
-    found = all_zeros(np.cos, lambda x: -np.sin(x)[None], sine_spread, [0.0], [10.0])
-    assert found.complete
-    assert found.points[0] == pytest.approx(np.pi * np.array([0.5, 1.5, 2.5]), rel=1e-14)
+    zeros = all_zeros(np.cos, lambda x: -np.sin(x)[None], sine_spread, [0.0], [10.0])
+    assert zeros.complete
+    assert zeros.points[0] == pytest.approx(np.pi * np.array([0.5, 1.5, 2.5]), rel=1e-14)
 
 
 def test_a_zero_on_the_seam_of_a_circle() -> None:
-    found = all_zeros(np.sin, lambda x: np.cos(x)[None], sine_spread, [0.0], [2 * math.pi], periodic=[True])
-    assert found.complete
-    assert found.points.shape == (1, 2)
-    assert np.cos(found.points[0]) == pytest.approx([-1, 1]) or np.cos(found.points[0]) == pytest.approx([1, -1])
+    zeros = all_zeros(np.sin, lambda x: np.cos(x)[None], sine_spread, [0.0], [2 * math.pi], periodic=[True])
+    assert zeros.complete
+    assert zeros.points.shape == (1, 2)
+    assert np.cos(zeros.points[0]) == pytest.approx([-1, 1]) or np.cos(zeros.points[0]) == pytest.approx([1, -1])
 
 
 def circles(x: np.ndarray) -> np.ndarray:
@@ -41,15 +41,15 @@ def circles_spread(x: np.ndarray, r: np.ndarray) -> np.ndarray:
 
 
 def test_two_circles() -> None:
-    found = all_zeros(circles, circles_jacobian, circles_spread, [-3, -3], [3, 3])
-    assert found.complete
-    assert pytest.approx(np.array([[0.5, -math.sqrt(0.75)], [0.5, math.sqrt(0.75)]]), rel=1e-14) == found.points.T
+    zeros = all_zeros(circles, circles_jacobian, circles_spread, [-3, -3], [3, 3])
+    assert zeros.complete
+    assert pytest.approx(np.array([[0.5, -math.sqrt(0.75)], [0.5, math.sqrt(0.75)]]), rel=1e-14) == zeros.points.T
 
 
 def test_none() -> None:
-    found = all_zeros(lambda x: x**2 + 0.01, lambda x: 2 * x[None], lambda x, r: 2 * r[None], [-1.0], [1.0])
-    assert found.complete
-    assert found.points.shape == (1, 0)
+    zeros = all_zeros(lambda x: x**2 + 0.01, lambda x: 2 * x[None], lambda x, r: 2 * r[None], [-1.0], [1.0])
+    assert zeros.complete
+    assert zeros.points.shape == (1, 0)
 
 
 @pytest.mark.parametrize("apart", [5e-8, 1e-10])
@@ -59,16 +59,16 @@ def test_two_zeros_that_nearly_coincide_are_two(apart: float) -> None:
     def f(x: np.ndarray) -> np.ndarray:
         return (x - 0.3) * (x - 0.3 - apart)
 
-    found = all_zeros(f, lambda x: (2 * (x - 0.3) - apart)[None], lambda x, r: 2 * r[None], [0.0], [1.0], smallest=1e-14)
-    assert found.complete
-    assert found.points[0] == pytest.approx([0.3, 0.3 + apart], abs=apart / 1e3)
+    zeros = all_zeros(f, lambda x: (2 * (x - 0.3) - apart)[None], lambda x, r: 2 * r[None], [0.0], [1.0], smallest=1e-14)
+    assert zeros.complete
+    assert zeros.points[0] == pytest.approx([0.3, 0.3 + apart], abs=apart / 1e3)
 
 
 def test_a_zero_on_the_border_of_boxes_is_one() -> None:
     """Every first cut goes through it: each neighbour proves it, inflated."""
-    found = all_zeros(np.sin, lambda x: np.cos(x)[None], sine_spread, [-10.0], [10.0])
-    assert found.complete
-    assert found.points.shape == (1, 7)
+    zeros = all_zeros(np.sin, lambda x: np.cos(x)[None], sine_spread, [-10.0], [10.0])
+    assert zeros.complete
+    assert zeros.points.shape == (1, 7)
 
 
 def test_a_zero_beyond_the_border_is_left_out() -> None:
@@ -82,12 +82,12 @@ def test_a_zero_beyond_the_border_is_left_out() -> None:
 def test_newtons_method_stays_in_the_box_of_its_zero() -> None:
     """A steep arctangent throws Newton's method far out; the zero found is the proved one."""
     k = 50.0
-    found = all_zeros(
+    zeros = all_zeros(
         lambda x: np.arctan(k * (x - 0.37)), lambda x: (k / (1 + (k * (x - 0.37)) ** 2))[None],
         lambda x, r: (0.65 * k**2 * r)[None], [-4.0], [5.0],
     )  # fmt: skip
-    assert found.complete
-    assert found.points[0] == pytest.approx([0.37], rel=1e-12)
+    assert zeros.complete
+    assert zeros.points[0] == pytest.approx([0.37], rel=1e-12)
 
 
 def test_a_linear_equation_does_not_shrink_boxes_to_nothing() -> None:
@@ -102,15 +102,15 @@ def test_a_linear_equation_does_not_shrink_boxes_to_nothing() -> None:
     def spread(x: np.ndarray, r: np.ndarray) -> np.ndarray:
         return np.array([[0 * r[0], 0 * r[0]], [np.minimum(2.0, r[0]), 0 * r[0]]])
 
-    found = all_zeros(f, jacobian, spread, [0.0, 24.0], [2 * math.pi, 101.0], periodic=[True, False])
-    assert found.complete
-    assert found.points.shape == (2, 2)
+    zeros = all_zeros(f, jacobian, spread, [0.0, 24.0], [2 * math.pi, 101.0], periodic=[True, False])
+    assert zeros.complete
+    assert zeros.points.shape == (2, 2)
 
 
 def test_a_double_zero_is_left_undecided() -> None:
-    found = all_zeros(lambda x: x**2, lambda x: 2 * x[None], lambda x, r: 2 * r[None], [-1.0], [1.2])
-    assert not found.complete
-    centre, radius = found.undecided
+    zeros = all_zeros(lambda x: x**2, lambda x: 2 * x[None], lambda x, r: 2 * r[None], [-1.0], [1.2])
+    assert not zeros.complete
+    centre, radius = zeros.undecided
     assert (np.abs(centre) <= radius + 1e-3).all()
 
 
@@ -120,9 +120,9 @@ def test_a_curve_of_zeros_is_left_undecided() -> None:
     def twice(x: np.ndarray) -> np.ndarray:
         return np.array([x[0] ** 2 + x[1] ** 2 - 1] * 2)
 
-    found = all_zeros(twice, lambda x: np.array([[2 * x[0], 2 * x[1]]] * 2), circles_spread, [-2, -2], [2, 2], smallest=0.01)
-    assert not found.complete
-    centre, radius = found.undecided
+    zeros = all_zeros(twice, lambda x: np.array([[2 * x[0], 2 * x[1]]] * 2), circles_spread, [-2, -2], [2, 2], smallest=0.01)
+    assert not zeros.complete
+    centre, radius = zeros.undecided
     assert np.abs(np.hypot(*centre) - 1).max() < 0.1
     angles = np.sort(np.arctan2(centre[1], centre[0]))
     assert np.diff(angles).max() < 0.1
@@ -130,9 +130,9 @@ def test_a_curve_of_zeros_is_left_undecided() -> None:
 
 
 def test_a_limit_on_boxes_is_kept() -> None:
-    found = all_zeros(circles, circles_jacobian, circles_spread, [-3, -3], [3, 3], most_boxes=5)
-    assert not found.complete
-    assert found.boxes <= 8
+    zeros = all_zeros(circles, circles_jacobian, circles_spread, [-3, -3], [3, 3], most_boxes=5)
+    assert not zeros.complete
+    assert zeros.boxes <= 8
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -149,7 +149,7 @@ def test_trigonometric_polynomials_against_a_fine_grid(seed: int) -> None:
         return (k[:, None] * (b[:, None] * z - a[:, None] * s)).sum(axis=0)[None, None]
 
     curved = float((k**2 * np.hypot(a, b)).sum())
-    found = all_zeros(f, slope, lambda x, r: curved * r[None], [0.0], [2 * math.pi], periodic=[True])
-    assert found.complete
+    zeros = all_zeros(f, slope, lambda x, r: curved * r[None], [0.0], [2 * math.pi], periodic=[True])
+    assert zeros.complete
     grid = np.linspace(0, 2 * math.pi, 200_001)[None]
-    assert found.points.shape[1] == (np.diff(np.sign(f(grid)[0])) != 0).sum()
+    assert zeros.points.shape[1] == (np.diff(np.sign(f(grid)[0])) != 0).sum()

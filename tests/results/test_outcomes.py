@@ -11,8 +11,8 @@ FREE, RESONANCE = 200.0, 101.0
 AT_SPEED = Evidence(
     turning=True, mean_speed=FREE, lowest_speed=FREE, free_speed=FREE, resonance=RESONANCE, residual=0.0, steady=True
 )
-HANGING = replace(AT_SPEED, mean_speed=90.0, lowest_speed=90.0, residual=3.6)
-BEATING = replace(HANGING, mean_speed=100.0, lowest_speed=88.0, steady=False, beating=True)
+CAPTURED = replace(AT_SPEED, mean_speed=90.0, lowest_speed=90.0, residual=3.6)
+MODULATED = replace(CAPTURED, mean_speed=100.0, lowest_speed=88.0, steady=False, modulated=True)
 
 
 def just_above(x):
@@ -59,7 +59,7 @@ def test_without_unbalance_nothing_is_compensated():
     assert case(AT_SPEED, residual=None) is Outcome.PASSED
 
 
-def test_compensated_needs_bodies_that_do_not_slip():
+def test_compensated_needs_bodies_that_do_not_lag():
     assert case(AT_SPEED, slip=0.2) is Outcome.COMPENSATED  # 0.1 % of 200 rad/s
     assert case(AT_SPEED, slip=just_above(0.2)) is Outcome.BALANCER_CAPTURED
 
@@ -72,51 +72,51 @@ def test_compensated_holds_before_the_last_decimals_have_settled():
 
 
 def test_at_the_resonance_exactly_is_captured_just_beyond_is_passed():
-    assert case(HANGING, mean_speed=RESONANCE, lowest_speed=RESONANCE) is Outcome.CAPTURED
+    assert case(CAPTURED, mean_speed=RESONANCE, lowest_speed=RESONANCE) is Outcome.CAPTURED
     beyond = just_above(RESONANCE)
-    assert case(HANGING, mean_speed=beyond, lowest_speed=beyond) is Outcome.PASSED
-    assert case(HANGING, mean_speed=30.0, lowest_speed=30.0) is Outcome.CAPTURED
+    assert case(CAPTURED, mean_speed=beyond, lowest_speed=beyond) is Outcome.PASSED
+    assert case(CAPTURED, mean_speed=30.0, lowest_speed=30.0) is Outcome.CAPTURED
 
 
-def test_without_a_resonance_below_the_free_speed_there_is_nothing_to_hang_in():
-    assert case(HANGING, resonance=None) is Outcome.PASSED
+def test_without_a_resonance_below_the_free_speed_there_is_nothing_to_be_captured_at():
+    assert case(CAPTURED, resonance=None) is Outcome.PASSED
 
 
 def test_the_free_speed_need_not_be_known():
-    assert case(HANGING, free_speed=None) is Outcome.CAPTURED
+    assert case(CAPTURED, free_speed=None) is Outcome.CAPTURED
     assert case(AT_SPEED, free_speed=None) is Outcome.PASSED
 
 
-# --- captured-modulated: held there and beating ---
+# --- captured-modulated: held there, modulated ---
 
 
-def test_beating_around_the_resonance_is_captured_modulated():
-    assert case(BEATING) is Outcome.CAPTURED_MODULATED
+def test_modulation_around_the_resonance_is_captured_modulated():
+    assert case(MODULATED) is Outcome.CAPTURED_MODULATED
 
 
-def test_a_beat_that_only_touches_the_resonance_is_still_held():
-    assert case(BEATING, mean_speed=120.0, lowest_speed=RESONANCE) is Outcome.CAPTURED_MODULATED
-    assert case(BEATING, mean_speed=120.0, lowest_speed=just_above(RESONANCE)) is Outcome.PASSED
+def test_a_modulation_that_only_touches_the_resonance_is_still_held():
+    assert case(MODULATED, mean_speed=120.0, lowest_speed=RESONANCE) is Outcome.CAPTURED_MODULATED
+    assert case(MODULATED, mean_speed=120.0, lowest_speed=just_above(RESONANCE)) is Outcome.PASSED
 
 
-def test_steady_and_beating_is_beating():
-    """A beat of small range passes the test of steadiness as well."""
-    assert case(BEATING, steady=True) is Outcome.CAPTURED_MODULATED
+def test_steady_and_modulated_is_modulated():
+    """A modulation of small range passes the test of steadiness as well."""
+    assert case(MODULATED, steady=True) is Outcome.CAPTURED_MODULATED
 
 
-# --- balancer-captured: the rotor at its speed, bodies slipping behind ---
+# --- balancer-captured: the rotor at its speed, bodies lagging behind ---
 
 
-def test_bodies_that_slip_behind_a_rotor_at_speed():
+def test_bodies_that_lag_behind_a_rotor_at_speed():
     assert case(AT_SPEED, residual=1.0, slip=100.0) is Outcome.BALANCER_CAPTURED
 
 
-def test_slipping_at_or_before_the_resonance_is_captured():
-    assert case(HANGING, slip=10.0) is Outcome.CAPTURED
-    assert case(BEATING, slip=10.0) is Outcome.CAPTURED_MODULATED
+def test_lagging_at_or_before_the_resonance_is_captured():
+    assert case(CAPTURED, slip=10.0) is Outcome.CAPTURED
+    assert case(MODULATED, slip=10.0) is Outcome.CAPTURED_MODULATED
 
 
-def test_slipping_beyond_the_resonance_but_off_the_free_speed():
+def test_lagging_beyond_the_resonance_but_off_the_free_speed():
     assert case(AT_SPEED, mean_speed=180.0, lowest_speed=180.0, residual=1.0, slip=80.0) is Outcome.BALANCER_CAPTURED
 
 
@@ -130,7 +130,7 @@ def test_slip_of_a_thousandth_of_the_speed_is_none():
 # --- the others ---
 
 
-@pytest.mark.parametrize("base", [AT_SPEED, HANGING, BEATING, Evidence(turning=False, at_rest=True)])
+@pytest.mark.parametrize("base", [AT_SPEED, CAPTURED, MODULATED, Evidence(turning=False, at_rest=True)])
 def test_beyond_the_limit_is_a_runaway_whatever_else(base):
     assert case(base, beyond_limit=True) is Outcome.RUNAWAY
 
@@ -139,18 +139,18 @@ def test_at_rest_is_stopped():
     assert classify(Evidence(turning=False, at_rest=True)) is Outcome.STOPPED
 
 
-def test_a_swing_that_is_left_is_oscillating():
+def test_an_oscillation_that_is_left_is_oscillating():
     assert classify(Evidence(turning=False, moving=True, steady=True)) is Outcome.OSCILLATING
-    assert classify(Evidence(turning=False, moving=True, beating=True)) is Outcome.OSCILLATING
+    assert classify(Evidence(turning=False, moving=True, modulated=True)) is Outcome.OSCILLATING
 
 
-def test_a_swing_still_changing_is_unidentified():
+def test_an_oscillation_still_changing_is_unidentified():
     assert classify(Evidence(turning=False, moving=True)) is Outcome.UNIDENTIFIED
 
 
 def test_too_short_a_run_is_unidentified():
     assert classify(Evidence(turning=False)) is Outcome.UNIDENTIFIED
-    assert case(HANGING, steady=False) is Outcome.UNIDENTIFIED
+    assert case(CAPTURED, steady=False) is Outcome.UNIDENTIFIED
     assert case(AT_SPEED, residual=1.0, steady=False) is Outcome.UNIDENTIFIED
     assert case(AT_SPEED, residual=1.0, slip=100.0, steady=False) is Outcome.UNIDENTIFIED
 
@@ -178,7 +178,7 @@ def test_a_rotor_within_a_tenth_of_a_percent_of_the_vibration_is_entrained(speed
     assert replace(LOCKED, speeds=(speed,), frequency=100.0).outcome() is outcome
 
 
-def test_a_second_rotor_does_not_count_where_a_vibration_takes_the_first_along():
+def test_a_second_rotor_does_not_count_where_a_vibration_entrains_the_first():
     assert replace(LOCKED, speeds=(100.0, 50.0), frequency=100.0).outcome() is Outcome.ENTRAINED
 
 
@@ -187,7 +187,7 @@ def test_a_phase_that_still_moves_by_a_tenth_of_a_turn_is_not_locked():
     assert replace(LOCKED, drift=0.2 * math.pi).outcome() is Outcome.NOT_SYNCHRONISED
 
 
-def test_too_few_periods_tell_nothing():
+def test_too_few_periods_are_unidentified():
     assert replace(LOCKED, periods=FEWEST_PERIODS).outcome() is Outcome.SYNCHRONISED
     assert replace(LOCKED, periods=FEWEST_PERIODS - 1).outcome() is Outcome.UNIDENTIFIED
 

@@ -25,9 +25,9 @@ from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion, reaction
 from wucht.results.conventions import summary_of
-from wucht.studies.reading import read_study
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
+from wucht.studies.study_file import read_study
 
 OMEGA_X, OMEGA_Y = 62.5, 125.1  # rad/s, section 6
 TOTAL_MASS = 1.0  # kg, section 6

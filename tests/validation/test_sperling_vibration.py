@@ -21,9 +21,9 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion
 from wucht.results.conventions import summary_of
-from wucht.studies.reading import read_study
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
+from wucht.studies.study_file import read_study
 
 OMEGA = 2 * math.pi  # 1/s, Bild 2
 UNBALANCE, K_1, X_0 = 1e-3, 1e-5, 1e-3  # kg m, N m s, m: m_1 eps_1, k_1, x_0 of Bild 2

@@ -20,8 +20,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from wucht.studies.reading import read_study
 from wucht.studies.runner import run
+from wucht.studies.study_file import read_study
 
 OMEGA_1 = "drive.no_load_speed"
 M, B, C, M_1, EPS_1, K_1 = 1.0, 1.2566, 4 * math.pi**2, 0.1, 0.01, 3e-5  # Bild 5

@@ -16,10 +16,10 @@ from wucht.machines.parts.base import Body
 from wucht.machines.schedules import with_schedules
 from wucht.machines.structure import Structure
 from wucht.machines.tree import RotatingBody
+from wucht.mechanics.averaged.averaged_system import AveragedSystem, averaged_equations
+from wucht.mechanics.averaged.bodies import RotatingBodies, Shaking
 from wucht.mechanics.linear_carrier import LinearCarrier, first_harmonic, linear_carrier
 from wucht.mechanics.phasors import Phasor
-from wucht.mechanics.slow.bodies import RotatingBodies, Shaking
-from wucht.mechanics.slow.equations import SlowEquations, slow_equations
 from wucht.system import System
 
 HELD = SPEED
@@ -30,7 +30,7 @@ class SlowMachine:
     """A machine's slow equations. senses: +1 or -1 a body. held: the main rotor turns at the parameter ``speed``."""
 
     machine: Machine
-    equations: SlowEquations
+    equations: AveragedSystem
     senses: Mapping[str, int]
     inertia: bool
     order: int
@@ -112,7 +112,7 @@ def slow_machine(
     held: bool = False,
     turning: Mapping[str, int] | None = None,
 ) -> SlowMachine:
-    """The slow equations of a machine with a linear carrier: see ``mechanics.slow``.
+    """The slow equations of a machine with a linear carrier: see ``mechanics.averaged``.
 
     inertia: of the bodies that turn about a rotor; without it they are strongly damped. order: 1 or 2. held: at a given speed
     of the main rotor, the parameter ``speed``, whatever its drive does. turning: the senses +1, -1 of rotors that do not turn
@@ -154,9 +154,9 @@ class _Question:
 
 
 @lru_cache(maxsize=64)
-def _equations(q: _Question) -> SlowEquations:
+def _equations(q: _Question) -> AveragedSystem:
     senses = {b.name: sign for b, sign in zip(q.ordered, q.signs, strict=True)}
-    return slow_equations(_bodies(q.machine, list(q.ordered), senses, q.held), q.inertia, q.order)
+    return averaged_equations(_bodies(q.machine, list(q.ordered), senses, q.held), q.inertia, q.order)
 
 
 @lru_cache(maxsize=64)

@@ -11,8 +11,8 @@ import math
 
 import sympy as sp
 
+from wucht.fields import Parameter
 from wucht.machines.machine import Machine
-from wucht.machines.parts.fields import Parameter
 from wucht.mechanics.energies import Applied, Energies
 
 STRENGTH = "kappa"

@@ -31,9 +31,9 @@ def run(
     from wucht.cli.settings import parse_settings
     from wucht.errors import InputError
     from wucht.results.store import save_figure, save_summary, to_json
-    from wucht.studies.reading import read_study
     from wucht.studies.runner import RESULT, draw
     from wucht.studies.runner import run as answer
+    from wucht.studies.study_file import read_study
 
     begun = time.perf_counter()
     asked = read_study(study, parse_settings(set_ or []))

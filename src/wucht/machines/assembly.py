@@ -14,10 +14,10 @@ import sympy as sp
 
 from wucht.checking import read_quantity, refuse_unknown
 from wucht.errors import InputError, WuchtError, nearest
+from wucht.fields import Parameter
 from wucht.machines.models import Model
 from wucht.machines.operation import Operated, operating_speed
 from wucht.machines.parts.base import Body, Drive, Load, OnShaft, Part
-from wucht.machines.parts.fields import Parameter
 from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import Tracked
 from wucht.machines.plausibility import doubts

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
+from wucht.fields import Parameter
 from wucht.machines.parts.base import Drive
-from wucht.machines.parts.fields import Parameter
 from wucht.machines.tree import RotatingBody, SlidingBody
 
 

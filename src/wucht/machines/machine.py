@@ -12,12 +12,12 @@ import sympy as sp
 
 from wucht.checking import read_quantity
 from wucht.errors import InputError, nearest
+from wucht.fields import Parameter
 from wucht.machines.assembly import assembled, with_tracks
 from wucht.machines.display import as_table, in_words
 from wucht.machines.limits import check_values
 from wucht.machines.models import Model
 from wucht.machines.parts.base import Body, Drive, Frame, Load, Part
-from wucht.machines.parts.fields import Parameter
 from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import Track
 from wucht.machines.schedules import Schedule
@@ -203,9 +203,9 @@ class Machine(Bodies):
         return next((c for c in self.carrier if c.velocity == self.frame.rotation), None)
 
     @cached_property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """The times of the points of all schedules, in order, at least t = 0."""
-        return tuple(sorted({0.0, *(t for s in self.schedules for t in s.pieces.corners)}))
+        return tuple(sorted({0.0, *(t for s in self.schedules for t in s.pieces.breakpoints)}))
 
     def row(self, state: sp.Symbol) -> int:
         """Where a position or a velocity stands in the state (n,). Raises ``ValueError`` for one that is no state."""

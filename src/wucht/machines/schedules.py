@@ -16,9 +16,9 @@ import sympy as sp
 
 from wucht.checking import choice, read_quantity, refuse_unknown
 from wucht.errors import InputError, nearest
+from wucht.fields import Parameter
 from wucht.machines.limits import check_values
 from wucht.machines.parts.base import Part
-from wucht.machines.parts.fields import Parameter
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
 from wucht.quantities import Unit
 from wucht.system import TIME, Output, System
@@ -49,7 +49,7 @@ class Schedule:
     @property
     def span(self) -> tuple[float, float]:
         """The times of the first and the last point."""
-        return self.pieces.corners[0], self.pieces.corners[-1]
+        return self.pieces.breakpoints[0], self.pieces.breakpoints[-1]
 
 
 def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequence[Part], time: str) -> tuple[Schedule, ...]:
@@ -107,9 +107,9 @@ def _pairs(points: Any) -> TypeGuard[Sequence[Sequence[Any]]]:
 
 def _check_values(schedules: Sequence[Schedule], parts: Sequence[Part]) -> None:
     """Raises ``InputError`` where the parts do not allow the values that schedules give them, at the points of any of them."""
-    for time in sorted({t for s in schedules for t in s.pieces.corners}):
+    for time in sorted({t for s in schedules for t in s.pieces.breakpoints}):
         values = {s.parameter: float(s.pieces(time)) for s in schedules}
-        here = next(i for i, s in enumerate(schedules) if time in s.pieces.corners)
+        here = next(i for i, s in enumerate(schedules) if time in s.pieces.breakpoints)
         check_values(parts, values, f"schedules[{here}].points (t = {time:g})")
 
 

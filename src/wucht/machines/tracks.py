@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import InputError
-from wucht.machines.parts.fields import Parameter
+from wucht.fields import Parameter
 from wucht.machines.parts.track import RESTITUTION, Track, Tracked
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.energies import Energies

@@ -27,7 +27,7 @@ from wucht.mechanics.slow_time import (
     refuse_unknown_parameter,
 )
 from wucht.mechanics.trigonometric import NotTrigonometricError, common_period, harmonics, is_whole
-from wucht.mechanics.zero import identically_zero
+from wucht.mechanics.zero_testing import identically_zero
 from wucht.system import TIME, Output, System
 
 FULL = "full"
@@ -36,14 +36,26 @@ _NO_VALUE = (sp.zoo, sp.nan, sp.oo, -sp.oo, sp.AccumBounds)
 
 @dataclass(frozen=True)
 class Averaged:
-    """What averaging gave. All expressions are in the symbols of the System, whose states are now the slow ones.
+    """The result of averaging, in the symbols of the System, whose states are now the slow ones.
 
-    system: y' (n states). first, second: the factors of epsilon and epsilon^2 in it (n each; second is empty at order 1).
-    fast: u(y, t) (n), or empty where it was not found (``reason`` says why). start: the slow states that belong to full
-    states at time t, y = x - epsilon u(x, t) (n), to the order of the averaging; x itself where u was not found. period: of
-    all that was averaged, X and at order 2 X_2, or None where it has none (the mean exists nevertheless). divisors:
-    frequencies that hold parameters: those by which is divided, and those in the means of order 2 and of quadratures. Where
-    one of them is zero, there is a resonance and another mean.
+    Attributes
+    ----------
+    system : System
+        y' (n states).
+    first, second : tuple of sympy.Expr, n
+        The factors of epsilon and epsilon^2 in it; second is empty at order 1.
+    fast : tuple of sympy.Expr, n
+        u(y, t); empty where it has no closed form.
+    start : tuple of sympy.Expr, n
+        The slow states that belong to full states at time t, y = x - epsilon u(x, t), to the order of the averaging; x itself
+        where u is not known.
+    period : sympy.Expr or None
+        Of all that was averaged, X and at order 2 X_2; None where it has none (the mean exists nevertheless).
+    divisors : tuple of sympy.Expr
+        Frequencies that hold parameters: those by which is divided, and those in the means of order 2 and of quadratures.
+        Where one of them is zero, there is a resonance and another mean.
+    reason : str
+        Why u is not known.
     """
 
     system: System
@@ -59,15 +71,29 @@ class Averaged:
 def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, period: sp.Expr | None = None) -> Averaged:
     """Average a System in standard form over its independent variable ``TIME``.
 
-    small: the parameter epsilon, at least a factor of every right-hand side; None where none is written: all of the right-hand
-    side is taken as small. order: 1 or 2. period: what is checked to be a period; else it is found from the frequencies.
-    Outputs keep their names and are those of the full states; where u was not found those of the slow ones, which at order 1
-    have the same order of error. Quadratures integrate the mean of their rate: of an integral that grows, its growth without
-    its bounded oscillation.
+    Parameters
+    ----------
+    system : System
+    small : sympy.Symbol, optional
+        The parameter epsilon, at least a factor of every right-hand side; None: all of the right-hand side is taken as small.
+    order : {1, 2}
+    period : sympy.Expr, optional
+        Checked to be a period; else that of the frequencies.
 
-    Raises ``WuchtError`` with the reason where the System has no standard form, or there is no mean: secular terms, slow time,
-    a frequency that depends on a state, functions other than sines and cosines; at order 2 also where u is not found in
-    closed form.
+    Returns
+    -------
+    Averaged
+
+    Raises
+    ------
+    WuchtError
+        With the reason, where the System has no standard form or there is no mean: secular terms, slow time, a frequency that
+        depends on a state, functions other than sines and cosines; at order 2 also where u has no closed form.
+
+    Notes
+    -----
+    Outputs keep their names and are those of the full states; where u is not known those of the slow ones, which at order 1
+    have the same order of error. Quadratures integrate the mean of their rate: the growth without the bounded oscillation.
     """
     refuse_other_orders(order, "averaging")
     if small is not None:
@@ -90,7 +116,11 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
         second = [_mean(e, s, system) for e, s in zip(bent, system.states, strict=True)]
         oscillating += [w for _, further in terms for w in mean_and_frequencies(further, TIME).frequencies]
     quadratures = [_quadrature(q, system, epsilon, fast, small, order) for q in system.quadratures]
-    met = [*oscillating, *(w for m in second for w in m.frequencies), *(w for _, found in quadratures for w in found)]
+    divisors = [
+        *oscillating,
+        *(w for m in second for w in m.frequencies),
+        *(w for _, frequencies in quadratures for w in frequencies),
+    ]
     first, beyond = (tuple(m.value for m in column) for column in (means, second))
     return Averaged(
         _slow(system, epsilon, (first, beyond), fast, small, tuple(q for q, _ in quadratures)),
@@ -99,7 +129,7 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
         fast,
         tuple(s - epsilon * u for s, u in zip(system.states, fast, strict=True)) if fast else system.states,
         _checked(period, dict.fromkeys(oscillating)),
-        tuple(w for w in dict.fromkeys(met) if w.free_symbols),
+        tuple(w for w in dict.fromkeys(divisors) if w.free_symbols),
         reason,
     )
 
@@ -129,10 +159,10 @@ def expanded(f: sp.Expr, small: sp.Symbol, state: sp.Symbol) -> tuple[sp.Expr, s
     """The factors of 1, epsilon and epsilon^2 in a rate. Raises ``WuchtError`` where it has no such expansion."""
     refuse_kinks(f, small, state)
     once = sp.diff(f, small)
-    found = [e.xreplace({small: sp.S.Zero}) for e in (f, once, sp.diff(once, small) / 2)]
-    if any(e.has(*_NO_VALUE) for e in found):
+    coefficients = [e.xreplace({small: sp.S.Zero}) for e in (f, once, sp.diff(once, small) / 2)]
+    if any(e.has(*_NO_VALUE) for e in coefficients):
         raise WuchtError(f"the rate of {state} has no expansion in powers of {small}")
-    return found[0], found[1], found[2]
+    return coefficients[0], coefficients[1], coefficients[2]
 
 
 def regular(f: sp.Expr, small: sp.Symbol | None) -> sp.Expr:
@@ -199,14 +229,14 @@ def _quadrature(
     rate = _needed(system, q.expression, small, order)
     refuse_small_frequencies([rate], small)
     symbol = sp.Symbol(q.name)
-    found = [_mean(rate, symbol, system)]
+    means = [_mean(rate, symbol, system)]
     if order == 2:
-        found.append(_mean(_along(rate, system.states, fast), symbol, system))
+        means.append(_mean(_along(rate, system.states, fast), symbol, system))
     jump = sp.sympify(system.explicit(q.jump))
     if TIME in jump.free_symbols:
         raise WuchtError(f"the jumps of {q.name} depend on {TIME}: they have no mean")
-    value = sp.Add(*(epsilon**i * m.value for i, m in enumerate(found)))
-    return _of(q, value, jump), tuple(w for m in found for w in m.frequencies)
+    value = sp.Add(*(epsilon**i * m.value for i, m in enumerate(means)))
+    return _of(q, value, jump), tuple(w for m in means for w in m.frequencies)
 
 
 def _along(e: sp.Expr, states: Sequence[sp.Symbol], fast: Sequence[sp.Expr]) -> sp.Expr:
@@ -216,11 +246,11 @@ def _along(e: sp.Expr, states: Sequence[sp.Symbol], fast: Sequence[sp.Expr]) -> 
 
 def _moving(system: System, small: sp.Symbol | None) -> set[sp.Symbol]:
     """The definitions that depend on time or epsilon: they cannot stay as they are in the mean."""
-    found = {TIME} if small is None else {TIME, small}
+    moving = {TIME} if small is None else {TIME, small}
     for symbol, expression in system.definitions:
-        if expression.free_symbols & found:
-            found.add(symbol)
-    return found - {TIME, small}
+        if expression.free_symbols & moving:
+            moving.add(symbol)
+    return moving - {TIME, small}
 
 
 def _needed(system: System, e: sp.Expr, small: sp.Symbol | None, order: int) -> sp.Expr:

@@ -84,8 +84,8 @@ def solve_general(
             for j in (j for j in range(k + 1, n) if rows[k][j] != 0):
                 rows[i][j] = name(rows[i][j] - factor * rows[k][j], f"{label}M{k + 1}[{names[i]},{names[j]}]")
             known[i] = name(known[i] - factor * known[k], f"{label}F{k + 1}[{names[i]}]")
-    found = [sp.S.Zero] * n
+    solution = [sp.S.Zero] * n
     for k in reversed(range(n)):
-        rest = sp.Add(*(rows[k][j] * found[j] for j in range(k + 1, n)))
-        found[k] = name((known[k] - rest) / rows[k][k], f"{label}[{names[k]}]")
-    return found
+        rest = sp.Add(*(rows[k][j] * solution[j] for j in range(k + 1, n)))
+        solution[k] = name((known[k] - rest) / rows[k][k], f"{label}[{names[k]}]")
+    return solution

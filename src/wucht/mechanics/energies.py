@@ -47,10 +47,10 @@ class Energies:
 
 def total(parts: Iterable[Energies]) -> Energies:
     """The energies of a machine: the sum over its parts."""
-    listed = tuple(parts)
+    energies = tuple(parts)
     return Energies(
-        kinetic=sp.Add(*(e.kinetic for e in listed)),
-        potential=sp.Add(*(e.potential for e in listed)),
-        dissipation=sp.Add(*(e.dissipation for e in listed)),
-        applied=tuple(a for e in listed for a in e.applied),
+        kinetic=sp.Add(*(e.kinetic for e in energies)),
+        potential=sp.Add(*(e.potential for e in energies)),
+        dissipation=sp.Add(*(e.dissipation for e in energies)),
+        applied=tuple(a for e in energies for a in e.applied),
     )

@@ -1,4 +1,4 @@
-"""What the slow side of a machine needs, taken from the same energies: M, C, K of the carrier and its coupling to the bodies.
+"""A linear carrier, taken from the energies of its machine: M, C, K and its coupling to the bodies.
 
 With q the carrier's coordinates and phi the bodies' angles,
 T = q'^T M q'/2 + q'^T sum gamma_i(phi_i) phi_i' + (terms without q'),  R and V give C and K.

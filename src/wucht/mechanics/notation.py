@@ -1,4 +1,4 @@
-"""Equations for people: the second-order form of a mechanism in the symbols of the field, as text or LaTeX."""
+"""Printed equations: the second-order form of a mechanism in the symbols of the field, as text or LaTeX."""
 
 from __future__ import annotations
 

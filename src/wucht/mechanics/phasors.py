@@ -104,20 +104,20 @@ class Lines:
         def rate(e: sp.Expr) -> sp.Expr:
             return sp.Add(*(sp.diff(e, s) * known[s] for s in sorted(e.free_symbols & known.keys(), key=str)))
 
-        needed, kept = set().union(*(e.free_symbols for e in expressions)), list[tuple[sp.Symbol, sp.Expr]]()
+        needed, selected = set().union(*(e.free_symbols for e in expressions)), list[tuple[sp.Symbol, sp.Expr]]()
         for symbol, expression in reversed(pairs):
             if symbol in needed:
-                kept.append((symbol, expression))
+                selected.append((symbol, expression))
                 needed |= expression.free_symbols
-        for symbol, expression in reversed(kept):
-            found = rate(expression)
-            if found != 0:
-                known[symbol] = self.name(found, f"{symbol.name}{suffix}")
+        for symbol, expression in reversed(selected):
+            change = rate(expression)
+            if change != 0:
+                known[symbol] = self.name(change, f"{symbol.name}{suffix}")
         return [rate(e) for e in expressions]
 
 
 @dataclass
-class Response:
+class HarmonicResponse:
     """``z = H(w) F`` with H = (K - w^2 M + i w C)^-1, factorised once (L D L^T of a complex symmetric matrix).
 
     Without pivoting: the damping matrix is positive definite where the carrier is damped, and then no pivot is zero.
@@ -167,8 +167,8 @@ class Response:
                 right[i] = self.lines.phasor(
                     right[i] - self._rows[k][i] * self._inverse[k] * right[k], f"{label},{self.names[k]}[{self.names[i]}]"
                 )
-        found = [ZERO] * n
+        solution = [ZERO] * n
         for k in reversed(range(n)):
-            rest = total([self._rows[k][i] * found[i] for i in self._rows[k] if i > k])
-            found[k] = self.lines.phasor((right[k] - rest) * self._inverse[k], f"{label}[{self.names[k]}]")
-        return found
+            rest = total([self._rows[k][i] * solution[i] for i in self._rows[k] if i > k])
+            solution[k] = self.lines.phasor((right[k] - rest) * self._inverse[k], f"{label}[{self.names[k]}]")
+        return solution

@@ -25,7 +25,7 @@ from wucht.mechanics.trigonometric import (
     secular,
     waves,
 )
-from wucht.mechanics.zero import identically_zero, number
+from wucht.mechanics.zero_testing import identically_zero, number
 
 Laurent = tuple[tuple[int, sp.Expr], ...]
 """Powers of z and their coefficients, which are complex numbers."""
@@ -63,7 +63,7 @@ def mean_of_quotients(e: sp.Expr, t: sp.Symbol) -> tuple[sp.Expr, tuple[sp.Expr,
         powers = [a.as_base_exp() for a in sp.Mul.make_args(below)]
         factors = [(_kept(expansion(base)), int(n)) for base, n in powers]
         total += _mean(above, factors, below, t)
-        frequencies += [w for found in (above, *(f for f, _ in factors)) for w, _ in found if w != 0]
+        frequencies += [w for polynomial in (above, *(f for f, _ in factors)) for w, _ in polynomial if w != 0]
     return total, tuple(dict.fromkeys(frequencies))
 
 
@@ -178,11 +178,11 @@ def _moment(k: int, factors: Factors) -> Moment:
             rest = _Z**power / (others * (factor.LC() * sp.prod(_Z - r for r in roots if r != root)) ** n)
             residues.append(sp.diff(rest, _Z, n - 1).xreplace({_Z: root}) / (sp.factorial(n - 1) * leading))
     parts = [sp.expand_complex(sp.radsimp(r)).as_real_imag() for r in residues]
-    found = (
+    moment = (
         tuple(sp.Add(*(sp.radsimp(sp.expand(p)) for p in column)) for column in zip(*parts, strict=True)) or (sp.S.Zero,) * 2
     )
-    _compare(found, k, factors, poles)
-    return found[0], found[1]
+    _compare(moment, k, factors, poles)
+    return moment[0], moment[1]
 
 
 def _polynomial(laurent: Laurent) -> sp.Poly:
@@ -195,14 +195,14 @@ def _factored(product: Sequence[tuple[sp.Poly, int]]) -> tuple[sp.Expr, dict[sp.
     degree = sum(P.degree() * n for P, n in product)
     if degree > _DEGREE:
         raise NotTrigonometricError(f"its degree in sines and cosines is {degree // 2}, more than {_DEGREE // 2}")
-    constant, found = sp.S.One, dict[sp.Poly, int]()
+    constant, powers = sp.S.One, dict[sp.Poly, int]()
     for P, n in product:
         c, factors = P.factor_list()
         constant *= c**n
         for factor, m in factors:
             constant *= factor.LC() ** (m * n)
-            found[factor.monic()] = found.get(factor.monic(), 0) + m * n
-    return constant, found
+            powers[factor.monic()] = powers.get(factor.monic(), 0) + m * n
+    return constant, powers
 
 
 def _roots(factor: sp.Poly) -> list[sp.Expr]:
@@ -229,7 +229,7 @@ def _inside(pole: sp.Expr) -> bool:
     return bool(distance < 0)
 
 
-def _compare(found: Sequence[sp.Expr], k: int, factors: Factors, poles: Sequence[sp.Expr]) -> None:
+def _compare(moment: Sequence[sp.Expr], k: int, factors: Factors, poles: Sequence[sp.Expr]) -> None:
     """Refuse a moment that is not that of a quadrature, with its intervals divided where a pole is nearest."""
     numbers = [([(j, number(c)) for j, c in laurent], n) for laurent, n in factors]
 
@@ -241,6 +241,6 @@ def _compare(found: Sequence[sp.Expr], k: int, factors: Factors, poles: Sequence
         near = sorted({mpmath.arg(number(p)) for p in poles})
         turn = [-mpmath.pi, *near, mpmath.pi]
         by_quadrature, size = mpmath.quad(integrand, turn) / (2 * mpmath.pi), mpmath.quad(lambda a: abs(integrand(a)), turn)
-        exact = number(found[0] + sp.I * found[1])
+        exact = number(moment[0] + sp.I * moment[1])
         if not abs(exact - by_quadrature) <= _AGREES * size:
             raise NotTrigonometricError("its residues do not agree with a quadrature")

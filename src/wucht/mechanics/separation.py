@@ -23,7 +23,7 @@ from wucht.mechanics.averaging import put_back
 from wucht.mechanics.means import mean
 from wucht.mechanics.slow_time import refuse_unknown_parameter
 from wucht.mechanics.trigonometric import Harmonics, harmonics
-from wucht.mechanics.zero import identically_zero
+from wucht.mechanics.zero_testing import identically_zero
 from wucht.system import TIME, Output, System
 
 THETA = sp.Symbol("theta_fast", real=True)
@@ -32,11 +32,20 @@ THETA = sp.Symbol("theta_fast", real=True)
 
 @dataclass(frozen=True)
 class Separation:
-    """What direct separation gave; X and X' keep the symbols of the states.
+    """The result of direct separation; X and X' keep the symbols of the states.
 
-    system: X' and X'' as a System, with outputs ``full.<state>`` of X + xi, X' + xi'. fast: xi(X', X, t, theta), and rate: its
-    time derivative k d xi/d theta (n each). slow_force: F, fast_force: Phi. vibration_force: what the mean of all forces has
-    more than F: the vibrational force. All forces n each, m x'' as in (1): times the mass, where one was given.
+    Attributes
+    ----------
+    system : System
+        X' and X'', with outputs ``full.<state>`` of X + xi, X' + xi'.
+    fast : tuple of sympy.Expr, n
+        xi(X', X, t, theta).
+    rate : tuple of sympy.Expr, n
+        Its time derivative k d xi/d theta.
+    slow_force, fast_force : tuple of sympy.Expr, n
+        F and Phi, m x'' as in (1): times the mass, where one was given.
+    vibration_force : tuple of sympy.Expr, n
+        The vibrational force: the mean of all forces less F, likewise.
     """
 
     system: System
@@ -50,13 +59,26 @@ class Separation:
 def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, mass: sp.Matrix | None = None) -> Separation:
     """Separate the motions of a System of second order.
 
-    positions: n of its states, whose rates are n other states, and which with them are all states. fast: the parameter k:
-    what turns with k t is fast; t elsewhere is slow. mass: m, n x n and constant, by which forces are told from
-    accelerations (1 if left out). The acceleration's terms that turn with k t are Phi, the others F.
+    Parameters
+    ----------
+    system : System
+    positions : sequence of sympy.Symbol, n
+        States whose rates are n other states, and which with them are all states.
+    fast : sympy.Symbol
+        The parameter k. The terms of the acceleration that turn with k t are Phi, the others F; t elsewhere is slow.
+    mass : sympy.Matrix, n x n, optional
+        m, constant, by which accelerations are multiplied to give forces (1 if left out).
 
-    Raises ``WuchtError`` with the reason where the System has no such form, nothing turns with k t, something turns with
-    another multiple of it than a whole one, a function of k t is neither sine, cosine nor exponential, Phi is larger than (5)
-    allows, or a mean does not exist or was not found.
+    Returns
+    -------
+    Separation
+
+    Raises
+    ------
+    WuchtError
+        With the reason, where the System has no such form, nothing turns with k t, something turns with another multiple of it
+        than a whole one, a function of k t is neither sine, cosine nor exponential, Phi is larger than (5) allows, or a mean
+        does not exist or has no closed form known here.
     """
     refuse_unknown_parameter(system, fast)
     velocities = _velocities(system, positions)
@@ -86,10 +108,10 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
     full = {p: p + e.xreplace(turned) for p, e in zip(positions, xi, strict=True)}
     full |= {v: v + r.xreplace(turned) for v, r in zip(velocities, rate, strict=True)}
     lines, outputs = put_back(system, full)
-    found = dict(zip(velocities, means, strict=True))
-    done = System(
+    accelerations = dict(zip(velocities, means, strict=True))
+    slow_system = System(
         states=system.states,
-        derivatives=tuple(found.get(s, system.derivatives[i]) for i, s in enumerate(system.states)),
+        derivatives=tuple(accelerations.get(s, system.derivatives[i]) for i, s in enumerate(system.states)),
         parameters=system.parameters,
         definitions=lines,
         outputs=outputs,
@@ -98,7 +120,7 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
     )
     m = sp.eye(len(positions)) if mass is None else sp.Matrix(mass)
     vibration = [sp.expand(a - f) for a, f in zip(means, slow, strict=True)]
-    return Separation(done, xi, rate, *(tuple(m * sp.Matrix(f)) for f in (slow, Phi, vibration)))
+    return Separation(slow_system, xi, rate, *(tuple(m * sp.Matrix(f)) for f in (slow, Phi, vibration)))
 
 
 def _velocities(system: System, positions: Sequence[sp.Symbol]) -> list[sp.Symbol]:
@@ -107,10 +129,10 @@ def _velocities(system: System, positions: Sequence[sp.Symbol]) -> list[sp.Symbo
     unknown = [p.name for p in positions if p not in rate]
     if unknown:
         raise WuchtError(f"{', '.join(unknown)} is no state: {', '.join(system.state_names)}")
-    found = [rate[p] for p in positions]
-    if sorted(map(str, [*positions, *found])) != sorted(map(str, system.states)):
+    velocities = [rate[p] for p in positions]
+    if sorted(map(str, [*positions, *velocities])) != sorted(map(str, system.states)):
         raise WuchtError(f"the rates of {', '.join(map(str, positions))} are not the other states: no form m x'' = F + Phi")
-    return found
+    return velocities
 
 
 def _in_theta(e: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> sp.Expr:
@@ -129,12 +151,12 @@ def _in_theta(e: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> sp.Expr:
         if not slope.is_Integer and not (isinstance(a, sp.exp) and (slope / sp.I).is_Integer):
             raise WuchtError(f"{a} in the force on {what} has not the period 2 pi in {fast} t")
         turned[a] = a.func(slope * THETA + rest)
-    found = e.xreplace(turned)
-    for a in sp.preorder_traversal(_without_slow_functions(found, fast)):
+    in_theta = e.xreplace(turned)
+    for a in sp.preorder_traversal(_without_slow_functions(in_theta, fast)):
         whole = a.is_Pow and a.exp.is_Integer and a.exp.is_nonnegative
         if {fast, TIME} <= a.free_symbols and not (a.is_Add or a.is_Mul or whole or a.is_Symbol):
             raise WuchtError(f"{a} in the force on {what} may turn with {fast} t, and is no sine, cosine or exponential of it")
-    return found
+    return in_theta
 
 
 def _without_slow_functions(e: sp.Expr, fast: sp.Symbol) -> sp.Expr:
@@ -169,16 +191,16 @@ def _refuse_large(quick: Sequence[Harmonics], fast: sp.Symbol, velocities: Seque
 
 def _growth(c: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
     """The power of k with which an amplitude grows, and the factor of that power."""
-    found = []
+    growth = []
     for part in sp.fraction(sp.together(c)):
         terms = [a.as_coeff_exponent(fast) for a in sp.Add.make_args(sp.expand(part))]
         if any(fast in a.free_symbols for a, _ in terms) or not all(p.is_real and p.is_number for _, p in terms):
             raise WuchtError(
-                f"how the fast force on {what} grows with {fast} cannot be told from {c}: powers of {fast} are allowed"
+                f"how the fast force on {what} grows with {fast} does not follow from {c}: powers of {fast} are allowed"
             )
         top = max(p for _, p in terms)
-        found.append((top, sp.Add(*(a for a, p in terms if p == top))))
-    (above, a), (below, b) = found
+        growth.append((top, sp.Add(*(a for a, p in terms if p == top))))
+    (above, a), (below, b) = growth
     return above - below, a / b
 
 

@@ -47,12 +47,12 @@ def refuse_small_frequencies(rates: Sequence[sp.Expr], small: sp.Symbol | None) 
             )
 
 
-def refuse_slow_time(rate: sp.Expr, kept: sp.Expr, small: sp.Symbol | None, state: sp.Symbol) -> None:
+def refuse_slow_time(rate: sp.Expr, leading: sp.Expr, small: sp.Symbol | None, state: sp.Symbol) -> None:
     """Raises ``WuchtError`` where a rate depends on epsilon t, which is no more small at t = 1/epsilon.
 
-    kept: what the averaging keeps of the rate, without epsilon: time outside of what turns evenly, there, has its own refusal.
+    leading: the factor that is averaged, without epsilon: time outside of what turns evenly has its own refusal there.
     """
-    if small is not None and TIME in _without_waves(rate).free_symbols and TIME not in _without_waves(kept).free_symbols:
+    if small is not None and TIME in _without_waves(rate).free_symbols and TIME not in _without_waves(leading).free_symbols:
         raise WuchtError(
             f"the rate of {state} depends on {TIME} in a way that disappears with {small}: over times 1/{small} such a slow "
             f"time is not small. Make it a state: s' = {small} in the place of {small} {TIME}"
@@ -71,11 +71,11 @@ def refuse_turning_with(moving: Iterable[sp.Symbol], e: sp.Expr) -> None:
 
 
 def refuse_kinks(rate: sp.Expr, small: sp.Symbol, state: sp.Symbol) -> None:
-    """Raises ``WuchtError`` where a rate has a corner at epsilon = 0, like |epsilon|: it has no expansion there."""
+    """Raises ``WuchtError`` where a rate has a kink at epsilon = 0, like |epsilon|: it has no expansion there."""
     for a in rate.atoms(*_KINKS):
         smooth = isinstance(a, sp.Abs | sp.sign | sp.Heaviside) and a.args[0].xreplace({small: sp.S.Zero}) != 0
         if small in a.free_symbols and not smooth:
-            raise WuchtError(f"the rate of {state} has no expansion in powers of {small}: {a} may have a corner at {small} = 0")
+            raise WuchtError(f"the rate of {state} has no expansion in powers of {small}: {a} may have a kink at {small} = 0")
 
 
 def _without_waves(e: sp.Expr) -> sp.Expr:

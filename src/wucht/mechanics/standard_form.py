@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.zero import identically_zero
+from wucht.mechanics.zero_testing import identically_zero
 from wucht.system import TIME, Output, System
 
 ELAPSED = "time"
@@ -16,9 +16,23 @@ ELAPSED = "time"
 def with_angle_as_time(system: System, angle: sp.Symbol) -> System:
     """The System with one of its states, an angle, as the independent variable: 002 (3.47)-(3.49).
 
-    phi' = w(x), x' = epsilon f(x, phi) becomes dx/dphi = epsilon f/w; ``TIME`` then stands for the angle. A quadrature ``time``
-    is the time that passes. It holds while the angle turns one way. Raises ``WuchtError`` where the symbol is no state, does
-    not turn, the System depends on time itself, or has an output ``time`` already.
+    Parameters
+    ----------
+    system : System
+        phi' = w(x), x' = epsilon f(x, phi), without time itself.
+    angle : sympy.Symbol
+        The state phi.
+
+    Returns
+    -------
+    System
+        dx/dphi = epsilon f/w, in which ``TIME`` stands for the angle; a quadrature ``time`` is the time that passes. It holds
+        while the angle turns one way.
+
+    Raises
+    ------
+    WuchtError
+        Where the symbol is no state, does not turn, the System depends on time itself, or has an output ``time`` already.
     """
     if angle not in system.states:
         raise WuchtError(f"{angle} is no state: {', '.join(system.state_names)}")
@@ -58,10 +72,27 @@ def with_amplitude_and_phase(
 ) -> System:
     """The System with x = r cos(w t + psi), x' = -w r sin(w t + psi) in the place of a position and its velocity.
 
-    What keeps x from its harmonic oscillation, g = x' - v and f = v' + w^2 x, gives r' = g cos - (f/w) sin and
-    r psi' = -g sin - (f/w) cos. position and velocity become outputs of these names. frequency w: of parameters alone.
-    Raises ``WuchtError`` where a symbol is no state, a new one or a new output's name is known already, or the frequency is no
-    such one or zero.
+    Parameters
+    ----------
+    system : System
+    position, velocity : sympy.Symbol
+        The states x and v, which become outputs of these names.
+    frequency : sympy.Expr
+        w, of parameters alone.
+    amplitude, phase : sympy.Symbol
+        The new states r and psi.
+
+    Returns
+    -------
+    System
+        The departure from the harmonic oscillation, g = x' - v and f = v' + w^2 x, gives r' = g cos - (f/w) sin and
+        r psi' = -g sin - (f/w) cos.
+
+    Raises
+    ------
+    WuchtError
+        Where a symbol is no state, a new one or a new output's name is known already, or the frequency is zero or depends on
+        more than parameters.
     """
     missing = [s.name for s in (position, velocity) if s not in system.states]
     if missing:

@@ -35,10 +35,19 @@ _SHORT = 100
 class Damped:
     """A strongly damped System reduced to its slow states, and averaged.
 
-    averaged: of the slow states; its System has outputs ``full.<state>`` for the damped ones too. manifold: eta_0(x, t).
-    next: eta_1(x, t), where it is needed or the manifold is zero, else empty. rates: K(x), n x n. conditions: expressions in
-    parameters and slow states that must be positive, or K is not stable; all others were found positive by what is known of
-    the symbols.
+    Attributes
+    ----------
+    averaged : Averaged
+        Of the slow states; its System has outputs ``full.<state>`` for the damped ones too.
+    manifold : tuple of sympy.Expr, n
+        eta_0(x, t).
+    next : tuple of sympy.Expr
+        eta_1(x, t), where it is needed or the manifold is zero, else empty.
+    rates : sympy.ImmutableMatrix, n x n
+        K(x).
+    conditions : tuple of sympy.Expr
+        In parameters and slow states; all must be positive, or K is not stable. The other conditions of Hurwitz follow from the
+        assumptions of the symbols.
     """
 
     averaged: Averaged
@@ -51,12 +60,26 @@ class Damped:
 def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbol, order: int = 1) -> Damped:
     """Put the damped states on their manifold, and average the others.
 
-    damped: states whose rates are K(x) y + g(x, t) at epsilon = 0. small: epsilon. order: 1, x with an error O(epsilon) for
-    ln(1/epsilon) <= t <= 1/epsilon (3.26), or 2, with O(epsilon^2) for a run that begins on the manifold (one that does not
-    has x moved by O(epsilon) before y is there).
+    Parameters
+    ----------
+    system : System
+    damped : sequence of sympy.Symbol, n
+        States whose rates are K(x) y + g(x, t) at epsilon = 0.
+    small : sympy.Symbol
+        epsilon, a parameter.
+    order : {1, 2}
+        1: x with an error O(epsilon) for ln(1/epsilon) <= t <= 1/epsilon (3.26). 2: O(epsilon^2) for a run that begins on the
+        manifold (in another x moves by O(epsilon) before y is there).
 
-    Raises ``WuchtError`` where a damped rate is not linear in the damped states at epsilon = 0, K depends on time or is not
-    stable, g is no sum of sines and cosines or has a frequency that depends on a slow state, and as ``averaged``.
+    Returns
+    -------
+    Damped
+
+    Raises
+    ------
+    WuchtError
+        Where a damped rate is not linear in the damped states at epsilon = 0, K depends on time or is not stable, g is no sum
+        of sines and cosines or has a frequency that depends on a slow state, and as ``averaged``.
     """
     refuse_other_orders(order, "strong damping")
     refuse_unknown_parameter(system, small)
@@ -68,8 +91,8 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
     refuse_small_frequencies(list(rate.values()), small)
     X = [in_powers(rate[s], small, s) for s in slow]
     powers = {s: expanded(rate[s], small, s) for s in damped}
-    for s, kept in (*zip(slow, (a for a, _ in X), strict=True), *((s, powers[s][0]) for s in damped)):
-        refuse_slow_time(rate[s], kept, small, s)
+    for s, leading in (*zip(slow, (a for a, _ in X), strict=True), *((s, powers[s][0]) for s in damped)):
+        refuse_slow_time(rate[s], leading, small, s)
     K, forcing = _linear([powers[s][0] for s in damped], damped)
     conditions = stability_conditions(K)
     eta = _forced(K, forcing, damped, slow)
@@ -102,19 +125,19 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
         ),
         angles=system.angles & set(slow),
     )
-    found = averaged(reduced, small, order)
-    return Damped(_with_damped(found, system, damped, y), eta, following, K, conditions)
+    averaging = averaged(reduced, small, order)
+    return Damped(_with_damped(averaging, system, damped, y), eta, following, K, conditions)
 
 
-def _with_damped(found: Averaged, system: System, damped: Sequence[sp.Symbol], y: Sequence[sp.Expr]) -> Averaged:
+def _with_damped(averaging: Averaged, system: System, damped: Sequence[sp.Symbol], y: Sequence[sp.Expr]) -> Averaged:
     """The averaged System with all states of the original, and its outputs, put back."""
     symbols = full_states(system)
-    slow = {s: symbols[s] for s in found.system.states} if found.fast else {}
-    given = dict(found.system.definitions)
+    slow = {s: symbols[s] for s in averaging.system.states} if averaging.fast else {}
+    given = dict(averaging.system.definitions)
     # eta_0 and eta_1 over the full slow states, not their means.
     full = {s: given[r] for s, r in slow.items()} | {s: e.xreplace(slow) for s, e in zip(damped, y, strict=True)}
     lines, outputs = put_back(system, full)
-    return replace(found, system=replace(found.system, definitions=lines, outputs=outputs))
+    return replace(averaging, system=replace(averaging.system, definitions=lines, outputs=outputs))
 
 
 def stability_conditions(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
@@ -146,9 +169,7 @@ def _linear(rates: Sequence[sp.Expr], damped: Sequence[sp.Symbol]) -> tuple[sp.I
     if K.free_symbols & set(damped):
         raise WuchtError("without epsilon the rates of the damped states are not linear in them: there is no K as in (3.15)")
     if TIME in K.free_symbols:
-        raise WuchtError(
-            f"the matrix K of the damped states depends on {TIME}: its stability cannot be told from its eigenvalues"
-        )
+        raise WuchtError(f"the matrix K of the damped states depends on {TIME}: its eigenvalues do not decide on its stability")
     return K, sp.ImmutableMatrix([r.xreplace(dict.fromkeys(damped, sp.S.Zero)) for r in rates])
 
 
@@ -181,5 +202,5 @@ def _forced(
 def _solved(matrix: sp.Matrix, right: sp.Matrix) -> sp.Matrix:
     """The solution of matrix * a = right, in lowest terms where that is quickly found."""
     determinant = sp.factor(matrix.det())
-    found = matrix.adjugate() * right
-    return found.applyfunc(lambda e: sp.factor(e / determinant) if e.count_ops() <= _SHORT else e / determinant)
+    numerators = matrix.adjugate() * right
+    return numerators.applyfunc(lambda e: sp.factor(e / determinant) if e.count_ops() <= _SHORT else e / determinant)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.zero import SAME, cancels, identically_zero
+from wucht.mechanics.zero_testing import SAME, cancels, identically_zero
 
 
 class NotTrigonometricError(WuchtError):
@@ -88,10 +88,10 @@ def harmonics(expression: sp.Expr, variable: sp.Symbol) -> Harmonics:
     Raises ``WuchtError`` where the variable stands outside of sines and cosines (secular terms), and
     ``NotTrigonometricError`` where it is no polynomial in them.
     """
-    found = Expansion(variable)(sp.sympify(expression))
-    kept = [Harmonic(*key, *pair) for key, pair in found.items() if not all(map(identically_zero, pair))]
+    terms = Expansion(variable)(sp.sympify(expression))
+    nonzero = [Harmonic(*key, *pair) for key, pair in terms.items() if not all(map(identically_zero, pair))]
     return Harmonics(
-        variable, tuple(sorted(kept, key=lambda h: (sp.default_sort_key(h.frequency), sp.default_sort_key(h.phase))))
+        variable, tuple(sorted(nonzero, key=lambda h: (sp.default_sort_key(h.frequency), sp.default_sort_key(h.phase))))
     )
 
 
@@ -118,10 +118,10 @@ class Expansion:
             return _sum([self(a) for a in e.args])
         if e.is_Mul:
             factor, moving = e.as_independent(t, as_Add=False)
-            found: Terms = {CONSTANT: (factor, sp.S.Zero)}
+            product: Terms = {CONSTANT: (factor, sp.S.Zero)}
             for a in sp.Mul.make_args(moving):
-                found = _product(found, self(a))
-            return found
+                product = _product(product, self(a))
+            return product
         if e.is_Pow and e.exp.is_Integer:
             return self._power(e)
         if isinstance(e, sp.sin | sp.cos):
@@ -143,16 +143,16 @@ class Expansion:
             if set(left) != {CONSTANT}:
                 raise NotTrigonometricError(f"{e} has {self.variable} in its denominator")
             return {CONSTANT: (left[CONSTANT][0] ** count, sp.S.Zero)}
-        found = base
+        power = base
         for _ in range(count - 1):
-            found = _product(found, base)
-        return found
+            power = _product(power, base)
+        return power
 
     def _linear(self, e: sp.Expr, argument: sp.Expr) -> Key:
-        found = evenly(argument, self.variable)
-        if found is None:
+        key = evenly(argument, self.variable)
+        if key is None:
             raise NotTrigonometricError(f"the argument of {e} does not grow evenly with {self.variable}")
-        return found
+        return key
 
 
 def evenly(argument: sp.Expr, t: sp.Symbol) -> Key | None:
@@ -170,29 +170,29 @@ def evenly(argument: sp.Expr, t: sp.Symbol) -> Key | None:
 
 def waves(e: sp.Expr, t: sp.Symbol) -> dict[sp.Expr, sp.Expr]:
     """The functions in an expression that turn evenly with t, or grow or decay like exp(t), and the frequency of each."""
-    found = {a: evenly(a.args[0], t) for a in e.atoms(*TURNING) if t in a.free_symbols}
-    return {a: key[0] for a, key in sorted(found.items(), key=lambda pair: sp.default_sort_key(pair[0])) if key is not None}
+    keys = {a: evenly(a.args[0], t) for a in e.atoms(*TURNING) if t in a.free_symbols}
+    return {a: key[0] for a, key in sorted(keys.items(), key=lambda pair: sp.default_sort_key(pair[0])) if key is not None}
 
 
 def common_period(frequencies: Iterable[sp.Expr]) -> sp.Expr | None:
     """The least period that all frequencies have in common, or None where their ratios are not rational, or there is none."""
-    found = [sp.sympify(w) for w in frequencies if w != 0]
-    if not found:
+    nonzero = [sp.sympify(w) for w in frequencies if w != 0]
+    if not nonzero:
         return None
-    ratios = [sp.simplify(w / found[0]) for w in found]
+    ratios = [sp.simplify(w / nonzero[0]) for w in nonzero]
     if not all(r.is_Rational for r in ratios):
         return None
     largest = sp.Rational(sp.igcd(0, *(r.p for r in ratios)), sp.ilcm(1, *(r.q for r in ratios)))
-    base = found[0] * largest
+    base = nonzero[0] * largest
     return 2 * sp.pi / (-base if base.could_extract_minus_sign() else base)
 
 
 def is_whole(ratio: sp.Expr) -> bool:
-    """Whether a ratio is a whole number, as nearly as decimal numbers tell."""
-    found = sp.simplify(ratio)
-    if not found.has(sp.Float):
-        return bool(found.is_Integer)
-    return bool(found.is_real and cancels(found, -sp.Integer(round(found)), found - round(found)))
+    """Whether a ratio is a whole number, to the accuracy of decimal numbers."""
+    value = sp.simplify(ratio)
+    if not value.has(sp.Float):
+        return bool(value.is_Integer)
+    return bool(value.is_real and cancels(value, -sp.Integer(round(value)), value - round(value)))
 
 
 def secular(t: sp.Symbol) -> WuchtError:

@@ -1,4 +1,4 @@
-"""How far averaging of x' = epsilon X(x, t) may be from the truth: the numbers of 002 (3.7), (3.8) and (3.11)-(3.13).
+"""Error bounds of averaging x' = epsilon X(x, t): the numbers of 002 (3.7), (3.8) and (3.11)-(3.13).
 
 Suprema over a box of states are taken over a grid in it, its faces and corners included: they approach the true ones from below
 as the grid is refined. (3.13) as printed holds at whole periods; within one, the integral of X - <X> over the part of the
@@ -53,10 +53,10 @@ class AveragingError:
             raise WuchtError("the bound (3.13) is one for periodic right-hand sides: this one has no period")
         t, e = np.asarray(time, float), self.epsilon
         whole = np.floor(t / self.period * (1 + 1e-12)) + 1  # a time N T that is rounded down still counts as the N-th
-        found: np.ndarray = (
+        bound: np.ndarray = (
             2 * self.lipschitz * self.bound_of_rate * (e * self.period) ** 2 * whole * np.exp(e * self.lipschitz * t)
         )
-        return found
+        return bound
 
     def bound(self, time: np.ndarray | float) -> np.ndarray:
         """A bound of |x - y| at any time since a common start (any shape): (3.13) and delta exp(epsilon lambda t)."""
@@ -133,9 +133,9 @@ def _function(system: System, results: list[sp.Expr], parameters: tuple[float, .
 def _evaluated(
     call: Callable[..., Any], program: Program, constants: np.ndarray, state: tuple[float, ...], time: np.ndarray
 ) -> np.ndarray:
-    with np.errstate(all="ignore"):  # what is not finite is told by the caller
-        found = call(tuple(np.full_like(time, x) for x in state), time, constants)
-    return np.array([np.broadcast_to(np.asarray(v, float), time.shape) for v in found])
+    with np.errstate(all="ignore"):  # what is not finite is reported by the caller
+        results = call(tuple(np.full_like(time, x) for x in state), time, constants)
+    return np.array([np.broadcast_to(np.asarray(v, float), time.shape) for v in results])
 
 
 def _integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -45,7 +45,7 @@ def enclosure(expression: sp.Expr, symbol: sp.Symbol, low: np.ndarray, high: np.
 
 
 def _cubics(pieces: Pieces, a: Interval) -> Interval:
-    """The values at both ends, and in between at corners, from both sides, and where the slope is zero."""
+    """The values at both ends, and in between at breakpoints, from both sides, and where the slope is zero."""
     with np.errstate(all="ignore"):
         ends = np.array([np.where(np.isfinite(x), pieces(x), np.nan) for x in a])
     at, values = _extremes(pieces)
@@ -61,13 +61,13 @@ def _cubics(pieces: Pieces, a: Interval) -> Interval:
 @lru_cache(maxsize=64)
 def _extremes(pieces: Pieces) -> tuple[np.ndarray, np.ndarray]:
     """Where a value can be extreme inside an interval (k,), and the value there (k,)."""
-    borders, found = (-np.inf, *pieces.corners, np.inf), []
+    borders, candidates = (-np.inf, *pieces.breakpoints, np.inf), []
     for origin, row, begin, end in zip(pieces.origins, pieces.coefficients, borders[:-1], borders[1:], strict=True):
         cubic = np.polynomial.Polynomial(row)
         flat = np.asarray(cubic.deriv().roots(), complex)
         real = origin + flat.real[np.abs(flat.imag) <= _REAL * (1 + np.abs(flat))]
-        found += [(x, float(cubic(x - origin))) for x in (*real, begin, end) if begin <= x <= end and np.isfinite(x)]
-    at, values = np.array(found).T
+        candidates += [(x, float(cubic(x - origin))) for x in (*real, begin, end) if begin <= x <= end and np.isfinite(x)]
+    at, values = np.array(candidates).T
     return at, values
 
 
@@ -77,8 +77,8 @@ def _sum(a: Interval, b: Interval) -> Interval:
 
 def _product(a: Interval, b: Interval) -> Interval:
     with np.errstate(invalid="ignore"):
-        corners = np.nan_to_num(np.array([x * y for x in a for y in b]), nan=0.0, posinf=np.inf, neginf=-np.inf)
-    return corners.min(axis=0), corners.max(axis=0)
+        products = np.nan_to_num(np.array([x * y for x in a for y in b]), nan=0.0, posinf=np.inf, neginf=-np.inf)
+    return products.min(axis=0), products.max(axis=0)
 
 
 def _power(a: Interval, exponent: int) -> Interval:

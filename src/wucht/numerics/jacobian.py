@@ -24,9 +24,18 @@ from wucht.system import TIME, System
 
 @dataclass(frozen=True)
 class Jacobian:
-    """f, df/dx and df/dp of a System with n states, p being the k parameters named ``along``.
+    """f, df/dx and df/dp of a System; made by ``Jacobian.of``, called with states and parameters.
 
-    Quadratures and outputs are left out. One and the same program whatever the parameter values.
+    Attributes
+    ----------
+    system : System
+        With n states; its quadratures and outputs are left out.
+    along : tuple of str
+        The names of the k parameters p.
+    program : Program
+        One and the same whatever the parameter values.
+    places : tuple of (int, int)
+        Row and column of each entry of (df/dx, df/dp) that is not identically zero.
     """
 
     system: System
@@ -36,7 +45,19 @@ class Jacobian:
 
     @classmethod
     def of(cls, system: System, along: Sequence[str] = ()) -> Jacobian:
-        """The Jacobian. Raises ``WuchtError`` where a parameter is none of the System's."""
+        """The Jacobian of a System.
+
+        Parameters
+        ----------
+        system : System
+        along : sequence of str
+            The names of the parameters p by which to differentiate as well.
+
+        Raises
+        ------
+        WuchtError
+            Where a name is none of the System's parameters.
+        """
         unknown = [name for name in along if name not in system.parameter_names]
         if unknown:
             raise WuchtError(f"{unknown[0]} is no parameter of this System; known: {', '.join(system.parameter_names)}")
@@ -66,9 +87,21 @@ class Jacobian:
         return python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results)
 
     def __call__(self, states: np.ndarray, parameters: Numbers, time: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """f (n, N), df/dx (n, n, N) and df/dp (n, k, N) at states (n, N). parameters: in the System's order.
+        """Evaluate at many states.
 
-        Not a number where the equations cannot be evaluated (a division by zero).
+        Parameters
+        ----------
+        states : ndarray, (n, N)
+        parameters : sequence of float
+            In the System's order.
+        time : float
+
+        Returns
+        -------
+        f : ndarray, (n, N)
+        f_x : ndarray, (n, n, N)
+        f_p : ndarray, (n, k, N)
+            Not a number where the equations cannot be evaluated (a division by zero).
         """
         x, constants = np.ascontiguousarray(states, float), self.program.constant_values(parameters)
         count = x.shape[1]
@@ -90,23 +123,23 @@ class Jacobian:
         return f[:, 0], f_x[..., 0], f_p[..., 0]
 
     def _sorted(self, values: Sequence[Any], shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        n, found = len(self.system.states), np.array(values, float)
-        found[~np.isfinite(found)] = np.nan
+        n, numbers = len(self.system.states), np.array(values, float)
+        numbers[~np.isfinite(numbers)] = np.nan
         whole = np.zeros((n, n + len(self.along), *shape))
-        for (i, j), value in zip(self.places, found[n:], strict=True):
+        for (i, j), value in zip(self.places, numbers[n:], strict=True):
             whole[i, j] = value
-        return found[:n].reshape((n, *shape)), whole[:, :n], whole[:, n:]
+        return numbers[:n].reshape((n, *shape)), whole[:, :n], whole[:, n:]
 
 
 def _needed(system: System, results: Sequence[sp.Expr]) -> list[tuple[sp.Symbol, sp.Expr]]:
     """The definitions that results use, in order."""
     used = set().union(*(r.free_symbols for r in results)) if results else set()
-    kept = []
+    needed = []
     for symbol, expression in reversed(system.definitions):
         if symbol in used:
-            kept.append((symbol, sp.sympify(expression)))
-            used |= kept[-1][1].free_symbols
-    return kept[::-1]
+            needed.append((symbol, sp.sympify(expression)))
+            used |= needed[-1][1].free_symbols
+    return needed[::-1]
 
 
 class _Tangent:
@@ -119,9 +152,9 @@ class _Tangent:
     def define(self, symbol: sp.Symbol, expression: sp.Expr) -> None:
         """Add a definition and its derivatives."""
         self.lines.append((symbol, expression))
-        found = self.of(expression, symbol.name)
-        if found:
-            self.known[symbol] = {j: self._named(e, f"d[{symbol.name}][{j}]") for j, e in found.items()}
+        derivatives = self.of(expression, symbol.name)
+        if derivatives:
+            self.known[symbol] = {j: self._named(e, f"d[{symbol.name}][{j}]") for j, e in derivatives.items()}
 
     def of(self, expression: sp.Expr, label: str) -> dict[int, sp.Expr]:
         """The derivatives of an expression by the directions on which it depends."""

@@ -26,8 +26,8 @@ def interval_peaks(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> n
     inside = np.isfinite(s) & (s > 0) & (s < 1)
     s = np.where(inside, s, 0.0)
     between = np.where(inside, left + s * (a + s * (c + s * d)), top)
-    found = np.maximum(top, between)
-    around: np.ndarray = np.maximum(np.concatenate([found[:1], found]), np.concatenate([found, found[-1:]]))
+    maxima = np.maximum(top, between)
+    around: np.ndarray = np.maximum(np.concatenate([maxima[:1], maxima]), np.concatenate([maxima, maxima[-1:]]))
     return around
 
 
@@ -39,17 +39,17 @@ def extremes(signal: np.ndarray) -> tuple[float, float]:
 def _vertex(signal: np.ndarray, i: int) -> float:
     if not 0 < i < len(signal) - 1:
         return float(signal[i])
-    before, here, after = (float(x) for x in signal[i - 1 : i + 2])
-    curvature = before - 2 * here + after
-    return here - (after - before) ** 2 / (8 * curvature) if curvature < 0 else here
+    before, centre, after = (float(x) for x in signal[i - 1 : i + 2])
+    curvature = before - 2 * centre + after
+    return centre - (after - before) ** 2 / (8 * curvature) if curvature < 0 else centre
 
 
 def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.ndarray:
     """The line through the peaks of ``radius``: valleys shorter than ``window`` are filled, slower changes are kept.
 
     All (N,); time is evenly spaced. This is the morphological closing, the largest value within +-window/2 of each
-    sample and then the smallest of those. It would also fill the lowest part of a slow, smooth minimum: such a one is told
-    from a valley between peaks by the slopes at its ends, and kept.
+    sample and then the smallest of those. It would also fill the lowest part of a slow, smooth minimum: such a one is
+    distinguished from a valley between peaks by the slopes at its ends, and kept.
     """
     n = len(time)
     if n < 4:
@@ -61,8 +61,8 @@ def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.nda
     places = np.arange(len(mirrored))
     low, high = np.maximum(places - reach, 0), np.minimum(places + reach, len(mirrored) - 1)
     closed = -_largest_within(-_largest_within(mirrored, low, high), low, high)
-    found: np.ndarray = np.where(_smooth_minima(mirrored, closed > mirrored), mirrored, closed)[beyond : beyond + n]
-    return found
+    line: np.ndarray = np.where(_smooth_minima(mirrored, closed > mirrored), mirrored, closed)[beyond : beyond + n]
+    return line
 
 
 def _smooth_minima(radius: np.ndarray, filled: np.ndarray) -> np.ndarray:
@@ -81,17 +81,17 @@ def _smooth_minima(radius: np.ndarray, filled: np.ndarray) -> np.ndarray:
     marks = np.zeros(len(radius) + 1, int)
     np.add.at(marks, begin[smooth], 1)
     np.add.at(marks, end[smooth] + 1, -1)
-    found: np.ndarray = np.cumsum(marks)[:-1] > 0
-    return found
+    covered: np.ndarray = np.cumsum(marks)[:-1] > 0
+    return covered
 
 
 def _largest_within(signal: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Maximum of signal[low[i] : high[i] + 1] for each i: two overlapping blocks of length 2^k cover each range."""
     level = np.floor(np.log2(high - low + 1)).astype(int)
-    found, table = np.empty(len(signal)), signal
+    largest, table = np.empty(len(signal)), signal
     for k in range(int(level.max()) + 1):
         if k:
             table = np.maximum(table[: -(2 ** (k - 1))], table[2 ** (k - 1) :])
-        here = level == k
-        found[here] = np.maximum(table[low[here]], table[high[here] - 2**k + 1])
-    return found
+        at_level = level == k
+        largest[at_level] = np.maximum(table[low[at_level]], table[high[at_level] - 2**k + 1])
+    return largest

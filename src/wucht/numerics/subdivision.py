@@ -1,4 +1,4 @@
-"""All zeros of a function in a box, shown to be all: subdivision with bounds on the Jacobian.
+"""All zeros of a function in a box, proved to be all: subdivision with bounds on the Jacobian.
 
 In a box of centre c and radii r, with |J(y) - J(c)| <= D entrywise for all its y:
  - |f_i(c)| > sum_j (|J_ij(c)| + D_ij) r_j for an i: the box holds no zero (mean value theorem);
@@ -21,7 +21,7 @@ Proved = tuple[np.ndarray, np.ndarray, np.ndarray]  # a zero (n,), centre and ra
 
 _INFLATED = 1.2  # a zero on the border of a box is inside that of its inflated neighbour
 _MARGIN = 1 + 1e-10  # for what rounding adds to the bounds
-_CHUNK = 16384  # boxes looked at together
+_CHUNK = 16384  # boxes examined together
 _ROUNDING = 1e-12  # of a side: a zero that far outside is one on the border
 _NARROWEST = 1e-10  # of a side: no box is shrunk to less, where rounding would count as much as its width
 _STEPS, _SETTLED = 30, 1e-9  # of Newton's method inside a box that holds one zero; the last, in shares of the box
@@ -29,7 +29,7 @@ _STEPS, _SETTLED = 30, 1e-9  # of Newton's method inside a box that holds one ze
 
 @dataclass(frozen=True)
 class Zeros:
-    """points: (n, k). undecided: centres and radii (n, u) of boxes in which nothing was shown. boxes: how many were looked at.
+    """points: (n, k). undecided: centres and radii (n, u) of boxes in which nothing was shown. boxes: how many were examined.
 
     Where ``undecided`` is empty there are exactly k zeros, however near to each other.
     """
@@ -68,7 +68,7 @@ def all_zeros(
     around = np.zeros(n, bool) if periodic is None else np.asarray(periodic, bool)
     waiting = [(((low + high) / 2)[:, None], (whole / 2)[:, None])]
     given_up: list[tuple[np.ndarray, np.ndarray]] = []
-    found: list[Proved] = []
+    proved: list[Proved] = []
     looked = 0
     while waiting and looked < most_boxes:
         if watch is not None:
@@ -79,7 +79,7 @@ def all_zeros(
             centre, radius = centre[:, :_CHUNK], radius[:, :_CHUNK]
         looked += centre.shape[1]
         left, zeros = _examined(function, jacobian, spread, centre, radius, _NARROWEST * whole)
-        found += [zero for zero in zeros if _within(zero[0], low, high, around)]
+        proved += [zero for zero in zeros if _within(zero[0], low, high, around)]
         small = (left[1] <= smallest / 2 * whole[:, None]).all(axis=0)
         if small.any():
             given_up.append((left[0][:, small], left[1][:, small]))
@@ -87,7 +87,7 @@ def all_zeros(
         if rest[0].shape[1]:
             waiting.append(rest)
     given_up += waiting
-    points, doubtful = _distinct(found, low, whole, around)
+    points, doubtful = _distinct(proved, low, whole, around)
     given_up += doubtful
     empty = np.empty((n, 0))
     both = [np.concatenate([empty, *(box[k] for box in given_up)], axis=1) for k in (0, 1)]
@@ -158,10 +158,10 @@ def _polished(
             move = -np.linalg.solve(matrix[settled], function(at)[:, settled].T[..., None])[..., 0].T
         except np.linalg.LinAlgError:  # regular on paper, singular after rounding: the boxes are cut further
             return at, np.zeros_like(settled)
-        there = np.clip(at[:, settled] + move, (centre - radius)[:, settled], (centre + radius)[:, settled])
-        moved = np.abs(there - at[:, settled])
-        at[:, settled] = there
-        settled[settled] = (moved <= _SETTLED * radius[:, settled] + 4 * np.spacing(np.abs(there))).all(axis=0)
+        updated = np.clip(at[:, settled] + move, (centre - radius)[:, settled], (centre + radius)[:, settled])
+        moved = np.abs(updated - at[:, settled])
+        at[:, settled] = updated
+        settled[settled] = (moved <= _SETTLED * radius[:, settled] + 4 * np.spacing(np.abs(updated))).all(axis=0)
         if settled.all():
             break
     return at, settled
@@ -186,26 +186,26 @@ def _cut(centre: np.ndarray, radius: np.ndarray, whole: np.ndarray, jacobian: Fu
 
 
 def _distinct(
-    found: list[Proved], low: np.ndarray, whole: np.ndarray, around: np.ndarray
+    proved: list[Proved], low: np.ndarray, whole: np.ndarray, around: np.ndarray
 ) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
     """The zeros (n, k), each once, and boxes of which rounding leaves open whether two hold the same one.
 
-    Two boxes with one zero each hold the same one where it lies in both, and only there: no distance says that two are one.
+    Two boxes with one zero each hold the same zero where it lies in both, and only then, however near the zeros are.
     """
 
     def holds(box: Proved, point: np.ndarray) -> bool:
         away = np.abs(point - box[1])
         return bool((np.where(around, np.minimum(away % whole, -away % whole), away) <= box[2]).all())
 
-    kept: list[Proved] = []
+    distinct: list[Proved] = []
     doubtful: list[tuple[np.ndarray, np.ndarray]] = []
-    for one in found:
-        both = [(holds(other, one[0]), holds(one, other[0])) for other in kept]
-        if any(here and there for here, there in both):
+    for candidate in proved:
+        both = [(holds(other, candidate[0]), holds(candidate, other[0])) for other in distinct]
+        if any(a and b for a, b in both):
             continue
-        if any(here or there for here, there in both):
-            doubtful.append((one[1][:, None], one[2][:, None]))
+        if any(a or b for a, b in both):
+            doubtful.append((candidate[1][:, None], candidate[2][:, None]))
             continue
-        kept.append(one)
-    points = [np.where(around, low + (point - low) % whole, point) for point, _, _ in kept]
-    return np.array(sorted(points, key=lambda p: p.tolist())).T.reshape(len(low), len(kept)), doubtful
+        distinct.append(candidate)
+    points = [np.where(around, low + (point - low) % whole, point) for point, _, _ in distinct]
+    return np.array(sorted(points, key=lambda p: p.tolist())).T.reshape(len(low), len(distinct)), doubtful

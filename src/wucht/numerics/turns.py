@@ -1,4 +1,4 @@
-"""From samples over time to signals over turns: what is slow is seen once the ripple within a turn is averaged away."""
+"""From samples over time to signals averaged over turns, without the ripple within a turn."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ class Turns:
 def turns(
     time: np.ndarray, angle: np.ndarray, speed: np.ndarray, followers: Mapping[str, tuple[np.ndarray, np.ndarray]]
 ) -> Turns:
-    """Average over turns of the leading angle, over the last part of the record in which it turns one way.
+    """Average over turns of the leading angle, over the last part of the samples in which it turns one way.
 
     time, angle, speed: (N,). followers: (angle, speed) of other bodies. Cubic Hermite interpolation makes use of the
-    speeds; the error is of fourth order in the sampling interval. Returns an empty record if there is not one full turn.
+    speeds; the error is of fourth order in the sampling interval. Returns empty signals if there is not one full turn.
     """
     nothing = Turns(
         np.empty(0), np.empty(0), np.empty(0), np.empty((len(followers), 0)), np.empty((len(followers), 0), complex)
@@ -59,9 +59,9 @@ def turns(
     middle = slice(PER_TURN // 2, PER_TURN // 2 + len(duration))
     mean_speeds, phases = [], []
     for body_angle, body_speed in followers.values():
-        there = hermite(at, t, body_angle[first:], body_speed[first:])
-        mean_speeds.append((there[PER_TURN:] - there[:-PER_TURN]) / duration)
-        phases.append(_moving_mean(np.exp(1j * (there - sense * grid)))[: len(duration)])
+        follower = hermite(at, t, body_angle[first:], body_speed[first:])
+        mean_speeds.append((follower[PER_TURN:] - follower[:-PER_TURN]) / duration)
+        phases.append(_moving_mean(np.exp(1j * (follower - sense * grid)))[: len(duration)])
     empty = np.empty((0, len(duration)))
     return Turns(
         at[middle],
@@ -82,8 +82,8 @@ def hermite(at: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray) -> 
     s = (at - x[i]) / h
     rise = y[i + 1] - y[i]
     left, right = h * slope[i] - rise, rise - h * slope[i + 1]
-    found: np.ndarray = y[i] + s * rise + s * (1 - s) * ((1 - s) * left + s * right)
-    return found
+    values: np.ndarray = y[i] + s * rise + s * (1 - s) * ((1 - s) * left + s * right)
+    return values
 
 
 def _moving_mean(signal: np.ndarray) -> np.ndarray:

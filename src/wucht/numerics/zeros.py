@@ -6,26 +6,26 @@ from collections.abc import Callable
 
 import numpy as np
 
-Curve = Callable[[np.ndarray], np.ndarray]
+RealFunction = Callable[[np.ndarray], np.ndarray]
 
 _HALVINGS = 60  # from any interval of a grid to the last bit
 
 
-def crossings(function: Curve, grid: np.ndarray, direction: int = 0) -> np.ndarray:
+def crossings(function: RealFunction, grid: np.ndarray, direction: int = 0) -> np.ndarray:
     """Where a function (N,) -> (N,) changes its sign between samples of a grid (N,), to the last bit, in increasing order.
 
     direction: +1 only where it rises through zero, -1 only where it falls, 0 both. An interval in which it is zero counts
     once where it has different signs on its two sides, else not at all.
     """
     values = function(grid)
-    told = np.isfinite(values) & (values != 0)
-    x, sign = grid[told], np.sign(values[told])
+    signed = np.isfinite(values) & (values != 0)
+    x, sign = grid[signed], np.sign(values[signed])
     change = sign[1:] - sign[:-1]
-    here = np.flatnonzero(change * direction > 0 if direction else change)
-    low, high, left = x[here], x[here + 1], sign[here]
-    for _ in range(_HALVINGS if len(here) else 0):
+    changes = np.flatnonzero(change * direction > 0 if direction else change)
+    low, high, left = x[changes], x[changes + 1], sign[changes]
+    for _ in range(_HALVINGS if len(changes) else 0):
         middle = (low + high) / 2
         before = np.sign(function(middle)) == left
         low, high = np.where(before, middle, low), np.where(before, high, middle)
-    found: np.ndarray = (low + high) / 2
-    return found
+    roots: np.ndarray = (low + high) / 2
+    return roots

@@ -60,8 +60,8 @@ def _unpacked(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:
     if not isinstance(value, dict):
         return value
     if "array" in value:
-        found = arrays[value["array"]]
-        return found if found.ndim else found.item()
+        array = arrays[value["array"]]
+        return array if array.ndim else array.item()
     if "map" in value:
         return {_unpacked(k, arrays): _unpacked(v, arrays) for k, v in value["map"]}
     if "list" in value:
@@ -78,9 +78,9 @@ def _name(cls: type) -> str:
 def _class(name: str) -> Any:
     """A dataclass or enumeration that is loaded. Raises ``ValueError``."""
     module, _, rest = name.partition(":")
-    found: Any = sys.modules.get(module)
+    cls: Any = sys.modules.get(module)
     for step in rest.split("."):
-        found = getattr(found, step, None)
-    if not isinstance(found, type) or not (is_dataclass(found) or issubclass(found, Enum)):
+        cls = getattr(cls, step, None)
+    if not isinstance(cls, type) or not (is_dataclass(cls) or issubclass(cls, Enum)):
         raise ValueError(f"{name} is not loaded")
-    return found
+    return cls

@@ -1,4 +1,4 @@
-"""The conventions of a result: every variable says what it is (``long_name``) and in which ``units``."""
+"""The conventions of a result: every variable has a ``long_name`` and ``units``."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ def variable(dimensions: str | Sequence[str], values: Any, long_name: str, units
 def wrapped(angle: Any) -> np.ndarray:
     """Angles in [0, 2 pi), what is a rounding below a whole turn being 0. Of any shape."""
     turn = 2 * np.pi
-    found = np.remainder(angle, turn)
-    return np.where(turn - found > _ROUNDING, found, 0.0)
+    angles = np.remainder(angle, turn)
+    return np.where(turn - angles > _ROUNDING, angles, 0.0)
 
 
 def answered(
-    found: xr.Dataset,
+    dataset: xr.Dataset,
     summary: Mapping[str, Any],
     sentence: str,
     warnings: Sequence[str] = (),
     failure: str | None = None,
     **more: Any,
 ) -> xr.Dataset:
-    """The Dataset with its answer as attributes. sentence: in words. failure: why it is not complete. more: other ones."""
-    found.attrs |= {
+    """The Dataset with its answer as attributes. sentence: in words. failure: why it is incomplete. more: other ones."""
+    dataset.attrs |= {
         "summary": to_json(dict(summary), indent=None),
         "sentence": sentence,
         "warnings": to_json(list(warnings), indent=None),
         "failure": failure or "",
         **more,
     }
-    return found
+    return dataset
 
 
 def summary_of(result: xr.Dataset) -> dict[str, Any]:
     """The summary of a result, as in the contract."""
-    found: dict[str, Any] = json.loads(result.attrs["summary"])
-    return found
+    summary: dict[str, Any] = json.loads(result.attrs["summary"])
+    return summary

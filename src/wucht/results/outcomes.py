@@ -1,4 +1,4 @@
-"""Outcomes: a labelled value, never silence. The contract's criteria, decided from a few numbers, not from a trajectory."""
+"""Outcomes: every run gets a label. The contract's criteria, decided from a few numbers, not from a trajectory."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ class Outcome(StrEnum):
 _SENTENCES = {
     Outcome.COMPENSATED: "the rotor reaches its speed and the bodies compensate its unbalance",
     Outcome.PASSED: "the rotor gets through its resonance; unbalance is left",
-    Outcome.CAPTURED: "the rotor hangs in its resonance at a steady speed",
-    Outcome.CAPTURED_MODULATED: "the rotor hangs in its resonance and beats",
-    Outcome.BALANCER_CAPTURED: "the rotor reaches its speed, but bodies slip behind it at the resonance",
-    Outcome.ENTRAINED: "the vibration of the carrier takes the rotor along at its own frequency",
-    Outcome.NOT_ENTRAINED: "the rotor does not keep to the frequency of the carrier's vibration",
+    Outcome.CAPTURED: "the rotor is captured at its resonance, at a steady speed",
+    Outcome.CAPTURED_MODULATED: "the rotor is captured at its resonance, with modulated speed",
+    Outcome.BALANCER_CAPTURED: "the rotor reaches its speed, but bodies lag behind it, captured at the resonance",
+    Outcome.ENTRAINED: "the rotor is entrained by the carrier's vibration, at its frequency",
+    Outcome.NOT_ENTRAINED: "the rotor is not entrained by the carrier's vibration",
     Outcome.SYNCHRONISED: "the rotors turn at the same mean speed",
     Outcome.NOT_SYNCHRONISED: "the rotors turn at different mean speeds",
     Outcome.STOPPED: "no rotation is left",
-    Outcome.OSCILLATING: "the rotor does not turn any more, it swings",
+    Outcome.OSCILLATING: "the rotor does not turn any more, it oscillates",
     Outcome.RUNAWAY: "the speed went beyond the given limit",
-    Outcome.UNIDENTIFIED: "the run is too short to tell",
+    Outcome.UNIDENTIFIED: "the run is too short for a verdict",
     Outcome.FAILED: "the run failed",
 }
 
@@ -61,7 +61,8 @@ class Evidence:
     vibration, None if that is not determined. resonance: speed of the last maximum of the vibration torque below it, None if
     there is none. residual: largest share of the rotor's unbalance that is left (1: as without balancers), None without
     unbalance. slip: the largest amount by which a body lags behind the rotor, in speed. steady: nothing changes any more.
-    beating: a modulation that neither grows nor decays. turning: at least a few turns were made. moving: a swing is left.
+    modulated: with a range that neither grows nor decays. turning: at least a few turns were made. moving: an oscillation is
+    left.
     """
 
     turning: bool
@@ -72,7 +73,7 @@ class Evidence:
     residual: float | None = None
     slip: float = 0.0
     steady: bool = False
-    beating: bool = False
+    modulated: bool = False
     moving: bool = False
     at_rest: bool = False
     beyond_limit: bool = False
@@ -82,12 +83,12 @@ def classify(e: Evidence) -> Outcome:
     """The outcome. The order of the criteria:
 
     1. ``runaway``: beyond the given limit.
-    2. not turning: ``oscillating`` if a steady swing is left, ``stopped`` if nothing moves, else ``unidentified``.
+    2. not turning: ``oscillating`` if a steady oscillation is left, ``stopped`` if nothing moves, else ``unidentified``.
     3. ``compensated``: mean and lowest speed within 0.5 % of the free speed, less than 1 % of the unbalance left, no slip.
-    4. ``balancer-captured``: a body slips, while the rotor holds its free speed within 0.5 % or stays beyond the resonance.
+    4. ``balancer-captured``: a body lags, while the rotor holds its free speed within 0.5 % or stays beyond the resonance.
     5. ``captured``: steady, at or before the resonance.
-    6. ``captured-modulated``: beating, and at or before the resonance at least once a period.
-    7. ``passed``: steady or beating beyond the resonance, or there is no resonance below the free speed.
+    6. ``captured-modulated``: modulated, and at or before the resonance at least once a period.
+    7. ``passed``: steady or modulated beyond the resonance, or there is no resonance below the free speed.
     8. ``unidentified``: anything else.
     """
     if e.beyond_limit:
@@ -97,15 +98,15 @@ def classify(e: Evidence) -> Outcome:
     at_speed = e.free_speed is not None and max(
         abs(e.mean_speed - e.free_speed), abs(e.lowest_speed - e.free_speed)
     ) <= SPEED_TOLERANCE * abs(e.free_speed)
-    slipping = e.slip > SLIP_TOLERANCE * abs(e.mean_speed)
-    if at_speed and not slipping and e.residual is not None and e.residual < UNBALANCE_TOLERANCE:
+    asynchronous = e.slip > SLIP_TOLERANCE * abs(e.mean_speed)
+    if at_speed and not asynchronous and e.residual is not None and e.residual < UNBALANCE_TOLERANCE:
         return Outcome.COMPENSATED
-    if not (e.steady or e.beating):
+    if not (e.steady or e.modulated):
         return Outcome.UNIDENTIFIED
     beyond = e.resonance is None or e.lowest_speed > e.resonance
-    if beyond or (slipping and at_speed):
-        return Outcome.BALANCER_CAPTURED if slipping else Outcome.PASSED
-    return Outcome.CAPTURED_MODULATED if e.beating else Outcome.CAPTURED
+    if beyond or (asynchronous and at_speed):
+        return Outcome.BALANCER_CAPTURED if asynchronous else Outcome.PASSED
+    return Outcome.CAPTURED_MODULATED if e.modulated else Outcome.CAPTURED
 
 
 LOCK_TOLERANCE = 1e-3  # of the mean speed: contract, "by the mean speed over whole periods"
@@ -144,4 +145,4 @@ class Locking:
 def _not_turning(e: Evidence) -> Outcome:
     if e.at_rest:
         return Outcome.STOPPED
-    return Outcome.OSCILLATING if e.moving and (e.steady or e.beating) else Outcome.UNIDENTIFIED
+    return Outcome.OSCILLATING if e.moving and (e.steady or e.modulated) else Outcome.UNIDENTIFIED

@@ -16,13 +16,13 @@ _PACKAGES = ("wucht", "numpy", "scipy", "sympy", "heyoka", "xarray")
 @cache
 def versions() -> dict[str, str]:
     """The versions of wucht, Python and the libraries that compute."""
-    found = {"python": platform.python_version()}
+    installed = {"python": platform.python_version()}
     for package in _PACKAGES:
         try:
-            found[package] = version(package)
+            installed[package] = version(package)
         except PackageNotFoundError:
-            found[package] = "not installed"
-    return found
+            installed[package] = "not installed"
+    return installed
 
 
 def provenance(question: Mapping[str, Any], elapsed_s: float) -> dict[str, str | float]:

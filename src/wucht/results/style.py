@@ -142,5 +142,5 @@ def _faster_than_drawn(x: np.ndarray, degrees: np.ndarray) -> np.ndarray:
     for k in range(_STRIPS):
         inside = turned[strip == k]
         fast[k] = len(inside) > 1 and np.ptp(inside) > 360
-    found: np.ndarray = fast[strip]
-    return found
+    faster: np.ndarray = fast[strip]
+    return faster

@@ -14,7 +14,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.tracks import arranged, evenly
 from wucht.machines.tree import SlidingBody
 from wucht.quantities import Unit
-from wucht.studies.release import released_at_start
+from wucht.studies.release_events import released_at_start
 
 
 def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "study.start") -> np.ndarray:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from wucht.checking import read_quantity
 from wucht.errors import InputError, nearest
+from wucht.fields import Parameter
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
-from wucht.machines.parts.fields import Parameter
 from wucht.quantities import Unit
 from wucht.studies.spec import Quantity
 

@@ -29,7 +29,7 @@ class SteadyPhases:
         Raises ``InputError`` where the start does not fit the machine, where bodies of a track overlap, and where the carrier
         is not linear.
         """
-        steady = machine.at(machine.corners[-1])
+        steady = machine.at(machine.breakpoints[-1])
         by_name = angles_in(steady, initial_state(steady, start))
         arranged(steady, by_name)
         angles = np.array(list(by_name.values()))

@@ -171,16 +171,16 @@ def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatc
     clock, grid, borders = System((x,), (sp.S.One,)), np.linspace(0, 1, 20_001), []
     integrate(compile_system(clock, engine=engine), [0.0], [], grid, borders.append)
     assert len(borders) > 2
-    here, action = borders[len(borders) // 2], (lambda t, s, p: (s, p)) if acts else None
-    flow = compile_system(clock, events=(Event("border", TIME - here, action=action),), engine=engine)
+    border, action = borders[len(borders) // 2], (lambda t, s, p: (s, p)) if acts else None
+    flow = compile_system(clock, events=(Event("border", TIME - border, action=action),), engine=engine)
     run = integrate(flow, [0.0], [], grid)
-    assert [h.time for h in run.hits] == pytest.approx([here], abs=1e-12)
+    assert [h.time for h in run.hits] == pytest.approx([border], abs=1e-12)
     assert np.abs(run.states[0] - grid).max() < 1e-12
 
 
 def test_more_than_a_million_events_fail_with_a_sentence(engine, monkeypatch):
     """As a ball at rest would; what was computed until then is kept."""
-    monkeypatch.setattr("wucht.numerics.flow.run._MOST_HITS", 10)
+    monkeypatch.setattr("wucht.numerics.flow.legs._MOST_HITS", 10)
     flow = compile_system(BALL, events=(Event("floor", x, -1, action=bounce),), engine=engine)
     run = integrate(flow, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 6, 61))
     assert "more than 10 events" in run.failure

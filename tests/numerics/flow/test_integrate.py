@@ -156,7 +156,7 @@ def test_a_failure_after_many_legs_keeps_them_all(engine):
 
 
 def test_the_state_at_a_failure_is_a_number(engine):
-    """So that the run can be looked at, and continued with other parameters."""
+    """So that the run can be examined, and continued with other parameters."""
     run = integrate(compile_system(BLOW_UP, engine=engine), [1.0, 7.0], [1.0], BEFORE)
     assert np.isfinite(run.end_state).all()
     assert run.end_state[0] == pytest.approx(1 / (1 - run.end_time), rel=1e-9)

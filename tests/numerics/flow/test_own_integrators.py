@@ -58,9 +58,9 @@ def test_many_threads_at_once(engine: str, system: System, events: tuple[Event, 
         return run(system, engine, s, events)
 
     with ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(begin, stiffnesses))
-    assert all(map(same, found, alone))
-    assert not any(same(a, b) for a, b in pairwise(found))
+        trajectories = list(pool.map(begin, stiffnesses))
+    assert all(map(same, trajectories, alone))
+    assert not any(same(a, b) for a, b in pairwise(trajectories))
 
 
 @pytest.mark.parametrize(("system", "events"), CASES)
@@ -68,9 +68,9 @@ def test_a_run_within_a_run(engine: str, system: System, events: tuple[Event, ..
     """A callback of progress that integrates the same compiled System with other values does not touch the outer run."""
     outer, inner = run(system, engine, 1.0, events), run(system, engine, 3.0, events)
     nested: list[Trajectory] = []
-    found = run(system, engine, 1.0, events, progress=lambda _t: nested.append(run(system, engine, 3.0, events)))
+    trajectory = run(system, engine, 1.0, events, progress=lambda _t: nested.append(run(system, engine, 3.0, events)))
     assert nested
-    assert same(found, outer)
+    assert same(trajectory, outer)
     assert all(same(n, inner) for n in nested)
 
 

@@ -19,8 +19,8 @@ def test_parameters_are_folded_into_constants():
     assert not left & {m, l, g, c}
     assert left == {a, w, *(s for s, _ in program.constants)}
     assert len(program.constants) == 2  # -g/l and -c/(m l^2), whatever the number of parameters
-    found = dict(zip([s for s, _ in program.constants], program.constant_values([2.0, 0.5, 10.0, 3.0]), strict=True))
-    acceleration = program.results[1].xreplace(found | {a: sp.pi / 2, w: 1.0})
+    constants = dict(zip([s for s, _ in program.constants], program.constant_values([2.0, 0.5, 10.0, 3.0]), strict=True))
+    acceleration = program.results[1].xreplace(constants | {a: sp.pi / 2, w: 1.0})
     assert float(acceleration) == -20.0 - 6.0
 
 
@@ -70,9 +70,9 @@ def test_evaluator_of_outputs_over_arrays():
     system = System((a, w), (w, -a), (m, l), ((u, m * l**2 * w),), (Output("momentum", u), Output("mass", m)))
     evaluate = Evaluator.of(system, [o.expression for o in system.outputs], ["momentum", "mass"])
     states = np.array([[0.0, 0.1, 0.2], [1.0, 2.0, 3.0]])
-    found = evaluate(np.arange(3.0), states, [2.0, 3.0])
-    assert found["momentum"].tolist() == [18.0, 36.0, 54.0]
-    assert found["mass"].tolist() == [2.0, 2.0, 2.0]  # one number a sample, although it is constant
+    outputs = evaluate(np.arange(3.0), states, [2.0, 3.0])
+    assert outputs["momentum"].tolist() == [18.0, 36.0, 54.0]
+    assert outputs["mass"].tolist() == [2.0, 2.0, 2.0]  # one number a sample, although it is constant
 
 
 def test_python_function_runs_lines_in_order():

@@ -20,7 +20,7 @@ def test_twice_and_paused_and_continued(engine: str) -> None:
     assert np.array_equal(once.states, again.states)
     part = integrate(flow, initial, machine.values, grid[:1025])
     while len(part.time) < len(grid):
-        here = len(part.time) - 1
-        part = part.joined(integrate(flow, part.end_state, machine.values, grid[here : here + 1025]))
+        last = len(part.time) - 1
+        part = part.joined(integrate(flow, part.end_state, machine.values, grid[last : last + 1025]))
     assert np.array_equal(once.states, part.states)
     assert np.array_equal(once.quadratures["supplied_work"], part.quadratures["supplied_work"])

@@ -1,7 +1,7 @@
-"""Corners are taken exactly: Systems with piecewise functions against solutions known in closed form, on both engines.
+"""Breakpoints are taken exactly: Systems with piecewise functions against solutions known in closed form, on both engines.
 
 An integrator of high order that steps across a kink or a jump loses all its order: errors of 1e-3 to 1e-6 at any tolerance.
-Where the corners are found, the errors are those of the smooth pieces, 1e-12 and a few roundings.
+Where the breakpoints are located, the errors are those of the smooth pieces, 1e-12 and a few roundings.
 """
 
 import math
@@ -27,9 +27,9 @@ BETWEEN = {"heyoka": 1e-12, "scipy": 1e-10}  # SciPy's interpolation between ste
 
 def run(system, initial, end, engine, samples=2, parameters=(), events=(), tolerance=1e-12, begin=0.0, **more):
     flow = compile_system(system, tolerance, events, engine)
-    found = integrate(flow, initial, parameters, np.linspace(begin, end, samples), **more)
-    assert found.failure is None
-    return found
+    trajectory = integrate(flow, initial, parameters, np.linspace(begin, end, samples), **more)
+    assert trajectory.failure is None
+    return trajectory
 
 
 def bilinear(time):
@@ -44,53 +44,53 @@ def bilinear(time):
 def test_a_polygon_over_time(engine, samples):
     """The integral of triangles, each of area 1/2: exact in binary at whole times."""
     system = System((x,), (PiecewiseCubic(TIME, TRIANGLES),))
-    found = run(system, [0.25], 12.0, engine, samples)
-    inside = np.minimum(found.time, 10.0)
+    trajectory = run(system, [0.25], 12.0, engine, samples)
+    inside = np.minimum(trajectory.time, 10.0)
     s = inside % 2
     area = np.floor(inside / 2) + np.where(s < 1, s**2 / 2, 1 - (2 - s) ** 2 / 2)
-    assert np.abs(found.states[0] - 0.25 - area).max() < 2e-13
+    assert np.abs(trajectory.states[0] - 0.25 - area).max() < 2e-13
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_a_kink_in_the_state_costs_no_accuracy(engine, tolerance):
-    """Ten periods of a bilinear spring, forty corners: the error stays near the tolerance, as for a smooth oscillator."""
+    """Ten periods of a bilinear spring, forty breakpoints: the error stays near the tolerance, as for a smooth oscillator."""
     system = System((x, v), (v, -PiecewiseCubic(x, BILINEAR)))
-    found = run(system, [0.0, 1.0], 15 * math.pi, engine, 333, tolerance=tolerance)
-    error = np.abs(found.states - bilinear(found.time)).max()
+    trajectory = run(system, [0.0, 1.0], 15 * math.pi, engine, 333, tolerance=tolerance)
+    error = np.abs(trajectory.states - bilinear(trajectory.time)).max()
     assert error < 300 * tolerance if tolerance > 1e-12 else error < 2e-11
 
 
 def test_a_jump_in_the_state_costs_no_accuracy(engine):
-    """x'' = -sign(x): parabolas of period 4 sqrt(2 h); fifty corners, each of whose roundings is carried on."""
+    """x'' = -sign(x): parabolas of period 4 sqrt(2 h); fifty breakpoints, each of whose roundings is carried on."""
     system = System((x, v), (v, -PiecewiseCubic(x, SIGN)))
     period = 4 * math.sqrt(2)
-    found = run(system, [1.0, 0.0], 25.25 * period, engine, 102)
-    s = found.time % period
+    trajectory = run(system, [1.0, 0.0], 25.25 * period, engine, 102)
+    s = trajectory.time % period
     quarter = period / 4
     exact = np.where(
         s < quarter, 1 - s**2 / 2, np.where(s < 3 * quarter, -1 + (s - 2 * quarter) ** 2 / 2, 1 - (period - s) ** 2 / 2)
     )
-    assert np.abs(found.states[0] - exact).max() < 1e-10
+    assert np.abs(trajectory.states[0] - exact).max() < 1e-10
 
 
 def test_a_step_at_a_time(engine):
     """An oscillator on which a force of 3 acts from t = 1 on, sampled at the very time of the step."""
     force = PiecewiseCubic(TIME, step("F", 1.0, 0.0, 3.0))
     system = System((x, v), (v, -x + force))
-    found = run(system, [1.0, 0.0], 5.0, engine, 501)
-    exact = np.cos(found.time) + np.where(found.time < 1, 0, 3 * (1 - np.cos(found.time - 1)))
-    assert np.abs(found.states[0] - exact).max() < BETWEEN[engine]
+    trajectory = run(system, [1.0, 0.0], 5.0, engine, 501)
+    exact = np.cos(trajectory.time) + np.where(trajectory.time < 1, 0, 3 * (1 - np.cos(trajectory.time - 1)))
+    assert np.abs(trajectory.states[0] - exact).max() < BETWEEN[engine]
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e-16, 1e-14, 1e-12, 1e-10, 3e-10, 1e-9, 1e-7])
-def test_two_arguments_reach_their_corners_together(engine, offset):
-    """Two clocks, one a little ahead: both ladders must climb at every corner, in whatever order their events are told."""
+def test_two_arguments_reach_their_breakpoints_together(engine, offset):
+    """Two clocks, one a little ahead: both segments must change at every breakpoint, in any order of their events."""
     fa, fb = PiecewiseCubic(a, TRIANGLES), PiecewiseCubic(b, TRIANGLES)
     system = System((a, b, x, y), (sp.S.One, sp.S.One, fa, fb))
-    found = run(system, [0.0, offset, 0.0, 0.0], 10.5, engine, 22)
+    trajectory = run(system, [0.0, offset, 0.0, 0.0], 10.5, engine, 22)
     eighths = np.cumsum([0, *([1, 3, 3, 1] * 5), 0])  # at every half second
-    assert found.states[2] == pytest.approx(eighths / 8, abs=1e-12)
-    assert found.states[3] == pytest.approx(found.states[2], abs=1e-12 + 11 * offset)
+    assert trajectory.states[2] == pytest.approx(eighths / 8, abs=1e-12)
+    assert trajectory.states[3] == pytest.approx(trajectory.states[2], abs=1e-12 + 11 * offset)
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e-14, 1e-10, 3e-10])
@@ -98,38 +98,38 @@ def test_two_arguments_reach_jumps_together_in_opposite_directions(engine, offse
     """x'' = -sign(x) twice, one mirrored and a little late: all hundred jumps of both are taken."""
     system = System((x, v, y, w), (v, -PiecewiseCubic(x, SIGN), w, -PiecewiseCubic(y, SIGN)))
     period = 4 * math.sqrt(2)
-    found = run(system, [1.0, 0.0, -1.0 - offset, 0.0], 12.5 * period, engine, 2)
-    assert found.states[:2, -1] == pytest.approx([-1.0, 0.0], abs=1e-10)
-    assert found.states[2:, -1] == pytest.approx([1.0, 0.0], abs=1e-10 + 100 * offset)
+    trajectory = run(system, [1.0, 0.0, -1.0 - offset, 0.0], 12.5 * period, engine, 2)
+    assert trajectory.states[:2, -1] == pytest.approx([-1.0, 0.0], abs=1e-10)
+    assert trajectory.states[2:, -1] == pytest.approx([1.0, 0.0], abs=1e-10 + 100 * offset)
 
 
 def test_mirrored_motions_stay_mirrored(engine):
-    """Symmetrical bodies meet their corners at the same instant, for ever: x and y = -x of two equal systems."""
+    """Symmetrical bodies meet their breakpoints at the same instant, for ever: x and y = -x of two equal systems."""
     system = System((x, v, y, w), (v, -PiecewiseCubic(x, BILINEAR), w, PiecewiseCubic(-y, BILINEAR)))
-    found = run(system, [0.0, 1.0, 0.0, -1.0], 15 * math.pi, engine, 200)
-    assert np.abs(found.states[:2] + found.states[2:]).max() < 1e-13
-    assert np.abs(found.states[:2] - bilinear(found.time)).max() < 2e-11
+    trajectory = run(system, [0.0, 1.0, 0.0, -1.0], 15 * math.pi, engine, 200)
+    assert np.abs(trajectory.states[:2] + trajectory.states[2:]).max() < 1e-13
+    assert np.abs(trajectory.states[:2] - bilinear(trajectory.time)).max() < 2e-11
 
 
 @pytest.mark.parametrize("speed", [1.0, -1.0])
-def test_an_argument_that_starts_on_its_corner(engine, speed):
+def test_an_argument_that_starts_on_its_breakpoint(engine, speed):
     """The piece on the side to which it moves holds."""
     system = System((x, v), (v, -PiecewiseCubic(x, BILINEAR)))
-    found = run(system, [0.0, speed], 1.5 * math.pi, engine, 100)
+    trajectory = run(system, [0.0, speed], 1.5 * math.pi, engine, 100)
     shift = 0.0 if speed > 0 else math.pi / 2
-    assert np.abs(found.states - bilinear(found.time + shift)).max() < BETWEEN[engine]
+    assert np.abs(trajectory.states - bilinear(trajectory.time + shift)).max() < BETWEEN[engine]
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_an_argument_that_starts_on_its_corner_at_rest_and_is_pushed_off(engine, side):
+def test_an_argument_that_starts_on_its_breakpoint_at_rest_and_is_pushed_off(engine, side):
     """With a force of constant direction: x'' = side - spring."""
     system = System((x, v), (v, c - PiecewiseCubic(x, BILINEAR)), (c,))
-    found = run(system, [0.0, 0.0], 6.0, engine, 60, parameters=[side])
+    trajectory = run(system, [0.0, 0.0], 6.0, engine, 60, parameters=[side])
     k = 4.0 if side > 0 else 1.0
-    assert found.states[0] == pytest.approx(side / k * (1 - np.cos(math.sqrt(k) * found.time)), abs=BETWEEN[engine])
+    assert trajectory.states[0] == pytest.approx(side / k * (1 - np.cos(math.sqrt(k) * trajectory.time)), abs=BETWEEN[engine])
 
 
-def test_an_argument_at_rest_on_its_corner_stays(engine):
+def test_an_argument_at_rest_on_its_breakpoint_stays(engine):
     system = System((x, v), (v, -PiecewiseCubic(x, BILINEAR)))
     assert np.abs(run(system, [0.0, 0.0], 10.0, engine, 3).states).max() == 0.0
 
@@ -138,29 +138,29 @@ GRAZING = [0.0, *(s * 10.0**-k for k in (16, 15, 14, 13, 12, 11, 10, 8, 6, 4) fo
 
 
 @pytest.mark.parametrize("height", GRAZING)
-def test_an_argument_that_grazes_its_corner_goes_back(engine, height):
-    """x = 1 + height - (t - 3)^2 reaches the corner 1 for an instant, or almost. What it does after that must not be forgotten:
-    y' = slope 1 below the corner, 100 above it."""
+def test_an_argument_that_grazes_its_breakpoint_goes_back(engine, height):
+    """x = 1 + height - (t - 3)^2 reaches the breakpoint 1 for an instant, or almost; what follows must not be missed:
+    y' = slope 1 below the breakpoint, 100 above it."""
     kink = Pieces("k", (1.0,), ((0, 1, 0, 0), (0, 100, 0, 0)))
     system = System((x, v, y), (v, sp.Float(-2.0), PiecewiseCubic(x, kink)))
-    found = run(system, [1 + height - 9.0, 6.0, 0.0], 6.0, engine, 7)
-    t = found.time - 3.0
+    trajectory = run(system, [1 + height - 9.0, 6.0, 0.0], 6.0, engine, 7)
+    t = trajectory.time - 3.0
     exact = height * (t + 3) - (t**3 + 27) / 3
     if height > 0:
         over = np.clip(t, -math.sqrt(height), math.sqrt(height))
         exact += 99 * (height * (over + math.sqrt(height)) - (over**3 + height**1.5) / 3)
     # heyoka finds both crossings; SciPy looks for changes of sign from step to step and may miss a visit within one step.
     missed = 132 * max(height, 0.0) ** 1.5 if engine == "scipy" else 0.0
-    assert found.states[2] == pytest.approx(exact, abs=2e-11 + missed)
+    assert trajectory.states[2] == pytest.approx(exact, abs=2e-11 + missed)
 
 
-def test_corners_close_together(engine):
-    """A thousand corners 1e-5 apart, passed within 0.01: a staircase up and down."""
+def test_breakpoints_close_together(engine):
+    """A thousand breakpoints 1e-5 apart, passed within 0.01: a staircase up and down."""
     heights = np.tile([0.0, 1.0], 500)
     system = System((x,), (PiecewiseCubic(TIME, interpolated("s", 1 + 1e-5 * np.arange(1000), heights, "steps")),))
-    found = run(system, [0.0], 2.0, engine, 3)
+    trajectory = run(system, [0.0], 2.0, engine, 3)
     exact = 500e-5 + 1 - 999e-5 - 1e-5  # half of the stairs, then the last step holds
-    assert found.states[0, -1] == pytest.approx(exact, abs=1e-12)
+    assert trajectory.states[0, -1] == pytest.approx(exact, abs=1e-12)
 
 
 def test_a_measured_record_of_hundreds_of_points(engine):
@@ -170,40 +170,40 @@ def test_a_measured_record_of_hundreds_of_points(engine):
     values = rng.normal(size=300)
     exact = CubicSpline(times, values, bc_type="clamped").antiderivative()
     system = System((x,), (PiecewiseCubic(TIME, interpolated("r", times, values, "spline")),))
-    found = run(system, [0.0], times[-1], engine, 40, begin=times[0])
-    assert found.states[0] == pytest.approx(exact(found.time), abs=1e-12)
+    trajectory = run(system, [0.0], times[-1], engine, 40, begin=times[0])
+    assert trajectory.states[0] == pytest.approx(exact(trajectory.time), abs=1e-12)
 
 
 def test_a_piecewise_function_of_a_piecewise_function(engine):
-    """A stop that follows a schedule: f(x - g(t)), the corner moves."""
+    """A stop that follows a schedule: f(x - g(t)), the breakpoint moves."""
     stop = interpolated("stop", [0.0, 2.0, 4.0], [1.0, 3.0, 1.0], "linear")
     gap = Pieces("contact", (0.0,), ((0, 0, 0, 0), (0, 1, 0, 0)))
     system = System((x, y), (sp.S.One, PiecewiseCubic(x - PiecewiseCubic(TIME, stop), gap)))
-    found = run(system, [-1.0, 0.0], 6.0, engine, 61)
-    t = found.time  # the gap -2 until t = 2, then 2 t - 6 until t = 4, then t - 2
+    trajectory = run(system, [-1.0, 0.0], 6.0, engine, 61)
+    t = trajectory.time  # the gap -2 until t = 2, then 2 t - 6 until t = 4, then t - 2
     middle, late = np.clip(t, 3, 4), np.maximum(t, 4)
     exact = (middle - 3) ** 2 + ((late - 2) ** 2 - 4) / 2
-    assert found.states[1] == pytest.approx(exact, abs=1e-12)
+    assert trajectory.states[1] == pytest.approx(exact, abs=1e-12)
 
 
-def test_corners_of_a_parameter(engine):
-    """The argument may hold parameters: one compiled flow, the corner elsewhere."""
+def test_breakpoints_of_a_parameter(engine):
+    """The argument may hold parameters: one compiled flow, the breakpoint elsewhere."""
     system = System((x,), (PiecewiseCubic(TIME - c, HEAVISIDE),), (c,))
     for at in (-1.0, 0.0, 0.5, 1.0, 7.0):
-        found = run(system, [0.0], 2.0, engine, 9, parameters=[at])
-        assert found.states[0] == pytest.approx(np.clip(found.time - at, 0, found.time), abs=1e-13)
+        trajectory = run(system, [0.0], 2.0, engine, 9, parameters=[at])
+        assert trajectory.states[0] == pytest.approx(np.clip(trajectory.time - at, 0, trajectory.time), abs=1e-13)
 
 
-def test_an_action_that_carries_an_argument_over_corners(engine):
+def test_an_action_that_carries_an_argument_over_breakpoints(engine):
     """At t = 1 the state is thrown from the first triangle into the fourth, and later back."""
     throw = Event("throw", TIME - 1, +1, action=lambda _t, s, p: (s + np.array([3.25, 0.0]), p))
     back = Event("back", TIME - 2, +1, action=lambda _t, s, p: (s - np.array([5.0, 0.0]), p))
     system = System((a, y), (sp.S.One, PiecewiseCubic(a, TRIANGLES)))
-    found = run(system, [0.25, 0.0], 3.0, engine, 4, events=(throw, back))
+    trajectory = run(system, [0.25, 0.0], 3.0, engine, 4, events=(throw, back))
     first = (1 - 0.25**2) / 2 + (1 - 0.75**2) / 2  # from 0.25 to 1.25
     second = third = (1 - 0.5**2) / 2 + (1 - 0.5**2) / 2  # from 4.5 to 5.5, and from 0.5 to 1.5
-    assert found.states[1, -1] == pytest.approx(first + second + third, abs=1e-12)
-    assert [h.name for h in found.hits] == ["throw", "back"]  # corners are no hits
+    assert trajectory.states[1, -1] == pytest.approx(first + second + third, abs=1e-12)
+    assert [h.name for h in trajectory.hits] == ["throw", "back"]  # breakpoints are no hits
 
 
 def test_a_quadrature_gains_where_its_function_jumps(engine):
@@ -212,18 +212,18 @@ def test_a_quadrature_gains_where_its_function_jumps(engine):
     work = Output("work", sp.diff(p, TIME) * x, jump=p * x)
     system = System((x,), (sp.S.One,), quadratures=(work,))
     for samples in (2, 5, 41):
-        found = run(system, [0.0], 4.0, engine, samples)
-        exact = np.where(found.time >= 1, 2.0, 0.0) + np.where(found.time >= 3, 9.0, 0.0)
-        assert found.quadratures["work"] == pytest.approx(exact, abs=1e-12)  # at the corner itself: from the right
+        trajectory = run(system, [0.0], 4.0, engine, samples)
+        exact = np.where(trajectory.time >= 1, 2.0, 0.0) + np.where(trajectory.time >= 3, 9.0, 0.0)
+        assert trajectory.quadratures["work"] == pytest.approx(exact, abs=1e-12)  # at the breakpoint itself: from the right
 
 
 @pytest.mark.parametrize("unit", [1e-9, 1.0, 1e6])
 def test_a_jump_is_the_same_in_any_unit(engine, unit):
     p = PiecewiseCubic(TIME, step("p", 1.0, 0.0, 2.0))
     system = System((x,), (sp.S.One,), quadratures=(Output("work", sp.S.Zero, jump=p * x), Output("other", x)))
-    found = run(system, [0.0], 4.0, engine, 2, unit=unit)
-    assert found.quadratures["work"][-1] == pytest.approx(2.0, abs=1e-12)
-    assert found.quadratures["other"][-1] == pytest.approx(8.0, abs=1e-11)
+    trajectory = run(system, [0.0], 4.0, engine, 2, unit=unit)
+    assert trajectory.quadratures["work"][-1] == pytest.approx(2.0, abs=1e-12)
+    assert trajectory.quadratures["other"][-1] == pytest.approx(8.0, abs=1e-11)
 
 
 def test_two_jumps_at_one_time(engine):
@@ -231,21 +231,21 @@ def test_two_jumps_at_one_time(engine):
     p, q = PiecewiseCubic(TIME, step("p", 1.0, 0.0, 2.0)), PiecewiseCubic(TIME, step("q", 1.0, 3.0, 4.0))
     system = System((x,), (sp.S.One,), quadratures=(Output("work", sp.S.Zero, jump=p * q * x),))
     assert run(system, [0.0], 4.0, engine).quadratures["work"][-1] == pytest.approx(8.0, abs=1e-12)
-    r = PiecewiseCubic(x, step("r", 1.0, 3.0, 4.0))  # another argument that reaches its corner at the same time
+    r = PiecewiseCubic(x, step("r", 1.0, 3.0, 4.0))  # another argument that reaches its breakpoint at the same time
     system = System((x,), (sp.S.One,), quadratures=(Output("work", sp.S.Zero, jump=p * r * x),))
     assert run(system, [0.0], 4.0, engine).quadratures["work"][-1] == pytest.approx(8.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("pause", [1.0, math.pi / 2, math.pi / 2 + 1e-12, 3.0])
 def test_a_run_is_resumed_anywhere(engine, pause):
-    """At a corner, just after it, and elsewhere; with a step of time and a kink of the state."""
+    """At a breakpoint, just after it, and elsewhere; with a step of time and a kink of the state."""
     force = PiecewiseCubic(TIME, step("F", 3.0, 0.0, 0.5))
     system = System((x, v), (v, -PiecewiseCubic(x, BILINEAR) + force), quadratures=(Output("q", force, jump=force * x),))
     whole = run(system, [0.0, 1.0], 10.0, engine)
     first = run(system, [0.0, 1.0], pause, engine)
     second = run(system, first.end_state, 10.0, engine, begin=first.end_time)
     assert second.states[:, -1] == pytest.approx(whole.states[:, -1], abs=1e-11)
-    if pause != 3.0:  # at the jump itself the first run may or may not have gained it; below the two are looked at together
+    if pause != 3.0:  # at the jump itself the first run may or may not have gained it; below the two are compared together
         assert second.quadratures["q"][-1] == pytest.approx(whole.quadratures["q"][-1], abs=1e-11)
 
 
@@ -264,8 +264,8 @@ def test_paused_and_continued_to_the_last_bit(engine):
     whole = integrate(flow, [0.3, 1.0], [], grid)
     part = integrate(flow, [0.3, 1.0], [], grid[:1025])
     while len(part.time) < len(grid):
-        here = len(part.time) - 1
-        part = part.joined(integrate(flow, part.end_state, [], grid[here : here + 1025]))
+        last = len(part.time) - 1
+        part = part.joined(integrate(flow, part.end_state, [], grid[last : last + 1025]))
     assert np.array_equal(whole.states, part.states)
 
 
@@ -290,10 +290,10 @@ def test_a_bouncing_ball(engine, restitution):
     damping = 2 * zeta * math.sqrt(k)
     lost = Output("lost", on * damping * v**2)
     system = System((x, v), (v, -g - on * (k * x + damping * v)), quadratures=(lost,))
-    found = run(system, [0.05, 0.0], 1.0, engine, 500)
-    x_, v_ = found.states
+    trajectory = run(system, [0.05, 0.0], 1.0, engine, 500)
+    x_, v_ = trajectory.states
     energy = v_**2 / 2 + g * x_ + np.where(x_ < 0, k * x_**2 / 2, 0.0)
-    assert energy + found.quadratures["lost"] == pytest.approx(0.5, abs=1e-10)
+    assert energy + trajectory.quadratures["lost"] == pytest.approx(0.5, abs=1e-10)
     assert x_.min() > -1.1e-3  # v/omega of the spring, 1 m/s by 1000 rad/s, and the weight
     if restitution == 0.3:
         assert x_[-1] == pytest.approx(-g / k, abs=1e-12)
@@ -302,9 +302,9 @@ def test_a_bouncing_ball(engine, restitution):
 def test_what_never_changes_is_no_event(engine):
     """An event of parameters alone never happens, and does no harm beside others."""
     flat, late = Event("flat", c - 1, action=lambda _t, s, p: (s, p)), Event("late", TIME - c, +1, terminal=True)
-    found = run(System((x,), (sp.S.One,), (c, d)), [0.0], 5.0, engine, 6, parameters=[2.0, 3.0], events=(flat, late))
-    assert found.stopped_by == "late"
-    assert found.end_time == pytest.approx(2.0, abs=1e-12)
+    trajectory = run(System((x,), (sp.S.One,), (c, d)), [0.0], 5.0, engine, 6, parameters=[2.0, 3.0], events=(flat, late))
+    assert trajectory.stopped_by == "late"
+    assert trajectory.end_time == pytest.approx(2.0, abs=1e-12)
 
 
 def _switch_on(place):
@@ -317,16 +317,18 @@ def _switch_on(place):
 
 @pytest.mark.parametrize("at", [0.3, 1 / 3, 0.7, 2.0, math.pi, 4.999])
 def test_two_actions_at_the_same_time(engine, at):
-    """Two bodies are released at one instant, where a step comes as well: an engine tells one event, all three happen, once."""
+    """Two bodies are released at one instant, where a step comes as well: an engine reports one, all three happen, once."""
     count = sp.Symbol("count", real=True)
     events = tuple(Event(n, TIME / at - 1, +1, action=_switch_on(k)) for k, n in enumerate(("one", "two")))
     thrown = Event("thrown", TIME - at, action=lambda _t, s, p: (s + np.array([0.0, 0.0, 1.0]), p))
     later = PiecewiseCubic(TIME, step("H", at, 0.0, 1.0))
     system = System((x, y, count), (c + 0 * x, d * later, sp.S.Zero), (c, d))
     for grid in ([0.0, 6.0], [0.0, at, 6.0], np.linspace(0, 6, 2001)):  # the second ends a leg there
-        found = integrate(compile_system(system, events=(*events, thrown), engine=engine), [0, 0, 0], [0, 0], np.array(grid))
-        assert found.states[:, -1] == pytest.approx([6 - at, 6 - at, 1.0], abs=1e-10)
-        assert sorted(h.name for h in found.hits) == ["one", "thrown", "two"]
+        trajectory = integrate(
+            compile_system(system, events=(*events, thrown), engine=engine), [0, 0, 0], [0, 0], np.array(grid)
+        )
+        assert trajectory.states[:, -1] == pytest.approx([6 - at, 6 - at, 1.0], abs=1e-10)
+        assert sorted(h.name for h in trajectory.hits) == ["one", "thrown", "two"]
 
 
 @pytest.mark.parametrize("at", [0.3, 1 / 3, 0.7])

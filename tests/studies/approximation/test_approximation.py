@@ -24,7 +24,7 @@ from wucht.studies.approximation.comparison import CURVE, Comparison
 from wucht.studies.approximation.order import FACTORS, Errors, UnmeasuredError, errors, nominal
 from wucht.studies.approximation.prepare import OWN, Plan, changes_at, prepare
 from wucht.studies.approximation.spec import Approximation
-from wucht.studies.approximation.verdict import regions
+from wucht.studies.approximation.trust import regions
 from wucht.studies.run_up.model import SlowModel
 from wucht.studies.run_up.prepare import Case
 from wucht.studies.run_up.run import Motion

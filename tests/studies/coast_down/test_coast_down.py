@@ -23,8 +23,8 @@ from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies.coast_down import run as module
 from wucht.studies.coast_down.prepare import prepare
 from wucht.studies.coast_down.spec import CoastDown
-from wucht.studies.reading import read_study
 from wucht.studies.runner import run
+from wucht.studies.study_file import read_study
 
 J, LOSS = 0.02, 0.004  # kg m^2, N m s
 
@@ -225,7 +225,7 @@ def test_another_process_resumes_it(tmp_path: Path, study: Callable[..., Path]) 
     assert units
     script = (
         "import sys\nfrom pathlib import Path\n"
-        "from wucht.studies.reading import read_study\nfrom wucht.studies.runner import run\n"
+        "from wucht.studies.study_file import read_study\nfrom wucht.studies.runner import run\n"
         "def stop(share, what): print(share); raise KeyboardInterrupt\n"
         "asked = read_study(sys.argv[1])\n"
         "run(asked.spec, asked.subject, folder=Path(sys.argv[2]), resume=True, progress=stop)\n"

@@ -189,7 +189,7 @@ def test_the_shortest_runs_can_be_drawn(study: Study) -> None:
         result = run(question, machine)
         figure = draw(result)
         figure.savefig(io.BytesIO(), format="png")
-        assert figure.get_suptitle().endswith("\nunidentified: the run is too short to tell")
+        assert figure.get_suptitle().endswith("\nunidentified: the run is too short for a verdict")
         speed, amplitude, phases, power = _panels(figure)
         assert _labels(speed) == ["drum", "p1", "p2", "no-load speed", "natural frequency"]
         assert _labels(amplitude)[-1] == "amplitude"
@@ -284,7 +284,7 @@ def test_the_band_has_the_name_and_colour_of_the_body_that_turns_past() -> None:
     ],
 )
 def test_rotors_that_may_be_taken_along_show_their_phase(name, label):
-    from wucht.studies.reading import read_study
+    from wucht.studies.study_file import read_study
 
     study = read_study(name, {"study.until": 100.0})
     result = run(study.spec, study.subject)

@@ -473,7 +473,7 @@ def test_a_family_that_gravity_breaks_against_a_long_run() -> None:
     time = orbit.period * np.array([0, 200, 200 + turns])
     run = integrate(full.flow, orbit.state, np.array(full.flow.system.values(m.values)), time)
     moved = run.states[angles, 2] - run.states[angles, 1] - 2 * math.pi * turns
-    drift = turns * orbit.drift(1 + state.dimension)[angles]
+    drift = turns * orbit.creep(1 + state.dimension)[angles]
     assert np.abs(drift).max() > 1e-4
     assert moved == pytest.approx(drift, rel=0.1, abs=0.02 * np.abs(drift).max())
 

@@ -20,7 +20,7 @@ from wucht.analysis.static import static_position
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
-from wucht.numerics.orbits import Orbit, periodic_orbit
+from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
 
 NEUTRAL = 1e-7  # ln|mu| of a multiplier on the unit circle: the accuracy of those that come from an integration
 _ELSEWHERE = 0.5  # rad: a periodic motion whose phases are further away is another one
@@ -54,26 +54,26 @@ class FullStability:
             return Stability.undecided(
                 f"the nearest periodic motion of the full equations has phases up to {math.degrees(away):.0f} degrees away"
             )
-        multipliers = orbit.rest(1 + state.neutral)
+        multipliers = orbit.nontrivial(1 + state.neutral)
         with np.errstate(divide="ignore"):
             exponents = np.log(multipliers.astype(complex)) / orbit.period
         exponents = exponents[np.argsort(-exponents.real, kind="stable")]
         across = Stability.of_exponents(exponents, NEUTRAL / orbit.period, _on_the_unit_circle(self.machine))
         return self._creeping(orbit, state, across) if orbit.residual > _REPEATS else across
 
-    def _creeping(self, orbit: Orbit, state: State, across: Stability) -> Stability:
+    def _creeping(self, orbit: PeriodicOrbit, state: State, across: Stability) -> Stability:
         """Of a member of a family that does not repeat exactly."""
-        drift = orbit.drift(1 + state.neutral)
+        drift = orbit.creep(1 + state.neutral)
         moved = np.array([self._sense(b.name) * drift[self.machine.row(b.coordinate.position)] for b in self.machine.bodies])
         turn = math.degrees(float(np.abs(moved - moved[self.machine.bodies.index(self.machine.rotor)]).max()))
         by = " by gravity" if sp.sympify(self.machine.frame.gravity).xreplace(self.machine.numbers) else ""
         creep = f"the family is broken{by}: bodies creep along it, here by up to {turn:.2g} degrees a turn"
         along = np.sort(np.abs(orbit.multipliers - 1))[: 1 + state.neutral].max()
-        if along > _SLOWER * float(np.abs(1 - np.abs(orbit.rest(1 + state.neutral))).min(initial=np.inf)):
+        if along > _SLOWER * float(np.abs(1 - np.abs(orbit.nontrivial(1 + state.neutral))).min(initial=np.inf)):
             return Stability(None, across.exponents, f"{creep}, not much slower than what decays across it")
         return replace(across, reason=f"{creep}; judged is what grows or decays across it") if not across.reason else across
 
-    def orbit(self, state: State) -> Orbit:
+    def orbit(self, state: State) -> PeriodicOrbit:
         """The periodic motion near a state, of a family as far as it repeats. Raises ``WuchtError`` where none is found."""
         main = self.machine.row(self.machine.rotor.coordinate.position)
         advance = np.zeros(len(self.machine.state_names))
@@ -101,7 +101,7 @@ class FullStability:
     def _sense(self, name: str) -> float:
         return float(self.torques.senses[self.torques.names.index(name)])
 
-    def _away(self, orbit: Orbit, state: State) -> float:
+    def _away(self, orbit: PeriodicOrbit, state: State) -> float:
         """How far the phases of a periodic motion are from those of a state, at most."""
         m, names = self.machine, self.torques.names
         angle = {b.name: self._sense(b.name) * orbit.state[m.row(b.coordinate.position)] for b in m.bodies}

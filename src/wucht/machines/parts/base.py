@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, Self
 import sympy as sp
 from pydantic import Field, model_validator
 
-from wucht.machines.parts.fields import Described, Parameter, si, unit_of
+from wucht.fields import Described, Parameter, si, unit_of
 from wucht.machines.parts.release import Release
 from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import Coordinate

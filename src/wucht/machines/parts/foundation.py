@@ -7,7 +7,7 @@ from typing import Literal
 import sympy as sp
 from pydantic import Field
 
-from wucht.machines.parts.fields import Described, si
+from wucht.fields import Described, si
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 

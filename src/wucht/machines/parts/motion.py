@@ -7,7 +7,7 @@ from typing import Any, Literal
 import sympy as sp
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from wucht.machines.parts.fields import Described, Parameter, si
+from wucht.fields import Described, Parameter, si
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
 from wucht.quantities import Unit
 from wucht.system import TIME

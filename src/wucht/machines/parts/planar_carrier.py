@@ -7,8 +7,8 @@ from typing import ClassVar, Literal
 import sympy as sp
 from pydantic import Field
 
+from wucht.fields import Described
 from wucht.machines.parts.base import Body, Frame, Point, si
-from wucht.machines.parts.fields import Described
 from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from wucht.machines.parts.fields import Described, si
+from wucht.fields import Described, si
 
 
 class Release(Described):

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import sympy as sp
 from pydantic import Field
 
+from wucht.fields import si
 from wucht.machines.parts.base import Body
-from wucht.machines.parts.fields import si
 
 RESTITUTION = 0.5
 

@@ -11,9 +11,9 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.flow.events import Event, Leg
+from wucht.numerics.flow.events import Event, LegResult
 from wucht.numerics.flow.program import Evaluator, Numbers, lower
-from wucht.numerics.flow.segments import Look, Placing, Segmentations, looking
+from wucht.numerics.flow.segments import Lookahead, Segmentations, SegmentLocator, compile_lookahead
 from wucht.system import Output, System
 
 DEFAULT_TOLERANCE = 1e-12
@@ -32,7 +32,7 @@ class Integrator(Protocol):
     def state(self) -> np.ndarray: ...  # noqa: D102
     def forget_events(self) -> None: ...  # noqa: D102
     def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None: ...  # noqa: D102
-    def leg(self, grid: np.ndarray) -> Leg: ...  # noqa: D102
+    def leg(self, grid: np.ndarray) -> LegResult: ...  # noqa: D102
 
 
 class Engine(Protocol):
@@ -47,10 +47,30 @@ class Engine(Protocol):
 class CompiledSystem:
     """A compiled System with its events: immutable, hashable, shared by all runs and threads.
 
-    events: those asked for, then those at breakpoints. placing: which segments of piecewise functions are in use, None where
-    there are none. jumps: what the quadratures gain where a piecewise function jumps, as a function of the state on a segment,
-    or None if nothing can. acting: the events with an action or an end, and ``look``, which tells where their functions are,
-    because two may happen together. Two are equal that were compiled from the same.
+    Attributes
+    ----------
+    system : System
+    events : tuple of Event
+        Those asked for, then those at breakpoints.
+    tolerance : float
+        Relative and absolute error allowed per step.
+    engine_name : str
+    engine : Engine
+        The compiled code, which makes an integrator for each run.
+    outputs : Evaluator
+        Of the System's outputs, over arrays.
+    locator : SegmentLocator, optional
+        Which segments of piecewise functions are in use; None where there are none.
+    jumps : Evaluator, optional
+        What the quadratures gain where a piecewise function jumps; None if nothing can.
+    interrupting : tuple of int
+        The indices of the requested events that stop the integrator.
+    lookahead : callable, optional
+        The values of their functions now and a little later, because two may happen together.
+
+    Notes
+    -----
+    Two are equal that were compiled from the same System, events, tolerance and engine.
     """
 
     system: System
@@ -59,10 +79,10 @@ class CompiledSystem:
     engine_name: str
     engine: Engine = field(compare=False)
     outputs: Evaluator = field(compare=False)
-    placing: Placing | None = field(default=None, compare=False)
+    locator: SegmentLocator | None = field(default=None, compare=False)
     jumps: Evaluator | None = field(default=None, compare=False)
-    acting: tuple[int, ...] = field(default=(), compare=False)
-    look: Look | None = field(default=None, compare=False)
+    interrupting: tuple[int, ...] = field(default=(), compare=False)
+    lookahead: Lookahead | None = field(default=None, compare=False)
 
 
 def available_engine() -> str:
@@ -79,9 +99,24 @@ def compile_system(
 ) -> CompiledSystem:
     """Compile a System; an equal System, whatever its parameter values, gets the same compiled one back.
 
-    tolerance: relative and absolute error allowed per step (heyoka: compiled in). engine: ``"heyoka"``, ``"scipy"`` (Dormand-
-    Prince), ``"scipy-radau"`` (stiff) or None for the best that is installed. The integrals of the System's quadratures are
-    computed along, with the same accuracy. Raises ``WuchtError`` for an unknown engine.
+    Parameters
+    ----------
+    system : System
+        The integrals of its quadratures are computed along, with the same accuracy.
+    tolerance : float
+        Relative and absolute error allowed per step (heyoka: compiled in).
+    events : tuple of Event
+    engine : {"heyoka", "scipy", "scipy-radau"}, optional
+        Taylor's method, Dormand-Prince 8(5,3), or Radau (stiff); None for the best that is installed.
+
+    Returns
+    -------
+    CompiledSystem
+
+    Raises
+    ------
+    WuchtError
+        For an unknown engine.
     """
     chosen = engine or available_engine()
     if chosen not in ENGINES:
@@ -101,7 +136,7 @@ def compile_system(
 
         method = "Radau" if chosen == "scipy-radau" else "DOP853"
         compiled = ScipyEngine(program, watched, event_program, tolerance, method)
-    acting = tuple(i for i, e in enumerate(events) if e.interrupts)
+    interrupting = tuple(i for i, e in enumerate(events) if e.interrupts)
     return CompiledSystem(
         system,
         watched,
@@ -109,10 +144,10 @@ def compile_system(
         chosen,
         compiled,
         Evaluator.of_outputs(system),
-        Placing.of(segmentations, smooth) if segmentations else None,
+        SegmentLocator.of(segmentations, smooth) if segmentations else None,
         _jumps(system, smooth, segmentations),
-        acting,
-        looking(smooth, [segmentations.smooth(events[i].expression) for i in acting]) if acting else None,
+        interrupting,
+        compile_lookahead(smooth, [segmentations.smooth(events[i].expression) for i in interrupting]) if interrupting else None,
     )
 
 

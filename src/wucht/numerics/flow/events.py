@@ -15,11 +15,22 @@ Action = Callable[[float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Event:
-    """An event happens where ``expression`` (in the System's states, parameters and time) goes through zero.
+    """An event happens where an expression goes through zero.
 
-    direction: +1 rising, -1 falling, 0 both. terminal: the run stops there. action: called with time, state and parameters
-    (copies), returns the state and parameters with which the run continues (a body is released). switch: at a breakpoint, the
-    number of the segmentation and the direction; such events are not reported as hits.
+    Parameters
+    ----------
+    name : str
+    expression : sympy.Expr
+        In the System's states, parameters, definitions and time.
+    direction : {0, 1, -1}
+        +1 rising, -1 falling, 0 both.
+    terminal : bool
+        Whether the run stops there.
+    action : callable, optional
+        Called with time, state (n,) and parameters (copies); returns the state and parameters with which the run continues (a
+        body is released).
+    switch : tuple of int, optional
+        At a breakpoint: the number of the segmentation and the direction. Such events are not reported as hits.
     """
 
     name: str
@@ -37,7 +48,17 @@ class Event:
 
 @dataclass(frozen=True)
 class Hit:
-    """An event that happened: its name, the exact time and the state (n,) just before any action."""
+    """An event that happened.
+
+    Attributes
+    ----------
+    name : str
+        Of the event.
+    time : float
+        To the accuracy of the integration.
+    state : ndarray, (n,)
+        Just before any action.
+    """
 
     name: str
     time: float
@@ -45,7 +66,7 @@ class Hit:
 
 
 @dataclass(frozen=True)
-class Leg:
+class LegResult:
     """What an engine returns of one leg: samples up to the end or the interrupting event, whichever came first."""
 
     states: np.ndarray
@@ -56,7 +77,7 @@ class Leg:
 
 
 class LegError(RunError):
-    """An engine could not go on. ``samples`` (n, m) are those it still reached; ``remedy`` is what to try."""
+    """An engine could not continue. ``samples`` (n, m) are those it still reached; ``remedy`` is what to try."""
 
     def __init__(self, reason: str, samples: np.ndarray, remedy: str) -> None:
         super().__init__(reason)

@@ -15,8 +15,8 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import RunError
-from wucht.numerics.flow.events import Event, Hit, Leg, LegError
-from wucht.numerics.flow.program import Lines, Numbers, Program
+from wucht.numerics.flow.events import Event, Hit, LegError, LegResult
+from wucht.numerics.flow.program import Assignments, Numbers, Program
 from wucht.system import TIME
 
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
@@ -44,7 +44,7 @@ class Translator:
             self.memo[e] = self._translate(e)
         return self.memo[e]
 
-    def program(self, lines: Lines, results: Sequence[sp.Expr]) -> list[Any]:
+    def program(self, lines: Assignments, results: Sequence[sp.Expr]) -> list[Any]:
         """Translate results that use lines before them."""
         for symbol, expression in lines:
             self.memo[symbol] = self(expression)
@@ -94,8 +94,8 @@ def compiled_function(program: Program) -> Any:
 
 
 @dataclass
-class _Note:
-    """Takes down an event that does not interrupt. A copy of an integrator has a copy of it: nothing is shared."""
+class _Recorder:
+    """Records an event that does not interrupt. A copy of an integrator has a copy of it: nothing is shared."""
 
     name: str
     hits: list[Hit] = field(default_factory=list)
@@ -106,14 +106,14 @@ class _Note:
 
 
 class HeyokaEngine:
-    """A compiled flow: an integrator at rest, which is copied for each run. LLVM's result is cached on disk by heyoka."""
+    """Compiled equations: an integrator at rest, which is copied for each run. LLVM's result is cached on disk by heyoka."""
 
     name = "heyoka"
 
     def __init__(self, program: Program, events: Sequence[Event], event_program: Program, tolerance: float) -> None:
         import heyoka as hy
 
-        hy.set_logger_level_critical()  # what it has to say would stand on stdout; failures are reported as outcomes
+        hy.set_logger_level_critical()  # its log goes to stdout; failures are reported as outcomes
         n_own = len(program.constants)
         variables = [hy.make_vars(f"s{i}") for i in range(len(program.states))]
         symbols: dict[sp.Symbol, Any] = dict(zip(program.states, variables, strict=True))
@@ -134,7 +134,7 @@ class HeyokaEngine:
                 rest = {"cooldown": 0.0} if event.switch is not None else {}
                 terminal.append(hy.t_event(function, direction=direction[event.direction], **rest))
             else:
-                passing.append(hy.nt_event(function, callback=_Note(event.name), direction=direction[event.direction]))
+                passing.append(hy.nt_event(function, callback=_Recorder(event.name), direction=direction[event.direction]))
         extra = {"t_events": terminal} if terminal else {}
         extra |= {"nt_events": passing} if passing else {}
         self.program, self.event_program, self.events = program, event_program, tuple(events)
@@ -159,7 +159,7 @@ class HeyokaIntegrator:
         import heyoka as hy
 
         self._engine, self._adaptive = engine, adaptive
-        self._notes: list[_Note] = [e.callback for e in adaptive.nt_events] if adaptive.with_events else []
+        self._recorders: list[_Recorder] = [e.callback for e in adaptive.nt_events] if adaptive.with_events else []
         self._reached, self._bad_state = hy.taylor_outcome.time_limit, hy.taylor_outcome.err_nf_state
 
     def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
@@ -175,15 +175,15 @@ class HeyokaIntegrator:
         if self._engine.interrupting:
             self._adaptive.reset_cooldowns()
 
-    def leg(self, grid: np.ndarray) -> Leg:
+    def leg(self, grid: np.ndarray) -> LegResult:
         """Advance over the grid (m,). Raises ``LegError`` when the state ceases to be finite or steps run out."""
         ta, interrupting = self._adaptive, self._engine.interrupting
-        for note in self._notes:
-            note.hits.clear()
+        for recorder in self._recorders:
+            recorder.hits.clear()
         ahead = grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
         result = ta.propagate_grid(np.concatenate([[ta.time], grid]) if ahead else grid, max_steps=_MAX_STEPS)
         outcome, samples = result[0], result[-1][int(ahead) :]
-        hits = sorted((h for note in self._notes for h in note.hits), key=lambda h: h.time)
+        hits = sorted((h for recorder in self._recorders for h in recorder.hits), key=lambda h: h.time)
         state = np.array(ta.state)
         stopped_by = None
         if outcome != self._reached:
@@ -193,7 +193,7 @@ class HeyokaIntegrator:
                 raise self._failed(outcome == self._bad_state, np.asarray(samples).T.reshape(len(state), -1))
             stopped_by = interrupting[index]
             hits.append(Hit(self._engine.events[stopped_by].name, float(ta.time), state))
-        return Leg(np.asarray(samples).T.reshape(len(state), -1), float(ta.time), state, tuple(hits), stopped_by)
+        return LegResult(np.asarray(samples).T.reshape(len(state), -1), float(ta.time), state, tuple(hits), stopped_by)
 
     @staticmethod
     def _failed(not_finite: bool, samples: np.ndarray) -> LegError:

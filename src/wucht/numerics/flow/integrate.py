@@ -10,11 +10,11 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.flow.compiled import CompiledSystem, Integrator
 from wucht.numerics.flow.events import LegError
+from wucht.numerics.flow.legs import Integration
 from wucht.numerics.flow.program import Numbers
-from wucht.numerics.flow.run import Run
 from wucht.numerics.flow.trajectory import Trajectory
 
-Progress = Callable[[float], None]
+TimeCallback = Callable[[float], None]
 
 
 def integrate(
@@ -22,23 +22,43 @@ def integrate(
     initial: Sequence[float] | np.ndarray,
     parameters: Numbers | Mapping[str, float],
     grid: np.ndarray,
-    progress: Progress | None = None,
+    progress: TimeCallback | None = None,
     unit: float = 1.0,
     integrator: Integrator | None = None,
 ) -> Trajectory:
     """Integrate from ``grid[0]`` and sample at the grid's points.
 
-    initial: the state (n,), or with the quadratures' values appended (n + m,) to continue a run. parameters: in the System's
-    order, or by name. grid: (N,), increasing. progress: called with the time reached. unit: the size that the quadratures
-    have, for their accuracy. integrator: one made from ``compiled`` for an earlier part of the same run, which saves making
-    another; the numbers are the same. A run that fails returns what it has with the sentence in ``failure``; so does Ctrl-C,
-    with ``interrupted``. The same run gives the same numbers to the last bit.
+    Parameters
+    ----------
+    compiled : CompiledSystem
+        With n states and m quadratures.
+    initial : array_like, (n,) or (n + m,)
+        The state; with the quadratures' values appended to continue a run.
+    parameters : sequence of float, or mapping by name
+        In the System's order, in the units of its equations (SI).
+    grid : ndarray, (N,)
+        Increasing times.
+    progress : callable, optional
+        Called with the time reached.
+    unit : float
+        The size that the quadratures have, for their accuracy.
+    integrator : Integrator, optional
+        One made from ``compiled`` for an earlier part of the same run, which saves making another; the numbers are the same.
 
-    Raises ``RunError`` for an initial state that is not finite.
+    Returns
+    -------
+    Trajectory
+        A run that fails, or is stopped by Ctrl-C, returns what it has, with ``failure`` or ``interrupted``. The same run gives
+        the same numbers to the last bit.
+
+    Raises
+    ------
+    RunError
+        For an initial state that is not finite, or a grid that does not increase.
     """
     # A power of two, so that a run which is continued has the same numbers to the last bit.
     start = _checked(compiled, initial, parameters, grid)
-    run = Run(compiled, integrator or compiled.engine.integrator(), *start, 2.0 ** round(math.log2(unit)))
+    run = Integration(compiled, integrator or compiled.engine.integrator(), *start, 2.0 ** round(math.log2(unit)))
     failure, interrupted = None, False
     try:
         run.start()

@@ -20,17 +20,17 @@ from wucht.piecewise import PiecewiseCubic
 from wucht.system import TIME, System
 
 Numbers = Sequence[float] | np.ndarray
-Lines = tuple[tuple[sp.Symbol, sp.Expr], ...]
+Assignments = tuple[tuple[sp.Symbol, sp.Expr], ...]
 
 
 @dataclass(frozen=True)
 class Program:
-    """Lines to be evaluated in order, then results; ``constants`` are functions of the parameters alone."""
+    """Assignments to be evaluated in order, then results; ``constants`` are functions of the parameters alone."""
 
     states: tuple[sp.Symbol, ...]
     parameters: tuple[sp.Symbol, ...]
-    constants: Lines
-    lines: Lines
+    constants: Assignments
+    lines: Assignments
     results: tuple[sp.Expr, ...]
 
     @cached_property
@@ -87,22 +87,22 @@ class _Folder:
 
 
 def lower(system: System, results: Sequence[sp.Expr]) -> Program:
-    """The program that computes ``results`` from a System's states and parameters. Only needed definitions are kept."""
+    """The program that computes ``results`` from a System's states and parameters, with the definitions they need."""
     needed = set().union(*(sp.sympify(r).free_symbols for r in results)) if results else set()
-    kept: list[tuple[sp.Symbol, sp.Expr]] = []
+    definitions: list[tuple[sp.Symbol, sp.Expr]] = []
     for symbol, expression in reversed(system.definitions):
         if symbol in needed:
-            kept.append((symbol, expression))
+            definitions.append((symbol, expression))
             needed |= expression.free_symbols
-    kept.reverse()
+    definitions.reverse()
     varying = {*system.states, TIME}
-    for symbol, expression in kept:
+    for symbol, expression in definitions:
         if expression.free_symbols & varying:
             varying.add(symbol)
     folder = _Folder(varying)
     fixed: dict[sp.Symbol, sp.Expr] = {}  # definitions that are constant are put into the constants that use them
     lines = []
-    for symbol, expression in kept:
+    for symbol, expression in definitions:
         resolved = expression.xreplace(fixed)
         if symbol in varying:
             lines.append((symbol, folder.fold(resolved)))
@@ -114,7 +114,7 @@ def lower(system: System, results: Sequence[sp.Expr]) -> Program:
 
 
 def python_function(
-    arguments: Sequence[Any], lines: Lines, results: Sequence[sp.Expr], modules: str = "numpy"
+    arguments: Sequence[Any], lines: Assignments, results: Sequence[sp.Expr], modules: str = "numpy"
 ) -> Callable[..., Any]:
     """A Python function of ``arguments`` (symbols or groups of them) that runs the lines and returns the list of results.
 
@@ -130,8 +130,10 @@ def python_function(
     return function
 
 
-def _with_calls(lines: Lines, results: Sequence[sp.Expr]) -> tuple[Lines, list[sp.Expr], dict[str, Callable[..., Any]]]:
-    """Lines and results with each piecewise function as a call of a Python function, and these functions by name."""
+def _with_calls(
+    lines: Assignments, results: Sequence[sp.Expr]
+) -> tuple[Assignments, list[sp.Expr], dict[str, Callable[..., Any]]]:
+    """Assignments and results with each piecewise function as a call of a Python function, and these functions by name."""
     expressions = [sp.sympify(e) for e in (*(e for _, e in lines), *results)]
     tables = {p.args[1] for e in expressions for p in e.atoms(PiecewiseCubic)}
     if not tables:

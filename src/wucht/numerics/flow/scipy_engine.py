@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from wucht.numerics.flow.events import Event, Hit, Leg, LegError
+from wucht.numerics.flow.events import Event, Hit, LegError, LegResult
 from wucht.numerics.flow.program import Numbers, Program, python_function
 from wucht.system import TIME
 
@@ -92,14 +92,14 @@ class ScipyIntegrator:
         value = float(self._watched(state.tolist(), self._time + soon, self._event_constants)[index])
         return self._time + soon, float(np.sign(value))
 
-    def leg(self, grid: np.ndarray) -> Leg:
+    def leg(self, grid: np.ndarray) -> LegResult:
         """Advance over the grid (m,). Raises ``LegError`` when the integration fails."""
         from scipy.integrate import solve_ivp
 
         functions = [self._event_function(i) for i in range(len(self._events))]
         end = float(grid[-1])
         if end <= self._time:
-            return Leg(np.tile(self._state, (len(grid), 1)).T, self._time, self._state, (), None)
+            return LegResult(np.tile(self._state, (len(grid), 1)).T, self._time, self._state, (), None)
         solution = solve_ivp(
             lambda t, y: self._rhs(y.tolist(), t, self._constants),
             (self._time, end),
@@ -130,7 +130,7 @@ class ScipyIntegrator:
         else:
             self._time, self._state = hits[-1].time, hits[-1].state
             self._cooled[stopped_by] = self._cool(stopped_by)
-        return Leg(samples, self._time, np.array(self._state), tuple(hits), stopped_by)
+        return LegResult(samples, self._time, np.array(self._state), tuple(hits), stopped_by)
 
     @property
     def time(self) -> float:

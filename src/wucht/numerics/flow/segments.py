@@ -19,11 +19,11 @@ from wucht.piecewise import Pieces, PiecewiseCubic
 from wucht.system import TIME, System
 
 _ENDS = 4
-_SOON = (1e-9, 1e-5)  # relative to the time: how far to look ahead where an argument lies on a breakpoint; the second from rest
+_LOOKAHEAD = (1e-9, 1e-5)  # relative to the time: how far ahead where an argument lies on a breakpoint; the second from rest
 BEHIND = 2e-15  # of the largest number that occurs: how far beyond its argument a segment's end is watched at least
 ROUNDING = 1000 * np.finfo(float).eps  # of the largest number that occurs: so near an argument is on its breakpoint
 
-Look = Callable[[float, np.ndarray, Numbers], tuple[list[float], list[float]]]
+Lookahead = Callable[[float, np.ndarray, Numbers], tuple[list[float], list[float]]]
 
 
 @dataclass(frozen=True)
@@ -40,26 +40,25 @@ class Segmentation:
     symbols: tuple[sp.Symbol, ...]
 
     @classmethod
-    def of(cls, index: int, argument: sp.Expr, functions: Iterable[Pieces]) -> Segmentation:
+    def of(cls, index: int, argument: sp.Expr, functions: Sequence[Pieces]) -> Segmentation:
         """A segmentation with symbols of its own."""
-        listed = tuple(functions)
-        breakpoints = np.unique(np.concatenate([f.corners for f in listed]))
+        breakpoints = np.unique(np.concatenate([f.breakpoints for f in functions]))
         names = [f"_segment{index}.{n}" for n in ("low", "high", "has_low", "has_high")]
-        for k, f in enumerate(listed):
+        for k, f in enumerate(functions):
             names += [f"_segment{index}.{k}.origin", *(f"_segment{index}.{k}.c{d}" for d in range(f.degree + 1))]
-        return cls(argument, listed, breakpoints, tuple(sp.Symbol(n, real=True) for n in names))
+        return cls(argument, tuple(functions), breakpoints, tuple(sp.Symbol(n, real=True) for n in names))
 
     def polynomials(self) -> list[sp.Expr]:
         """Each function as the polynomial of the segment in use, in the argument."""
-        found, at = [], _ENDS
+        polynomials, at = [], _ENDS
         for f in self.functions:
             origin, *c = self.symbols[at : at + 2 + f.degree]
             value: sp.Expr = sp.S.Zero
             for coefficient in reversed(c):
                 value = coefficient + (self.argument - origin) * value if value != 0 else coefficient
-            found.append(value)
+            polynomials.append(value)
             at += 2 + f.degree
-        return found
+        return polynomials
 
     def ends(self, index: int) -> tuple[float, float]:
         """Where a segment begins and ends, infinite for the first and the last."""
@@ -71,12 +70,12 @@ class Segmentation:
         """The size of the breakpoints."""
         return max(float(np.ptp(self.breakpoints)), float(np.abs(self.breakpoints).max())) or 1.0
 
-    def place(self, here: float, ahead: float, size: float) -> int:
+    def locate(self, value: float, ahead: float, size: float) -> int:
         """The segment of an argument; on a breakpoint that to which it moves. size: of the numbers it is computed from."""
-        near = float(self.breakpoints[np.abs(self.breakpoints - here).argmin()])
-        if abs(here - near) <= ROUNDING * max(self.scale, size) and ahead != here:
-            return int(np.searchsorted(self.breakpoints, near, side="right" if ahead > here else "left"))
-        return int(np.searchsorted(self.breakpoints, here, side="right"))
+        near = float(self.breakpoints[np.abs(self.breakpoints - value).argmin()])
+        if abs(value - near) <= ROUNDING * max(self.scale, size) and ahead != value:
+            return int(np.searchsorted(self.breakpoints, near, side="right" if ahead > value else "left"))
+        return int(np.searchsorted(self.breakpoints, value, side="right"))
 
     def watched(self) -> tuple[sp.Expr, sp.Expr]:
         """What rises through zero at the upper end of the segment, and falls through zero at the lower one.
@@ -89,21 +88,21 @@ class Segmentation:
             1 - has_low
         )
 
-    def segment(self, index: int, here: float | None = None, size: float = 1.0) -> list[float]:
-        """The values of the symbols on a segment; segment i begins at breakpoint i - 1. here: where the argument is.
+    def segment(self, index: int, value: float | None = None, size: float = 1.0) -> list[float]:
+        """The values of the symbols on a segment; segment i begins at breakpoint i - 1. value: of the argument.
 
         heyoka does not see an event whose function begins a step at exactly zero and passes zero again in that step, nor one
         that begins beyond it: so the ends are watched a few roundings beyond an argument that lies on them.
         """
         low, high = self.ends(index)
         behind = BEHIND * max(self.scale, size)
-        bottom = low if here is None else min(low, here - behind)
-        top = high if here is None else max(high, here + behind)
+        bottom = low if value is None else min(low, value - behind)
+        top = high if value is None else max(high, value + behind)
         values = [bottom if np.isfinite(low) else 0.0, top if np.isfinite(high) else 0.0]
         values += [float(np.isfinite(low)), float(np.isfinite(high))]
         for f in self.functions:
             # The piece that holds on a segment is the one that holds at its beginning.
-            piece = int(np.searchsorted(f.corners, low, side="right"))
+            piece = int(np.searchsorted(f.breakpoints, low, side="right"))
             values += [f.origins[piece], *f.coefficients[piece][: f.degree + 1]]
         return values
 
@@ -128,10 +127,10 @@ class Segmentations:
             ready = {p for p in rest if not p.args[0].atoms(PiecewiseCubic) - set(polynomials)}
             arguments = sorted({p.args[0] for p in ready}, key=sp.default_sort_key)
             for argument in arguments:
-                mine = sorted((p for p in ready if p.args[0] == argument), key=lambda p: (p.args[1].name, hash(p.args[1])))
-                segmentation = Segmentation.of(len(segmentations), argument.xreplace(polynomials), [p.args[1] for p in mine])
+                group = sorted((p for p in ready if p.args[0] == argument), key=lambda p: (p.args[1].name, hash(p.args[1])))
+                segmentation = Segmentation.of(len(segmentations), argument.xreplace(polynomials), [p.args[1] for p in group])
                 segmentations.append(segmentation)
-                polynomials |= dict(zip(mine, segmentation.polynomials(), strict=True))
+                polynomials |= dict(zip(group, segmentation.polynomials(), strict=True))
             rest -= ready
         return cls(tuple(segmentations), polynomials)
 
@@ -149,43 +148,43 @@ class Segmentations:
 
     def events(self) -> tuple[Event, ...]:
         """Two events a segmentation: the argument leaves its segment upwards, downwards."""
-        found = []
+        events = []
         for i, segmentation in enumerate(self.segmentations):
             above, below = segmentation.watched()
-            found.append(Event(f"segmentation {i} up", above, +1, switch=(i, +1)))
-            found.append(Event(f"segmentation {i} down", below, -1, switch=(i, -1)))
-        return tuple(found)
+            events.append(Event(f"segmentation {i} up", above, +1, switch=(i, +1)))
+            events.append(Event(f"segmentation {i} down", below, -1, switch=(i, -1)))
+        return tuple(events)
 
 
 @dataclass(frozen=True)
-class Placing:
-    """Which segments are in use at a time and state. look: where the arguments are, and where they go. used: by each argument,
-    the indices of the states (the time last) from which it is computed."""
+class SegmentLocator:
+    """Which segments are in use at a time and state. lookahead: where the arguments are, and where they go. used: by each
+    argument, the indices of the states (the time last) from which it is computed."""
 
     segmentations: tuple[Segmentation, ...]
-    look: Look
+    lookahead: Lookahead
     used: tuple[tuple[int, ...], ...]
 
     @classmethod
-    def of(cls, segmentations: Segmentations, smooth: System) -> Placing:
+    def of(cls, segmentations: Segmentations, smooth: System) -> SegmentLocator:
         """Compiled from the smooth System."""
         arguments, numbers = [s.argument for s in segmentations.segmentations], (*smooth.states, TIME)
         explicit = [smooth.explicit(argument) for argument in arguments]
         used = tuple(tuple(i for i, s in enumerate(numbers) if s in e.free_symbols) for e in explicit)
-        return cls(segmentations.segmentations, looking(smooth, arguments), used)
+        return cls(segmentations.segmentations, compile_lookahead(smooth, arguments), used)
 
     def start(self, time: float, state: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """The values of the additional parameters at the start of a run. parameters: the System's own."""
         segments = [0] * len(self.segmentations)
         for _ in range(len(self.segmentations) + 1):  # an argument may depend on another segmentation's segment
             values = self._values(segments)
-            here, ahead = self._looked(time, state, np.concatenate([parameters, values]))
+            arguments, ahead = self._lookahead(time, state, np.concatenate([parameters, values]))
             sizes = self._sizes(time, state)
             segments = [
-                segmentation.place(h, a, n)
-                for segmentation, h, a, n in zip(self.segmentations, here, ahead, sizes, strict=True)
+                segmentation.locate(h, a, n)
+                for segmentation, h, a, n in zip(self.segmentations, arguments, ahead, sizes, strict=True)
             ]
-        return self._values(segments, here, sizes)
+        return self._values(segments, arguments, sizes)
 
     def moved(
         self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray, fired: tuple[int, int] | None
@@ -198,26 +197,26 @@ class Placing:
         segments = self._segments(values)
         if fired is not None:
             segments[fired[0]] += fired[1]
-        here, ahead = self._looked(time, state, np.concatenate([parameters, self._values(segments)]))
+        arguments, ahead = self._lookahead(time, state, np.concatenate([parameters, self._values(segments)]))
         sizes = self._sizes(time, state)
         for i, segmentation in enumerate(self.segmentations):
             if fired is None or i != fired[0]:
-                segments[i] = segmentation.place(here[i], ahead[i], sizes[i])
-        return self._values(segments, here, sizes)
+                segments[i] = segmentation.locate(arguments[i], ahead[i], sizes[i])
+        return self._values(segments, arguments, sizes)
 
     def seen(self, time: float, state: np.ndarray, parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
         """The values on the segments on which the arguments are, as outputs see them: from the right of each breakpoint."""
-        here, _ = self._looked(time, state, np.concatenate([parameters, values]))
+        arguments, _ = self._lookahead(time, state, np.concatenate([parameters, values]))
         return self._values(
-            [int(np.searchsorted(x.breakpoints, h, side="right")) for x, h in zip(self.segmentations, here, strict=True)]
+            [int(np.searchsorted(x.breakpoints, h, side="right")) for x, h in zip(self.segmentations, arguments, strict=True)]
         )
 
-    def _looked(self, time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[list[float], list[float]]:
+    def _lookahead(self, time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[list[float], list[float]]:
         try:
-            return self.look(time, state, parameters)
+            return self.lookahead(time, state, parameters)
         except (OverflowError, ValueError, ZeroDivisionError):
             nothing = np.empty((len(state), 0))
-            remedy = "Look for a parameter that is off by a factor of thousands"
+            remedy = "Lookahead for a parameter that is off by a factor of thousands"
             raise LegError("the state ceases to be finite", nothing, remedy) from None
 
     def _sizes(self, time: float, state: np.ndarray) -> list[float]:
@@ -226,39 +225,39 @@ class Placing:
         return [float(values[list(index)].max(initial=0.0)) for index in self.used]
 
     def _values(
-        self, segments: Sequence[int], here: Sequence[float] | None = None, sizes: Sequence[float] | None = None
+        self, segments: Sequence[int], arguments: Sequence[float] | None = None, sizes: Sequence[float] | None = None
     ) -> np.ndarray:
-        at: Sequence[float | None] = here if here is not None else [None] * len(segments)
+        at: Sequence[float | None] = arguments if arguments is not None else [None] * len(segments)
         n = sizes if sizes is not None else [1.0] * len(segments)
-        found = (x.segment(r, h, size) for x, r, h, size in zip(self.segmentations, segments, at, n, strict=True))
-        return np.array([v for segment in found for v in segment])
+        blocks = (x.segment(r, h, size) for x, r, h, size in zip(self.segmentations, segments, at, n, strict=True))
+        return np.array([v for segment in blocks for v in segment])
 
     def _segments(self, values: np.ndarray) -> list[int]:
-        found, at = [], 0
+        segments, at = [], 0
         for segmentation in self.segmentations:
             low, _, has_low, _ = values[at : at + _ENDS]
-            found.append(int(np.abs(segmentation.breakpoints - low).argmin()) + 1 if has_low else 0)
+            segments.append(int(np.abs(segmentation.breakpoints - low).argmin()) + 1 if has_low else 0)
             at += len(segmentation.symbols)
-        return found
+        return segments
 
 
-def looking(smooth: System, expressions: Sequence[sp.Expr]) -> Look:
-    """A function of time, state and parameters: the values of expressions here, and a little ahead of here."""
+def compile_lookahead(smooth: System, expressions: Sequence[sp.Expr]) -> Lookahead:
+    """A function of time, state and parameters: the values of expressions there, and a little later."""
     position, rates = lower(smooth, expressions), lower(smooth, smooth.derivatives)
     where, rate = (
         python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results, "math")
         for p in (position, rates)
     )
 
-    def look(time: float, state: np.ndarray, parameters: Numbers) -> tuple[list[float], list[float]]:
+    def lookahead(time: float, state: np.ndarray, parameters: Numbers) -> tuple[list[float], list[float]]:
         fixed, moving = position.constant_values(parameters).tolist(), rates.constant_values(parameters).tolist()
-        here = list(where(state.tolist(), time, fixed))
-        ahead = list(here)
-        for step in (s * max(1.0, abs(time)) for s in _SOON):
+        values = list(where(state.tolist(), time, fixed))
+        ahead = list(values)
+        for step in (s * max(1.0, abs(time)) for s in _LOOKAHEAD):
             half = state + step / 2 * np.array(rate(state.tolist(), time, moving))
             then = state + step * np.array(rate(half.tolist(), time + step / 2, moving))
-            found = where(then.tolist(), time + step, fixed)
-            ahead = [f if a == h else a for a, h, f in zip(ahead, here, found, strict=True)]
-        return here, ahead
+            later = where(then.tolist(), time + step, fixed)
+            ahead = [f if a == h else a for a, h, f in zip(ahead, values, later, strict=True)]
+        return values, ahead
 
-    return look
+    return lookahead

@@ -15,10 +15,27 @@ from wucht.numerics.flow.events import Hit
 class Trajectory:
     """What a run computed.
 
-    time: (N,). states: (n, N), in the System's order. quadratures: an (N,) array a name, zero at the first sample.
-    hits: events in order. ``end_time``, ``end_state`` (with the quadratures): where it stopped, to continue from.
-    stopped_by: the name of the terminal event that ended it. failure: the sentence why it failed, with all samples before.
-    interrupted: the user stopped it.
+    Attributes
+    ----------
+    time : ndarray, (N,)
+        In the unit of the System's time, as of the grid.
+    states : ndarray, (n, N)
+        In the System's order.
+    quadratures : mapping of str to ndarray, (N,)
+        By name, zero at the first sample of the run.
+    parameters : ndarray
+        At the end: actions of events may have changed them.
+    end_time : float
+    end_state : ndarray, (n + m,)
+        Where it stopped, to continue from: the states, then the m quadratures.
+    hits : tuple of Hit
+        In order of time.
+    stopped_by : str or None
+        The name of the terminal event that ended it.
+    failure : str or None
+        Why it failed; the samples are those before.
+    interrupted : bool
+        Whether the user stopped it.
     """
 
     time: np.ndarray

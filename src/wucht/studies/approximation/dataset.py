@@ -13,7 +13,7 @@ from wucht.results.conventions import Variable, answered, variable
 from wucht.studies.approximation.comparison import CURVE, Comparison, angles
 from wucht.studies.approximation.prepare import Plan
 from wucht.studies.approximation.run import Findings
-from wucht.studies.approximation.verdict import sentence_of, speeds_of, summary_of
+from wucht.studies.approximation.trust import sentence_of, speeds_of, summary_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,7 +13,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, turns
 from wucht.studies.coast_down.prepare import REVERSAL, Plan
 from wucht.studies.coast_down.record import Leg, Record
-from wucht.studies.motion import Orbit, rows_of
+from wucht.studies.observables import Orbit, rows_of
 
 _NO_TURNS, _NO_TAIL = np.empty((2, 0)), np.empty((3, 0))
 _TAIL_TURNS, _TAIL_SAMPLES_PER_TURN = 4, 3072  # more are thinned out: the error of interpolation is of fourth order

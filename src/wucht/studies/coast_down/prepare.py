@@ -19,7 +19,7 @@ from wucht.mechanics.energies import Energies
 from wucht.numerics.flow.events import Event
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.initial_state import initial_state, placed
-from wucht.studies.release import release_event
+from wucht.studies.release_events import release_event
 
 REVERSAL = "reversal"
 SAMPLES_PER_TURN, _FEWEST_SAMPLES, _ROWS = 24, 64, 4000

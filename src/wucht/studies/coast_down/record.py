@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.studies.motion import EnergyBalance
+from wucht.studies.observables import EnergyBalance
 
 MOST_ROWS = 8000
 ROW = ("time", "angle", "speed", "min_speed", "max_speed", "amplitude", "energy_residual", "dissipated_work")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wucht.results.conventions import summary_of
-from wucht.results.words import formats
+from wucht.results.formatting import formats
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,7 +17,7 @@ from wucht.analysis.averaged import SlowMachine, slow_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.orbits import variational
+from wucht.numerics.shooting import variational
 from wucht.studies.entrainment.swept_parameter import SweptParameter
 from wucht.studies.initial_state import angles_in
 

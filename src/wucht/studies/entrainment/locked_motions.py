@@ -13,7 +13,7 @@ from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
-from wucht.numerics.orbits import Orbit, periodic_orbit
+from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
 from wucht.studies.entrainment.swept_parameter import SweptParameter
 from wucht.studies.work import Work
 
@@ -33,7 +33,7 @@ class LockedMotion:
     phases: np.ndarray
     speed: float
     multiplier: float
-    orbit: Orbit
+    orbit: PeriodicOrbit
 
     @property
     def stable(self) -> bool:
@@ -83,10 +83,10 @@ class LockedMotions:
             time=self.time, most_steps=most_steps,
         )  # fmt: skip
         trivial = sum(c.prescribed is not None for c in self.machine.coordinates) + (frequency is None)
-        multiplier = float(np.abs(orbit.rest(trivial)).max(initial=0.0))
+        multiplier = float(np.abs(orbit.nontrivial(trivial)).max(initial=0.0))
         return LockedMotion(value, self._phases(value, orbit), 2 * math.pi / orbit.period, multiplier, orbit)
 
-    def _phases(self, value: float, orbit: Orbit) -> np.ndarray:
+    def _phases(self, value: float, orbit: PeriodicOrbit) -> np.ndarray:
         """Of each body that has one, mean over a period."""
         machine, frequency = self.machine, self.machine.shaking_frequency
         grid = self.time + np.linspace(0.0, orbit.period, _SAMPLES + 1)

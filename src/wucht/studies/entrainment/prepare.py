@@ -41,7 +41,7 @@ class Plan:
     @property
     def steady(self) -> Machine:
         """The machine as its schedules leave it."""
-        return self.machine.at(self.machine.corners[-1]).changed(schedules=())
+        return self.machine.at(self.machine.breakpoints[-1]).changed(schedules=())
 
 
 def prepare(spec: Entrainment, machine: Machine) -> Plan:

@@ -19,7 +19,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
 from wucht.studies.entrainment.swept_parameter import SweptParameter
 from wucht.studies.locking import locked, motion_of
-from wucht.studies.release import release_event
+from wucht.studies.release_events import release_event
 from wucht.studies.run_up.prepare import placed_at_start
 
 _SAMPLES = 24  # a period
@@ -89,7 +89,7 @@ class RunsFromStart:
         if self.until is not None:
             return self.until
         wanted = _PERIODS * self.period + (_TIMES / self.rate if self.rate else 0.0)
-        return min(wanted, _MOST_PERIODS * self.period) + self.machine.corners[-1]
+        return min(wanted, _MOST_PERIODS * self.period) + self.machine.breakpoints[-1]
 
     def __call__(self, value: float, progress: Callable[[float], None]) -> RunFromStart:
         """The run with a value of the parameter, prolonged while it cannot be decided. progress: called with the time reached.
@@ -115,7 +115,7 @@ class RunsFromStart:
         return self._judged(machine, value, trajectory)
 
     def _judged(self, machine: Machine, value: float, trajectory: Trajectory) -> RunFromStart:
-        time, nothing, end = trajectory.time, (math.nan, math.nan), machine.corners[-1]
+        time, nothing, end = trajectory.time, (math.nan, math.nan), machine.breakpoints[-1]
         free = free_speed(machine.at(end), machine.rotor, end)
         run = RunFromStart(value, self.duration, False, math.nan, nothing, trajectory.end_time, trajectory.end_state)
         run = replace(run, free_speed=math.nan if free is None else free, failure=trajectory.failure)

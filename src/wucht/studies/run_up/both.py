@@ -11,7 +11,7 @@ import numpy as np
 from wucht.results.conventions import summary_of, variable
 from wucht.results.store import to_json
 from wucht.studies.deviations import Course, Deviations, at_equal_angle, at_equal_phase, watched
-from wucht.studies.motion import Orbit
+from wucht.studies.observables import Orbit
 from wucht.studies.run_up.run import Motion
 
 if TYPE_CHECKING:

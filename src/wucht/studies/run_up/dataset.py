@@ -91,7 +91,7 @@ def _summary(machine: Machine, found: xr.Dataset, verdict: Verdict) -> dict[str,
         inside[-1:] = True
     rotor = found.speed.sel(body=machine.rotor.name).values
     machine = machine.at(float(time[-1]) if len(time) else 0.0)
-    amplitude, beating = found.amplitude.values[inside], verdict.beat
+    amplitude, modulation = found.amplitude.values[inside], verdict.modulation
     sense = float(np.sign(rotor[inside].mean())) or 1.0
     mean = sense * verdict.evidence.mean_speed if verdict.evidence.turning else _time_mean(time[inside], rotor[inside])
     low, high = extremes(rotor[inside])
@@ -110,9 +110,9 @@ def _summary(machine: Machine, found: xr.Dataset, verdict: Verdict) -> dict[str,
         "final_phases": verdict.phases,
         "final_residual_unbalance": verdict.evidence.residual,
         "settling_time": verdict.settling_time,
-        "modulation_period": beating.period if beating else None,
-        "modulation_period_phi": beating.period_angle if beating else None,
-        "modulation_depth": (high - low) / (2 * abs(mean)) if beating and mean else None,
+        "modulation_period": modulation.period if modulation else None,
+        "modulation_period_phi": modulation.period_angle if modulation else None,
+        "modulation_depth": (high - low) / (2 * abs(mean)) if modulation and mean else None,
         "energy_residual": float(found.energy_residual.max()) if len(time) else None,
         "damper_mismatch": float(found[MISMATCH][-1]) if MISMATCH in found and len(time) else None,
         "resonance_speed": verdict.evidence.resonance,

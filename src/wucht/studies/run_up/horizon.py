@@ -12,7 +12,7 @@ from wucht.analysis.shaft import energy_scale
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies, net_torque
 from wucht.numerics.flow.events import Event
-from wucht.studies.release import release_event
+from wucht.studies.release_events import release_event
 from wucht.studies.run_up.spec import RunUp
 
 SAMPLES_PER_TURN = 24
@@ -44,11 +44,11 @@ class Horizon:
     @classmethod
     def of(cls, machine: Machine, spec: RunUp, initial: np.ndarray) -> Horizon:
         """The horizon of a run from an initial state."""
-        seen = [machine.at(t) for t in machine.corners]
+        seen = [machine.at(t) for t in machine.breakpoints]
         natural = [f for m in seen for f in natural_frequencies(m).values() if f > 0]
-        reached = [abs(free_speed(m, r, t) or 0.0) for m, t in zip(seen, machine.corners, strict=True) for r in m.rotors]
+        reached = [abs(free_speed(m, r, t) or 0.0) for m, t in zip(seen, machine.breakpoints, strict=True) for r in m.rotors]
         fastest = max([*_speeds(machine, initial), *reached, *natural]) or 1.0
-        free = free_speed(seen[-1], machine.rotor, machine.corners[-1])
+        free = free_speed(seen[-1], machine.rotor, machine.breakpoints[-1])
         slowest = max(min([abs(free or 0.0) or fastest, *natural]), 1e-3 * fastest)
         turn = 2 * math.pi / fastest
         if spec.until is not None:
@@ -109,7 +109,7 @@ def _speeds(machine: Machine, initial: np.ndarray) -> list[float]:
     """Speeds at the start, of prescribed rotations and of prescribed motions."""
     free = [abs(initial[i]) for i, name in enumerate(machine.state_names) if name.endswith(".speed")]
     given = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
-    turned = [float(np.abs(machine.prescribed_speed(c, np.array(machine.corners))).max()) for c in given]
+    turned = [float(np.abs(machine.prescribed_speed(c, np.array(machine.breakpoints))).max()) for c in given]
     return [*free, *turned, (machine.shaking_frequency or 0.0)]
 
 

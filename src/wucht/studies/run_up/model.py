@@ -16,7 +16,7 @@ from wucht.analysis.static import static_position
 from wucht.errors import InputError
 from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.operation import free_speed
-from wucht.mechanics.slow.outputs import ROTOR_ANGLE, SHAKEN
+from wucht.mechanics.averaged.outputs import ROTOR_ANGLE, SHAKEN
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from wucht.results.conventions import summary_of
-from wucht.results.words import Format, formats
+from wucht.results.formatting import Format, formats
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,7 +14,7 @@ from wucht.numerics.flow.compiled import CompiledSystem, Integrator, compile_sys
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
-from wucht.studies.motion import Rows
+from wucht.studies.observables import Rows
 from wucht.studies.run_up.model import Model
 from wucht.studies.run_up.prepare import Case, Plan
 from wucht.studies.run_up.spec import RunUp

@@ -14,7 +14,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.peaks import envelope
 from wucht.results.conventions import Variable, variable
 from wucht.studies.locking import frequency_of, is_locking
-from wucht.studies.motion import EnergyBalance, Orbit, Rows
+from wucht.studies.observables import EnergyBalance, Orbit, Rows
 
 Variables = dict[str, Variable]
 

@@ -12,7 +12,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import net_torque
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.numerics.settling import Beat, Trend, beat, drift, trend
+from wucht.numerics.steadiness import Modulation, Trend, creep, modulation, trend
 from wucht.numerics.turns import PER_TURN, Turns, turns
 from wucht.results.conventions import wrapped
 from wucht.results.outcomes import (
@@ -28,7 +28,7 @@ from wucht.studies.locking import Locked, is_locking, locked, motion_of
 from wucht.studies.run_up.horizon import SPEED_LIMIT
 
 STEADY_TOLERANCE = 1e-3  # of the free speed and of the rotor's unbalance
-BEAT_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: less is not called a modulation
+MODULATION_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: less is not called a modulation
 SLIP_DRIFT_TOLERANCE = 0.02  # of the slip: by how much a slipping body's mean speed may wander between windows
 _FEWEST_TURNS = 6
 _LAST_SHARE = 0.05
@@ -39,7 +39,7 @@ _LOCKED_PERIODS = 200  # a run until settled of rotors that may be taken along g
 class Verdict:
     """What became of a run. window: begin and end time of the last window. phases: circular means over the last turn.
 
-    settling_time, beat, advice are None where they do not apply. faster_branch: the drive could hold a higher speed as well.
+    settling_time, modulation, advice: None where they do not apply. faster_branch: the drive could hold a higher speed as well.
     """
 
     outcome: Outcome
@@ -49,7 +49,7 @@ class Verdict:
     residual: np.ndarray
     turns: Turns
     trend: Trend
-    beat: Beat | None
+    modulation: Modulation | None
     settling_time: float | None
     advice: str | None
     faster_branch: bool = False
@@ -68,7 +68,7 @@ class Verdict:
             return False
         if self.locked is not None:
             return self.locked.evidence.periods >= _LOCKED_PERIODS
-        return self.evidence.beating or not self.evidence.turning or self.trend.steady(tolerance)
+        return self.evidence.modulated or not self.evidence.turning or self.trend.steady(tolerance)
 
 
 def judge(machine: Machine, trajectory: Trajectory, free: float | None) -> Verdict:
@@ -133,16 +133,16 @@ def _turning(
     slip = float(lag.max()) if float(lag.max()) * duration > 2 * math.pi else 0.0
     slipping = slip > SLIP_TOLERANCE * speed[late].mean()
     reference = expected or float(speed[late].mean())
-    modulation = beat(averaged.time, averaged.angle, speed, BEAT_THRESHOLD * float(speed[late].mean()))
+    observed = modulation(averaged.time, averaged.angle, speed, MODULATION_THRESHOLD * float(speed[late].mean()))
     slow = [speed / reference] if slipping else [speed / reference, residual]
     heading = trend(np.array([s.astype(complex) for s in slow]), STEADY_TOLERANCE)
-    quiet = float(np.ptp(speed[late])) <= BEAT_THRESHOLD * float(speed[late].mean())
+    quiet = float(np.ptp(speed[late])) <= MODULATION_THRESHOLD * float(speed[late].mean())
     if slipping:
-        quiet = quiet and drift(averaged.followers) <= SLIP_DRIFT_TOLERANCE * slip
-    beating = modulation is not None and modulation.sustained
+        quiet = quiet and creep(averaged.followers) <= SLIP_DRIFT_TOLERANCE * slip
+    modulated = observed is not None and observed.sustained
     window = (
-        slice(modulation.begin, modulation.end)
-        if beating and modulation
+        slice(observed.begin, observed.end)
+        if modulated and observed
         else averaged.last(max(_LAST_SHARE, 2 * PER_TURN / len(speed)))
     )
     phases = {b.name: float(wrapped(np.angle(averaged.phases[i, -1]))) for i, b in enumerate(bodies[1:])}
@@ -159,11 +159,11 @@ def _turning(
         residual=float(np.abs(residual[window]).max()) if scale else None,
         slip=slip,
         steady=heading.steady(STEADY_TOLERANCE) and quiet,
-        beating=beating,
+        modulated=modulated,
     )
     outcome = classify(evidence)
     settling = _settling_time(
-        averaged, speed, residual, None if slipping else reference, window, modulation if beating else None
+        averaged, speed, residual, None if slipping else reference, window, observed if modulated else None
     )
     return Verdict(
         outcome,
@@ -173,9 +173,9 @@ def _turning(
         np.abs(residual),
         averaged,
         heading,
-        modulation if beating else None,
+        observed if modulated else None,
         settling if outcome is not Outcome.UNIDENTIFIED else None,
-        _advice(trajectory, heading, modulation, machine.units.time) if outcome is Outcome.UNIDENTIFIED else None,
+        _advice(trajectory, heading, observed, machine.units.time) if outcome is Outcome.UNIDENTIFIED else None,
         outcome is Outcome.PASSED and not slipping and _faster_branch(machine, vibration, evidence, sense, final),
     )
 
@@ -206,7 +206,7 @@ def _settling_time(
     residual: np.ndarray,
     reference: float | None,
     window: slice,
-    modulation: Beat | None,
+    modulation: Modulation | None,
 ) -> float:
     """From when on the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of what they end with.
 
@@ -231,7 +231,7 @@ def _settling_time(
     return min(first + extra, float(averaged.time[-1]))
 
 
-def _advice(trajectory: Trajectory, heading: Trend, modulation: Beat | None, time_unit: str) -> str:
+def _advice(trajectory: Trajectory, heading: Trend, modulation: Modulation | None, time_unit: str) -> str:
     end, unit = trajectory.end_time, f" {time_unit}" if time_unit else ""
     if modulation is not None:
         needed = max(2 * end, end + 10 * modulation.period)

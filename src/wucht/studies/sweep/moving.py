@@ -25,7 +25,7 @@ from wucht.numerics.flow.compiled import CompiledSystem, Integrator
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, turns
-from wucht.studies.motion import EnergyBalance, Orbit, rows_of
+from wucht.studies.observables import EnergyBalance, Orbit, rows_of
 from wucht.system import TIME, Output, System
 
 BASE, RATE, ORIGIN = _LINE = tuple(sp.Symbol(f"sweep.{n}", real=True) for n in ("base", "rate", "origin"))

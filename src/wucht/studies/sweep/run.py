@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from wucht.numerics.flow.compiled import compile_system
-from wucht.studies.release import release_event
+from wucht.studies.release_events import release_event
 from wucht.studies.sweep.jumps import Jump, candidates, find_jump
 from wucht.studies.sweep.moving import IntegrationError, Leg, Mover, Place, Reading, moving_system
 from wucht.studies.sweep.pace import rate_unit

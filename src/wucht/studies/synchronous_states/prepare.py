@@ -66,7 +66,7 @@ def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
 
 def turning(machine: Machine, speed: float | None) -> Machine:
     """The machine with its schedules done, all bodies released, and the main rotor at a given speed (signed)."""
-    steady = machine.at(machine.corners[-1]).changed(schedules=())
+    steady = machine.at(machine.breakpoints[-1]).changed(schedules=())
     bodies = [replace(b, release=None) for b in steady.bodies]
     if speed is not None:
         main = next(i for i, b in enumerate(bodies) if b.name == machine.rotor.name)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import xarray as xr
 
-_FEW = 10  # rpm: below, whole numbers say too little
+_FEW = 10  # rpm: below, with decimals
 
 Format = Callable[[float | None], str]
 

@@ -1,4 +1,4 @@
-"""The slow equations of rotating bodies on a linear carrier: the fast rotation averaged away, for any number of both.
+"""Averaged equations of rotating bodies on a linear carrier, for any number of both.
 
 With q the carrier's coordinates, theta_i = sigma_i phi_i the bodies' angles in their own sense and E_i = U_i e_i their
 excitation (``linear_carrier``), body i moves the carrier like the moment Re[E_i exp(i theta_i)], and is turned back with the
@@ -20,19 +20,19 @@ from functools import cached_property
 import sympy as sp
 
 from wucht.errors import WuchtError
+from wucht.mechanics.averaged.bodies import RotatingBodies, named, slip_of
+from wucht.mechanics.averaged.coupling import Coupling
+from wucht.mechanics.averaged.explicit_form import Solution, with_inertia, without_inertia
+from wucht.mechanics.averaged.outputs import outputs_of, ripple_outputs
+from wucht.mechanics.averaged.ripple import ripple
+from wucht.mechanics.averaged.second_order import second_order
 from wucht.mechanics.phasors import Lines, Phasor
-from wucht.mechanics.slow.bodies import RotatingBodies, named, slip_of
-from wucht.mechanics.slow.closed import Solution, with_inertia, without_inertia
-from wucht.mechanics.slow.field import Field
-from wucht.mechanics.slow.outputs import outputs_of, ripple_outputs
-from wucht.mechanics.slow.ripple import ripple
-from wucht.mechanics.slow.second import second_order
 from wucht.system import TIME, System
 
 
 @dataclass(frozen=True)
-class SlowEquations:
-    """The slow equations as a System, and its rows as they are written on paper: ``left = right``.
+class AveragedSystem:
+    """The averaged equations as a System, and its rows as they are written on paper: ``left = right``.
 
     System: states are the phases (angles), then the speeds; quadratures are ``rotor_angle``, the main rotor's angle, and works
     with which the energy of the slow motion balances. Outputs: ``amplitude``, the largest radius of the axis' orbit;
@@ -47,71 +47,73 @@ class SlowEquations:
 
     @cached_property
     def fast(self) -> System:
-        """The bodies' fluctuation over the states of the slow equations: a System that only has outputs.
+        """The bodies' fluctuation over the states of the averaged equations: a System that only has outputs.
 
         ``gravity.re[...]`` and ``.im`` at the speed, ``ripple.re[...]`` and ``.im`` at twice the speed: see ``ripple``.
         """
         lines = Lines(list(self.bodies.definitions))
-        field = Field.of(self.bodies, lines)
-        found = ripple_outputs(self.bodies, ripple(self.bodies, field, steady_motion(field)))
+        coupling = Coupling.of(self.bodies, lines)
+        outputs = ripple_outputs(self.bodies, ripple(self.bodies, coupling, steady_motion(coupling)))
         return System(
             states=self.system.states,
             derivatives=(sp.S.Zero,) * len(self.system.states),
-            parameters=_parameters(self.bodies, lines, [o.expression for o in found]),
+            parameters=_parameters(self.bodies, lines, [o.expression for o in outputs]),
             definitions=tuple(lines.pairs),
-            outputs=tuple(found),
+            outputs=tuple(outputs),
         )
 
 
-def steady_motion(field: Field) -> list[Phasor]:
+def steady_motion(coupling: Coupling) -> list[Phasor]:
     """The displacement amplitudes z (m) of bodies that turn steadily."""
-    w = field.bodies.frequency
-    return field.motion([s.scaled(w**2) for s in field.moments], "")
+    w = coupling.bodies.frequency
+    return coupling.motion([s.scaled(w**2) for s in coupling.moments], "")
 
 
-def slow_equations(bodies: RotatingBodies, inertia: bool = True, order: int = 1) -> SlowEquations:
-    """The slow equations. inertia: of the balancing bodies, else the strongly damped reduction 002 (3.24).
+def averaged_equations(bodies: RotatingBodies, inertia: bool = True, order: int = 1) -> AveragedSystem:
+    """The averaged equations. inertia: of the balancing bodies, else the strongly damped reduction 002 (3.24).
 
     order: 1, with an error O(epsilon) over times 1/epsilon, or 2 with an error O(epsilon^2): the carrier's response to
     changing speeds, and the bodies' fluctuation at twice the speed. Raises ``WuchtError`` where a body has no damper against
     its rotor, without inertia, and for an order other than these.
     """
     if order not in (1, 2):
-        raise WuchtError(f"order {order} of the slow equations: allowed is 1 or 2")
+        raise WuchtError(f"order {order} of the averaged equations: allowed is 1 or 2")
     lines = Lines(list(bodies.definitions))
-    field = Field.of(bodies, lines)
-    motion = steady_motion(field)
-    torques = field.torques(motion, "")
-    closed = with_inertia(bodies, lines, torques) if inertia else without_inertia(bodies, lines, torques)
-    found = Solution(motion, torques, closed, inertia)
+    coupling = Coupling.of(bodies, lines)
+    motion = steady_motion(coupling)
+    torques = coupling.torques(motion, "")
+    explicit = with_inertia(bodies, lines, torques) if inertia else without_inertia(bodies, lines, torques)
+    solution = Solution(motion, torques, explicit, inertia)
     if order == 2:
-        found = second_order(bodies, field, found, ripple(bodies, field, motion))
-    return _assembled(bodies, lines, found)
+        solution = second_order(bodies, coupling, solution, ripple(bodies, coupling, motion))
+    return _assembled(bodies, lines, solution)
 
 
-def _assembled(bodies: RotatingBodies, lines: Lines, found: Solution) -> SlowEquations:
-    closed, inertia = found.closed, found.inertia
+def _assembled(bodies: RotatingBodies, lines: Lines, solution: Solution) -> AveragedSystem:
+    explicit, inertia = solution.explicit, solution.inertia
     n, w = len(bodies.names), bodies.frequency
     phases = [(i, p) for i, p in enumerate(bodies.phases) if p is not None]
     moving = [i for i in range(n) if (i or bodies.given is None) and (inertia or i in bodies.rotors)]
     references = {i: bodies.heads[i] if bodies.heads[i] != i else 0 for i in range(n)}
-    drift = [closed.speeds[i] - (closed.speeds[references[i]] if i else w) for i, _ in phases]
+    phase_rates = [explicit.speeds[i] - (explicit.speeds[references[i]] if i else w) for i, _ in phases]
     shown = tuple(lines.pairs)
-    outputs, works = outputs_of(bodies, lines, found)
+    outputs, works = outputs_of(bodies, lines, solution)
     system = System(
         states=(*(p for _, p in phases), *(bodies.speed(i) for i in moving)),
-        derivatives=(*drift, *(closed.accelerations[i] for i in moving)),
-        parameters=_parameters(bodies, lines, [*drift, *closed.accelerations, *(o.expression for o in (*outputs, *works))]),
+        derivatives=(*phase_rates, *(explicit.accelerations[i] for i in moving)),
+        parameters=_parameters(
+            bodies, lines, [*phase_rates, *explicit.accelerations, *(o.expression for o in (*outputs, *works))]
+        ),
         definitions=tuple(lines.pairs),
         outputs=tuple(outputs),
         quadratures=tuple(works),
         angles=frozenset(p for _, p in phases),
     )
-    written = tuple((named(bodies.names[i], "phase.rate"), _drift(bodies, i, references[i], inertia)) for i, _ in phases)
-    return SlowEquations(system, (*written, *closed.rows), shown, bodies)
+    written = tuple((named(bodies.names[i], "phase.rate"), _phase_rate(bodies, i, references[i], inertia)) for i, _ in phases)
+    return AveragedSystem(system, (*written, *explicit.rows), shown, bodies)
 
 
-def _drift(bodies: RotatingBodies, i: int, reference: int, inertia: bool) -> sp.Expr:
+def _phase_rate(bodies: RotatingBodies, i: int, reference: int, inertia: bool) -> sp.Expr:
     """alpha_i' as it is written."""
     if i == 0:
         return bodies.speed(0) - bodies.frequency

@@ -1,4 +1,4 @@
-"""What the bodies do to the carrier, and it to them."""
+"""Excitation of the carrier by the bodies, and the vibration torques on them."""
 
 from __future__ import annotations
 
@@ -7,35 +7,35 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from wucht.mechanics.phasors import Lines, Phasor, Response, product
-from wucht.mechanics.slow.bodies import RotatingBodies
+from wucht.mechanics.averaged.bodies import RotatingBodies
+from wucht.mechanics.phasors import HarmonicResponse, Lines, Phasor, product
 
 
 @dataclass(frozen=True)
-class Field:
-    """What the bodies do to the carrier: exp(i alpha_i), the moments S = sum E_k exp(i alpha_k), and the response H(w)."""
+class Coupling:
+    """Excitation and response: exp(i alpha_i), the moments S = sum E_k exp(i alpha_k), and the response H(w)."""
 
     bodies: RotatingBodies
     lines: Lines
     direction: tuple[Phasor, ...]
     moments: tuple[Phasor, ...]
-    response: Response
+    response: HarmonicResponse
     free: tuple[int, ...]
 
     @classmethod
-    def of(cls, bodies: RotatingBodies, lines: Lines) -> Field:
-        """The field, with its definitions added to the lines."""
+    def of(cls, bodies: RotatingBodies, lines: Lines) -> Coupling:
+        """The coupling, with its definitions added to the lines."""
         angles = [bodies.total_phase(i) for i in range(len(bodies.names))]
         direction = tuple(
             Phasor(lines.name(sp.cos(a), f"cos[{n}]"), lines.name(sp.sin(a), f"sin[{n}]"))
             for a, n in zip(angles, bodies.names, strict=True)
         )
         free = tuple(d for d in range(len(bodies.labels)) if bodies.shaking is None or d != bodies.shaking.index)
-        found = [product([e[d] for e in bodies.excitation], direction) for d in free]
-        moments = tuple(lines.phasors(found, "S", [bodies.labels[d] for d in free]))
+        sums = [product([e[d] for e in bodies.excitation], direction) for d in free]
+        moments = tuple(lines.phasors(sums, "S", [bodies.labels[d] for d in free]))
         at = [list(free), list(free)]
         names = [bodies.labels[d] for d in free]
-        response = Response(
+        response = HarmonicResponse(
             bodies.mass.extract(*at), bodies.damping.extract(*at), bodies.stiffness.extract(*at), bodies.frequency, names, lines
         )
         return cls(bodies, lines, direction, moments, response, free)
@@ -50,20 +50,20 @@ class Field:
             f - Phasor(b.stiffness[d, p] - w**2 * b.mass[d, p], w * b.damping[d, p]).scaled(x)
             for f, d in zip(force, self.free, strict=True)
         ]
-        found = self.response(pushed, f"z{mark}")
-        return [*found[:p], Phasor(x), *found[p:]]
+        displacements = self.response(pushed, f"z{mark}")
+        return [*displacements[:p], Phasor(x), *displacements[p:]]
 
     def torques(self, motion: Sequence[Phasor], mark: str, acceleration: Sequence[Phasor] | None = None) -> list[sp.Expr]:
         """The vibration torques V_i (n) of displacements z, or of the acceleration amplitudes Z of all coordinates."""
-        found, w = list[sp.Expr](), self.bodies.frequency
+        torques, w = list[sp.Expr](), self.bodies.frequency
         for i, (e, c) in enumerate(zip(self.bodies.excitation, self.direction, strict=True)):
             if acceleration is None:
                 back, factor = product([x.conj for x in e], motion), w**2 / 2
             else:
                 back, factor = product([x.conj for x in e], acceleration).scaled(-sp.S.One), sp.S.Half
             value = factor * (c.re * back.im - c.im * back.re)
-            found.append(self.lines.name(value, f"V{mark}[{self.bodies.names[i]}]") if value != 0 else sp.S.Zero)
-        return found
+            torques.append(self.lines.name(value, f"V{mark}[{self.bodies.names[i]}]") if value != 0 else sp.S.Zero)
+        return torques
 
     def alternating(self, motion: Sequence[Phasor]) -> list[Phasor]:
         """The torques' amplitudes T_i (n) at twice the speed: Re[T_i exp(2 i theta)], 001 (26), (41), (54), (61)."""

@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from wucht.mechanics.zero import cancels, identically_zero
+from wucht.mechanics.zero_testing import cancels, identically_zero
 
 a, b = sp.symbols("a b", real=True)
 p, q = sp.symbols("p q", positive=True)

@@ -1,4 +1,4 @@
-"""The slow equations for people: rows, then the definitions they use, as text or LaTeX."""
+"""The averaged equations printed: rows, then the definitions they use, as text or LaTeX."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
+from wucht.mechanics.averaged.averaged_system import AveragedSystem
 from wucht.mechanics.notation import Notation, equation, latex_name
-from wucht.mechanics.slow.equations import SlowEquations
 
 _PART = re.compile(r"^(?P<head>[^\[]+)\[(?P<index>[^\]]+)\](\.(?P<part>re|im))?$")
 _LATEX_HEADS = {"|D|^2": "\\left|D\\right|^2", "nu": "\\nu"}
 
 
-def written_slow(
-    equations: SlowEquations, notation: Notation, zero: Sequence[sp.Symbol], latex: bool
+def written_averaged(
+    equations: AveragedSystem, notation: Notation, zero: Sequence[sp.Symbol], latex: bool
 ) -> tuple[list[str], list[str]]:
     """The rows, and the definitions they use in order.
 
@@ -25,23 +25,23 @@ def written_slow(
     nothing = dict.fromkeys(zero, sp.S.Zero)
     inline, definitions = dict[sp.Symbol, sp.Expr](), list[tuple[sp.Symbol, sp.Expr]]()
     for symbol, expression in equations.shown:
-        found = expression.xreplace(nothing).xreplace(inline)
-        if found.is_Atom or found.func in (sp.cos, sp.sin):
-            inline[symbol] = found
+        reduced = expression.xreplace(nothing).xreplace(inline)
+        if reduced.is_Atom or reduced.func in (sp.cos, sp.sin):
+            inline[symbol] = reduced
         else:
-            definitions.append((symbol, found))
+            definitions.append((symbol, reduced))
     own = [(left, right) for left, right in equations.rows if not str(right).endswith(".slip")]
     rows = [(left.xreplace(nothing), right.xreplace(nothing).xreplace(inline)) for left, right in own]
     used = set().union(*(e.free_symbols for row in rows for e in row))
-    kept = []
+    needed = []
     for symbol, expression in reversed(definitions):
         if symbol in used:
-            kept.append((symbol, expression))
+            needed.append((symbol, expression))
             used |= expression.free_symbols
-    shown = _names(equations, notation, used | {s for s, _ in kept}, latex)
+    shown = _names(equations, notation, used | {s for s, _ in needed}, latex)
     return (
         [equation(_collected(left).xreplace(shown), _tidy(right).xreplace(shown), latex) for left, right in rows],
-        [equation(symbol.xreplace(shown), expression.xreplace(shown), latex) for symbol, expression in reversed(kept)],
+        [equation(symbol.xreplace(shown), expression.xreplace(shown), latex) for symbol, expression in reversed(needed)],
     )
 
 
@@ -56,20 +56,20 @@ def _tidy(expression: sp.Expr) -> sp.Expr:
     return sp.factor_terms(expression) if expression.is_Mul else expression
 
 
-def _names(equations: SlowEquations, notation: Notation, used: set[sp.Symbol], latex: bool) -> Mapping[sp.Symbol, sp.Symbol]:
+def _names(equations: AveragedSystem, notation: Notation, used: set[sp.Symbol], latex: bool) -> Mapping[sp.Symbol, sp.Symbol]:
     parameters = set(notation.names.values())
     speed = next(n for n in ("omega", "Omega", "w", "n") if n not in parameters)
     phase = next(n for n in ("alpha", "psi") if n not in parameters)
     main = equations.bodies.names[0]
-    found = {}
+    names = {}
     for symbol in used:
         if symbol.name in notation.names:  # before states: the parameter drive.speed is no body's speed
             given = notation.names[symbol.name]
             name: str | None = latex_name(given) if latex else given
         else:
             name = _of_state(symbol.name, main, speed, phase, latex) or _of_definition(symbol.name, latex)
-        found[symbol] = sp.Symbol(name or symbol.name)
-    return found
+        names[symbol] = sp.Symbol(name or symbol.name)
+    return names
 
 
 def _of_state(name: str, main: str, speed: str, phase: str, latex: bool) -> str | None:
@@ -87,10 +87,10 @@ def _of_state(name: str, main: str, speed: str, phase: str, latex: bool) -> str 
 
 
 def _of_definition(name: str, latex: bool) -> str | None:
-    found = _PART.match(name)
-    if found is None:
+    match = _PART.match(name)
+    if match is None:
         return None
-    head, index, part = found["head"], found["index"], found["part"]
+    head, index, part = match["head"], match["index"], match["part"]
     if not latex:
         plain = f"{head}_{index}"
         return f"{part.capitalize()}({plain})" if part else plain

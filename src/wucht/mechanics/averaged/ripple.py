@@ -1,4 +1,4 @@
-"""The fast part of the bodies' rotation: what is left when the slow motion is taken away."""
+"""The fast part of the bodies' rotation: its fluctuation within a turn."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.phasors import ZERO, Phasor, Response
-from wucht.mechanics.slow.bodies import RotatingBodies, absolute
-from wucht.mechanics.slow.field import Field, is_round
+from wucht.mechanics.averaged.bodies import RotatingBodies, absolute
+from wucht.mechanics.averaged.coupling import Coupling, is_round
+from wucht.mechanics.phasors import ZERO, HarmonicResponse, Phasor
 
 
 @dataclass(frozen=True)
@@ -23,21 +23,21 @@ class Ripple:
     alternating: list[Phasor]
 
 
-def ripple(bodies: RotatingBodies, field: Field, motion: Sequence[Phasor]) -> Ripple:
+def ripple(bodies: RotatingBodies, coupling: Coupling, motion: Sequence[Phasor]) -> Ripple:
     """J psi'' + k psi' = Re[weight exp(i theta) + T exp(2 i theta)]: 001 (26), (41), (54), (61), and gravity.
 
     k holds the dampers and the slopes of the drives. T is zero where all directions are alike.
     """
     nothing = [ZERO] * len(bodies.names)
-    alternating = nothing if is_round(bodies) else field.alternating(motion)
-    weight = [g * c for g, c in zip(bodies.weight or nothing, field.direction, strict=True)]
+    alternating = nothing if is_round(bodies) else coupling.alternating(motion)
+    weight = [g * c for g, c in zip(bodies.weight or nothing, coupling.direction, strict=True)]
     over_w = [t.scaled(1 / bodies.frequency) for t in alternating]  # T goes as w^2: there is no division by w at rest
-    twice = _fluctuation(bodies, field, over_w, 2, "T", "P")
-    return Ripple(_fluctuation(bodies, field, weight, 1, "W", "G"), twice, weight, alternating)
+    twice = _fluctuation(bodies, coupling, over_w, 2, "T", "P")
+    return Ripple(_fluctuation(bodies, coupling, weight, 1, "W", "G"), twice, weight, alternating)
 
 
 def _fluctuation(
-    bodies: RotatingBodies, field: Field, torque: Sequence[Phasor], times: int, cause: str, label: str
+    bodies: RotatingBodies, coupling: Coupling, torque: Sequence[Phasor], times: int, cause: str, label: str
 ) -> list[Phasor]:
     n, w = len(bodies.names), bodies.frequency
     if all(t.is_zero for t in torque):
@@ -54,8 +54,8 @@ def _fluctuation(
         raise WuchtError("dampers that are not reciprocal: the fluctuation within a turn is not computed for them")
     # Solved for the velocities i times w P, whose matrix k + i times w J is regular at rest where the drives have a slope.
     massless = sp.zeros(len(free), len(free))
-    response = Response(massless, inertia, damping, times * w, names, field.lines, f"Q{times}")
-    velocities = response(field.lines.phasors([torque[i] for i in free], cause, names), f"{label}'")
-    found = [v.turned.scaled(-1 / (times * w ** (2 - times))) for v in velocities]
-    amplitudes = dict(zip(free, field.lines.phasors(found, label, names), strict=True))
+    response = HarmonicResponse(massless, inertia, damping, times * w, names, coupling.lines, f"Q{times}")
+    velocities = response(coupling.lines.phasors([torque[i] for i in free], cause, names), f"{label}'")
+    fluctuations = [v.turned.scaled(-1 / (times * w ** (2 - times))) for v in velocities]
+    amplitudes = dict(zip(free, coupling.lines.phasors(fluctuations, label, names), strict=True))
     return [amplitudes.get(i, ZERO) for i in range(n)]

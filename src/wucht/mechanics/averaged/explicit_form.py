@@ -1,4 +1,4 @@
-"""The slow equations solved for their rates: with the inertia of the balancing bodies, or strongly damped."""
+"""The averaged equations solved for their rates: with the inertia of the balancing bodies, or strongly damped."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.errors import WuchtError
+from wucht.mechanics.averaged.bodies import RotatingBodies, absolute, rate_of, rate_of_given, slip_of
 from wucht.mechanics.elimination import solve_by_elimination
 from wucht.mechanics.phasors import Lines, Phasor
-from wucht.mechanics.slow.bodies import RotatingBodies, absolute, rate_of, rate_of_given, slip_of
 
 
 @dataclass(frozen=True)
-class Closed:
+class ExplicitForm:
     """Speeds theta_i' and accelerations theta_i'' of all bodies (n), and the rows they come from."""
 
     speeds: list[sp.Expr]
@@ -24,18 +24,18 @@ class Closed:
 
 @dataclass(frozen=True)
 class Solution:
-    """Displacement amplitudes z of the carrier (m), vibration torques (n), and the equations closed with them.
+    """Displacement amplitudes z of the carrier (m), vibration torques (n), and the equations solved with them.
 
     inertia: whether that of the balancing bodies is kept.
     """
 
     motion: Sequence[Phasor]
     torques: Sequence[sp.Expr]
-    closed: Closed
+    explicit: ExplicitForm
     inertia: bool
 
 
-def with_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr]) -> Closed:
+def with_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr]) -> ExplicitForm:
     """J theta'' + B theta' = L + V."""
     n, j = len(bodies.names), bodies.inertia
     speeds = [bodies.speed(i) for i in range(n)]
@@ -48,16 +48,16 @@ def with_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr
     rows = [
         (sp.Add(*(j[i, k] * rate_of(bodies, k) for k in free)), right[i] - (j[i, 0] * given if given != 0 else 0)) for i in free
     ]
-    found, solution = solve_by_elimination(
+    definitions, solution = solve_by_elimination(
         sp.ImmutableMatrix(j.extract(free, free)), sp.ImmutableMatrix([r for _, r in rows]), [bodies.names[i] for i in free],
         "theta'' ",
     )  # fmt: skip
-    lines.pairs += found
+    lines.pairs += definitions
     accelerations = dict(zip(free, solution, strict=True))
-    return Closed(speeds, [accelerations.get(i, given) for i in range(n)], tuple(rows))
+    return ExplicitForm(speeds, [accelerations.get(i, given) for i in range(n)], tuple(rows))
 
 
-def without_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr]) -> Closed:
+def without_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr]) -> ExplicitForm:
     """w' of each rotor and nu = theta' - w of its bodies."""
     n, j = len(bodies.names), bodies.inertia
     speeds, accelerations, rows = [sp.S.Zero] * n, [sp.S.Zero] * n, list[tuple[sp.Expr, sp.Expr]]()
@@ -76,15 +76,15 @@ def without_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.E
         if others:
             right = [loads[i] - sp.Add(*(j[i, k] for k in group)) * rate for i in others]
             damping = sp.ImmutableMatrix(bodies.relative.extract(others, others))
-            found, nu = solve_by_elimination(damping, sp.ImmutableMatrix(right), [bodies.names[i] for i in others], "nu ")
-            lines.pairs += found
+            definitions, nu = solve_by_elimination(damping, sp.ImmutableMatrix(right), [bodies.names[i] for i in others], "nu ")
+            lines.pairs += definitions
             for k, i in enumerate(others):
                 slip = lines.name(nu[k], f"nu[{bodies.names[i]}]")
                 speeds[i], accelerations[i] = w + slip, rate
                 left = sp.Add(*(damping[k, m] * slip_of(bodies, q) for m, q in enumerate(others)))
                 turning = rate_of(bodies, head) if head or bodies.given is None else rate
                 rows.append((left, loads[i] - sp.Add(*(j[i, q] for q in group)) * turning))
-    return Closed(speeds, accelerations, tuple(rows))
+    return ExplicitForm(speeds, accelerations, tuple(rows))
 
 
 def weights_of(bodies: RotatingBodies, group: Sequence[int]) -> dict[int, sp.Expr]:
@@ -97,5 +97,5 @@ def weights_of(bodies: RotatingBodies, group: Sequence[int]) -> dict[int, sp.Exp
     if all(b[i, k] == b[k, i] for i in group for k in group):
         return dict.fromkeys(group, sp.S.One)
     if not alone:
-        raise WuchtError("dampers between several bodies that are not reciprocal: these slow equations keep their inertia")
+        raise WuchtError("dampers between several bodies that are not reciprocal: these averaged equations keep their inertia")
     return {head: sp.S.One} | {i: -b[head, i] / b[i, i] for i in group[1:]}

@@ -1,4 +1,4 @@
-"""A run on its way: legs, breakpoints, actions, and what has been recorded."""
+"""An integration in progress: legs, breakpoints, actions, and what has been recorded."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from wucht.numerics.flow.compiled import CompiledSystem, Integrator
-from wucht.numerics.flow.events import Hit, Leg, LegError
+from wucht.numerics.flow.events import Hit, LegError, LegResult
 from wucht.numerics.flow.segments import ROUNDING
 from wucht.numerics.flow.trajectory import Trajectory
 
@@ -17,11 +17,11 @@ _MOST_HITS = 1_000_000
 
 
 @dataclass
-class Run:
-    """A run on its way: what it started from, and what has been recorded.
+class Integration:
+    """An integration in progress: what it started from, and what has been recorded.
 
     state: (n + m,) with the quadratures. pars: the System's parameters. unit: the size of the quadratures. times, states: what
-    was sampled, leg by leg, ``done`` samples in all. acted: when each event last acted. segments: those in use.
+    was sampled, leg by leg, ``done`` samples in all. fired_at: when each event last fired. segments: those in use.
     sampled: the parameters at the last sample.
     """
 
@@ -36,16 +36,16 @@ class Run:
     hits: list[Hit] = field(default_factory=list)
     done: int = 0
     stopped_by: str | None = None
-    acted: dict[int, float] = field(default_factory=dict)
+    fired_at: dict[int, float] = field(default_factory=dict)
     segments: np.ndarray = field(default_factory=lambda: np.empty(0))
     sampled: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def start(self) -> None:
         """Place the integrator at the beginning."""
-        time, placing = float(self.grid[0]), self.compiled.placing
+        time, locator = float(self.grid[0]), self.compiled.locator
         self.sampled = self.pars
-        if placing is not None:
-            self.segments = placing.start(time, self.state, self._own)
+        if locator is not None:
+            self.segments = locator.start(time, self.state, self._own)
         self.integrator.forget_events()
         self._place(time, self._in_units(self.state))
 
@@ -80,9 +80,9 @@ class Run:
         if len(self.hits) > _MOST_HITS:
             raise LegError(f"more than {_MOST_HITS} events happened", leg.states[:, :0], "Look for an event that repeats")
         if leg.stopped_by is not None:
-            self._act(leg)
-        elif self.compiled.placing is not None or self.compiled.acting:
-            self._look_around(leg)
+            self._handle_event(leg)
+        elif self.compiled.locator is not None or self.compiled.interrupting:
+            self._at_leg_end(leg)
         return self.done < len(self.grid) and self.stopped_by is None
 
     def _seen(self, hit: Hit) -> bool:
@@ -102,74 +102,74 @@ class Run:
     def _switches(self) -> frozenset[str]:
         return frozenset(e.name for e in self.compiled.events if e.switch is not None)
 
-    def _act(self, leg: Leg) -> None:
+    def _handle_event(self, leg: LegResult) -> None:
         """What the event does at which the leg stopped, and what those do that happen at the same time."""
         index = leg.stopped_by or 0
         switch = self.compiled.events[index].switch
-        first = [] if switch is not None or self._has_acted(index, leg.time) else [index]
+        first = [] if switch is not None or self._just_fired(index, leg.time) else [index]
         state = self._after_actions(leg.time, leg.state, first)
         if switch is not None or state is not leg.state:
             state = self._moved(leg.time, state, switch)
         if switch is not None or state is not leg.state:
             self._place(leg.time, state)
 
-    def _look_around(self, leg: Leg) -> None:
-        """Corners and events at the very end of a leg are taken now: a run that is continued from there begins beyond them."""
+    def _at_leg_end(self, leg: LegResult) -> None:
+        """Breakpoints and events at the very end of a leg are handled now: a run continued from there begins beyond them."""
         state = self._after_actions(leg.time, leg.state, [])
         before = self.segments
         moved = self._moved(leg.time, state, None)
         if state is not leg.state or not np.array_equal(before, self.segments):
             self._place(leg.time, moved)
 
-    def _after_actions(self, time: float, state: np.ndarray, acting: list[int]) -> np.ndarray:
-        """The state after these events' actions and those of events at the same time: an engine may tell one only."""
-        n, together = len(self.compiled.system.states), [*acting, *self._together(time, state, acting)]
+    def _after_actions(self, time: float, state: np.ndarray, fired: list[int]) -> np.ndarray:
+        """The state after these events' actions and those of events at the same time: an engine may report one only."""
+        n, together = len(self.compiled.system.states), [*fired, *self._simultaneous(time, state, fired)]
         for i in together:
-            event, self.acted[i] = self.compiled.events[i], time
+            event, self.fired_at[i] = self.compiled.events[i], time
             if event.action is not None:
                 changed, self.pars = event.action(time, state[:n].copy(), self.pars.copy())
                 state = np.concatenate([changed, state[n:]])
             if event.terminal:
                 self.stopped_by = self.stopped_by or event.name
-            if i not in acting:
+            if i not in fired:
                 self.hits.append(Hit(event.name, time, state[:n].copy()))
         return state
 
-    def _together(self, time: float, state: np.ndarray, acting: list[int]) -> list[int]:
-        if self.compiled.look is None or len(self.compiled.acting) <= len(acting):
+    def _simultaneous(self, time: float, state: np.ndarray, fired: list[int]) -> list[int]:
+        if self.compiled.lookahead is None or len(self.compiled.interrupting) <= len(fired):
             return []
-        here, ahead = self.compiled.look(time, state, np.concatenate([self._own, self.segments]))
-        found = []
-        for i, h, a in zip(self.compiled.acting, here, ahead, strict=True):
+        values, ahead = self.compiled.lookahead(time, state, np.concatenate([self._own, self.segments]))
+        simultaneous = []
+        for i, h, a in zip(self.compiled.interrupting, values, ahead, strict=True):
             direction = self.compiled.events[i].direction
             crosses = (a > h and direction >= 0) or (a < h and direction <= 0)
-            if i not in acting and abs(h) <= ROUNDING and crosses and not self._has_acted(i, time):
-                found.append(i)
-        return found
+            if i not in fired and abs(h) <= ROUNDING and crosses and not self._just_fired(i, time):
+                simultaneous.append(i)
+        return simultaneous
 
-    def _has_acted(self, index: int, time: float) -> bool:
-        """Whether an event is one that was taken together with another just now."""
-        return index in self.acted and abs(time - self.acted[index]) <= 1e-12 * max(1.0, abs(time))
+    def _just_fired(self, index: int, time: float) -> bool:
+        """Whether an event has just been handled together with another."""
+        return index in self.fired_at and abs(time - self.fired_at[index]) <= 1e-12 * max(1.0, abs(time))
 
     def _moved(self, time: float, state: np.ndarray, switch: tuple[int, int] | None) -> np.ndarray:
         """The segments after an event; returns the state with what the quadratures gain."""
-        placing, before = self.compiled.placing, self.segments
-        if placing is None:
+        locator, before = self.compiled.locator, self.segments
+        if locator is None:
             return state
-        self.segments = placing.moved(time, state, self._own, before, switch)
+        self.segments = locator.moved(time, state, self._own, before, switch)
         if np.array_equal(before, self.segments):
             return state
         self._correct_sample(time, before)
         return self._jumped(time, state, before, self.segments)
 
     def _correct_sample(self, time: float, before: np.ndarray) -> None:
-        """A sample at the very breakpoint was taken before what the quadratures gain there, but is looked at from the right."""
+        """A sample at the breakpoint itself was taken before the quadratures' gain there; outputs are read from its right."""
         block = next((s for s in reversed(self.states) if s.shape[1]), None)
-        at, placing = float(self.grid[self.done - 1]), self.compiled.placing
-        if block is None or placing is None or self.compiled.jumps is None or abs(at - time) > 1e-12 * max(1.0, abs(time)):
+        at, locator = float(self.grid[self.done - 1]), self.compiled.locator
+        if block is None or locator is None or self.compiled.jumps is None or abs(at - time) > 1e-12 * max(1.0, abs(time)):
             return
         state = self._in_units(block[:, -1])
-        seen = placing.seen(at, state, self._own, self.segments)
+        seen = locator.seen(at, state, self._own, self.segments)
         block[:, -1] = self._in_units(self._jumped(at, state, before, seen), back=True)
 
     def _jumped(self, time: float, state: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
@@ -197,7 +197,7 @@ class Run:
             self.times, self.states = [self.grid[:1]], [self.state[:, None]]
         times, states = np.concatenate(self.times), np.concatenate(self.states, axis=1)
         n = len(self.compiled.system.states)
-        # What was computed since the last samples is given up, so that a run that goes on keeps its even grid.
+        # What was computed since the last samples is given up, so that a run that is continued keeps its even grid.
         at_sample = interrupted or failure is not None
         return Trajectory(
             times,

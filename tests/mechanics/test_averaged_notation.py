@@ -10,7 +10,7 @@ from wucht.analysis.averaged import damped, slow_machine
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.symbols import notation_of
-from wucht.mechanics.slow.notation import written_slow
+from wucht.mechanics.averaged.averaged_notation import written_averaged
 
 MACHINES = (
     "drozdetskaya-2020/table-3.1-carrier",
@@ -28,9 +28,9 @@ KNOWN_FUNCTIONS = r"\b(cos|sin|sqrt|pi|Abs|sign|tanh|signedsquare)\b"
 
 
 def written(machine: Machine, inertia: bool | None = None, order: int = 1, latex: bool = False) -> tuple[list[str], list[str]]:
-    kept = not damped(machine) if inertia is None else inertia
+    with_inertia = not damped(machine) if inertia is None else inertia
     zero = [s for s, v in machine.numbers.items() if v == 0]
-    return written_slow(slow_machine(machine, kept, order).equations, notation_of(machine), zero, latex)
+    return written_averaged(slow_machine(machine, with_inertia, order).equations, notation_of(machine), zero, latex)
 
 
 def left_over(expression: str, known: set[str]) -> str:

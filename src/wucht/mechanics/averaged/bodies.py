@@ -1,4 +1,4 @@
-"""Rotating bodies on a linear carrier: what the slow equations are made of."""
+"""Rotating bodies on a linear carrier: what the averaged equations are made of."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run of the slow equations also tells: amplitudes, fluctuations, torques, and works that balance."""
+"""Outputs of the averaged equations: amplitudes, fluctuations, torques, and works that balance."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from wucht.mechanics.averaged.bodies import RotatingBodies, absolute
+from wucht.mechanics.averaged.explicit_form import Solution, weights_of
+from wucht.mechanics.averaged.ripple import Ripple
 from wucht.mechanics.phasors import ZERO, Lines, Phasor, product
-from wucht.mechanics.slow.bodies import RotatingBodies, absolute
-from wucht.mechanics.slow.closed import Solution, weights_of
-from wucht.mechanics.slow.ripple import Ripple
 from wucht.system import Output
 
 ROTOR_ANGLE, SUPPLIED, LOST, SHAKEN = "rotor_angle", "supplied_work", "dissipated_work", "vibration_work"
 
 
-def outputs_of(bodies: RotatingBodies, lines: Lines, found: Solution) -> tuple[list[Output], list[Output]]:
-    """Outputs and quadratures, as ``SlowEquations`` lists them; definitions are added to the lines."""
-    works = _works(bodies, lines, found)
-    outputs = [Output("amplitude", _largest_radius(bodies, lines, found.motion))]
-    outputs += _parts("amplitude", bodies.labels, found.motion)
-    for what, values in (("vibration_torque", found.torques), ("speed", found.closed.speeds)):
+def outputs_of(bodies: RotatingBodies, lines: Lines, solution: Solution) -> tuple[list[Output], list[Output]]:
+    """Outputs and quadratures, as ``AveragedSystem`` lists them; definitions are added to the lines."""
+    works = _works(bodies, lines, solution)
+    outputs = [Output("amplitude", _largest_radius(bodies, lines, solution.motion))]
+    outputs += _parts("amplitude", bodies.labels, solution.motion)
+    for what, values in (("vibration_torque", solution.torques), ("speed", solution.explicit.speeds)):
         outputs += [Output(f"{what}[{name}]", v) for name, v in zip(bodies.names, values, strict=True)]
     outputs += [Output("motor_torque", works.motor), Output("stored_energy", works.stored)]
-    angle = Output(ROTOR_ANGLE, found.closed.speeds[0], "rad", "angle of the main rotor")
+    angle = Output(ROTOR_ANGLE, solution.explicit.speeds[0], "rad", "angle of the main rotor")
     return outputs, [angle, *(Output(name, power) for name, power in works.powers.items())]
 
 
 def ripple_outputs(bodies: RotatingBodies, pulsing: Ripple) -> list[Output]:
-    """The fluctuation of the bodies, as ``SlowEquations.fast`` lists it."""
+    """The fluctuation of the bodies, as ``AveragedSystem.fast`` lists it."""
     return [*_parts("gravity", bodies.names, pulsing.once), *_parts("ripple", bodies.names, pulsing.twice)]
 
 
@@ -47,12 +47,12 @@ class _Works:
     powers: dict[str, sp.Expr]
 
 
-def _works(bodies: RotatingBodies, lines: Lines, found: Solution) -> _Works:
+def _works(bodies: RotatingBodies, lines: Lines, solution: Solution) -> _Works:
     """Without inertia all work at the speed of their rotor, each body with its weight: so the first order balances exactly."""
-    torques, closed, inertia = found.torques, found.closed, found.inertia
+    torques, explicit, inertia = solution.torques, solution.explicit, solution.inertia
     n, j, every = len(bodies.names), bodies.inertia, range(len(bodies.names))
-    speeds = closed.speeds if inertia else [bodies.speed(h) for h in bodies.heads]
-    rates = closed.accelerations if inertia else [closed.accelerations[h] for h in bodies.heads]
+    speeds = explicit.speeds if inertia else [bodies.speed(h) for h in bodies.heads]
+    rates = explicit.accelerations if inertia else [explicit.accelerations[h] for h in bodies.heads]
     weights = [sp.S.One] * n
     if not inertia:
         weights = [weights_of(bodies, bodies.group(h))[i] for i, h in enumerate(bodies.heads)]

@@ -1,11 +1,11 @@
-"""Steady, beating or under way: on signals whose future is known."""
+"""Steady, modulated or in transition: on signals whose future is known."""
 
 import math
 
 import numpy as np
 import pytest
 
-from wucht.numerics.settling import beat, trend
+from wucht.numerics.steadiness import modulation, trend
 
 
 def approach(time_constant, height=1.0, n=2000, until=1.0):
@@ -18,19 +18,19 @@ def test_what_an_exponential_approach_still_adds(time_constant):
     """The mean over the last window is what it is at the end times (exp(h/T) - 1) T/h; all that will still go."""
     signal, h = approach(time_constant), 0.1
     left = math.exp(-1 / time_constant) * (math.exp(h / time_constant) - 1) * time_constant / h
-    found = trend(signal, 1e-9)
-    assert found.remaining == pytest.approx(left, rel=1e-2)
-    assert found.change == pytest.approx(left * (math.exp(h / time_constant) - 1), rel=1e-2)
+    estimate = trend(signal, 1e-9)
+    assert estimate.remaining == pytest.approx(left, rel=1e-2)
+    assert estimate.change == pytest.approx(left * (math.exp(h / time_constant) - 1), rel=1e-2)
 
 
 def test_how_many_more_windows_are_needed():
     """After that many windows change and rest together are at the tolerance."""
     time_constant, tolerance = 0.2, 1e-6
-    found = trend(approach(time_constant), tolerance)
-    more = found.windows_needed * 0.1
-    later = (found.change + found.remaining) * math.exp(-more / time_constant)
+    estimate = trend(approach(time_constant), tolerance)
+    more = estimate.windows_needed * 0.1
+    later = (estimate.change + estimate.remaining) * math.exp(-more / time_constant)
     assert later == pytest.approx(tolerance, rel=1e-2)
-    assert not found.steady(tolerance)
+    assert not estimate.steady(tolerance)
     assert trend(approach(time_constant, height=1e-6), tolerance).steady(tolerance)
     assert trend(approach(time_constant, height=1e-6), tolerance).windows_needed == 0.0
 
@@ -43,24 +43,24 @@ def test_the_slowest_of_several_signals_counts():
 def test_a_rotating_signal_is_not_steady():
     """A phase that keeps turning does not contract, however small its modulus of change between samples."""
     t = np.linspace(0, 1, 2000)
-    found = trend(np.exp(2j * np.pi * t)[None, :], 1e-3)
-    assert found.remaining > 1e6
-    assert not found.steady(0.1)
+    estimate = trend(np.exp(2j * np.pi * t)[None, :], 1e-3)
+    assert estimate.remaining > 1e6
+    assert not estimate.steady(0.1)
 
 
 def test_a_constant_is_steady_and_rounding_does_not_matter():
     draw = np.random.default_rng(1)
     noise = 1.0 + 1e-12 * draw.standard_normal((1, 1000))
-    found = trend(noise, 1e-6)
-    assert found.steady(1e-6)
-    assert found.windows_needed == 0.0
+    estimate = trend(noise, 1e-6)
+    assert estimate.steady(1e-6)
+    assert estimate.windows_needed == 0.0
 
 
 @pytest.mark.parametrize("signal", [np.exp(np.linspace(0, 3, 100)), np.linspace(0, 1, 100)], ids=["growth", "ramp"])
 def test_growth_and_ramps_have_no_end(signal):
-    found = trend(signal[None, :], 1e-3)
-    assert found.remaining > 1e6
-    assert not found.steady(1e-3)
+    estimate = trend(signal[None, :], 1e-3)
+    assert estimate.remaining > 1e6
+    assert not estimate.steady(1e-3)
 
 
 def test_too_short_a_record_is_unknown():
@@ -87,44 +87,44 @@ def modulated(shape, n=8000, until=100.0, w=3.0):
     ],
     ids=["sine", "harmonics", "pulses"],
 )
-def test_period_range_and_angle_of_a_beat(shape):
+def test_period_range_and_angle_of_a_modulation(shape):
     t, angle, signal = modulated(shape)
-    found = beat(t, angle, signal, 0.01)
-    one = modulated(shape, 100_000, PERIOD)[2]
-    assert found.period == pytest.approx(PERIOD, rel=1e-4)
-    assert found.period_angle == pytest.approx(one[:-1].mean() * PERIOD, rel=1e-4)
-    assert (found.low, found.high) == pytest.approx((one.min(), one.max()), abs=1e-4)
-    assert found.sustained
-    assert (t[found.end - 1] - t[found.begin]) / PERIOD == pytest.approx(3, abs=0.01)
-    assert found.end <= len(t)
+    observed = modulation(t, angle, signal, 0.01)
+    one_period = modulated(shape, 100_000, PERIOD)[2]
+    assert observed.period == pytest.approx(PERIOD, rel=1e-4)
+    assert observed.period_angle == pytest.approx(one_period[:-1].mean() * PERIOD, rel=1e-4)
+    assert (observed.low, observed.high) == pytest.approx((one_period.min(), one_period.max()), abs=1e-4)
+    assert observed.sustained
+    assert (t[observed.end - 1] - t[observed.begin]) / PERIOD == pytest.approx(3, abs=0.01)
+    assert observed.end <= len(t)
 
 
 @pytest.mark.parametrize("time_constant", [30, 100, 300])
-def test_a_decaying_beat_is_not_sustained(time_constant):
-    found = beat(*modulated(lambda p, t: 0.5 * np.exp(-t / time_constant) * np.sin(p)), 0.01)
-    assert found.period == pytest.approx(PERIOD, rel=1e-2)
-    assert not found.sustained
+def test_a_decaying_modulation_is_not_sustained(time_constant):
+    observed = modulation(*modulated(lambda p, t: 0.5 * np.exp(-t / time_constant) * np.sin(p)), 0.01)
+    assert observed.period == pytest.approx(PERIOD, rel=1e-2)
+    assert not observed.sustained
 
 
 @pytest.mark.parametrize("time_constant", [100, 300])
-def test_a_growing_beat_is_not_sustained(time_constant):
-    assert not beat(*modulated(lambda p, t: 0.1 * np.exp(t / time_constant) * np.sin(p)), 0.01).sustained
+def test_a_growing_modulation_is_not_sustained(time_constant):
+    assert not modulation(*modulated(lambda p, t: 0.1 * np.exp(t / time_constant) * np.sin(p)), 0.01).sustained
 
 
-def test_a_beat_that_settles_to_its_range_is_sustained():
-    found = beat(*modulated(lambda p, t: (0.5 + 0.4 * np.exp(-t / 10)) * np.sin(p)), 0.01)
-    assert found.sustained
+def test_a_modulation_that_settles_to_its_range_is_sustained():
+    observed = modulation(*modulated(lambda p, t: (0.5 + 0.4 * np.exp(-t / 10)) * np.sin(p)), 0.01)
+    assert observed.sustained
 
 
-def test_no_beat():
-    """Below the threshold, a single swing, an approach without swing, hardly any samples."""
-    assert beat(*modulated(lambda p, t: 0.004 * np.sin(p)), 0.01) is None
-    assert beat(*modulated(lambda p, t: 0.5 * np.sin(p), until=2 * PERIOD), 0.01) is None
-    assert beat(*modulated(lambda p, t: np.exp(-t / 30)), 0.01) is None
-    assert beat(*modulated(lambda p, t: np.sin(p), n=10), 0.01) is None
+def test_no_modulation():
+    """Below the threshold, a single oscillation, an approach without one, hardly any samples."""
+    assert modulation(*modulated(lambda p, t: 0.004 * np.sin(p)), 0.01) is None
+    assert modulation(*modulated(lambda p, t: 0.5 * np.sin(p), until=2 * PERIOD), 0.01) is None
+    assert modulation(*modulated(lambda p, t: np.exp(-t / 30)), 0.01) is None
+    assert modulation(*modulated(lambda p, t: np.sin(p), n=10), 0.01) is None
 
 
 def test_small_ripple_does_not_break_the_count():
     """Hysteresis: a ripple of a tenth crosses the middle many times within each period."""
-    found = beat(*modulated(lambda p, t: 0.5 * np.sin(p) + 0.05 * np.sin(37 * p)), 0.01)
-    assert found.period == pytest.approx(PERIOD, rel=0.02)
+    observed = modulation(*modulated(lambda p, t: 0.5 * np.sin(p) + 0.05 * np.sin(37 * p)), 0.01)
+    assert observed.period == pytest.approx(PERIOD, rel=0.02)

@@ -1,4 +1,4 @@
-"""Is a slow signal steady, beating, or still on its way? Decided from its last part, with an estimate of the rest."""
+"""Whether a slow signal is steady, modulated, or in transition: decided from its last part, with an estimate of the rest."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Trend:
-    """How far a signal still moves, judged from three equal windows at its end.
+    """How far a signal still moves, estimated from three equal windows at its end.
 
     change: between the last two windows. remaining: what a geometric approach would still add (inf if it does not contract).
-    growing: the changes do not shrink. windows_needed: how many more windows until ``remaining`` falls below ``tolerance``.
+    windows_needed: how many more windows until both together fall below the tolerance (inf likewise).
     """
 
     change: float
@@ -29,7 +29,7 @@ class Trend:
 def trend(signals: np.ndarray, tolerance: float) -> Trend:
     """The trend of signals (k, N), complex or real, already scaled so that 1 is large.
 
-    The three windows are the last three tenths of the record. For a geometric approach with ratio rho between windows the
+    The three windows are the last three tenths of the samples. For a geometric approach with ratio rho between windows the
     rest is change rho/(1 - rho).
     """
     n = signals.shape[1] // 10
@@ -47,7 +47,7 @@ def trend(signals: np.ndarray, tolerance: float) -> Trend:
     return Trend(after, remaining, needed)
 
 
-def drift(signals: np.ndarray) -> float:
+def creep(signals: np.ndarray) -> float:
     """By how much the means of signals (k, N) differ between the last three windows of a tenth each, at most."""
     n = max(1, signals.shape[1] // 10)
     means = np.array([signals[:, -(k + 1) * n : signals.shape[1] - k * n].mean(axis=1) for k in range(3)])
@@ -55,7 +55,7 @@ def drift(signals: np.ndarray) -> float:
 
 
 @dataclass(frozen=True)
-class Beat:
+class Modulation:
     """A periodic modulation: period in time and in angle, range of the signal over the last period, and where the last whole
     periods begin and end (indices). sustained: it neither grows nor decays any more."""
 
@@ -68,7 +68,7 @@ class Beat:
     sustained: bool
 
 
-def beat(time: np.ndarray, angle: np.ndarray, signal: np.ndarray, threshold: float) -> Beat | None:
+def modulation(time: np.ndarray, angle: np.ndarray, signal: np.ndarray, threshold: float) -> Modulation | None:
     """The modulation in the last half of a signal, None if its range is below the threshold or there are not three periods.
 
     time, angle, signal: (N,). Periods are counted between upward crossings of the middle, with hysteresis.
@@ -90,7 +90,7 @@ def beat(time: np.ndarray, angle: np.ndarray, signal: np.ndarray, threshold: flo
     last = slice(crossings[-2], crossings[-1] + 1)
     count = min(3, len(periods))
     even = abs(periods[-1] - periods[-2]) <= 0.05 * periods[-1]
-    return Beat(
+    return Modulation(
         period=float(periods[-count:].mean()),
         period_angle=float(abs(np.diff(turned)[-count:].mean())),
         low=float(s[last].min()),

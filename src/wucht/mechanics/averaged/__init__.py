@@ -1,0 +1,1 @@
+"""Averaged equations of rotating bodies on a linear carrier."""

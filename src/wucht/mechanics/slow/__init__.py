@@ -1,1 +1,0 @@
-"""The slow equations of rotating bodies on a linear carrier."""
