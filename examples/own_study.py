@@ -37,6 +37,31 @@ class Poles(Spec):
     below: float | None = si("rad/s", "speed", default=None, gt=0)
 
 
+template = """
+title = "My rotor"
+
+[machine.carrier]
+stiffness = ["1e5 N/m", "2e5 N/m"]
+damping = "200 N s/m"
+
+[[machine.bodies]]
+kind = "rotor"
+name = "drum"
+mass = "9 kg"
+eccentricity = "1 mm"
+inertia = "0.03 kg m^2"
+
+[machine.drive]
+on = "drum"
+kind = "constant-speed"
+speed = "80 rad/s"
+
+[study]
+kind = "poles"
+# below = "500 rad/s"
+"""
+
+
 @dataclass(frozen=True)
 class Plan:
     """M, C, K of the carrier, and the limit of the frequency."""

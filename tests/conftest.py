@@ -85,18 +85,14 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def wucht(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
     """``wucht("run", "study.toml")``: the command in this process. A traceback is the exception itself: the test fails."""
-    from wucht.cli import main
+    from wucht.cli.app import run_app
 
     def call(*words: object) -> Said:
         monkeypatch.setattr(sys, "argv", ["wucht", *map(str, words)])
         capsys.readouterr()
-        code: Any = 0
-        try:
-            main()
-        except SystemExit as end:
-            code = end.code
+        code = run_app()
         said = capsys.readouterr()
-        return Said(code or 0, said.out, said.err)
+        return Said(code, said.out, said.err)
 
     return call
 

@@ -2,12 +2,16 @@
 
 import importlib.util
 import math
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+
+from wucht.files.catalogue import load_machine
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -65,3 +69,24 @@ def _period_by_scipy(mu: float) -> float:
 
     run = solve_ivp(oscillator, (0, 200), [2.0, 0.0], "DOP853", events=zero, rtol=1e-13, atol=1e-13)
     return float(run.t_events[0][-1] - run.t_events[0][-2])
+
+
+def test_a_study_of_our_own_is_one_file(wucht: Callable[..., Any], here: Path) -> None:
+    """From the command line, with nothing changed in the package: run, plot, new, list and a wrong key.
+
+    Without coupling of the directions the frequencies are sqrt(c/m), where m is all that the carrier carries.
+    """
+    imported = ("--import", EXAMPLES / "own_study.py")
+    poles = (*imported, "--set", "study.kind=poles")
+    summary = wucht("run", "practice/laundry-drum", *poles, "-o", "out", "--json").document["summary"]
+    values = load_machine("practice/laundry-drum").values
+    mass = sum(v for k, v in values.items() if k.endswith(".mass"))
+    assert summary["frequencies"] == pytest.approx([math.sqrt(values[f"carrier.stiffness.{a}"] / mass) for a in "xy"], rel=1e-9)
+    assert (here / "out" / "poles.png").stat().st_size > 5000
+    assert wucht("plot", "out/result.nc", *imported, "-o", "again").code == 0
+    assert "poles" in wucht("list", *imported).out
+    assert wucht("new", "poles", *imported).code == 0
+    written = wucht("run", "poles.toml", *imported, "--json").document["summary"]
+    assert written["frequencies"] == pytest.approx([math.sqrt(1e5 / 9), math.sqrt(2e5 / 9)], rel=1e-9)
+    refused = wucht("run", "practice/laundry-drum", *poles, "--set", "study.bellow=3")
+    assert (refused.code, "below" in refused.err) == (2, True)

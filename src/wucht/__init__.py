@@ -1,15 +1,20 @@
 """wucht: machines in which rotation and vibration act on each other.
 
-The floors of the house, from the ground up (each knows only those before it):
-
-``quantities``, ``system``, ``results``, ``numerics``, ``mechanics``, ``machines``, ``files``, ``analysis``,
-``studies``, ``plots``, ``cli``.
+A ``Machine`` from a file or from ``parts``, a question, an answer:
 
 >>> import wucht
 >>> machine = wucht.load_machine("drozdetskaya-2020/r1")
 >>> result = wucht.run(wucht.RunUp(until=20.0, start={"p1": 0.3, "p2": -0.5}), machine)
->>> result.attrs["outcome"]
+>>> result.wucht.summary["outcome"]
 'captured-modulated'
+
+Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SynchronousStates``, ``Entrainment``,
+``Approximation``. Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, and ``result.wucht``. Any other ordinary
+differential equation: ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged: ``averaged``,
+``strongly_damped``, ``separated``.
+
+The floors of the house, each of which knows only those before it: ``errors``, ``quantities``, ``piecewise``, ``system``,
+``checking``, ``fields``, ``results``, ``numerics``, ``mechanics``, ``machines``, ``files``, ``analysis``, ``studies``, ``cli``.
 """
 
 from __future__ import annotations
@@ -21,21 +26,57 @@ if TYPE_CHECKING:
     from wucht.files.catalogue import load_machine as load_machine
     from wucht.machines import parts as parts
     from wucht.machines.machine import Machine as Machine
+    from wucht.mechanics.averaging import averaged as averaged
+    from wucht.mechanics.separation import separated as separated
+    from wucht.mechanics.strong_damping import strongly_damped as strongly_damped
+    from wucht.numerics.flow.compiled import compile_system as compile_system
+    from wucht.numerics.flow.integrate import integrate as integrate
+    from wucht.numerics.orbits import periodic_orbit as periodic_orbit
+    from wucht.studies.approximation.spec import Approximation as Approximation
+    from wucht.studies.coast_down.spec import CoastDown as CoastDown
+    from wucht.studies.entrainment.spec import Entrainment as Entrainment
+    from wucht.studies.response.spec import Response as Response
     from wucht.studies.run_up.spec import RunUp as RunUp
+    from wucht.studies.runner import draw as draw
+    from wucht.studies.runner import load as load
+    from wucht.studies.runner import report as report
     from wucht.studies.runner import run as run
+    from wucht.studies.study_file import run_file as run_file
+    from wucht.studies.sweep.spec import Sweep as Sweep
+    from wucht.studies.synchronous_states.spec import SynchronousStates as SynchronousStates
+    from wucht.studies.torque_balance.spec import TorqueBalance as TorqueBalance
+    from wucht.system import System as System
 
 __version__ = "0.1.0"
 
 # SymPy, heyoka and xarray take seconds to import: they are loaded when a name is first used, not with the package.
 _LAZY = {
+    "Approximation": "wucht.studies.approximation.spec:Approximation",
+    "CoastDown": "wucht.studies.coast_down.spec:CoastDown",
+    "Entrainment": "wucht.studies.entrainment.spec:Entrainment",
     "Machine": "wucht.machines.machine:Machine",
+    "Response": "wucht.studies.response.spec:Response",
     "RunUp": "wucht.studies.run_up.spec:RunUp",
+    "Sweep": "wucht.studies.sweep.spec:Sweep",
+    "SynchronousStates": "wucht.studies.synchronous_states.spec:SynchronousStates",
+    "System": "wucht.system:System",
+    "TorqueBalance": "wucht.studies.torque_balance.spec:TorqueBalance",
+    "averaged": "wucht.mechanics.averaging:averaged",
+    "compile_system": "wucht.numerics.flow.compiled:compile_system",
+    "draw": "wucht.studies.runner:draw",
+    "integrate": "wucht.numerics.flow.integrate:integrate",
+    "load": "wucht.studies.runner:load",
     "load_machine": "wucht.files.catalogue:load_machine",
     "parts": "wucht.machines.parts",
+    "periodic_orbit": "wucht.numerics.orbits:periodic_orbit",
+    "report": "wucht.studies.runner:report",
     "run": "wucht.studies.runner:run",
+    "separated": "wucht.mechanics.separation:separated",
+    "strongly_damped": "wucht.mechanics.strong_damping:strongly_damped",
+    "run_file": "wucht.studies.study_file:run_file",
 }
 
-__all__ = ["Machine", "RunUp", "__version__", "load_machine", "parts", "run"]
+__all__ = ["__version__", *_LAZY]  # noqa: PLE0604
 
 
 def __getattr__(name: str) -> Any:
@@ -45,4 +86,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_LAZY})
+    return [*__all__]

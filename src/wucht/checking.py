@@ -1,11 +1,11 @@
-"""Tables and models checked key by key, with errors that say where: the tables of a file, and the parts built from them."""
+"""Tables and models checked key by key, with errors that state where: the tables of a file, and the parts built from them."""
 
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeGuard, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -34,10 +34,14 @@ def refuse_unknown(document: Mapping[str, Any], known: Iterable[str], where: str
             raise InputError(f"{where}.{key}" if where else key, value, f"unknown key; {nearest(key, known)}")
 
 
+def fields_of(cls: type[BaseModel], given: bool = False) -> dict[str, FieldInfo]:
+    """The fields of a model by key; ``given``: only those that may be given."""
+    return {f.alias or name: f for name, f in cls.model_fields.items() if not (given and f.exclude)}
+
+
 def checked(cls: type[ModelT], document: Mapping[str, Any], where: str) -> ModelT:
     """Build a pydantic model. Raises ``InputError`` with the first thing that is wrong."""
-    keys = [f.alias or name for name, f in cls.model_fields.items() if not f.exclude]
-    refuse_unknown(document, keys, where)
+    refuse_unknown(document, fields_of(cls, given=True), where)
     try:
         return cls.model_validate(dict(document))
     except ValidationError as error:
@@ -54,12 +58,17 @@ def read_quantity(unit: Unit, given: object, where: str) -> float:
 
 def text(document: Mapping[str, Any], key: str, where: str) -> str | None:
     """The text under a key, None if there is none. Raises ``InputError`` if it is something else or empty."""
-    value = document.get(key)
+    value, at = document.get(key), f"{where}.{key}" if where else key
     if value is not None and (not isinstance(value, str) or not value.strip()):
-        raise InputError(f"{where}.{key}" if where else key, value, "allowed is a text")
+        raise InputError(at, value, "allowed is a text")
     if value is not None and any(unicodedata.category(c) == "Cc" and c not in "\n\t" for c in value):
-        raise InputError(f"{where}.{key}" if where else key, value, "allowed is a text without control characters")
+        raise InputError(at, value, "allowed is a text without control characters")
     return value
+
+
+def is_pairs(given: object) -> TypeGuard[Sequence[Sequence[Any]]]:
+    """Whether it is a list of pairs."""
+    return isinstance(given, list | tuple) and all(isinstance(p, list | tuple) and len(p) == 2 for p in given)
 
 
 def choice(document: Mapping[str, Any], key: str, where: str, known: Iterable[str], not_yet: Iterable[str] = ()) -> str:
@@ -84,69 +93,54 @@ def located(cls: type[BaseModel], error: ValidationError, where: str, document: 
     A ``ValueError(key, sentence)`` of the model's own is a fault of that key.
     """
     first = error.errors(include_url=False)[0]
-    told = first.get("ctx", {}).get("error")
-    if isinstance(told, ValueError) and len(told.args) == 2:
-        key, sentence = told.args
-        first = {**first, "loc": (*first["loc"], key), "input": None, "ctx": {"error": sentence}}
-    inner, place = _inner(cls, first["loc"])
-    if first["type"] == "missing" and len(first["loc"]) > len(place):  # an item of a pair
-        first = {**first, "type": "too_short"}
+    kind, context, location, given = first["type"], first.get("ctx", {}), first["loc"], first["input"]
+    own = context.get("error")
+    if isinstance(own, ValueError) and len(own.args) == 2:
+        location, given, context = (*location, own.args[0]), None, {"error": own.args[1]}
+    inner, place = _inner(cls, location)
+    if kind == "missing" and len(location) > len(place):  # an item of a pair
+        kind = "too_short"
     if place and isinstance(place[-1], int):  # an item of a list is reported with its list
         inner, place = cls, place[:-1]
-    if len(place) > 1 and inner is not cls:
-        # The fault lies in a table inside: seen from there.
+    if len(place) > 1 and inner is not cls:  # the fault lies in a table inside: seen from there
         inside: Any = document
         for step in place[:-1]:
             inside = inside[step]
-        document = inside
-        within = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in place[:-1])
-        cls, where = inner, f"{where}{within}"
+        cls, document = inner, inside
+        where += "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in place[:-1])
     key = str(place[-1]) if place else ""
     at = f"{where}.{key}" if where and key else where or key
-    fields = {f.alias or name: f for name, f in cls.model_fields.items()}
-    extra = fields[key].json_schema_extra if key in fields else None
+    fields = fields_of(cls)
+    field = fields.get(key, FieldInfo())
+    extra = field.json_schema_extra
     unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-    what = (fields[key].description if key in fields else None) or key
-    if first["type"] == "missing":
-        return InputError(at, None, f"this key is missing; needed is the {what}" + (f" in {unit}" if unit else ""))
-    given = document.get(key, first["input"]) if isinstance(document, Mapping) else first["input"]
-    low, high = (_bound(fields.get(key), side) for side in ("ge", "le"))
-    if first["type"] in ("greater_than_equal", "less_than_equal") and low is not None and high is not None:
-        if fields[key].annotation is int:
-            return InputError(at, given, f"allowed is a whole number from {low:g} to {high:g}")
-        return InputError(at, given, f"allowed is between {low:g} and {high:g}" + (f" {unit}" if unit else ""))
-    if first["type"] == "extra_forbidden":
+    what, in_unit = field.description or key, f" in {unit}" if unit else ""
+    if kind == "missing":
+        return InputError(at, None, f"this key is missing; needed is the {what}{in_unit}")
+    given = document.get(key, given) if isinstance(document, Mapping) else given
+    if kind == "extra_forbidden":
         return InputError(at, given, f"unknown key; {nearest(key, fields)}")
     if unit and isinstance(given, list) and any(e["type"] in ("too_short", "too_long", "missing") for e in error.errors()):
         return InputError(at, given, "allowed is one number, or a pair [x, y]")
-    return InputError(at, given, _allowed(first["type"], first.get("ctx", {}), what, unit, first["msg"]))
-
-
-def _bound(field: FieldInfo | None, side: str) -> float | None:
-    """The limit of a field on one side, ``"ge"`` or ``"le"``."""
-    bounds = [getattr(m, side) for m in (field.metadata if field is not None else ()) if hasattr(m, side)]
-    return bounds[0] if bounds else None
+    bounds = {side: getattr(m, side) for side in ("ge", "le") for m in field.metadata if hasattr(m, side)}
+    if kind in ("greater_than_equal", "less_than_equal") and len(bounds) == 2:
+        between = "a whole number from {ge:g} to {le:g}" if field.annotation is int else "between {ge:g} and {le:g}"
+        suffix = f" {unit}" if unit and field.annotation is not int else ""
+        return InputError(at, given, f"allowed is {between.format(**bounds)}{suffix}")
+    return InputError(at, given, _allowed(kind, context, what, unit, first["msg"]))
 
 
 def _inner(cls: type[BaseModel], location: Iterable[int | str]) -> tuple[type[BaseModel], list[int | str]]:
     """The table in which a fault lies, and the way to its key from the outermost: names and numbers of tables inside."""
+    inner: type[BaseModel] | None = cls
     place: list[int | str] = []
     for step in location:
-        fields = {f.alias or name: f for name, f in cls.model_fields.items()}
-        if place and isinstance(place[-1], str) and place[-1] in fields:
-            models = models_in(fields[place[-1]].annotation)
-            if not models:
-                break
-            if isinstance(step, int):
-                place.append(step)
-                continue
-            cls = models[0]
-        elif place and isinstance(place[-1], int) and len(place) > 1:
-            models = models_in(fields[str(place[-2])].annotation)
-            if not models:
-                break
-            cls = models[0]
+        if inner is None:
+            break
         place.append(step)
+        if isinstance(step, str):
+            cls, field = inner, fields_of(inner).get(step)
+            inner = next(iter(models_in(field.annotation)), None) if field else None
     return cls, place
 
 
@@ -161,6 +155,7 @@ _LIMITS = {"gt": "greater than", "ge": "of at least", "le": "of at most", "lt": 
 
 
 def _allowed(kind: str, context: Mapping[str, Any], what: str, unit: str, message: str) -> str:
+    in_unit = f" in {unit}" if unit else ""
     for key, words in _LIMITS.items():
         if key in context:
             return f"allowed is {article(what)} {words} {context[key]:g}" + (f" {unit}" if unit else "")
@@ -172,9 +167,7 @@ def _allowed(kind: str, context: Mapping[str, Any], what: str, unit: str, messag
         "string_pattern_mismatch": "allowed is a name of up to 64 letters, digits, '-' and '_' that begins with a letter",
         "string_type": f"allowed is {article(what)}, a text",
         "model_type": "allowed is a table: { KEY = VALUE, ... }",
-        "float_type": f"allowed is one number or quantity: {article(what)}" + (f" in {unit}" if unit else ""),
+        "float_type": f"allowed is one number or quantity: {article(what)}{in_unit}",
         **dict.fromkeys(("tuple_type", "too_short", "too_long"), f"allowed is {several}"),
     }
-    if kind in known:
-        return known[kind]
-    return f"allowed is the {what}: {message[0].lower()}{message[1:]}"
+    return known.get(kind, f"allowed is the {what}: {message[:1].lower()}{message[1:]}")

@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, ValidationError, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, ValidationInfo, field_validator
 from pydantic_core import CoreSchema
 
-from wucht.checking import located, refuse_unknown
+from wucht.checking import checked, fields_of
 from wucht.quantities import Unit
 
 
@@ -50,13 +50,7 @@ class _Located(_Metaclass):
     """Classes whose call raises ``InputError`` instead of pydantic's own error."""
 
     def __call__(self: Any, *values: Any, **fields: Any) -> Any:
-        names = [f.alias or name for name, f in self.model_fields.items() if not f.exclude]
-        given = dict(zip(names, values, strict=False)) | fields
-        refuse_unknown(given, names, self.where())
-        try:
-            return super().__call__(**given)
-        except ValidationError as error:
-            raise located(self, error, self.where(), given) from None
+        return checked(self, dict(zip(fields_of(self, given=True), values, strict=False)) | fields, self.where())
 
 
 class Described(BaseModel, metaclass=_Located):
@@ -65,13 +59,13 @@ class Described(BaseModel, metaclass=_Located):
     Raises ``InputError`` for what is not allowed. Its JSON schema admits strings with a unit.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     kind: ClassVar[str] = ""
 
     @classmethod
     def where(cls) -> str:
-        """Where a fault lies that is found in Python."""
+        """Where a fault in Python lies."""
         return cls.kind or cls.__name__
 
     @field_validator("*", mode="before")
@@ -84,30 +78,33 @@ class Described(BaseModel, metaclass=_Located):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        found = handler.resolve_ref_schema(handler(schema))
-        for name, described in found.get("properties", {}).items():
-            if "unit" in described:
-                found["properties"][name] = _admitting_text(described)
-        return found
+        described = handler.resolve_ref_schema(handler(schema))
+        properties = described.get("properties", {})
+        properties |= {name: _admitting_text(field) for name, field in properties.items() if "unit" in field}
+        return described
 
     def parameters_at(self, path: str) -> tuple[Parameter, ...]:
         """The quantities given, as parameters ``path.field``; pairs by component ``.x``, ``.y``; tables inside likewise."""
-        found: list[Parameter] = []
+        parameters: list[Parameter] = []
         for name, described in type(self).model_fields.items():
             unit, value = unit_of(type(self), name), getattr(self, name)
             key = f"{path}.{described.alias or name}"
             if isinstance(value, Described):
-                found += value.parameters_at(key)
-            elif isinstance(value, tuple) and value and isinstance(value[0], Described):
-                for i, inner in enumerate(value):
-                    found += inner.parameters_at(f"{key}.{i + 1}")
-            if unit is None or value is None:
-                continue
-            pairs = zip((".x", ".y"), value, strict=True) if isinstance(value, tuple) else (("", value),)
-            for suffix, number in pairs:
-                label = unit.symbol + (f"_{suffix[1:]}" if suffix else "")
-                found.append(Parameter(key + suffix, float(number), unit.si, label, unit.what))
-        return tuple(found)
+                parameters += value.parameters_at(key)
+            elif unit is None:
+                tables = enumerate(value, 1) if isinstance(value, tuple) else ()
+                parameters += [
+                    p for i, table in tables if isinstance(table, Described) for p in table.parameters_at(f"{key}.{i}")
+                ]
+            elif value is not None:
+                numbers = dict(zip(("x", "y"), value, strict=True)) if isinstance(value, tuple) else {"": value}
+                parameters += [
+                    Parameter(
+                        f"{key}.{c}" if c else key, float(x), unit.si, f"{unit.symbol}_{c}" if c else unit.symbol, unit.what
+                    )
+                    for c, x in numbers.items()
+                ]
+        return tuple(parameters)
 
 
 def _admitting_text(schema: Any) -> Any:

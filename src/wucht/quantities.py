@@ -31,12 +31,8 @@ class Unit:
         """
         value = _parse(given, self.si, self.what)
         if not math.isfinite(value):
-            raise ValueError(f"allowed is a finite {self.what}{self._in_unit}")
+            raise ValueError(f"allowed is a finite {self.what}" + (f" in {self.si}" if self.si else ""))
         return value
-
-    @property
-    def _in_unit(self) -> str:
-        return f" in {self.si}" if self.si else ""
 
 
 def article(noun: str) -> str:

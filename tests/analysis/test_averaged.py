@@ -1,4 +1,4 @@
-"""The slow equations of machines, against averages of the full ones, limit cases and symmetries."""
+"""The averaged equations of machines, against averages of the full ones, limit cases and symmetries."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.analysis.averaged import SlowMachine, damped, slow_machine
+from wucht.analysis.averaged import AveragedMachine, averaged_machine, damped
 from wucht.analysis.forced import Forced
 from wucht.errors import InputError
 from wucht.files.building import machine_from
@@ -58,11 +58,15 @@ def exciters(sense: int, directions: str = "xyr") -> Machine:
     )
 
 
-def at(slow: SlowMachine, state: np.ndarray, names: list[str]) -> dict[str, float]:
-    """Outputs at a slow state (n,)."""
-    s = slow.system
-    found = Evaluator.of(s, [s.output(n).expression for n in names], names)(np.zeros(1), state[:, None], slow.values())
-    return {n: float(v[0]) for n, v in found.items()}
+def at(slow: AveragedMachine, state: np.ndarray, *names: str) -> np.ndarray:
+    """Outputs (k,) at a slow state (n,)."""
+    outputs = Evaluator.of(slow.system, [slow.system.output(n).expression for n in names], names)
+    return outputs.array(np.zeros(1), state[:, None], slow.values())[:, 0]
+
+
+def rates(slow: AveragedMachine, state: np.ndarray) -> np.ndarray:
+    """State derivatives (n,) at a slow state (n,)."""
+    return Evaluator.of_rates(slow.system).array(np.zeros(1), np.asarray(state)[:, None], slow.values())[:, 0]
 
 
 def averaged_torques(machine: Machine, w: float, alpha: np.ndarray, senses: np.ndarray) -> np.ndarray:
@@ -114,21 +118,21 @@ def averaged_torques(machine: Machine, w: float, alpha: np.ndarray, senses: np.n
 @pytest.mark.parametrize("directions", ["xyr", "xy"])
 def test_vibration_torques_are_the_means_of_the_full_equations(directions: str, sense: int) -> None:
     machine = exciters(sense, directions)
-    slow = slow_machine(machine)
+    slow = averaged_machine(machine)
     rng, w = np.random.default_rng(7), 38.0
     senses = np.array([slow.senses[b.name] for b in machine.bodies])
     alpha = np.concatenate([[0.0], rng.uniform(-3, 3, len(machine.bodies) - 1)])
     absolute = dict(zip((b.name for b in machine.bodies), senses * alpha, strict=True))
     state = slow.state(absolute, {b.name: slow.senses[b.name] * w for b in machine.bodies})
-    found = at(slow, state, [f"vibration_torque[{b.name}]" for b in machine.bodies])
+    torques = at(slow, state, *(f"vibration_torque[{b.name}]" for b in machine.bodies))
     expected = averaged_torques(machine, w, alpha, senses)
     assert np.abs(expected).max() > 1e-3
     # Round-off of sums over 64 samples.
-    assert np.array(list(found.values())) == pytest.approx(expected, rel=1e-11, abs=1e-13)
+    assert torques == pytest.approx(expected, rel=1e-11, abs=1e-13)
     forced = Forced.of(machine, senses * alpha)
     parts = [-float(forced.torque_on(np.array([w]), [i])[0][0]) for i in range(len(senses))]
-    assert np.array(list(found.values())) == pytest.approx(parts, rel=1e-9, abs=1e-12)
-    assert at(slow, state, ["amplitude"])["amplitude"] == pytest.approx(float(forced.amplitude(np.array([w]))[0][0]), rel=1e-11)
+    assert torques == pytest.approx(parts, rel=1e-9, abs=1e-12)
+    assert at(slow, state, "amplitude")[0] == pytest.approx(float(forced.amplitude(np.array([w]))[0][0]), rel=1e-11)
 
 
 def test_vibration_torques_on_a_frame_that_is_shaken() -> None:
@@ -144,13 +148,13 @@ def test_vibration_torques_on_a_frame_that_is_shaken() -> None:
             "drives": [DRIVE | {"on": "a", "no_load_speed": 41.0}, DRIVE | {"on": "b", "no_load_speed": -42.0}],
         }
     )
-    slow = slow_machine(machine)
+    slow = averaged_machine(machine)
     assert slow.system.state_names == ("a.phase", "b.phase", "a.speed", "b.speed")
     senses, alpha = np.array([1.0, -1.0]), np.array([0.4, -1.1])
     state = slow.state({"a": 0.4, "b": 1.1}, {"a": 40.0, "b": -40.0})
-    found = at(slow, state, ["vibration_torque[a]", "vibration_torque[b]"])
+    torques = at(slow, state, "vibration_torque[a]", "vibration_torque[b]")
     expected = averaged_torques(machine, 40.0, alpha, senses)
-    assert np.array(list(found.values())) == pytest.approx(expected, rel=1e-10, abs=1e-13)
+    assert torques == pytest.approx(expected, rel=1e-10, abs=1e-13)
     still = averaged_torques(machine.with_values({"carrier.motion.amplitude": 0.0}), 40.0, alpha, senses)
     assert np.abs(expected - still).min() > 1e-3  # the shaking does most of it
 
@@ -166,16 +170,11 @@ def test_steady_states_of_table_5_1(case: str) -> None:
     from scipy.optimize import fsolve
 
     speed, guess, eigenvalues = EQUILIBRIA[case]
-    slow = slow_machine(load_machine("drozdetskaya-2020/table-5.1", {}).with_values({"u": 1.0}), inertia=False)
-    s = slow.system
-    rates = Evaluator.of(s, s.derivatives, s.state_names)
-
-    def flow(x: np.ndarray) -> np.ndarray:
-        return np.array([v[0] for v in rates(np.zeros(1), np.asarray(x)[:, None], slow.values()).values()])
-
-    found = fsolve(flow, guess, xtol=1e-13)
-    assert found[2] == pytest.approx(speed, abs=5e-8)
-    jacobian = np.array([(flow(found + 1e-6 * e) - flow(found - 1e-6 * e)) / 2e-6 for e in np.eye(3)]).T / found[2]
+    slow = averaged_machine(load_machine("drozdetskaya-2020/table-5.1", {}).with_values({"u": 1.0}), inertia=False)
+    steady = fsolve(lambda x: rates(slow, x), guess, xtol=1e-13)
+    assert steady[2] == pytest.approx(speed, abs=5e-8)
+    moves = 1e-6 * np.eye(3)
+    jacobian = np.array([(rates(slow, steady + e) - rates(slow, steady - e)) / 2e-6 for e in moves]).T / steady[2]
     if eigenvalues is not None:
         assert np.sort(np.linalg.eigvals(jacobian).real) == pytest.approx(eigenvalues, rel=2e-4)
     else:
@@ -187,18 +186,14 @@ def test_what_is_steady_in_the_first_order_stays_steady() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1", {}).with_values({"u": 1.0})
     steady = np.array([-1.0660861, -1.0660861, 0.7028953])  # type II, to the digits of cases.md
     for inertia, state in ((False, steady), (True, np.append(steady, steady[[2, 2]]))):
-        rates = []
-        for order in (1, 2):
-            slow = slow_machine(machine, inertia, order)
-            found = Evaluator.of(slow.system, slow.system.derivatives, slow.system.state_names)
-            rates.append(np.array([v[0] for v in found(np.zeros(1), state[:, None], slow.values()).values()]))
-        assert np.abs(rates[0]).max() < 1e-8
-        assert np.abs(rates[1]).max() < 3 * np.abs(rates[0]).max()
+        first, second = (np.abs(rates(averaged_machine(machine, inertia, order), state)).max() for order in (1, 2))
+        assert first < 1e-8
+        assert second < 3 * first
 
 
 @pytest.mark.parametrize("inertia", [True, False])
 def test_energy_of_the_slow_motion_balances(inertia: bool) -> None:
-    slow = slow_machine(load_machine("drozdetskaya-2020/r1", {}), inertia)
+    slow = averaged_machine(load_machine("drozdetskaya-2020/r1", {}), inertia)
     start = slow.state({"drum": 0.0, "p1": 0.3, "p2": -0.5}, dict.fromkeys(("drum", "p1", "p2"), 0.0))
     run = integrate(compile_system(slow.system), start, slow.values(), np.linspace(0, 3, 400), None, 0.1)
     s = slow.system
@@ -221,7 +216,7 @@ def test_a_mirrored_machine_moves_alike() -> None:
                 "drive": {"on": "drum", "kind": "linear", "slope": 0.01, "no_load_speed": sense * 250.0},
             }
         )
-        slow = slow_machine(machine)
+        slow = averaged_machine(machine)
         start = slow.state({"drum": 0.0, "p": sense * 1.0}, {"drum": sense * 20.0, "p": sense * 15.0})
         runs.append(integrate(compile_system(slow.system), start, slow.values(), np.linspace(0, 2, 50)).states)
     assert np.abs(runs[0] - runs[1]).max() < 1e-9 * np.abs(runs[0]).max()
@@ -230,7 +225,7 @@ def test_a_mirrored_machine_moves_alike() -> None:
 def test_slips_of_the_start_move_the_slow_phase() -> None:
     """002 (4.24), (4.30): without vibration the strongly damped state must be where the full one ends."""
     machine = load_machine("drozdetskaya-2020/r1", {}).with_values({"drum.eccentricity": 0.0, "drive.slope": 0.0})
-    slow = slow_machine(machine, inertia=False)
+    slow = averaged_machine(machine, inertia=False)
     angles, speeds = {"drum": 0.0, "p1": 0.3, "p2": -0.5}, {"drum": 50.0, "p1": 80.0, "p2": 20.0}
     state = dict(zip(slow.system.state_names, slow.state(angles, speeds), strict=True))
     j, b = np.diag([9.75e-4, 1.69e-3, 1.69e-3]), 0.169 * np.array([[2, -1, -1], [-1, 1, 0], [-1, 0, 1.0]])
@@ -266,7 +261,7 @@ def test_machines_outside_the_class_are_refused(case: tuple[str | None, dict[str
         )
     )
     with pytest.raises(InputError, match=reason):
-        slow_machine(given)
+        averaged_machine(given)
 
 
 def test_two_prescribed_rotors_have_no_common_speed() -> None:
@@ -279,7 +274,7 @@ def test_two_prescribed_rotors_have_no_common_speed() -> None:
         }
     )
     with pytest.raises(InputError, match="the speed of b is prescribed"):
-        slow_machine(machine)
+        averaged_machine(machine)
 
 
 def test_without_dampers_the_inertia_stays() -> None:
@@ -298,14 +293,14 @@ def test_without_dampers_the_inertia_stays() -> None:
     assert not damped(free)
     for order in (0, 3):
         with pytest.raises(InputError, match=f"order {order}"):
-            slow_machine(machine, True, order)
+            averaged_machine(machine, True, order)
 
 
 def test_held_at_a_speed_the_drive_does_not_matter() -> None:
     machine = load_machine("drozdetskaya-2020/r1", {})
     states = []
     for slope in (1e-3, 1.0):
-        slow = slow_machine(machine.with_values({"drive.slope": slope}), inertia=True, held=True)
+        slow = averaged_machine(machine.with_values({"drive.slope": slope}), inertia=True, held=True)
         assert slow.system.state_names == ("p1.phase", "p2.phase", "p1.speed", "p2.speed")
         start = np.array([0.5, -0.4, 150.0, 150.0])
         states.append(integrate(compile_system(slow.system), start, slow.values(150.0), np.linspace(0, 1, 20)).states)

@@ -1,4 +1,4 @@
-"""The error of the slow equations as epsilon -> 0, measured: O(epsilon) in the first order, O(epsilon^2) in the second.
+"""The error of the averaged equations as epsilon -> 0, measured: O(epsilon) in the first order, O(epsilon^2) in the second.
 
 Over times 1/epsilon, from a start with the fast part that belongs to the slow motion. epsilon is made smaller by ``weakened``.
 """
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import slow_machine
+from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.full_motion import FullMotion
 from wucht.analysis.strength import weakened
 from wucht.files.building import machine_from
@@ -47,10 +47,10 @@ def machine(name: str) -> Machine:
 def largest_error(given: Machine, kappa: float, start: Mapping[str, float], until: float, inertia: bool, order: int) -> float:
     """Of the rotor's speed, over a time until/kappa."""
     small = weakened(given, kappa)
-    slow = slow_machine(small, inertia, order)
+    slow = averaged_machine(small, inertia, order)
     state = np.array([start[name] for name in slow.system.state_names if name in start])
     if inertia:  # on the slow manifold: the slips that the damped equations give
-        damped = slow_machine(small, False, order)
+        damped = averaged_machine(small, False, order)
         speeds = [o for o in damped.system.outputs if o.name.startswith("speed[")]
         at = np.array([[start[name]] for name in damped.system.state_names])
         seen = Evaluator.of(damped.system, [o.expression for o in speeds], [o.name for o in speeds])

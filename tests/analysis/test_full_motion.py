@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import SlowMachine, slow_machine
+from wucht.analysis.averaged import AveragedMachine, averaged_machine
 from wucht.analysis.full_motion import FullMotion
 from wucht.analysis.static import static_position
 from wucht.files.building import machine_from
@@ -32,13 +32,13 @@ def drum(sense: int = 1, **changes: Any) -> Machine:
     )
 
 
-def rebuilt(slow: SlowMachine, time: np.ndarray, states: np.ndarray, angle: np.ndarray) -> dict[str, np.ndarray]:
+def rebuilt(slow: AveragedMachine, time: np.ndarray, states: np.ndarray, angle: np.ndarray) -> dict[str, np.ndarray]:
     return dict(zip(slow.machine.state_names, FullMotion(slow)(time, states, angle), strict=True))
 
 
-def steady(machine: Machine, speed: float, phases: dict[str, float]) -> tuple[SlowMachine, np.ndarray]:
+def steady(machine: Machine, speed: float, phases: dict[str, float]) -> tuple[AveragedMachine, np.ndarray]:
     """The slow machine, and its state (n,) at a speed in the bodies' own sense."""
-    slow = slow_machine(machine, True)
+    slow = averaged_machine(machine, True)
     angles = {b.name: slow.senses[b.name] * phases.get(b.name, 0.0) for b in machine.bodies}
     return slow, slow.state(angles, {name: s * speed for name, s in slow.senses.items()})
 
@@ -80,7 +80,7 @@ def test_velocities_are_the_rates_of_positions_while_the_slow_motion_goes_on(cas
     """Central differences along the slow motion itself: amplitudes and phases change while the rotor turns."""
     name, values, order = MOTIONS[case]
     machine = load_machine(name).with_values(values)
-    slow = slow_machine(machine, True, order)
+    slow = averaged_machine(machine, True, order)
     speeds = {b.name: slow.senses[b.name] * 0.45 * 200.0 for b in machine.bodies}
     if machine.shaken is not None:
         speeds = {b.name: 6.0 for b in machine.bodies}
@@ -102,7 +102,7 @@ def test_velocities_are_the_rates_of_positions_while_the_slow_motion_goes_on(cas
 
 
 def ramped(rate: float) -> Machine:
-    """A drum whose prescribed speed grows: the slow equations depend on time itself."""
+    """A drum whose prescribed speed grows: the averaged equations depend on time itself."""
     return machine_from(
         {
             "carrier": {"directions": "xy", "stiffness": 1e5, "damping": 200.0},
@@ -118,7 +118,7 @@ def ramped(rate: float) -> Machine:
 
 def test_velocities_while_a_prescribed_speed_grows() -> None:
     """Near the resonance at 100 rad/s the amplitude grows with the time as much as with the state."""
-    slow = slow_machine(ramped(40.0), True)
+    slow = averaged_machine(ramped(40.0), True)
     step = 2e-5
     time = 0.2 + step * np.arange(9)
     start = slow.state({"drum": 0.0, "p1": 0.5}, {"drum": 98.0, "p1": 98.0})
@@ -127,7 +127,7 @@ def test_velocities_while_a_prescribed_speed_grows() -> None:
     for q, v in (("carrier.x", "carrier.vx"), ("carrier.y", "carrier.vy")):
         x = full[q]
         fourth = (x[:-4] - 8 * x[1:-3] + 8 * x[3:-1] - x[4:]) / (12 * step)
-        # z' is about 3 % of w z here, and half of it comes from the time itself.
+        # z' is about 3 % of w z, and half of it comes from the time itself.
         assert np.abs(fourth - full[v][2:-2]).max() < 2e-6 * 98.0 * np.abs(x).max()
 
 
@@ -146,8 +146,8 @@ def test_a_clockwise_machine_is_the_mirror_image(sense: int) -> None:
     other, same = steady(drum(-1), 110.0, {"p1": 0.4, "p2": 2.2})
     assert same == pytest.approx(state)
     time = np.linspace(0, 0.1, 30)
-    mine, mirrored = (rebuilt(s, time, np.repeat(state[:, None], 30, axis=1), 110.0 * time) for s in (slow, other))
-    for name, values in mine.items():
+    own, mirrored = (rebuilt(s, time, np.repeat(state[:, None], 30, axis=1), 110.0 * time) for s in (slow, other))
+    for name, values in own.items():
         image = 1 if name in ("carrier.x", "carrier.vx") else -1
         assert mirrored[name] == pytest.approx(image * values, rel=1e-12, abs=1e-12), name
 
@@ -163,7 +163,7 @@ def test_at_rest_nothing_is_fast() -> None:
 
 
 def test_a_held_speed() -> None:
-    slow = slow_machine(drum(), True, held=True)
+    slow = averaged_machine(drum(), True, held=True)
     state = slow.state({"drum": 0.0, "p1": 0.5, "p2": 1.0}, {"drum": 70.0, "p1": 70.0, "p2": 70.0})
     full = dict(
         zip(slow.machine.state_names, FullMotion(slow)(np.zeros(1), state[:, None], np.zeros(1), speed=70.0), strict=True)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import SlowMachine, damped, slow_machine
+from wucht.analysis.averaged import AveragedMachine, averaged_machine, damped
 from wucht.analysis.strength import STRENGTH, values_at, weakened
 from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
 from wucht.numerics.flow.program import Evaluator
+from wucht.system import System
 
 MACHINES = (
     "drozdetskaya-2020/table-5.1",
@@ -24,32 +26,26 @@ MACHINES = (
 def states(names: tuple[str, ...], seed: int = 3) -> np.ndarray:
     """Random angles, positive speeds, small displacements (n, 1)."""
     rng = np.random.default_rng(seed)
-    found = [rng.uniform(20, 30) if n.endswith(".speed") else rng.uniform(-1e-3, 1e-3) for n in names]
-    return np.array([rng.uniform(-3, 3) if n.endswith((".angle", ".phase")) else v for n, v in zip(names, found, strict=True)])[
-        :, None
-    ]
+    values = [rng.uniform(20, 30) if n.endswith(".speed") else rng.uniform(-1e-3, 1e-3) for n in names]
+    turned = [rng.uniform(-3, 3) if n.endswith((".angle", ".phase")) else v for n, v in zip(names, values, strict=True)]
+    return np.array(turned)[:, None]
 
 
-def rates(slow: SlowMachine, kappa: float) -> np.ndarray:
+def rates_of(s: System, values: Mapping[str, float]) -> np.ndarray:
+    return Evaluator.of_rates(s).array(np.zeros(1), states(s.state_names), s.values(values))[:, 0]
+
+
+def rates(slow: AveragedMachine, kappa: float) -> np.ndarray:
     """State derivatives (n,) of a slow machine with a strength."""
-    s = slow.system
-    values = s.values(slow.machine.values | (values_at(slow.machine, kappa) if STRENGTH in slow.machine.values else {}))
-    found = Evaluator.of(s, s.derivatives, s.state_names)(np.zeros(1), states(s.state_names), values)
-    return np.array([v[0] for v in found.values()])
-
-
-def full_rates(machine: Machine) -> np.ndarray:
-    s = machine.system
-    found = Evaluator.of(s, s.derivatives, s.state_names)(np.zeros(1), states(s.state_names), s.values(machine.values))
-    return np.array([v[0] for v in found.values()])
+    values = slow.machine.values
+    return rates_of(slow.system, values | (values_at(slow.machine, kappa) if STRENGTH in values else {}))
 
 
 @pytest.mark.parametrize("name", MACHINES)
 def test_factor_1_is_the_machine_itself(name: str) -> None:
-    machine = load_machine(name)
-    expected, found = full_rates(machine), full_rates(weakened(machine, 1.0))
+    expected, family = (rates_of(m.system, m.values) for m in (load_machine(name), weakened(load_machine(name), 1.0)))
     assert np.abs(expected).max() > 1.0
-    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())  # round-off: solved in another order
+    assert family == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())  # round-off: solved in another order
 
 
 @pytest.mark.parametrize("name", ["drozdetskaya-2020/table-5.1", "drozdetskaya-2020/r2", "practice/laboratory-centrifuge"])
@@ -57,8 +53,8 @@ def test_the_strongly_damped_slow_equations_go_as_kappa(name: str) -> None:
     """002 (3.24): phases' and speed's rates are epsilon times a function of them."""
     machine = load_machine(name)
     assert damped(machine)
-    slow = slow_machine(weakened(machine, 1.0), inertia=False)
-    own = rates(slow_machine(machine, inertia=False), 1.0)
+    slow = averaged_machine(weakened(machine, 1.0), inertia=False)
+    own = rates(averaged_machine(machine, inertia=False), 1.0)
     assert np.abs(own).max() > 1e-4
     assert rates(slow, 1.0) == pytest.approx(own, rel=1e-9, abs=1e-12 * np.abs(own).max())
     for kappa in (0.5, 0.03):
@@ -68,19 +64,19 @@ def test_the_strongly_damped_slow_equations_go_as_kappa(name: str) -> None:
 @pytest.mark.parametrize("name", ["practice/screen", "sperling-vibration/figure-2a"])
 def test_the_speeds_of_rotors_go_as_kappa(name: str) -> None:
     """J theta'' = kappa (L + V), of a shaken carrier too; the phases' rates are differences of speeds, and stay."""
-    slow = slow_machine(weakened(load_machine(name), 1.0))
+    slow = averaged_machine(weakened(load_machine(name), 1.0))
     names, own = slow.system.state_names, rates(slow, 1.0)
     is_speed = np.array([n.endswith(".speed") for n in names])
-    found = rates(slow, 0.25)
-    assert found[is_speed] == pytest.approx(0.25 * own[is_speed], rel=1e-8)  # the screen's bearings damp it by 1e-9 as well
-    assert found[~is_speed] == pytest.approx(own[~is_speed], rel=1e-12)
+    quarter = rates(slow, 0.25)
+    assert quarter[is_speed] == pytest.approx(0.25 * own[is_speed], rel=1e-8)  # the screen's bearings damp it by 1e-9 as well
+    assert quarter[~is_speed] == pytest.approx(own[~is_speed], rel=1e-12)
 
 
 def test_with_inertia_the_dampers_between_bodies_stay() -> None:
     """J theta'' + B theta' = kappa (L + V): affine in kappa, and at kappa = 0 only the slip decays."""
-    slow = slow_machine(weakened(load_machine("drozdetskaya-2020/r2"), 1.0), inertia=True)
-    none, half, one = (rates(slow, k) for k in (0.0, 0.5, 1.0))
-    assert half == pytest.approx((none + one) / 2, rel=1e-9, abs=1e-9)
+    slow = averaged_machine(weakened(load_machine("drozdetskaya-2020/r2"), 1.0), inertia=True)
+    none, half, whole = (rates(slow, k) for k in (0.0, 0.5, 1.0))
+    assert half == pytest.approx((none + whole) / 2, rel=1e-9, abs=1e-9)
     value = dict(zip(slow.system.state_names, none, strict=True))
     at = dict(zip(slow.system.state_names, states(slow.system.state_names)[:, 0], strict=True))
     v = slow.machine.values

@@ -32,15 +32,15 @@ def si_machine(directions="xy", drive=None, bodies=(), **carrier):
 def test_rotor_on_an_isotropic_carrier():
     """002 (3.67): 2 sigma w^5/((1 - w^2)^2 + 4 sigma^2 w^2)."""
     machine = load_machine("drozdetskaya-2020/table-3.1-laval")
-    found = Vibration.of(machine).torque(SPEEDS, np.zeros(1))
-    assert found == pytest.approx(2 * one_direction(SPEEDS, machine.values["sigma"]), rel=1e-12)
+    torque = Vibration.of(machine).torque(SPEEDS, np.zeros(1))
+    assert torque == pytest.approx(2 * one_direction(SPEEDS, machine.values["sigma"]), rel=1e-12)
 
 
 def test_rotor_on_a_carrier_that_moves_in_one_direction():
     """002 (3.50)."""
     machine = load_machine("drozdetskaya-2020/table-3.1-carrier")
-    found = Vibration.of(machine).torque(SPEEDS, np.zeros(1))
-    assert found == pytest.approx(one_direction(SPEEDS, machine.values["sigma"]), rel=1e-12)
+    torque = Vibration.of(machine).torque(SPEEDS, np.zeros(1))
+    assert torque == pytest.approx(one_direction(SPEEDS, machine.values["sigma"]), rel=1e-12)
 
 
 def test_the_same_in_si_units():
@@ -49,8 +49,8 @@ def test_the_same_in_si_units():
     k = math.sqrt(2e4 / total)
     sigma = 40.0 / (2 * total * k)
     for directions, factor in (("xy", 2), ("x", 1), ("y", 1)):
-        found = Vibration.of(si_machine(directions)).torque(k * SPEEDS, np.zeros(1))
-        assert found == pytest.approx(factor * u**2 * k**2 / total * one_direction(SPEEDS, sigma), rel=1e-12)
+        torque = Vibration.of(si_machine(directions)).torque(k * SPEEDS, np.zeros(1))
+        assert torque == pytest.approx(factor * u**2 * k**2 / total * one_direction(SPEEDS, sigma), rel=1e-12)
 
 
 def test_the_directions_of_an_anisotropic_carrier_add_up():
@@ -120,12 +120,11 @@ def test_a_direction_without_damping_adds_nothing():
 def test_of_two_maxima_the_upper_one():
     vibration = Vibration.of(si_machine(stiffness=[2e4, 8e4], damping=[20.0, 20.0]))
     upper = math.sqrt(8e4 / 5)
-    found = vibration.last_maximum(300.0, np.zeros(1))
     exact = minimize_scalar(
         lambda w: -vibration.torque(np.array([w]), np.zeros(1))[0], bounds=(0.9 * upper, 1.2 * upper), method="bounded",
         options={"xatol": 1e-9},
     )  # fmt: skip
-    assert found == pytest.approx(exact.x, rel=1e-7)
+    assert vibration.last_maximum(300.0, np.zeros(1)) == pytest.approx(exact.x, rel=1e-7)
     assert vibration.last_maximum(100.0, np.zeros(1)) == pytest.approx(math.sqrt(2e4 / 5), rel=0.01)
 
 

@@ -163,9 +163,9 @@ def machines(here: Path) -> Path:
 
 @pytest.mark.parametrize("name", ["screen", "ring"])
 def test_what_is_spoilt_below_is_good(wucht: Command, machines: Path, name: str) -> None:
-    said = wucht("run", f"{name}.toml", "-o", "out", "--json")
-    assert said.code == 0, said.err
-    assert said.document["summary"]["energy_residual"] < 1e-9
+    outcome = wucht("run", f"{name}.toml", "-o", "out", "--json")
+    assert outcome.code == 0, outcome.err
+    assert outcome.document["summary"]["energy_residual"] < 1e-9
 
 
 C, M1, E1, E2, D = (
@@ -260,8 +260,8 @@ SET_RING = {
     ids=[*SET_SCREEN, *SET_RING],
 )
 def test_a_part_that_cannot_be(refused: Refused, machines: Path, file: str, setting: str, says: tuple[str, ...]) -> None:
-    said = refused("run", file, "-o", "out", "--json", "--set", setting, says=(f"{file}: ", *says))
-    assert "nput should" not in said
+    message = refused("run", file, "-o", "out", "--json", "--set", setting, says=(f"{file}: ", *says))
+    assert "nput should" not in message
     assert not Path("out").exists()
 
 

@@ -72,8 +72,8 @@ def test_a_wrong_name_is_answered_with_the_nearest():
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "said"), [("v", 1.0, "unknown parameter"), ("u", -1.0, "at least 0"), ("u", "1 m", "length")]
+    ("path", "value", "sentence"), [("v", 1.0, "unknown parameter"), ("u", -1.0, "at least 0"), ("u", "1 m", "length")]
 )
-def test_wrong_settings_are_refused(path, value, said):
-    with pytest.raises(InputError, match=said):
+def test_wrong_settings_are_refused(path, value, sentence):
+    with pytest.raises(InputError, match=sentence):
         load_machine("drozdetskaya-2020/table-5.1", {path: value})

@@ -108,7 +108,7 @@ def test_loads_without_a_body_are_on_the_only_rotor():
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "said"),
+    ("path", "value", "sentence"),
     [
         ("carrier.mounts.3.stiffness.x", 1.0, "unknown parameter"),
         ("carrier.mounts.0.stiffness.x", 1.0, "unknown parameter"),
@@ -127,6 +127,6 @@ def test_loads_without_a_body_are_on_the_only_rotor():
         ("carrier.mass", "7 m", "this one is a length"),
     ],
 )
-def test_paths_that_lead_nowhere_are_refused(path, value, said):
-    with pytest.raises(InputError, match=said):
+def test_paths_that_lead_nowhere_are_refused(path, value, sentence):
+    with pytest.raises(InputError, match=sentence):
         set_in(SCREEN, **{path: value})

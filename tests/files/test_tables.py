@@ -1,4 +1,4 @@
-"""Files of measured points: how they may be written, and what is said of those that cannot be used."""
+"""Files of measured points: how they may be written, and what is reported of those that cannot be used."""
 
 import copy
 import math
@@ -44,17 +44,17 @@ def written(tmp_path):
     ],
 )
 def test_the_same_table_in_many_hands(written, text):
-    found = read_table(written(text), SPEED_TORQUE)
-    assert [x for row in found for x in row] == pytest.approx([0, 5, 100, 8, 150, 0], rel=1e-14)
+    rows = read_table(written(text), SPEED_TORQUE)
+    assert [x for row in rows for x in row] == pytest.approx([0, 5, 100, 8, 150, 0], rel=1e-14)
 
 
 def test_the_heading_may_carry_units(written):
-    found = read_table(written("speed (rpm), torque [kN m]\n0, 0.005\n1500, 8e-3\n"), SPEED_TORQUE)
-    assert found == [[0.0, 5.0], [pytest.approx(1500 * RPM), 8.0]]
+    rows = read_table(written("speed (rpm), torque [kN m]\n0, 0.005\n1500, 8e-3\n"), SPEED_TORQUE)
+    assert rows == [[0.0, 5.0], [pytest.approx(1500 * RPM), 8.0]]
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "sentence"),
     [
         ("", "at least two rows of speed and torque; found 0"),
         ("speed, torque\n1, 2\n", "at least two rows of speed and torque; found 1"),
@@ -77,16 +77,16 @@ def test_the_heading_may_carry_units(written):
         (b"\xff\xfe1\x00", "it is not UTF-8 text"),
     ],
 )
-def test_a_bad_table_is_refused_with_its_line(written, text, said):
+def test_a_bad_table_is_refused_with_its_line(written, text, sentence):
     path = written(text)
-    with pytest.raises(InputError, match=said) as told:
+    with pytest.raises(InputError, match=sentence) as error:
         read_table(path, SPEED_TORQUE)
-    assert told.value.where == str(path)
+    assert error.value.where == str(path)
 
 
 def test_a_file_that_cannot_be_read(tmp_path):
-    for path, said in ((tmp_path / "none.csv", "there is no such file"), (tmp_path, "cannot be read: Is a directory")):
-        with pytest.raises(InputError, match=said):
+    for path, sentence in ((tmp_path / "none.csv", "there is no such file"), (tmp_path, "cannot be read: Is a directory")):
+        with pytest.raises(InputError, match=sentence):
             read_table(path, SPEED_TORQUE)
 
 
@@ -116,11 +116,14 @@ def test_files_become_points(tmp_path, written):
     (tmp_path / "sub").mkdir()
     written("0, 0\n100, 2\n", "sub/fan.csv")
     before = copy.deepcopy(MACHINE)
-    found = with_tables(MACHINE, tmp_path)
+    document = with_tables(MACHINE, tmp_path)
     assert before == MACHINE
-    assert found["drives"] == [MACHINE["drives"][0], {"on": "b", "kind": "table", "points": [[0, 5], [100, 8]]}]
-    assert found["loads"] == [{"on": "a", "kind": "table", "points": [[0, 0], [100, 2]]}]
-    assert found["carrier"] == {"mass": 1.0, "motion": {"direction": "x", "points": [[0, 1e-3], [pytest.approx(1e-2), 2e-3]]}}
+    assert document["drives"] == [MACHINE["drives"][0], {"on": "b", "kind": "table", "points": [[0, 5], [100, 8]]}]
+    assert document["loads"] == [{"on": "a", "kind": "table", "points": [[0, 0], [100, 2]]}]
+    assert document["carrier"] == {
+        "mass": 1.0,
+        "motion": {"direction": "x", "points": [[0, 1e-3], [pytest.approx(1e-2), 2e-3]]},
+    }
     assert with_tables({"drive": MACHINE["drives"][1]}, tmp_path)["drive"]["points"] == [[0, 5], [100, 8]]
 
 
@@ -130,12 +133,12 @@ def test_a_carrier_that_turns_is_moved_by_an_angle(tmp_path, written):
         {"directions": "r", "motion": {"table": "motion.csv"}},
         {"motion": {"direction": "r", "table": "motion.csv"}},
     ):
-        found = with_tables({"carrier": carrier}, tmp_path)
-        assert found["carrier"]["motion"]["points"] == [[0, 0], [1, pytest.approx(math.pi)]]
+        document = with_tables({"carrier": carrier}, tmp_path)
+        assert document["carrier"]["motion"]["points"] == [[0, 0], [1, pytest.approx(math.pi)]]
 
 
 @pytest.mark.parametrize(
-    ("machine", "said"),
+    ("machine", "sentence"),
     [
         ({"drive": {"kind": "table", "file": "none.csv"}}, r"^machine\.drive\.file: given 'none.csv'; there is no such file"),
         (
@@ -157,9 +160,9 @@ def test_a_carrier_that_turns_is_moved_by_an_angle(tmp_path, written):
         ),
     ],
 )
-def test_errors_name_the_key(written, machine, said):
+def test_errors_name_the_key(written, machine, sentence):
     folder = written("1, 2\n3, x\n", "bad.csv").parent
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=sentence):
         with_tables(machine, folder)
 
 

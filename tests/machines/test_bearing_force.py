@@ -31,9 +31,9 @@ def test_bodies_at_rest_push_with_their_weight():
     hanging = initial_state(machine, {"ball": -math.pi / 2})
     flow = compile_system(machine.system)
     run = integrate(flow, hanging, machine.values, np.linspace(0, 1, 11))
-    found = flow.outputs(run.time, run.states, run.parameters)
-    assert found["bearing_force_x"] == pytest.approx(0, abs=1e-10)
-    assert found["bearing_force_y"] == pytest.approx(-2.5 * 9.81, rel=1e-12)
+    values = flow.outputs(run.time, run.states, run.parameters)
+    assert values["bearing_force_x"] == pytest.approx(0, abs=1e-10)
+    assert values["bearing_force_y"] == pytest.approx(-2.5 * 9.81, rel=1e-12)
 
 
 @pytest.mark.parametrize("speed", [30.0, 62.0, 200.0])
@@ -48,8 +48,8 @@ def test_a_rotor_of_constant_speed(speed):
         }
     )
     time = np.concatenate([[0.0], 12 + np.linspace(0, 1, 50)])  # the start dies away as exp(-4 t)
-    found = outputs(machine, time)
+    values = outputs(machine, time)
     spring = stiffness + 1j * speed * damping
     force = (spring - own * speed**2) * 0.02 * speed**2 / (spring - (own + mass) * speed**2) * np.exp(1j * speed * time[1:])
     for name, expected in (("bearing_force_x", force.real), ("bearing_force_y", force.imag)):
-        assert np.abs(found[name][1:] - expected).max() < 1e-8 * np.abs(force).max()
+        assert np.abs(values[name][1:] - expected).max() < 1e-8 * np.abs(force).max()

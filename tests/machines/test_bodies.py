@@ -90,8 +90,8 @@ def test_two_sliders_in_a_disc_are_001():
            for s, v, x, f in ((s1_a, v1, x1, phi), (s2_a, v2, x2, phi + sp.pi))]  # fmt: skip
     moment = (j0 + m * ((big_r + x1) ** 2 + (big_r + x2) ** 2)) * disc_a + 2 * m * ((big_r + x1) * v1 + (big_r + x2) * v2) * w
     x65 = moment - m * g * (x1 - x2) * sp.sin(phi)
-    for found, printed in zip(residuals, (x65, *x64), strict=True):
-        assert sp.simplify(sp.expand_trig(sp.expand(found - printed))) == 0
+    for residual, printed in zip(residuals, (x65, *x64), strict=True):
+        assert sp.simplify(sp.expand_trig(sp.expand(residual - printed))) == 0
 
 
 def test_several_rotors_and_bodies_about_each():
@@ -157,13 +157,13 @@ def test_a_roller_about_a_drum_that_turns_backwards():
 def test_a_suspension_of_zero_is_none():
     pendulum = {"kind": "pendulum", "name": "p", "about": "drum", "mass": 0.3, "length": 0.1, "damping": 0.02}
     start = {"drum": 0.4, "p": 0.7}
-    one = moved({"carrier": CARRIER, "bodies": [DRUM, pendulum], "drive": DRIVE}, start)
+    without = moved({"carrier": CARRIER, "bodies": [DRUM, pendulum], "drive": DRIVE}, start)
     other = moved({"carrier": CARRIER, "bodies": [DRUM, pendulum | {"suspension": ["0 mm", "0 mm"]}], "drive": DRIVE}, start)
-    assert one["p.angle"] == pytest.approx(other["p.angle"], abs=1e-9)
+    assert without["p.angle"] == pytest.approx(other["p.angle"], abs=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("bodies", "said"),
+    ("bodies", "sentence"),
     [
         ([{"kind": "slider", "name": "s", "mass": 1.0, "radius": 0.1, "stiffness": 1.0}], "about"),
         ([{"kind": "slider", "name": "s", "about": "drum", "mass": 1.0, "radius": 0.1, "stiffness": 0.0}], "greater than 0"),
@@ -181,8 +181,8 @@ def test_a_suspension_of_zero_is_none():
            "release": {"time": "3 kg"}}], "release"),
     ],
 )  # fmt: skip
-def test_bodies_that_cannot_be_are_refused(bodies, said):
-    with pytest.raises(InputError, match=said):
+def test_bodies_that_cannot_be_are_refused(bodies, sentence):
+    with pytest.raises(InputError, match=sentence):
         machine_from({"carrier": CARRIER, "bodies": [DRUM, *bodies], "drive": DRIVE})
 
 

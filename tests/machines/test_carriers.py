@@ -92,16 +92,16 @@ def test_the_screens_matrices():
     for place, m in zip(PLACES.values(), (2.0, 3.0), strict=True):
         by_hand += m * at(place).T @ at(place)
     assert mass == pytest.approx(by_hand, rel=1e-14)
-    for key, found in (("stiffness", stiffness), ("damping", damping)):
+    for key, matrix in (("stiffness", stiffness), ("damping", damping)):
         parts = [at(m["at"]).T @ np.diag(m.get(key, [0, 0])) @ at(m["at"]) for m in MOUNTS]
         bearing = np.diag([0, 0, 2e-3 if key == "damping" else 0.0])  # the left rotor's bearing turns with the carrier
-        assert found == pytest.approx(sum(parts) + bearing, rel=1e-12, abs=1e-12)
+        assert matrix == pytest.approx(sum(parts) + bearing, rel=1e-12, abs=1e-12)
 
 
 def test_the_screens_excitation():
     """proven.md: e_i = (1, -i s, -b - i s a) for a rotor at (a, b) of sense s; left turns forwards, right backwards."""
-    found = Vibration.of(machine_from(SCREEN)).excitation
-    for row, (a, b), u, s in zip(found, PLACES.values(), (0.04, 0.05), (1, -1), strict=True):
+    excitation = Vibration.of(machine_from(SCREEN)).excitation
+    for row, (a, b), u, s in zip(excitation, PLACES.values(), (0.04, 0.05), (1, -1), strict=True):
         assert row == pytest.approx(u * np.array([1, -1j * s, -b - 1j * s * a]), abs=1e-15)
 
 
@@ -236,13 +236,13 @@ def test_a_motion_through_points():
         return [s[1], (0.05 * (60 - s[1]) + 0.02 * bend(t) * math.sin(s[0])) / 0.02]
 
     # SciPy steps across the kinks of the acceleration: so it goes from point to point.
-    state, found = np.zeros(2), []
+    state, pieces = np.zeros(2), []
     for begin, end in zip([0.0, *times[2:-1]], [*times[2:-1], 1.0], strict=True):
         piece = GRID[(begin <= GRID) & (end > GRID)]
         run = solve_ivp(rates, (begin, end), state, "DOP853", rtol=1e-13, atol=1e-15, dense_output=True)
-        found.append(run.sol(piece))
+        pieces.append(run.sol(piece))
         state = run.y[:, -1]
-    other = np.concatenate(found, axis=1)
+    other = np.concatenate(pieces, axis=1)
     assert close(rows["drum.angle"][:-1], other[0])
     assert energy_gap(rows) < 1e-9
 
@@ -319,7 +319,7 @@ def test_a_fixed_axis():
 
 
 @pytest.mark.parametrize(
-    ("carrier", "body", "said"),
+    ("carrier", "body", "sentence"),
     [
         ({"directions": "xyr", "mass": 1.0, "inertia": 1.0}, {}, "this key is missing; needed are mounts, or stiffness"),
         ({"directions": "xyr", "mass": 1.0, "inertia": 1.0, "stiffness": 1.0, "mounts": MOUNTS}, {},
@@ -340,7 +340,7 @@ def test_a_fixed_axis():
         ({"directions": "round"}, {}, "unknown directions"),
     ],
 )  # fmt: skip
-def test_carriers_that_cannot_be_are_refused(carrier, body, said):
+def test_carriers_that_cannot_be_are_refused(carrier, body, sentence):
     rotor = {k: v for k, v in (ROTOR | body).items() if v is not None}
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=sentence):
         machine_from({"carrier": carrier, "bodies": [rotor], "drive": DRIVE})

@@ -133,14 +133,14 @@ increasing = st.lists(st.tuples(st.floats(0.1, 50), st.floats(-20, 20)), min_siz
 def test_between_two_points_a_table_stays_between_their_torques(steps, at):
     speeds = [sum(h for h, _ in steps[: i + 1]) for i in range(len(steps))]
     torques = [t for _, t in steps]
-    found = drive("table", points=[list(p) for p in zip(speeds, torques, strict=True)]).torque_at(at)
+    torque = drive("table", points=[list(p) for p in zip(speeds, torques, strict=True)]).torque_at(at)
     i = sum(w <= at for w in speeds)
     near = torques[max(i - 1, 0) : i + 1]
-    assert min(near) - 1e-9 <= found <= max(near) + 1e-9
+    assert min(near) - 1e-9 <= torque <= max(near) + 1e-9
 
 
 @pytest.mark.parametrize(
-    ("kind", "changes", "said"),
+    ("kind", "changes", "sentence"),
     [
         ("table", {"points": None}, r"drive.points: this key is missing"),
         ("table", {"points": [[0, 1]]}, "at least 2 points"),
@@ -164,8 +164,8 @@ def test_between_two_points_a_table_stays_between_their_torques(steps, at):
         ("constant-torque", {"torque": "5 N"}, "drive.torque: given '5 N'; allowed is a torque, .*this one is a force"),
     ],
 )
-def test_bad_values_are_refused_with_place_and_remedy(kind, changes, said):
-    with pytest.raises(InputError, match=said):
+def test_bad_values_are_refused_with_place_and_remedy(kind, changes, sentence):
+    with pytest.raises(InputError, match=sentence):
         drive(kind, **changes)
 
 
@@ -178,6 +178,6 @@ def test_bad_values_are_refused_with_place_and_remedy(kind, changes, said):
     ],
 )
 def test_impossible_motors_are_refused(kind, changes, field):
-    with pytest.raises(InputError, match="allowed is") as told:
+    with pytest.raises(InputError, match="allowed is") as error:
         drive(kind, **changes)
-    assert told.value.where == f"machine.drive.{field}"
+    assert error.value.where == f"machine.drive.{field}"

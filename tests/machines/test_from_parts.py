@@ -31,15 +31,15 @@ P1: dict[str, Any] = {"name": "p1", "about": "drum", "mass": "125 g", "length": 
 MOTOR: dict[str, Any] = {"slope": "0.04 N m s", "no_load_speed": "200 rad/s"}
 
 
-def same(one: wucht.Machine, other: wucht.Machine) -> bool:
+def same(first: wucht.Machine, second: wucht.Machine) -> bool:
     """Whether two machines have equal systems, numbers and warnings."""
-    assert isinstance(one, wucht.Machine)
-    assert isinstance(other, wucht.Machine)
-    assert one.system == other.system
-    assert dict(one.parameters) == dict(other.parameters)
-    assert (one.warnings, one.schedules, one.tracks) == (other.warnings, other.schedules, other.tracks)
-    assert (one.start_angles, one.start_positions) == (other.start_angles, other.start_positions)
-    return one.title == other.title
+    assert isinstance(first, wucht.Machine)
+    assert isinstance(second, wucht.Machine)
+    assert first.system == second.system
+    assert dict(first.parameters) == dict(second.parameters)
+    assert (first.warnings, first.schedules, first.tracks) == (second.warnings, second.schedules, second.tracks)
+    assert (first.start_angles, first.start_positions) == (second.start_angles, second.start_positions)
+    return first.title == second.title
 
 
 # As somebody writes it in Python, beside the file.
@@ -150,8 +150,8 @@ def file(**changes: Any) -> dict[str, Any]:
 def made(*bodies: Any, carrier: Any = None, drives: Any = None, **others: Any) -> wucht.Machine:
     """A machine in Python, with two bodies if none is given."""
     drives = [parts.LinearDrive(**MOTOR)] if drives is None else drives
-    listed = list(bodies) or [parts.Rotor(**DRUM), parts.Pendulum(**P1)]
-    return wucht.Machine(carrier or parts.Carrier(**CARRIER), listed, drives, **others)
+    every_body = list(bodies) or [parts.Rotor(**DRUM), parts.Pendulum(**P1)]
+    return wucht.Machine(carrier or parts.Carrier(**CARRIER), every_body, drives, **others)
 
 
 ROTOR2 = DRUM | {"name": "two"}
@@ -159,9 +159,9 @@ LINEAR = {"kind": "linear", **MOTOR}
 LAVAL = {"epsilon": 0.1, "sigma": 0.05, "lambda": 3.0, "u": 2.5}
 
 
-def bodies(*listed: dict[str, Any]) -> dict[str, Any]:
+def bodies(*tables: dict[str, Any]) -> dict[str, Any]:
     """The table with these bodies: rotors, and pendulums about something."""
-    return file(bodies=[{"kind": "pendulum" if "about" in b else "rotor", **b} for b in listed])
+    return file(bodies=[{"kind": "pendulum" if "about" in b else "rotor", **b} for b in tables])
 
 
 REFUSED: dict[str, Refused] = {
@@ -254,13 +254,13 @@ def test_a_refusal_is_the_same_sentence(in_python: Callable[[], object], in_file
 @settings(max_examples=50, deadline=None)
 def test_a_part_is_the_same_or_refused_alike(mass: float, length: float, inertia: float) -> None:
     numbers = P1 | {"mass": mass, "length": length, "inertia": inertia}
-    found = []
+    outcomes = []
     for build in (lambda: made(parts.Rotor(**DRUM), parts.Pendulum(**numbers)), lambda: machine_from(bodies(DRUM, numbers))):
         try:
-            found.append(build().values)
+            outcomes.append(build().values)
         except InputError as error:
-            found.append((error.where.rpartition(".")[2], error.given, error.allowed))
-    assert found[0] == found[1]
+            outcomes.append((error.where.rpartition(".")[2], error.given, error.allowed))
+    assert outcomes[0] == outcomes[1]
 
 
 @pytest.mark.parametrize(
@@ -274,9 +274,9 @@ def test_a_part_is_the_same_or_refused_alike(mass: float, length: float, inertia
     ],
 )
 def test_what_is_no_part_of_that_kind_is_refused(given: Callable[[], object], where: str) -> None:
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as error:
         given()
-    assert told.value.where == where
+    assert error.value.where == where
 
 
 # The machine itself.
@@ -334,9 +334,9 @@ def test_every_part_is_found_by_the_name_of_its_class() -> None:
 
 def test_completion_shows_the_names_of_the_package_and_loads_nothing() -> None:
     code = "import sys, wucht; names = dir(wucht); assert 'numpy' not in sys.modules; print(*names)"
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert {"Machine", "parts", "load_machine", "run", "RunUp"} <= set(said)
-    assert set(wucht.__all__) <= set(said)
+    names = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert {"Machine", "parts", "load_machine", "run", "RunUp"} <= set(names)
+    assert set(wucht.__all__) <= set(names)
     with pytest.raises(AttributeError, match="no attribute 'machine_from'"):
         wucht.machine_from  # noqa: B018
 
@@ -372,15 +372,15 @@ def test_parts_of_another_package_are_found(tmp_path: Path, monkeypatch: pytest.
     asked = []
     entry = EntryPoint("elsewhere", "elsewhere_parts", parts.GROUP)
     monkeypatch.setattr(parts, "entry_points", lambda group: asked.append(group) or [entry])
-    found = parts.loads()["elsewhere"]
+    load = parts.loads()["elsewhere"]
     try:
-        assert found.__module__ == "elsewhere_parts.elsewhere"
-        assert parts.Elsewhere is found
+        assert load.__module__ == "elsewhere_parts.elsewhere"
+        assert parts.Elsewhere is load
         assert asked == ["wucht.parts"]  # once
         machine = made(loads=[parts.Elsewhere(drag=0.1)])
         assert same(machine, machine_from(file(load={"kind": "elsewhere", "drag": 0.1})))
     finally:
-        found.kind = ""  # other tests list the kinds of the package
+        load.kind = ""  # other tests list the kinds of the package
 
 
 @pytest.mark.usefixtures("loaded_anew")

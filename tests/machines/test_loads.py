@@ -116,7 +116,7 @@ def test_any_measured_load_is_odd_and_takes_power(torques, first, speed):
 
 
 @pytest.mark.parametrize(
-    ("kind", "changes", "said"),
+    ("kind", "changes", "sentence"),
     [
         (
             "viscous",
@@ -129,6 +129,6 @@ def test_any_measured_load_is_odd_and_takes_power(torques, first, speed):
         ("table", {"points": [[1, 0], [0, 1]]}, "increasing speeds"),
     ],
 )
-def test_bad_values_are_refused_with_place_and_remedy(kind, changes, said):
-    with pytest.raises(InputError, match=said):
+def test_bad_values_are_refused_with_place_and_remedy(kind, changes, sentence):
+    with pytest.raises(InputError, match=sentence):
         load(kind, **changes)

@@ -56,34 +56,34 @@ def moving_point(machine, body, radius):
     return position, velocity, speed
 
 
-def same(one, other):
-    return sp.simplify(sp.expand(one - other)) == 0
+def same(first, second):
+    return sp.simplify(sp.expand(first - second)) == 0
 
 
 def test_rotor(machine):
     """A rigid body: its mass moves with its centre and turns with the inertia about it, J - m e^2."""
     m, e, j, b = (symbol(f"drum.{n}") for n in ("mass", "eccentricity", "inertia", "bearing_damping"))
     position, velocity, w = moving_point(machine, "drum", e)
-    found = energies_of(machine, 1)
-    assert same(found.kinetic, m * velocity.dot(velocity) / 2 + (j - m * e**2) * w**2 / 2)
-    assert same(found.potential, m * symbol("carrier.gravity") * position[1])
-    assert same(found.dissipation, b * w**2 / 2)
+    energies = energies_of(machine, 1)
+    assert same(energies.kinetic, m * velocity.dot(velocity) / 2 + (j - m * e**2) * w**2 / 2)
+    assert same(energies.potential, m * symbol("carrier.gravity") * position[1])
+    assert same(energies.dissipation, b * w**2 / 2)
 
 
 def test_pendulum(machine):
     m, l, j, b = (symbol(f"p.{n}") for n in ("mass", "length", "inertia", "damping"))  # noqa: E741
     position, velocity, w = moving_point(machine, "p", l)
-    found = energies_of(machine, 2)
-    assert same(found.kinetic, m * velocity.dot(velocity) / 2 + (j - m * l**2) * w**2 / 2)
-    assert same(found.potential, m * symbol("carrier.gravity") * position[1])
-    assert same(found.dissipation, b * (w - symbol("drum.speed")) ** 2 / 2)
+    energies = energies_of(machine, 2)
+    assert same(energies.kinetic, m * velocity.dot(velocity) / 2 + (j - m * l**2) * w**2 / 2)
+    assert same(energies.potential, m * symbol("carrier.gravity") * position[1])
+    assert same(energies.dissipation, b * (w - symbol("drum.speed")) ** 2 / 2)
 
 
 def test_a_pendulum_without_inertia_is_a_point():
-    found = machine_from(changed("bodies.1.inertia", None))
+    point_ball = machine_from(changed("bodies.1.inertia", None))
     m, l = symbol("p.mass"), symbol("p.length")  # noqa: E741
-    _, velocity, _ = moving_point(found, "p", l)
-    assert same(energies_of(found, 2).kinetic, m * velocity.dot(velocity) / 2)
+    _, velocity, _ = moving_point(point_ball, "p", l)
+    assert same(energies_of(point_ball, 2).kinetic, m * velocity.dot(velocity) / 2)
 
 
 def test_roller(machine):
@@ -93,18 +93,18 @@ def test_roller(machine):
     _, velocity, w = moving_point(machine, "r", eps)
     w0 = symbol("drum.speed")
     spin = (track * w0 - eps * w) / r
-    found = energies_of(machine, 3)
-    assert same(found.kinetic, m * velocity.dot(velocity) / 2 + mu * m * r**2 * spin**2 / 2)
-    assert same(found.dissipation, beta * (w - w0) ** 2 / 2)
+    energies = energies_of(machine, 3)
+    assert same(energies.kinetic, m * velocity.dot(velocity) / 2 + mu * m * r**2 * spin**2 / 2)
+    assert same(energies.dissipation, beta * (w - w0) ** 2 / 2)
 
 
 def test_carrier(machine):
     x, y = (c.position for c in machine.carrier)
     vx, vy = (c.velocity for c in machine.carrier)
-    found, at = energies_of(machine, 0), machine.numbers
-    assert same(found.kinetic.xreplace(at), 0.5 * (vx**2 + vy**2))
-    assert same(found.potential.xreplace(at), 2e3 * x**2 + 4.5e3 * y**2 + 9.81 * y)
-    assert same(found.dissipation.xreplace(at), 1.5 * vx**2 + 2.5 * vy**2)
+    energies, at = energies_of(machine, 0), machine.numbers
+    assert same(energies.kinetic.xreplace(at), 0.5 * (vx**2 + vy**2))
+    assert same(energies.potential.xreplace(at), 2e3 * x**2 + 4.5e3 * y**2 + 9.81 * y)
+    assert same(energies.dissipation.xreplace(at), 1.5 * vx**2 + 2.5 * vy**2)
 
 
 def test_linear_drive(machine):
@@ -147,7 +147,7 @@ def test_unbalances_of_all_kinds(machine):
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "said"),
+    ("path", "value", "sentence"),
     [
         ("bodies.0.inertia", 0.0199, r"bodies\[0\] \(drum\).inertia: given 0.0199; allowed is at least m e\^2 = 0.02"),
         ("bodies.1.inertia", 0.0199, r"bodies\[1\] \(p\).inertia: given 0.0199; allowed is at least m l\^2 = 0.02"),
@@ -170,8 +170,8 @@ def test_unbalances_of_all_kinds(machine):
         ("drive.slope", float("nan"), "finite"),
     ],
 )
-def test_impossible_values_are_refused_with_place_and_remedy(path, value, said):
-    with pytest.raises(InputError, match=said):
+def test_impossible_values_are_refused_with_place_and_remedy(path, value, sentence):
+    with pytest.raises(InputError, match=sentence):
         machine_from(changed(path, value))
 
 

@@ -205,7 +205,7 @@ def test_what_is_prescribed_cannot_jump(parameter, parts):
 
 
 @pytest.mark.parametrize(
-    ("table", "said"),
+    ("table", "sentence"),
     [
         (schedule("drive.slop", [0, 1]), r"schedules\[0\].parameter: given 'drive.slop'; .*did you mean 'drive.slope'"),
         ({"points": [[0, 1]]}, r"schedules\[0\].parameter"),
@@ -220,8 +220,8 @@ def test_what_is_prescribed_cannot_jump(parameter, parts):
         (schedule("drive.slope", [0, float("nan")]), "finite"),
     ],
 )
-def test_schedules_that_cannot_be_are_refused(table, said):
-    with pytest.raises(InputError, match=said):
+def test_schedules_that_cannot_be_are_refused(table, sentence):
+    with pytest.raises(InputError, match=sentence):
         machine_with(table)
 
 

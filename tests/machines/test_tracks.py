@@ -47,12 +47,12 @@ def gaps(machine, rows):
     """Of every two neighbours in the order of the start, counter-clockwise: negative where they overlap. (n, N)"""
     (track,) = machine.tracks
     order = sorted(track.bodies, key=lambda b: rows[f"{b.name}.angle"][0] % TURN)
-    found = []
+    apart = []
     for a, b in zip(order, [*order[1:], order[0]], strict=True):
         ahead = rows[f"{b.name}.angle"] - rows[f"{a.name}.angle"]
         first = ahead[0] % TURN
-        found.append(ahead - ahead[0] + first - angular_width(a, b))
-    return np.array(found)
+        apart.append(ahead - ahead[0] + first - angular_width(a, b))
+    return np.array(apart)
 
 
 def energy_gap(rows):
@@ -149,10 +149,10 @@ def test_nothing_tunnels(case):
     rest meets one at full speed, of 0.2 rad that two balls are apart. One that tunnelled would go on beyond -0.2 rad."""
     count, start, gravity = CASES[case]
     machine, rows = moved(grinder(count, gravity), start, np.linspace(0, 1.0, 4001))
-    found = gaps(machine, rows)
-    assert found.min() > -0.05
-    assert found.min() < 1e-6  # they met
-    assert found.sum(axis=0) == pytest.approx(found[:, 0].sum(), abs=1e-9)  # and always the whole circle
+    apart = gaps(machine, rows)
+    assert apart.min() > -0.05
+    assert apart.min() < 1e-6  # they met
+    assert apart.sum(axis=0) == pytest.approx(apart[:, 0].sum(), abs=1e-9)  # and always the whole circle
     assert energy_gap(rows) < 1e-9
     assert (np.diff(rows["dissipated_work"]) > -1e-12).all()
 
@@ -160,8 +160,8 @@ def test_nothing_tunnels(case):
 def test_a_long_run():
     """Three balls for twenty seconds, six hundred turns, under gravity."""
     machine, rows = moved(grinder(3, 9.81), spread(3), np.linspace(0, 20.0, 8001))
-    found = gaps(machine, rows)
-    assert found.min() > -0.02
+    apart = gaps(machine, rows)
+    assert apart.min() > -0.02
     assert energy_gap(rows) < 1e-9
 
 
@@ -174,10 +174,10 @@ def test_the_stiffness_of_the_contact_does_not_matter():
         assert frequency == pytest.approx(20 * 200.0)
         hard = grinder(count, contact_frequency=5 * frequency)
         start = spread(count, 2.5, 0.3)
-        found = [summary_of(run(RunUp(until=6.0, start=start), m)) for m in (soft, hard)]
-        assert abs(found[0]["final_speed"] - found[1]["final_speed"]) < 1e-3
-        assert found[0]["energy_residual"] < 1e-9
-        assert found[1]["energy_residual"] < 1e-9
+        summaries = [summary_of(run(RunUp(until=6.0, start=start), m)) for m in (soft, hard)]
+        assert abs(summaries[0]["final_speed"] - summaries[1]["final_speed"]) < 1e-3
+        assert summaries[0]["energy_residual"] < 1e-9
+        assert summaries[1]["energy_residual"] < 1e-9
 
 
 def test_symmetric_starts_stay_symmetric():
@@ -228,7 +228,7 @@ def test_tracks_do_not_hinder_each_other():
 
 
 @pytest.mark.parametrize(
-    ("start", "said"),
+    ("start", "sentence"),
     [
         ({"b0": 0.0, "b1": 0.0}, "overlap: their centres must be 11.48 degrees apart"),
         ({"b0": 0.0, "b1": 0.19}, "'b0' and 'b1' of the track 't' overlap"),
@@ -238,8 +238,8 @@ def test_tracks_do_not_hinder_each_other():
         ({"b0": 0.0}, "overlap"),
     ],
 )
-def test_starts_that_overlap_are_refused(start, said):
-    with pytest.raises(InputError, match=said):
+def test_starts_that_overlap_are_refused(start, sentence):
+    with pytest.raises(InputError, match=sentence):
         prepare(RunUp(until=1.0, start=start), grinder(2))
 
 
@@ -250,7 +250,7 @@ def test_bodies_of_which_none_is_named_stand_evenly_spaced():
 
 
 @pytest.mark.parametrize(
-    ("bodies", "said"),
+    ("bodies", "sentence"),
     [
         (
             [ball("a"), ball("b", length=0.11)],
@@ -265,8 +265,8 @@ def test_bodies_of_which_none_is_named_stand_evenly_spaced():
         ([{k: v for k, v in ball("a").items() if k != "track"}, ball("b")], "allowed only with track"),
     ],
 )
-def test_tracks_that_cannot_be_are_refused(bodies, said):
-    with pytest.raises(InputError, match=said):
+def test_tracks_that_cannot_be_are_refused(bodies, sentence):
+    with pytest.raises(InputError, match=sentence):
         machine_from({"carrier": {"directions": "fixed"}, "bodies": [RING, *bodies], "drive": STILL})
 
 

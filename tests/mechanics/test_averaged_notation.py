@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from wucht.analysis.averaged import damped, slow_machine
+from wucht.analysis.averaged import averaged_machine, damped
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.symbols import notation_of
@@ -30,7 +30,7 @@ KNOWN_FUNCTIONS = r"\b(cos|sin|sqrt|pi|Abs|sign|tanh|signedsquare)\b"
 def written(machine: Machine, inertia: bool | None = None, order: int = 1, latex: bool = False) -> tuple[list[str], list[str]]:
     with_inertia = not damped(machine) if inertia is None else inertia
     zero = [s for s, v in machine.numbers.items() if v == 0]
-    return written_averaged(slow_machine(machine, with_inertia, order).equations, notation_of(machine), zero, latex)
+    return written_averaged(averaged_machine(machine, with_inertia, order).equations, notation_of(machine), zero, latex)
 
 
 def left_over(expression: str, known: set[str]) -> str:

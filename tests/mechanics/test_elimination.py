@@ -8,13 +8,14 @@ import sympy as sp
 
 from wucht.files.building import machine_from
 from wucht.mechanics.elimination import solve_by_elimination
+from wucht.mechanics.phasors import Lines
 from wucht.system import substitute_definitions
 
 
 def solved(mass, forces):
     names = [f"q{i}" for i in range(mass.rows)]
-    definitions, accelerations = solve_by_elimination(sp.ImmutableMatrix(mass), sp.ImmutableMatrix(forces), names)
-    return sp.Matrix([substitute_definitions(sp.sympify(a), definitions) for a in accelerations])
+    accelerations = solve_by_elimination(mass, forces, names, lines := Lines())
+    return sp.Matrix([substitute_definitions(sp.sympify(a), lines.pairs) for a in accelerations])
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -57,7 +58,9 @@ def test_a_chain_of_four_symbolically():
 
 
 def test_nothing_to_solve():
-    assert solve_by_elimination(sp.ImmutableMatrix(0, 0, []), sp.ImmutableMatrix(0, 1, []), []) == ((), ())
+    lines = Lines()
+    assert solve_by_elimination(sp.Matrix(0, 0, []), [], [], lines) == []
+    assert lines.pairs == []
 
 
 def rotor_with(pendulums):

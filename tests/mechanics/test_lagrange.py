@@ -84,10 +84,10 @@ def test_a_turning_table_gives_coriolis_and_centrifugal_force():
 
 
 def test_the_order_of_parts_and_their_number_do_not_matter():
-    one = Energies(
+    whole = Energies(
         CART.kinetic + HANGING.kinetic, CART.potential + HANGING.potential, CART.dissipation + HANGING.dissipation, CART.applied
     )
-    together = equations_of_motion([one], [x, theta])
+    together = equations_of_motion([whole], [x, theta])
     apart = equations_of_motion([HANGING, CART], [x, theta])
     assert nothing_left(together.mass - apart.mass)
     assert nothing_left(together.forces - apart.forces)

@@ -54,11 +54,11 @@ def connected(free_p1, free_p2, drive=True):
     m = Mechanism(*names)
     q = dict(zip(names, m.q, strict=True))
     x, y, phi = q["x"], q["y"], q["phi"]
-    one = q["one"] if free_p1 else phi + START["p1"]
-    two = q["two"] if free_p2 else one + START["p2"]
+    angle_1 = q["one"] if free_p1 else phi + START["p1"]
+    angle_2 = q["two"] if free_p2 else angle_1 + START["p2"]
     at, g = sp.Matrix([x, y]), 9.81
     m.mass(1.0, at, g)
-    for mass, arm, angle, inertia in ((2.0, 0.02, phi, 0.02), (0.3, 0.1, one, 0.004), (0.2, 0.15, two, 0.2 * 0.15**2)):
+    for mass, arm, angle, inertia in ((2.0, 0.02, phi, 0.02), (0.3, 0.1, angle_1, 0.004), (0.2, 0.15, angle_2, 0.2 * 0.15**2)):
         m.mass(mass, at + arm * along(angle), g)
         m.turning(inertia - mass * arm**2, angle)
     m.spring(4e3, x)
@@ -66,8 +66,8 @@ def connected(free_p1, free_p2, drive=True):
     m.damper(6.0, x)
     m.damper(9.0, y)
     m.damper(1e-3, phi)
-    m.damper(0.02, one - phi)
-    m.damper(0.03, two - one)
+    m.damper(0.02, angle_1 - phi)
+    m.damper(0.03, angle_2 - angle_1)
     if drive:
         m.force(0.05 * (45.0 - m.rate(phi)), phi)
     return m
@@ -90,10 +90,10 @@ def test_a_locked_body_is_rigidly_connected(first, second):
     motion, other = states(released(first, second), START), expected(first is None, second is None)
     for name, theirs in (("carrier.x", "x"), ("carrier.y", "y"), ("drum.angle", "phi"), ("drum.speed", "dphi")):
         assert motion[name] == pytest.approx(other[theirs], abs=1e-9 * np.abs(other[theirs]).max())
-    one = other["one"] if "one" in other else other["phi"] + START["p1"]
-    two = other["two"] if "two" in other else one + START["p2"]
-    assert motion["p1.angle"] == pytest.approx(one, abs=1e-8)
-    assert motion["p2.angle"] == pytest.approx(two, abs=1e-8)
+    angle_1 = other["one"] if "one" in other else other["phi"] + START["p1"]
+    angle_2 = other["two"] if "two" in other else angle_1 + START["p2"]
+    assert motion["p1.angle"] == pytest.approx(angle_1, abs=1e-8)
+    assert motion["p2.angle"] == pytest.approx(angle_2, abs=1e-8)
     assert np.abs(motion["drum.speed"]).max() > 10  # it did something
 
 

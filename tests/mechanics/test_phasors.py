@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.mechanics.elimination import solve_general
+from wucht.mechanics.elimination import solve_by_elimination
 from wucht.mechanics.phasors import HarmonicResponse, Lines, Phasor, product
 
 A, B, C = sp.symbols("a b c", real=True)
@@ -81,5 +81,5 @@ def test_elimination_of_a_matrix_that_is_not_symmetric() -> None:
     matrix[2, 0] = matrix[0, 3] = 0.0
     lines = Lines()
     rows = [[sp.Float(e) if e else sp.S.Zero for e in row] for row in matrix]
-    solution = solve_general(rows, list(map(sp.Float, right)), list("pqrs"), lines.name, "x")
+    solution = solve_by_elimination(sp.Matrix(rows), list(map(sp.Float, right)), list("pqrs"), lines, "x", symmetric=False)
     assert np.allclose(numbers(lines, *solution), np.linalg.solve(matrix, right), rtol=1e-12)

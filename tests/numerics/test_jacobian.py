@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.analysis.averaged import slow_machine
+from wucht.analysis.averaged import averaged_machine
 from wucht.errors import WuchtError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -42,8 +42,8 @@ def test_arrays_and_numbers_are_the_same() -> None:
     whole = lin(states, [0.7, 2.0])
     assert [w.shape for w in whole] == [(2, 7), (2, 2, 7), (2, 1, 7)]
     for k in range(7):
-        for one, all_ in zip(lin.at(states[:, k], [0.7, 2.0]), whole, strict=True):
-            assert one == pytest.approx(all_[..., k], rel=1e-14)
+        for single, together in zip(lin.at(states[:, k], [0.7, 2.0]), whole, strict=True):
+            assert single == pytest.approx(together[..., k], rel=1e-14)
 
 
 def test_a_constant_and_a_zero_entry() -> None:
@@ -74,8 +74,8 @@ def test_a_division_by_zero_is_no_number() -> None:
 
 @pytest.mark.parametrize("inertia", [True, False])
 @pytest.mark.parametrize("name", ["drozdetskaya-2020/r1-u80", "practice/screen", "sperling-rollers/table-1"])
-def test_slow_machines_against_differences(name: str, inertia: bool) -> None:
-    slow = slow_machine(load_machine(name), inertia=inertia)
+def test_averaged_machines_against_differences(name: str, inertia: bool) -> None:
+    slow = averaged_machine(load_machine(name), inertia=inertia)
     system, values = slow.system, list(slow.values())
     lin, draw = Jacobian.of(system, (system.parameter_names[0],)), np.random.default_rng(3)
     state = np.array([draw.uniform(0, 6) if s in system.angles else draw.uniform(90, 110) for s in system.states])
@@ -96,7 +96,7 @@ def test_ten_balls_stay_small() -> None:
     """21 states: the program has fewer lines than 50 a state, where explicit entries would have thousands of terms each."""
     ball = {"kind": "pendulum", "about": "wheel", "mass": 0.002, "length": 0.03, "damping": 1e-5}
     rotor = {"kind": "rotor", "name": "wheel", "mass": 0.3, "unbalance": 1.5e-4, "inertia": 1.5e-3}
-    slow = slow_machine(
+    slow = averaged_machine(
         machine_from(
             {
                 "carrier": {"mass": 2.0, "stiffness": 1e4, "damping": 80.0},

@@ -114,6 +114,20 @@ PRESCRIBED = {"drive": {"on": "rotor", "kind": "constant-speed", "speed": SPEED}
 DRIVEN = {"drive": {"on": "rotor", "kind": "linear", "slope": 0.05, "no_load_speed": 45.0}}
 
 
+def turning(machine, speed, phases=None):
+    """Names of the states, a guess of a rotation in which all bodies turn alike, and what each state gains in a turn."""
+    names = machine.system.state_names
+    guess = [(phases or {}).get(n, speed if n.endswith(".speed") else 0.0) for n in names]
+    return names, guess, [TURN if n.endswith(".angle") else 0.0 for n in names]
+
+
+def with_balls(count, damping, carrier, speed):
+    """A rotor of given speed with equal balls b0, b1, ..."""
+    ball = {"kind": "pendulum", "about": "rotor", "mass": 0.1, "length": 0.05, "damping": damping}
+    bodies = [ROTOR["bodies"][0], *(ball | {"name": f"b{k}"} for k in range(count))]
+    return machine_from({"carrier": carrier, "bodies": bodies, "drive": PRESCRIBED["drive"] | {"speed": speed}})
+
+
 def corotating():
     """Phase of the ball and eigenvalues of the motion that turns with the rotor, from its equations on paper.
 
@@ -149,9 +163,7 @@ def test_a_rotor_of_given_speed_on_an_isotropic_carrier(engine):
     """Seen from the rotor the motion is an equilibrium; its eigenvalues give the multipliers."""
     psi, values = corotating()
     machine = machine_from(ROTOR | PRESCRIBED)
-    names = machine.system.state_names
-    guess = [SPEED if n == "ball.speed" else 0.0 for n in names]
-    advance = [TURN if n in ("rotor.angle", "ball.angle") else 0.0 for n in names]
+    names, guess, advance = turning(machine, SPEED)
     flow = compile_system(machine.system, engine=engine)
     orbit = periodic_orbit(flow, machine.values, guess, TURN / SPEED, advance, free_period=False)
     state = dict(zip(names, orbit.state, strict=True))
@@ -163,9 +175,7 @@ def test_a_rotor_of_given_speed_on_an_isotropic_carrier(engine):
 def test_a_drive_leaves_the_period_open(engine):
     """The speed follows from the torques: what the drive gives is lost in the carrier's dampers, mean power for mean power."""
     machine = machine_from(ROTOR | DRIVEN)
-    names = machine.system.state_names
-    guess = [45.0 if n.endswith(".speed") else 0.0 for n in names]
-    advance = [TURN if n in ("rotor.angle", "ball.angle") else 0.0 for n in names]
+    names, guess, advance = turning(machine, 45.0)
     flow = compile_system(machine.system, engine=engine)
     orbit = periodic_orbit(flow, machine.values, guess, TURN / 45, advance, phase_state=names.index("ball.angle"))
     speed = TURN / orbit.period
@@ -180,15 +190,9 @@ def test_a_drive_leaves_the_period_open(engine):
 
 def test_a_family_has_multipliers_1(engine):
     """Three balls compensate in a family of arrangements: the nearest is found, and its direction has the multiplier 1."""
-    bodies = [{"kind": "rotor", "name": "rotor", "mass": 5.0, "unbalance": 4e-3, "inertia": 0.02}]
-    bodies += [
-        {"kind": "pendulum", "name": f"b{k}", "about": "rotor", "mass": 0.1, "length": 0.05, "damping": 2e-3} for k in range(3)
-    ]
-    machine = machine_from({"carrier": ROTOR["carrier"], "bodies": bodies, "drive": PRESCRIBED["drive"] | {"speed": 100.0}})
-    names = machine.system.state_names
+    machine = with_balls(3, 2e-3, ROTOR["carrier"], 100.0)
     phases = {"b0.angle": math.pi, "b1.angle": math.acos(0.1) + 0.02, "b2.angle": -math.acos(0.1)}
-    guess = [phases.get(n, 100.0 if n.endswith(".speed") else 0.0) for n in names]
-    advance = [TURN if n.endswith(".angle") else 0.0 for n in names]
+    names, guess, advance = turning(machine, 100.0, phases)
     flow = compile_system(machine.system, engine=engine)
     orbit = periodic_orbit(flow, machine.values, guess, TURN / 100, advance, free_period=False)
     state = dict(zip(names, orbit.state, strict=True))
@@ -203,16 +207,10 @@ def test_a_family_has_multipliers_1(engine):
 
 def test_a_family_that_gravity_breaks_is_followed_as_far_as_it_goes(engine):
     """Along it the bodies creep, and Newton's method finds no motion that repeats; across it all is balanced, and decays."""
-    bodies = [{"kind": "rotor", "name": "rotor", "mass": 5.0, "unbalance": 4e-3, "inertia": 0.02}]
-    bodies += [
-        {"kind": "pendulum", "name": f"b{k}", "about": "rotor", "mass": 0.1, "length": 0.05, "damping": 2e-2} for k in range(4)
-    ]
     carrier = ROTOR["carrier"] | {"stiffness": [3e4, 5e4], "damping": [600.0, 900.0], "gravity": 9.81}
-    machine = machine_from({"carrier": carrier, "bodies": bodies, "drive": PRESCRIBED["drive"] | {"speed": 200.0}})
-    names = machine.system.state_names
+    machine = with_balls(4, 2e-2, carrier, 200.0)
     phases = {f"b{k}.angle": p for k, p in enumerate([1.6, 2.4, -2.4, -1.6])}
-    guess = [phases.get(n, 200.0 if n.endswith(".speed") else 0.0) for n in names]
-    advance = [TURN if n.endswith(".angle") else 0.0 for n in names]
+    names, guess, advance = turning(machine, 200.0, phases)
     flow, main = compile_system(machine.system, engine=engine), names.index("rotor.angle")
     call = {"free_period": False, "phase_state": main}
     orbit = periodic_orbit(flow, machine.values, guess, TURN / 200, advance, left_open=2, **call)
@@ -246,7 +244,7 @@ def test_quadratures_and_outputs_are_left_out():
     assert orbit.state == pytest.approx([0.0, 2.0], abs=1e-10)  # resonance: x = sin(t)/a
 
 
-def test_where_there_is_none_it_says_so():
+def test_where_there_is_none_it_is_reported():
     system = System((x, v), (v, a - x**2), (a,))  # escapes
     with pytest.raises(WuchtError, match="no periodic motion was found: "):
         periodic_orbit(compile_system(system), [-1.0], [0.0, 1.0], 3.0, [0, 0], free_period=False)
@@ -256,7 +254,7 @@ def test_where_there_is_none_it_says_so():
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("given", "sentence"),
     [
         ({"guess": [0.0]}, "2 states needs 2 finite numbers"),
         ({"advance": [0.0, 0.0, 0.0]}, "2 states needs 2 finite numbers"),
@@ -267,9 +265,9 @@ def test_where_there_is_none_it_says_so():
         ({"phase_state": -1}, "phase_state -1 is no state: allowed is 0 to 1"),
     ],
 )
-def test_bad_calls(given, says):
+def test_bad_calls(given, sentence):
     good = {"guess": [1.0, 0.0], "period": 1.0, "advance": [0.0, 0.0]}
-    with pytest.raises(WuchtError, match=says):
+    with pytest.raises(WuchtError, match=sentence):
         periodic_orbit(compile_system(System((x, v), (v, -x))), [], **good | given)
 
 

@@ -29,7 +29,7 @@ def test_extremes_are_exact_for_parabolas_and_at_the_ends():
 
 
 def test_a_slow_parabolic_minimum_is_kept_though_shorter_valleys_are_filled():
-    """A beating circular orbit has no valleys within a turn: its least amplitude is the least distance."""
+    """A modulated circular orbit has no valleys within a turn: its least amplitude is the least distance."""
     t = np.linspace(0, 20, 4001)
     slow = 1 + 0.2 * np.cos(t)
     assert envelope(t, slow, np.full_like(t, 0.8)).min() == pytest.approx(0.8, abs=1e-6)

@@ -33,13 +33,13 @@ def factors(draw):
 
 @st.composite
 def terms(draw):
-    found = sp.Rational(draw(st.integers(-9, 9)), 4)
+    term = sp.Rational(draw(st.integers(-9, 9)), 4)
     for factor in draw(st.lists(factors(), min_size=1, max_size=3)):
-        found *= factor ** draw(st.integers(1, 2))
-    return found
+        term *= factor ** draw(st.integers(1, 2))
+    return term
 
 
-polynomials = st.lists(terms(), min_size=1, max_size=3).map(lambda found: sp.Add(*found))
+polynomials = st.lists(terms(), min_size=1, max_size=3).map(lambda summands: sp.Add(*summands))
 
 
 def numbers(expression):
@@ -71,19 +71,19 @@ def test_mean_and_harmonics_are_the_expression(expression):
 @given(polynomials, polynomials)
 def test_the_transformation_has_mean_zero_and_solves_its_equation(f, g):
     """du/dt = X - <X>, <u> = 0 (3.6); the second order is <(dX/dx) u>, by quadrature; u is bounded."""
-    found = averaged(System((x, y), (epsilon * f, epsilon * g), (epsilon,)), epsilon, order=2)
-    for u, X, first in zip(found.fast, (f, g), found.first, strict=True):
+    result = averaged(System((x, y), (epsilon * f, epsilon * g), (epsilon,)), epsilon, order=2)
+    for u, X, first in zip(result.fast, (f, g), result.first, strict=True):
         assert by_quadrature(u) == approx(0, abs=1e-10)
         residual = numbers(sp.diff(u, TIME) - X + first)
         assert max(abs(residual(t)) for t in (0.1, 1.7, 4.4)) < 1e-10
-    for second, X in zip(found.second, (f, g), strict=True):
-        bent = sp.diff(X, x) * found.fast[0] + sp.diff(X, y) * found.fast[1]
+    for second, X in zip(result.second, (f, g), strict=True):
+        bent = sp.diff(X, x) * result.fast[0] + sp.diff(X, y) * result.fast[1]
         assert float(second.xreplace(AT)) == approx(by_quadrature(bent), rel=1e-9, abs=1e-9)
 
 
 @st.composite
 def wild(draw, depth=2):
-    """Anything that may stand in a rate: what averages, what grows, what has a corner or a pole, in any nesting."""
+    """Anything that may stand in a rate: what averages, what grows, what has a kink or a pole, in any nesting."""
     if depth == 0:
         angle = draw(st.sampled_from([1, 2, sp.Rational(1, 2), sp.sqrt(2), a, 0.1, 2 * math.pi, a / b, x])) * TIME
         angle += draw(st.sampled_from([0, sp.Rational(1, 3), x, a, epsilon * y]))
@@ -101,10 +101,10 @@ def wild(draw, depth=2):
 def test_what_cannot_be_averaged_is_refused_by_a_sentence(f, g, order):
     """No error of SymPy's own comes out of whatever is written; a real right-hand side has a real mean."""
     try:
-        found = averaged(System((x, y), (epsilon * f, epsilon * g), (epsilon, a, b)), epsilon, order)
+        result = averaged(System((x, y), (epsilon * f, epsilon * g), (epsilon, a, b)), epsilon, order)
     except WuchtError:
         return
-    assert f.has(sp.I) or g.has(sp.I) or not any(sp.sympify(e).has(sp.I) for e in (*found.first, *found.second))
+    assert f.has(sp.I) or g.has(sp.I) or not any(sp.sympify(e).has(sp.I) for e in (*result.first, *result.second))
 
 
 @few
@@ -113,7 +113,7 @@ def test_the_mean_of_a_quotient_is_the_integral_over_a_period(waves, power, nume
     """Over A + B cos + C sin with A^2 = B^2 + C^2 + 1, to a power."""
     cosine, sine = (sp.Rational(w.numerator, w.denominator) for w in waves)
     below = sp.sqrt(cosine**2 + sine**2 + 1) + cosine * sp.cos(TIME) + sine * sp.sin(TIME)
-    found = mean(numerator / below**power, TIME)
-    assert not found.has(sp.I)
+    value = mean(numerator / below**power, TIME)
+    assert not value.has(sp.I)
     expected = by_quadrature(numerator / below**power)
-    assert float(sp.N(found.xreplace(AT))) == approx(expected, rel=1e-9, abs=1e-9)
+    assert float(sp.N(value.xreplace(AT))) == approx(expected, rel=1e-9, abs=1e-9)

@@ -1,4 +1,4 @@
-"""From the words of `start` to the state vector."""
+"""From the key `start` of a study file to the state vector."""
 
 from __future__ import annotations
 
@@ -33,33 +33,33 @@ def test_bodies_not_named_start_at_rest_at_angle_0(drum: Machine) -> None:
 
 
 def test_angles_are_relative_and_speeds_absolute(drum: Machine) -> None:
-    found = _state(
+    state = _state(
         drum, {"drum": {"angle": 1.0, "speed": "100 rad/s"}, "p1": "0.3 rad", "p2": {"angle": "-90 deg", "speed": 7}}
     )
-    assert found["drum.angle"] == 1.0
-    assert found["drum.speed"] == 100.0
-    assert found["p1.angle"] == pytest.approx(1.3)
-    assert found["p1.speed"] == 0.0, "a free drum does not take its pendulums along"
-    assert found["p2.angle"] == pytest.approx(1.0 - math.pi / 2)
-    assert found["p2.speed"] == 7.0
+    assert state["drum.angle"] == 1.0
+    assert state["drum.speed"] == 100.0
+    assert state["p1.angle"] == pytest.approx(1.3)
+    assert state["p1.speed"] == 0.0, "a free drum does not lead its pendulums"
+    assert state["p2.angle"] == pytest.approx(1.0 - math.pi / 2)
+    assert state["p2.speed"] == 7.0
 
 
 def test_the_order_of_the_file_does_not_matter(study: Study) -> None:
     machine = load_machine(str(study('about = "drum"', 'about = "p2"')))  # p1 about p2, which comes after it
-    found = _state(machine, {"drum": 0.1, "p1": 0.01, "p2": 1.0})
-    assert found["p2.angle"] == pytest.approx(1.1)
-    assert found["p1.angle"] == pytest.approx(1.11)
+    state = _state(machine, {"drum": 0.1, "p1": 0.01, "p2": 1.0})
+    assert state["p2.angle"] == pytest.approx(1.1)
+    assert state["p1.angle"] == pytest.approx(1.11)
 
 
 def test_only_a_speed(drum: Machine) -> None:
-    found = _state(drum, {"p1": {"speed": "60 rpm"}})
-    assert found["p1.angle"] == 0.0
-    assert found["p1.speed"] == pytest.approx(2 * math.pi)
+    state = _state(drum, {"p1": {"speed": "60 rpm"}})
+    assert state["p1.angle"] == 0.0
+    assert state["p1.speed"] == pytest.approx(2 * math.pi)
 
 
 def test_the_carrier(drum: Machine) -> None:
-    found = _state(drum, {"carrier": {"x": "1 mm", "vy": "-2 mm/s"}})
-    assert [found[f"carrier.{k}"] for k in ("x", "y", "vx", "vy")] == [1e-3, 0.0, 0.0, -2e-3]
+    state = _state(drum, {"carrier": {"x": "1 mm", "vy": "-2 mm/s"}})
+    assert [state[f"carrier.{k}"] for k in ("x", "y", "vx", "vy")] == [1e-3, 0.0, 0.0, -2e-3]
 
 
 def test_under_gravity_the_carrier_starts_where_it_rests(study: Study) -> None:
@@ -70,36 +70,36 @@ def test_under_gravity_the_carrier_starts_where_it_rests(study: Study) -> None:
     assert _state(machine, {"carrier": {"y": "1 mm"}})["carrier.y"] == pytest.approx(rest + 1e-3)
 
 
-def test_a_carrier_that_hangs_on_nothing_starts_at_zero(study: Study) -> None:
+def test_a_carrier_without_springs_starts_at_zero(study: Study) -> None:
     machine = load_machine(str(study('"1e5 N/m"', "0")))
     assert static_position(machine).tolist() == [0.0, 0.0]
 
 
 def test_a_prescribed_rotor_leads_its_bodies(study: Study) -> None:
     machine = load_machine(str(study(LINEAR, 'kind = "constant-speed"\nspeed = "100 rad/s"\nangle = "90 deg"\n')))
-    found = _state(machine, {"p1": "0.3 rad", "p2": {"angle": -0.5, "speed": 90}})
-    assert found["drum.angle"] == pytest.approx(math.pi / 2)
-    assert "drum.speed" not in found, "a prescribed speed is no state"
-    assert found["p1.angle"] == pytest.approx(math.pi / 2 + 0.3)
-    assert found["p1.speed"] == 100.0
-    assert found["p2.angle"] == pytest.approx(math.pi / 2 - 0.5)
-    assert found["p2.speed"] == 90.0
+    state = _state(machine, {"p1": "0.3 rad", "p2": {"angle": -0.5, "speed": 90}})
+    assert state["drum.angle"] == pytest.approx(math.pi / 2)
+    assert "drum.speed" not in state, "a prescribed speed is no state"
+    assert state["p1.angle"] == pytest.approx(math.pi / 2 + 0.3)
+    assert state["p1.speed"] == 100.0
+    assert state["p2.angle"] == pytest.approx(math.pi / 2 - 0.5)
+    assert state["p2.speed"] == 90.0
 
 
 def test_a_body_on_a_led_body_is_led(study: Study) -> None:
     second = 'name = "p2"\nabout = "drum"'
     machine = load_machine(str(study(LINEAR, 'kind = "constant-speed"\nspeed = -50\n', second, 'name = "p2"\nabout = "p1"')))
-    found = _state(machine, {"p1": 1.0, "p2": 1.0})
-    assert (found["p1.speed"], found["p2.speed"], found["p2.angle"]) == (-50.0, -50.0, 2.0)
+    state = _state(machine, {"p1": 1.0, "p2": 1.0})
+    assert (state["p1.speed"], state["p2.speed"], state["p2.angle"]) == (-50.0, -50.0, 2.0)
 
 
 def test_psi_and_delta() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1")
-    found = _state(machine, {"psi": 0.1, "delta": 0.5, "rotor": 1.0})
+    state = _state(machine, {"psi": 0.1, "delta": 0.5, "rotor": 1.0})
     # psi = (theta_1 + theta_2)/2 - phi, delta = theta_1 - theta_2
-    assert (found["p1.angle"] + found["p2.angle"]) / 2 - found["rotor.angle"] == pytest.approx(0.1)
-    assert found["p1.angle"] - found["p2.angle"] == pytest.approx(0.5)
-    assert found["rotor.angle"] == 1.0
+    assert (state["p1.angle"] + state["p2.angle"]) / 2 - state["rotor.angle"] == pytest.approx(0.1)
+    assert state["p1.angle"] - state["p2.angle"] == pytest.approx(0.5)
+    assert state["rotor.angle"] == 1.0
     alone = _state(machine, {"delta": 0.5})
     assert (alone["p1.angle"], alone["p2.angle"]) == (0.25, -0.25)
 
@@ -151,5 +151,5 @@ def test_a_prescribed_body_has_no_start(study: Study, start: dict[str, Any]) -> 
 
 def test_a_prescribed_follower_starts_where_its_drive_says(study: Study) -> None:
     drive = 'on = "p1"\nkind = "constant-speed"\nspeed = "100 rad/s"\nangle = "90 deg"\n'
-    found = _state(load_machine(str(study(LINEAR, drive))), {"drum": 1.0})
-    assert found["p1.angle"] == pytest.approx(math.pi / 2)
+    state = _state(load_machine(str(study(LINEAR, drive))), {"drum": 1.0})
+    assert state["p1.angle"] == pytest.approx(math.pi / 2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import time
 from collections.abc import Iterator
@@ -15,12 +16,14 @@ import xarray as xr
 
 from wucht.errors import InputError, RunError
 from wucht.fields import si
+from wucht.files.catalogue import load_machine
 from wucht.results.conventions import answered, summary_of, variable
 from wucht.results.store import load
 from wucht.studies import memory as memory_module
 from wucht.studies import runner
 from wucht.studies.memory import Memory
 from wucht.studies.registry import studies
+from wucht.studies.run_up.spec import RunUp
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description
 from wucht.studies.work import Work
@@ -304,3 +307,18 @@ def test_parts_share_the_progress_and_name_their_units() -> None:
     assert stop.shares == [0.25, 0.75, 1.0]
     names.append(second.part("c", 0, 1).name)
     assert names == ["b/c/"]
+
+
+@pytest.mark.parametrize("step", [0.0, 1e3])
+def test_no_result_depends_on_the_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: float) -> None:
+    """A machine so slow that every unit is written and every finding saved gives the bits of one that is never interrupted."""
+    machine = load_machine("practice/grinder-10-balls")
+    asked = RunUp(until=2.0)
+    alone = ask(asked, machine)
+    ticks = itertools.count()
+    monkeypatch.setattr(runner.clock, "perf_counter", lambda: step * next(ticks))
+    loaded = ask(asked, machine, folder=tmp_path)
+    assert set(loaded.variables) == set(alone.variables)
+    for name in alone.variables:
+        assert np.array_equal(loaded[name].values, alone[name].values, equal_nan=loaded[name].dtype.kind == "f"), name
+    assert loaded.attrs["summary"] == alone.attrs["summary"]

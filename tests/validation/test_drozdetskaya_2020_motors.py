@@ -31,9 +31,7 @@ def numbers(low, high):
     return st.integers(0, 1000).map(lambda i: low + (high - low) * i / 1000)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
 # DC motors
-# ----------------------------------------------------------------------------------------------------------------------
 
 U, RA, RE, L, K, FLUX = 220.0, 1.8, 0.9, 0.12, 1.4, 0.7
 SEPARATE = DCSeparate(on="m", voltage=U, armature_resistance=RA, motor_constant=K, flux=FLUX)
@@ -102,9 +100,7 @@ def test_the_series_motor_without_load_runs_away():
         assert no_load > speed  # each tangent promises an end that the curve does not have
 
 
-# ----------------------------------------------------------------------------------------------------------------------
 # Induction motor
-# ----------------------------------------------------------------------------------------------------------------------
 
 
 def motor(**changes):
@@ -182,11 +178,11 @@ def test_the_magnetising_branch_vanishes_as_one_over_its_reactance(slip):
 def test_the_breakdown_torque_is_the_maximum(m):
     """(2.120) as corrected, and (2.121), against a numerical maximum: its torque to 1e-9, its slip to the root of that."""
     slip, speed, torque = m.breakdown()
-    found = minimize_scalar(
+    maximum = minimize_scalar(
         lambda s: -abs(at_slip(m, s)), bounds=(slip / 3, 3 * slip), method="bounded", options={"xatol": 1e-7}
     )
-    assert found.x == pytest.approx(slip, rel=1e-4)
-    assert -found.fun == pytest.approx(abs(torque), rel=1e-9)
+    assert maximum.x == pytest.approx(slip, rel=1e-4)
+    assert -maximum.fun == pytest.approx(abs(torque), rel=1e-9)
     assert m.torque_at(speed) == pytest.approx(torque, rel=1e-9)
     assert m.linearised(speed)[0] == pytest.approx(0.0, abs=1e-9 * abs(torque / m.synchronous_speed()))
 

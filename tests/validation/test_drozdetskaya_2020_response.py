@@ -8,7 +8,6 @@ the integration 1e-8: what is left of the start, and the error of the engine at 
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
 
@@ -21,6 +20,7 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
+from wucht.results.conventions import summary_of as summary
 from wucht.studies.initial_state import initial_state
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
@@ -29,12 +29,6 @@ from wucht.studies.torque_balance.spec import TorqueBalance
 M, E, C, B = 9.75, 1e-3, 1e5, 200.0  # errata.md: the real machines R1 and R2, without pendulums
 K, SIGMA = math.sqrt(C / M), B / (2 * M)  # (2.76), (2.77)
 ROTOR = {"kind": "rotor", "name": "drum", "mass": M, "eccentricity": E, "inertia": 0.03}
-
-
-def summary(result: xr.Dataset) -> dict[str, Any]:
-    found = json.loads(result.attrs["summary"])
-    assert isinstance(found, dict)
-    return found
 
 
 def laval(speed: float = 200.0, **carrier: Any) -> Machine:
@@ -48,7 +42,7 @@ def laval(speed: float = 200.0, **carrier: Any) -> Machine:
 
 
 @pytest.fixture(scope="module", params=[200.0, -200.0], ids=["counter-clockwise", "clockwise"])
-def found(request: pytest.FixtureRequest) -> xr.Dataset:
+def response(request: pytest.FixtureRequest) -> xr.Dataset:
     return run(Response(), laval(request.param))
 
 
@@ -57,43 +51,43 @@ def denominator(w: np.ndarray) -> np.ndarray:
     return value
 
 
-def test_displacements(found: xr.Dataset) -> None:
+def test_displacements(response: xr.Dataset) -> None:
     """(2.74), (2.75); clockwise, y is mirrored."""
-    w, sense = found.speed.values, math.copysign(1, float(found.free_speed))
+    w, sense = response.speed.values, math.copysign(1, float(response.free_speed))
     for turned in (0.0, 0.7, 2.0, 4.4):
-        shape = found.displacement_real * math.cos(turned) - found.displacement_imag * math.sin(turned)
+        shape = response.displacement_real * math.cos(turned) - response.displacement_imag * math.sin(turned)
         x = E * w**2 / denominator(w) * ((K**2 - w**2) * math.cos(turned) + 2 * SIGMA * w * math.sin(turned))
         y = E * w**2 / denominator(w) * ((K**2 - w**2) * math.sin(turned) - 2 * SIGMA * w * math.cos(turned))
-        scale = found.amplitude.values
+        scale = response.amplitude.values
         assert (shape.sel(direction="x").values - x) / scale == pytest.approx(0, abs=1e-12)
         assert (shape.sel(direction="y").values - sense * y) / scale == pytest.approx(0, abs=1e-12)
 
 
-def test_radius_phase_and_torque(found: xr.Dataset) -> None:
+def test_radius_phase_and_torque(response: xr.Dataset) -> None:
     """(2.78), figure 2.17; the phase of (2.74); (2.79) corrected, figure 2.19."""
-    w = found.speed.values
-    assert found.amplitude.values == pytest.approx(E * w**2 / np.sqrt(denominator(w)), rel=1e-12)
-    assert found.minor_axis.values == pytest.approx(found.amplitude.values, rel=1e-12)  # a circle, run through forward
+    w = response.speed.values
+    assert response.amplitude.values == pytest.approx(E * w**2 / np.sqrt(denominator(w)), rel=1e-12)
+    assert response.minor_axis.values == pytest.approx(response.amplitude.values, rel=1e-12)  # a circle, run through forward
     for direction in ("x", "y"):
-        assert found.lag.sel(direction=direction).values == pytest.approx(np.arctan2(2 * SIGMA * w, K**2 - w**2), rel=1e-11)
+        assert response.lag.sel(direction=direction).values == pytest.approx(np.arctan2(2 * SIGMA * w, K**2 - w**2), rel=1e-11)
     torque = 2 * M * E**2 * SIGMA * w**5 / denominator(w)
-    assert found.vibration_torque.values == pytest.approx(torque, rel=1e-12)
-    assert found.required_torque.values == pytest.approx(torque, rel=1e-12)
+    assert response.vibration_torque.values == pytest.approx(torque, rel=1e-12)
+    assert response.required_torque.values == pytest.approx(torque, rel=1e-12)
 
 
-def test_self_centring(found: xr.Dataset) -> None:
+def test_self_centring(response: xr.Dataset) -> None:
     """Figure 2.18: |x + i y + e exp(i phi)| = e sqrt(k^4 + 4 sigma^2 w^2)/sqrt(...), nearer than e beyond sqrt(2) k."""
-    w = found.speed.values
+    w = response.speed.values
     distance = E * np.sqrt(K**4 + 4 * SIGMA**2 * w**2) / np.sqrt(denominator(w))
-    assert found.centre_distance.values == pytest.approx(distance, rel=1e-11)
+    assert response.centre_distance.values == pytest.approx(distance, rel=1e-11)
     # Nearer than the axis: k^4 + 4 sigma^2 w^2 < w^4
     exact = math.sqrt(2 * SIGMA**2 + math.sqrt(4 * SIGMA**4 + K**4))
-    assert summary(found)["self_centring_speed"] == pytest.approx(exact, rel=1e-12)
+    assert summary(response)["self_centring_speed"] == pytest.approx(exact, rel=1e-12)
 
 
-def test_peaks(found: xr.Dataset) -> None:
+def test_peaks(response: xr.Dataset) -> None:
     """d/dw of (2.78): w^2 = k^4/(k^2 - 2 sigma^2), R = e k^2/(2 sigma sqrt(k^2 - sigma^2)); of (2.79): a quadratic in w^2."""
-    s = summary(found)
+    s = summary(response)
     assert s["critical_speeds"] == pytest.approx([K], rel=1e-14)
     at = K**2 / math.sqrt(K**2 - 2 * SIGMA**2)
     assert [p["speed"] for p in s["peaks"]] == pytest.approx([at], rel=1e-11)
@@ -110,23 +104,23 @@ def test_peaks(found: xr.Dataset) -> None:
 def test_the_dimensionless_rotor_is_the_same() -> None:
     """With x = e xi and t = tau/k; torques in M e^2 k^2."""
     machine = load_machine("drozdetskaya-2020/table-3.1-laval", {"sigma": SIGMA / K})
-    one, other = run(Response((0.02, 3.0)), machine), run(Response((0.02 * K, 3.0 * K)), laval())
-    assert one.speed.values == pytest.approx(other.speed.values / K, rel=1e-11)
-    assert one.amplitude.values == pytest.approx(other.amplitude.values / E, rel=1e-10)
-    assert one.centre_distance.values == pytest.approx(other.centre_distance.values / E, rel=1e-10)
-    assert one.vibration_torque.values == pytest.approx(other.vibration_torque.values / (M * E**2 * K**2), rel=1e-9)
+    first, second = run(Response((0.02, 3.0)), machine), run(Response((0.02 * K, 3.0 * K)), laval())
+    assert first.speed.values == pytest.approx(second.speed.values / K, rel=1e-11)
+    assert first.amplitude.values == pytest.approx(second.amplitude.values / E, rel=1e-10)
+    assert first.centre_distance.values == pytest.approx(second.centre_distance.values / E, rel=1e-10)
+    assert first.vibration_torque.values == pytest.approx(second.vibration_torque.values / (M * E**2 * K**2), rel=1e-9)
 
 
 def test_the_self_balancing_rotor_is_its_real_machine() -> None:
     """Table 5.1 against R1 with the same phases: xi = x M*/(m r); its printed eccentricity is e M*/(m r) = 1/w."""
     phases = {"psi": 2.0, "delta": 0.6}
-    one = run(Response((0.02, 3.0), start=phases), load_machine("drozdetskaya-2020/table-5.1"))
-    other = run(Response((2.0, 300.0), start=phases), load_machine("drozdetskaya-2020/r1"))
+    first = run(Response((0.02, 3.0), start=phases), load_machine("drozdetskaya-2020/table-5.1"))
+    second = run(Response((2.0, 300.0), start=phases), load_machine("drozdetskaya-2020/r1"))
     unit = 0.125 * 0.104 / 10.0
     w = load_machine("drozdetskaya-2020/table-5.1").values["w"]
-    assert float(one.eccentricity) == pytest.approx(1 / w)
-    assert one.amplitude.values == pytest.approx(other.amplitude.values / unit, rel=1e-3)  # s, w are printed with few digits
-    assert one.centre_distance.values == pytest.approx(other.centre_distance.values / unit, rel=1e-3)
+    assert float(first.eccentricity) == pytest.approx(1 / w)
+    assert first.amplitude.values == pytest.approx(second.amplitude.values / unit, rel=1e-3)  # s, w are printed with few digits
+    assert first.centre_distance.values == pytest.approx(second.centre_distance.values / unit, rel=1e-3)
 
 
 # --- against the full equations ---
@@ -180,9 +174,10 @@ def test_a_settled_run_at_constant_speed(name: str) -> None:
     row = dict(zip(machine.system.state_names, settling.states[:, 1:], strict=True))
     outputs = flow.outputs(settling.time, settling.states, settling.parameters)
 
-    found = run(Response((0.9 * w, 1.1 * w), points=3, start=start), machine).sel(speed=w)
+    response = run(Response((0.9 * w, 1.1 * w), points=3, start=start), machine).sel(speed=w)
     turned = w * settling.time[1:]
-    shape = found.displacement_real.values[:, None] * np.cos(turned) - found.displacement_imag.values[:, None] * np.sin(turned)
+    displacement = response.displacement_real.values + 1j * response.displacement_imag.values
+    shape = (displacement[:, None] * np.exp(1j * turned)).real
     for k, c in enumerate(machine.carrier):
         vibrating = row[c.position.name] - row[c.position.name].mean()  # bearings load the carrier with a constant moment
         assert vibrating == pytest.approx(shape[k], abs=1e-8 * np.abs(shape[k]).max())
@@ -191,14 +186,14 @@ def test_a_settled_run_at_constant_speed(name: str) -> None:
     moved = np.fft.fft(x + 1j * y) / per_turn
     sense = 1 if speed > 0 else -1
     forward, backward = abs(moved[sense]), abs(moved[-sense])
-    assert float(found.amplitude) == pytest.approx(forward + backward, rel=1e-8)
-    assert float(found.minor_axis) == pytest.approx(forward - backward, rel=1e-7)
-    if math.isfinite(float(found.centre_distance)):
+    assert float(response.amplitude) == pytest.approx(forward + backward, rel=1e-8)
+    assert float(response.minor_axis) == pytest.approx(forward - backward, rel=1e-7)
+    if math.isfinite(float(response.centre_distance)):
         turn = np.linspace(0, 2 * math.pi, 20_001)
         centre = moved[1] * np.exp(1j * turn) + moved[-1] * np.exp(-1j * turn) + E * np.exp(1j * (0.4 + sense * turn))
-        assert float(found.centre_distance) == pytest.approx(np.abs(centre).max(), rel=1e-6)
+        assert float(response.centre_distance) == pytest.approx(np.abs(centre).max(), rel=1e-6)
     # The torque: the mean power of all drives over a turn.
-    assert float(found.required_torque) == pytest.approx(outputs["motor_power"][1:].mean() / w, rel=1e-6)
+    assert float(response.required_torque) == pytest.approx(outputs["motor_power"][1:].mean() / w, rel=1e-6)
 
 
 # --- working points: 3.2 ---
@@ -206,9 +201,7 @@ def test_a_settled_run_at_constant_speed(name: str) -> None:
 
 def balance(u: float, name: str = "carrier") -> list[dict[str, Any]]:
     machine = load_machine(f"drozdetskaya-2020/table-3.1-{name}", {"u": u})
-    points = summary(run(TorqueBalance(), machine))["working_points"]
-    assert isinstance(points, list)
-    return points
+    return list(summary(run(TorqueBalance(), machine))["working_points"])
 
 
 def test_three_working_points() -> None:

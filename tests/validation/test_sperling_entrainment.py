@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
 
@@ -15,6 +14,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
+from wucht.results.conventions import summary_of
 from wucht.studies.entrainment.averaged_equations import AveragedEquations
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.entrainment.swept_parameter import swept_parameter
@@ -26,9 +26,9 @@ TORQUE = UNBALANCE * FREQUENCY**2 * AMPLITUDE / 2  # the largest vibration torqu
 
 
 def answered(machine: Machine, **table: Any) -> tuple[xr.Dataset, dict[str, Any]]:
-    found = run(Entrainment.read(table), machine)
-    assert found.attrs["finished"], found.attrs["failure"]
-    return found, json.loads(found.attrs["summary"])
+    result = run(Entrainment.read(table), machine)
+    assert result.attrs["finished"], result.attrs["failure"]
+    return result, summary_of(result)
 
 
 def bild_2(**values: float) -> Machine:
@@ -36,12 +36,12 @@ def bild_2(**values: float) -> Machine:
 
 
 @pytest.fixture(scope="module")
-def found() -> tuple[xr.Dataset, dict[str, Any]]:
+def own_answer() -> tuple[xr.Dataset, dict[str, Any]]:
     return answered(bild_2())
 
 
-def test_the_band_of_existence_is_that_of_equation_21(found: tuple[xr.Dataset, dict[str, Any]]) -> None:
-    _, s = found
+def test_the_band_of_existence_is_that_of_equation_21(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
+    _, s = own_answer
     assert s["along"] == "drive.no_load_speed"
     width = TORQUE / SLOPE
     assert s["existence_band"] == pytest.approx([FREQUENCY - width, FREQUENCY + width], rel=1e-9)
@@ -49,15 +49,15 @@ def test_the_band_of_existence_is_that_of_equation_21(found: tuple[xr.Dataset, d
     assert s["existence_edges"] == ["fold", "fold"]
 
 
-def test_the_full_equations_have_nearly_that_band(found: tuple[xr.Dataset, dict[str, Any]]) -> None:
-    """The slow equations leave out terms of the order of the fluctuation (26), squared: here 0.02 rad, squared."""
-    _, s = found
+def test_the_full_equations_have_nearly_that_band(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
+    """The averaged equations leave out terms of the order of the fluctuation (26), squared: here 0.02 rad, squared."""
+    _, s = own_answer
     assert s["existence_band_full"] == pytest.approx(s["existence_band"], rel=4e-4)
     assert s["existence_band_full"] != pytest.approx(s["existence_band"], rel=1e-5)
 
 
-def test_the_phases_of_equation_22_and_their_stability_24(found: tuple[xr.Dataset, dict[str, Any]]) -> None:
-    dataset, _ = found
+def test_the_phases_of_equation_22_and_their_stability_24(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
+    dataset, _ = own_answer
     phase, partial = dataset.phase.sel(body="rotor").values, dataset.value.values
     assert np.abs(TORQUE * np.sin(phase) - SLOPE * (partial - FREQUENCY)).max() < 1e-9 * TORQUE
     stable = dataset.stable.values.astype(bool)
@@ -66,8 +66,8 @@ def test_the_phases_of_equation_22_and_their_stability_24(found: tuple[xr.Datase
     assert not stable.all()
 
 
-def test_phase_and_mean_speed_of_bild_2a(found: tuple[xr.Dataset, dict[str, Any]]) -> None:
-    _, s = found
+def test_phase_and_mean_speed_of_bild_2a(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
+    _, s = own_answer
     assert s["outcome"] == "entrained"
     assert s["mean_speed"] == pytest.approx(6.283185, abs=5e-7)
     assert s["phase"] == pytest.approx(-0.40856, abs=5e-6)
@@ -79,8 +79,8 @@ def test_phase_and_mean_speed_of_bild_2a(found: tuple[xr.Dataset, dict[str, Any]
     assert s["multiplier"] == pytest.approx(math.exp(-SLOPE / INERTIA / 2), rel=1e-9)
 
 
-def test_the_band_from_rest_is_narrower_at_both_ends(found: tuple[xr.Dataset, dict[str, Any]]) -> None:
-    _, s = found
+def test_the_band_from_rest_is_narrower_at_both_ends(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
+    _, s = own_answer
     low, high = s["band_from_rest"]
     assert low == pytest.approx(4.7177, abs=5e-5)
     assert high == pytest.approx(7.854, abs=5e-4)
@@ -88,8 +88,8 @@ def test_the_band_from_rest_is_narrower_at_both_ends(found: tuple[xr.Dataset, di
     assert high < s["existence_band"][1]
 
 
-@pytest.mark.parametrize(("partial", "taken"), [(4.7175, False), (4.7180, True), (7.8538, True), (7.8546, False)], ids=str)
-def test_runs_by_scipy_at_the_edges(partial: float, taken: bool) -> None:
+@pytest.mark.parametrize(("partial", "entrained"), [(4.7175, False), (4.7180, True), (7.8538, True), (7.8546, False)], ids=str)
+def test_runs_by_scipy_at_the_edges(partial: float, entrained: bool) -> None:
     """Equation (12) written by hand: what becomes of a rotor at rest on both sides of the edges."""
 
     def rate(t: float, y: np.ndarray) -> list[float]:
@@ -98,10 +98,10 @@ def test_runs_by_scipy_at_the_edges(partial: float, taken: bool) -> None:
 
     run = solve_ivp(rate, (0, 120), [0.0, 0.0], "DOP853", t_eval=[80.0, 120.0], rtol=1e-10, atol=1e-10)
     mean = (run.y[0, 1] - run.y[0, 0]) / 40
-    assert (abs(mean / FREQUENCY - 1) < 1e-3) == taken
+    assert (abs(mean / FREQUENCY - 1) < 1e-3) == entrained
 
 
-def test_bild_2b_is_not_taken_along() -> None:
+def test_bild_2b_is_not_entrained() -> None:
     dataset, s = answered(load_machine("sperling-vibration/figure-2b"), points=9, resolution=1e-2)
     assert s["outcome"] == "not-entrained"
     assert s["mean_speed"] == pytest.approx(4.152, abs=5e-4)
@@ -137,7 +137,7 @@ def test_rotation_against_the_drive() -> None:
 
 
 def test_a_motor_of_constant_torque() -> None:
-    """(15) with L in place of k_1 Omega_1: taken along for |L - k_1 Omega| < f_1 x_0/2, k_1 the bearing's damping."""
+    """(15) with L in place of k_1 Omega_1: entrained for |L - k_1 Omega| < f_1 x_0/2, k_1 the bearing's damping."""
     rotor = {"kind": "rotor", "name": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": INERTIA, "bearing_damping": SLOPE}
     motion = {"direction": "x", "amplitude": AMPLITUDE, "frequency": FREQUENCY}
     machine = machine_from({
@@ -151,14 +151,14 @@ def test_a_motor_of_constant_torque() -> None:
 
 
 def test_exciters_that_turn_against_each_other() -> None:
-    """practice/screen: the sum of the angles is 90.4 degrees, as its notes tell; the other phase is not stable."""
+    """practice/screen: the sum of the angles is 90.4 degrees, as its notes report; the other phase is not stable."""
     machine = load_machine("practice/screen")
     senses = {b.name: sense_of(machine, b) for b in machine.bodies}
-    averaged = AveragedEquations.of(machine, swept_parameter(machine, "drives.e2.voltage"), senses, (200, 260))
-    found = averaged.equilibria(230.0)
-    (stable,) = (x for x in found if averaged.stable(x, 230.0))
+    averaged = AveragedEquations(machine, swept_parameter(machine, "drives.e2.voltage"), senses, (200, 260))
+    equilibria = averaged.equilibria(230.0)
+    (stable,) = (x for x in equilibria if averaged.stable(x, 230.0))
     assert -math.degrees(stable[0]) == pytest.approx(90.4, abs=0.05)
-    assert len(found) == 2
+    assert len(equilibria) == 2
 
 
 K_1, K_2, MASS, E_UNBALANCE = 3e-5, 6e-5, 1.0, 1e-3
@@ -187,10 +187,10 @@ def test_phases_37_and_their_stability_40(stiffness: float, phase: float) -> Non
     """Below the natural frequency of the carrier exciters swing together, above it against each other."""
     machine = exciters(stiffness, 12.0, 12.0)
     swept = swept_parameter(machine, "detuning")
-    averaged = AveragedEquations.of(machine, swept, {b.name: sense_of(machine, b) for b in machine.bodies}, (-9.0, 9.0))
-    there = [x for x in averaged.equilibria(0.0) if x[1] == pytest.approx(12.0, rel=1e-6)]
-    assert sorted(abs(math.sin(x[0])) for x in there) == pytest.approx([0.0, 0.0], abs=1e-6)
-    assert {round(math.cos(x[0])): averaged.stable(x, 0.0) for x in there} == {1: phase == 0.0, -1: phase != 0.0}
+    averaged = AveragedEquations(machine, swept, {b.name: sense_of(machine, b) for b in machine.bodies}, (-9.0, 9.0))
+    synchronous = [x for x in averaged.equilibria(0.0) if x[1] == pytest.approx(12.0, rel=1e-6)]
+    assert sorted(abs(math.sin(x[0])) for x in synchronous) == pytest.approx([0.0, 0.0], abs=1e-6)
+    assert {round(math.cos(x[0])): averaged.stable(x, 0.0) for x in synchronous} == {1: phase == 0.0, -1: phase != 0.0}
 
 
 def test_synchronous_speed_35_and_the_lock_limit() -> None:
@@ -212,8 +212,8 @@ def test_synchronous_speed_35_and_the_lock_limit() -> None:
 
 
 @pytest.mark.parametrize("name", ["self-synchronisation-stiff-unequal", "self-synchronisation-soft-unequal"])
-def test_full_orbits_follow_the_slow_phases(name: str) -> None:
-    """Phase against detuning: periodic motions of the full equations lie beside the stable branch of the slow ones."""
+def test_full_orbits_follow_the_averaged_phases(name: str) -> None:
+    """Phase against detuning: periodic motions of the full equations lie beside the stable branch of the averaged ones."""
     start = {"e1": {"speed": "12 rad/s"}, "e2": {"angle": "1 rad", "speed": "12 rad/s"}}
     dataset, s = answered(load_machine(f"sperling-vibration/{name}"), start=start, points=9, resolution=1e-2)
     own = ((dataset.branch == s["branch"]) & (dataset.stable == 1)).values

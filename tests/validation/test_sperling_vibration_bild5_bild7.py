@@ -20,6 +20,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from wucht.results.conventions import summary_of
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
@@ -50,7 +51,7 @@ def folds_of_60() -> dict[str, tuple[float, float, float]]:
 def jumps_of(settings: dict[str, Any]) -> dict[str, tuple[float, float, float]]:
     study = read_study("sperling-vibration/figure-5", settings)
     result = run(study.spec, study.subject)
-    summary = json.loads(result.attrs["summary"])
+    summary = summary_of(result)
     assert json.loads(result.attrs["warnings"]) == []
     assert summary["energy_residual"] < 1e-9
     assert all(j["fold"] for j in summary["jumps"])
@@ -60,28 +61,28 @@ def jumps_of(settings: dict[str, Any]) -> dict[str, tuple[float, float, float]]:
 
 def test_bild_5_folds_of_the_averaged_equation() -> None:
     """The reference itself: cases.md."""
-    found = folds_of_60()
-    assert found["up"] == pytest.approx((9.780309, 6.45125, 9.13522), abs=1e-5)
-    assert found["down"] == pytest.approx((8.842751, 7.51106, 6.09477), abs=1e-5)
+    folds = folds_of_60()
+    assert folds["up"] == pytest.approx((9.780309, 6.45125, 9.13522), abs=1e-5)
+    assert folds["down"] == pytest.approx((8.842751, 7.51106, 6.09477), abs=1e-5)
 
 
 def test_bild_5_jumps_of_the_full_equations() -> None:
     """Ours at J_1 = 1e-4 kg m^2, near (60); the distance is the ripple's, and goes as 1/J_1 (below)."""
-    found, averaged = jumps_of({}), folds_of_60()
-    assert found["up"] == pytest.approx((9.7856, 6.4527, 9.1405), rel=2e-4)
-    assert found["down"] == pytest.approx((8.8470, 7.5119, 6.0966), rel=2e-4)
+    jumps, averaged = jumps_of({}), folds_of_60()
+    assert jumps["up"] == pytest.approx((9.7856, 6.4527, 9.1405), rel=2e-4)
+    assert jumps["down"] == pytest.approx((8.8470, 7.5119, 6.0966), rel=2e-4)
     for way in ("up", "down"):
-        assert found[way] == pytest.approx(averaged[way], rel=7e-4)
+        assert jumps[way] == pytest.approx(averaged[way], rel=7e-4)
 
 
 @pytest.mark.slow
 def test_bild_5_comes_near_the_averaged_equation_as_the_inertia_grows() -> None:
     """The distance is O(1/J_1): ten times the inertia, a tenth of the distance; at 1e-3 kg m^2 what the tolerance leaves."""
     averaged = folds_of_60()
-    one, ten, hundred = (jumps_of({"rotor.inertia": j}) for j in (1e-5, 1e-4, 1e-3))
+    light, ten, hundred = (jumps_of({"rotor.inertia": j}) for j in (1e-5, 1e-4, 1e-3))
     # The values are those to which two rates and a wider range agree (test_sweep).
-    assert one["up"] == pytest.approx((9.8297, 6.4743, 9.1656), rel=2e-4)
-    assert one["down"] == pytest.approx((8.8997, 7.5407, 6.1163), rel=2e-4)
+    assert light["up"] == pytest.approx((9.8297, 6.4743, 9.1656), rel=2e-4)
+    assert light["down"] == pytest.approx((8.8997, 7.5407, 6.1163), rel=2e-4)
     for way, first in (("up", 0.0494), ("down", 0.0570)):
         assert ten[way][0] - averaged[way][0] == pytest.approx(first / 10, rel=0.3)
         assert hundred[way] == pytest.approx(averaged[way], rel=3e-4)
@@ -106,9 +107,9 @@ def paper(until: float) -> Any:
 
 def test_bild_7_equations_are_those_of_the_paper() -> None:
     study = read_study("sperling-vibration/figure-7", {"study.until": 20.0})
-    found, expected = run(study.spec, study.subject), paper(20.0)
-    assert float(found.speed[-1]) == pytest.approx(expected.y[1, -1], rel=1e-8)
-    assert float(found.angle[-1]) - math.pi / 2 == pytest.approx(expected.y[0, -1], rel=1e-8)
+    result, expected = run(study.spec, study.subject), paper(20.0)
+    assert float(result.speed[-1]) == pytest.approx(expected.y[1, -1], rel=1e-8)
+    assert float(result.angle[-1]) - math.pi / 2 == pytest.approx(expected.y[0, -1], rel=1e-8)
 
 
 def test_bild_7_comes_to_rest() -> None:
@@ -116,7 +117,7 @@ def test_bild_7_comes_to_rest() -> None:
     in the text, 4192 s in cases.md, 4183.993 s by (64)-(65) in SciPy at a tolerance of 1e-12."""
     study = read_study("sperling-vibration/figure-7")
     result = run(study.spec, study.subject)
-    summary = json.loads(result.attrs["summary"])
+    summary = summary_of(result)
     time = result.turn_time.values
     for at, mean in ((1000, 8.622), (2000, 3.968), (3000, 1.867)):
         assert result.mean_speed.values[np.abs(time - at) <= 10].mean() == pytest.approx(mean, rel=5e-4)

@@ -1,4 +1,4 @@
-"""Constant phases: tables 1 to 3 of 000, table 1 of 001, section 5.1 of 002.
+"""Steady phase configurations: tables 1 to 3 of 000, table 1 of 001, section 5.1 of 002.
 
 000: L. Sperling, H. Duckstein, B. Ryzhik, "Selbsttaetiges Auswuchten mittels zweier beliebiger Rollen". 001: L. Sperling,
 F. Merten, H. Duckstein, "Rotation und Vibration in Beispielen zur Methode der direkten Bewegungsteilung". 002: O. Drozdetskaya,
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged import slow_machine
+from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.slow_stability import SlowStability
 from wucht.analysis.configurations.torques import SteadyTorques
@@ -29,11 +29,11 @@ Entry = dict[str, Any]
 
 
 def states(name: str, values: dict[str, float] | None = None, **question: Any) -> list[Entry]:
-    found = run(SynchronousStates(**question), load_machine(name, values or {}))
-    summary = json.loads(found.attrs["summary"])
+    result = run(SynchronousStates(**question), load_machine(name, values or {}))
+    summary = json.loads(result.attrs["summary"])
     assert summary["complete"], summary["shown"]
-    listed: list[Entry] = summary["states"]
-    return listed
+    entries: list[Entry] = summary["states"]
+    return entries
 
 
 def degrees(state: Entry) -> tuple[float, ...]:
@@ -69,11 +69,11 @@ ROWS = {
 }  # fmt: skip
 
 
-def nearest(found: list[Entry], phases: tuple[float, ...]) -> Entry:
+def nearest(entries: list[Entry], phases: tuple[float, ...]) -> Entry:
     def apart(state: Entry) -> float:
         return max(abs((a - b + 180) % 360 - 180) for a, b in zip(degrees(state), phases, strict=True))
 
-    return min(found, key=apart)
+    return min(entries, key=apart)
 
 
 @pytest.mark.parametrize("column", range(4))
@@ -81,10 +81,10 @@ def nearest(found: list[Entry], phases: tuple[float, ...]) -> Entry:
 def test_every_entry_of_tables_1_to_3(table: str, column: int) -> None:
     """Without damping, as the paper computes. Table 3 prints its stable row as (0, pi), which belongs to f_2 > f_0 + f_1; its
     machine has f_1 > f_0 + f_2, and Bild 10 ends at (pi, 0)."""
-    found = states(f"sperling-rollers/{table}", UNDAMPED, speed=SPEEDS[column])
-    assert len(found) == len(ROWS[table])
+    entries = states(f"sperling-rollers/{table}", UNDAMPED, speed=SPEEDS[column])
+    assert len(entries) == len(ROWS[table])
     for phases, stable in ROWS[table].items():
-        state = nearest(found, phases)
+        state = nearest(entries, phases)
         assert [(p + 1e-6) % 360 for p in degrees(state)] == pytest.approx(list(phases), abs=0.005)
         assert state["stable_slow"] is stable[column], phases
         if not stable[column]:
@@ -95,9 +95,9 @@ def test_every_entry_of_tables_1_to_3(table: str, column: int) -> None:
 @pytest.mark.parametrize("table", ROWS)
 def test_the_full_equations_with_damping_agree(table: str, column: int) -> None:
     """0.25 % of critical damping, as in the catalogue: phases move by up to 8 degrees, by omega_0 most."""
-    found = states(f"sperling-rollers/{table}", speed=SPEEDS[column])
+    entries = states(f"sperling-rollers/{table}", speed=SPEEDS[column])
     for phases, stable in ROWS[table].items():
-        state = nearest(found, phases)
+        state = nearest(entries, phases)
         apart = max(abs((a - b + 180) % 360 - 180) for a, b in zip(degrees(state), phases, strict=True))
         assert apart < 8
         assert state["stable_full"] is stable[column], phases
@@ -127,20 +127,20 @@ def test_compensating_phases_of_table_1() -> None:
     f0, f1, f2 = 1e-4, 1.2e-4, 8e-5
     first = math.acos((f0**2 + f1**2 - f2**2) / (2 * f0 * f1))
     second = math.acos((f0**2 - f1**2 + f2**2) / (2 * f0 * f2))
-    one, other = states("sperling-rollers/table-1")[:2]
-    assert tuple(one["phases"].values()) == pytest.approx((math.pi - first, math.pi + second), rel=1e-12)
+    state, other = states("sperling-rollers/table-1")[:2]
+    assert tuple(state["phases"].values()) == pytest.approx((math.pi - first, math.pi + second), rel=1e-12)
     assert tuple(other["phases"].values()) == pytest.approx((math.pi + first, math.pi - second), rel=1e-12)
-    assert one["name"] == other["name"] == "compensating"
-    assert one["residual_unbalance"] == other["residual_unbalance"] == 0
+    assert state["name"] == other["name"] == "compensating"
+    assert state["residual_unbalance"] == other["residual_unbalance"] == 0
 
 
 def test_stability_changes_at_omega_0() -> None:
     """000: omega_0 = sqrt((omega_x^2 + omega_y^2)/2) = 98.884 rad/s, where A_xx + A_yy changes its sign."""
     assert math.sqrt((62.5**2 + 125.1**2) / 2) == pytest.approx(98.884, abs=1e-3)
     for speed, stable in ((98.883, True), (98.885, False)):
-        found = states("sperling-rollers/table-1", UNDAMPED, speed=speed, full=False)
-        assert [s["stable_slow"] for s in found if s["name"] == "compensating"] == [stable] * 2
-        assert nearest(found, (0.0, 0.0))["stable_slow"] is not stable
+        entries = states("sperling-rollers/table-1", UNDAMPED, speed=speed, full=False)
+        assert [s["stable_slow"] for s in entries if s["name"] == "compensating"] == [stable] * 2
+        assert nearest(entries, (0.0, 0.0))["stable_slow"] is not stable
 
 
 # --- 001, table 1 ---
@@ -157,9 +157,9 @@ MEMBERS = {  # name, and the cosines of both phases: of f > f_0/2 and f < f_0/2 
 def test_table_1_of_001(large: bool, above: bool) -> None:
     """The machine of Bild 4 without its damping b, omega = 2 pi; f = 0.8 f_0, or 0.4 f_0 with half the balls' distance."""
     values = {"carrier.damping": 0.0} | ({} if large else {"b1.length": 0.05, "b2.length": 0.05})
-    found = states("sperling-vibration/figure-4", values, speed=12.0 if above else 4.0)
-    assert len(found) == (4 if large else 3)
-    for state in found:
+    entries = states("sperling-vibration/figure-4", values, speed=12.0 if above else 4.0)
+    assert len(entries) == (4 if large else 3)
+    for state in entries:
         if state["name"] == "compensating":
             gamma = math.acos(1 / (2 * 0.8))  # (49)
             assert sorted(state["phases"].values()) == pytest.approx([math.pi - gamma, math.pi + gamma], rel=1e-12)
@@ -190,12 +190,14 @@ def psi(state: Entry) -> float:
 def test_the_three_types(u: float) -> None:
     """Every state fulfils the corrected (5.5)-(5.15), and each root of these is a state."""
     s, w, no_load = SET["s"], SET["w"], SET["lambda"]
-    found = states("drozdetskaya-2020/table-5.1", {"u": u}, full=False)
-    kinds = {t: [x for x in found if x["type"] == t] for t in ("I", "II", "III")}
-    (one,) = kinds["I"]
-    assert one["speed"] == pytest.approx(no_load, rel=1e-12)  # (5.7)
-    assert psi(one) == pytest.approx(math.pi, rel=1e-12)  # (5.5)
-    assert math.cos((one["phases"]["p1"] - one["phases"]["p2"]) / 2) == pytest.approx(s / 2, abs=1e-12)  # (5.6)
+    entries = states("drozdetskaya-2020/table-5.1", {"u": u}, full=False)
+    kinds = {t: [x for x in entries if x["type"] == t] for t in ("I", "II", "III")}
+    (compensating,) = kinds["I"]
+    assert compensating["speed"] == pytest.approx(no_load, rel=1e-12)  # (5.7)
+    assert psi(compensating) == pytest.approx(math.pi, rel=1e-12)  # (5.5)
+    assert math.cos((compensating["phases"]["p1"] - compensating["phases"]["p2"]) / 2) == pytest.approx(
+        s / 2, abs=1e-12
+    )  # (5.6)
     for x in kinds["II"]:
         omega = x["speed"]
         a, b = coefficients(omega)
@@ -246,8 +248,8 @@ def roots_of_5_11(u: float) -> int:
 
 def test_type_ii_at_u_1() -> None:
     """Speeds of both, and eigenvalues per rotor angle of (4.60)-(4.62) corrected."""
-    found = [s for s in states("drozdetskaya-2020/table-5.1", {"u": 1.0}, inertia=False) if s["type"] == "II"]
-    lower, upper = sorted(found, key=lambda s: float(s["speed"]))
+    entries = [s for s in states("drozdetskaya-2020/table-5.1", {"u": 1.0}, inertia=False) if s["type"] == "II"]
+    lower, upper = sorted(entries, key=lambda s: float(s["speed"]))
     assert (lower["speed"], upper["speed"]) == pytest.approx((0.7028953, 0.7674411), abs=5e-8)
     assert (lower["stable_slow"], upper["stable_slow"]) == (True, False)
     assert (lower["stable_full"], upper["stable_full"]) == (True, False)
@@ -257,19 +259,19 @@ def test_type_ii_at_u_1() -> None:
 def exponents_per_angle(u: float, state: Entry) -> np.ndarray:
     """Of the slow equations without inertia, a unit of the rotor's angle, the largest first."""
     machine = load_machine("drozdetskaya-2020/table-5.1", {"u": u})
-    slow = slow_machine(machine, inertia=False)
+    slow = averaged_machine(machine, inertia=False)
     at = State(state["speed"], np.array([0.0, state["phases"]["p1"], state["phases"]["p2"]]))
-    found: np.ndarray = SlowStability(SteadyTorques.from_slow(slow), slow).stability(at).exponents / state["speed"]
-    return found
+    exponents: np.ndarray = SlowStability(SteadyTorques.from_slow(slow), slow).stability(at).exponents / state["speed"]
+    return exponents
 
 
 def test_eigenvalues_of_the_averaged_equations() -> None:
     lower = min((s for s in states("drozdetskaya-2020/table-5.1", {"u": 1.0}) if s["type"] == "II"), key=lambda s: s["speed"])
     assert exponents_per_angle(1.0, lower) == pytest.approx(np.array([-0.003762, -0.016217, -0.16462]), abs=5e-6)
-    (one,) = (s for s in states("drozdetskaya-2020/table-5.1", {"u": 2.0}) if s["type"] == "I")
-    found = exponents_per_angle(2.0, one)
-    assert found[0] == pytest.approx(-0.001807, abs=5e-7)
-    assert found[1:] == pytest.approx(np.array([-0.04112 + 0.0029j, -0.04112 - 0.0029j]), abs=6e-6) or found[1:] == (
+    (state,) = (s for s in states("drozdetskaya-2020/table-5.1", {"u": 2.0}) if s["type"] == "I")
+    exponents = exponents_per_angle(2.0, state)
+    assert exponents[0] == pytest.approx(-0.001807, abs=5e-7)
+    assert exponents[1:] == pytest.approx(np.array([-0.04112 + 0.0029j, -0.04112 - 0.0029j]), abs=6e-6) or exponents[1:] == (
         pytest.approx(np.array([-0.04112 - 0.0029j, -0.04112 + 0.0029j]), abs=6e-6)
     )
 
@@ -282,9 +284,9 @@ def test_the_folds_of_type_ii(u: float, below: int, above: int, speed: float) ->
     for factor, count in ((1 - 1e-6, below), (1 + 1e-6, above)):
         machine = load_machine("drozdetskaya-2020/table-5.1", {"u": u * factor})
         every = json.loads(run(SynchronousStates(full=False), machine).attrs["summary"])["states"]
-        found = [s for s in every if s["type"] == "II"]
-        assert len(found) == count
-        for s in found:
+        entries = [s for s in every if s["type"] == "II"]
+        assert len(entries) == count
+        for s in entries:
             assert s["speed"] == pytest.approx(speed, abs=2e-3)
 
 
@@ -301,10 +303,10 @@ def test_stable_as_in_5_1(u: float) -> None:
 @pytest.mark.parametrize(("sigma", "stable"), [(0.1, True), (0.03, True), (0.02, False), (0.01, False)])
 def test_type_i_is_lost_with_light_damping(sigma: float, stable: bool) -> None:
     """Errata: the claim that type I is always stable holds for the averaged equations; the full ones lose it (Hopf)."""
-    (one,) = (
+    (state,) = (
         s for s in states("drozdetskaya-2020/table-5.1", {"u": 2.0, "sigma": sigma, "lambda": 1.3}) if s["type"] == "I"
     )  # fmt: skip
-    assert one["stable_slow"] is True
-    assert one["stable_full"] is stable
+    assert state["stable_slow"] is True
+    assert state["stable_full"] is stable
     if not stable:
-        assert "a pair of multipliers" in one["why"]
+        assert "a pair of multipliers" in state["why"]

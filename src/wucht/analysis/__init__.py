@@ -1,1 +1,1 @@
-"""Numbers of a machine without running it: statics, free and forced vibration, averaged equations, constant phases."""
+"""A machine without running it: statics, free and forced vibration, averaged equations, steady phase configurations."""

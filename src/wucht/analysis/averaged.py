@@ -1,8 +1,8 @@
-"""The slow equations of a machine, and the way back from its slow motion to the full one."""
+"""The averaged equations of a machine, and the way back from its slow motion to the full one."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
@@ -22,12 +22,10 @@ from wucht.mechanics.linear_carrier import LinearCarrier, first_harmonic, linear
 from wucht.mechanics.phasors import Phasor
 from wucht.system import System
 
-HELD = SPEED
-
 
 @dataclass(frozen=True)
-class SlowMachine:
-    """A machine's slow equations. senses: +1 or -1 a body. held: the main rotor turns at the parameter ``speed``."""
+class AveragedMachine:
+    """A machine's averaged equations. senses: +1 or -1 a body. held: the main rotor turns at the parameter ``speed``."""
 
     machine: Machine
     equations: AveragedSystem
@@ -39,29 +37,24 @@ class SlowMachine:
     @cached_property
     def system(self) -> System:
         """The System, with the machine's parameters; scheduled ones follow their schedules."""
-        return self._of_machine(self.equations.system, self.equations.system.output("stored_energy").expression)
+        system = self.equations.system
+        return _with_parameters(system, self.machine.structure, self.held, system.output("stored_energy").expression)
 
     @cached_property
     def fast(self) -> System:
         """The bodies' fluctuation within a turn, in the same states and parameters: outputs alone."""
-        return self._of_machine(self.equations.fast, sp.S.Zero)
-
-    def _of_machine(self, system: System, stored: sp.Expr) -> System:
-        return _with_parameters(system, self.machine.structure, self.held, stored)
+        return _with_parameters(self.equations.fast, self.machine.structure, self.held, sp.S.Zero)
 
     def values(self, speed: float | None = None) -> tuple[float, ...]:
         """Parameter values in order. speed: of the main rotor, where it is held, positive in its own sense."""
-        return self.system.values(self.machine.values | ({} if speed is None else {HELD.name: speed}))
+        return self.system.values(self.machine.values | ({} if speed is None else {SPEED.name: speed}))
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What these equations leave out."""
-        found = [
-            f"contacts on the track {track.name} are left out: this holds while its bodies do not touch"
-            for track in self.machine.tracks
-        ]
-        found += [f"{b.name} is taken as released" for b in self.machine.bodies if b.release is not None]
-        return tuple(found)
+        tracks, released = self.machine.tracks, [b.name for b in self.machine.bodies if b.release is not None]
+        contacts = [f"contacts on the track {t.name} are left out: this holds while its bodies do not touch" for t in tracks]
+        return (*contacts, *(f"{name} is taken as released" for name in released))
 
     @cached_property
     def references(self) -> dict[str, str | None]:
@@ -79,19 +72,16 @@ class SlowMachine:
         turning = {name: sense * speeds[name] for name, sense in self.senses.items()}
         if not self.inertia:
             theta, turning = self._landed(theta, turning)
-        found = []
-        for symbol in self.system.states:
-            body, _, what = symbol.name.rpartition(".")
-            reference = self.references[body]
-            other = theta[reference] if reference is not None else 0.0
-            found.append(turning[body] if what == "speed" else theta[body] - other)
-        return np.array(found)
+        parts = [name.rpartition(".") for name in self.system.state_names]
+        return np.array(
+            [turning[b] if what == "speed" else theta[b] - theta.get(self.references[b] or "", 0.0) for b, _, what in parts]
+        )
 
     def _landed(self, angles: dict[str, float], speeds: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
         """Where J nu' + B nu = 0 ends: the speeds that are left, and the angles moved by the integral of nu."""
         b, numbers, n = self.equations.bodies, self.machine.numbers, len(self.equations.bodies.names)
         j, damping = (np.array(a.xreplace(numbers).tolist(), float).reshape(n, n) for a in (b.inertia, b.relative))
-        found, left = dict(angles), dict(speeds)
+        angles, left = dict(angles), dict(speeds)
         for head in b.rotors:
             group = b.group(head)
             at = np.ix_(group, group)
@@ -101,40 +91,31 @@ class SlowMachine:
             moved = np.linalg.lstsq(damping[at], j[at] @ (given - w), rcond=None)[0]
             for k, i in enumerate(group):
                 left[b.names[i]] = float(w)
-                found[b.names[i]] += float(moved[k] - moved[0])
-        return found, left
+                angles[b.names[i]] += float(moved[k] - moved[0])
+        return angles, left
 
 
-def slow_machine(
-    machine: Machine,
-    inertia: bool = True,
-    order: int = 1,
-    held: bool = False,
-    turning: Mapping[str, int] | None = None,
-) -> SlowMachine:
-    """The slow equations of a machine with a linear carrier: see ``mechanics.averaged``.
+def averaged_machine(
+    machine: Machine, inertia: bool = True, order: int = 1, held: bool = False, turning: Mapping[str, int] | None = None
+) -> AveragedMachine:
+    """The averaged equations of a machine with a linear carrier: see ``mechanics.averaged``.
 
     inertia: of the bodies that turn about a rotor; without it they are strongly damped. order: 1 or 2. held: at a given speed
     of the main rotor, the parameter ``speed``, whatever its drive does. turning: the senses +1, -1 of rotors that do not turn
-    as their drives would have them. Raises ``InputError`` for a machine outside the class,
-    with the reason.
+    as their drives would have them. Raises ``InputError`` for a machine outside the class, with the reason.
     """
     _refuse_others(machine)
-    if machine.bodies[0].about is not None:
-        ordered = [machine.rotor, *(b for b in machine.bodies if b is not machine.rotor)]
-    else:
-        ordered = list(machine.bodies)
+    # The main rotor leads where the first body turns about another one.
+    ordered = sorted(machine.bodies, key=lambda b: b is not machine.rotor) if machine.bodies[0].about else machine.bodies
     of_rotors = {r.name: int(sense_of(machine, r)) for r in machine.rotors} | dict(turning or {})
     senses = {b.name: of_rotors[r.name] for r in machine.rotors for b in machine.group(r)}
-    signs, contacts = tuple(senses[b.name] for b in ordered), len(machine.tracks)
-    heads = tuple(machine.rotor_of(b).name for b in ordered)
+    signs, heads = tuple(senses[b.name] for b in ordered), tuple(machine.rotor_of(b).name for b in ordered)
+    options = (len(machine.tracks), machine.shaking, inertia, order, held)
     try:
-        equations = _equations(
-            _Question(machine.structure, tuple(ordered), heads, signs, contacts, machine.shaking, inertia, order, held, machine)
-        )
+        equations = _equations(_Question(machine.structure, tuple(ordered), heads, signs, *options, machine))
     except WuchtError as error:
         raise InputError("machine", None, f"has no such slow equations: {error}") from None
-    return SlowMachine(machine, equations, senses, inertia, order, held)
+    return AveragedMachine(machine, equations, senses, inertia, order, held)
 
 
 @dataclass(frozen=True)
@@ -156,12 +137,12 @@ class _Question:
 @lru_cache(maxsize=64)
 def _equations(q: _Question) -> AveragedSystem:
     senses = {b.name: sign for b, sign in zip(q.ordered, q.signs, strict=True)}
-    return averaged_equations(_bodies(q.machine, list(q.ordered), senses, q.held), q.inertia, q.order)
+    return averaged_equations(_bodies(q.machine, q.ordered, senses, q.held), q.inertia, q.order)
 
 
 @lru_cache(maxsize=64)
 def _with_parameters(system: System, structure: Structure, held: bool, stored: sp.Expr) -> System:
-    whole = replace(system, parameters=(*structure.symbols, *([HELD] if held else [])))
+    whole = replace(system, parameters=(*structure.symbols, *([SPEED] if held else [])))
     return with_schedules(whole, structure.schedules, stored, structure.units.energy)
 
 
@@ -172,27 +153,26 @@ def damped(machine: Machine) -> bool:
 
 
 def _refuse_others(machine: Machine) -> None:
-    reasons = []
-    if machine.sliders:
-        reasons.append(f"{machine.sliders[0].name} slides in a guide that turns: the carrier's mass then turns with it")
-    parts = [p for p in machine.parts if isinstance(p, Body)]
-    hung = [p.name for p in parts if not p.on_axis()]
-    if hung:
-        reasons.append(f"the pivot of {hung[0]} turns with the rotor: its unbalance depends on its phase")
-    if machine.shaken is not None and machine.shaking is None:
-        reasons.append("the prescribed motion of the carrier is a table: it has no period to average over")
-    if machine.shaken is not None and any(r.coordinate.prescribed is not None for r in machine.rotors):
-        reasons.append("the speed of a rotor and the motion of the carrier are both prescribed: there is no common speed")
+    hung = [p.name for p in machine.parts if isinstance(p, Body) and not p.on_axis()]
     others = [r.name for r in machine.rotors[1:] if r.coordinate.prescribed is not None]
+    shaken, prescribed = machine.shaken is not None, any(r.coordinate.prescribed is not None for r in machine.rotors)
+    reasons = [
+        *(f"{s.name} slides in a guide that turns: the carrier's mass then turns with it" for s in machine.sliders[:1]),
+        *(f"the pivot of {name} turns with the rotor: its unbalance depends on its phase" for name in hung[:1]),
+    ]
+    if shaken and machine.shaking is None:
+        reasons.append("the prescribed motion of the carrier is a table: it has no period to average over")
+    if shaken and prescribed:
+        reasons.append("the speed of a rotor and the motion of the carrier are both prescribed: there is no common speed")
     if others:
         reasons.append(f"the speed of {others[0]} is prescribed, which is not the main rotor: there is no common speed")
-    if not machine.free_carrier and machine.shaken is None:
+    if not machine.free_carrier and not shaken:
         reasons.append("nothing vibrates: the carrier is fixed")
     if reasons:
         raise InputError("machine", None, f"has no slow equations: {reasons[0]}; run the full model instead")
 
 
-def _bodies(machine: Machine, ordered: list[RotatingBody], senses: Mapping[str, int], held: bool) -> RotatingBodies:
+def _bodies(machine: Machine, ordered: Sequence[RotatingBody], senses: Mapping[str, int], held: bool) -> RotatingBodies:
     names = tuple(b.name for b in ordered)
     carrier = _carrier(machine, ordered)
     unbalance, excitation = _excitation(carrier, ordered, senses)
@@ -209,10 +189,12 @@ def _bodies(machine: Machine, ordered: list[RotatingBody], senses: Mapping[str, 
 
     def alone(torques: list[sp.Expr]) -> tuple[_Torque, ...]:
         """Torques that depend on the body's own speed: what is left when all turn alike."""
-        found = [sign[i] * t.xreplace(dict.fromkeys(v, v[i])) for i, t in enumerate(torques)]
-        return tuple(_Torque(t, v[i], sign[i]) for i, t in enumerate(found))
+        own = [sign[i] * t.xreplace(dict.fromkeys(v, v[i])) for i, t in enumerate(torques)]
+        return tuple(_Torque(t, v[i], sign[i]) for i, t in enumerate(own))
 
-    given = ordered[0].coordinate.prescribed
+    given, shaking = ordered[0].coordinate.prescribed, None
+    if machine.shaken is not None and machine.shaking is not None:
+        shaking = Shaking(machine.carrier.index(machine.shaken), *machine.shaking)
     return RotatingBodies(
         names=names,
         heads=tuple(names.index(machine.rotor_of(b).name) for b in ordered),
@@ -228,8 +210,8 @@ def _bodies(machine: Machine, ordered: list[RotatingBody], senses: Mapping[str, 
         labels=machine.labels,
         axis=_axis(machine),
         weight=tuple(_weight(machine, b, sign[i]) for i, b in enumerate(ordered)),
-        given=HELD if held else None if given is None else sign[0] * given,
-        shaking=_shaking(machine),
+        given=SPEED if held else None if given is None else sign[0] * given,
+        shaking=shaking,
     )
 
 
@@ -242,13 +224,12 @@ class _Torque:
     sense: int
 
     def __call__(self, speed: sp.Expr) -> sp.Expr:
-        found: sp.Expr = self.expression.xreplace({self.velocity: self.sense * speed})
-        return found
+        return sp.sympify(self.expression.xreplace({self.velocity: self.sense * speed}))
 
 
-def _carrier(machine: Machine, ordered: list[RotatingBody]) -> LinearCarrier:
+def _carrier(machine: Machine, ordered: Sequence[RotatingBody]) -> LinearCarrier:
     """M, C, K of all coordinates of the carrier, prescribed ones included, and the excitation of the bodies."""
-    if machine.shaken is None and list(machine.bodies) == ordered:
+    if machine.shaken is None and machine.bodies == tuple(ordered):
         return machine.linear_carrier
     return linear_carrier(machine.without_contacts, machine.carrier, [b.coordinate for b in ordered])
 
@@ -265,11 +246,11 @@ def _weight(machine: Machine, body: RotatingBody, sense: int) -> Phasor:
     slope = sp.Add(*(sp.diff(e.potential, angle) for e in machine.without_contacts if e.potential.has(angle)))
     if slope == 0:
         return Phasor()
-    found = Phasor.of(first_harmonic(slope, angle)).turned.scaled(-sp.S.One)
-    return found if sense > 0 else found.conj.scaled(-sp.S.One)
+    weight = Phasor.of(first_harmonic(slope, angle)).turned.scaled(-sp.S.One)
+    return weight if sense > 0 else weight.conj.scaled(-sp.S.One)
 
 
-def _rotation(machine: Machine, ordered: list[RotatingBody]) -> tuple[sp.Matrix, list[sp.Expr], list[sp.Expr]]:
+def _rotation(machine: Machine, ordered: Sequence[RotatingBody]) -> tuple[sp.Matrix, list[sp.Expr], list[sp.Expr]]:
     """Inertia (n x n), and on each body the torques of the drives and the losses against it, the carrier at rest."""
     still = {s: sp.S.Zero for c in machine.carrier for s in (c.position, c.velocity)}
     v, n = [b.coordinate.velocity for b in ordered], len(ordered)
@@ -296,10 +277,10 @@ def _rotation(machine: Machine, ordered: list[RotatingBody]) -> tuple[sp.Matrix,
 
 
 def _excitation(
-    carrier: LinearCarrier, ordered: list[RotatingBody], senses: Mapping[str, int]
+    carrier: LinearCarrier, ordered: Sequence[RotatingBody], senses: Mapping[str, int]
 ) -> tuple[tuple[tuple[sp.Symbol, sp.Expr], ...], tuple[tuple[Phasor, ...], ...]]:
     """E_i of each body in its own sense, its unbalance as a symbol with a definition."""
-    definitions, found = [], []
+    definitions, excitation = [], []
     for b, column in zip(ordered, carrier.excitation, strict=True):
         own = [p if senses[b.name] > 0 else p.conj for p in map(Phasor.of, column)]
         size = next((sp.expand(x) for p in own for x in (p.re, p.im) if x != 0), sp.S.Zero)
@@ -308,11 +289,5 @@ def _excitation(
             definitions.append((symbol, size))
             short = {size: symbol, sp.expand(-size): -symbol}
             own = [Phasor(short.get(sp.expand(p.re), p.re), short.get(sp.expand(p.im), p.im)) for p in own]
-        found.append(tuple(own))
-    return tuple(definitions), tuple(found)
-
-
-def _shaking(machine: Machine) -> Shaking | None:
-    if machine.shaken is None or machine.shaking is None:
-        return None
-    return Shaking(machine.carrier.index(machine.shaken), *machine.shaking)
+        excitation.append(tuple(own))
+    return tuple(definitions), tuple(excitation)

@@ -27,26 +27,26 @@ def numbers(machine: Machine) -> dict[str, float]:
     arm, inertia = rotor.arms().get(rotor.name), rotor.about_axis()
     if arm is None or inertia is None or frequency is None or len(machine.rotors) > 1 or machine.sliders:
         return {}
-    own, e, j = (_number(machine, x) for x in (rotor.moment(), arm, inertia))
+    own, e, j = map(float, machine.evaluate(rotor.moment(), arm, inertia))
     if not own:
         return {}
     mass, damping = (float(m[0, 0]) for m in machine.matrices[:2])
-    found = {"epsilon": own * e / j, "sigma": damping / (2 * mass * frequency)}
+    results = {"epsilon": own * e / j, "sigma": damping / (2 * mass * frequency)}
     for torque in (d.torque(SPEED) for d in machine.drives if d.on == rotor.name):
         symbolic = slopes((torque,))[0].xreplace(machine.numbers)
         slope = -float(symbolic) if symbolic.is_number else 0.0
         if slope > 0:
             at_rest = float(torque.xreplace({SPEED: sp.S.Zero} | machine.numbers))
-            found |= {"lambda": at_rest / slope / frequency, "u": slope / (frequency * own * e)}
+            results |= {"lambda": at_rest / slope / frequency, "u": slope / (frequency * own * e)}
     pendulums = {_of_pendulum(machine, parts[b.name]) for b in machine.bodies if b.about == rotor.name}
     count = len(machine.bodies) - 1
     if len(pendulums) != 1 or None in pendulums or any(b.about not in (None, rotor.name) for b in machine.bodies):
-        return found
-    (one,) = pendulums
-    assert one is not None
-    moment, length, inertia_, b = one
+        return results
+    (pendulum,) = pendulums
+    assert pendulum is not None
+    moment, length, inertia_, b = pendulum
     p = moment * length / inertia_
-    return found | {
+    return results | {
         "s": own / moment,
         "w": moment / (mass * e),
         "p": p,
@@ -56,17 +56,12 @@ def numbers(machine: Machine) -> dict[str, float]:
     }
 
 
-def _number(machine: Machine, expression: sp.Expr) -> float:
-    return float(sp.sympify(expression).xreplace(machine.numbers))
-
-
 def _frequency(machine: Machine) -> float | None:
     """The natural frequency of a carrier that moves alike in all its directions in the plane, None of another."""
     (mass, *_), alike = machine.matrices, all((m == m[:1, :1] * np.eye(len(m))).all() for m in machine.matrices)
     if not len(mass) or not alike or not set(machine.labels) <= {"x", "y"} or machine.shaken is not None:
         return None
-    found = math.sqrt(max(machine.matrices[2][0, 0], 0.0) / mass[0, 0]) if mass[0, 0] > 0 else 0.0
-    return found or None
+    return (math.sqrt(max(machine.matrices[2][0, 0], 0.0) / mass[0, 0]) if mass[0, 0] > 0 else 0.0) or None
 
 
 def _of_pendulum(machine: Machine, body: Body) -> tuple[float, float, float, float] | None:
@@ -75,5 +70,5 @@ def _of_pendulum(machine: Machine, body: Body) -> tuple[float, float, float, flo
     damping = relative_damping(machine, machine.body(body.name)) if body.turns() else None
     if arm is None or inertia is None or damping is None or not damping.is_number or not body.on_axis():
         return None
-    moment, length, j = (_number(machine, x) for x in (body.moment(), arm, inertia))
+    moment, length, j = map(float, machine.evaluate(body.moment(), arm, inertia))
     return moment, length, j, float(damping)

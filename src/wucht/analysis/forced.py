@@ -6,7 +6,7 @@ force F = sum U_k e_k exp(i alpha_k) the carrier moves by q = Re[z exp(i w t)], 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -53,8 +53,7 @@ class Forced:
         """F (m,), zero where the bodies' unbalances cancel."""
         each = self.vibration.excitation * np.exp(1j * self.phases)[:, None]
         total = each.sum(axis=0)
-        found: np.ndarray = np.where(np.abs(total) > CANCELLED * np.abs(each).sum(axis=0), total, 0.0)
-        return found
+        return np.asarray(np.where(np.abs(total) > CANCELLED * np.abs(each).sum(axis=0), total, 0.0))
 
     def displacement(self, speeds: np.ndarray) -> WithSlope:
         """z (N, m), complex."""
@@ -64,29 +63,31 @@ class Forced:
         slope = np.linalg.solve(dynamic, 2 * w * self.force[None, :, None] - (1j * v.damping - 2 * w * v.mass) @ z)
         return z[..., 0], slope[..., 0]
 
+    def _circles(self, z: np.ndarray, offset: np.ndarray | float = 0.0) -> np.ndarray:
+        """The circles (2, N) of an orbit x, y = axis z + offset: run through counter-clockwise, and clockwise."""
+        x, y = (z @ self.axis.T + offset).T
+        return np.array([x + 1j * y, x - 1j * y]) / 2
+
     def amplitude(self, speeds: np.ndarray) -> WithSlope:
         """The semi-major axis of the orbit of the main rotor's axis: 002 (2.78)."""
-        z, dz = self.displacement(speeds)
-        (f, df), (b, db) = (_modulus(_whirl(self.axis, z, s), _whirl(self.axis, dz, s)) for s in (1, -1))
-        return f + b, df + db
+        circles, slopes = map(self._circles, self.displacement(speeds))
+        size: np.ndarray = np.abs(circles)
+        slope = np.divide((circles.conj() * slopes).real, size, out=np.zeros_like(size), where=size > 0)
+        return size.sum(axis=0), slope.sum(axis=0)
 
     def minor(self, speeds: np.ndarray) -> np.ndarray:
         """The semi-minor axis of that orbit (N,), negative where it runs against the rotor's sense of rotation."""
-        z, _ = self.displacement(speeds)
-        found: np.ndarray = self.sense * (np.abs(_whirl(self.axis, z, 1)) - np.abs(_whirl(self.axis, z, -1)))
-        return found
+        forward, backward = np.abs(self._circles(self.displacement(speeds)[0]))
+        return np.asarray(self.sense * (forward - backward))
 
     def centre(self, speeds: np.ndarray, eccentricity: float, angle: float) -> np.ndarray:
         """The largest distance (N,) of a centre of mass from the axis' static position: 002 figure 2.18.
 
         It is carried by the main rotor at an eccentricity; angle: of the main rotor, absolute.
         """
-        z, _ = self.displacement(speeds)
         arm = eccentricity * np.exp(1j * self.sense * angle)
         offset = np.array([arm, -1j * self.sense * arm])
-        moved = z @ self.axis.T + offset
-        found: np.ndarray = (np.abs(moved[:, 0] + 1j * moved[:, 1]) + np.abs(moved[:, 0] - 1j * moved[:, 1])) / 2
-        return found
+        return np.asarray(np.abs(self._circles(self.displacement(speeds)[0], offset)).sum(axis=0))
 
     def torque(self, speeds: np.ndarray) -> WithSlope:
         """The vibration torque on all bodies together, positive where it brakes, w z^H C z/2: 002 (2.79) with its factor M."""
@@ -107,40 +108,30 @@ class Forced:
     @cached_property
     def poles(self) -> np.ndarray:
         """The poles of the carrier that vibrate, in the upper half plane: damping and frequency, equal ones once."""
-        all_, found = self.vibration.poles, list[complex]()
-        for pole in all_[all_.imag > UNDAMPED * np.abs(all_).max(initial=0.0)]:
-            if not any(abs(pole - other) < _EQUAL * abs(pole) for other in found):
-                found.append(complex(pole))
-        return np.array(found)
+        every, distinct = self.vibration.poles, list[complex]()
+        for pole in every[every.imag > UNDAMPED * np.abs(every).max(initial=0.0)]:
+            if not any(abs(pole - other) < _EQUAL * abs(pole) for other in distinct):
+                distinct.append(complex(pole))
+        return np.array(distinct)
 
     def grid(self, low: float, high: float, points: int) -> np.ndarray:
         """Speeds (N,) from low to high, evenly spaced and denser at the resonances, as their widths ask for."""
-        found = [np.linspace(low, high, points)]
+        pieces = [np.linspace(low, high, points)]
         for pole in self.poles:
             frequency = abs(pole)
             width = max(-pole.real, 1e-4 * frequency)
             away = np.geomspace(0.02 * width, max(0.5 * frequency, width), 80)
-            found += [frequency - away, np.array([frequency]), frequency + away]
-        all_ = np.unique(np.concatenate(found))
-        return all_[(all_ >= low) & (all_ <= high)]
+            pieces += [frequency - away, np.array([frequency]), frequency + away]
+        speeds = np.unique(np.concatenate(pieces))
+        return speeds[(speeds >= low) & (speeds <= high)]
 
     def undamped(self, low: float, high: float) -> list[float]:
         """The resonances without damping that the unbalance excites, in a range of speeds: there the amplitude is infinite."""
-        found: list[float] = []
-        for pole in self.poles:
-            at = abs(pole)
-            if low <= at <= high and -pole.real < UNDAMPED * at:
-                near, far = (np.abs(self.displacement(np.array([at * (1 + d)]))[0]) for d in (1e-7, 1e-4))
-                found += [at] if (near > 100 * far).any() else []
-        return sorted(found)
+        resonances = [abs(pole) for pole in self.poles if -pole.real < UNDAMPED * abs(pole)]
+        return sorted(w for w in resonances if low <= w <= high and self.grows(self.displacement, w))
 
-
-def _whirl(axis: np.ndarray, z: np.ndarray, sense: int) -> np.ndarray:
-    """The circle (N,) that an orbit x, y = axis z runs through counter-clockwise (+1) or clockwise (-1)."""
-    found: np.ndarray = (z @ axis[0] + sense * 1j * (z @ axis[1])) / 2
-    return found
-
-
-def _modulus(value: np.ndarray, slope: np.ndarray) -> WithSlope:
-    size: np.ndarray = np.abs(value)
-    return size, np.divide((value.conj() * slope).real, size, out=np.zeros_like(size), where=size > 0)
+    @staticmethod
+    def grows(curve: Callable[[np.ndarray], WithSlope], speed: float) -> bool:
+        """Whether the magnitude of a curve grows without bound towards a speed."""
+        near, far = np.abs(curve(speed * np.array([1 + 1e-7, 1 + 1e-4]))[0])
+        return bool((near > 100 * far).any())

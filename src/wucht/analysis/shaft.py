@@ -4,33 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
 from wucht.machines.machine import Machine
-from wucht.machines.operation import SPEED, operating_speed, shaft_torques
-from wucht.machines.tree import RotatingBody
+from wucht.machines.operation import SPEED, operating_speed
 
 Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-
-
-@dataclass(frozen=True)
-class Shaft:
-    """Torques on a rotor whose bodies turn with it, the carrier at rest: functions of the speed (N,), value and slope.
-
-    drive: of all drives, in the direction of positive speeds. losses: of loads and bearings, against it. Speeds are signed.
-    """
-
-    drive: Curve
-    losses: Curve
-
-    @classmethod
-    def of(cls, machine: Machine, rotor: RotatingBody) -> Shaft:
-        """The shaft of a rotor, whatever parts state its torques."""
-        return cls(*(_curve(machine, torque) for torque in shaft_torques(machine, rotor)))
 
 
 def curves(machine: Machine, torques: Sequence[sp.Expr]) -> Curve:
@@ -51,18 +33,8 @@ def slopes(torques: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
     return tuple(sp.diff(t, SPEED) for t in torques)
 
 
-def _curve(machine: Machine, torque: sp.Expr) -> Curve:
-    function = curves(machine, [torque])
-
-    def value(speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        (at,), (slope,) = function(speeds)
-        return at, slope
-
-    return value
-
-
 def energy_scale(machine: Machine) -> float:
     """The kinetic energy of the bodies at operating speed, the size of the works in a run."""
     kinetic = machine.function(machine.structure.kinetic_in_operation, of=SPEED, modules="math")
-    found = float(kinetic(operating_speed(machine))[0])
-    return found if found > 0 and math.isfinite(found) else 1.0
+    energy = float(kinetic(operating_speed(machine))[0])
+    return energy if energy > 0 and math.isfinite(energy) else 1.0

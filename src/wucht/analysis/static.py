@@ -19,5 +19,5 @@ def axis_at_rest(machine: Machine) -> dict[str, float]:
     """Where the coordinates of ``machine.orbit`` are while the carrier rests."""
     positions = tuple(x for x, _ in machine.orbit.values())
     symbols = (*(c.position for c in machine.carrier), *machine.structure.symbols)
-    found = number_function(positions, symbols)((*static_position(machine).tolist(), *machine.values.values()))
-    return dict(zip(machine.orbit, map(float, found), strict=True))
+    resting = number_function(positions, symbols)((*static_position(machine).tolist(), *machine.values.values()))
+    return dict(zip(machine.orbit, map(float, resting), strict=True))

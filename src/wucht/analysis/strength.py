@@ -1,4 +1,4 @@
-"""A machine whose small parameter is made smaller: the family over which the error of the slow equations is measured.
+"""A machine whose small parameter is made smaller: the family over which the error of the averaged equations is measured.
 
 With the coupling of rotation and vibration times sqrt(kappa), and the torques that depend on a body's own speed times kappa,
 the bodies' equations become J theta'' + B theta' = kappa (L + V): epsilon and mu of 002 (4.8) are multiplied by kappa, and all
@@ -32,8 +32,8 @@ def values_at(machine: Machine, kappa: float) -> dict[str, float]:
 
     A prescribed motion turns a body by the coupling alone, once: its amplitude is multiplied by sqrt(kappa) too.
     """
-    shaken = {} if machine.shaking is None else {machine.shaking[0]: math.sqrt(kappa) * machine.numbers[machine.shaking[0]]}
-    return {STRENGTH: kappa} | {amplitude.name: value for amplitude, value in shaken.items()}
+    amplitudes = machine.shaking[:1] if machine.shaking is not None else ()
+    return {STRENGTH: kappa} | {a.name: math.sqrt(kappa) * machine.numbers[a] for a in amplitudes}
 
 
 def _weakened(machine: Machine, e: Energies, kappa: sp.Expr) -> Energies:

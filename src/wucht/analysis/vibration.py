@@ -47,8 +47,7 @@ class Vibration:
         """K - w^2 M + i w C (N, m, m) at speeds (N, 1, 1)."""
         # A trace of damping keeps the matrix regular at the natural frequency of an undamped direction.
         trace = 1e-14j * (np.abs(self.stiffness).max(initial=0.0) or 1.0) * np.eye(len(self.mass))
-        found: np.ndarray = self.stiffness - w**2 * self.mass + 1j * w * self.damping + trace
-        return found
+        return np.asarray(self.stiffness - w**2 * self.mass + 1j * w * self.damping + trace)
 
     @cached_property
     def poles(self) -> np.ndarray:
@@ -57,21 +56,18 @@ class Vibration:
         if not size:
             return np.empty(0, complex)
         below = -np.linalg.solve(self.mass, np.hstack([self.stiffness, self.damping]))
-        found: np.ndarray = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((size, size)), np.eye(size)]), below]))
-        return found
+        return np.linalg.eigvals(np.vstack([np.eye(size, 2 * size, size), below]))
 
     def response(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """The complex displacements z (N, m) at speeds (N,) with the bodies at phases (n,): q = Re[z exp(i w t)]."""
         w = np.atleast_1d(np.asarray(speeds, float))[:, None, None]
         force = (self.excitation * np.exp(1j * phases)[:, None]).sum(axis=0)
-        found: np.ndarray = np.linalg.solve(self.dynamic(w), w**2 * force[None, :, None])[..., 0]
-        return found
+        return np.linalg.solve(self.dynamic(w), w**2 * force[None, :, None])[..., 0]
 
     def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """The vibration torque on all bodies together at speeds (N,), positive where it brakes: w z^H C z/2."""
         w, z = np.atleast_1d(np.asarray(speeds, float)), self.response(speeds, phases)
-        found: np.ndarray = w * np.einsum("ni,ij,nj->n", z.conj(), self.damping, z).real / 2
-        return found
+        return np.asarray(w * np.einsum("ni,ij,nj->n", z.conj(), self.damping, z).real / 2)
 
     def last_maximum(self, below: float, phases: np.ndarray) -> float | None:
         """The speed of the last maximum of the vibration torque below a speed, None if it has none there."""
@@ -83,10 +79,8 @@ class Vibration:
         grid = np.concatenate([np.linspace(below * 1e-3, below, 800), *(math.sqrt(s) * near for s in squares)])
         grid = np.unique(grid[(grid > 0) & (grid <= below)])
         torque = self.torque(grid, phases)
-        if not torque.max() > 0:
-            return None
         inside = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:])) + 1
-        if not len(inside):
+        if not len(inside) or not torque.max() > 0:
             return None
         low, high = grid[inside[-1] - 1], grid[inside[-1] + 1]
         while high - low > 1e-10 * high:  # SciPy's minimiser takes longer to import than this takes to run
@@ -103,12 +97,11 @@ def unbalances(machine: Machine) -> np.ndarray:
     """
     parts = {p.name: p for p in machine.parts if isinstance(p, Body)}
     if not parts:  # a dimensionless machine
-        alone: np.ndarray = np.abs(Vibration.of(machine).excitation).max(axis=1).astype(complex)
-        return alone
-    found = {b.name: parts[b.name].moment() for b in machine.bodies}
+        return np.asarray(np.abs(Vibration.of(machine).excitation).max(axis=1).astype(complex))
+    moments = {b.name: parts[b.name].moment() for b in machine.bodies}
     for part in parts.values():
         if (couple := part.couple()) is not None:
-            found[part.name] = couple
+            moments[part.name] = couple
         if part.reference is not None:
-            found[part.reference] = found[part.reference] + part.moment_on_reference()
-    return np.array(machine.evaluate(*found.values()), complex)
+            moments[part.reference] += part.moment_on_reference()
+    return np.array(machine.evaluate(*moments.values()), complex)

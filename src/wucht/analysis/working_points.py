@@ -9,14 +9,15 @@ from functools import cached_property
 import numpy as np
 
 from wucht.analysis.forced import Forced
-from wucht.analysis.shaft import Shaft
+from wucht.analysis.shaft import Curve, curves
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, sense_of
+from wucht.machines.operation import free_speed, sense_of, shaft_torques
 from wucht.machines.parts.base import Drive
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.zeros import crossings
 
 TOUCHING = 1e-9  # of the torques: where the difference of drive and resistance has an extremum so small, they touch
+_CROSSING = 1e-6  # of the torques: what is left at a root; more is left at a pole of the vibration
 _AROUND = 1e-3  # of the largest speed: how far around a working point torques are compared with
 _FAST = 1e9  # rad/s: a torque left at all speeds up to this meets no load
 
@@ -53,40 +54,43 @@ class TorqueCurves:
     points: int
 
     @cached_property
-    def shaft(self) -> Shaft:
-        """Drive and losses."""
-        return Shaft.of(self.machine, self.rotor)
-
-    @cached_property
-    def sense(self) -> float:
-        """Of the rotor in operation: its vibration is that of all bodies turning in their senses."""
-        return sense_of(self.machine, self.rotor)
+    def _shaft(self) -> Curve:
+        """The torques of drives, and of loads and bearings, the carrier at rest."""
+        return curves(self.machine, shaft_torques(self.machine, self.rotor))
 
     @cached_property
     def drives(self) -> list[Drive]:
         """On the rotor and what turns with it, with the parameters' present values."""
-        names = {b.name for b in self.machine.group(self.rotor)}
-        return [_present(d, self.machine) for d in self.machine.drives if d.on in names]
+        names, drives = {b.name for b in self.machine.group(self.rotor)}, list[Drive]()
+        for d in (d for d in self.machine.drives if d.on in names):
+            present = {p.path.removeprefix(f"{d.path}."): self.machine.values[p.path] for p in d.parameters()}
+            drives.append(d.model_copy(update={k: v for k, v in present.items() if k in type(d).model_fields}))
+        return drives
 
-    def vibration(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The torque (N,) of the vibration against positive speeds, and its slope."""
-        if not self.machine.free_carrier:
-            return np.zeros(len(speeds)), np.zeros(len(speeds))
+    def torques(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Of the drives, of loads and bearings, and of the vibration (3, N), and their slopes.
+
+        The first is counted in the direction of positive speeds, the others against it.
+        """
+        sense = sense_of(self.machine, self.rotor)  # the vibration is that of all bodies turning in their senses
         members = [self.machine.bodies.index(b) for b in self.machine.group(self.rotor)]
-        torque, slope = self.forced.torque_on(self.sense * speeds, members)
-        return self.sense * torque, slope
+        (shaft, shaft_slope), (vibration, slope) = self._shaft(speeds), self.forced.torque_on(sense * speeds, members)
+        return np.vstack([shaft, sense * vibration]), np.vstack([shaft_slope, slope])
 
     def surplus(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What drive leaves over load and vibration (N,), in the direction of positive speeds, and its slope."""
-        (d, dd), (x, dx), (v, dv) = self.shaft.drive(speeds), self.shaft.losses(speeds), self.vibration(speeds)
+        (d, x, v), (dd, dx, dv) = self.torques(speeds)
         return d - x - v, dd - dx - dv
+
+    def _extremes(self, speeds: np.ndarray) -> np.ndarray:
+        return crossings(lambda w: self.surplus(w)[1], speeds)
 
     @cached_property
     def grid(self) -> np.ndarray:
         """The speeds (N,): denser at standstill, resonances and where an induction motor pulls out; all extremes."""
         (low, high), size = self.range, max(map(abs, self.range))
         near = np.concatenate([-np.geomspace(0.5, 1e-5, 60), [0.0], np.geomspace(1e-5, 0.5, 60)])
-        resonances = self.forced.grid(0.0, size, 2) if self.machine.free_carrier else np.empty(0)
+        resonances = self.forced.grid(0.0, size, 2)
         pieces = [np.linspace(low, high, self.points), size * near, resonances, -resonances]
         for d in self.drives:
             synchronous, breakdown = d.synchronous_speed(), d.breakdown()
@@ -94,62 +98,47 @@ class TorqueCurves:
                 pieces += [synchronous * (1 + breakdown[0] * near * k) for k in (2, 20)]
         speeds = np.unique(np.concatenate(pieces))
         speeds = speeds[(speeds >= low) & (speeds <= high)]
-        return np.unique(np.concatenate([speeds, crossings(lambda w: self.surplus(w)[1], speeds)]))
+        return np.unique(np.concatenate([speeds, self._extremes(speeds)]))
 
     @cached_property
     def working_points(self) -> list[WorkingPoint]:
         """All of them, in increasing order of the speed."""
-        grid = self.grid
-        value, _ = self.surplus(grid)
-        roots = crossings(lambda w: self.surplus(w)[0], grid)
-        ends = [float(grid[i]) for i in (0, -1) if value[i] == 0]
-        crossing = [float(w) for w in np.unique([*roots, *ends]) if abs(self._share(float(w))) < 1e-6]
-        extremes = crossings(lambda w: self.surplus(w)[1], grid)
-        touching = [float(w) for w in extremes if abs(self._share(float(w))) < TOUCHING and not self._beside(w, crossing)]
-        return sorted((self._point(w, w in touching) for w in [*crossing, *touching]), key=lambda p: p.speed)
+        grid, ends = self.grid, self.grid[[0, -1]]
+        roots = np.unique([*crossings(lambda w: self.surplus(w)[0], grid), *ends[self.surplus(ends)[0] == 0]])
+        crossing, extremes = roots[self._share(roots) < _CROSSING], self._extremes(grid)
+        touching = extremes[self._share(extremes) < TOUCHING]
+        # Where the curves cross between an extremum's two neighbours on the grid they do not merely touch.
+        at, last = np.searchsorted(grid, touching), len(grid) - 1
+        low, high = grid[np.maximum(at - 2, 0)], grid[np.minimum(at + 2, last)]
+        touching = touching[~((crossing >= low[:, None]) & (crossing <= high[:, None])).any(axis=1)]
+        points = [*((w, False) for w in crossing.tolist()), *((w, True) for w in touching.tolist())]
+        return [self._point(w, tangential) for w, tangential in sorted(points)]
 
-    def _beside(self, speed: float, crossing: list[float]) -> bool:
-        """Whether the curves cross between an extremum's two neighbours on the grid, so that they do not merely touch."""
-        i, last = int(np.searchsorted(self.grid, speed)), len(self.grid) - 1
-        low, high = self.grid[max(i - 2, 0)], self.grid[min(i + 2, last)]
-        return any(low <= c <= high for c in crossing)
-
-    def _share(self, speed: float) -> float:
-        """The surplus, of the torques around there of which it is the difference."""
-        at = speed + np.array([0.0, -_AROUND, _AROUND]) * max(map(abs, self.range))
-        parts = (self.shaft.drive(at)[0], self.shaft.losses(at)[0], self.vibration(at)[0])
-        scale = float(np.abs(parts).max())
-        return float(self.surplus(at)[0][0]) / scale if scale else 0.0
+    def _share(self, speeds: np.ndarray) -> np.ndarray:
+        """The magnitude (N,) of the surplus, of the torques around there of which it is the difference."""
+        around = speeds[:, None] + np.array([0.0, -_AROUND, _AROUND]) * max(map(abs, self.range))
+        torques = self.torques(around.ravel())[0].reshape(3, *around.shape)
+        left, scale = np.abs(self.surplus(speeds)[0]), np.abs(torques).max(axis=(0, 2))
+        return np.asarray(np.divide(left, scale, out=np.zeros_like(left), where=scale > 0))
 
     def _point(self, speed: float, tangential: bool) -> WorkingPoint:
         at = np.array([speed])
-        (torque, rise), surplus_slope = (float(x[0]) for x in self.shaft.drive(at)), float(self.surplus(at)[1][0])
+        (torque, rise), surplus_slope = (float(x[0, 0]) for x in self._shaft(at)), float(self.surplus(at)[1][0])
         synchronous = next((w for d in self.drives if (w := d.synchronous_speed()) is not None), None)
-        return WorkingPoint(
-            speed,
-            torque,
-            surplus_slope < 0 and not tangential,
-            tangential,
-            -rise,
-            speed - torque / rise if rise else math.copysign(math.inf, torque),
-            None if synchronous is None else 1 - speed / synchronous,
-        )
+        no_load = speed - torque / rise if rise else math.copysign(math.inf, torque)
+        slip = None if synchronous is None else 1 - speed / synchronous
+        return WorkingPoint(speed, torque, surplus_slope < 0 and not tangential, tangential, -rise, no_load, slip)
 
-    @cached_property
+    @property
     def breakdown(self) -> tuple[float, float, float] | None:
         """Slip, speed and torque of the breakdown of an induction motor on the shaft, None where there is none."""
         return next((b for d in self.drives if (b := d.breakdown()) is not None), None)
 
-    @cached_property
+    @property
     def runaway(self) -> bool:
         """Whether the drive's torque exceeds the load at every speed, without vibration: the series motor, 002 (2.105)."""
         if free_speed(self.machine, self.rotor) is not None:
             return False
         fast = np.concatenate([[0.0], np.geomspace(1e-3, _FAST, 400)])
-        left = [sense * (self.shaft.drive(sense * fast)[0] - self.shaft.losses(sense * fast)[0]) for sense in (1, -1)]
-        return any(bool((x > 0).all()) for x in left)
-
-
-def _present(drive: Drive, machine: Machine) -> Drive:
-    given = {p.path.removeprefix(f"{drive.path}."): machine.values[p.path] for p in drive.parameters()}
-    return drive.model_copy(update={k: v for k, v in given.items() if k in type(drive).model_fields})
+        torques = (sense * self._shaft(sense * fast)[0] for sense in (1, -1))
+        return any(bool((drive - losses > 0).all()) for drive, losses in torques)

@@ -72,8 +72,8 @@ def _saying(command: Callable[..., None]) -> Callable[..., None]:
     return wrapped
 
 
-def run_app() -> None:
-    """Run the command line. Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted."""
+def run_app() -> int:
+    """Run the command line; its exit code: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted."""
     _register()
     try:
         code = app(standalone_mode=False)
@@ -89,7 +89,7 @@ def run_app() -> None:
     except _USAGE_ERROR as error:
         told = error.format_message() if isinstance(error, typer.BadParameter) else getattr(error, "message", str(error))
         code = _say(f"{' '.join(told.split())} See wucht -h", 2)
-    sys.exit(code or 0)
+    return code or 0
 
 
 def _say(sentence: str, code: int) -> int:

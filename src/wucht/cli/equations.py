@@ -71,13 +71,13 @@ def _full(machine: Machine, notation: Notation, latex: bool) -> list[str]:
 
 
 def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | None, order: int) -> list[tuple[str, list[str]]]:
-    from wucht.analysis.averaged import damped, slow_machine
+    from wucht.analysis.averaged import averaged_machine, damped
     from wucht.mechanics.averaged.averaged_notation import written_averaged
 
     kept = not damped(machine) if inertia is None else inertia
     if not kept and not damped(machine):
         raise InputError("--no-inertia", None, "not allowed here: a balancing body is not damped against its rotor")
     zero = [s for s, value in machine.numbers.items() if value == 0]
-    rows, definitions = written_averaged(slow_machine(machine, kept, order).equations, notation, zero, latex)
+    rows, definitions = written_averaged(averaged_machine(machine, kept, order).equations, notation, zero, latex)
     what = "with the inertia of the balancing bodies" if kept else "without the inertia of the balancing bodies"
     return [(f"slow equations of order {order}, {what}:", rows), ("with", definitions)]

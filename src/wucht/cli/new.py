@@ -20,16 +20,17 @@ def new(
     from wucht.files.catalogue import FOLDER, names
     from wucht.studies.registry import studies
 
-    templates = {kind: found for kind, s in studies().items() if (found := s.template) is not None}
-    known = [*templates, *names()]
+    known = [*studies(), *names()]
     if name not in known:
         raise InputError("NAME", name, f"neither a study nor a catalogue name; {nearest(name, known)}")
+    template = studies()[name].template if name in studies() else (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
+    if template is None:
+        raise InputError("NAME", name, "this study has no template")
     target = file or Path(f"{Path(name).name}.toml")
     if _exists(target):
         raise InputError("FILE", str(target), "this file exists already; choose another name")
     try:
-        text = templates[name] if name in templates else (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
-        target.write_text(text, encoding="utf-8")
+        target.write_text(template, encoding="utf-8")
     except OSError as error:
         raise InputError("FILE", str(target), f"it cannot be written: {error.strerror}") from None
     typer.echo(f"{target}: edit it, then `wucht run {target}`")

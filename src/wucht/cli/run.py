@@ -29,11 +29,9 @@ def run(
     from wucht.cli.interruption import Interruption
     from wucht.cli.progress import Progress
     from wucht.cli.settings import parse_settings
-    from wucht.errors import InputError
     from wucht.results.store import save_figure, save_summary, to_json
     from wucht.studies.runner import RESULT, draw
-    from wucht.studies.runner import run as answer
-    from wucht.studies.study_file import read_study
+    from wucht.studies.study_file import answer, read_study
 
     begun = time.perf_counter()
     asked = read_study(study, parse_settings(set_ or []))
@@ -46,13 +44,7 @@ def run(
             progress.update(share, what)
             interruption.check()
 
-        try:
-            result = answer(
-                asked.spec, asked.subject, folder=folder, files=names, resume=resume, progress=report, document=asked.document
-            )
-        except InputError as error:
-            option = error.where.startswith("-")  # -o, --resume: the file is not at fault
-            raise error if option else error.within(str(asked.path), ": ") from None
+        result = answer(asked, folder=folder, files=names, resume=resume, progress=report)
     save_figure(draw(result), figure)
     document = _document(result, [target, figure, short], time.perf_counter() - begun)
     save_summary(document, short)

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import Any, TypeVar
 
 from wucht.checking import checked, choice, refuse_unknown, table, text
 from wucht.errors import InputError
-from wucht.files.documents import Document, no_nan
-from wucht.files.reading import read_bodies, read_carrier, read_shafts
-from wucht.files.settings import with_settings
+from wucht.files.documents import Document, no_nan, settings_in
+from wucht.files.settings import shaft_paths, shaft_tables, with_settings
 from wucht.machines.assembly import BESIDE_A_MODEL
 from wucht.machines.machine import Machine
 from wucht.machines.models import models
-from wucht.machines.parts import drives, loads
+from wucht.machines.parts import bodies as body_kinds
+from wucht.machines.parts import carriers, drives, loads
+from wucht.machines.parts.base import Body, OnShaft
 
-KEYS = (
-    "title", "use", "set", "model", "parameters", "carrier", "bodies", "drive", "drives", "load", "loads", "tracks", "schedules"
-)  # fmt: skip
+_PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "tracks")
+_KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")
+_LATER_BODIES = ("switchable-pendulum",)
+
+ShaftT = TypeVar("ShaftT", bound=OnShaft)
+Places = dict[str, str]
 
 
 def machine_from(document: Document, title: str = "") -> Machine:
@@ -26,11 +30,9 @@ def machine_from(document: Document, title: str = "") -> Machine:
     Raises ``InputError``, located from ``machine`` on.
     """
     document = copy.deepcopy(document)
-    settings = document.pop("set", {})
-    if not isinstance(settings, dict):
-        raise InputError("machine.set", settings, "allowed is a table: set = { PATH = VALUE }")
+    settings = settings_in(document)
     no_nan(document, "machine")
-    refuse_unknown(document, KEYS, "machine")
+    refuse_unknown(document, _KEYS, "machine")
     document = with_settings(document, settings)
     title = text(document, "title", "machine") or title
     document.pop("title", None)
@@ -39,9 +41,8 @@ def machine_from(document: Document, title: str = "") -> Machine:
 
 def _from_model(document: Document, title: str) -> Machine:
     name = choice(document, "model", "machine", models())
-    for key in ("carrier", "bodies", "drive", "drives", "load", "loads", "tracks"):
-        if key in document:
-            raise InputError(f"machine.{key}", None, BESIDE_A_MODEL.format(name))
+    if beside := [key for key in _PARTS if key in document]:
+        raise InputError(f"machine.{beside[0]}", None, BESIDE_A_MODEL.format(name))
     model = checked(models()[name], table(document, "parameters", "machine.parameters"), "machine.parameters")
     return _built(document, model, title=title)
 
@@ -49,13 +50,41 @@ def _from_model(document: Document, title: str) -> Machine:
 def _from_parts(document: Document, title: str) -> Machine:
     if "parameters" in document:
         raise InputError("machine.parameters", None, "allowed only with model = ...; SI machines carry values in their parts")
-    bodies, where = read_bodies(document)
-    carrier = read_carrier(document)
-    of_drives, at = read_shafts(document, "drive", drives())
-    of_loads, there = read_shafts(document, "load", loads())
-    return _built(
-        document, carrier, bodies, of_drives, of_loads, tracks=document.get("tracks"), title=title, where=where | at | there
-    )
+    described, kinds = table(document, "carrier", "machine.carrier"), carriers()
+    directions = choice({"directions": "xy"} | described, "directions", "machine.carrier", kinds)
+    carrier = checked(kinds[directions], described, "machine.carrier")
+    bodies, where = _bodies(document)
+    of_drives, at_drives = _shafts(document, "drive", drives())
+    of_loads, at_loads = _shafts(document, "load", loads())
+    where |= at_drives | at_loads
+    return _built(document, carrier, bodies, of_drives, of_loads, tracks=document.get("tracks"), title=title, where=where)
+
+
+def _bodies(document: Document) -> tuple[list[Body], Places]:
+    """The bodies in ``[[machine.bodies]]``, and the places of all by path, seen from ``machine``."""
+    tables = document.get("bodies", [])
+    if not isinstance(tables, list) or not all(isinstance(b, dict) for b in tables):
+        raise InputError("machine.bodies", tables, "allowed are tables: [[machine.bodies]]")
+    bodies: list[Body] = []
+    for i, described in enumerate(tables):
+        name = str(described.get("name", ""))
+        where = f"machine.bodies[{i}]" + (f" ({name})" if name.replace("-", "_").isidentifier() else "")
+        bodies.append(_of_kind(body_kinds(), described, where, _LATER_BODIES))
+    return bodies, {b.path: f"bodies[{i}] ({b.name})" for i, b in enumerate(bodies)}
+
+
+def _shafts(document: Document, group: str, kinds: dict[str, type[ShaftT]]) -> tuple[list[ShaftT], Places]:
+    """Drives or loads, and the places of all by path, seen from ``machine``."""
+    tables = shaft_tables(document, group)
+    places = [group if group in document else f"{group}s[{i}]" for i in range(len(tables))]
+    shafts = [_of_kind(kinds, t, f"machine.{place}") for t, place in zip(tables, places, strict=True)]
+    return shafts, dict(zip(shaft_paths(group, [(s.on, s.kind) for s in shafts]), places, strict=True))
+
+
+def _of_kind(kinds: dict[str, type[Any]], described: Document, where: str, later: tuple[str, ...] = ()) -> Any:
+    """A part from its table, which names its kind."""
+    kind = choice(described, "kind", where, kinds, later)
+    return checked(kinds[kind], {k: v for k, v in described.items() if k != "kind"}, where)
 
 
 def _built(document: Document, *parts: Any, **others: Any) -> Machine:

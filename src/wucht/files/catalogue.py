@@ -9,7 +9,7 @@ from typing import Any
 from wucht.checking import refuse_unknown, table, text
 from wucht.errors import InputError, nearest
 from wucht.files.building import machine_from
-from wucht.files.documents import Document, flatten, read_toml
+from wucht.files.documents import Document, flatten, read_toml, settings_in
 from wucht.files.settings import with_settings
 from wucht.files.tables import with_tables
 from wucht.machines.machine import Machine
@@ -59,49 +59,59 @@ def machine_table(document: Document, path: Path, seen: tuple[Path, ...] = ()) -
     seen: the files that led here, to notice when they use each other in a circle.
     """
     described = dict(table(document, "machine", "machine"))
-    settings = described.get("set", {})
-    if not isinstance(settings, dict):
-        raise InputError("machine.set", settings, "allowed is a table: set = { PATH = VALUE }")
+    settings = settings_in(described)
     if "use" not in described:
-        return with_tables(described, path.parent)
-    extra = sorted(set(described) - {"use", "set", "title"})
+        return with_tables(described, path.parent) | {"set": settings}
+    extra = sorted(set(described) - {"use", "title"})
     if extra:
         raise InputError(f"machine.{extra[0]}", None, "not allowed beside use; allowed there are set and title")
-    name, here = text(described, "use", "machine") or "", (*seen, path.resolve())
-    inner_path = _used(name, path)
-    if inner_path.resolve() in here:
-        raise InputError("machine.use", name, "these files use each other in a circle")
-    inner, inner_path = load_document(name, path.parent)
+    name = text(described, "use", "machine") or ""
     try:
-        base = machine_table(inner, inner_path, here)
-    except InputError as error:
-        raise error.within(f"{inner_path}", ": ") from None
-    title = text(described, "title", "machine") or base.get("title") or inner.get("title")
-    return base | ({"title": title} if title else {}) | {"set": flatten(base.get("set", {})) | flatten(settings)}
-
-
-def _used(name: str, path: Path) -> Path:
-    try:
-        return locate(name, path.parent)
+        used = locate(name, path.parent)
     except InputError as error:
         raise InputError("machine.use", name, error.allowed) from None
+    seen = (*seen, path.resolve())
+    if used.resolve() in seen:
+        raise InputError("machine.use", name, "these files use each other in a circle")
+    inner, used = load_document(name, path.parent)
+    try:
+        base = machine_table(inner, used, seen)
+    except InputError as error:
+        raise error.within(f"{used}", ": ") from None
+    title = text(described, "title", "machine") or base.get("title") or inner.get("title")
+    return base | ({"title": title} if title else {}) | {"set": base["set"] | settings}
 
 
 def described_machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[machine]`` as it is to be built: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
     described = machine_table(document, path)
     described.setdefault("title", document.get("title", Path(name).stem))
-    chosen = with_settings(described, flatten(described.pop("set", {})) | flatten(settings))
+    chosen = with_settings(described, settings_in(described) | flatten(settings))
     return with_tables(chosen, path.parent)
 
 
 def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:
-    """The machine of a catalogue name or study file, with parameters set by path.
+    """The machine of a catalogue name or study file.
 
+    Parameters
+    ----------
+    name : path of a study file, or a catalogue name
+    settings : mapping, optional
+        Parameters by path, in SI or as text with a unit, such as ``{"drive.slope": "0.02 N m s"}``.
+
+    Returns
+    -------
+    Machine
+
+    Raises
+    ------
+    InputError
+        For a wrong name, file, key or value.
+
+    Examples
+    --------
     >>> load_machine("drozdetskaya-2020/table-5.1", {"u": 1.5}).values["u"]
     1.5
-
-    Raises ``InputError`` for a wrong name, file, key or value.
     """
     document, path = load_document(name)
     try:

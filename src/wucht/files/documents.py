@@ -13,17 +13,24 @@ from wucht.errors import InputError
 Document = dict[str, Any]
 
 
-def read_toml(path: Path) -> Document:
-    """The document in a TOML file. Raises ``InputError`` for an unreadable file or one that is no TOML."""
+def read_text(path: Path, missing: str = "there is no such file", encoding: str = "utf-8") -> str:
+    """The text of a file. Raises ``InputError`` for one that cannot be read; missing: the sentence where there is none."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return path.read_text(encoding=encoding)
     except FileNotFoundError:
-        raise InputError(str(path), None, "there is no such file") from None
-    except IsADirectoryError:
-        raise InputError(str(path), None, "this is a folder; a study file is needed") from None
+        raise InputError(str(path), None, missing) from None
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise InputError(str(path), None, f"the file cannot be read: {reason}") from None
+
+
+def read_toml(path: Path) -> Document:
+    """The document in a TOML file. Raises ``InputError`` for an unreadable file or one that is no TOML."""
+    if path.is_dir():
+        raise InputError(str(path), None, "this is a folder; a study file is needed")
+    text = read_text(path)
+    try:
+        return tomllib.loads(text)
     except ValueError as error:  # TOMLDecodeError among others, such as integers of thousands of digits
         raise InputError(str(path), None, f"the file is no valid TOML: {str(error).splitlines()[0]}") from None
     except RecursionError:
@@ -34,11 +41,17 @@ def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """``{"drive": {"slope": 1}}`` and ``{"drive.slope": 1}`` both become ``{"drive.slope": 1}``."""
     flat: dict[str, Any] = {}
     for key, value in settings.items():
-        if isinstance(value, Mapping) and value:
-            flat |= flatten(value, f"{prefix}{key}.")
-        else:
-            flat[prefix + key] = value
+        inside = isinstance(value, Mapping) and value
+        flat |= flatten(value, f"{prefix}{key}.") if inside else {prefix + key: value}
     return flat
+
+
+def settings_in(described: Document) -> dict[str, Any]:
+    """The table ``set`` taken out of a machine's table, flattened. Raises ``InputError`` if it is no table."""
+    settings = described.pop("set", {})
+    if not isinstance(settings, dict):
+        raise InputError("machine.set", settings, "allowed is a table: set = { PATH = VALUE }")
+    return flatten(settings)
 
 
 def no_nan(document: Any, where: str = "") -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from wucht.checking import choice, table
+from wucht.checking import choice, fields_of, table
 from wucht.errors import InputError, nearest
 from wucht.files.documents import Document, flatten, no_nan
 from wucht.machines.assembly import shaft_labels
@@ -32,20 +32,23 @@ def shaft_tables(document: Document, group: str) -> list[Document]:
         raise InputError(f"machine.{group}", single, f"allowed is a table: [machine.{group}]")
     if not isinstance(several, list) or not all(isinstance(d, dict) for d in several):
         raise InputError(f"machine.{group}s", several, f"allowed are tables: [[machine.{group}s]]")
-    found = [single] if single is not None else several
-    bodies = [b for b in document.get("bodies", []) if isinstance(b, dict)] if isinstance(document.get("bodies"), list) else []
-    rotors = [b["name"] for b in bodies if "about" not in b and "name" in b]
+    tables = [single] if single is not None else several
+    rotors = [b["name"] for b in _bodies(document) if "about" not in b and "name" in b]
     if len(rotors) == 1:
-        for described in found:
+        for described in tables:
             described.setdefault("on", rotors[0])
-    return found
+    return tables
 
 
-def shafts_by_path(document: Document, group: str) -> dict[str, Document]:
-    """The tables of drives or loads by their paths. Raises ``InputError``."""
-    tables = shaft_tables(document, group)
-    labels = shaft_labels([(str(t.get("on", "")), str(t.get("kind", ""))) for t in tables])
-    return {f"{group}s.{label}" if label else group: t for label, t in zip(labels, tables, strict=True)}
+def shaft_paths(group: str, shafts: Sequence[tuple[str, str]]) -> list[str]:
+    """The paths of drives or loads, each given as (body, kind)."""
+    return [f"{group}s.{label}" if label else group for label in shaft_labels(shafts)]
+
+
+def _bodies(document: Document) -> list[Document]:
+    """The tables of bodies, as far as they are tables: what is wrong in them is reported when they are read."""
+    bodies = document.get("bodies")
+    return [b for b in bodies if isinstance(b, dict)] if isinstance(bodies, list) else []
 
 
 def _set(document: Document, path: str, value: Any) -> None:
@@ -54,12 +57,11 @@ def _set(document: Document, path: str, value: Any) -> None:
     if head == "study":
         raise InputError(where, value, "a key of [study] is set from the command line as study.KEY=VALUE")
     if "model" in document:
-        known = [f.alias or n for n, f in models()[choice(document, "model", "machine", models())].model_fields.items()]
+        known = fields_of(models()[choice(document, "model", "machine", models())])
         if rest or head not in known:
             raise InputError(where, value, f"unknown parameter; {nearest(path, known)}")
-        table(document | {"parameters": document.setdefault("parameters", {})}, "parameters", "machine.parameters")[head] = (
-            value
-        )
+        document.setdefault("parameters", {})
+        table(document, "parameters", "machine.parameters")[head] = value
         return
     parts = _addressable(document)
     key = max((k for k in parts if path.startswith(f"{k}.")), key=len, default=None)
@@ -85,24 +87,20 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str)
             break
     if len(inner) != 1 or not isinstance(target, dict):
         raise InputError(where, value, f"unknown parameter; {nearest(inner[0] if inner else '', target)} in {key}")
-    for one, other in (("file", "points"), ("points", "file"), ("table", "points"), ("points", "table")):
-        if inner[0] == one:  # two ways to give one curve: the one that is set replaces the other
-            target.pop(other, None)
+    for other in {"file": ("points",), "table": ("points",), "points": ("file", "table")}.get(inner[0], ()):
+        target.pop(other, None)  # two ways to give one curve: the one that is set replaces the other
     target[inner[0]] = value
 
 
 def _addressable(document: Document) -> dict[str, Document]:
-    found: dict[str, Document] = {}
-    if isinstance(document.get("carrier"), dict):
-        found["carrier"] = document["carrier"]
-    listed = document.get("bodies", [])
-    bodies = [b for b in listed if isinstance(b, dict)] if isinstance(listed, list) else []
-    found |= {str(b["name"]): b for b in bodies if "name" in b}
+    """The tables of all parts by their paths."""
+    bodies = _bodies(document)
+    parts = {"carrier": document["carrier"]} if isinstance(document.get("carrier"), dict) else {}
+    parts |= {str(b["name"]): b for b in bodies if "name" in b}
     for group in ("drive", "load"):
-        found |= shafts_by_path(document, group)
+        shafts = shaft_tables(document, group)
+        paths = shaft_paths(group, [(str(t.get("on", "")), str(t.get("kind", ""))) for t in shafts])
+        parts |= dict(zip(paths, shafts, strict=True))
     names = {str(b["track"]) for b in bodies if "track" in b}
-    tracks = document.setdefault("tracks", {}) if names else document.get("tracks")
-    if isinstance(tracks, dict):
-        for name in names:
-            found[f"tracks.{name}"] = tracks.setdefault(name, {})
-    return found
+    tracks = document.setdefault("tracks", {}) if names else None
+    return parts | ({f"tracks.{n}": tracks.setdefault(n, {}) for n in names} if isinstance(tracks, dict) else {})

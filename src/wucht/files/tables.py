@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from wucht.errors import InputError
-from wucht.files.documents import Document
+from wucht.files.documents import Document, read_text
 from wucht.quantities import Unit, article
 
 Columns: TypeAlias = tuple[tuple[str, str], tuple[str, str]]
@@ -54,28 +54,26 @@ def with_tables(described: Document, folder: Path) -> Document:
 
     Drives and loads of kind "table" name a ``file`` of speed and torque, a carrier's motion a ``table`` of time and
     displacement (an angle, where it turns). Paths are relative to the folder. Raises ``InputError``, located from ``machine``
-    on, for a file that cannot be used, and where there are points beside it. What else is wrong is left to the machine to tell.
+    on, for a file that cannot be used, and where there are points beside it. What else is wrong is reported by the machine.
     """
-    found = dict(described)
-    for key in ("drive", "load"):
-        if key in found:
-            found[key] = _characteristic(found[key], folder, f"machine.{key}")
-    for key in ("drives", "loads"):
-        if isinstance(found.get(key), list):
-            found[key] = [_characteristic(d, folder, f"machine.{key}[{i}]") for i, d in enumerate(found[key])]
-    carrier = found.get("carrier")
+    document = dict(described)
+    for key in ("drive", "load", "drives", "loads"):
+        shafts = document.get(key)
+        if isinstance(shafts, list):
+            document[key] = [_characteristic(d, folder, f"machine.{key}[{i}]") for i, d in enumerate(shafts)]
+        else:
+            document |= {key: _characteristic(shafts, folder, f"machine.{key}")} if key in document else {}
+    carrier = document.get("carrier")
     if isinstance(carrier, dict) and isinstance(carrier.get("motion"), dict):
         motion = carrier["motion"]
-        turns = "r" in (carrier.get("directions"), motion.get("direction"))
-        columns = TIME_ANGLE if turns else TIME_DISPLACEMENT
-        found["carrier"] = {**carrier, "motion": _replaced(motion, "table", columns, folder, "machine.carrier.motion")}
-    return found
+        columns = TIME_ANGLE if "r" in (carrier.get("directions"), motion.get("direction")) else TIME_DISPLACEMENT
+        document["carrier"] = {**carrier, "motion": _replaced(motion, "table", columns, folder, "machine.carrier.motion")}
+    return document
 
 
 def _characteristic(described: Any, folder: Path, where: str) -> Any:
-    if not isinstance(described, dict) or described.get("kind") != "table":
-        return described
-    return _replaced(described, "file", SPEED_TORQUE, folder, where)
+    measured = isinstance(described, dict) and described.get("kind") == "table"
+    return _replaced(described, "file", SPEED_TORQUE, folder, where) if measured else described
 
 
 def _replaced(described: Document, key: str, columns: Columns, folder: Path, where: str) -> Document:
@@ -94,15 +92,8 @@ def _replaced(described: Document, key: str, columns: Columns, folder: Path, whe
 
 
 def _lines(path: Path) -> list[tuple[int, str]]:
-    """The lines that say something, with their numbers."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(str(path), None, f"there is no such file: {path}") from None
-    except UnicodeDecodeError:
-        raise InputError(str(path), None, "the file cannot be read: it is not UTF-8 text") from None
-    except OSError as error:
-        raise InputError(str(path), None, f"the file cannot be read: {error.strerror}") from None
+    """The lines that hold something besides comments, with their numbers."""
+    text = read_text(path, f"there is no such file: {path}", "utf-8-sig")
     stripped = ((i, line.split("#", 1)[0].strip()) for i, line in enumerate(text.splitlines(), 1))
     return [(i, line) for i, line in stripped if line]
 

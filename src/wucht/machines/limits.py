@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from wucht.checking import checked
+from wucht.checking import checked, fields_of
 from wucht.errors import InputError
 from wucht.machines.parts.base import Part
 
@@ -36,25 +36,23 @@ def check_values(
 
 def _changed(part: Part, described: Any, values: Mapping[str, float], prefix: str) -> dict[str, float]:
     """Set those values in a part's table that are its own, and return them."""
-    fields = {f.alias or name for name, f in type(part).model_fields.items()}
     keys = {path: path.removeprefix(prefix).split(".") for path in values if path.startswith(prefix)}
-    return {path: values[path] for path, k in keys.items() if k[0] in fields and _set(described, k, values[path])}
+    return {
+        path: values[path] for path, k in keys.items() if k[0] in fields_of(type(part)) and _set(described, k, values[path])
+    }
 
 
 def _set(described: Any, keys: Sequence[str], value: float) -> bool:
     """Set a value in a part's table by the rest of its path. Returns whether there is such a place."""
     head, *rest = keys
+    key: Any = head
     if isinstance(described, list):
-        place = "xy".index(head) if head in ("x", "y") else int(head) - 1 if head.isdigit() else -1
-        if not 0 <= place < len(described):
+        key = "xy".index(head) if head in ("x", "y") else int(head) - 1 if head.isdigit() else -1
+        if not 0 <= key < len(described):
             return False
-        if rest:
-            return _set(described[place], rest, value)
-        described[place] = value
-        return True
-    if not isinstance(described, dict) or (head not in described and rest):
+    elif not isinstance(described, dict) or (head not in described and rest):
         return False
     if rest:
-        return _set(described[head], rest, value)
-    described[head] = value
+        return _set(described[key], rest, value)
+    described[key] = value
     return True

@@ -47,15 +47,11 @@ class Model(Part):
         """The carrier's coordinates."""
         return tuple(Coordinate.named(f"carrier.{d}", f"carrier.v{d}") for d in self.directions)
 
-    def placed(self, turning: Mapping[str, Coordinate]) -> Frame:
+    def placed(self) -> Frame:
         """The frame: all bodies turn about the carrier's centre."""
-        named = dict(zip(self.directions, self.coordinates(), strict=True))
-        at = {d: c.position for d, c in named.items()} | {f"v{d}": c.velocity for d, c in named.items()}
-        return Frame(centre=Point(**at), bodies=turning, axes=dict.fromkeys(turning, Point(**at)))
-
-    def turning(self) -> dict[str, Coordinate]:
-        """The bodies' angles."""
-        return {n: Coordinate.named(f"{n}.angle", f"{n}.speed", angle=True) for n, _, _ in self.bodies}
+        turning = {n: Coordinate.named(f"{n}.angle", f"{n}.speed", angle=True) for n, _, _ in self.bodies}
+        centre = Point.of(dict(zip(self.directions, self.coordinates(), strict=True)))
+        return Frame(centre=centre, bodies=turning, axes=dict.fromkeys(turning, centre))
 
     def arms(self) -> Mapping[str, sp.Expr]:
         """Lengths are in units of the rotor's eccentricity."""
@@ -63,10 +59,8 @@ class Model(Part):
 
     def support(self, frame: Frame) -> Energies:
         """V = xi^2/2, R = sigma xi'^2: spring and damper of the carrier."""
-        sigma = self.symbol("sigma")
-        return Energies(
-            potential=(frame.centre.x**2 + frame.centre.y**2) / 2, dissipation=sigma * (frame.centre.vx**2 + frame.centre.vy**2)
-        )
+        at, sigma = frame.centre, self.symbol("sigma")
+        return Energies(potential=(at.x**2 + at.y**2) / 2, dissipation=sigma * (at.vx**2 + at.vy**2))
 
     def warnings(self) -> tuple[str, ...]:
         """What is doubtful about the parameters."""
@@ -86,9 +80,9 @@ def _excess(frame: Frame, body: str) -> sp.Expr:
 class RotorOnCarrier(Model):
     """An unbalanced rotor on a carrier that moves in x: 002 (3.33)-(3.34)."""
 
-    kind: ClassVar[str] = "rotor-on-carrier"
-    equations: ClassVar[str] = "002 (3.33)-(3.34)"
-    directions: ClassVar[str] = "x"
+    kind = "rotor-on-carrier"
+    equations = "002 (3.33)-(3.34)"
+    directions = "x"
 
     epsilon: float = si("", "unbalance over inertia, M e^2/J", "epsilon", gt=0)
     sigma: float = si("", "damping of the support, b/(2 M k)", "sigma", ge=0)
@@ -98,9 +92,9 @@ class RotorOnCarrier(Model):
     def energies(self, frame: Frame) -> Energies:
         """T = xi'^2/2 + phi' n(phi) + phi'^2/(2 epsilon); motor u (lambda - phi')."""
         epsilon, no_load, u = self.symbols("epsilon", "lambda", "u")
-        w = frame.speed("rotor")
+        at, w = frame.centre, frame.speed("rotor")
         return Energies(
-            kinetic=(frame.centre.vx**2 + frame.centre.vy**2) / 2 + w * _excess(frame, "rotor") + w**2 / (2 * epsilon),
+            kinetic=(at.vx**2 + at.vy**2) / 2 + w * _excess(frame, "rotor") + w**2 / (2 * epsilon),
             applied=(Applied(u * (no_load - w), w, "drive"),),
         )
 
@@ -108,21 +102,17 @@ class RotorOnCarrier(Model):
 class LavalRotor(RotorOnCarrier):
     """The same on a carrier that moves in x and y: 002 (3.59)-(3.61)."""
 
-    kind: ClassVar[str] = "laval-rotor"
-    equations: ClassVar[str] = "002 (3.59)-(3.61)"
-    directions: ClassVar[str] = "xy"
+    kind = "laval-rotor"
+    equations = "002 (3.59)-(3.61)"
+    directions = "xy"
 
 
 class SelfBalancingRotor(Model):
     """An unbalanced rotor with two balancing pendulums: 002 (4.11)-(4.20)."""
 
-    kind: ClassVar[str] = "self-balancing-rotor"
-    equations: ClassVar[str] = "002 (4.11)-(4.20)"
-    bodies: ClassVar[tuple[tuple[str, str, str | None], ...]] = (
-        ("rotor", "rotor", None),
-        ("p1", "pendulum", "rotor"),
-        ("p2", "pendulum", "rotor"),
-    )
+    kind = "self-balancing-rotor"
+    equations = "002 (4.11)-(4.20)"
+    bodies = (("rotor", "rotor", None), ("p1", "pendulum", "rotor"), ("p2", "pendulum", "rotor"))
 
     epsilon: float = si("", "unbalance over inertia, M e^2/J_R", "epsilon", gt=0)
     mu: float = si("", "pendulum mass ratio, p m/M*", "mu", gt=0)
@@ -136,59 +126,50 @@ class SelfBalancingRotor(Model):
 
     def energies(self, frame: Frame) -> Energies:
         """See the head of this file."""
-        epsilon, mu, s, w, beta_p, beta_r, no_load, u = self.symbols(
-            "epsilon", "mu", "s", "w", "beta_p", "beta_r", "lambda", "u"
-        )
-        phi_ = frame.speed("rotor")
-        pendulums = [frame.speed("p1"), frame.speed("p2")]
-        kinetic = (
-            (frame.centre.vx**2 + frame.centre.vy**2) / 2 + s * phi_ * _excess(frame, "rotor") + s * phi_**2 / (2 * epsilon * w)
-        )
+        epsilon, mu, s, w, beta_p, no_load, u = self.symbols("epsilon", "mu", "s", "w", "beta_p", "lambda", "u")
+        at, phi_ = frame.centre, frame.speed("rotor")
+        kinetic = (at.vx**2 + at.vy**2) / 2 + s * phi_ * _excess(frame, "rotor") + s * phi_**2 / (2 * epsilon * w)
         kinetic += sp.Add(*(_excess(frame, n) * frame.speed(n) + frame.speed(n) ** 2 / (2 * mu) for n in ("p1", "p2")))
-        on_pendulums = tuple(Applied(beta_p / mu * (phi_ - t), t, booked="lost") for t in pendulums)
-        on_rotor = s * beta_r / (2 * epsilon * w) * sp.Add(*(t - phi_ for t in pendulums))
-        return Energies(
-            kinetic=kinetic,
-            applied=(
-                Applied(s * u / w * (no_load - phi_), phi_, "drive"),
-                *on_pendulums,
-                Applied(on_rotor, phi_, booked="lost"),
-            ),
-        )
+        on_pendulums = (Applied(beta_p / mu * (phi_ - t), t, booked="lost") for t in self._pendulums(frame))
+        on_rotor = self._coupling() * sp.Add(*(t - phi_ for t in self._pendulums(frame)))
+        motor = Applied(s * u / w * (no_load - phi_), phi_, "drive")
+        return Energies(kinetic, applied=(motor, *on_pendulums, Applied(on_rotor, phi_, booked="lost")))
+
+    def _pendulums(self, frame: Frame) -> list[sp.Symbol]:
+        return [frame.speed(n) for n in ("p1", "p2")]
+
+    def _coupling(self) -> sp.Expr:
+        s, beta_r, epsilon, w = self.symbols("s", "beta_r", "epsilon", "w")
+        return s * beta_r / (2 * epsilon * w)
 
     def arms(self) -> Mapping[str, sp.Expr]:
         """Lengths are in units of m r/M*, and w = m r/(M* e)."""
         return {"rotor": 1 / self.symbol("w")}
 
-    def right_beta_r(self) -> float:
-        """The beta_r with which the dampers' torques are each other's reaction: 2 epsilon w beta_p/(mu s)."""
-        return 2 * self.epsilon * self.w * self.beta_p / (self.mu * self.s)
-
     def mismatch(self, frame: Frame) -> sp.Expr:
         """(s beta_r/(2 epsilon w) - beta_p/mu) sum (theta_i' - phi') phi': power that comes from nowhere."""
-        epsilon, mu, s, w, beta_p, beta_r = self.symbols("epsilon", "mu", "s", "w", "beta_p", "beta_r")
+        mu, beta_p = self.symbols("mu", "beta_p")
         phi_ = frame.speed("rotor")
-        relative = sp.Add(*(frame.speed(n) - phi_ for n in ("p1", "p2")))
-        return (s * beta_r / (2 * epsilon * w) - beta_p / mu) * relative * phi_
+        return (self._coupling() - beta_p / mu) * sp.Add(*(t - phi_ for t in self._pendulums(frame))) * phi_
 
     def warnings(self) -> tuple[str, ...]:
         """The parameters may violate the identities that follow from their definitions (4.8)."""
-        found = []
-        right = self.right_beta_r()
+        sentences = []
+        reaction = 2 * self.epsilon * self.w * self.beta_p
+        right = reaction / (self.mu * self.s)
         if abs(self.beta_r - right) > 1e-6 * right:
-            found.append(
+            sentences.append(
                 "no machine has these parameters: the dampers' torque on the rotor is not the reaction of that on the "
-                f"pendulums (mu s beta_r = {self.mu * self.s * self.beta_r:.4g}, "
-                f"2 epsilon w beta_p = {2 * self.epsilon * self.w * self.beta_p:.4g}); "
+                f"pendulums (mu s beta_r = {self.mu * self.s * self.beta_r:.4g}, 2 epsilon w beta_p = {reaction:.4g}); "
                 f"beta_r = {right:.6g} would be right"
             )
         rest = 1 - self.s * self.w
         if rest <= 0 or 2 * self.mu / rest > 1 + 1e-9:
             p = f"{2 * self.mu / rest:.4g}" if rest > 0 else "none"
-            found.append(
+            sentences.append(
                 f"no machine has these parameters: s w = 1 - 2 mu/p asks for p = {p}, but p = m r^2/J_P lies between 0 and 1"
             )
-        return tuple(found)
+        return tuple(sentences)
 
 
 def models() -> dict[str, type[Model]]:

@@ -3,53 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, Protocol
 
 import numpy as np
 import sympy as sp
 
-from wucht.machines.parts.track import Track
-from wucht.machines.structure import SPEED, Structure
+from wucht.machines.mechanism import Mechanism
+from wucht.machines.structure import SPEED
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.energies import Energies
-from wucht.mechanics.lagrange import Coordinate
 
-_FASTEST = 1e9  # rad/s: a drive that still drives there meets nothing that could hold it
+__all__ = [
+    "SPEED", "free_speed", "natural_frequencies", "net_torque", "operating_speed", "relative_damping", "sense_of",
+    "shaft_torques",
+]  # fmt: skip
 
-
-class Operated(Protocol):
-    """What is needed of a machine to tell how it turns without vibration. See ``Machine``."""
-
-    @property
-    def structure(self) -> Structure: ...
-    @property
-    def rotors(self) -> tuple[RotatingBody, ...]: ...
-    @property
-    def energies(self) -> tuple[Energies, ...]: ...
-    @property
-    def tracks(self) -> tuple[Track, ...]: ...
-    @property
-    def numbers(self) -> Mapping[sp.Symbol, float]: ...
-    @property
-    def free_labels(self) -> tuple[str, ...]: ...
-    @property
-    def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
-    def body(self, name: str) -> RotatingBody: ...
-    def rotor_of(self, body: RotatingBody) -> RotatingBody: ...
-    def group(self, rotor: RotatingBody) -> list[RotatingBody]: ...
-    def evaluate(self, *expressions: sp.Expr) -> list[Any]: ...
-    def function(self, *expressions: sp.Expr, of: sp.Symbol, modules: str = ...) -> Callable[[Any], list[Any]]: ...
-    def prescribed_speed(self, coordinate: Coordinate, time: np.ndarray | float) -> np.ndarray: ...
+_FASTEST = 1e9  # rad/s: a drive whose net torque is still positive there has no equilibrium
 
 
-def sense_of(machine: Operated, body: RotatingBody) -> float:
+def sense_of(machine: Mechanism, body: RotatingBody) -> float:
     """+1 for a body that turns counter-clockwise in operation, -1 for one that turns clockwise with its drive."""
     return -1.0 if (free_speed(machine, machine.rotor_of(body)) or 0.0) < 0 else 1.0
 
 
-def shaft_torques(machine: Operated, rotor: RotatingBody) -> tuple[sp.Expr, sp.Expr]:
+def shaft_torques(machine: Mechanism, rotor: RotatingBody) -> tuple[sp.Expr, sp.Expr]:
     """What drives a rotor whose bodies turn with it, and what brakes it, the carrier at rest.
 
     Expressions in ``SPEED`` and the parameters: of all drives, in the direction of positive speeds; of loads and bearings,
@@ -58,7 +36,7 @@ def shaft_torques(machine: Operated, rotor: RotatingBody) -> tuple[sp.Expr, sp.E
     return machine.structure.shaft_torques([b.coordinate.velocity for b in machine.group(rotor)])
 
 
-def relative_damping(machine: Operated, body: RotatingBody) -> sp.Expr:
+def relative_damping(machine: Mechanism, body: RotatingBody) -> sp.Expr:
     """The coefficient of the damper between a body and the one it turns about, with all numbers put in.
 
     It is by how much the losses on the body fall with the speed of the other.
@@ -75,14 +53,14 @@ def _relative_damping(energies: tuple[Energies, ...], contacts: int, own: sp.Sym
     return -sp.diff(sp.Add(*losses), other)
 
 
-def net_torque(machine: Operated, rotor: RotatingBody) -> Callable[[float], float]:
+def net_torque(machine: Mechanism, rotor: RotatingBody) -> Callable[[float], float]:
     """Drive torque less bearing losses on a rotor whose bodies turn with it, the carrier at rest and weightless."""
     drive, losses = shaft_torques(machine, rotor)
     function = machine.function(drive - losses, of=SPEED, modules="math")
     return lambda w: float(function(w)[0])
 
 
-def free_speed(machine: Operated, rotor: RotatingBody, time: float = 0.0) -> float | None:
+def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> float | None:
     """The speed that the drive reaches without vibration, None where it is not determined (no drive and no losses).
 
     Prescribed speeds are returned as they are at a time; a motor without load reaches its no-load speed, less what bearings
@@ -99,15 +77,15 @@ def free_speed(machine: Operated, rotor: RotatingBody, time: float = 0.0) -> flo
     if slope is not None:
         rough = -start / slope if slope else None
         return None if rough is None else rough - torque(rough) / slope  # the second step removes the rounding of the first
-    previous, here = 0.0, math.copysign(1e-3, start)
-    while abs(here) < _FASTEST:
-        if torque(here) * start <= 0:
-            return _first_without(torque, start, previous, here)
-        previous, here = here, 1.5 * here
+    low, high = 0.0, math.copysign(1e-3, start)
+    while abs(high) < _FASTEST:
+        if torque(high) * start <= 0:
+            return _first_without(torque, start, low, high)
+        low, high = high, 1.5 * high
     return None
 
 
-def _constant_slope(machine: Operated, rotor: RotatingBody) -> float | None:
+def _constant_slope(machine: Mechanism, rotor: RotatingBody) -> float | None:
     """The slope of the net torque over the speed where that is a straight line, else None."""
     slope, bend = _slopes(*shaft_torques(machine, rotor))
     if bend.has(SPEED) or (bend != 0 and machine.evaluate(bend)[0] != 0):
@@ -123,37 +101,25 @@ def _slopes(drive: sp.Expr, losses: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 
 def _first_without(torque: Callable[[float], float], start: float, low: float, high: float) -> float:
     """The lowest speed between two at which the torque no longer has the sign of ``start``, to the last bit."""
-    while True:
-        middle = (low + high) / 2
-        if middle in (low, high):
-            return high
+    while (middle := (low + high) / 2) not in (low, high):
         low, high = (middle, high) if torque(middle) * start > 0 else (low, middle)
+    return high
 
 
-def natural_frequencies(machine: Operated) -> dict[str, float]:
+def natural_frequencies(machine: Mechanism) -> dict[str, float]:
     """The undamped natural frequencies of the free carrier with all bodies on it, in rad a unit of time.
 
     By direction where the directions are not coupled, else by number, the lowest first.
     """
     mass, _, stiffness = machine.matrices
-    if _diagonal(mass) and _diagonal(stiffness):
+    if all(np.array_equal(m, np.diag(np.diag(m))) for m in (mass, stiffness)):
         pairs = zip(machine.free_labels, np.diag(stiffness), np.diag(mass), strict=True)
         return {label: math.sqrt(max(k, 0.0) / m) if m > 0 else math.nan for label, k, m in pairs}
     squares = np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real)
     return {f"mode {i + 1}": math.sqrt(max(float(s), 0.0)) for i, s in enumerate(squares)}
 
 
-def _diagonal(matrix: np.ndarray) -> bool:
-    return bool((matrix == np.diag(np.diag(matrix))).all())
-
-
-def operating_speed(machine: Operated) -> float:
+def operating_speed(machine: Mechanism) -> float:
     """The fastest of the speeds that the drives reach without vibration and of the natural frequencies, in magnitude."""
     free = [free_speed(machine, rotor) for rotor in machine.rotors]
     return max([*(abs(w) for w in free if w is not None), *natural_frequencies(machine).values(), 1.0])
-
-
-__all__ = [
-    "SPEED", "free_speed", "natural_frequencies", "net_torque", "operating_speed", "relative_damping", "sense_of",
-    "shaft_torques",
-]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Schedules: a parameter that changes over time, with exact corners.
+"""Schedules: a parameter that changes over time, with exact breakpoints.
 
 A parameter that changes carries energy in or out of the machine: where masses change they come and leave with the velocity of
 their place, so the velocities do not jump, and the work of the schedule is the change of stored energy at the state of the
@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any, TypeGuard
+from typing import Any
 
 import sympy as sp
 
-from wucht.checking import choice, read_quantity, refuse_unknown
+from wucht.checking import choice, is_pairs, read_quantity, refuse_unknown
 from wucht.errors import InputError, nearest
 from wucht.fields import Parameter
 from wucht.machines.limits import check_values
@@ -59,34 +59,31 @@ def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequen
     """
     if not isinstance(tables, list | tuple) or not all(isinstance(t, Mapping) for t in tables):
         raise InputError("schedules", tables, "allowed are tables: [[machine.schedules]]")
-    found: dict[str, Schedule] = {}
+    schedules: dict[str, Schedule] = {}
     for i, described in enumerate(tables):
         schedule = _schedule(described, parameters, time, f"schedules[{i}]")
-        if schedule.parameter in found:
+        if schedule.parameter in schedules:
             raise InputError(f"schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
-        found[schedule.parameter] = schedule
-    _check_values(tuple(found.values()), parts)
-    return tuple(found.values())
+        schedules[schedule.parameter] = schedule
+    _check_values(tuple(schedules.values()), parts)
+    return tuple(schedules.values())
 
 
 def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter], time: str, where: str) -> Schedule:
     refuse_unknown(described, _KEYS, where)
     path = described.get("parameter")
+    at = f"{where}.parameter"
     if not isinstance(path, str) or path not in parameters:
-        allowed = f"allowed is a parameter of the machine; {nearest(str(path), parameters)}"
-        raise InputError(f"{where}.parameter", path, allowed)
-    of_a_drive = path.startswith(("drive.", "drives."))
-    if path.endswith(_MOMENTS) or (of_a_drive and path.endswith(".angle")):
-        moment = "not allowed: this parameter counts at one moment, and does not change over time"
-        raise InputError(f"{where}.parameter", path, moment)
+        raise InputError(at, path, f"allowed is a parameter of the machine; {nearest(str(path), parameters)}")
+    if path.endswith(_MOMENTS) or (path.startswith(("drive.", "drives.")) and path.endswith(".angle")):
+        raise InputError(at, path, "not allowed: this parameter counts at one moment, and does not change over time")
     if path.startswith("carrier.motion."):
-        moving = "not allowed: the phase of a prescribed motion would run away; give it as a table of displacements over time"
-        raise InputError(f"{where}.parameter", path, moving)
+        sentence = "not allowed: the phase of a prescribed motion would run away; give it as a table of displacements over time"
+        raise InputError(at, path, sentence)
     points = described.get("points")
-    if not _pairs(points):
-        raise InputError(
-            f"{where}.points", points, 'allowed is a list of pairs [time, value], such as [["0 s", 0], ["5 s", 1]]'
-        )
+    if not points or not is_pairs(points):
+        sentence = 'allowed is a list of pairs [time, value], such as [["0 s", 0], ["5 s", 1]]'
+        raise InputError(f"{where}.points", points, sentence)
     parameter = parameters[path]
     units = (Unit(time, "time"), Unit(parameter.unit, parameter.what))
     numbers = [
@@ -100,17 +97,12 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
     return Schedule(path, interpolated(path, times, values, kind))
 
 
-def _pairs(points: Any) -> TypeGuard[Sequence[Sequence[Any]]]:
-    listed = isinstance(points, list | tuple) and bool(points)
-    return listed and all(isinstance(p, list | tuple) and len(p) == 2 for p in points)
-
-
 def _check_values(schedules: Sequence[Schedule], parts: Sequence[Part]) -> None:
     """Raises ``InputError`` where the parts do not allow the values that schedules give them, at the points of any of them."""
     for time in sorted({t for s in schedules for t in s.pieces.breakpoints}):
         values = {s.parameter: float(s.pieces(time)) for s in schedules}
-        here = next(i for i, s in enumerate(schedules) if time in s.pieces.breakpoints)
-        check_values(parts, values, f"schedules[{here}].points (t = {time:g})")
+        first = next(i for i, s in enumerate(schedules) if time in s.pieces.breakpoints)
+        check_values(parts, values, f"schedules[{first}].points (t = {time:g})")
 
 
 def with_schedules(system: System, schedules: Sequence[Schedule], stored: sp.Expr, unit: str) -> System:

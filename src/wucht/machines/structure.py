@@ -8,46 +8,39 @@ from functools import cached_property, lru_cache
 
 import sympy as sp
 
-from wucht.machines.parts.base import Point
 from wucht.machines.schedules import Schedule, with_schedules
-from wucht.machines.tree import RotatingBody, SlidingBody
-from wucht.machines.unit_names import Units
-from wucht.mechanics.energies import Energies
-from wucht.mechanics.lagrange import (
-    Coordinate,
-    Lock,
-    acceleration,
-    dissipated_power,
-    equations_of_motion,
-    first_order,
-    reaction,
-    supplied_power,
-)
+from wucht.machines.tree import Bodies
+from wucht.mechanics import lagrange
 from wucht.mechanics.linear_carrier import LinearCarrier, linear_carrier
 from wucht.system import Output, System
 
 SUPPLIED, LOST, MISMATCH = "supplied_work", "dissipated_work", "damper_mismatch"
 
 
+SPEED = sp.Symbol("speed", real=True)
+
+
 @dataclass(frozen=True)
-class Structure:
-    """Energies in named coordinates. See ``Machine`` for the fields they share.
+class Units:
+    """The units of time, length, torque, power, energy, force and speed, all empty for a dimensionless machine."""
 
-    parameters: their paths. turning: the carrier's turning about the normal of the plane. axis: of the main rotor.
-    """
+    time: str = "s"
+    length: str = "m"
+    torque: str = "N m"
+    power: str = "W"
+    energy: str = "J"
+    force: str = "N"
+    speed: str = "rad/s"
 
-    carrier: tuple[Coordinate, ...]
-    labels: tuple[str, ...]
-    bodies: tuple[RotatingBody, ...]
-    sliders: tuple[SlidingBody, ...]
-    energies: tuple[Energies, ...]
+
+@dataclass(frozen=True)
+class Structure(Bodies):
+    """Energies in named coordinates. See ``Machine`` for the fields they share; parameters: their paths."""
+
     parameters: tuple[str, ...]
     units: Units
-    turning: Coordinate | None
-    axis: Point | None
-    depths: tuple[int, ...]
-    schedules: tuple[Schedule, ...] = ()
-    mismatch: sp.Expr | None = None
+    schedules: tuple[Schedule, ...]
+    mismatch: sp.Expr | None
 
     def __hash__(self) -> int:
         return self._hash
@@ -62,16 +55,6 @@ class Structure:
         return tuple(sp.Symbol(path, real=True) for path in self.parameters)
 
     @cached_property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The carrier's coordinates, then the bodies' angles, then the sliders' displacements."""
-        return (*self.carrier, *(b.coordinate for b in self.bodies), *(s.coordinate for s in self.sliders))
-
-    @cached_property
-    def free_carrier(self) -> tuple[Coordinate, ...]:
-        """The carrier's coordinates without those whose motion is prescribed."""
-        return tuple(c for c in self.carrier if c.prescribed is None)
-
-    @cached_property
     def linear_carrier(self) -> LinearCarrier:
         """M, C, K of the free carrier and its coupling to the bodies, symbolic; sliders in the middle of their guides."""
         still = [s.coordinate for s in self.sliders] + [c for c in self.carrier if c.prescribed is not None]
@@ -80,32 +63,25 @@ class Structure:
     @cached_property
     def system(self) -> System:
         """The equations of motion, with outputs and with the quadratures of the energy balance."""
-        coordinates = self.coordinates
+        energies, coordinates, unit = self.energies, self.coordinates, self.units.energy
         quadratures = [
-            Output(SUPPLIED, supplied_power(self.energies, coordinates), self.units.energy, "work of the drives"),
-            Output(LOST, dissipated_power(self.energies, coordinates), self.units.energy, "energy dissipated"),
+            Output(SUPPLIED, lagrange.supplied_power(energies, coordinates), unit, "work of the drives"),
+            Output(LOST, lagrange.dissipated_power(energies, coordinates), unit, "energy dissipated"),
         ]
         if self.mismatch is not None:
-            quadratures.append(
-                Output(MISMATCH, self.mismatch, self.units.energy, "work created by dampers that are not reciprocal")
-            )
-        found = first_order(
-            equations_of_motion(self.energies, coordinates),
-            coordinates,
-            list(self.symbols),
-            tuple(self._outputs()),
-            tuple(quadratures),
-            self._locks(),
-        )
-        return with_schedules(found, self.schedules, self._stored(), self.units.energy)
+            quadratures.append(Output(MISMATCH, self.mismatch, unit, "work created by dampers that are not reciprocal"))
+        motion = lagrange.equations_of_motion(energies, coordinates)
+        system = lagrange.first_order(motion, coordinates, self.symbols, self._outputs(), quadratures, self._locks())
+        return with_schedules(system, self.schedules, self._stored(), unit)
 
-    def _locks(self) -> list[Lock]:
+    def _locks(self) -> list[lagrange.Lock]:
+        """The locks, the outermost first."""
         index = {b.name: len(self.carrier) + k for k, b in enumerate(self.bodies)}
-        turning = self.carrier.index(self.turning) if self.turning is not None else None
-        outermost_first = sorted(zip(self.depths, self.bodies, strict=True), key=lambda pair: -pair[0])
+        turning = None if self.turning is None else self.carrier.index(self.turning)
+        depth = {b.name: len(self.tree.path(b.name)) for b in self.bodies}
         return [
-            Lock(index[b.name], turning if b.about is None else index[b.about], b.locked)
-            for _, b in outermost_first
+            lagrange.Lock(index[b.name], turning if b.about is None else index[b.about], b.locked)
+            for b in sorted(self.bodies, key=lambda b: -depth[b.name])
             if b.release is not None
         ]
 
@@ -114,33 +90,24 @@ class Structure:
 
     def _outputs(self) -> list[Output]:
         u = self.units
-        found = [Output("stored_energy", self._stored(), u.energy, "stored energy")]
-        applied = [a for e in self.energies for a in e.applied if a.booked == "supplied"]
-        bodies = [b.coordinate for b in self.bodies]
-        torque = sp.Add(*(a.force for a in applied), *(reaction(c) for c in bodies if c.prescribed is not None))
-        found.append(Output("motor_torque", torque, u.torque, "motor torque"))
-        found.append(Output("motor_power", supplied_power(self.energies, self.coordinates), u.power, "motor power"))
-        for c in self.coordinates:
-            if c.prescribed is not None:
-                found.append(Output(c.velocity.name, c.velocity, u.speed, "speed"))
-        alone = equations_of_motion(self.energies[:1], self.carrier)
-        for i, label in enumerate(self.labels):
+        given = [c for c in self.coordinates if c.prescribed is not None]
+        driven = [b.coordinate for b in self.bodies if b.coordinate.prescribed is not None]
+        motors = [a.force for e in self.energies for a in e.applied if a.booked == "supplied"]
+        outputs = [
+            Output("stored_energy", self._stored(), u.energy, "stored energy"),
+            Output("motor_torque", sp.Add(*motors, *map(lagrange.reaction, driven)), u.torque, "motor torque"),
+            Output("motor_power", lagrange.supplied_power(self.energies, self.coordinates), u.power, "motor power"),
+            *(Output(c.velocity.name, c.velocity, u.speed, "speed") for c in given),
+        ]
+        alone = lagrange.equations_of_motion(self.energies[:1], self.carrier)
+        inertial = alone.mass * sp.Matrix([lagrange.acceleration(c) for c in self.carrier]) if self.carrier else []
+        for label, inertia, force in zip(self.labels, inertial, alone.forces, strict=True):
             # The bodies push the carrier with what its own equation of motion leaves open.
-            inertial = sp.Add(*(alone.mass[i, k] * acceleration(other) for k, other in enumerate(self.carrier)))
             long_name = f"bearing moment in {label}" if label == "r" else f"bearing force in {label}"
-            found.append(Output(f"bearing_force_{label}", inertial - alone.forces[i], u.force, long_name))
+            outputs.append(Output(f"bearing_force_{label}", inertia - force, u.force, long_name))
         for name, (position, velocity) in self.orbit.items():
-            found += [Output(f"orbit.{name}", position, u.length), Output(f"orbit.v{name}", velocity, "")]
-        return found
-
-    @cached_property
-    def orbit(self) -> dict[str, tuple[sp.Expr, sp.Expr]]:
-        """The motion whose amplitude is looked at: x, y of the main rotor's axis, or the angle of a carrier that only turns."""
-        if self.labels == ("r",):
-            (c,) = self.carrier
-            return {"r": (c.position, c.velocity)}
-        moving = {} if self.axis is None else {"x": (self.axis.x, self.axis.vx), "y": (self.axis.y, self.axis.vy)}
-        return {n: (x, v) for n, (x, v) in moving.items() if x != 0}
+            outputs += [Output(f"orbit.{name}", position, u.length), Output(f"orbit.v{name}", velocity, "")]
+        return outputs
 
     @cached_property
     def orbit_shape(self) -> sp.ImmutableMatrix:
@@ -166,27 +133,19 @@ class Structure:
         return _shaft_torques(self, tuple(velocities))
 
 
-SPEED = sp.Symbol("speed", real=True)
-
-
 @lru_cache(maxsize=256)
 def shared(structure: Structure) -> Structure:
-    """The first structure that is equal to this one: what has been derived from it is there."""
+    """The first structure that is equal to this one: what has been derived from it is in its caches."""
     return structure
 
 
 @lru_cache(maxsize=256)
 def _shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, sp.Expr]:
-    drive, losses = list[sp.Expr](), list[sp.Expr]()
-    for v in velocities:
-        for e in structure.energies:
-            losses.append(sp.diff(e.dissipation, v))
-            for a in e.applied:
-                torque = a.force * sp.diff(a.rate, v)
-                (drive if a.booked == "supplied" else losses).append(torque if a.booked == "supplied" else -torque)
-    still = {
-        s: sp.S.Zero for c in (*structure.carrier, *(x.coordinate for x in structure.sliders)) for s in (c.position, c.velocity)
-    }
+    torques = [(a.booked, a.force * sp.diff(a.rate, v)) for v in velocities for e in structure.energies for a in e.applied]
+    losses = [sp.diff(e.dissipation, v) for v in velocities for e in structure.energies]
+    resting = (*structure.carrier, *(x.coordinate for x in structure.sliders))
+    still = dict.fromkeys((s for c in resting for s in (c.position, c.velocity)), sp.S.Zero)
     still |= {b.coordinate.velocity: SPEED for b in structure.bodies}
-    first, second = (sp.sympify(sp.Add(*f).xreplace(still)) for f in (drive, losses))
-    return first, second
+    drive = sp.Add(*(torque for booked, torque in torques if booked == "supplied"))
+    braking = sp.Add(*losses, *(-torque for booked, torque in torques if booked != "supplied"))
+    return sp.sympify(drive.xreplace(still)), sp.sympify(braking.xreplace(still))

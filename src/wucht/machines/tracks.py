@@ -10,58 +10,59 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol, Self, TypeVar
+from typing import TypeVar
 
-import numpy as np
 import sympy as sp
 
 from wucht.errors import InputError
 from wucht.fields import Parameter
+from wucht.machines.mechanism import Mechanism
 from wucht.machines.parts.track import RESTITUTION, Track, Tracked
-from wucht.machines.tree import RotatingBody
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.piecewise import PiecewiseCubic, step
 
 FREQUENCY_RATIO = 20.0  # of the contact to the operating speed
-__all__ = ["FREQUENCY_RATIO", "angular_width", "arranged", "contacts", "evenly", "tracks_of"]
+
 
 _PLAY = 1e-9  # rad: given to bodies that start just touching
 
 
-def tracks_of(
-    bodies: Sequence[Tracked], where: Mapping[str, str], frequency: Mapping[str, float], given: Collection[str]
-) -> tuple[Track, ...]:
-    """The tracks of a machine. where: of bodies whose place is not their path, for errors. frequency: of the contacts by track.
+class Places(dict[str, str]):
+    """Where parts are: at their paths, but for those of which another place is known."""
 
-    given: the tracks whose frequency was asked for.
+    def __missing__(self, path: str) -> str:
+        return path
+
+
+def tracks_of(
+    bodies: Sequence[Tracked], at: Places, frequency: Mapping[str, float], given: Collection[str]
+) -> tuple[Track, ...]:
+    """The tracks of a machine. frequency: of the contacts by track; given: the tracks whose frequency was asked for.
 
     Raises ``InputError``: bodies of one track on different circles or about different bodies, or too many for it.
     """
-    found: dict[str, list[Tracked]] = {}
+    by_track: dict[str, list[Tracked]] = {}
     for b in bodies:
         if b.track is not None:
-            found.setdefault(b.track, []).append(b)
-    for listed in found.values():
-        first = listed[0]
-        for b in listed[1:]:
-            place = f"{where.get(b.path, b.path)}.track"
+            by_track.setdefault(b.track, []).append(b)
+    for together in by_track.values():
+        first = together[0]
+        for b in together[1:]:
+            place = f"{at[b.path]}.track"
             if b.reference != first.reference:
                 raise InputError(place, b.track, f"{first.name!r} of this track turns about {first.reference!r}")
             if abs(b.centre_radius() - first.centre_radius()) > 1e-9 * first.centre_radius():
-                at = f"the centre of {first.name!r} of this track runs on a circle of {first.centre_radius():g} m"
-                raise InputError(place, b.track, f"{at}, that of this body on {b.centre_radius():g} m")
-        width = sum(angular_width(a, b) for a, b in _neighbours(listed))
-        if len(listed) > 1 and width > 2 * math.pi:
-            place = f"{where.get(first.path, first.path)}.track"
-            raise InputError(place, first.track, f"{len(listed)} bodies of this size do not fit on it")
-    return tuple(
-        Track(name, tuple(listed), frequency[name], name in given) for name, listed in found.items() if len(listed) > 1
-    )
+                circle = f"the centre of {first.name!r} of this track runs on a circle of {first.centre_radius():g} m"
+                raise InputError(place, b.track, f"{circle}, that of this body on {b.centre_radius():g} m")
+        if len(together) > 1 and sum(angular_width(a, b) for a, b in _neighbours(together)) > 2 * math.pi:
+            sentence = f"{len(together)} bodies of this size do not fit on it"
+            raise InputError(f"{at[first.path]}.track", first.track, sentence)
+    return tuple(Track(name, tuple(ts), frequency[name], name in given) for name, ts in by_track.items() if len(ts) > 1)
 
 
-def _neighbours(listed: Sequence[Tracked]) -> list[tuple[Tracked, Tracked]]:
-    return list(zip(listed, [*listed[1:], listed[0]], strict=True))
+def _neighbours(bodies: Sequence[Tracked]) -> list[tuple[Tracked, Tracked]]:
+    return list(zip(bodies, [*bodies[1:], bodies[0]], strict=True))
 
 
 def angular_width(a: Tracked, b: Tracked) -> float:
@@ -86,46 +87,25 @@ def contacts(
         rate = angles[b.name].velocity - angles[a.name].velocity
         on = PiecewiseCubic(gap, step("contact", 0.0, 1.0, 0.0))
         inertia = a.about_axis() * b.about_axis() / (a.about_axis() + b.about_axis())
-        bounce = (_log_restitution(a) + _log_restitution(b)) / 2
+        bounce = sum(sp.log(body.symbol("restitution")) for body in (a, b)) / 2
         zeta = -bounce / sp.sqrt(sp.pi**2 + bounce**2)
         potential.append(on * inertia * frequency**2 * gap**2 / 2)
         dissipation.append(on * zeta * inertia * frequency * rate**2)
         value = 2 * math.pi * turns[k] - angular_width(a, b) + play[k]
-        parameters.append(
-            Parameter(offset.name, value, "rad", f"delta_{k + 1}", f"angle added to the gap {a.name} to {b.name}")
-        )
-    for body in track.bodies:
-        if body.restitution is None:
-            path = f"{body.name}.restitution"
-            parameters.append(Parameter(path, RESTITUTION, "", "e", "coefficient of restitution"))
+        what = f"angle added to the gap {a.name} to {b.name}"
+        parameters.append(Parameter(offset.name, value, "rad", f"delta_{k + 1}", what))
+    parameters += [
+        Parameter(f"{body.name}.restitution", RESTITUTION, "", "e", "coefficient of restitution")
+        for body in track.bodies
+        if body.restitution is None
+    ]
     return Energies(potential=sp.Add(*potential), dissipation=sp.Add(*dissipation)), tuple(parameters)
 
 
-def _log_restitution(body: Tracked) -> sp.Expr:
-    return sp.log(body.symbol("restitution"))
+MechanismT = TypeVar("MechanismT", bound=Mechanism)
 
 
-class Arrangeable(Protocol):
-    """What is needed of a machine to put contacts between its bodies. See ``Machine``."""
-
-    @property
-    def bodies(self) -> tuple[RotatingBody, ...]: ...
-    @property
-    def energies(self) -> tuple[Energies, ...]: ...
-    @property
-    def without_contacts(self) -> tuple[Energies, ...]: ...
-    @property
-    def parameters(self) -> Mapping[str, Parameter]: ...
-    @property
-    def tracks(self) -> tuple[Track, ...]: ...
-    def changed(self, **fields: Any) -> Self: ...
-    def with_unchecked(self, values: Mapping[str, float]) -> Self: ...
-
-
-MachineT = TypeVar("MachineT", bound=Arrangeable)
-
-
-def arranged(machine: MachineT, angles: Mapping[str, float], fastest: float = 0.0, where: str = "study.start") -> MachineT:
+def arranged(machine: MechanismT, angles: Mapping[str, float], fastest: float = 0.0, where: str = "study.start") -> MechanismT:
     """The machine with contacts between those bodies that are neighbours at these angles (absolute, in rad).
 
     fastest: the largest speed at the start, in rad/s: contacts whose frequency the file does not give are fast against it too.
@@ -138,9 +118,10 @@ def arranged(machine: MachineT, angles: Mapping[str, float], fastest: float = 0.
     energies, offsets, tracks = list[Energies](), dict[str, float](), list[Track]()
     parameters = dict(machine.parameters)
     for track in machine.tracks:
-        order = _counter_clockwise(track, angles)
-        found, more = contacts(track, order, *_gaps(track, order, angles, where), coordinates)
-        energies.append(found)
+        first = angles[track.bodies[0].name]
+        order = sorted(track.bodies, key=lambda b: (angles[b.name] - first) % (2 * math.pi))  # counter-clockwise
+        contact, more = contacts(track, order, *_gaps(track, order, angles, where), coordinates)
+        energies.append(contact)
         tracks.append(replace(track, order=tuple(b.name for b in order)))
         offsets |= {p.path: p.value for p in more if "offset" in p.path}
         if not track.given:
@@ -150,12 +131,6 @@ def arranged(machine: MachineT, angles: Mapping[str, float], fastest: float = 0.
         return machine.with_unchecked(offsets)
     contacted = machine.changed(energies=(*machine.without_contacts, *energies), parameters=parameters, tracks=tuple(tracks))
     return contacted.with_unchecked(offsets)
-
-
-def _counter_clockwise(track: Track, angles: Mapping[str, float]) -> list[Tracked]:
-    """The bodies of a track in the order of their angles, the first of the file first."""
-    first = angles[track.bodies[0].name]
-    return sorted(track.bodies, key=lambda b: (angles[b.name] - first) % (2 * math.pi))
 
 
 def _gaps(track: Track, order: Sequence[Tracked], angles: Mapping[str, float], where: str) -> tuple[list[int], list[float]]:
@@ -177,4 +152,4 @@ def _gaps(track: Track, order: Sequence[Tracked], angles: Mapping[str, float], w
 
 def evenly(bodies: Sequence[Tracked]) -> dict[str, float]:
     """Angles at which the bodies of a track stand evenly spaced, in the order given."""
-    return {b.name: float(a) for b, a in zip(bodies, np.arange(len(bodies)) * 2 * math.pi / len(bodies), strict=True)}
+    return {b.name: k * 2 * math.pi / len(bodies) for k, b in enumerate(bodies)}

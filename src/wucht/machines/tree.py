@@ -9,7 +9,8 @@ from functools import cached_property
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.machines.parts.release import Release
+from wucht.machines.parts.base import Frame, Point, Release
+from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 
 
@@ -47,12 +48,12 @@ class Tree:
 
     def path(self, body: str) -> list[str]:
         """The body, what it turns about, and so on to the one on the carrier. Raises ``WuchtError``: a circle."""
-        found = [body]
-        while (above := self.above.get(found[-1])) is not None:
-            if above in found:
+        way = [body]
+        while (above := self.above.get(way[-1])) is not None:
+            if above in way:
                 raise WuchtError("bodies turn about each other in a circle; one must turn about the carrier's axis")
-            found.append(above)
-        return found
+            way.append(above)
+        return way
 
     def root(self, body: str) -> str:
         """The body on the carrier that it turns about, directly or through others; itself if it is one."""
@@ -68,10 +69,40 @@ class Tree:
         return [other for other in self.outward if body in self.path(other)]
 
 
+@dataclass(frozen=True)
 class Bodies:
-    """What follows from who turns about whom. bodies: in the order given."""
+    """What carries the bodies, who turns about whom, and their energies. See ``Machine`` for the fields."""
 
+    carrier: tuple[Coordinate, ...]
+    labels: tuple[str, ...]
     bodies: tuple[RotatingBody, ...]
+    sliders: tuple[SlidingBody, ...]
+    energies: tuple[Energies, ...]
+    frame: Frame
+
+    @cached_property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The carrier's coordinates, then the bodies' angles, then the sliders' displacements."""
+        return (*self.carrier, *(b.coordinate for b in self.bodies), *(s.coordinate for s in self.sliders))
+
+    @cached_property
+    def free_carrier(self) -> tuple[Coordinate, ...]:
+        """The carrier's coordinates without those whose motion is prescribed."""
+        return tuple(c for c in self.carrier if c.prescribed is None)
+
+    @cached_property
+    def turning(self) -> Coordinate | None:
+        """The carrier's turning about the normal of the plane, with which a locked rotor turns; None where it does not turn."""
+        return next((c for c in self.carrier if c.velocity == self.frame.rotation), None)
+
+    @cached_property
+    def orbit(self) -> dict[str, tuple[sp.Expr, sp.Expr]]:
+        """The motion whose amplitude is looked at: x, y of the main rotor's axis, or the angle of a carrier that only turns."""
+        if self.labels == ("r",):
+            (c,) = self.carrier
+            return {"r": (c.position, c.velocity)}
+        axis = self.frame.axes.get(self.rotor.name, Point())
+        return {n: motion for n, motion in {"x": (axis.x, axis.vx), "y": (axis.y, axis.vy)}.items() if motion[0] != 0}
 
     @cached_property
     def rotor(self) -> RotatingBody:

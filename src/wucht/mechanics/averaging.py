@@ -12,12 +12,12 @@ outputs ``full.<state>`` are the states with the fast part put back.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.means import Mean, mean_and_frequencies
+from wucht.mechanics.means import mean_and_frequencies
 from wucht.mechanics.slow_time import (
     refuse_kinks,
     refuse_other_orders,
@@ -26,9 +26,9 @@ from wucht.mechanics.slow_time import (
     refuse_turning_with,
     refuse_unknown_parameter,
 )
-from wucht.mechanics.trigonometric import NotTrigonometricError, common_period, harmonics, is_whole
-from wucht.mechanics.zero_testing import identically_zero
-from wucht.system import TIME, Output, System
+from wucht.mechanics.trigonometric import NotTrigonometricError, common_period, explained, harmonics
+from wucht.mechanics.zero_testing import SAME, identically_zero
+from wucht.system import TIME, Output, System, substitute_definitions
 
 FULL = "full"
 _NO_VALUE = (sp.zoo, sp.nan, sp.oo, -sp.oo, sp.AccumBounds)
@@ -98,38 +98,56 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
     refuse_other_orders(order, "averaging")
     if small is not None:
         refuse_unknown_parameter(system, small)
-    epsilon = sp.S.One if small is None else small
-    opened = [regular(_needed(system, d, small, order), small) for d in system.derivatives]
-    refuse_small_frequencies(opened, small)
-    terms = [in_powers(f, small, s) for f, s in zip(opened, system.states, strict=True)]
-    X = [a for a, _ in terms]
-    for f, a, s in zip(opened, X, system.states, strict=True):
+    epsilon, states = sp.S.One if small is None else small, system.states
+    # Of time or epsilon, or at order 2, which differentiates: no such definition stays in what is averaged.
+    moving = {s for s, _ in system.definitions} if order == 2 else _moving(system, small)
+    rates = [regular(_without(moving, system, d), small) for d in system.derivatives]
+    refuse_small_frequencies(rates, small)
+    powers = [in_powers(f, small, s) for f, s in zip(rates, states, strict=True)]
+    X = [a for a, _ in powers]
+    for f, a, s in zip(rates, X, states, strict=True):
         refuse_slow_time(f, a, small, s)
-    means = [_mean(a, s, system) for a, s in zip(X, system.states, strict=True)]
-    oscillating = [w for m in means for w in m.frequencies]
+    means = [_mean(a, s, system) for a, s in zip(X, states, strict=True)]
+    first, oscillating = tuple(m for m, _ in means), [w for _, frequencies in means for w in frequencies]
     fast, reason = _fast_part(X)
-    second: list[Mean] = []
+    second, beyond = list[sp.Expr](), list[sp.Expr]()
     if order == 2:
         if reason:
             raise WuchtError(f"no averaging of second order: {reason}")
-        bent = [_along(a, system.states, fast) + further for a, (_, further) in zip(X, terms, strict=True)]
-        second = [_mean(e, s, system) for e, s in zip(bent, system.states, strict=True)]
-        oscillating += [w for _, further in terms for w in mean_and_frequencies(further, TIME).frequencies]
-    quadratures = [_quadrature(q, system, epsilon, fast, small, order) for q in system.quadratures]
-    divisors = [
-        *oscillating,
-        *(w for m in second for w in m.frequencies),
-        *(w for _, frequencies in quadratures for w in frequencies),
-    ]
-    first, beyond = (tuple(m.value for m in column) for column in (means, second))
+        for (a, further), s in zip(powers, states, strict=True):
+            value, frequencies = _mean(along(a, states, fast) + further, s, system)
+            second.append(value)
+            beyond += frequencies
+            oscillating += mean_and_frequencies(further, TIME)[1]
+    quadratures = []
+    for q in system.quadratures:
+        rate, jump = _without(moving, system, q.expression), sp.sympify(system.explicit(q.jump))
+        refuse_small_frequencies([rate], small)
+        changes = [along(rate, states, fast)] if order == 2 else []
+        orders = [_mean(e, sp.Symbol(q.name), system) for e in (rate, *changes)]
+        if TIME in jump.free_symbols:
+            raise WuchtError(f"the jumps of {q.name} depend on {TIME}: they have no mean")
+        value = sp.Add(*(epsilon**i * m for i, (m, _) in enumerate(orders)))
+        quadratures.append(replace(q, expression=value, jump=jump))
+        beyond += [w for _, frequencies in orders for w in frequencies]
+    fluctuation = [epsilon * u for u in fast]
+    lines, outputs = put_back(system, {s: s + u for s, u in zip(states, fluctuation, strict=False)})
+    slow = replace(
+        system,
+        derivatives=tuple(epsilon * a + epsilon**2 * b for a, b in zip(first, second or [sp.S.Zero] * len(first), strict=True)),
+        definitions=(*((s, e) for s, e in system.definitions if s not in _moving(system, small)), *lines),
+        outputs=outputs,
+        quadratures=tuple(quadratures),
+        second_order=None,
+    )
     return Averaged(
-        _slow(system, epsilon, (first, beyond), fast, small, tuple(q for q, _ in quadratures)),
+        slow,
         first,
-        beyond,
+        tuple(second),
         fast,
-        tuple(s - epsilon * u for s, u in zip(system.states, fast, strict=True)) if fast else system.states,
+        tuple(s - u for s, u in zip(states, fluctuation, strict=True)) if fast else states,
         _checked(period, dict.fromkeys(oscillating)),
-        tuple(w for w in dict.fromkeys(divisors) if w.free_symbols),
+        tuple(w for w in dict.fromkeys([*oscillating, *beyond]) if w.free_symbols),
         reason,
     )
 
@@ -188,89 +206,40 @@ def put_back(
     if system.outputs:
         lines += [(renamed[s], e.xreplace(renamed)) for s, e in system.definitions]
     states = [Output(renamed[s].name, renamed[s], long_name=f"{s.name} with its fast part") for s in full]
-    return tuple(lines), (*states, *(_of(o, o.expression.xreplace(renamed), o.jump.xreplace(renamed)) for o in system.outputs))
+    return tuple(lines), (*states, *(in_terms_of(renamed, o) for o in system.outputs))
 
 
-def _of(output: Output, expression: sp.Expr, jump: sp.Expr) -> Output:
-    return Output(output.name, expression, output.unit, output.long_name, jump)
-
-
-def _slow(
-    system: System,
-    epsilon: sp.Expr,
-    means: tuple[Sequence[sp.Expr], Sequence[sp.Expr]],
-    fast: Sequence[sp.Expr],
-    small: sp.Symbol | None,
-    quadratures: tuple[Output, ...],
-) -> System:
-    """The averaged System: rates, the definitions that they still use, outputs with the fast part, mean quadratures."""
-    first, second = means
-    rates = [epsilon * a for a in first]
-    if second:
-        rates = [r + epsilon**2 * b for r, b in zip(rates, second, strict=True)]
-    full = {s: s + epsilon * u for s, u in zip(system.states, fast, strict=True)} if fast else {}
-    lines, outputs = put_back(system, full)
-    moving = _moving(system, small)
-    return System(
-        states=system.states,
-        derivatives=tuple(rates),
-        parameters=system.parameters,
-        definitions=(*((s, e) for s, e in system.definitions if s not in moving), *lines),
-        outputs=outputs,
-        quadratures=quadratures,
-        angles=system.angles,
+def in_terms_of(meaning: Mapping[sp.Symbol, sp.Expr], output: Output, factor: sp.Expr = sp.S.One) -> Output:
+    """An output or quadrature with symbols replaced. factor: of a rate, not of its jumps."""
+    return replace(
+        output, expression=output.expression.xreplace(meaning) * factor, jump=sp.sympify(output.jump).xreplace(meaning)
     )
 
 
-def _quadrature(
-    q: Output, system: System, epsilon: sp.Expr, fast: Sequence[sp.Expr], small: sp.Symbol | None, order: int
-) -> tuple[Output, tuple[sp.Expr, ...]]:
-    """A quadrature with the mean of its rate, at order 2 with <(dg/dx) u> epsilon besides, and the frequencies met."""
-    rate = _needed(system, q.expression, small, order)
-    refuse_small_frequencies([rate], small)
-    symbol = sp.Symbol(q.name)
-    means = [_mean(rate, symbol, system)]
-    if order == 2:
-        means.append(_mean(_along(rate, system.states, fast), symbol, system))
-    jump = sp.sympify(system.explicit(q.jump))
-    if TIME in jump.free_symbols:
-        raise WuchtError(f"the jumps of {q.name} depend on {TIME}: they have no mean")
-    value = sp.Add(*(epsilon**i * m.value for i, m in enumerate(means)))
-    return _of(q, value, jump), tuple(w for m in means for w in m.frequencies)
-
-
-def _along(e: sp.Expr, states: Sequence[sp.Symbol], fast: Sequence[sp.Expr]) -> sp.Expr:
-    """(de/dx) u."""
-    return sp.Add(*(sp.diff(e, s) * u for s, u in zip(states, fast, strict=True)))
+def along(e: sp.Expr, states: Sequence[sp.Symbol], change: Sequence[sp.Expr]) -> sp.Expr:
+    """(de/dx) u: the change of an expression with that of the states."""
+    return sp.Add(*(sp.diff(e, s) * u for s, u in zip(states, change, strict=True)))
 
 
 def _moving(system: System, small: sp.Symbol | None) -> set[sp.Symbol]:
     """The definitions that depend on time or epsilon: they cannot stay as they are in the mean."""
-    moving = {TIME} if small is None else {TIME, small}
+    moving = {TIME, small}
     for symbol, expression in system.definitions:
         if expression.free_symbols & moving:
             moving.add(symbol)
     return moving - {TIME, small}
 
 
-def _needed(system: System, e: sp.Expr, small: sp.Symbol | None, order: int) -> sp.Expr:
-    """The expression without definitions that depend on time or epsilon; at order 2, which differentiates it, without any."""
-    if order == 2:
-        return sp.sympify(system.explicit(e))
-    moving = _moving(system, small)
-    for symbol, meaning in reversed(system.definitions):
-        if symbol in moving and symbol in e.free_symbols:
-            e = e.xreplace({symbol: meaning})
-    return sp.sympify(e)
+def _without(moving: set[sp.Symbol], system: System, e: sp.Expr) -> sp.Expr:
+    """The expression with the meaning of these definitions in their place."""
+    return sp.sympify(substitute_definitions(e, [(s, meaning) for s, meaning in system.definitions if s in moving]))
 
 
-def _mean(e: sp.Expr, state: sp.Symbol, system: System) -> Mean:
-    """The mean of a state's rate, or the sentence why it has none."""
-    try:
+def _mean(e: sp.Expr, state: sp.Symbol, system: System) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
+    """The mean of a state's rate and its frequencies, or the sentence why it has none."""
+    with explained(f"the rate of {state} cannot be averaged"):
         refuse_turning_with((*system.states, *(d for d, _ in system.definitions)), e)
         return mean_and_frequencies(e, TIME)
-    except WuchtError as error:
-        raise type(error)(f"the rate of {state} cannot be averaged: {error}") from error
 
 
 def _checked(period: sp.Expr | None, frequencies: Iterable[sp.Expr]) -> sp.Expr | None:
@@ -283,6 +252,8 @@ def _checked(period: sp.Expr | None, frequencies: Iterable[sp.Expr]) -> sp.Expr 
     if period.is_positive is False or period.is_extended_real is False or period.is_infinite:
         raise WuchtError(f"{period} is no period: a positive time is allowed")
     for w in frequencies:
-        if not is_whole(w * period / (2 * sp.pi)):
+        turns = sp.simplify(w * period / (2 * sp.pi))
+        decimal = turns.has(sp.Float) and turns.is_real and abs(turns - round(turns)) <= SAME * abs(turns)
+        if not (decimal or turns.is_Integer):
             raise WuchtError(f"{period} is no period: the frequency {w} is present")
     return period

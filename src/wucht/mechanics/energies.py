@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import sympy as sp
 
@@ -42,15 +41,4 @@ class Energies:
 
     def __add__(self, other: Energies) -> Energies:
         """The energies of both."""
-        return total((self, other))
-
-
-def total(parts: Iterable[Energies]) -> Energies:
-    """The energies of a machine: the sum over its parts."""
-    energies = tuple(parts)
-    return Energies(
-        kinetic=sp.Add(*(e.kinetic for e in energies)),
-        potential=sp.Add(*(e.potential for e in energies)),
-        dissipation=sp.Add(*(e.dissipation for e in energies)),
-        applied=tuple(a for e in energies for a in e.applied),
-    )
+        return Energies(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(Energies)))

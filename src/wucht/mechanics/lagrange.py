@@ -13,6 +13,7 @@ import sympy as sp
 from wucht.errors import WuchtError
 from wucht.mechanics.elimination import solve_by_elimination
 from wucht.mechanics.energies import Energies
+from wucht.mechanics.phasors import Lines
 from wucht.system import TIME, Output, SecondOrder, System
 
 
@@ -69,11 +70,10 @@ def equations_of_motion(parts: Sequence[Energies], coordinates: Sequence[Coordin
                 forces[i] -= sp.diff(momentum, q[j]) * v[j]
             forces[i] += sp.diff(part.kinetic, q[i]) - sp.diff(momentum, TIME)
             other[i] -= sp.diff(part.potential, q[i]) + sp.diff(part.dissipation, v[i])
-    # T is quadratic in the velocities, so the velocity products appear twice; expanding merges them.
-    forces = [sp.expand(f) + rest for f, rest in zip(forces, other, strict=True)]
-    for applied in (a for part in parts for a in part.applied):
-        for i in range(n):
-            forces[i] += applied.force * sp.diff(applied.rate, v[i])
+    applied = [a for part in parts for a in part.applied]
+    for i in range(n):
+        # T is quadratic in the velocities, so the velocity products appear twice; expanding merges them.
+        forces[i] = sp.expand(forces[i]) + other[i] + sp.Add(*(a.force * sp.diff(a.rate, v[i]) for a in applied))
     driven = tuple(c.position for c in coordinates if c.prescribed is not None)
     return SecondOrder(tuple(q), tuple(v), sp.ImmutableMatrix(mass), sp.ImmutableMatrix(n, 1, forces), driven)
 
@@ -91,40 +91,35 @@ def first_order(
     Outputs and quadratures may use ``acceleration(c)`` of any coordinate, the velocity of any, and ``reaction(c)``, the force
     that enforces a prescribed motion. locks: those on other coordinates' followers first.
     """
-    n = len(coordinates)
     free = [i for i, c in enumerate(coordinates) if c.prescribed is None]
-    definitions: list[tuple[sp.Symbol, sp.Expr]] = []
-    given: dict[int, sp.Expr] = {}
-    for i, c in enumerate(coordinates):
-        if c.prescribed is not None:
-            definitions.append((c.velocity, c.prescribed))
-            given[i] = sp.diff(c.prescribed, TIME)
-            definitions.append((acceleration(c), given[i]))
+    accelerations = {i: sp.diff(c.prescribed, TIME) for i, c in enumerate(coordinates) if i not in free}
+    lines = Lines()
+    for i, a in accelerations.items():
+        c = coordinates[i]
+        lines.pairs += [(c.velocity, c.prescribed), (acceleration(c), a)]
     if free:
-        known = {i: sp.Add(*(motion.mass[i, k] * a for k, a in given.items())) for i in free}
-        right = {i: motion.forces[i] - known[i] for i in free}
-        mass = {(i, j): motion.mass[i, j] for i in free for j in free}
+        mass = sp.Matrix(motion.mass)
+        given = sp.Matrix([accelerations.get(i, 0) for i in range(len(coordinates))])
+        right = sp.Matrix(motion.forces - mass * given)
         for lock in locks:
-            _apply(lock, mass, right, given, free)
+            _apply(lock, mass, right, accelerations)
         names = [coordinates[i].position.name for i in free]
-        matrix = sp.ImmutableMatrix(len(free), len(free), [mass[i, j] for i in free for j in free])
-        lines, solved = solve_by_elimination(matrix, sp.ImmutableMatrix([right[i] for i in free]), names)
-        accelerations = dict(zip(free, solved, strict=True)) | given
+        solved = solve_by_elimination(mass.extract(free, free), [right[i] for i in free], names, lines)
+        accelerations |= dict(zip(free, solved, strict=True))
         for lock in reversed(locks):
             if lock.about is not None:
                 accelerations[lock.index] += lock.locked * accelerations[lock.about]
-        definitions += lines
-        definitions += [(acceleration(coordinates[i]), accelerations[i]) for i in free]
-    rest = [sp.Add(*(motion.mass[i, j] * acceleration(coordinates[j]) for j in range(n))) - motion.forces[i] for i in range(n)]
+        lines.pairs += [(acceleration(coordinates[i]), accelerations[i]) for i in free]
+    rest = sp.Matrix(motion.mass * sp.Matrix([acceleration(c) for c in coordinates]) - motion.forces)
     for lock in locks:  # what a lock pushes its coordinate with, it takes from the other
         if lock.about is not None:
             rest[lock.about] += lock.locked * rest[lock.index]
-    definitions += [(reaction(coordinates[i]), rest[i]) for i in given]
+    lines.pairs += [(reaction(c), rest[i]) for i, c in enumerate(coordinates) if c.prescribed is not None]
     return System(
         states=(*(c.position for c in coordinates), *(coordinates[i].velocity for i in free)),
         derivatives=(*(c.velocity for c in coordinates), *(acceleration(coordinates[i]) for i in free)),
         parameters=tuple(parameters),
-        definitions=tuple(definitions),
+        definitions=tuple(lines.pairs),
         outputs=tuple(outputs),
         quadratures=tuple(quadratures),
         angles=frozenset(c.position for c in coordinates if c.angle),
@@ -132,13 +127,7 @@ def first_order(
     )
 
 
-def _apply(
-    lock: Lock,
-    mass: dict[tuple[int, int], sp.Expr],
-    right: dict[int, sp.Expr],
-    given: Mapping[int, sp.Expr],
-    free: Sequence[int],
-) -> None:
+def _apply(lock: Lock, mass: sp.Matrix, right: sp.Matrix, given: Mapping[int, sp.Expr]) -> None:
     """Write the locked coordinate's acceleration as that of the other plus a rest, which is zero while it is locked.
 
     With s = 1 the two equations of motion are added, so that the unknown torque between them drops out; with s = 0 nothing
@@ -146,18 +135,15 @@ def _apply(
     """
     i, k, s = lock.index, lock.about, lock.locked
     if k is not None and k in given:
-        for j in free:
-            right[j] -= mass[j, i] * s * given[k]
+        right[:, :] -= mass[:, i] * (s * given[k])
     elif k is not None:
-        for j in free:
-            mass[j, k] += s * mass[j, i]
-        for j in free:
-            mass[k, j] += s * mass[i, j]
+        mass[:, k] += s * mass[:, i]
+        mass[k, :] += s * mass[i, :]
         right[k] += s * right[i]
-    for j in free:
-        if j != i:
-            mass[i, j] *= 1 - s
-            mass[j, i] *= 1 - s
+    inertia = mass[i, i]
+    mass[:, i] *= 1 - s
+    mass[i, :] *= 1 - s
+    mass[i, i] = inertia
     right[i] *= 1 - s
 
 
@@ -173,11 +159,8 @@ def reaction(coordinate: Coordinate) -> sp.Symbol:
 
 def dissipated_power(parts: Sequence[Energies], coordinates: Sequence[Coordinate]) -> sp.Expr:
     """The power lost: ``v . dR/dv`` of the linear dampers, less the power of applied forces booked as lost."""
-    lost: list[sp.Expr] = []
-    for part in parts:
-        lost += [c.velocity * sp.diff(part.dissipation, c.velocity) for c in coordinates]
-        lost += [-a.power for a in part.applied if a.booked == "lost"]
-    return sp.Add(*lost)
+    lost = [c.velocity * sp.diff(part.dissipation, c.velocity) for part in parts for c in coordinates]
+    return sp.Add(*lost, *(-a.power for part in parts for a in part.applied if a.booked == "lost"))
 
 
 def supplied_power(parts: Sequence[Energies], coordinates: Sequence[Coordinate]) -> sp.Expr:

@@ -33,10 +33,7 @@ class LinearCarrier:
 
 
 def linear_carrier(
-    parts: Sequence[Energies],
-    carrier: Sequence[Coordinate],
-    bodies: Sequence[Coordinate],
-    at_rest: Sequence[Coordinate] = (),
+    parts: Sequence[Energies], carrier: Sequence[Coordinate], bodies: Sequence[Coordinate], at_rest: Sequence[Coordinate] = ()
 ) -> LinearCarrier:
     """Read the carrier's matrices off the energies.
 
@@ -44,42 +41,27 @@ def linear_carrier(
     carrier is not linear, or a coupling is no first harmonic of the body's angle.
     """
     still = {s: sp.S.Zero for c in at_rest for s in (c.position, c.velocity)}
-    if still:
-        parts = [Energies(*(e.xreplace(still) for e in (p.kinetic, p.potential, p.dissipation))) for p in parts]
     q, v = [c.position for c in carrier], [c.velocity for c in carrier]
-    momenta = [_slopes(p.kinetic, v) for p in parts]
-    mass = _matrix(momenta, v)
-    damping = _matrix([_slopes(p.dissipation, v) for p in parts], v)
-    forces = [_slopes(p.potential, q) for p in parts]
-    stiffness = _matrix(forces, q)
+    names = ("kinetic", "potential", "dissipation")
+    T, V, R = (sp.Add(*(getattr(p, name).xreplace(still) for p in parts)) for name in names)
+    momenta, forces = [sp.diff(T, x) for x in v], [sp.diff(V, x) for x in q]
+    mass, stiffness = _slopes(momenta, v), _slopes(forces, q)
+    damping = _slopes([sp.diff(R, x) for x in v], v)
     turning = {b.position for b in bodies} | {b.velocity for b in bodies}
     for name, matrix in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
         if matrix.free_symbols & (set(q) | set(v) | turning):
             raise WuchtError(f"the carrier's {name} matrix is not constant: it has no harmonic influence coefficients")
     origin = dict.fromkeys(q, sp.S.Zero)
-    load = sp.ImmutableMatrix(len(q), 1, [-sp.Add(*(f[i].xreplace(origin) for f in forces if i in f)) for i in range(len(q))])
-    coupling = tuple(
-        sp.ImmutableMatrix(len(v), 1, [sp.Add(*(_diff(p[i], b.velocity) for p in momenta if i in p)) for i in range(len(v))])
-        for b in bodies
-    )
+    load = sp.ImmutableMatrix(len(q), 1, [-f.xreplace(origin) for f in forces])
+    coupling = tuple(sp.ImmutableMatrix(len(v), 1, [sp.diff(p, b.velocity) for p in momenta]) for b in bodies)
     excitation = tuple(g.applyfunc(lambda e, b=b: first_harmonic(e, b.position)) for g, b in zip(coupling, bodies, strict=True))
     return LinearCarrier(mass, damping, stiffness, coupling, excitation, load)
 
 
-def _slopes(function: sp.Expr, symbols: Sequence[sp.Symbol]) -> dict[int, sp.Expr]:
-    """The derivatives of a part's function by those symbols that occur in it."""
-    return {i: sp.diff(function, s) for i, s in enumerate(symbols) if function.has(s)}
-
-
-def _matrix(slopes: Sequence[dict[int, sp.Expr]], symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
-    """The second derivatives of a sum of functions with these first ones."""
+def _slopes(gradient: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
+    """The second derivatives of a function with this gradient: a symmetric matrix."""
     size = len(symbols)
-    upper = {(i, j): sp.Add(*(_diff(f[i], symbols[j]) for f in slopes if i in f)) for i in range(size) for j in range(i, size)}
-    return sp.ImmutableMatrix(size, size, lambda i, j: upper[min(i, j), max(i, j)])
-
-
-def _diff(function: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    return sp.diff(function, symbol) if function.has(symbol) else sp.S.Zero
+    return sp.ImmutableMatrix(size, size, lambda i, j: sp.diff(gradient[min(i, j)], symbols[max(i, j)]))
 
 
 def first_harmonic(coupling: sp.Expr, angle: sp.Symbol) -> sp.Expr:

@@ -6,20 +6,10 @@ sines and cosines with one period have a mean by the residue theorem where their
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import sympy as sp
 
 from wucht.mechanics.quotients import mean_of_quotients
 from wucht.mechanics.trigonometric import NotTrigonometricError, harmonics
-
-
-@dataclass(frozen=True)
-class Mean:
-    """A mean, and the frequencies that must not be zero for it to hold: those of what oscillates."""
-
-    value: sp.Expr
-    frequencies: tuple[sp.Expr, ...]
 
 
 def mean(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:
@@ -27,16 +17,16 @@ def mean(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:
 
     Raises ``WuchtError`` with the reason where there is none, or none was found.
     """
-    return mean_and_frequencies(expression, variable).value
+    return mean_and_frequencies(expression, variable)[0]
 
 
-def mean_and_frequencies(expression: sp.Expr, variable: sp.Symbol) -> Mean:
-    """The mean, and the frequencies other than zero. Raises ``WuchtError`` as ``mean``."""
+def mean_and_frequencies(expression: sp.Expr, variable: sp.Symbol) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
+    """The mean, and the frequencies of what oscillates, which must not be zero for it to hold. Raises ``WuchtError``."""
     try:
         waves = harmonics(expression, variable)
-        return Mean(waves.mean, waves.frequencies)
+        return waves.mean, waves.frequencies
     except NotTrigonometricError:
-        return Mean(*mean_of_quotients(sp.sympify(expression), variable))
+        return mean_of_quotients(sp.sympify(expression), variable)
 
 
 def antiderivative(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:

@@ -22,10 +22,8 @@ class Notation:
     def symbols(self, coordinates: Sequence[Coordinate], latex: bool) -> dict[sp.Symbol, sp.Symbol]:
         """Printed symbols for positions, velocities and parameters."""
         shown = {sp.Symbol(k, real=True): sp.Symbol(latex_name(v) if latex else v) for k, v in self.names.items()}
-        for c in coordinates:
-            base = self.names[c.position.name]
-            shown[c.velocity] = sp.Symbol(_dotted(base, 1) if latex else f"{base}'")
-        return shown
+        bases = {c.velocity: self.names[c.position.name] for c in coordinates}
+        return shown | {v: sp.Symbol(_dotted(base, 1) if latex else f"{base}'") for v, base in bases.items()}
 
     def acceleration(self, c: Coordinate, latex: bool) -> sp.Symbol:
         """The printed symbol of an acceleration."""
@@ -63,19 +61,15 @@ def written(
     symbols = notation.symbols(coordinates, latex)
     lines = []
     for i, c in enumerate(coordinates):
-        scale = motion.mass[i, i] if normalise else sp.S.One
+        scale = motion.mass[i, i].xreplace(nothing) if normalise else sp.S.One
         left = sp.S.Zero
-        terms = []
         for j, other in enumerate(coordinates):
             entry = motion.mass[i, j].xreplace(nothing)
-            if entry == 0 or (other.prescribed is not None and sp.diff(other.prescribed, TIME) == 0):
-                continue
-            own = scale.xreplace(nothing)
-            factor = sp.simplify(entry / own) if normalise else sp.factor_terms(sp.expand(entry))
-            terms.append(factor.xreplace(symbols) * notation.acceleration(other, latex))
-        left = sp.Add(*terms)
+            if entry != 0 and (other.prescribed is None or sp.diff(other.prescribed, TIME) != 0):
+                factor = sp.simplify(entry / scale) if normalise else sp.factor_terms(sp.expand(entry))
+                left += factor.xreplace(symbols) * notation.acceleration(other, latex)
         right = motion.forces[i].xreplace(nothing)
-        right = sp.expand(right / scale.xreplace(nothing)) if normalise else right
+        right = sp.expand(right / scale) if normalise else right
         right = sp.collect(right, [c.velocity for c in coordinates]).xreplace(symbols)
         if c.prescribed is not None:
             lines.append(equation(symbols[c.velocity], c.prescribed.xreplace(nothing).xreplace(symbols), latex))

@@ -6,9 +6,11 @@ may have any number of coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
 import sympy as sp
 
 
@@ -32,8 +34,13 @@ class Phasor:
     def __sub__(self, other: Phasor) -> Phasor:
         return Phasor(self.re - other.re, self.im - other.im)
 
-    def __mul__(self, other: Phasor) -> Phasor:
+    def __mul__(self, other: Phasor | sp.Expr) -> Phasor:
+        """Times a complex amplitude or a real factor."""
+        if not isinstance(other, Phasor):
+            return self.scaled(other)
         return Phasor(self.re * other.re - self.im * other.im, self.re * other.im + self.im * other.re)
+
+    __rmul__ = __mul__
 
     def scaled(self, factor: sp.Expr) -> Phasor:
         """Times a real factor."""
@@ -55,8 +62,8 @@ class Phasor:
         return bool(self.re == 0 and self.im == 0)
 
 
-ZERO = Phasor()
-Phasors = Sequence[Phasor]
+ZERO, TURN = Phasor(), Phasor(sp.S.Zero, sp.S.One)
+Phasors = Sequence[Phasor] | np.ndarray
 
 
 def total(phasors: Sequence[Phasor]) -> Phasor:
@@ -104,71 +111,69 @@ class Lines:
         def rate(e: sp.Expr) -> sp.Expr:
             return sp.Add(*(sp.diff(e, s) * known[s] for s in sorted(e.free_symbols & known.keys(), key=str)))
 
-        needed, selected = set().union(*(e.free_symbols for e in expressions)), list[tuple[sp.Symbol, sp.Expr]]()
-        for symbol, expression in reversed(pairs):
-            if symbol in needed:
-                selected.append((symbol, expression))
-                needed |= expression.free_symbols
-        for symbol, expression in reversed(selected):
+        for symbol, expression in needed_for(expressions, pairs):
             change = rate(expression)
             if change != 0:
                 known[symbol] = self.name(change, f"{symbol.name}{suffix}")
         return [rate(e) for e in expressions]
 
 
-@dataclass
+def needed_for(expressions: Iterable[sp.Expr], pairs: Sequence[tuple[sp.Symbol, sp.Expr]]) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Those of these definitions that the expressions use, in order."""
+    used, needed = set().union(*(e.free_symbols for e in expressions)), list[tuple[sp.Symbol, sp.Expr]]()
+    for symbol, expression in reversed(pairs):
+        if symbol in used:
+            needed.append((symbol, expression))
+            used |= expression.free_symbols
+    return needed[::-1]
+
+
 class HarmonicResponse:
     """``z = H(w) F`` with H = (K - w^2 M + i w C)^-1, factorised once (L D L^T of a complex symmetric matrix).
 
     Without pivoting: the damping matrix is positive definite where the carrier is damped, and then no pivot is zero.
     """
 
-    mass: sp.Matrix
-    damping: sp.Matrix
-    stiffness: sp.Matrix
-    frequency: sp.Expr
-    names: Sequence[str]
-    lines: Lines
-    label: str = "D"
-    _rows: list[dict[int, Phasor]] = field(default_factory=list)
-    _inverse: list[Phasor] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        n, w = len(self.names), self.frequency
-        rows = [dict[int, Phasor]() for _ in range(n)]
-        for i in range(n):
-            for j in range(i, n):
-                entry = Phasor(self.stiffness[i, j] - w**2 * self.mass[i, j], w * self.damping[i, j])
-                if not entry.is_zero:
-                    rows[i][j] = self.lines.phasor(entry, f"{self.label}[{self.names[i]}{self.names[j] if j > i else ''}]")
-        for k in range(n):
-            self._inverse.append(self._reciprocal(rows[k][k], self.names[k]))
-            coupled = [j for j in rows[k] if j > k]
+    def __init__(
+        self, mass: sp.Matrix, damping: sp.Matrix, stiffness: sp.Matrix, frequency: sp.Expr, names: Sequence[str], lines: Lines,
+        label: str = "D",
+    ) -> None:  # fmt: skip
+        self.names, self.lines, self.label = names, lines, label
+        self.rows: list[dict[int, Phasor]] = [{} for _ in names]
+        self.inverse: list[Phasor] = []
+        for i, j in itertools.combinations_with_replacement(range(len(names)), 2):
+            entry = dynamic_stiffness(mass[i, j], damping[i, j], stiffness[i, j], frequency)
+            if not entry.is_zero:
+                self.rows[i][j] = lines.phasor(entry, f"{label}[{names[i]}{names[j] if j > i else ''}]")
+        for k, row in enumerate(self.rows):
+            self.inverse.append(self._reciprocal(row[k], names[k]))
+            coupled = [j for j in row if j > k]
             for i in coupled:
-                factor = rows[k][i] * self._inverse[k]
+                factor = row[i] * self.inverse[k]
                 for j in (j for j in coupled if j >= i):
-                    updated = rows[i].get(j, ZERO) - factor * rows[k][j]
-                    rows[i][j] = self.lines.phasor(updated, f"{self.label}{k + 1}[{self.names[i]}{self.names[j]}]")
-        self._rows = rows
+                    updated = self.rows[i].get(j, ZERO) - factor * row[j]
+                    self.rows[i][j] = lines.phasor(updated, f"{label}{k + 1}[{names[i]}{names[j]}]")
 
     def _reciprocal(self, pivot: Phasor, name: str) -> Phasor:
         if pivot.im == 0:
             return self.lines.phasor(Phasor(1 / pivot.re), f"H[{name}]")
         square = self.lines.name(pivot.re**2 + pivot.im**2, f"|{self.label}|^2[{name}]")
-        return self.lines.phasor(
-            pivot.conj.scaled(1 / square), f"H[{name}]" if self.label == "D" else f"1/{self.label}[{name}]"
-        )
+        return self.lines.phasor(pivot.conj * (1 / square), f"H[{name}]" if self.label == "D" else f"1/{self.label}[{name}]")
 
-    def __call__(self, force: Phasors, label: str) -> list[Phasor]:
+    def __call__(self, force: Phasors, label: str) -> np.ndarray:
         """z for the force amplitudes (m), named ``label[name].re`` and ``.im``."""
-        n, right = len(self.names), list(force)
-        for k in range(n):
-            for i in (i for i in self._rows[k] if i > k):
-                right[i] = self.lines.phasor(
-                    right[i] - self._rows[k][i] * self._inverse[k] * right[k], f"{label},{self.names[k]}[{self.names[i]}]"
-                )
-        solution = [ZERO] * n
-        for k in reversed(range(n)):
-            rest = total([self._rows[k][i] * solution[i] for i in self._rows[k] if i > k])
-            solution[k] = self.lines.phasor((right[k] - rest) * self._inverse[k], f"{label}[{self.names[k]}]")
+        right = list(force)
+        for k, row in enumerate(self.rows):
+            for i in (i for i in row if i > k):
+                reduced = right[i] - row[i] * self.inverse[k] * right[k]
+                right[i] = self.lines.phasor(reduced, f"{label},{self.names[k]}[{self.names[i]}]")
+        solution = np.full(len(right), ZERO)
+        for k, row in reversed(list(enumerate(self.rows))):
+            rest = total([row[i] * solution[i] for i in row if i > k])
+            solution[k] = self.lines.phasor((right[k] - rest) * self.inverse[k], f"{label}[{self.names[k]}]")
         return solution
+
+
+def dynamic_stiffness(mass: sp.Expr, damping: sp.Expr, stiffness: sp.Expr, w: sp.Expr) -> Phasor:
+    """K - w^2 M + i w C of one pair of coordinates."""
+    return Phasor(stiffness - w**2 * mass, w * damping)

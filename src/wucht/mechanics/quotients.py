@@ -9,36 +9,28 @@ one root and the moments are short. Each is compared with a quadrature before it
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache, reduce
-from math import gcd
+from functools import lru_cache
 
 import mpmath  # type: ignore[import-untyped]  # SymPy brings it along
 import sympy as sp
+from sympy.simplify.fu import TR1, TR2
 
 from wucht.errors import WuchtError
 from wucht.mechanics.trigonometric import (
     CONSTANT,
-    Expansion,
+    NOTHING,
     NotTrigonometricError,
     Terms,
     common_period,
+    expansion,
+    explained,
+    nonzero,
     secular,
     waves,
 )
 from wucht.mechanics.zero_testing import identically_zero, number
 
-Laurent = tuple[tuple[int, sp.Expr], ...]
-"""Powers of z and their coefficients, which are complex numbers."""
-Factors = tuple[tuple[Laurent, int], ...]
-"""Of a denominator, each with the power at which it stands."""
-Moment = tuple[sp.Expr, sp.Expr]
 _Z = sp.Dummy("z")
-_BY_SINE_AND_COSINE = {
-    sp.tan: lambda a: sp.sin(a) / sp.cos(a),
-    sp.cot: lambda a: sp.cos(a) / sp.sin(a),
-    sp.sec: lambda a: 1 / sp.cos(a),
-    sp.csc: lambda a: 1 / sp.sin(a),
-}
 _DEGREE = 16
 """Largest degree of a denominator in z: beyond it the closed forms fill pages."""
 _ON_THE_CIRCLE, _AGREES = 1e-25, 1e-12
@@ -49,26 +41,21 @@ def mean_of_quotients(e: sp.Expr, t: sp.Symbol) -> tuple[sp.Expr, tuple[sp.Expr,
 
     Raises ``WuchtError`` where none was found.
     """
-    for function, quotient in _BY_SINE_AND_COSINE.items():
-        e = e.replace(function, quotient)
+    e = TR2(TR1(e))  # of sines and cosines alone
     _refuse_other_functions(e, t)
     numerators: dict[sp.Expr, list[sp.Expr]] = {}
     for term in sp.Add.make_args(sp.expand_mul(e)):
         above, below = sp.fraction(sp.together(term), exact=True)
         still, moving = below.as_independent(t, as_Add=False)
         numerators.setdefault(moving, []).append(above / still)
-    expansion, total, frequencies = Expansion(t), sp.S.Zero, list[sp.Expr]()
+    total, frequencies = sp.S.Zero, list[sp.Expr]()
     for below, terms in numerators.items():
-        above = _kept(expansion(sp.Add(*terms)))
+        above = nonzero(expansion(sp.Add(*terms), t))
         powers = [a.as_base_exp() for a in sp.Mul.make_args(below)]
-        factors = [(_kept(expansion(base)), int(n)) for base, n in powers]
+        factors = [(nonzero(expansion(base, t)), int(n)) for base, n in powers]
         total += _mean(above, factors, below, t)
         frequencies += [w for polynomial in (above, *(f for f, _ in factors)) for w, _ in polynomial if w != 0]
     return total, tuple(dict.fromkeys(frequencies))
-
-
-def _kept(terms: Terms) -> Terms:
-    return {key: pair for key, pair in terms.items() if not all(map(identically_zero, pair))}
 
 
 def _refuse_other_functions(e: sp.Expr, t: sp.Symbol) -> None:
@@ -93,7 +80,7 @@ def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t:
     still = sp.prod([terms[CONSTANT][0] ** n for terms, n in below if set(terms) == {CONSTANT}])
     turning = [(terms, n) for terms, n in below if set(terms) != {CONSTANT}]
     if not turning:
-        return above.get(CONSTANT, (sp.S.Zero, sp.S.Zero))[0] / still
+        return above.get(CONSTANT, NOTHING)[0] / still
     period = common_period([w for terms, _ in turning for w, _ in terms])
     if period is None:
         raise NotTrigonometricError(
@@ -103,11 +90,10 @@ def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t:
     slowest, phase = min(
         ((sp.simplify(w / base), p) for terms, _ in turning for w, p in terms if w != 0), key=lambda pair: pair[0]
     )
-    shift, factors = phase / slowest, []
-    for terms, n in turning:
-        factor, laurent = _laurent(terms, base, shift, written)
-        still *= factor**n
-        factors.append((laurent, n))
+    shift = phase / slowest
+    polynomials = [(*_polynomial(terms, base, shift, written), n) for terms, n in turning]
+    still *= sp.prod(common**n for common, _, n in polynomials)
+    P = sp.prod(factor**n for _, factor, n in polynomials)
     total = sp.S.Zero
     for (w, p), (cosine, sine) in above.items():
         k = sp.simplify(w / base)
@@ -116,15 +102,16 @@ def _mean(above: Terms, below: Sequence[tuple[Terms, int]], written: sp.Expr, t:
                 f"the ratio of {w} and {base}, frequencies above and below in a quotient, is not certain"
             )
         if k.is_Integer:
-            re, im = _moment_over(written, int(k), tuple(factors))
+            with explained(f"the mean of a quotient was not found; of its denominator {written}"):
+                re, im = _moment(int(k), P)
             angle = p - k * shift
             c, s = sp.cos(angle), sp.sin(angle)
             total += cosine * (re * c - im * s) + sine * (re * s + im * c)
     return total / still
 
 
-def _laurent(terms: Terms, base: sp.Expr, shift: sp.Expr, below: sp.Expr) -> tuple[sp.Expr, Laurent]:
-    """A common factor, and the powers of z = exp(i (base t + shift)) without it."""
+def _polynomial(terms: Terms, base: sp.Expr, shift: sp.Expr, below: sp.Expr) -> tuple[sp.Expr, sp.Poly]:
+    """A common factor, and P of degree 2 d, without it the polynomial is z^-d P(z) with z = exp(i (base t + shift))."""
     factor = next(c for pair in terms.values() for c in pair if not identically_zero(c))
     powers: dict[int, sp.Expr] = {}
     for (w, p), pair in terms.items():
@@ -137,81 +124,44 @@ def _laurent(terms: Terms, base: sp.Expr, shift: sp.Expr, below: sp.Expr) -> tup
             )
         if not (cosine.is_real and sine.is_real):
             raise NotTrigonometricError(f"the denominator {below} is not real: its mean was not found")
-        turn = sp.exp(sp.I * rest) if rest != 0 else sp.S.One
-        if k == 0:
-            powers[0] = powers.get(0, sp.S.Zero) + cosine
-            continue
+        turn = sp.exp(sp.I * rest)
         half = (cosine - sp.I * sine) / 2
         powers[k] = sp.expand(powers.get(k, sp.S.Zero) + half * turn)
         powers[-k] = sp.expand(powers.get(-k, sp.S.Zero) + sp.conjugate(half) / turn)
-    return factor, tuple(sorted(powers.items()))
-
-
-def _moment_over(below: sp.Expr, k: int, factors: Factors) -> Moment:
-    try:
-        return _moment(k, factors)
-    except WuchtError as error:
-        raise type(error)(f"the mean of a quotient was not found; of its denominator {below}: {error}") from error
+    degree = max(powers)
+    return factor, sp.Poly(sp.Add(*(c * _Z ** (j + degree) for j, c in powers.items())), _Z, extension=True)
 
 
 @lru_cache(maxsize=256)
-def _moment(k: int, factors: Factors) -> Moment:
-    """Real and imaginary part of <exp(i k theta)/D>."""
+def _moment(k: int, P: sp.Poly) -> tuple[sp.Expr, sp.Expr]:
+    """Real and imaginary part of <exp(i k theta)/D>, D = z^-d P(z)."""
     if k < 0:
-        re, im = _moment(-k, factors)
+        re, im = _moment(-k, P)
         return re, -im
-    step = reduce(gcd, (j for laurent, _ in factors for j, _ in laurent))
-    if k % step:
-        return sp.S.Zero, sp.S.Zero
-    if step > 1:
-        return _moment(k // step, tuple((tuple((j // step, c) for j, c in laurent), n) for laurent, n in factors))
-    below = [(_polynomial(laurent), n) for laurent, n in factors]
-    power = k - 1 + sum(max(j for j, _ in laurent) * n for laurent, n in factors)
-    leading, irreducible = _factored(below)
-    residues, poles = [], []
-    for factor, n in irreducible.items():
-        others = sp.Mul(*(g.as_expr() ** m for g, m in irreducible.items() if g != factor))
-        roots = _roots(factor)
-        poles += roots
-        for root in (r for r in roots if _inside(r)):
+    if P.degree() > _DEGREE:
+        raise NotTrigonometricError(f"its degree in sines and cosines is {P.degree() // 2}, more than {_DEGREE // 2}")
+    monic = {factor.monic(): n for factor, n in P.factor_list()[1]}
+    roots = {factor: _roots(factor) for factor in monic}
+    residues = []
+    for factor, n in monic.items():
+        others = sp.Mul(*(g.as_expr() ** m for g, m in monic.items() if g != factor))
+        for root in (r for r in roots[factor] if _inside(r)):
             # Without (z - root)^n, differentiated: the residue of a pole of that order.
-            rest = _Z**power / (others * (factor.LC() * sp.prod(_Z - r for r in roots if r != root)) ** n)
-            residues.append(sp.diff(rest, _Z, n - 1).xreplace({_Z: root}) / (sp.factorial(n - 1) * leading))
+            rest = _Z ** (k - 1 + P.degree() // 2) / (others * sp.prod(_Z - r for r in roots[factor] if r != root) ** n)
+            residues.append(sp.diff(rest, _Z, n - 1).xreplace({_Z: root}) / (sp.factorial(n - 1) * P.LC()))
     parts = [sp.expand_complex(sp.radsimp(r)).as_real_imag() for r in residues]
-    moment = (
-        tuple(sp.Add(*(sp.radsimp(sp.expand(p)) for p in column)) for column in zip(*parts, strict=True)) or (sp.S.Zero,) * 2
-    )
-    _compare(moment, k, factors, poles)
-    return moment[0], moment[1]
-
-
-def _polynomial(laurent: Laurent) -> sp.Poly:
-    degree = max(j for j, _ in laurent)
-    return sp.Poly(sp.Add(*(c * _Z ** (j + degree) for j, c in laurent)), _Z, extension=True)
-
-
-def _factored(product: Sequence[tuple[sp.Poly, int]]) -> tuple[sp.Expr, dict[sp.Poly, int]]:
-    """A constant, and the irreducible factors of a product of polynomials with their powers."""
-    degree = sum(P.degree() * n for P, n in product)
-    if degree > _DEGREE:
-        raise NotTrigonometricError(f"its degree in sines and cosines is {degree // 2}, more than {_DEGREE // 2}")
-    constant, powers = sp.S.One, dict[sp.Poly, int]()
-    for P, n in product:
-        c, factors = P.factor_list()
-        constant *= c**n
-        for factor, m in factors:
-            constant *= factor.LC() ** (m * n)
-            powers[factor.monic()] = powers.get(factor.monic(), 0) + m * n
-    return constant, powers
+    re, im = (sp.Add(*(sp.radsimp(sp.expand(part[i])) for part in parts)) for i in (0, 1))
+    _compare(re + sp.I * im, k, P, [r for of_factor in roots.values() for r in of_factor])
+    return re, im
 
 
 def _roots(factor: sp.Poly) -> list[sp.Expr]:
-    """The zeros of an irreducible polynomial, where it is linear or quadratic."""
+    """The zeros of an irreducible monic polynomial, where it is linear or quadratic."""
     if factor.degree() > 2:
         raise NotTrigonometricError(
             f"its zeros in z = exp(i theta), of {factor.as_expr(sp.Symbol('z'))}, have no short closed form"
         )
-    a, b, c = [sp.S.Zero, *factor.monic().all_coeffs()][-3:]
+    a, b, c = [sp.S.Zero, *factor.all_coeffs()][-3:]
     if a == 0:
         return [sp.expand(-c / b)]
     if sp.radsimp(sp.expand(c * sp.conjugate(c))) == 1:
@@ -229,18 +179,16 @@ def _inside(pole: sp.Expr) -> bool:
     return bool(distance < 0)
 
 
-def _compare(moment: Sequence[sp.Expr], k: int, factors: Factors, poles: Sequence[sp.Expr]) -> None:
+def _compare(moment: sp.Expr, k: int, P: sp.Poly, poles: Sequence[sp.Expr]) -> None:
     """Refuse a moment that is not that of a quadrature, with its intervals divided where a pole is nearest."""
-    numbers = [([(j, number(c)) for j, c in laurent], n) for laurent, n in factors]
+    coefficients = [number(c) for c in P.all_coeffs()]
 
     def integrand(angle: mpmath.mpf) -> mpmath.mpc:
         z = mpmath.expj(angle)
-        return z**k / mpmath.fprod(mpmath.fsum(c * z**j for j, c in laurent) ** n for laurent, n in numbers)
+        return z ** (k + P.degree() // 2) / mpmath.polyval(coefficients, z)
 
     with mpmath.workdps(25):
-        near = sorted({mpmath.arg(number(p)) for p in poles})
-        turn = [-mpmath.pi, *near, mpmath.pi]
+        turn = [-mpmath.pi, *sorted({mpmath.arg(number(p)) for p in poles}), mpmath.pi]
         by_quadrature, size = mpmath.quad(integrand, turn) / (2 * mpmath.pi), mpmath.quad(lambda a: abs(integrand(a)), turn)
-        exact = number(moment[0] + sp.I * moment[1])
-        if not abs(exact - by_quadrature) <= _AGREES * size:
+        if not abs(number(moment) - by_quadrature) <= _AGREES * size:
             raise NotTrigonometricError("its residues do not agree with a quadrature")

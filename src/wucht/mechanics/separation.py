@@ -14,15 +14,15 @@ One power of k more is allowed where a parameter stands with it, which is then t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.averaging import put_back
+from wucht.mechanics.averaging import along, put_back
 from wucht.mechanics.means import mean
 from wucht.mechanics.slow_time import refuse_unknown_parameter
-from wucht.mechanics.trigonometric import Harmonics, harmonics
+from wucht.mechanics.trigonometric import Harmonics, explained, harmonics
 from wucht.mechanics.zero_testing import identically_zero
 from wucht.system import TIME, Output, System
 
@@ -83,40 +83,33 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
     refuse_unknown_parameter(system, fast)
     velocities = _velocities(system, positions)
     explicit = {s: sp.sympify(system.explicit(f)) for s, f in zip(system.states, system.derivatives, strict=True)}
-    slow, quick = [], []
-    for v in velocities:
-        waves = harmonics(_in_theta(explicit[v], fast, v), THETA)
-        _refuse_bare_product(waves.mean, fast, v)
-        slow.append(waves.mean)
-        quick.append(waves)
-    if not any(w.frequencies for w in quick):
+    forces = [harmonics(_in_theta(explicit[v], fast, v), THETA) for v in velocities]
+    slow, Phi = [h.mean for h in forces], [h.oscillation for h in forces]
+    for force, v in zip(slow, velocities, strict=True):
+        if not identically_zero(sp.diff(_without_slow_functions(force, fast), fast, TIME)):
+            raise WuchtError(
+                f"{fast} t stands outside of sines and cosines in the force on {v}: such a secular term has no mean"
+            )
+    if not any(h.frequencies for h in forces):
         raise WuchtError(f"no force turns with {fast} t: there is no fast part to be separated")
-    _refuse_large(quick, fast, velocities, system)
-    rate = tuple(w.antiderivative / fast for w in quick)
+    _refuse_large(forces, fast, velocities, system)
+    rate = tuple(h.antiderivative / fast for h in forces)
     xi = tuple(harmonics(r, THETA).antiderivative / fast for r in rate)
+    moving, change = (*positions, *velocities), (*xi, *rate)
     shift = {v: v + r for v, r in zip(velocities, rate, strict=True)}
-    Phi = [w.oscillation for w in quick]
     means = []
     for v, a, phi in zip(velocities, slow, Phi, strict=True):
-        first = [sp.diff(phi, p) * e for p, e in zip(positions, xi, strict=True)]
-        first += [sp.diff(phi, q) * e for q, e in zip(velocities, rate, strict=True)]
-        try:
-            means.append(mean(a.xreplace(shift), THETA) + mean(sp.Add(*first), THETA))
-        except WuchtError as error:
-            raise type(error)(f"the mean force on {v} was not found: {error}") from error
-    turned = {THETA: fast * TIME}
-    full = {p: p + e.xreplace(turned) for p, e in zip(positions, xi, strict=True)}
-    full |= {v: v + r.xreplace(turned) for v, r in zip(velocities, rate, strict=True)}
-    lines, outputs = put_back(system, full)
+        with explained(f"the mean force on {v} was not found"):
+            means.append(mean(a.xreplace(shift), THETA) + mean(along(phi, moving, change), THETA))
+    lines, outputs = put_back(system, {s: s + e.xreplace({THETA: fast * TIME}) for s, e in zip(moving, change, strict=True)})
     accelerations = dict(zip(velocities, means, strict=True))
-    slow_system = System(
-        states=system.states,
-        derivatives=tuple(accelerations.get(s, system.derivatives[i]) for i, s in enumerate(system.states)),
-        parameters=system.parameters,
+    slow_system = replace(
+        system,
+        derivatives=tuple(accelerations.get(s, f) for s, f in zip(system.states, system.derivatives, strict=True)),
         definitions=lines,
         outputs=outputs,
         quadratures=tuple(_quadrature(q, system, fast, shift) for q in system.quadratures),
-        angles=system.angles,
+        second_order=None,
     )
     m = sp.eye(len(positions)) if mass is None else sp.Matrix(mass)
     vibration = [sp.expand(a - f) for a, f in zip(means, slow, strict=True)]
@@ -138,11 +131,8 @@ def _velocities(system: System, positions: Sequence[sp.Symbol]) -> list[sp.Symbo
 def _in_theta(e: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> sp.Expr:
     """The expression with theta for k t in the arguments of its functions."""
     moving = {a for a in e.atoms(sp.sin, sp.cos, sp.exp) if {fast, TIME} <= a.args[0].free_symbols}
-    moving = {
-        a for a in moving if not a.args[0].atoms(sp.sin, sp.cos, sp.exp) & moving
-    }  # of functions within others: the inner
-    turned = {}
-    for a in moving:
+    turned, innermost = {}, [a for a in moving if not a.args[0].atoms(sp.sin, sp.cos, sp.exp) & moving]
+    for a in innermost:
         argument = sp.expand(a.args[0])
         slope = sp.diff(argument, fast, TIME)
         rest = sp.expand(argument - slope * fast * TIME)
@@ -166,19 +156,12 @@ def _without_slow_functions(e: sp.Expr, fast: sp.Symbol) -> sp.Expr:
     )
 
 
-def _refuse_bare_product(force: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> None:
-    if not identically_zero(sp.diff(_without_slow_functions(force, fast), fast, TIME)):
-        raise WuchtError(
-            f"{fast} t stands outside of sines and cosines in the force on {what}: such a secular term has no mean"
-        )
-
-
 def _refuse_large(quick: Sequence[Harmonics], fast: sp.Symbol, velocities: Sequence[sp.Symbol], system: System) -> None:
     """Raises ``WuchtError`` where Phi grows faster with k than (5) allows."""
     with_speed = any({*velocities} & w.oscillation.free_symbols for w in quick)
     small = {*system.parameters} - {fast}
     for v, waves in zip(velocities, quick, strict=True):
-        for c in (c for h in waves.terms if h.frequency != 0 for c in (h.cosine, h.sine) if c != 0):
+        for c in (c for pair in waves.turning.values() for c in pair if c != 0):
             power, leading = _growth(c, fast, v)
             beyond = power - (0 if with_speed else 1)
             if beyond > 1 or (beyond > 0 and not leading.free_symbols & small):
@@ -206,8 +189,9 @@ def _growth(c: sp.Expr, fast: sp.Symbol, what: sp.Symbol) -> tuple[sp.Expr, sp.E
 
 def _quadrature(q: Output, system: System, fast: sp.Symbol, shift: dict[sp.Symbol, sp.Expr]) -> Output:
     """A quadrature with the mean of its rate at the speeds X' + xi', to leading order."""
-    rate = _in_theta(sp.sympify(system.explicit(q.expression)), fast, sp.Symbol(q.name)).xreplace(shift)
-    jump = _in_theta(sp.sympify(system.explicit(q.jump)), fast, sp.Symbol(q.name)).xreplace(shift)
+    rate, jump = (
+        _in_theta(sp.sympify(system.explicit(e)), fast, sp.Symbol(q.name)).xreplace(shift) for e in (q.expression, q.jump)
+    )
     if THETA in jump.free_symbols:
         raise WuchtError(f"the jumps of {q.name} depend on {fast} t: they have no mean")
-    return Output(q.name, mean(rate, THETA), q.unit, q.long_name, jump)
+    return replace(q, expression=mean(rate, THETA), jump=jump)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 
 import sympy as sp
 
 from wucht.errors import WuchtError
+from wucht.mechanics.averaging import in_terms_of
 from wucht.mechanics.zero_testing import identically_zero
 from wucht.system import TIME, Output, System
 
@@ -48,27 +50,23 @@ def with_angle_as_time(system: System, angle: sp.Symbol) -> System:
     speed = sp.sympify(rate.pop(angle)).xreplace(at)
     if speed == 0:
         raise WuchtError(f"{angle} does not turn: it cannot be the independent variable")
-    return System(
+    return replace(
+        system,
         states=tuple(rate),
         derivatives=tuple(sp.sympify(f).xreplace(at) / speed for f in rate.values()),
-        parameters=system.parameters,
         definitions=tuple((s, e.xreplace(at)) for s, e in system.definitions),
-        outputs=tuple(_changed(o, at) for o in system.outputs),
+        outputs=tuple(in_terms_of(at, o) for o in system.outputs),
         quadratures=(
-            *(_changed(q, at, 1 / speed) for q in system.quadratures),
+            *(in_terms_of(at, q, 1 / speed) for q in system.quadratures),
             Output(ELAPSED, 1 / speed, long_name="time passed"),
         ),
         angles=system.angles - {angle},
+        second_order=None,
     )
 
 
 def with_amplitude_and_phase(
-    system: System,
-    position: sp.Symbol,
-    velocity: sp.Symbol,
-    frequency: sp.Expr,
-    amplitude: sp.Symbol,
-    phase: sp.Symbol,
+    system: System, position: sp.Symbol, velocity: sp.Symbol, frequency: sp.Expr, amplitude: sp.Symbol, phase: sp.Symbol
 ) -> System:
     """The System with x = r cos(w t + psi), x' = -w r sin(w t + psi) in the place of a position and its velocity.
 
@@ -121,14 +119,15 @@ def with_amplitude_and_phase(
     rate[position] = g * sp.cos(turned) - f * sp.sin(turned)
     rate[velocity] = -(g * sp.sin(turned) + f * sp.cos(turned)) / amplitude
     named = {position: amplitude, velocity: phase}
-    return System(
+    return replace(
+        system,
         states=tuple(named.get(s, s) for s in system.states),
         derivatives=tuple(rate.values()),
-        parameters=system.parameters,
         definitions=tuple((s, e.xreplace(at)) for s, e in system.definitions),
-        outputs=(*(Output(s.name, e) for s, e in at.items()), *(_changed(o, at) for o in system.outputs)),
-        quadratures=tuple(_changed(q, at) for q in system.quadratures),
+        outputs=(*(Output(s.name, e) for s, e in at.items()), *(in_terms_of(at, o) for o in system.outputs)),
+        quadratures=tuple(in_terms_of(at, q) for q in system.quadratures),
         angles=(system.angles - {position, velocity}) | {phase},
+        second_order=None,
     )
 
 
@@ -136,13 +135,3 @@ def _refuse_taken_outputs(system: System, new: Sequence[str]) -> None:
     taken = sorted({o.name for o in (*system.outputs, *system.quadratures)} & {*new})
     if taken:
         raise WuchtError(f"an output {', '.join(taken)} is in the System already, and the new System has one: rename it before")
-
-
-def _changed(output: Output, at: Mapping[sp.Symbol, sp.Expr], factor: sp.Expr = sp.S.One) -> Output:
-    return Output(
-        output.name,
-        output.expression.xreplace(at) * factor,
-        output.unit,
-        output.long_name,
-        sp.sympify(output.jump).xreplace(at),
-    )

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.averaging import Averaged, averaged, expanded, full_states, in_powers, put_back, regular
+from wucht.mechanics.averaging import Averaged, along, averaged, expanded, full_states, in_powers, put_back, regular
 from wucht.mechanics.slow_time import (
     refuse_other_orders,
     refuse_slow_time,
@@ -24,7 +24,7 @@ from wucht.mechanics.slow_time import (
     refuse_turning_with,
     refuse_unknown_parameter,
 )
-from wucht.mechanics.trigonometric import harmonics
+from wucht.mechanics.trigonometric import explained, harmonics
 from wucht.system import TIME, System
 
 _SHORT = 100
@@ -98,18 +98,16 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
     eta = _forced(K, forcing, damped, slow)
     on = dict(zip(damped, eta, strict=True))
     first = [a.xreplace(on) for a, _ in X]
-    nonzero = any(e != 0 for e in eta)
-    following: tuple[sp.Expr, ...] = ()
-    if order == 2 or not nonzero:
-        Y = [powers[s][1].xreplace(on) for s in damped]
-        moved = [sp.Add(*(sp.diff(e, s) * f for s, f in zip(slow, first, strict=True))) for e in eta]
-        following = _forced(K, sp.ImmutableMatrix(Y) - sp.ImmutableMatrix(moved), damped, slow)
     rates = [small * f for f in first]
+    following: tuple[sp.Expr, ...] = ()
+    if order == 2 or not any(eta):
+        Y = [powers[s][1].xreplace(on) - along(e, slow, first) for s, e in zip(damped, eta, strict=True)]
+        following = _forced(K, Y, damped, slow)
     if order == 2:
         for i, (a, b) in enumerate(X):
             bent = sp.Add(*(sp.diff(a, y).xreplace(on) * e for y, e in zip(damped, following, strict=True)))
             rates[i] += small**2 * (b.xreplace(on) + bent)
-    y = [e + (small * f if following else 0) for e, f in zip(eta, following or eta, strict=True)]
+    y = [e + small * f for e, f in zip(eta, following or [sp.S.Zero] * len(eta), strict=True)]
     at = dict(zip(damped, y, strict=True))
     reduced = System(
         states=tuple(slow),
@@ -126,18 +124,13 @@ def strongly_damped(system: System, damped: Sequence[sp.Symbol], small: sp.Symbo
         angles=system.angles & set(slow),
     )
     averaging = averaged(reduced, small, order)
-    return Damped(_with_damped(averaging, system, damped, y), eta, following, K, conditions)
-
-
-def _with_damped(averaging: Averaged, system: System, damped: Sequence[sp.Symbol], y: Sequence[sp.Expr]) -> Averaged:
-    """The averaged System with all states of the original, and its outputs, put back."""
-    symbols = full_states(system)
-    slow = {s: symbols[s] for s in averaging.system.states} if averaging.fast else {}
-    given = dict(averaging.system.definitions)
+    symbols, given = full_states(system), dict(averaging.system.definitions)
+    put = {s: symbols[s] for s in slow} if averaging.fast else {}
     # eta_0 and eta_1 over the full slow states, not their means.
-    full = {s: given[r] for s, r in slow.items()} | {s: e.xreplace(slow) for s, e in zip(damped, y, strict=True)}
+    full = {s: given[r] for s, r in put.items()} | {s: e.xreplace(put) for s, e in at.items()}
     lines, outputs = put_back(system, full)
-    return replace(averaging, system=replace(averaging.system, definitions=lines, outputs=outputs))
+    whole = replace(averaging, system=replace(averaging.system, definitions=lines, outputs=outputs))
+    return Damped(whole, eta, following, K, conditions)
 
 
 def stability_conditions(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
@@ -163,33 +156,30 @@ def stability_conditions(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     return tuple(dict.fromkeys(left))
 
 
-def _linear(rates: Sequence[sp.Expr], damped: Sequence[sp.Symbol]) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
+def _linear(rates: Sequence[sp.Expr], damped: Sequence[sp.Symbol]) -> tuple[sp.ImmutableMatrix, list[sp.Expr]]:
     """K and g of rates that are K y + g."""
-    K = sp.ImmutableMatrix(len(rates), len(damped), [sp.simplify(sp.diff(r, y)) for r in rates for y in damped])
+    K = sp.ImmutableMatrix(rates).jacobian(damped).applyfunc(sp.simplify)
     if K.free_symbols & set(damped):
         raise WuchtError("without epsilon the rates of the damped states are not linear in them: there is no K as in (3.15)")
     if TIME in K.free_symbols:
         raise WuchtError(f"the matrix K of the damped states depends on {TIME}: its eigenvalues do not decide on its stability")
-    return K, sp.ImmutableMatrix([r.xreplace(dict.fromkeys(damped, sp.S.Zero)) for r in rates])
+    return K, [r.xreplace(dict.fromkeys(damped, sp.S.Zero)) for r in rates]
 
 
 def _forced(
-    K: sp.ImmutableMatrix, forcing: sp.ImmutableMatrix, damped: Sequence[sp.Symbol], slow: Sequence[sp.Symbol]
+    K: sp.ImmutableMatrix, forcing: Sequence[sp.Expr], damped: Sequence[sp.Symbol], slow: Sequence[sp.Symbol]
 ) -> tuple[sp.Expr, ...]:
     """The bounded solution of y' = K y + g(t), g a sum of harmonics: for each, (K^2 + w^2) a = -K g_c - w g_s and so on."""
-    groups: dict[tuple[sp.Expr, sp.Expr], list[list[sp.Expr]]] = {}
+    amplitudes: dict[tuple[sp.Expr, sp.Expr], sp.Matrix] = {}
     for i, force in enumerate(forcing):
-        try:
+        with explained(f"the forcing of {damped[i]} cannot be averaged"):
             refuse_turning_with(slow, force)
             waves = harmonics(force, TIME).terms
-        except WuchtError as error:
-            raise type(error)(f"the forcing of {damped[i]} cannot be averaged: {error}") from error
-        for h in waves:
-            pair = groups.setdefault((h.frequency, h.phase), [[sp.S.Zero] * len(damped), [sp.S.Zero] * len(damped)])
-            pair[0][i], pair[1][i] = h.cosine, h.sine
+        for key, pair in waves.items():
+            amplitudes.setdefault(key, sp.zeros(len(damped), 2))[i, :] = sp.Matrix([pair])
     total = sp.zeros(len(damped), 1)
-    for (w, p), (c, s) in groups.items():
-        cosine, sine = sp.Matrix(c), sp.Matrix(s)
+    for (w, p), g in amplitudes.items():
+        cosine, sine = g[:, 0], g[:, 1]
         if w == 0:
             total -= _solved(K, cosine)
             continue
@@ -200,7 +190,7 @@ def _forced(
 
 
 def _solved(matrix: sp.Matrix, right: sp.Matrix) -> sp.Matrix:
-    """The solution of matrix * a = right, in lowest terms where that is quickly found."""
+    """The solution of matrix * a = right, in lowest terms where that is quickly obtained."""
     determinant = sp.factor(matrix.det())
     numerators = matrix.adjugate() * right
     return numerators.applyfunc(lambda e: sp.factor(e / determinant) if e.count_ops() <= _SHORT else e / determinant)

@@ -5,8 +5,11 @@ w, p, a, b are free of t; the product formulas alone are used. Frequencies may b
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache, reduce
 
 import sympy as sp
 
@@ -18,20 +21,22 @@ class NotTrigonometricError(WuchtError):
     """The expression is no polynomial in sines and cosines of multiples of the variable."""
 
 
-@dataclass(frozen=True)
-class Harmonic:
-    """``cosine * cos(frequency t + phase) + sine * sin(frequency t + phase)``; frequency 0 has phase 0 and no sine."""
-
-    frequency: sp.Expr
-    phase: sp.Expr
-    cosine: sp.Expr
-    sine: sp.Expr
+@contextmanager
+def explained(what: str) -> Iterator[None]:
+    """Puts what could not be done before the reason in an error."""
+    try:
+        yield
+    except WuchtError as error:
+        raise type(error)(f"{what}: {error}") from error
 
 
 Key = tuple[sp.Expr, sp.Expr]
 Terms = dict[Key, tuple[sp.Expr, sp.Expr]]
+"""(frequency w, phase p) -> (a, b) of ``a cos(w t + p) + b sin(w t + p)``; frequency 0 has phase 0 and no sine."""
 CONSTANT: Key = (sp.S.Zero, sp.S.Zero)
+NOTHING = (sp.S.Zero, sp.S.Zero)
 TURNING = (sp.sin, sp.cos, sp.tan, sp.cot, sp.sec, sp.csc, sp.exp)
+_AMPLITUDES = {sp.cos: (sp.S.One, sp.S.Zero), sp.sin: (sp.S.Zero, sp.S.One), sp.exp: (sp.S.One, sp.I)}
 _SHORT = 200
 """Operations up to which a coefficient is expanded to see whether that makes it shorter."""
 
@@ -41,37 +46,36 @@ class Harmonics:
     """A trigonometric polynomial in ``variable``. Its frequencies may be numbers or hold parameters, in any ratio."""
 
     variable: sp.Symbol
-    terms: tuple[Harmonic, ...]
+    terms: Terms
 
     @property
     def mean(self) -> sp.Expr:
         """The mean over all of the variable's range."""
-        return tidy(sp.Add(*(h.cosine for h in self.terms if h.frequency == 0)))
+        return tidy(self.terms.get(CONSTANT, NOTHING)[0])
+
+    @property
+    def turning(self) -> Terms:
+        """The terms without the mean."""
+        return {key: pair for key, pair in self.terms.items() if key != CONSTANT}
 
     @property
     def frequencies(self) -> tuple[sp.Expr, ...]:
         """The frequencies other than zero, each once."""
-        return tuple(dict.fromkeys(h.frequency for h in self.terms if h.frequency != 0))
+        return tuple(dict.fromkeys(w for w, _ in self.turning))
 
     @property
     def oscillation(self) -> sp.Expr:
         """What is left without the mean."""
-        return self._expression([h for h in self.terms if h.frequency != 0])
+        return self._expression(self.turning)
 
     @property
     def antiderivative(self) -> sp.Expr:
         """The antiderivative of ``oscillation`` whose mean is zero: 002 (3.6). It divides by the frequencies."""
-        return self._expression(
-            [
-                Harmonic(h.frequency, h.phase, -h.sine / h.frequency, h.cosine / h.frequency)
-                for h in self.terms
-                if h.frequency != 0
-            ]
-        )
+        return self._expression({(w, p): (-b / w, a / w) for (w, p), (a, b) in self.turning.items()})
 
-    def _expression(self, terms: Sequence[Harmonic]) -> sp.Expr:
-        angle = [h.frequency * self.variable + h.phase for h in terms]
-        return sp.Add(*(tidy(h.cosine) * sp.cos(a) + tidy(h.sine) * sp.sin(a) for h, a in zip(terms, angle, strict=True)))
+    def _expression(self, terms: Terms) -> sp.Expr:
+        angles = {key: key[0] * self.variable + key[1] for key in terms}
+        return sp.Add(*(tidy(a) * sp.cos(angles[k]) + tidy(b) * sp.sin(angles[k]) for k, (a, b) in terms.items()))
 
 
 def tidy(expression: sp.Expr) -> sp.Expr:
@@ -88,71 +92,43 @@ def harmonics(expression: sp.Expr, variable: sp.Symbol) -> Harmonics:
     Raises ``WuchtError`` where the variable stands outside of sines and cosines (secular terms), and
     ``NotTrigonometricError`` where it is no polynomial in them.
     """
-    terms = Expansion(variable)(sp.sympify(expression))
-    nonzero = [Harmonic(*key, *pair) for key, pair in terms.items() if not all(map(identically_zero, pair))]
-    return Harmonics(
-        variable, tuple(sorted(nonzero, key=lambda h: (sp.default_sort_key(h.frequency), sp.default_sort_key(h.phase))))
-    )
+    terms = nonzero(expansion(sp.sympify(expression), variable))
+    return Harmonics(variable, {key: terms[key] for key in sorted(terms, key=lambda k: tuple(map(sp.default_sort_key, k)))})
 
 
-@dataclass
-class Expansion:
-    """Writes expressions as trigonometric polynomials, each subexpression once."""
+def nonzero(terms: Terms) -> Terms:
+    """The terms whose coefficients are not both zero."""
+    return {key: pair for key, pair in terms.items() if not all(map(identically_zero, pair))}
 
-    variable: sp.Symbol
 
-    def __post_init__(self) -> None:
-        self.memo: dict[sp.Expr, Terms] = {}
-
-    def __call__(self, e: sp.Expr) -> Terms:
-        """The harmonics of an expression. Raises as ``harmonics``."""
-        if self.variable not in e.free_symbols:
-            return {CONSTANT: (e, sp.S.Zero)}
-        if e not in self.memo:
-            self.memo[e] = self._expand(e)
-        return self.memo[e]
-
-    def _expand(self, e: sp.Expr) -> Terms:
-        t = self.variable
-        if e.is_Add:
-            return _sum([self(a) for a in e.args])
-        if e.is_Mul:
-            factor, moving = e.as_independent(t, as_Add=False)
-            product: Terms = {CONSTANT: (factor, sp.S.Zero)}
-            for a in sp.Mul.make_args(moving):
-                product = _product(product, self(a))
-            return product
-        if e.is_Pow and e.exp.is_Integer:
-            return self._power(e)
-        if isinstance(e, sp.sin | sp.cos):
-            frequency, phase = self._linear(e, e.args[0])
-            return _sum([_single(frequency, phase, sp.S.One, e.func)])
-        if isinstance(e, sp.exp):
-            frequency, phase = self._linear(e, sp.expand(-sp.I * e.args[0]))
-            if {frequency.is_real, phase.is_real} != {True}:
-                raise NotTrigonometricError(f"{e} is neither a sine nor a cosine of {t}")
-            return _sum([_single(frequency, phase, sp.S.One, sp.cos), _single(frequency, phase, sp.I, sp.sin)])
-        if e == t or (e.is_Pow and e.base == t):
-            raise secular(t)
-        raise NotTrigonometricError(f"{e} is no polynomial in sines and cosines of {t}")
-
-    def _power(self, e: sp.Pow) -> Terms:
-        base, count = self(e.base), int(e.exp)
-        if count < 0:
-            left = {k: c for k, c in base.items() if not all(map(identically_zero, c))}
-            if set(left) != {CONSTANT}:
-                raise NotTrigonometricError(f"{e} has {self.variable} in its denominator")
-            return {CONSTANT: (left[CONSTANT][0] ** count, sp.S.Zero)}
-        power = base
-        for _ in range(count - 1):
-            power = _product(power, base)
-        return power
-
-    def _linear(self, e: sp.Expr, argument: sp.Expr) -> Key:
-        key = evenly(argument, self.variable)
+@lru_cache(maxsize=4096)
+def expansion(e: sp.Expr, t: sp.Symbol) -> Terms:
+    """The harmonics of an expression, unsorted. Raises as ``harmonics``."""
+    if t not in e.free_symbols:
+        return {CONSTANT: (e, sp.S.Zero)}
+    if e.is_Add:
+        return _sum([expansion(a, t) for a in e.args])
+    if e.is_Mul:
+        factor, moving = e.as_independent(t, as_Add=False)
+        factors = [{CONSTANT: (factor, sp.S.Zero)}, *(expansion(a, t) for a in sp.Mul.make_args(moving))]
+        return reduce(_product, factors)
+    if e.is_Pow and e.exp.is_Integer:
+        if e.exp > 0:
+            return reduce(_product, [expansion(e.base, t)] * int(e.exp))
+        base = nonzero(expansion(e.base, t))
+        if set(base) != {CONSTANT}:
+            raise NotTrigonometricError(f"{e} has {t} in its denominator")
+        return {CONSTANT: (base[CONSTANT][0] ** e.exp, sp.S.Zero)}
+    if isinstance(e, sp.sin | sp.cos | sp.exp):
+        key = evenly(-sp.I * e.args[0] if isinstance(e, sp.exp) else e.args[0], t)
         if key is None:
-            raise NotTrigonometricError(f"the argument of {e} does not grow evenly with {self.variable}")
-        return key
+            raise NotTrigonometricError(f"the argument of {e} does not grow evenly with {t}")
+        if isinstance(e, sp.exp) and {w.is_real for w in key} != {True}:
+            raise NotTrigonometricError(f"{e} is neither a sine nor a cosine of {t}")
+        return _wave(*key, *_AMPLITUDES[e.func])
+    if e == t or (e.is_Pow and e.base == t):
+        raise secular(t)
+    raise NotTrigonometricError(f"{e} is no polynomial in sines and cosines of {t}")
 
 
 def evenly(argument: sp.Expr, t: sp.Symbol) -> Key | None:
@@ -187,14 +163,6 @@ def common_period(frequencies: Iterable[sp.Expr]) -> sp.Expr | None:
     return 2 * sp.pi / (-base if base.could_extract_minus_sign() else base)
 
 
-def is_whole(ratio: sp.Expr) -> bool:
-    """Whether a ratio is a whole number, to the accuracy of decimal numbers."""
-    value = sp.simplify(ratio)
-    if not value.has(sp.Float):
-        return bool(value.is_Integer)
-    return bool(value.is_real and cancels(value, -sp.Integer(round(value)), value - round(value)))
-
-
 def secular(t: sp.Symbol) -> WuchtError:
     """The error of a term that grows with t."""
     return WuchtError(
@@ -202,39 +170,33 @@ def secular(t: sp.Symbol) -> WuchtError:
     )
 
 
-def _single(frequency: sp.Expr, phase: sp.Expr, factor: sp.Expr, function: type[sp.Function]) -> Terms:
-    """factor * function(frequency t + phase), with the sign of the frequency made unique."""
+def _wave(frequency: sp.Expr, phase: sp.Expr, cosine: sp.Expr, sine: sp.Expr) -> Terms:
+    """One harmonic, with the sign of its frequency made unique."""
     if frequency == 0:
-        return {CONSTANT: (factor * function(phase), sp.S.Zero)}
-    odd = function is sp.sin
+        return {CONSTANT: (cosine * sp.cos(phase) + sine * sp.sin(phase), sp.S.Zero)}
     if frequency.could_extract_minus_sign():
-        frequency, phase, factor = -frequency, -phase, -factor if odd else factor
-    return {(frequency, sp.expand(phase)): (sp.S.Zero, factor) if odd else (factor, sp.S.Zero)}
+        frequency, phase, sine = -frequency, -phase, -sine
+    return {(frequency, sp.expand(phase)): (cosine, sine)}
 
 
 def _sum(parts: Sequence[Terms]) -> Terms:
-    collected: dict[Key, tuple[list[sp.Expr], list[sp.Expr]]] = {}
+    collected: dict[Key, list[tuple[sp.Expr, sp.Expr]]] = {}
     for part in parts:
-        for key, (a, b) in part.items():
-            cosines, sines = collected.setdefault(key, ([], []))
-            cosines.append(a)
-            sines.append(b)
-    return {key: (sp.Add(*a), sp.Add(*b)) for key, (a, b) in collected.items()}
+        for key, pair in part.items():
+            collected.setdefault(key, []).append(pair)
+    return {key: (sp.Add(*(a for a, _ in pairs)), sp.Add(*(b for _, b in pairs))) for key, pairs in collected.items()}
 
 
 def _product(left: Terms, right: Terms) -> Terms:
     parts = []
-    for (w, p), (a, b) in left.items():
-        for (v, q), (c, d) in right.items():
-            if CONSTANT in ((w, p), (v, q)):
-                # The sine of a constant term is zero: its cosine alone multiplies.
-                factor, key, pair = (a, (v, q), (c, d)) if (w, p) == CONSTANT else (c, (w, p), (a, b))
-                parts.append({key: (factor * pair[0], factor * pair[1])})
-                continue
+    for ((w, p), (a, b)), ((v, q), (c, d)) in itertools.product(left.items(), right.items()):
+        if (w, p) == CONSTANT:  # the sine of a constant term is zero: its cosine alone multiplies
+            parts.append({(v, q): (a * c, a * d)})
+        elif (v, q) == CONSTANT:
+            parts.append({(w, p): (a * c, b * c)})
+        else:
             for sign, cosine, sine in ((1, a * c - b * d, b * c + a * d), (-1, a * c + b * d, b * c - a * d)):
-                frequency, phase = sp.expand(w + sign * v), p + sign * q
-                if cancels(w, sign * v, frequency):
-                    frequency = sp.S.Zero
-                parts.append(_single(frequency, phase, cosine / 2, sp.cos))
-                parts.append(_single(frequency, phase, sine / 2, sp.sin))
+                frequency = sp.expand(w + sign * v)
+                frequency = sp.S.Zero if cancels(w, sign * v, frequency) else frequency
+                parts.append(_wave(frequency, p + sign * q, cosine / 2, sine / 2))
     return _sum(parts)

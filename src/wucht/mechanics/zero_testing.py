@@ -61,10 +61,8 @@ def number(e: sp.Expr) -> mpmath.mpc:
 def _relative(e: sp.Expr, draw: random.Random) -> float | None:
     """|e| over the size of the terms that it is the sum of, at a random point, or None where it has no value there."""
     with mpmath.workdps(_DIGITS):
-        point: Point = {}
-        for s in sorted(e.free_symbols, key=sp.default_sort_key):
-            value = _drawn(s, draw)
-            point[s] = value, abs(value)
+        symbols = sorted(e.free_symbols, key=sp.default_sort_key)
+        point: Point = {s: (value, abs(value)) for s, value in zip(symbols, (_drawn(s, draw) for s in symbols), strict=True)}
         try:
             value, size = _evaluated(e, point)
             return float(abs(value) / size) if size else 0.0
@@ -84,12 +82,10 @@ def _drawn(symbol: sp.Symbol, draw: random.Random) -> mpmath.mpc:
 def _evaluated(e: sp.Expr, point: Point) -> tuple[mpmath.mpc, mpmath.mpf]:
     """Value and size of an expression, each of its subexpressions once."""
     if e not in point:
-        if e.is_Add:
+        if e.is_Add or e.is_Mul:
             values, sizes = zip(*(_evaluated(a, point) for a in e.args), strict=True)
-            point[e] = mpmath.fsum(values), mpmath.fsum(sizes)
-        elif e.is_Mul:
-            values, sizes = zip(*(_evaluated(a, point) for a in e.args), strict=True)
-            point[e] = mpmath.fprod(values), mpmath.fprod(sizes)
+            together = mpmath.fsum if e.is_Add else mpmath.fprod
+            point[e] = together(values), together(sizes)
         elif e.is_Pow and e.exp.is_Integer:
             value, size = _evaluated(e.base, point)
             if e.exp.is_negative and abs(value) <= _EXACT * size:
@@ -97,11 +93,7 @@ def _evaluated(e: sp.Expr, point: Point) -> tuple[mpmath.mpc, mpmath.mpf]:
             power = value ** int(e.exp)
             point[e] = power, size ** int(e.exp) if e.exp.is_positive else abs(power)
         else:
-            value = number(e.func(*(_as_sympy(_evaluated(a, point)[0]) for a in e.args)) if e.free_symbols else e)
+            arguments = [sp.sympify(_evaluated(a, point)[0]) for a in e.args] if e.free_symbols else ()
+            value = number(e.func(*arguments) if e.free_symbols else e)
             point[e] = value, abs(value)
     return point[e]
-
-
-def _as_sympy(value: mpmath.mpc) -> sp.Expr:
-    real = sp.Float(value.real, _DIGITS)
-    return real + sp.I * sp.Float(value.imag, _DIGITS) if value.imag else real

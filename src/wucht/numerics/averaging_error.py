@@ -9,17 +9,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.flow.program import Program, lower, python_function
-from wucht.system import TIME, System
+from wucht.numerics.flow.program import Evaluator
+from wucht.system import System
 
 Box = Mapping[str, tuple[float, float]]
 _STEPS_A_UNIT = 128
@@ -53,16 +51,13 @@ class AveragingError:
             raise WuchtError("the bound (3.13) is one for periodic right-hand sides: this one has no period")
         t, e = np.asarray(time, float), self.epsilon
         whole = np.floor(t / self.period * (1 + 1e-12)) + 1  # a time N T that is rounded down still counts as the N-th
-        bound: np.ndarray = (
-            2 * self.lipschitz * self.bound_of_rate * (e * self.period) ** 2 * whole * np.exp(e * self.lipschitz * t)
-        )
-        return bound
+        bound = 2 * self.lipschitz * self.bound_of_rate * (e * self.period) ** 2 * whole * np.exp(e * self.lipschitz * t)
+        return np.asarray(bound)
 
     def bound(self, time: np.ndarray | float) -> np.ndarray:
         """A bound of |x - y| at any time since a common start (any shape): (3.13) and delta exp(epsilon lambda t)."""
-        grown: np.ndarray = self.delta * np.exp(self.epsilon * self.lipschitz * np.asarray(time, float))
-        total: np.ndarray = self.at_periods(time) + grown
-        return total
+        grown = self.delta * np.exp(self.epsilon * self.lipschitz * np.asarray(time, float))
+        return np.asarray(self.at_periods(time) + grown)
 
 
 def averaging_error(
@@ -94,20 +89,23 @@ def averaging_error(
         raise WuchtError(f"the box of states has no limits for {', '.join(missing)}")
     if small not in system.parameter_names or not values[small] > 0:
         raise WuchtError(f"the small parameter {small} must be a parameter of the System and positive")
-    epsilon, grid = float(values[small]), _grid(system, box, points)
+    epsilon, limits = float(values[small]), [box[name] for name in system.state_names]
+    axes = [np.linspace(low, high, points).tolist() if low != high else [float(low)] for low, high in limits]
     end = period if period is not None else length / epsilon
     count = 2 * math.ceil((steps or (_STEPS_A_UNIT if period is not None else math.ceil(_STEPS_A_UNIT * end))) / 2)
     time = np.linspace(0.0, end, count + 1)
     n = len(system.states)
     rates = [sp.sympify(system.explicit(f)) for f in system.derivatives]
     jacobian = [sp.diff(f, s) for f in rates for s in system.states]
-    rate, slope = _function(system, rates, parameters), _function(system, jacobian, parameters)
-    mean = _function(slow, list(slow.derivatives), slow.values(values))
+    rate, slope = (Evaluator.of(system, e, [str(k) for k in range(len(e))]) for e in (rates, jacobian))
+    mean, of_mean = Evaluator.of_rates(slow), slow.values(values)
     largest = steepest = furthest = 0.0
-    for state in grid:
-        X = rate(state, time) / epsilon
-        J = slope(state, time).reshape(n, n, -1) / epsilon
-        difference = X - mean(state, time) / epsilon
+    for state in itertools.product(*axes):
+        at = time, np.repeat(np.array(state)[:, None], len(time), axis=1)
+        with np.errstate(all="ignore"):  # what is not finite is reported below
+            X = rate.array(*at, parameters) / epsilon
+            J = slope.array(*at, parameters).reshape(n, n, -1) / epsilon
+            difference = X - mean.array(*at, of_mean) / epsilon
         if not (np.isfinite(J).all() and np.isfinite(difference).all()):
             raise WuchtError(
                 f"the right-hand side is not finite at {dict(zip(system.state_names, state, strict=True))}, in the box"
@@ -116,26 +114,6 @@ def averaging_error(
         steepest = max(steepest, float(np.linalg.norm(J, 2, axis=(0, 1)).max()))
         furthest = max(furthest, float(np.linalg.norm(_integral(difference, time), axis=0).max()))
     return AveragingError(epsilon, largest, steepest, epsilon * furthest, period)
-
-
-def _grid(system: System, box: Box, points: int) -> list[tuple[float, ...]]:
-    axes = [np.linspace(*box[name], points) if box[name][0] != box[name][1] else [box[name][0]] for name in system.state_names]
-    return [tuple(map(float, p)) for p in itertools.product(*axes)]
-
-
-def _function(system: System, results: list[sp.Expr], parameters: tuple[float, ...]) -> Callable[..., np.ndarray]:
-    """(state, time) -> the results as an array, one row each."""
-    program = lower(system, results)
-    call = python_function((program.states, TIME, tuple(s for s, _ in program.constants)), program.lines, program.results)
-    return partial(_evaluated, call, program, program.constant_values(parameters))
-
-
-def _evaluated(
-    call: Callable[..., Any], program: Program, constants: np.ndarray, state: tuple[float, ...], time: np.ndarray
-) -> np.ndarray:
-    with np.errstate(all="ignore"):  # what is not finite is reported by the caller
-        results = call(tuple(np.full_like(time, x) for x in state), time, constants)
-    return np.array([np.broadcast_to(np.asarray(v, float), time.shape) for v in results])
 
 
 def _integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:

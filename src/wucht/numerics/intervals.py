@@ -52,10 +52,8 @@ def _cubics(pieces: Pieces, a: Interval) -> Interval:
     inside = (at[:, None] >= a[0]) & (at[:, None] <= a[1])
     low = np.where(inside, values[:, None], np.inf).min(axis=0, initial=np.inf)
     high = np.where(inside, values[:, None], -np.inf).max(axis=0, initial=-np.inf)
-    unknown = np.isnan(ends).any(axis=0)
-    return np.where(unknown, -np.inf, np.minimum(low, ends.min(axis=0))), np.where(
-        unknown, np.inf, np.maximum(high, ends.max(axis=0))
-    )
+    unknown, low, high = np.isnan(ends).any(axis=0), np.minimum(low, ends.min(axis=0)), np.maximum(high, ends.max(axis=0))
+    return np.where(unknown, -np.inf, low), np.where(unknown, np.inf, high)
 
 
 @lru_cache(maxsize=64)
@@ -67,8 +65,7 @@ def _extremes(pieces: Pieces) -> tuple[np.ndarray, np.ndarray]:
         flat = np.asarray(cubic.deriv().roots(), complex)
         real = origin + flat.real[np.abs(flat.imag) <= _REAL * (1 + np.abs(flat))]
         candidates += [(x, float(cubic(x - origin))) for x in (*real, begin, end) if begin <= x <= end and np.isfinite(x)]
-    at, values = np.array(candidates).T
-    return at, values
+    return tuple(np.array(candidates).T)
 
 
 def _sum(a: Interval, b: Interval) -> Interval:
@@ -84,8 +81,7 @@ def _product(a: Interval, b: Interval) -> Interval:
 def _power(a: Interval, exponent: int) -> Interval:
     ends = np.array([a[0] ** exponent, a[1] ** exponent])
     low, high = ends.min(axis=0), ends.max(axis=0)
-    around_zero = (a[0] < 0) & (a[1] > 0) & (exponent % 2 == 0)
-    return np.where(around_zero, 0.0, low), high
+    return np.where((a[0] < 0) & (a[1] > 0) & (exponent % 2 == 0), 0.0, low), high
 
 
 def _reciprocal(a: Interval) -> Interval:

@@ -7,7 +7,7 @@ Derivatives", SIAM 2008, section 3.1.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,9 +17,9 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.numerics.flow.compiled import available_engine
-from wucht.numerics.flow.program import Numbers, Program, lower, python_function
+from wucht.numerics.flow.program import Numbers, Program, lower, needed_definitions
 from wucht.piecewise import PiecewiseCubic
-from wucht.system import TIME, System
+from wucht.system import System
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,8 @@ class Jacobian:
             raise WuchtError(f"{unknown[0]} is no parameter of this System; known: {', '.join(system.parameter_names)}")
         directions = [*system.states, *(system.parameters[system.parameter_names.index(name)] for name in along)]
         n = len(system.states)
-        tangent, rates = _Tangent(directions), tuple(sp.sympify(d) for d in system.derivatives)
-        for symbol, expression in _needed(system, rates):
-            tangent.define(symbol, expression)
+        rates = tuple(sp.sympify(d) for d in system.derivatives)
+        tangent = Tangent({s: {j: sp.S.One} for j, s in enumerate(directions)}, needed_definitions(system, rates))
         entries = {(i, j): e for i, r in enumerate(rates) for j, e in tangent.of(r, f"f{i}").items() if e != 0}
         known = System(system.states, (sp.S.Zero,) * n, system.parameters, tuple(tangent.lines))
         return cls(system, tuple(along), lower(known, (*rates, *entries.values())), tuple(entries))
@@ -83,8 +82,7 @@ class Jacobian:
 
     @cached_property
     def _interpreted(self) -> Callable[..., Any]:
-        p = self.program
-        return python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results)
+        return self.program.function()
 
     def __call__(self, states: np.ndarray, parameters: Numbers, time: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Evaluate at many states.
@@ -104,57 +102,42 @@ class Jacobian:
             Not a number where the equations cannot be evaluated (a division by zero).
         """
         x, constants = np.ascontiguousarray(states, float), self.program.constant_values(parameters)
-        count = x.shape[1]
+        shape = x.shape[1:]  # of one state where ``at`` calls
         if self._compiled is not None:
-            fixed = np.repeat(constants[:, None], count, axis=1)
-            return self._sorted(self._compiled(x, pars=fixed, time=np.full(count, time)), (count,))
-        with np.errstate(all="ignore"):
-            values = self._interpreted(tuple(x), time, constants)
-        return self._sorted([np.broadcast_to(np.asarray(v, float), (count,)) for v in values], (count,))
-
-    def at(
-        self, state: Sequence[float] | np.ndarray, parameters: Numbers, time: float = 0.0
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """f (n,), df/dx (n, n) and df/dp (n, k) at one state (n,), as above."""
-        if self._compiled is not None:
-            constants = self.program.constant_values(parameters)
-            return self._sorted(self._compiled(np.ascontiguousarray(state, float), pars=constants, time=time), ())
-        f, f_x, f_p = self(np.asarray(state, float)[:, None], parameters, time)
-        return f[:, 0], f_x[..., 0], f_p[..., 0]
-
-    def _sorted(self, values: Sequence[Any], shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        n, numbers = len(self.system.states), np.array(values, float)
+            fixed = np.tile(constants[:, None], shape) if shape else constants
+            values = self._compiled(x, pars=fixed, time=np.full(shape, time) if shape else time)
+        else:
+            with np.errstate(all="ignore"):
+                values = self._interpreted(tuple(x), time, constants)
+        n, numbers = len(self.system.states), np.array([np.broadcast_to(np.asarray(v, float), shape) for v in values])
         numbers[~np.isfinite(numbers)] = np.nan
         whole = np.zeros((n, n + len(self.along), *shape))
         for (i, j), value in zip(self.places, numbers[n:], strict=True):
             whole[i, j] = value
         return numbers[:n].reshape((n, *shape)), whole[:, :n], whole[:, n:]
 
-
-def _needed(system: System, results: Sequence[sp.Expr]) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """The definitions that results use, in order."""
-    used = set().union(*(r.free_symbols for r in results)) if results else set()
-    needed = []
-    for symbol, expression in reversed(system.definitions):
-        if symbol in used:
-            needed.append((symbol, sp.sympify(expression)))
-            used |= needed[-1][1].free_symbols
-    return needed[::-1]
+    def at(
+        self, state: Sequence[float] | np.ndarray, parameters: Numbers, time: float = 0.0
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """f (n,), df/dx (n, n) and df/dp (n, k) at one state (n,), as above."""
+        return self(np.asarray(state, float), parameters, time)
 
 
-class _Tangent:
-    """Definitions with those of their derivatives among them; ``known`` holds d symbol / d direction where it is not zero."""
+class Tangent:
+    """Definitions with those of their derivatives among them: forward differentiation along some directions.
 
-    def __init__(self, directions: Sequence[sp.Symbol]) -> None:
+    known: d symbol / d direction where it is not zero, by the directions' numbers; of the independent symbols at first.
+    lines: the definitions and their derivatives, in order.
+    """
+
+    def __init__(self, known: dict[sp.Symbol, dict[int, sp.Expr]], definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) -> None:
         self.lines: list[tuple[sp.Symbol, sp.Expr]] = []
-        self.known: dict[sp.Symbol, dict[int, sp.Expr]] = {s: {j: sp.S.One} for j, s in enumerate(directions)}
-
-    def define(self, symbol: sp.Symbol, expression: sp.Expr) -> None:
-        """Add a definition and its derivatives."""
-        self.lines.append((symbol, expression))
-        derivatives = self.of(expression, symbol.name)
-        if derivatives:
-            self.known[symbol] = {j: self._named(e, f"d[{symbol.name}][{j}]") for j, e in derivatives.items()}
+        self.known = known
+        for symbol, expression in definitions:
+            self.lines.append((symbol, expression))
+            derivatives = self.of(expression, symbol.name)
+            if derivatives:
+                known[symbol] = {j: self._named(e, f"d[{symbol.name}][{j}]") for j, e in derivatives.items()}
 
     def of(self, expression: sp.Expr, label: str) -> dict[int, sp.Expr]:
         """The derivatives of an expression by the directions on which it depends."""

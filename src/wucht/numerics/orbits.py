@@ -6,6 +6,7 @@ x(T) = x(0) + advance.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,8 @@ from wucht.errors import WuchtError
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.program import Numbers
 from wucht.numerics.shooting import Shooting, newton_step
+
+_TOLERANCE = 1e-10  # the largest |x(T) - x(0) - advance| allowed, relative to the size of each state
 
 
 @dataclass(frozen=True)
@@ -54,14 +57,12 @@ class PeriodicOrbit:
     def exponents(self) -> np.ndarray:
         """The Floquet exponents ln(mu)/T (n,), the imaginary parts within half the orbit's frequency; -inf where mu = 0."""
         with np.errstate(divide="ignore"):
-            exponents: np.ndarray = np.log(self.multipliers.astype(complex)) / self.period
-        return exponents
+            return np.asarray(np.log(self.multipliers.astype(complex)) / self.period)
 
     def nontrivial(self, trivial: int) -> np.ndarray:
         """The multipliers without those ``trivial`` ones that lie nearest to 1, the largest first."""
         nearest = np.argsort(np.abs(self.multipliers - 1), kind="stable")[:trivial]
-        others: np.ndarray = np.delete(self.multipliers, nearest)
-        return others
+        return np.delete(self.multipliers, nearest)
 
     def creep(self, trivial: int) -> np.ndarray:
         """What each state (n,) gains a period along the directions of the ``trivial`` multipliers, all else having decayed.
@@ -70,8 +71,7 @@ class PeriodicOrbit:
         """
         values, vectors = np.linalg.eig(self.monodromy)
         neutral = np.argsort(np.abs(values - 1), kind="stable")[:trivial]
-        creep: np.ndarray = (vectors[:, neutral] @ np.linalg.solve(vectors, self.gap.astype(complex))[neutral]).real
-        return creep
+        return np.asarray((vectors[:, neutral] @ np.linalg.solve(vectors, self.gap.astype(complex))[neutral]).real)
 
 
 def periodic_orbit(
@@ -85,11 +85,9 @@ def periodic_orbit(
     phase_state: int | None = None,
     left_open: int = 0,
     time: float = 0.0,
-    tolerance: float = 1e-10,
     most_steps: int = 25,
-    engine: str | None = None,
 ) -> PeriodicOrbit:
-    """The periodic motion near a guess, by single shooting.
+    """The periodic motion near a guess, by single shooting: |x(T) - x(0) - advance| <= 1e-10 of the size of each state.
 
     Parameters
     ----------
@@ -112,12 +110,8 @@ def periodic_orbit(
         How many directions of a family that a small term breaks: along them the motion may creep (``PeriodicOrbit.gap``).
     time : float
         At which the period begins.
-    tolerance : float
-        The largest |x(T) - x(0) - advance| allowed, relative to the size of each state.
     most_steps : int
         Of Newton's method.
-    engine : str, optional
-        As for ``compile_system``; by default that of ``compiled``.
 
     Returns
     -------
@@ -129,32 +123,43 @@ def periodic_orbit(
         Where the arguments do not fit, Newton's method does not converge (start nearer, as from the end of a long run), or a
         piecewise function jumps within the period (there the variational equations do not hold).
     """
-    problem = Shooting.of(
-        compiled, parameters, np.asarray(guess, float), float(period), np.asarray(advance, float), phase_state, time, engine
-    )
+    system, given, gains = compiled.system, np.asarray(guess, float), np.asarray(advance, float)
+    n, duration = len(system.states), float(period)
+    if given.shape != (n,) or gains.shape != (n,) or not np.isfinite([given, gains]).all():
+        raise WuchtError(f"a periodic motion of {n} states needs {n} finite numbers for its start and for its advance")
+    if not (math.isfinite(duration) and duration > 0):
+        raise WuchtError(f"the period of a periodic motion is positive, not {duration}")
+    if phase_state is not None and phase_state not in range(n):
+        raise WuchtError(f"phase_state {phase_state} is no state: allowed is 0 to {n - 1}")
     if free_period and phase_state is None:
-        phase_state = problem.first_advancing()
-    x, duration = problem.start(), float(period)
+        if not gains.any():
+            raise WuchtError(
+                "a periodic motion whose period is free needs phase_state, a state held at its start: no state advances"
+            )
+        phase_state = int(np.flatnonzero(gains)[0])
+    problem = Shooting.of(compiled, parameters, gains, time)
+    # Angles are taken within half a turn of zero: the smaller the numbers, the smaller their rounding.
+    angles = np.array([s in system.angles for s in system.states])
+    x = np.where(angles, given - 2 * np.pi * np.round(given / (2 * np.pi)), given)
     end, monodromy, rate = problem.linearised(x, duration)
     sizes = problem.sizes(x, duration)
     for _ in range(most_steps):
         step, longer, seen = newton_step(
-            end - x - problem.advance, monodromy, rate if free_period else None, phase_state, sizes, duration, left_open
+            end - x - gains, monodromy, rate if free_period else None, phase_state, sizes, duration, left_open
         )
-        if problem.missed(end, x, sizes, seen) <= tolerance:
+        residual = problem.missed(end, x, sizes, seen)
+        if residual <= _TOLERANCE:
             break
-        x, duration = problem.damped(x, duration, step, longer, sizes, seen)
+        x, duration = problem.damped(x, duration, step, longer, sizes, seen, residual)
         end, monodromy, rate = problem.linearised(x, duration)
     residual = problem.missed(end, x, sizes, seen)
-    if not residual <= tolerance:
+    if not residual <= _TOLERANCE:
         raise WuchtError(
             f"no periodic motion was found: after {most_steps} steps of Newton's method {residual:.2g} is left open, "
-            f"allowed is {tolerance:g}"
+            f"allowed is {_TOLERANCE:g}"
         )
     problem.refuse_jumps(x, duration)
     multipliers = np.linalg.eigvals(monodromy).astype(complex)
     order = np.lexsort((-multipliers.imag, -np.round(np.abs(multipliers), 14)))
-    gap = end - x - problem.advance
-    return PeriodicOrbit(
-        time, x, duration, problem.advance, multipliers[order], monodromy, gap, float(np.abs(gap / sizes).max())
-    )
+    gap = end - x - gains
+    return PeriodicOrbit(time, x, duration, gains, multipliers[order], monodromy, gap, float(np.abs(gap / sizes).max()))

@@ -27,8 +27,7 @@ def interval_peaks(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> n
     s = np.where(inside, s, 0.0)
     between = np.where(inside, left + s * (a + s * (c + s * d)), top)
     maxima = np.maximum(top, between)
-    around: np.ndarray = np.maximum(np.concatenate([maxima[:1], maxima]), np.concatenate([maxima, maxima[-1:]]))
-    return around
+    return np.asarray(np.maximum(np.concatenate([maxima[:1], maxima]), np.concatenate([maxima, maxima[-1:]])))
 
 
 def extremes(signal: np.ndarray) -> tuple[float, float]:
@@ -61,8 +60,7 @@ def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.nda
     places = np.arange(len(mirrored))
     low, high = np.maximum(places - reach, 0), np.minimum(places + reach, len(mirrored) - 1)
     closed = -_largest_within(-_largest_within(mirrored, low, high), low, high)
-    line: np.ndarray = np.where(_smooth_minima(mirrored, closed > mirrored), mirrored, closed)[beyond : beyond + n]
-    return line
+    return np.where(_smooth_minima(mirrored, closed > mirrored), mirrored, closed)[beyond : beyond + n]
 
 
 def _smooth_minima(radius: np.ndarray, filled: np.ndarray) -> np.ndarray:
@@ -81,8 +79,7 @@ def _smooth_minima(radius: np.ndarray, filled: np.ndarray) -> np.ndarray:
     marks = np.zeros(len(radius) + 1, int)
     np.add.at(marks, begin[smooth], 1)
     np.add.at(marks, end[smooth] + 1, -1)
-    covered: np.ndarray = np.cumsum(marks)[:-1] > 0
-    return covered
+    return np.asarray(np.cumsum(marks)[:-1] > 0)
 
 
 def _largest_within(signal: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -35,8 +35,7 @@ def trend(signals: np.ndarray, tolerance: float) -> Trend:
     n = signals.shape[1] // 10
     if n < 1:
         return Trend(math.inf, math.inf, math.inf)
-    means = [signals[:, -(k + 1) * n : signals.shape[1] - k * n].mean(axis=1) for k in (2, 1, 0)]
-    before, after = (float(np.abs(means[k + 1] - means[k]).max()) for k in (0, 1))
+    before, after = np.abs(np.diff(_last_means(signals, n), axis=0)).max(axis=1).tolist()
     if after <= 1e-2 * tolerance:
         return Trend(after, 0.0, 0.0)
     ratio = after / before if before > 0 else math.inf
@@ -50,8 +49,12 @@ def trend(signals: np.ndarray, tolerance: float) -> Trend:
 def creep(signals: np.ndarray) -> float:
     """By how much the means of signals (k, N) differ between the last three windows of a tenth each, at most."""
     n = max(1, signals.shape[1] // 10)
-    means = np.array([signals[:, -(k + 1) * n : signals.shape[1] - k * n].mean(axis=1) for k in range(3)])
-    return float(np.ptp(means, axis=0).max())
+    return float(np.ptp(_last_means(signals, n), axis=0).max())
+
+
+def _last_means(signals: np.ndarray, n: int) -> np.ndarray:
+    """The means (3, k) over the last three windows of n samples of signals (k, N)."""
+    return np.array([signals[:, -(k + 1) * n : signals.shape[1] - k * n].mean(axis=1) for k in (2, 1, 0)])
 
 
 @dataclass(frozen=True)
@@ -82,33 +85,31 @@ def modulation(time: np.ndarray, angle: np.ndarray, signal: np.ndarray, threshol
     crossings = _upward_crossings(s - middle, reach)
     if len(crossings) < 4:
         return None
-    fraction = [(middle - s[i]) / (s[i + 1] - s[i]) for i in crossings]
-    at = np.array([t[i] + f * (t[i + 1] - t[i]) for i, f in zip(crossings, fraction, strict=True)])
-    turned = np.array([a[i] + f * (a[i + 1] - a[i]) for i, f in zip(crossings, fraction, strict=True)])
-    ranges = np.array([np.ptp(s[i : j + 1]) for i, j in itertools.pairwise(crossings)])
-    periods = np.diff(at)
+    fraction = (middle - s[crossings]) / (s[crossings + 1] - s[crossings])
+    periods, turned = (np.diff(x[crossings] + fraction * (x[crossings + 1] - x[crossings])) for x in (t, a))
+    ranges = np.array([np.ptp(s[j : k + 1]) for j, k in itertools.pairwise(crossings)])
     last = slice(crossings[-2], crossings[-1] + 1)
     count = min(3, len(periods))
     even = abs(periods[-1] - periods[-2]) <= 0.05 * periods[-1]
     return Modulation(
         period=float(periods[-count:].mean()),
-        period_angle=float(abs(np.diff(turned)[-count:].mean())),
+        period_angle=float(abs(turned[-count:].mean())),
         low=float(s[last].min()),
         high=float(s[last].max()),
-        begin=half + crossings[-1 - count],
-        end=half + crossings[-1] + 1,
+        begin=half + int(crossings[-1 - count]),
+        end=half + int(crossings[-1]) + 1,
         sustained=bool(even and _holds(ranges)),
     )
 
 
-def _upward_crossings(s: np.ndarray, reach: float) -> list[int]:
+def _upward_crossings(s: np.ndarray, reach: float) -> np.ndarray:
     """Indices i with s[i] < 0 <= s[i + 1], one for each rise from below -reach to above reach."""
     side = np.sign(s) * (np.abs(s) > reach)
     outside = np.flatnonzero(side)
     rising = (side[outside[:-1]] < 0) & (side[outside[1:]] > 0)
     crossings = np.flatnonzero((s[:-1] < 0) & (s[1:] >= 0))
     last = np.searchsorted(crossings, outside[1:][rising]) - 1
-    return [int(i) for i in crossings[last]]
+    return np.asarray(crossings[last])
 
 
 def _holds(ranges: np.ndarray) -> bool:
@@ -118,7 +119,7 @@ def _holds(ranges: np.ndarray) -> bool:
     if abs(second) <= 1e-3 * last:
         return True
     ratio = second / first if first else math.inf
-    if not 0 <= abs(ratio) < 0.95:
+    if abs(ratio) >= 0.95:
         return False
     limit = last + second * ratio / (1 - ratio)
     return bool(limit > 0.5 * last and abs(limit - last) <= 0.05 * limit)

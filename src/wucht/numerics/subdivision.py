@@ -64,12 +64,11 @@ def all_zeros(
     most_boxes: that are looked at. watch: called between some thousand boxes; what it raises ends the search.
     """
     low, high = np.asarray(low, float), np.asarray(high, float)
-    n, whole = len(low), high - low
+    n, whole, border = len(low), high - low, _ROUNDING * (high - low)
     around = np.zeros(n, bool) if periodic is None else np.asarray(periodic, bool)
-    waiting = [(((low + high) / 2)[:, None], (whole / 2)[:, None])]
+    looked, waiting = 0, [(((low + high) / 2)[:, None], (whole / 2)[:, None])]
     given_up: list[tuple[np.ndarray, np.ndarray]] = []
     proved: list[Proved] = []
-    looked = 0
     while waiting and looked < most_boxes:
         if watch is not None:
             watch()
@@ -79,7 +78,7 @@ def all_zeros(
             centre, radius = centre[:, :_CHUNK], radius[:, :_CHUNK]
         looked += centre.shape[1]
         left, zeros = _examined(function, jacobian, spread, centre, radius, _NARROWEST * whole)
-        proved += [zero for zero in zeros if _within(zero[0], low, high, around)]
+        proved += [z for z in zeros if ((z[0] >= low - border) & (z[0] <= high + border) | around).all()]
         small = (left[1] <= smallest / 2 * whole[:, None]).all(axis=0)
         if small.any():
             given_up.append((left[0][:, small], left[1][:, small]))
@@ -89,14 +88,8 @@ def all_zeros(
     given_up += waiting
     points, doubtful = _distinct(proved, low, whole, around)
     given_up += doubtful
-    empty = np.empty((n, 0))
-    both = [np.concatenate([empty, *(box[k] for box in given_up)], axis=1) for k in (0, 1)]
-    return Zeros(points, (both[0], both[1]), looked)
-
-
-def _within(point: np.ndarray, low: np.ndarray, high: np.ndarray, around: np.ndarray) -> bool:
-    border = _ROUNDING * (high - low)
-    return bool(((point >= low - border) & (point <= high + border) | around).all())
+    centres, radii = (np.concatenate([np.empty((n, 0)), *(box[k] for box in given_up)], axis=1) for k in (0, 1))
+    return Zeros(points, (centres, radii), looked)
 
 
 def _examined(
@@ -112,9 +105,11 @@ def _examined(
     open_ = ~(np.abs(f) > reach * _MARGIN).any(axis=0)
     usable = open_ & np.isfinite(bound).all(axis=(0, 1))
     inverse = np.zeros_like(matrix)
-    for k in _regular(matrix, usable):
-        inverse[:, :, k] = np.linalg.inv(np.moveaxis(matrix[:, :, k], -1, 0)).transpose(1, 2, 0)
-        usable[k] &= np.isfinite(inverse[:, :, k]).all(axis=(0, 1))
+    with np.errstate(all="ignore"):
+        scaled = np.nan_to_num(matrix / np.abs(matrix).max(axis=1, keepdims=True))
+    regular = np.flatnonzero(usable & (np.abs(np.linalg.det(np.moveaxis(scaled, -1, 0))) > 1e-12))
+    inverse[:, :, regular] = np.linalg.inv(np.moveaxis(matrix[:, :, regular], -1, 0)).transpose(1, 2, 0)
+    usable[regular] &= np.isfinite(inverse[:, :, regular]).all(axis=(0, 1))
     usable &= inverse.any(axis=(0, 1))
     step = -np.einsum("ijN,jN->iN", inverse, np.where(usable, f, 0.0))
     spreading = np.einsum("ijN,jkN->ikN", np.abs(inverse), np.where(usable, bound, 0.0)) * _MARGIN
@@ -132,15 +127,6 @@ def _examined(
     low[:, shrinkable] = np.maximum(low, centre + step - outside)[:, shrinkable]
     high[:, shrinkable] = np.minimum(high, centre + step + outside)[:, shrinkable]
     return ((low + high)[:, rest] / 2, (high - low)[:, rest] / 2), zeros
-
-
-def _regular(matrix: np.ndarray, usable: np.ndarray) -> list[np.ndarray]:
-    """The indices of matrices that can be inverted, in one array."""
-    with np.errstate(all="ignore"):
-        scaled = matrix / np.abs(matrix).max(axis=1, keepdims=True)
-        determinant = np.linalg.det(np.moveaxis(np.nan_to_num(scaled), -1, 0))
-    chosen = np.flatnonzero(usable & (np.abs(determinant) > 1e-12))
-    return [chosen] if len(chosen) else []
 
 
 def _polished(

@@ -42,9 +42,8 @@ def turns(
     time, angle, speed: (N,). followers: (angle, speed) of other bodies. Cubic Hermite interpolation makes use of the
     speeds; the error is of fourth order in the sampling interval. Returns empty signals if there is not one full turn.
     """
-    nothing = Turns(
-        np.empty(0), np.empty(0), np.empty(0), np.empty((len(followers), 0)), np.empty((len(followers), 0), complex)
-    )
+    n = len(followers)
+    nothing = Turns(np.empty(0), np.empty(0), np.empty(0), np.empty((n, 0)), np.empty((n, 0), complex))
     if len(time) < 4:
         return nothing
     sense = np.sign(speed[-1]) or 1.0
@@ -57,19 +56,12 @@ def turns(
     at = hermite(grid, leader, t, 1 / (sense * speed[first:]))
     duration = at[PER_TURN:] - at[:-PER_TURN]
     middle = slice(PER_TURN // 2, PER_TURN // 2 + len(duration))
-    mean_speeds, phases = [], []
-    for body_angle, body_speed in followers.values():
+    mean_speeds, phases = np.empty((n, len(duration))), np.empty((n, len(duration)), complex)
+    for k, (body_angle, body_speed) in enumerate(followers.values()):
         follower = hermite(at, t, body_angle[first:], body_speed[first:])
-        mean_speeds.append((follower[PER_TURN:] - follower[:-PER_TURN]) / duration)
-        phases.append(_moving_mean(np.exp(1j * (follower - sense * grid)))[: len(duration)])
-    empty = np.empty((0, len(duration)))
-    return Turns(
-        at[middle],
-        sense * grid[middle],
-        sense * 2 * np.pi / duration,
-        np.array(mean_speeds) if mean_speeds else empty,
-        np.array(phases) if phases else empty.astype(complex),
-    )
+        mean_speeds[k] = (follower[PER_TURN:] - follower[:-PER_TURN]) / duration
+        phases[k] = _moving_mean(np.exp(1j * (follower - sense * grid)))[: len(duration)]
+    return Turns(at[middle], sense * grid[middle], sense * 2 * np.pi / duration, mean_speeds, phases)
 
 
 def hermite(at: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray) -> np.ndarray:
@@ -82,12 +74,10 @@ def hermite(at: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray) -> 
     s = (at - x[i]) / h
     rise = y[i + 1] - y[i]
     left, right = h * slope[i] - rise, rise - h * slope[i + 1]
-    values: np.ndarray = y[i] + s * rise + s * (1 - s) * ((1 - s) * left + s * right)
-    return values
+    return np.asarray(y[i] + s * rise + s * (1 - s) * ((1 - s) * left + s * right))
 
 
 def _moving_mean(signal: np.ndarray) -> np.ndarray:
     total = np.concatenate([[0.0], np.cumsum(signal)])
     # Trapezoid over one full turn: the end points count half each.
-    mean: np.ndarray = (total[PER_TURN:-1] - total[: -PER_TURN - 1] + (signal[PER_TURN:] - signal[:-PER_TURN]) / 2) / PER_TURN
-    return mean
+    return np.asarray((total[PER_TURN:-1] - total[: -PER_TURN - 1] + (signal[PER_TURN:] - signal[:-PER_TURN]) / 2) / PER_TURN)

@@ -27,5 +27,4 @@ def crossings(function: RealFunction, grid: np.ndarray, direction: int = 0) -> n
         middle = (low + high) / 2
         before = np.sign(function(middle)) == left
         low, high = np.where(before, middle, low), np.where(before, high, middle)
-    roots: np.ndarray = (low + high) / 2
-    return roots
+    return np.asarray((low + high) / 2)

@@ -15,20 +15,18 @@ if TYPE_CHECKING:
 
 _ROUNDING = 1e-9  # rad
 
-Variable = tuple[Sequence[str], Any, dict[str, str]]
+Variable = tuple[tuple[str, ...], Any, dict[str, str]]
 
 
-def variable(dimensions: str | Sequence[str], values: Any, long_name: str, units: str = "") -> Variable:
-    """A Dataset variable: dimensions (a string of names), values, what it is, in which units."""
-    names = tuple(dimensions.split()) if isinstance(dimensions, str) else tuple(dimensions)
-    return names, np.asarray(values), {"long_name": long_name, "units": units}
+def variable(dimensions: str, values: Any, long_name: str, units: str = "") -> Variable:
+    """A Dataset variable: dimensions (names in one string), values, what it is, in which units."""
+    return tuple(dimensions.split()), np.asarray(values), {"long_name": long_name, "units": units}
 
 
 def wrapped(angle: Any) -> np.ndarray:
     """Angles in [0, 2 pi), what is a rounding below a whole turn being 0. Of any shape."""
-    turn = 2 * np.pi
-    angles = np.remainder(angle, turn)
-    return np.where(turn - angles > _ROUNDING, angles, 0.0)
+    angles = np.remainder(angle, 2 * np.pi)
+    return np.where(2 * np.pi - angles > _ROUNDING, angles, 0.0)
 
 
 def answered(

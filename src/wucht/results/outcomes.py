@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Self
 
 SPEED_TOLERANCE = 0.005  # of what the drive reaches without vibration: contract, "compensated"
 UNBALANCE_TOLERANCE = 0.01  # of the rotor's unbalance: contract, "compensated"
@@ -12,45 +13,30 @@ SLIP_TOLERANCE = 0.001  # of the rotor's mean speed; more is another motion than
 
 
 class Outcome(StrEnum):
-    """How a run ended."""
+    """How a run ended, and that in words."""
 
-    COMPENSATED = "compensated"
-    PASSED = "passed"
-    CAPTURED = "captured"
-    CAPTURED_MODULATED = "captured-modulated"
-    BALANCER_CAPTURED = "balancer-captured"
-    ENTRAINED = "entrained"
-    NOT_ENTRAINED = "not-entrained"
-    SYNCHRONISED = "synchronised"
-    NOT_SYNCHRONISED = "not-synchronised"
-    STOPPED = "stopped"
-    OSCILLATING = "oscillating"
-    RUNAWAY = "runaway"
-    UNIDENTIFIED = "unidentified"
-    FAILED = "failed"
+    sentence: str
 
-    @property
-    def sentence(self) -> str:
-        """The outcome in words."""
-        return _SENTENCES[self]
+    def __new__(cls, label: str, sentence: str) -> Self:
+        """A label with its sentence."""
+        member = str.__new__(cls, label)
+        member._value_, member.sentence = label, sentence
+        return member
 
-
-_SENTENCES = {
-    Outcome.COMPENSATED: "the rotor reaches its speed and the bodies compensate its unbalance",
-    Outcome.PASSED: "the rotor gets through its resonance; unbalance is left",
-    Outcome.CAPTURED: "the rotor is captured at its resonance, at a steady speed",
-    Outcome.CAPTURED_MODULATED: "the rotor is captured at its resonance, with modulated speed",
-    Outcome.BALANCER_CAPTURED: "the rotor reaches its speed, but bodies lag behind it, captured at the resonance",
-    Outcome.ENTRAINED: "the rotor is entrained by the carrier's vibration, at its frequency",
-    Outcome.NOT_ENTRAINED: "the rotor is not entrained by the carrier's vibration",
-    Outcome.SYNCHRONISED: "the rotors turn at the same mean speed",
-    Outcome.NOT_SYNCHRONISED: "the rotors turn at different mean speeds",
-    Outcome.STOPPED: "no rotation is left",
-    Outcome.OSCILLATING: "the rotor does not turn any more, it oscillates",
-    Outcome.RUNAWAY: "the speed went beyond the given limit",
-    Outcome.UNIDENTIFIED: "the run is too short for a verdict",
-    Outcome.FAILED: "the run failed",
-}
+    COMPENSATED = "compensated", "the rotor reaches its speed and the bodies compensate its unbalance"
+    PASSED = "passed", "the rotor gets through its resonance; unbalance is left"
+    CAPTURED = "captured", "the rotor is captured at its resonance, at a steady speed"
+    CAPTURED_MODULATED = "captured-modulated", "the rotor is captured at its resonance, with modulated speed"
+    BALANCER_CAPTURED = "balancer-captured", "the rotor reaches its speed, but bodies lag behind it, captured at the resonance"
+    ENTRAINED = "entrained", "the rotor is entrained by the carrier's vibration, at its frequency"
+    NOT_ENTRAINED = "not-entrained", "the rotor is not entrained by the carrier's vibration"
+    SYNCHRONISED = "synchronised", "the rotors turn at the same mean speed"
+    NOT_SYNCHRONISED = "not-synchronised", "the rotors turn at different mean speeds"
+    STOPPED = "stopped", "no rotation is left"
+    OSCILLATING = "oscillating", "the rotor does not turn any more, it oscillates"
+    RUNAWAY = "runaway", "the speed went beyond the given limit"
+    UNIDENTIFIED = "unidentified", "the run is too short for a verdict"
+    FAILED = "failed", "the run failed"
 
 
 @dataclass(frozen=True)
@@ -94,10 +80,11 @@ def classify(e: Evidence) -> Outcome:
     if e.beyond_limit:
         return Outcome.RUNAWAY
     if not e.turning:
-        return _not_turning(e)
-    at_speed = e.free_speed is not None and max(
-        abs(e.mean_speed - e.free_speed), abs(e.lowest_speed - e.free_speed)
-    ) <= SPEED_TOLERANCE * abs(e.free_speed)
+        oscillating = e.moving and (e.steady or e.modulated)
+        return Outcome.STOPPED if e.at_rest else Outcome.OSCILLATING if oscillating else Outcome.UNIDENTIFIED
+    at_speed = e.free_speed is not None and all(
+        abs(w - e.free_speed) <= SPEED_TOLERANCE * abs(e.free_speed) for w in (e.mean_speed, e.lowest_speed)
+    )
     asynchronous = e.slip > SLIP_TOLERANCE * abs(e.mean_speed)
     if at_speed and not asynchronous and e.residual is not None and e.residual < UNBALANCE_TOLERANCE:
         return Outcome.COMPENSATED
@@ -140,9 +127,3 @@ class Locking:
         if self.frequency is not None:
             return Outcome.ENTRAINED if same else Outcome.NOT_ENTRAINED
         return Outcome.SYNCHRONISED if same else Outcome.NOT_SYNCHRONISED
-
-
-def _not_turning(e: Evidence) -> Outcome:
-    if e.at_rest:
-        return Outcome.STOPPED
-    return Outcome.OSCILLATING if e.moving and (e.steady or e.modulated) else Outcome.UNIDENTIFIED

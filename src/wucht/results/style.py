@@ -24,21 +24,21 @@ _STRIPS, _PALE, _FEW = 100, 0.15, 2
 
 def new_figure(rows: int, height: float, title: str, subtitle: str = "") -> tuple[Figure, list[Axes]]:
     """A figure with one column of panels over a common abscissa."""
-    figure, axes = _panels(rows, 1, height, title, subtitle, common=True)
     # Set by hand: matplotlib's automatic layout draws everything twice, which takes as long as the whole run.
-    figure.subplots_adjust(left=0.1, right=0.74, bottom=0.45 / height, top=1 - 0.55 / height, hspace=0.12)
+    margins = {"left": 0.1, "right": 0.74, "bottom": 0.45 / height, "top": 1 - 0.55 / height, "hspace": 0.12}
+    figure, axes = _panels(rows, 1, height, f"{title}\n{subtitle}", margins)
     figure.align_ylabels(axes)
     return figure, axes
 
 
 def new_grid(rows: int, columns: int, height: float, title: str, subtitle: str = "") -> tuple[Figure, list[Axes]]:
     """A figure with panels that have abscissae of their own, row by row; below them is room for a legend."""
-    figure, axes = _panels(rows, columns, height, title, subtitle, common=False)
-    figure.subplots_adjust(left=0.1, right=0.97, bottom=1.0 / height, top=1 - 0.6 / height, hspace=0.32, wspace=0.28)
-    return figure, axes
+    above = 0.6 + 0.17 * subtitle.count("\n")
+    margins = {"left": 0.1, "right": 0.97, "bottom": 1.0 / height, "top": 1 - above / height, "hspace": 0.32, "wspace": 0.28}
+    return _panels(rows, columns, height, f"{title}\n{subtitle}", margins)
 
 
-def _panels(rows: int, columns: int, height: float, title: str, subtitle: str, common: bool) -> tuple[Figure, list[Axes]]:
+def _panels(rows: int, columns: int, height: float, heading: str, margins: dict[str, float]) -> tuple[Figure, list[Axes]]:
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -46,9 +46,9 @@ def _panels(rows: int, columns: int, height: float, title: str, subtitle: str, c
     mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7})
     figure = Figure(figsize=(_WIDTH, height), dpi=150)
     FigureCanvasAgg(figure)
-    axes: list[Axes] = list(figure.subplots(rows, columns, sharex=common, squeeze=False).ravel())
-    heading = figure.suptitle(title + (f"\n{subtitle}" if subtitle else ""), fontsize=10)
-    heading.set_parse_math(False)  # a title may hold a dollar sign
+    axes: list[Axes] = list(figure.subplots(rows, columns, sharex=columns == 1, squeeze=False).ravel())
+    figure.suptitle(heading.rstrip("\n"), fontsize=10).set_parse_math(False)  # a title may hold a dollar sign
+    figure.subplots_adjust(**margins)
     for axis in axes:
         axis.grid(visible=True, linewidth=0.4, color="#DDDDDD")
         axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
@@ -69,8 +69,39 @@ def line_style(index: int) -> dict[str, Any]:
 def label(result: Any, name: str, factor_unit: str | None = None) -> str:
     """``amplitude (mm)``: axis label from a variable's long name and units."""
     attributes = result[name].attrs
-    units = attributes.get("units", "") if factor_unit is None else factor_unit
-    return f"{attributes.get('long_name', name)} ({units})" if units else f"{attributes.get('long_name', name)}"
+    return with_unit(attributes.get("long_name", name), attributes.get("units", "") if factor_unit is None else factor_unit)
+
+
+def with_unit(text: str, unit: str) -> str:
+    """``text (unit)``, without brackets where there is no unit."""
+    return f"{text} ({unit})" if unit else text
+
+
+def printed_unit(result: Any, name: str) -> tuple[float, str]:
+    """The factor by which a variable is drawn, and its unit there: lengths in mm."""
+    unit = str(result[name].attrs["units"])
+    return (1e3, "mm") if unit == "m" else (1.0, unit)
+
+
+def mark_speeds(axes: Sequence[Axes], result: Any, natural: tuple[str, str], free: tuple[float, str], named: int) -> None:
+    """Finish panels over the speed: mark speeds that lie in the range, set the range, write legends and the abscissa's name.
+
+    natural: what the natural frequencies are called, one of them and several; they are marked for both senses. free: the speed
+    that the drive reaches, and what it is called. named: the panel whose legend has these.
+    """
+    low, high = float(result.speed[0]), float(result.speed[-1])
+    frequencies = np.round(result.natural_frequency.values, 9)
+    shown = sorted(f for f in {*frequencies, *-frequencies} if low <= f <= high)
+    marks = [(f, ":", natural[len(shown) > 1] if k == 0 else None) for k, f in enumerate(shown)]
+    marks += [(free[0], "--", free[1])] if low <= free[0] <= high else []
+    for axis in axes:
+        for speed, dashes, name in marks:
+            shown_name = name if axis is axes[named] else None
+            axis.axvline(speed, color=GREY, linestyle=dashes, linewidth=0.9, label=shown_name, zorder=1)
+        axis.set_xlim(low, high)
+        if axis.get_legend_handles_labels()[0]:
+            axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
+    axes[-1].set_xlabel(label(result, "speed") if result.speed.attrs["units"] else "speed $\\omega$")
 
 
 def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -118,16 +149,13 @@ def draw_angles(axis: Axes, x: np.ndarray, degrees: np.ndarray, begin: float, st
         fast = _faster_than_drawn(x, angle)
         shown = without_jumps(begin + np.remainder(angle - begin, 360), 360.0)
         axis.plot(x, np.where(fast, np.nan, shown), **style)
-        if fast.any():
-            passing.append((fast, style))
+        passing += [(fast, style)] if fast.any() else []
     if passing:
         names = [str(style["label"]) for _, style in passing if "label" in style]
-        who = ", ".join(names) if len(names) == len(passing) <= _FEW else "several"
+        name = f"turning past: {', '.join(names) if len(names) == len(passing) <= _FEW else 'several'}"
         colour = passing[0][1]["color"] if len(passing) == 1 else GREY
         anywhere = np.any([fast for fast, _ in passing], axis=0)
-        axis.fill_between(
-            x, begin, begin + 360, where=anywhere, label=f"turning past: {who}", color=colour, alpha=_PALE, linewidth=0
-        )
+        axis.fill_between(x, begin, begin + 360, where=anywhere, label=name, color=colour, alpha=_PALE, linewidth=0)
 
 
 def _faster_than_drawn(x: np.ndarray, degrees: np.ndarray) -> np.ndarray:
@@ -136,11 +164,8 @@ def _faster_than_drawn(x: np.ndarray, degrees: np.ndarray) -> np.ndarray:
     if not span or not np.isfinite(span):
         return np.zeros(len(x), bool)
     turned = np.nan_to_num(np.unwrap(np.nan_to_num(degrees), period=360.0))
-    width = span / _STRIPS
-    strip = np.minimum((np.abs(x - x[0]) / width).astype(int), _STRIPS - 1)
-    fast = np.zeros(_STRIPS, bool)
-    for k in range(_STRIPS):
-        inside = turned[strip == k]
-        fast[k] = len(inside) > 1 and np.ptp(inside) > 360
-    faster: np.ndarray = fast[strip]
-    return faster
+    strip = np.minimum((np.abs(x - x[0]) / (span / _STRIPS)).astype(int), _STRIPS - 1)
+    low, high = np.full(_STRIPS, np.inf), np.full(_STRIPS, -np.inf)
+    np.minimum.at(low, strip, turned)
+    np.maximum.at(high, strip, turned)
+    return np.asarray((high - low > 360)[strip])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,37 +52,29 @@ class Deviations:
 def at_equal_angle(full: Course, slow: Course, until: float = np.inf) -> Deviations | None:
     """At equal angle of the rotor, up to an angle: (5.24), (5.25). None where there is nothing in common."""
     begin = max(full.angle[0], slow.angle[0])
-    return _compared((full.angle - begin, full), (slow.angle - begin, slow), until)
+    return _compared(full, slow, full.angle - begin, slow.angle - begin, until)
 
 
 def at_equal_phase(full: Course, slow: Course) -> Deviations | None:
-    """At equal mean phase of the bodies, 002 figure 5.12, while these slip; None where they do not slip a turn in common."""
+    """At equal mean phase of the bodies, 002 figure 5.12, while these lag; None where they do not lag a turn in common."""
     if full.phase is None or slow.phase is None:
         return None
     sense = np.sign(full.phase[-1] - full.phase[0])
-    found = _compared((sense * full.phase, full), (sense * slow.phase, slow), np.inf)
-    if found is None or np.ptp(found.at) < 2 * np.pi:
-        return None
-    return Deviations(sense * found.at, found.speed, found.radius)
+    apart = _compared(full, slow, sense * full.phase, sense * slow.phase)
+    return None if apart is None or np.ptp(apart.at) < 2 * np.pi else replace(apart, at=sense * apart.at)
 
 
-def _compared(full: tuple[np.ndarray, Course], slow: tuple[np.ndarray, Course], until: float) -> Deviations | None:
-    (a, mine), (b, other) = full, slow
-    ahead, there = _advancing(a), _advancing(b)  # an abscissa that turns back is compared where it is new
-    at = a[ahead]
-    common = (at >= b[there][0]) & (at <= min(b[there][-1], until))
+def _compared(full: Course, slow: Course, a: np.ndarray, b: np.ndarray, until: float = np.inf) -> Deviations | None:
+    """At equal abscissae a, b (N,); one that turns back is compared where it is new."""
+    common, new = _advancing(a) & (a >= b[0]) & (a <= min(b.max(), until)), _advancing(b)
     if np.count_nonzero(common) < _FEWEST:
         return None
-    at = at[common]
-    apart = np.array(
-        [m[ahead][common] - np.interp(at, b[there], o[there]) for m, o in zip(mine.speed, other.speed, strict=True)]
-    )
-    speed = np.take_along_axis(apart, np.abs(apart).argmax(axis=0)[None], 0)[0]
-    radius = mine.radius[ahead][common] - np.interp(at, b[there], other.radius[there])
-    return Deviations(at, speed, radius)
+    pairs = zip((*full.speed, full.radius), (*slow.speed, slow.radius), strict=True)
+    *speeds, radius = (y[common] - np.interp(a[common], b[new], other[new]) for y, other in pairs)
+    largest = np.abs(speeds).argmax(axis=0)[None]
+    return Deviations(a[common], np.take_along_axis(np.array(speeds), largest, axis=0)[0], radius)
 
 
 def _advancing(values: np.ndarray) -> np.ndarray:
     """Where (mask) a value is larger than all before."""
-    before = np.maximum.accumulate(values)
-    return np.concatenate([[True], values[1:] > before[:-1]])
+    return np.asarray(np.r_[True, values[1:] > np.maximum.accumulate(values)[:-1]])

@@ -1,4 +1,4 @@
-"""Initial states: from the words of a study file to the state vector of a System, and the machine as it is in it."""
+"""Initial states: from a study file to the state vector of a System, and the machine as it is in it."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from wucht.checking import read_quantity, refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.tracks import arranged, evenly
-from wucht.machines.tree import SlidingBody
+from wucht.mechanics.lagrange import Coordinate
 from wucht.quantities import Unit
-from wucht.studies.release_events import released_at_start
+from wucht.studies.release_events import leader_of
+
+_NOT_ALLOWED = "not allowed: the drive prescribes this body's motion (its angle is the drive's key `angle`)"
 
 
 def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "study.start") -> np.ndarray:
@@ -25,71 +27,43 @@ def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "stud
     starts at its static position, from which ``carrier = {x, y, vx, vy}`` is measured. ``psi`` and ``delta`` set two bodies
     about one rotor: angles psi +- delta/2. Raises ``InputError``.
     """
-    units = machine.units
-    angle_unit, speed_unit = Unit("rad" if units.time else "", "angle", ""), Unit(units.speed, "speed", "")
-    given = _given(machine, start, where, angle_unit)
-    angles: dict[str, float] = {}
-    speeds: dict[str, float] = {}
-    carrier = _carrier(machine, start.get("carrier", {}), f"{where}.carrier")
+    values = _carrier(machine, start.get("carrier", {}), f"{where}.carrier")
+    given, angle, speed = _given(machine, start, where), _angle(machine), Unit(machine.units.speed, "speed")
     for body in machine.outward:
-        value = given.get(body.name, {})
-        described = value if isinstance(value, Mapping) else {"angle": value}
-        at = f"{where}.{body.name}"
-        refuse_unknown(described, ("angle", "speed"), at)
-        prescribed = body.coordinate.prescribed
-        if prescribed is not None and described:
-            raise InputError(
-                at, value, "not allowed: the drive prescribes this body's motion (its angle is the drive's key `angle`)"
-            )
-        origin = angles[body.about] if body.about else 0.0
-        if body.name in machine.start_angles:
-            origin = machine.start_angles[body.name]
-        angles[body.name] = origin + read_quantity(angle_unit, described.get("angle", 0.0), f"{at}.angle")
-        if body.release is not None and "speed" in described:
-            raise InputError(f"{at}.speed", described["speed"], "not allowed: this body is locked until its release")
-        if prescribed is not None:
-            speeds[body.name] = float(machine.prescribed_speed(body.coordinate, 0.0)[0])
-        elif body.release is not None:
-            speeds[body.name] = speeds[body.about] if body.about else _turning(machine, carrier)
-        elif "speed" in described:
-            speeds[body.name] = read_quantity(speed_unit, described["speed"], f"{at}.speed")
-        else:
-            above = map(machine.body, machine.tree.path(body.name)[1:])
-            led = any(b.coordinate.prescribed is not None for b in above)
-            speeds[body.name] = speeds[body.about] if led and body.about else 0.0
-    values = {b.coordinate.position.name: angles[b.name] for b in machine.bodies}
-    values |= {b.coordinate.velocity.name: speeds[b.name] for b in machine.bodies}
-    values |= carrier
+        at, c, table = f"{where}.{body.name}", body.coordinate, given.get(body.name, {})
+        if c.prescribed is not None and table != {}:
+            raise InputError(at, table, _NOT_ALLOWED)
+        stated = _quantities(table, {"angle": angle, "speed": speed}, at)
+        if body.release is not None and "speed" in stated:
+            raise InputError(f"{at}.speed", stated["speed"], "not allowed: this body is locked until its release")
+        head = machine.body(body.about).coordinate if body.about else None
+        origin = machine.start_angles.get(body.name, values[head.position.name] if head else 0.0)
+        led = any(machine.body(n).coordinate.prescribed is not None for n in machine.tree.path(body.name)[1:])
+        leader = head or machine.turning
+        own = values[leader.velocity.name] if leader and (led or body.release is not None) else 0.0
+        values[c.position.name] = origin + stated.get("angle", 0.0)
+        values[c.velocity.name] = stated.get("speed", own) if c.prescribed is None else _prescribed(machine, c)
+    guided = {"displacement": Unit("m", "displacement"), "velocity": Unit("m/s", "velocity")}
     for x in machine.sliders:
-        values |= _slider(machine, x, start.get(x.name, {}), f"{where}.{x.name}")
+        stated = _quantities(start.get(x.name, {}), guided, f"{where}.{x.name}")
+        values[x.coordinate.position.name] = stated.get("displacement", 0.0)
+        values[x.coordinate.velocity.name] = stated.get("velocity", 0.0)
     return np.array([values[name] for name in machine.state_names])
 
 
 def placed(machine: Machine, state: np.ndarray) -> Machine:
-    """The machine as it is in a start state (n,): the bodies of its tracks in order, those unlocked that are released already.
+    """The machine as it is in an initial state (n,): the bodies of its tracks in order, those unlocked that are released there.
 
-    Raises ``InputError`` where bodies of a track overlap.
+    A speed of release that is reached at t = 0 would never be crossed. Raises ``InputError`` where bodies of a track overlap.
     """
-    return released_at_start(arranged(machine, angles_in(machine, state), fastest_in(machine, state)), state)
-
-
-def _given(machine: Machine, start: Mapping[str, Any], where: str, angle_unit: Unit) -> dict[str, Any]:
-    """What is said of each body: named, as one of a pair by psi and delta, or as one of a track."""
-    names = [b.name for b in machine.bodies]
-    pair = [b for b in machine.bodies if b.about == machine.rotor.name]
-    guided = [x.name for x in machine.sliders]
-    refuse_unknown(start, [*names, *guided, "carrier", *(("psi", "delta") if len(pair) == 2 else ())], where)
-    given: dict[str, Any] = {n: start[n] for n in names if n in start}
-    if "psi" in start or "delta" in start:
-        psi, delta = (read_quantity(angle_unit, start.get(k, 0.0), f"{where}.{k}") for k in ("psi", "delta"))
-        for body, sign in zip(pair, (1, -1), strict=True):
-            if body.name in given:
-                raise InputError(f"{where}.{body.name}", None, "allowed are either psi and delta, or the bodies' own angles")
-            given[body.name] = psi + sign * delta / 2
-    for track in machine.tracks:
-        if not any(b.name in given for b in track.bodies):
-            given |= evenly(track.bodies)
-    return given
+    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
+    machine = arranged(machine, angles_in(machine, state), float(np.abs(state[free]).max(initial=0.0)))
+    speeds, released = speeds_in(machine, state), {}
+    for body in machine.bodies:
+        limit = None if body.release is None else body.release.speed
+        if limit is not None and abs(speeds[leader_of(machine, body).name]) >= limit:
+            released[body.locked.name] = 0.0
+    return machine.with_unchecked(released)
 
 
 def angles_in(machine: Machine, state: np.ndarray) -> dict[str, float]:
@@ -97,45 +71,57 @@ def angles_in(machine: Machine, state: np.ndarray) -> dict[str, float]:
     return {b.name: float(state[machine.row(b.coordinate.position)]) for b in machine.bodies}
 
 
-def fastest_in(machine: Machine, state: np.ndarray) -> float:
-    """The largest speed of a body in a state (n,), in magnitude."""
-    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
-    return float(np.abs(state[free]).max(initial=0.0))
+def speeds_in(machine: Machine, state: np.ndarray) -> dict[str, float]:
+    """The speeds of the bodies in an initial state (n,), by name, prescribed ones included."""
+    pairs = [(b.name, b.coordinate) for b in machine.bodies]
+    return {n: float(state[machine.row(c.velocity)]) if c.prescribed is None else _prescribed(machine, c) for n, c in pairs}
+
+
+def _prescribed(machine: Machine, coordinate: Coordinate) -> float:
+    """The prescribed velocity of a coordinate at t = 0."""
+    return float(machine.prescribed_speed(coordinate, 0.0)[0])
+
+
+def _angle(machine: Machine) -> Unit:
+    return Unit("rad" if machine.units.time else "", "angle")
+
+
+def _quantities(given: Any, units: Mapping[str, Unit], where: str) -> dict[str, float]:
+    """The quantities of a table by key; a bare value is the first of them."""
+    table = given if isinstance(given, Mapping) else {next(iter(units)): given}
+    refuse_unknown(table, units, where)
+    return {key: read_quantity(units[key], value, f"{where}.{key}") for key, value in table.items()}
+
+
+def _given(machine: Machine, start: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """What is stated of each body: by its name, as one of a pair by psi and delta, or as one of a track."""
+    names = [b.name for b in machine.bodies]
+    pair = [b.name for b in machine.bodies if b.about == machine.rotor.name]
+    guided = [x.name for x in machine.sliders]
+    refuse_unknown(start, [*names, *guided, "carrier", *(("psi", "delta") if len(pair) == 2 else ())], where)
+    given: dict[str, Any] = {n: start[n] for n in names if n in start}
+    if "psi" in start or "delta" in start:
+        psi, delta = (read_quantity(_angle(machine), start.get(k, 0.0), f"{where}.{k}") for k in ("psi", "delta"))
+        for name in (n for n in pair if n in given):
+            raise InputError(f"{where}.{name}", None, "allowed are either psi and delta, or the bodies' own angles")
+        given |= {name: psi + sign * delta / 2 for name, sign in zip(pair, (1, -1), strict=True)}
+    for track in machine.tracks:
+        if not any(b.name in given for b in track.bodies):
+            given |= evenly(track.bodies)
+    return given
 
 
 def _carrier(machine: Machine, given: Any, where: str) -> dict[str, float]:
+    """The carrier's positions and velocities by name, prescribed ones included."""
     if not isinstance(given, Mapping):
         raise InputError(where, given, 'allowed is a table such as { x = "1 mm" }')
-    free = machine.free_labels
-    refuse_unknown(given, [*free, *(f"v{d}" for d in free)], where)
-    found = {}
-    for coordinate, rest, d in zip(machine.carrier, static_position(machine), machine.labels, strict=True):
-        position, velocity = coordinate.position.name, coordinate.velocity.name
-        if coordinate.prescribed is not None:
-            found[position] = machine.start_positions.get(d, 0.0)
-            continue
-        length = Unit("rad" if d == "r" else machine.units.length, "displacement", "")
-        speed = Unit(("rad/s" if d == "r" else "m/s") if machine.units.length else "", "velocity", "")
-        found[position] = float(rest) + read_quantity(length, given.get(d, 0.0), f"{where}.{d}")
-        found[velocity] = read_quantity(speed, given.get(f"v{d}", 0.0), f"{where}.v{d}")
-    return found
-
-
-def _turning(machine: Machine, carrier: Mapping[str, float]) -> float:
-    """The angular velocity of the carrier, with which a locked rotor starts."""
-    if machine.turning is None:
-        return 0.0
-    if machine.turning.prescribed is not None:
-        return float(machine.prescribed_speed(machine.turning, 0.0)[0])
-    return carrier[machine.turning.velocity.name]
-
-
-def _slider(machine: Machine, slider: SlidingBody, given: Any, where: str) -> dict[str, float]:
-    """The displacement and velocity of a slider; a bare value is the displacement."""
-    described = given if isinstance(given, Mapping) else {"displacement": given}
-    refuse_unknown(described, ("displacement", "velocity"), where)
-    length, speed = Unit("m", "displacement", ""), Unit("m/s", "velocity", "")
-    return {
-        slider.coordinate.position.name: read_quantity(length, described.get("displacement", 0.0), f"{where}.displacement"),
-        slider.coordinate.velocity.name: read_quantity(speed, described.get("velocity", 0.0), f"{where}.velocity"),
-    }
+    length, units = machine.units.length, dict[str, Unit]()
+    for d in machine.free_labels:
+        units[d] = Unit("rad" if d == "r" else length, "displacement")
+        units[f"v{d}"] = Unit(("rad/s" if d == "r" else "m/s") if length else "", "velocity")
+    stated, values = _quantities(given, units, where), dict[str, float]()
+    for c, rest, d in zip(machine.carrier, static_position(machine), machine.labels, strict=True):
+        free = c.prescribed is None
+        values[c.position.name] = float(rest) + stated.get(d, 0.0) if free else machine.start_positions.get(d, 0.0)
+        values[c.velocity.name] = stated.get(f"v{d}", 0.0) if free else _prescribed(machine, c)
+    return values

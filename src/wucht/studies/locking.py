@@ -1,4 +1,4 @@
-"""Rotors that a vibration or another rotor takes along: mean speeds and phases over whole periods."""
+"""Rotors entrained by a vibration or by each other: mean speeds and phases over whole periods."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class Locked:
 
 def is_locking(machine: Machine) -> bool:
     """Whether a machine is judged by locking: its carrier is shaken harmonically, or several of its rotors are free to turn."""
-    free = [r for r in machine.rotors if r.coordinate.prescribed is None]
-    return (machine.shaken is not None and frequency_of(machine) is not None and bool(free)) or len(free) > 1
+    free = sum(r.coordinate.prescribed is None for r in machine.rotors)
+    return free > 1 or (free == 1 and machine.shaken is not None and machine.shaking_frequency is not None)
 
 
 def frequency_of(machine: Machine) -> float | None:
@@ -45,36 +45,34 @@ def frequency_of(machine: Machine) -> float | None:
     return machine.shaking_frequency
 
 
+def within_half_a_turn(angles: np.ndarray) -> np.ndarray:
+    """Angles (...) in [-pi, pi)."""
+    return np.asarray(np.remainder(angles + math.pi, 2 * math.pi) - math.pi)
+
+
 def locked(machine: Machine, trajectory: Trajectory) -> Locked | None:
     """Mean speeds and phases of a run; None where the main rotor does not make a single period in its last half."""
-    rotors = list(machine.rotors)
-    motion = {r.name: motion_of(machine, trajectory, r) for r in rotors}
-    time, given = trajectory.time, frequency_of(machine)
-    main, _ = motion[rotors[0].name]
-    end = float(time[-1])
-    if given is None:
-        half = int(np.searchsorted(time, (1 - _SHARE) * end))
-        given_rate = abs(float(main[-1] - main[half])) / max(end - float(time[half]), 1e-300)
-    else:
-        given_rate = given
-    periods = math.floor(_SHARE * (end - float(time[0])) * given_rate / (2 * math.pi) * (1 + 1e-9))
+    motion = {r.name: motion_of(machine, trajectory, r) for r in machine.rotors}
+    main, time, frequency = machine.rotor.name, trajectory.time, machine.shaking_frequency
+    end, rate = float(time[-1]), frequency
+    if rate is None:
+        half, angle = int(np.searchsorted(time, (1 - _SHARE) * end)), motion[main][0]
+        rate = abs(float(angle[-1] - angle[half])) / max(end - float(time[half]), 1e-300)
+    periods = math.floor(_SHARE * (end - float(time[0])) * rate / (2 * math.pi) * (1 + 1e-9))
     if periods < 1:
         return None
-    begin = end - periods * 2 * math.pi / given_rate
+    begin = end - periods * 2 * math.pi / rate
     at = begin + (end - begin) * np.arange(periods * _PER_PERIOD + 1) / (periods * _PER_PERIOD)
-    angles = {name: hermite(at, time, a, w) for name, (a, w) in motion.items()}
+    angles = {name: hermite(at, time, *of_body) for name, of_body in motion.items()}
     speeds = {name: float((a[-1] - a[0]) / (end - begin)) for name, a in angles.items()}
-    turned = {name: (math.copysign(1.0, speeds[name]) * a) for name, a in angles.items()}
-    first = turned[rotors[0].name]
-    slow = (
-        {"vibration": first - given * at} if given is not None
-        else {r.name: turned[r.name] - first for r in rotors[1:]}
-    )  # fmt: skip
-    averaged = {name: s[:-1].reshape(periods, _PER_PERIOD).mean(axis=1) for name, s in slow.items()}
-    drift = max((float(abs(s[-1] - s[periods // 2])) for s in averaged.values()), default=0.0)
-    evidence = Locking(tuple(abs(speeds[r.name]) for r in rotors), given, periods, drift)
-    phases = {name: float(wrapped(s[-max(1, periods // 10) :].mean())) for name, s in averaged.items()}
-    return Locked(evidence, speeds[rotors[0].name], speeds, phases, (begin, end))
+    turned = {name: math.copysign(1.0, speeds[name]) * a for name, a in angles.items()}
+    origin = turned.pop(main)
+    phases = {"vibration": origin - frequency * at} if frequency is not None else {n: a - origin for n, a in turned.items()}
+    means = {name: p[:-1].reshape(periods, _PER_PERIOD).mean(axis=1) for name, p in phases.items()}
+    creep = max((float(abs(m[-1] - m[periods // 2])) for m in means.values()), default=0.0)
+    last = {name: float(wrapped(m[-max(1, periods // 10) :].mean())) for name, m in means.items()}
+    evidence = Locking(tuple(map(abs, speeds.values())), frequency, periods, creep)
+    return Locked(evidence, speeds[main], speeds, last, (begin, end))
 
 
 def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> tuple[np.ndarray, np.ndarray]:

@@ -34,24 +34,20 @@ class Orbit:
     @classmethod
     def of(cls, machine: Machine, time: np.ndarray, rows: Rows, at_rest: Mapping[str, float] | None = None) -> Orbit:
         """From the outputs of the machine's System. at_rest: where the axis rests, if that is known already."""
-        rest = axis_at_rest(machine) if at_rest is None else at_rest
-        shape = (len(machine.orbit), len(time))
+        rest, shape = at_rest or axis_at_rest(machine), (len(machine.orbit), len(time))
         offset = np.array([rows[f"orbit.{n}"] - rest[n] for n in machine.orbit]).reshape(shape)
         return cls(time, offset, np.array([rows[f"orbit.v{n}"] for n in machine.orbit]).reshape(shape))
 
     @property
     def distance(self) -> np.ndarray:
         """From where the axis rests (N,)."""
-        return np.hypot.reduce(self.offset, axis=0) if len(self.offset) else np.zeros(len(self.time))
+        return np.asarray(np.hypot.reduce(self.offset, axis=0))
 
     @property
     def peaks(self) -> np.ndarray:
         """The largest distance (N,) between each sample and its neighbours."""
-        if not len(self.offset):
-            return np.zeros(len(self.time))
         square = interval_peaks(self.time, (self.offset**2).sum(axis=0), 2 * (self.offset * self.velocity).sum(axis=0))
-        found: np.ndarray = np.sqrt(np.maximum(square, 0.0))
-        return found
+        return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
 
 @dataclass(frozen=True)

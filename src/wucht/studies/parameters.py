@@ -24,16 +24,16 @@ def parameter_of(machine: Machine, path: str, key: str = "along") -> Parameter:
 
 def values_of(machine: Machine, along: Parameter, given: Sequence[Quantity], key: str = "values") -> tuple[float, ...]:
     """Values of a parameter as SI floats. Raises ``InputError`` at ``study.<key>[i]`` for one that its part does not allow."""
-    unit, found = Unit(along.unit, along.what), []
-    for i, one in enumerate(given):
-        found.append(read_quantity(unit, one, f"study.{key}[{i}]"))
-        check_values(machine.parts, {along.path: found[-1]}, f"study.{key}[{i}]")
-    return tuple(found)
+    unit, values = Unit(along.unit, along.what), []
+    for i, value in enumerate(given):
+        values.append(read_quantity(unit, value, f"study.{key}[{i}]"))
+        check_values(machine.parts, {along.path: values[-1]}, f"study.{key}[{i}]")
+    return tuple(values)
 
 
 def range_of(unit: Unit, given: Sequence[Quantity], key: str = "range") -> tuple[float, float]:
     """A pair [low, high] as SI floats. Raises ``InputError`` where low is not below high."""
-    low, high = (read_quantity(unit, one, f"study.{key}[{i}]") for i, one in enumerate(given))
+    low, high = (read_quantity(unit, value, f"study.{key}[{i}]") for i, value in enumerate(given))
     if not low < high:
         raise InputError(f"study.{key}", list(given), "allowed is a pair [low, high] with low below high")
     return low, high

@@ -1,7 +1,7 @@
 """Studies are found, not registered: by the entry points ``wucht.studies``, and among the specs of modules that are loaded.
 
 A study is a package with the modules ``spec``, ``prepare``, ``run``, ``dataset``, ``figure``, ``report``, each with a function
-of that name (``spec`` has the class), and ``template.toml``; or one module that has all of these functions.
+of that name (``spec`` has the class), and ``template.toml``; or one module with all of these functions and a text ``template``.
 """
 
 from __future__ import annotations
@@ -84,9 +84,10 @@ class Study:
     def template(self) -> str | None:
         """The commented study file to start from, if it has one."""
         whole = import_module(self.package)
-        folder = self.package if hasattr(whole, "__path__") else whole.__package__
-        file = files(folder or "").joinpath("template.toml") if folder else None
-        return file.read_text(encoding="utf-8") if file is not None and file.is_file() else None
+        if not hasattr(whole, "__path__"):
+            return getattr(whole, "template", None)
+        file = files(self.package).joinpath("template.toml")
+        return file.read_text(encoding="utf-8") if file.is_file() else None
 
 
 @cache

@@ -13,15 +13,14 @@ from wucht.system import TIME
 
 def release_event(machine: Machine, body: RotatingBody) -> Event:
     """The event at which a locked body is released: its parameter ``locked`` becomes 0."""
-    release = body.release
-    assert release is not None
-    place = machine.system.parameter_names.index(body.locked.name)
+    assert body.release is not None
+    locked = machine.system.parameter_names.index(body.locked.name)
 
     def let_go(_time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        parameters[place] = 0.0
+        parameters[locked] = 0.0
         return state, parameters
 
-    if release.time is not None:
+    if body.release.time is not None:
         rising = TIME / sp.Symbol(f"{body.name}.release.time", real=True) - 1
     else:
         rising = (leader_of(machine, body).coordinate.velocity / sp.Symbol(f"{body.name}.release.speed", real=True)) ** 2 - 1
@@ -31,17 +30,3 @@ def release_event(machine: Machine, body: RotatingBody) -> Event:
 def leader_of(machine: Machine, body: RotatingBody) -> RotatingBody:
     """The body whose speed releases a locked one: that it turns about, for a rotor the first other rotor."""
     return machine.body(body.about) if body.about else next(r for r in machine.rotors if r.name != body.name)
-
-
-def released_at_start(machine: Machine, initial: np.ndarray) -> Machine:
-    """The machine with those bodies unlocked whose speed of release is reached at t = 0: the event would never come."""
-    free = {}
-    for body in machine.bodies:
-        if body.release is None or body.release.speed is None:
-            continue
-        leader = leader_of(machine, body).coordinate
-        prescribed = leader.prescribed is not None
-        speed = machine.prescribed_speed(leader, 0.0)[0] if prescribed else initial[machine.row(leader.velocity)]
-        if abs(speed) >= body.release.speed:
-            free[body.locked.name] = 0.0
-    return machine.with_unchecked(free)

@@ -16,7 +16,9 @@ import numpy as np
 
 from wucht.errors import InputError
 from wucht.results.provenance import provenance
-from wucht.results.store import load, prepare_folder, save, to_json
+from wucht.results.store import load as read_result
+from wucht.results.store import prepare_folder, save, to_json
+from wucht.studies.accessor import register
 from wucht.studies.memory import Memory, forget, question_of
 from wucht.studies.registry import Study, studies, study_of
 from wucht.studies.spec import Spec
@@ -45,14 +47,31 @@ def run(
 ) -> xr.Dataset:
     """Answer a question.
 
-    subject: what the spec is asked of: a machine. folder: where ``result.nc`` and, until the study is finished, its units of
-    work are kept; None: nowhere. files: the names that will be written there. resume: take up the units that the folder has of
-    this question. progress: called with the share that is done (0 to 1) and what is under way; it may raise
-    ``KeyboardInterrupt`` to stop the study, of which the result then has what was found so far (attribute ``finished`` 0).
-    document: the study file, for the record.
+    Parameters
+    ----------
+    spec : Spec
+        What is asked, such as ``wucht.RunUp(until="20 s")``.
+    subject : Machine or whatever the spec is asked of
+    folder : path, optional
+        Where ``result.nc`` and, until the study is finished, its units of work are kept.
+    files : names of files that will be written there
+    resume : bool
+        Take up the units of work that the folder has of this question.
+    progress : callable, optional
+        Called with the share that is done (0 to 1) and what is under way. It may raise ``KeyboardInterrupt`` to stop the study:
+        the result has what was computed until then, and its attribute ``finished`` is 0.
+    document : mapping, optional
+        The study file, for the record.
 
-    Raises ``InputError`` where the question does not fit the subject, or the folder has the units of another question. A run
-    that fails is recorded in the result (attribute ``failure``).
+    Returns
+    -------
+    xarray.Dataset
+        Variables with ``long_name`` and ``units``; ``result.wucht`` has the summary. A run that fails is recorded in it.
+
+    Raises
+    ------
+    InputError
+        Where the question does not fit the subject, or the folder has the units of another question.
     """
     begun, study = clock.perf_counter(), study_of(spec.kind)
     subject_is = subject_of(spec).describe(subject)
@@ -107,6 +126,7 @@ def _labelled(
     begun: float,
 ) -> xr.Dataset:
     """The Dataset with the attributes that every result has."""
+    register()
     warnings = [*subject.warnings, *(w for w in json.loads(found.attrs["warnings"]) if w not in subject.warnings), *notes]
     found.attrs |= {
         "study": spec.kind,
@@ -161,17 +181,64 @@ def _brief(value: Any) -> str:
     return text if len(text) <= 40 else f"{text[:36]} ..."
 
 
+def load(path: Path | str) -> xr.Dataset:
+    """Read a result.
+
+    Parameters
+    ----------
+    path : path of a ``result.nc``
+
+    Returns
+    -------
+    xarray.Dataset
+        With the accessor ``result.wucht``.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is none of ours.
+    """
+    register()
+    return read_result(Path(path))
+
+
 def draw(result: xr.Dataset) -> Figure:
     """The figure of a result, from the Dataset alone.
 
-    Raises ``InputError`` for a study that is not known here, or a Dataset that lacks what the result had.
+    Parameters
+    ----------
+    result : xarray.Dataset
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        For a study that is not known here, or a Dataset that lacks variables which the result had.
     """
     drawn: Figure = _study_of_result(result).figure(result)
     return drawn
 
 
 def report(result: xr.Dataset) -> list[str]:
-    """The answer of a result in words, line by line, from the Dataset alone. Raises ``InputError`` as ``draw`` does."""
+    """The answer of a result in words, from the Dataset alone.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+
+    Returns
+    -------
+    list of str
+        Line by line, as the command line prints it.
+
+    Raises
+    ------
+    InputError
+        As ``draw`` does.
+    """
     lines: list[str] = _study_of_result(result).report(result)
     return lines
 

@@ -1,4 +1,4 @@
-"""A machine at a steady speed: its schedules done, its bodies in constant phases, its carrier in forced vibration."""
+"""A machine at a steady speed: its schedules done, its bodies in steady phases, its carrier in forced vibration."""
 
 from __future__ import annotations
 
@@ -38,11 +38,7 @@ class SteadyPhases:
     @property
     def warnings(self) -> list[str]:
         """What the steady vibration of a linear carrier leaves out, in sentences."""
-        left_out = []
-        if self.machine.shaken is not None:
-            left_out.append("the prescribed motion of the carrier is left out: only what the unbalance causes is computed")
-        if self.machine.sliders:
-            left_out.append(
-                "sliders are taken where their springs are free of force: their unbalance does not grow with the speed"
-            )
-        return left_out
+        prescribed = "the prescribed motion of the carrier is left out: only what the unbalance causes is computed"
+        sliders = "sliders are taken where their springs are free of force: their unbalance does not grow with the speed"
+        left_out = {prescribed: self.machine.shaken is not None, sliders: bool(self.machine.sliders)}
+        return [sentence for sentence, applies in left_out.items() if applies]

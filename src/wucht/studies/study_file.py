@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wucht.checking import table
 from wucht.errors import InputError
 from wucht.files.catalogue import load_document
 from wucht.files.documents import Document, flatten, no_nan
 from wucht.studies.registry import Study, asked_study, studies
+from wucht.studies.runner import RESULT, run
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import subject_of
+from wucht.studies.work import Report
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,59 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
     except InputError as error:
         raise error.within(str(path), ": ") from None
     return StudyFile(path, name, spec, subject, {"study": asked, **described})
+
+
+def run_file(
+    name: str | Path,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    folder: Path | None = None,
+    resume: bool = False,
+    progress: Report | None = None,
+) -> xr.Dataset:
+    """Read a study file or catalogue entry and answer it.
+
+    Parameters
+    ----------
+    name : path of a study file, or a catalogue name
+    settings : mapping, optional
+        Values by path, such as ``{"drive.slope": "0.02 N m s", "study.until": 20.0}``.
+    folder, resume, progress : see ``run``
+
+    Returns
+    -------
+    xarray.Dataset
+        See ``run``.
+
+    Raises
+    ------
+    InputError
+        File, key, what was given, what is allowed.
+
+    Examples
+    --------
+    >>> run_file("drozdetskaya-2020/r1", {"study.until": 20.0}).wucht.summary["outcome"]
+    'captured-modulated'
+    """
+    return answer(read_study(str(name), settings), folder=folder, resume=resume, progress=progress)
+
+
+def answer(
+    asked: StudyFile,
+    *,
+    folder: Path | None = None,
+    files: Sequence[str] = (RESULT,),
+    resume: bool = False,
+    progress: Report | None = None,
+) -> xr.Dataset:
+    """Answer a study file that was read: ``run``, whose errors name the file."""
+    try:
+        return run(
+            asked.spec, asked.subject, folder=folder, files=files, resume=resume, progress=progress, document=asked.document
+        )
+    except InputError as error:
+        option = error.where.startswith("-")  # -o, --resume: the file is not at fault
+        raise error if option else error.within(str(asked.path), ": ") from None
 
 
 def _asked(document: Document, settings: Mapping[str, Any]) -> Document:

@@ -29,9 +29,9 @@ def rotor(slope, stiffness, **more):
 
 
 def test_other_values_get_the_same_flow(engine):
-    one, other = rotor(0.02, 1e5), rotor(0.5, 2e4, bearing_damping=0.1)
-    assert one.system is other.system
-    assert compile_system(one.system, engine=engine) is compile_system(other.system, engine=engine)
+    first, other = rotor(0.02, 1e5), rotor(0.5, 2e4, bearing_damping=0.1)
+    assert first.system is other.system
+    assert compile_system(first.system, engine=engine) is compile_system(other.system, engine=engine)
 
 
 def test_another_structure_gets_another_flow():

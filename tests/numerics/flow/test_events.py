@@ -20,14 +20,17 @@ OSCILLATOR = System((x, v), (v, -x))
 TURN = 2 * math.pi
 
 
+def run_with(system, events, engine, initial, parameters, grid):
+    return integrate(compile_system(system, events=tuple(events), engine=engine), initial, parameters, grid)
+
+
 def run_up_time(speed):
     """A motor of linear characteristic without load: w = no_load (1 - exp(-slope t / inertia))."""
     return -2.0 / 0.5 * math.log(1 - speed / 200.0)
 
 
 def test_the_exact_time_of_a_speed(engine):
-    flow = compile_system(MOTOR, events=(Event("150", w - 150, +1),), engine=engine)
-    run = integrate(flow, [0.0], MOTOR_VALUES, np.linspace(0, 30, 31))
+    run = run_with(MOTOR, (Event("150", w - 150, +1),), engine, [0.0], MOTOR_VALUES, np.linspace(0, 30, 31))
     (hit,) = run.hits
     assert hit.name == "150"
     assert hit.time == pytest.approx(run_up_time(150.0), abs=1e-11)
@@ -38,16 +41,16 @@ def test_the_exact_time_of_a_speed(engine):
 def test_the_threshold_may_be_a_parameter(engine):
     threshold = sp.Symbol("threshold", real=True)
     system = System(MOTOR.states, MOTOR.derivatives, (*MOTOR.parameters, threshold))
-    flow = compile_system(system, events=(Event("there", w - threshold),), engine=engine)
     for speed in (20.0, 150.0, 199.0):
-        run = integrate(flow, [0.0], MOTOR_VALUES | {"threshold": speed}, np.array([0.0, 30.0]))
+        run = run_with(
+            system, (Event("there", w - threshold),), engine, [0.0], MOTOR_VALUES | {"threshold": speed}, np.array([0.0, 30.0])
+        )
         assert run.hits[0].time == pytest.approx(run_up_time(speed), abs=1e-9)
 
 
 def test_a_terminal_event_ends_the_run(engine):
     grid = np.linspace(0, 30, 301)
-    flow = compile_system(MOTOR, events=(Event("150", w - 150, terminal=True), Event("never", w - 500)), engine=engine)
-    run = integrate(flow, [0.0], MOTOR_VALUES, grid)
+    run = run_with(MOTOR, (Event("150", w - 150, terminal=True), Event("never", w - 500)), engine, [0.0], MOTOR_VALUES, grid)
     assert run.stopped_by == "150"
     assert run.failure is None
     assert run.end_time == pytest.approx(run_up_time(150.0), abs=1e-11)
@@ -62,8 +65,7 @@ def test_a_terminal_event_ends_the_run(engine):
 )
 def test_direction(engine, direction, expected):
     """x = cos t falls through zero at a quarter turn and rises at three quarters."""
-    flow = compile_system(OSCILLATOR, events=(Event("zero", x, direction),), engine=engine)
-    run = integrate(flow, [1.0, 0.0], [], np.linspace(0, 2 * TURN, 50))
+    run = run_with(OSCILLATOR, (Event("zero", x, direction),), engine, [1.0, 0.0], [], np.linspace(0, 2 * TURN, 50))
     assert [h.time for h in run.hits] == pytest.approx(expected, abs=1e-10)
 
 
@@ -71,8 +73,7 @@ def test_direction(engine, direction, expected):
 def test_hits_come_in_order_of_time(engine, samples):
     """Whatever the order in which events were given, and whether or not they fall into one step or one leg."""
     events = [Event(f"{k}", x - sp.Rational(k, 10)) for k in (3, -8, 8, 0, -3)]
-    flow = compile_system(OSCILLATOR, events=tuple(events), engine=engine)
-    run = integrate(flow, [1.0, 0.0], [], np.linspace(0, 2 * TURN, samples))
+    run = run_with(OSCILLATOR, events, engine, [1.0, 0.0], [], np.linspace(0, 2 * TURN, samples))
     fall, rise = ["8", "3", "0", "-3", "-8"], ["-8", "-3", "0", "3", "8"]
     assert [h.name for h in run.hits] == fall + rise + fall + rise
     times = [math.acos(int(h.name) / 10) for h in run.hits[:5]]
@@ -84,7 +85,7 @@ def test_hits_around_an_action_come_in_order(engine):
     clock = System((x,), (sp.S.One,))
     act = Event("act", x - sp.Rational(1, 2), action=lambda t, state, pars: (state, pars))
     around = (Event("late", x - sp.Rational(3, 5)), act, Event("early", x - sp.Rational(2, 5)))
-    run = integrate(compile_system(clock, events=around, engine=engine), [0.0], [], np.array([0.0, 1.0]))
+    run = run_with(clock, around, engine, [0.0], [], np.array([0.0, 1.0]))
     assert [h.name for h in run.hits] == ["early", "act", "late"]
     assert [h.time for h in run.hits] == pytest.approx([0.4, 0.5, 0.6], abs=1e-12)
 
@@ -102,8 +103,7 @@ def release(t, state, parameters):
 def test_a_body_released_at_a_time(engine, samples):
     """The grid of 11 has a sample at the very moment."""
     grid = np.linspace(0, 10, samples)
-    flow = compile_system(HELD, events=(Event("release", TIME - 3, action=release),), engine=engine)
-    run = integrate(flow, [0.0, 0.0], {"rate": 2.0, "held": 1.0}, grid)
+    run = run_with(HELD, (Event("release", TIME - 3, action=release),), engine, [0.0, 0.0], {"rate": 2.0, "held": 1.0}, grid)
     assert np.array_equal(run.time, grid)
     assert [h.time for h in run.hits] == pytest.approx([3.0], abs=1e-12)
     assert np.abs(run.states[0] - 2 * grid).max() < 1e-11
@@ -113,9 +113,10 @@ def test_a_body_released_at_a_time(engine, samples):
 
 def test_a_body_released_at_a_speed(engine):
     grid = np.linspace(0, 10, 101)
-    flow = compile_system(HELD, events=(Event("release", w - 7, +1, action=release),), engine=engine)
     for acceleration in (2.0, 1.0, 0.5):
-        run = integrate(flow, [0.0, 0.0], {"rate": acceleration, "held": 1.0}, grid)
+        run = run_with(
+            HELD, (Event("release", w - 7, +1, action=release),), engine, [0.0, 0.0], {"rate": acceleration, "held": 1.0}, grid
+        )
         reached = 7 / acceleration
         assert [h.time for h in run.hits] == pytest.approx([reached] if reached < 10 else [], abs=1e-11)
         assert np.abs(run.states[1] - acceleration * np.minimum(grid, reached)).max() < 1e-10
@@ -123,14 +124,14 @@ def test_a_body_released_at_a_speed(engine):
 
 def test_the_hit_shows_the_state_before_the_action(engine):
     kick = Event("kick", TIME - 1, action=lambda t, state, pars: (np.array([0.0, 5.0]), pars))
-    run = integrate(compile_system(HELD, events=(kick,), engine=engine), [1.0, 0.0], [1.0, 1.0], np.array([0.0, 0.5, 2.0]))
+    run = run_with(HELD, (kick,), engine, [1.0, 0.0], [1.0, 1.0], np.array([0.0, 0.5, 2.0]))
     assert run.hits[0].state == pytest.approx([2.0, 1.0], abs=1e-12)
     assert run.states[:, -1] == pytest.approx([1.0, 6.0], abs=1e-12)
 
 
 def test_two_actions_in_one_step_both_happen(engine):
     add = [Event(f"at {t}", TIME - t, action=lambda t, s, p: (s + np.array([0.0, 10.0]), p)) for t in (2, 1)]
-    run = integrate(compile_system(HELD, events=tuple(add), engine=engine), [0.0, 0.0], [1.0, 1.0], np.array([0.0, 5.0]))
+    run = run_with(HELD, add, engine, [0.0, 0.0], [1.0, 1.0], np.array([0.0, 5.0]))
     assert [h.name for h in run.hits] == ["at 1", "at 2"]
     assert run.states[1, -1] == pytest.approx(25.0, abs=1e-12)
 
@@ -151,15 +152,16 @@ def bounces(count):
 @pytest.mark.parametrize("direction", [-1, 0])
 def test_a_bouncing_ball(engine, direction):
     """The action turns the state back to the side it came from, so the event function touches zero without crossing it."""
-    flow = compile_system(BALL, events=(Event("floor", x, direction, action=bounce),), engine=engine)
-    run = integrate(flow, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 3, 301))
+    run = run_with(
+        BALL, (Event("floor", x, direction, action=bounce),), engine, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 3, 301)
+    )
     assert [h.time for h in run.hits] == pytest.approx(bounces(6), abs=1e-10)
     assert run.states[0].min() > -1e-12
 
 
 def test_an_action_may_also_end_the_run(engine):
     last = Event("floor", x, -1, terminal=True, action=bounce)
-    run = integrate(compile_system(BALL, events=(last,), engine=engine), [1.0, 0.0], [9.81, 0.8], np.linspace(0, 3, 31))
+    run = run_with(BALL, (last,), engine, [1.0, 0.0], [9.81, 0.8], np.linspace(0, 3, 31))
     assert run.stopped_by == "floor"
     assert run.end_state[1] == pytest.approx(0.8 * math.sqrt(2 * 9.81), abs=1e-10)
 
@@ -172,8 +174,7 @@ def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatc
     integrate(compile_system(clock, engine=engine), [0.0], [], grid, borders.append)
     assert len(borders) > 2
     border, action = borders[len(borders) // 2], (lambda t, s, p: (s, p)) if acts else None
-    flow = compile_system(clock, events=(Event("border", TIME - border, action=action),), engine=engine)
-    run = integrate(flow, [0.0], [], grid)
+    run = run_with(clock, (Event("border", TIME - border, action=action),), engine, [0.0], [], grid)
     assert [h.time for h in run.hits] == pytest.approx([border], abs=1e-12)
     assert np.abs(run.states[0] - grid).max() < 1e-12
 
@@ -181,7 +182,8 @@ def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatc
 def test_more_than_a_million_events_fail_with_a_sentence(engine, monkeypatch):
     """As a ball at rest would; what was computed until then is kept."""
     monkeypatch.setattr("wucht.numerics.flow.legs._MOST_HITS", 10)
-    flow = compile_system(BALL, events=(Event("floor", x, -1, action=bounce),), engine=engine)
-    run = integrate(flow, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 6, 61))
+    run = run_with(
+        BALL, (Event("floor", x, -1, action=bounce),), engine, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 6, 61)
+    )
     assert "more than 10 events" in run.failure
     assert run.time[-1] == pytest.approx(3.6)

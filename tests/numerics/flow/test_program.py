@@ -38,12 +38,7 @@ def test_numbers_stay_and_time_is_no_constant():
 
 
 def test_constant_definitions_become_constants_and_unused_ones_disappear():
-    system = System(
-        (a, w),
-        (w, u * sp.sin(a)),
-        (m, l),
-        ((u, m * l**2), (v, u * sp.cos(a)), (g, v + w)),
-    )
+    system = System((a, w), (w, u * sp.sin(a)), (m, l), ((u, m * l**2), (v, u * sp.cos(a)), (g, v + w)))
     assert lower(system, system.derivatives).lines == ()
     needing_all = lower(system, (g,))
     assert [s for s, _ in needing_all.lines] == [v, g]

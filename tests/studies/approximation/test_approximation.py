@@ -21,10 +21,10 @@ from wucht.studies.approximation import comparison as comparison_module
 from wucht.studies.approximation import order as order_module
 from wucht.studies.approximation import run as run_module
 from wucht.studies.approximation.comparison import CURVE, Comparison
+from wucht.studies.approximation.dataset import regions
 from wucht.studies.approximation.order import FACTORS, Errors, UnmeasuredError, errors, nominal
 from wucht.studies.approximation.prepare import OWN, Plan, changes_at, prepare
 from wucht.studies.approximation.spec import Approximation
-from wucht.studies.approximation.trust import regions
 from wucht.studies.run_up.model import SlowModel
 from wucht.studies.run_up.prepare import Case
 from wucht.studies.run_up.run import Motion
@@ -42,8 +42,8 @@ def ask(**keys: Any) -> Approximation:
 
 
 def answer(machine: Machine, **keys: Any) -> tuple[xr.Dataset, dict[str, Any]]:
-    found = run(ask(**keys), machine)
-    return found, summary_of(found)
+    result = run(ask(**keys), machine)
+    return result, summary_of(result)
 
 
 def measured(machine: Machine, **keys: Any) -> Errors:
@@ -132,8 +132,8 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_a_wrong_question(drum: Machine, case: str) -> None:
     """Before anything is computed."""
-    keys, says = REFUSED[case]
-    with pytest.raises(InputError, match=says):
+    keys, sentence = REFUSED[case]
+    with pytest.raises(InputError, match=sentence):
         prepare(ask(start=DRUM_START, **keys), drum)
 
 
@@ -142,11 +142,11 @@ def test_a_machine_with_a_schedule_is_compared_without_an_order(study: Study) ->
     machine = load_machine(
         str(study("[study]", '[[machine.schedules]]\nparameter = "drum.mass"\npoints = [[0, 9], [1, 8]]\n[study]'))
     )
-    found, mine = answer(machine, start=DRUM_START, until=1.0)
-    assert mine["order_of_error"] is None
-    assert mine["trusted"] is not True
-    assert mine["own"]["speed"] > 0
-    assert any("schedules" in w for w in json.loads(found.attrs["warnings"]))
+    result, summary = answer(machine, start=DRUM_START, until=1.0)
+    assert summary["order_of_error"] is None
+    assert summary["trusted"] is not True
+    assert summary["own"]["speed"] > 0
+    assert any("schedules" in w for w in json.loads(result.attrs["warnings"]))
 
 
 def test_machines_without_slow_equations_are_refused() -> None:
@@ -160,48 +160,48 @@ def test_machines_without_slow_equations_are_refused() -> None:
 
 def test_trusted(rotor: Machine) -> None:
     """Table 3.1 has epsilon = 0.01 and one free body: both captured, the error falls with epsilon."""
-    found, mine = answer(rotor, along="u", values=[1.0, 2.6])
-    assert mine["trusted"], mine["reasons"]
-    assert mine["own"]["outcome"] == mine["own"]["slow_outcome"] == "captured"
-    assert mine["order_of_error"] == pytest.approx(1.0, abs=0.1)
-    assert [d["u"] for d in mine["deviations"]] == [1.0, 2.6]
-    assert found.value.values[:-1] == pytest.approx([1.0, 2.6])
-    assert np.isnan(found.value.values[-1]), "the machine's own values come last, without a value"
-    # The curves end at until_phi, and their maximum is the number told.
-    assert float(found.angle[-1]) == 100.0
-    largest = np.nanmax(found.speed_over_angle.values, axis=1)
-    assert largest == pytest.approx(found.speed_deviation.values, rel=0.02)
-    assert (largest <= found.speed_deviation.values * (1 + 1e-12)).all()
-    assert found.attrs["finished"] == 1
-    assert not json.loads(found.attrs["warnings"])
+    result, summary = answer(rotor, along="u", values=[1.0, 2.6])
+    assert summary["trusted"], summary["reasons"]
+    assert summary["own"]["outcome"] == summary["own"]["slow_outcome"] == "captured"
+    assert summary["order_of_error"] == pytest.approx(1.0, abs=0.1)
+    assert [d["u"] for d in summary["deviations"]] == [1.0, 2.6]
+    assert result.value.values[:-1] == pytest.approx([1.0, 2.6])
+    assert np.isnan(result.value.values[-1]), "the machine's own values come last, without a value"
+    # The curves end at until_phi, and their maximum is the number reported.
+    assert float(result.angle[-1]) == 100.0
+    largest = np.nanmax(result.speed_over_angle.values, axis=1)
+    assert largest == pytest.approx(result.speed_deviation.values, rel=0.02)
+    assert (largest <= result.speed_deviation.values * (1 + 1e-12)).all()
+    assert result.attrs["finished"] == 1
+    assert not json.loads(result.attrs["warnings"])
 
 
 def test_units(drum: Machine) -> None:
-    found, _ = answer(drum, along="carrier.damping", values=[200.0, 300.0], start=DRUM_START, until=0.5, until_phi=20.0)
-    units = {n: found[n].attrs["units"] for n in ("value", "angle", "speed_deviation", "amplitude_deviation", "error")}
+    result, _ = answer(drum, along="carrier.damping", values=[200.0, 300.0], start=DRUM_START, until=0.5, until_phi=20.0)
+    units = {n: result[n].attrs["units"] for n in ("value", "angle", "speed_deviation", "amplitude_deviation", "error")}
     assert units == {"value": "N s/m", "angle": "rad", "speed_deviation": "rad/s", "amplitude_deviation": "m", "error": "rad/s"}
-    assert float(found.angle[-1]) == 20.0
+    assert float(result.angle[-1]) == 20.0
 
 
 def test_not_trusted_with_light_damping() -> None:
     """002, 5.6.2: sigma of the size of epsilon. The speeds part by 0.23 of 2, and the models end differently."""
     machine = load_machine("drozdetskaya-2020/table-5.1").with_values({"sigma": 0.01})
-    found, mine = answer(machine, start={"psi": 0.0, "delta": 0.5}, until=1500.0)
-    assert not mine["trusted"]
-    assert any("the speeds of the rotor differ by" in r for r in mine["reasons"])
-    assert any("the full equations end" in r for r in mine["reasons"])
-    assert "not to be trusted" in found.attrs["sentence"]
+    result, summary = answer(machine, start={"psi": 0.0, "delta": 0.5}, until=1500.0)
+    assert not summary["trusted"]
+    assert any("the speeds of the rotor differ by" in r for r in summary["reasons"])
+    assert any("the full equations end" in r for r in summary["reasons"])
+    assert "not to be trusted" in result.attrs["sentence"]
 
 
 def test_with_a_prescribed_speed_the_bodies_are_compared() -> None:
     """The rotor's speed has no deviation then; its rollers go another way in the slow equations, and arrive elsewhere."""
     machine = load_machine("sperling-rollers/figure-8")
-    found, mine = answer(machine, start={"r1": 0.1, "r2": -0.1})
-    assert mine["speeds_of"] == "the bodies"
-    assert found.speed_deviation.attrs["long_name"] == "largest deviation of the speed of the bodies"
-    assert mine["own"]["speed"] > 1.0
-    assert mine["trusted"] is False
-    assert any("the amplitudes differ by" in r for r in mine["reasons"])
+    result, summary = answer(machine, start={"r1": 0.1, "r2": -0.1})
+    assert summary["speeds_of"] == "the bodies"
+    assert result.speed_deviation.attrs["long_name"] == "largest deviation of the speed of the bodies"
+    assert summary["own"]["speed"] > 1.0
+    assert summary["trusted"] is False
+    assert any("the amplitudes differ by" in r for r in summary["reasons"])
 
 
 def test_without_an_order_nothing_is_trusted(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -211,13 +211,13 @@ def test_without_an_order_nothing_is_trusted(rotor: Machine, monkeypatch: pytest
         raise UnmeasuredError("at 0.5 epsilon the full equations fail: the step became too small")
 
     monkeypatch.setattr(run_module, "errors", unmeasured)
-    found, mine = answer(rotor)
-    assert mine["trusted"] is None
-    assert mine["reasons"] == [
+    result, summary = answer(rotor)
+    assert summary["trusted"] is None
+    assert summary["reasons"] == [
         "whether the error falls with epsilon could not be measured: at 0.5 epsilon the full equations fail: the step became "
         "too small"
     ]
-    assert "not decided" in found.attrs["sentence"]
+    assert "not decided" in result.attrs["sentence"]
 
 
 def test_exciters_have_the_root_of_epsilon_as_their_small_parameter() -> None:
@@ -227,39 +227,33 @@ def test_exciters_have_the_root_of_epsilon_as_their_small_parameter() -> None:
 
 
 def test_too_short_to_tell(rotor: Machine) -> None:
-    _, mine = answer(rotor, until=100.0)
-    assert not mine["trusted"]
-    assert mine["own"]["same_outcome"] is None
-    assert "too short" in mine["reasons"][0]
+    _, summary = answer(rotor, until=100.0)
+    assert not summary["trusted"]
+    assert summary["own"]["same_outcome"] is None
+    assert "too short" in summary["reasons"][0]
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_the_order_of_the_error(rotor: Machine, order: int) -> None:
-    found = measured(rotor, order=order)
-    assert tuple(found.factors) == FACTORS
-    assert (np.diff(found.speed) < 0).all()
-    assert found.order == pytest.approx(order, abs=0.1)
-
-
-def test_the_error_of_the_second_order_is_smaller_from_the_beginning(rotor: Machine) -> None:
+def test_the_order_of_the_error(rotor: Machine) -> None:
+    """That of the second order is smaller from the beginning."""
     first, second = (measured(rotor, order=o) for o in (1, 2))
+    for order, error in ((1, first), (2, second)):
+        assert tuple(error.factors) == FACTORS
+        assert (np.diff(error.speed) < 0).all()
+        assert error.order == pytest.approx(order, abs=0.1)
     assert (second.speed < 0.2 * first.speed).all()
 
 
-def test_the_order_of_a_shaken_machine_is_positive() -> None:
-    """001, 2.1: at kappa times epsilon the shaking's torque must be kappa times as large too, or the problem is another one."""
-    machine = load_machine("sperling-vibration/figure-2a")
-    found = measured(machine)
-    assert found.speed[-1] < 0.5 * found.speed[0]
-    assert 0.5 < found.order < 1.5
+def test_the_order_of_a_shaken_machine_and_with_a_prescribed_speed_is_positive() -> None:
+    """001, 2.1: at kappa times epsilon the shaking's torque must be kappa times as large too, or the problem is another one.
 
-
-def test_the_order_with_a_prescribed_speed_is_that_of_the_bodies() -> None:
-    """The rotor's speed has no error then: what is measured is that of its rollers."""
-    machine = load_machine("sperling-rollers/figure-8")
-    found = measured(machine, start={"r1": 0.1, "r2": -0.1})
-    assert (np.diff(found.speed) < 0).all()
-    assert 0.5 < found.order < 2
+    Where the rotor's speed is prescribed it has no error: what is measured is that of its rollers.
+    """
+    shaken = measured(load_machine("sperling-vibration/figure-2a"))
+    assert shaken.speed[-1] < 0.5 * shaken.speed[0]
+    assert 0.5 < shaken.order < 1.5
+    rollers = measured(load_machine("sperling-rollers/figure-8"), start={"r1": 0.1, "r2": -0.1})
+    assert (np.diff(rollers.speed) < 0).all()
+    assert 0.5 < rollers.order < 2
 
 
 def test_a_long_angle_keeps_the_runs_in_proportion(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -320,13 +314,13 @@ def test_a_run_that_fails_is_recorded(rotor: Machine, monkeypatch: pytest.Monkey
                 return
 
     monkeypatch.setattr(comparison_module, "run_case", fail_at_1)
-    found, mine = answer(rotor, along="u", values=[1.0, 2.0], until=800.0)
-    assert mine["deviations"][0]["speed"] is None
-    assert mine["deviations"][0]["outcome"] == mine["deviations"][0]["slow_outcome"] == "failed"
-    assert mine["disagreement"] == [[1.0, 1.0]]
-    assert json.loads(found.attrs["warnings"]) == ["u = 1: the step became too small"]
-    assert not found.attrs["failure"]
-    assert found.attrs["finished"] == 1
+    result, summary = answer(rotor, along="u", values=[1.0, 2.0], until=800.0)
+    assert summary["deviations"][0]["speed"] is None
+    assert summary["deviations"][0]["outcome"] == summary["deviations"][0]["slow_outcome"] == "failed"
+    assert summary["disagreement"] == [[1.0, 1.0]]
+    assert json.loads(result.attrs["warnings"]) == ["u = 1: the step became too small"]
+    assert not result.attrs["failure"]
+    assert result.attrs["finished"] == 1
 
 
 # Stopping and resuming
@@ -347,18 +341,18 @@ def stopping_in(part: float) -> Callable[[float, str], None]:
 
 @pytest.mark.parametrize("done", [0, 1, 2, 3])
 def test_ctrl_c_leaves_a_valid_result(rotor: Machine, done: int) -> None:
-    found = run(ask(along="u", values=[1.0, 2.0], until=300.0), rotor, progress=stopping_in(done))
-    mine = summary_of(found)
-    assert found.attrs["finished"] == 0
-    assert found.sizes["value"] == done
-    assert mine["trusted"] is None
-    assert mine["reasons"] == ["it was interrupted before this was decided"]
-    assert (mine["own"] is None) == (done == 0)
-    assert [d["u"] for d in mine["deviations"]] == [1.0, 2.0][: max(done - 1, 0)]
-    progress, interrupted = json.loads(found.attrs["warnings"])
+    result = run(ask(along="u", values=[1.0, 2.0], until=300.0), rotor, progress=stopping_in(done))
+    summary = summary_of(result)
+    assert result.attrs["finished"] == 0
+    assert result.sizes["value"] == done
+    assert summary["trusted"] is None
+    assert summary["reasons"] == ["it was interrupted before this was decided"]
+    assert (summary["own"] is None) == (done == 0)
+    assert [d["u"] for d in summary["deviations"]] == [1.0, 2.0][: max(done - 1, 0)]
+    progress, interrupted = json.loads(result.attrs["warnings"])
     assert progress == f"{max(done - 1, 0)} of 2 values are compared"
     assert interrupted.startswith("interrupted")
-    assert len(draw(found).axes) == 4
+    assert len(draw(result).axes) == 4
 
 
 def test_progress_goes_from_0_to_1_in_even_parts(rotor: Machine) -> None:
@@ -392,17 +386,17 @@ def test_resumed_it_is_the_uninterrupted_one(
 
     monkeypatch.setattr(run_module, "comparison", comparison)
     monkeypatch.setattr(order_module, "_largest", largest)
-    found = run(question, rotor, folder=tmp_path, resume=True)
+    result = run(question, rotor, folder=tmp_path, resume=True)
     assert compared == list(range(int(part), 3))
     # The parts of the order are as long as their runs: 1, 2, 4 and 8 of 15.
     assert factors == ([0.125] if part == 3.5 else list(FACTORS))
     whole = run(question, rotor)
-    assert summary_of(found) == summary_of(whole)
-    assert list(found.variables) == list(whole.variables)
+    assert summary_of(result) == summary_of(whole)
+    assert list(result.variables) == list(whole.variables)
     for name in whole.variables:
-        assert np.array_equal(found[name], whole[name], equal_nan=whole[name].dtype.kind == "f"), name
-    assert found.attrs["finished"] == 1
-    assert "interrupted" not in found.attrs["warnings"]
+        assert np.array_equal(result[name], whole[name], equal_nan=whole[name].dtype.kind == "f"), name
+    assert result.attrs["finished"] == 1
+    assert "interrupted" not in result.attrs["warnings"]
 
 
 def test_a_run_that_failed_is_not_run_again(rotor: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -416,20 +410,20 @@ def test_a_run_that_failed_is_not_run_again(rotor: Machine, tmp_path: Path, monk
 
     monkeypatch.setattr(run_module, "comparison", comparison)
     run(question, rotor, folder=tmp_path, progress=stopping_in(2))
-    found = run(question, rotor, folder=tmp_path, resume=True)
+    result = run(question, rotor, folder=tmp_path, resume=True)
     assert compared == [0, 1, 2, 2]
-    assert list(found.failed.values) == ["the step became too small", "", ""]
-    assert found.attrs["finished"] == 1
+    assert list(result.failed.values) == ["the step became too small", "", ""]
+    assert result.attrs["finished"] == 1
 
 
 @pytest.mark.parametrize(
-    ("keys", "changes", "says"),
+    ("keys", "changes", "sentence"),
     [({"until": 200.0}, {}, r"study\.until was 100\.0, now 200\.0"), ({}, {"u": 1.5}, r"u was 2\.0")],
 )
 def test_only_the_same_question_is_resumed(
-    rotor: Machine, tmp_path: Path, keys: dict[str, Any], changes: dict[str, float], says: str
+    rotor: Machine, tmp_path: Path, keys: dict[str, Any], changes: dict[str, float], sentence: str
 ) -> None:
     asked = {"along": "u", "values": [1.0], "until": 100.0}
     run(ask(**asked), rotor, folder=tmp_path, progress=stopping_in(1))
-    with pytest.raises(InputError, match=f"--resume: .*answers another question: {says}"):
+    with pytest.raises(InputError, match=f"--resume: .*answers another question: {sentence}"):
         run(ask(**asked | keys), rotor.with_values(changes), folder=tmp_path, resume=True)

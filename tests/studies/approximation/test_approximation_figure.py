@@ -42,8 +42,8 @@ def test_labels_are_not_longer_than_their_panels(sigma: xr.Dataset) -> None:
     other = sigma.copy()
     for name in ("speed_over_angle", "speed_deviation", "error"):
         other[name].attrs["units"] = "rad/s"
-    told = json.loads(other.attrs["summary"]) | {"speeds_of": "the bodies"}
-    other.attrs = other.attrs | {"summary": json.dumps(told)}
+    summary = json.loads(other.attrs["summary"]) | {"speeds_of": "the bodies"}
+    other.attrs = other.attrs | {"summary": json.dumps(summary)}
     figure = draw(other)
     FigureCanvasAgg(figure).draw()
     for axis in figure.axes:
@@ -93,8 +93,8 @@ def test_points_that_end_differently_are_open(sigma: xr.Dataset) -> None:
 
 
 def test_no_parameter_and_no_order() -> None:
-    found = answer().isel(factor=slice(0, 0))
-    along, order = draw(found).axes[2:]
+    result = answer().isel(factor=slice(0, 0))
+    along, order = draw(result).axes[2:]
     assert [t.get_text() for t in along.texts] == ["no parameter was varied"]
     assert [t.get_text() for t in order.texts] == ["not measured"]
 
@@ -110,7 +110,7 @@ def test_a_run_without_deviations(sigma: xr.Dataset) -> None:
 def test_millimetres() -> None:
     machine = load_machine("drozdetskaya-2020/r2-u80")
     keys = {"kind": "approximation", "start": {"p1": 0.3, "p2": -0.5}, "until": 1.0, "until_phi": 50.0}
-    found = run(Approximation.read(keys), machine)
-    amplitude = draw(found).axes[1]
+    result = run(Approximation.read(keys), machine)
+    amplitude = draw(result).axes[1]
     assert amplitude.get_ylabel() == "amplitudes differ by (mm)"
-    assert amplitude.get_lines()[0].get_ydata() == pytest.approx(1e3 * found.amplitude_over_angle.values[0], nan_ok=True)
+    assert amplitude.get_lines()[0].get_ydata() == pytest.approx(1e3 * result.amplitude_over_angle.values[0], nan_ok=True)

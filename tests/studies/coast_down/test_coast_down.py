@@ -7,6 +7,7 @@ import math
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.integrate import integrate as integrated
 from wucht.numerics.flow.trajectory import Trajectory
+from wucht.results.conventions import summary_of
 from wucht.studies.coast_down import run as module
 from wucht.studies.coast_down.prepare import prepare
 from wucht.studies.coast_down.spec import CoastDown
@@ -29,29 +31,37 @@ from wucht.studies.study_file import read_study
 J, LOSS = 0.02, 0.004  # kg m^2, N m s
 
 
-def disc(*, load: dict[str, Any] | None = None, drive: dict[str, Any] | None = None, **carrier: Any) -> Machine:
-    """A balanced disc in a bearing with losses, on a fixed axis."""
-    described: dict[str, Any] = {
-        "carrier": {"directions": "fixed"} | carrier,
-        "bodies": [{"kind": "rotor", "name": "disc", "mass": 1.0, "unbalance": 0.0, "inertia": J, "bearing_damping": LOSS}],
-    }
-    if load:
-        described["load"] = load
-    if drive:
-        described["drive"] = drive
-    return machine_from(described)
+def disc(unbalance: float = 0.0, gravity: float = 0.0, **parts: dict[str, Any]) -> Machine:
+    """A disc in a bearing with losses, on a fixed axis."""
+    body = {"kind": "rotor", "name": "disc", "mass": 1.0, "unbalance": unbalance, "inertia": J, "bearing_damping": LOSS}
+    return machine_from({"carrier": {"directions": "fixed", "gravity": gravity}, "bodies": [body]} | parts)
 
 
 def heavy_disc(gravity: float = 9.81) -> Machine:
     """The same with an unbalance under gravity: a pendulum once it has no more speed."""
-    body = {"kind": "rotor", "name": "disc", "mass": 1.0, "unbalance": 2e-3, "inertia": J, "bearing_damping": LOSS}
-    return machine_from({"carrier": {"directions": "fixed", "gravity": gravity}, "bodies": [body]})
+    return disc(2e-3, gravity)
 
 
-def summary(result: xr.Dataset) -> dict[str, Any]:
-    found = json.loads(result.attrs["summary"])
-    assert isinstance(found, dict)
-    return found
+def stop_at(call: int) -> Callable[[float, str], None]:
+    """A progress report that interrupts the study when it is called for the n-th time from 1 on."""
+    calls = count(1)
+
+    def report(_share: float, _what: str) -> None:
+        if next(calls) == call:
+            raise KeyboardInterrupt
+
+    return report
+
+
+def stop_after(share: float, shares: list[float]) -> Callable[[float, str], None]:
+    """One that interrupts it when more than a share is done; it collects the shares."""
+
+    def report(done: float, _what: str) -> None:
+        shares.append(done)
+        if done > share:
+            raise KeyboardInterrupt
+
+    return report
 
 
 AT_100 = {"disc": {"speed": 100.0}}
@@ -62,46 +72,46 @@ def test_exponential_decay() -> None:
 
     Over the angle the speed is a straight line; its mean over a turn is less than that in the middle by (pi b/(J omega))^2/3.
     """
-    found = run(CoastDown(until=20.0, start=AT_100), disc())
+    result = run(CoastDown(until=20.0, start=AT_100), disc())
     half = J / LOSS * (math.log(2) - (math.pi * LOSS / J / 50) ** 2 / 3)
-    assert summary(found)["half_time"] == pytest.approx(half, abs=1e-6)
-    np.testing.assert_allclose(found.speed, 100 * np.exp(-LOSS / J * found.time), rtol=1e-9)
-    assert summary(found)["outcome"] is None
-    assert summary(found)["reversal_time"] is None
-    assert summary(found)["energy_residual"] < 1e-10
-    assert "still turns" in found.attrs["sentence"]
+    assert summary_of(result)["half_time"] == pytest.approx(half, abs=1e-6)
+    np.testing.assert_allclose(result.speed, 100 * np.exp(-LOSS / J * result.time), rtol=1e-9)
+    assert summary_of(result)["outcome"] is None
+    assert summary_of(result)["reversal_time"] is None
+    assert summary_of(result)["energy_residual"] < 1e-10
+    assert "still turns" in result.attrs["sentence"]
 
 
 def test_without_until_it_ends_at_a_hundredth() -> None:
-    found = summary(run(CoastDown(start=AT_100), disc()))
-    assert found["end_time"] >= J / LOSS * math.log(100)
-    assert abs(found["final_speed"]) < 2.0
+    result = summary_of(run(CoastDown(start=AT_100), disc()))
+    assert result["end_time"] >= J / LOSS * math.log(100)
+    assert abs(result["final_speed"]) < 2.0
 
 
 def test_long_runs_keep_few_rows() -> None:
-    found = run(CoastDown(start={"disc": {"speed": 1e4}}), disc())
-    assert found.sizes["time"] <= 8000
-    assert (np.diff(found.time) > 0).all()
-    assert summary(found)["half_time"] == pytest.approx(J / LOSS * math.log(2), rel=1e-6)
+    result = run(CoastDown(start={"disc": {"speed": 1e4}}), disc())
+    assert result.sizes["time"] <= 8000
+    assert (np.diff(result.time) > 0).all()
+    assert summary_of(result)["half_time"] == pytest.approx(J / LOSS * math.log(2), rel=1e-6)
 
 
 def test_coulomb_friction_stops_it() -> None:
-    found = summary(run(CoastDown(until=60.0, start=AT_100), disc(load={"kind": "coulomb", "torque": 0.05})))
+    result = summary_of(run(CoastDown(until=60.0, start=AT_100), disc(load={"kind": "coulomb", "torque": 0.05})))
     # J w' = -b w - M_c from w_0: w = 0 at (J/b) ln(1 + b w_0/M_c)
-    assert found["half_time"] == pytest.approx(J / LOSS * math.log((LOSS * 100 + 0.05) / (LOSS * 50 + 0.05)), rel=1e-4)
-    assert found["outcome"] == "stopped"
+    assert result["half_time"] == pytest.approx(J / LOSS * math.log((LOSS * 100 + 0.05) / (LOSS * 50 + 0.05)), rel=1e-4)
+    assert result["outcome"] == "stopped"
 
 
 def test_it_starts_with_the_speed_of_its_drive() -> None:
     driven = disc(drive={"kind": "linear", "slope": 0.036, "no_load_speed": 100.0})
-    found = run(CoastDown(until=1.0), driven)
-    assert summary(found)["start_speed"] == pytest.approx(90.0)  # slope (100 - w) = b w
-    assert float(found.speed[-1]) == pytest.approx(90 * math.exp(-LOSS / J), rel=1e-9)
+    result = run(CoastDown(until=1.0), driven)
+    assert summary_of(result)["start_speed"] == pytest.approx(90.0)  # slope (100 - w) = b w
+    assert float(result.speed[-1]) == pytest.approx(90 * math.exp(-LOSS / J), rel=1e-9)
 
 
 def test_a_prescribed_speed_is_let_go() -> None:
-    found = run(CoastDown(until=1.0), disc(drive={"kind": "constant-speed", "speed": 80.0}))
-    assert float(found.speed[-1]) == pytest.approx(80 * math.exp(-LOSS / J), rel=1e-9)
+    result = run(CoastDown(until=1.0), disc(drive={"kind": "constant-speed", "speed": 80.0}))
+    assert float(result.speed[-1]) == pytest.approx(80 * math.exp(-LOSS / J), rel=1e-9)
 
 
 def test_bodies_turn_along_at_the_start() -> None:
@@ -116,45 +126,39 @@ def test_bodies_turn_along_at_the_start() -> None:
 
 def test_through_the_resonance() -> None:
     """The carrier's vibration takes energy out while the rotor passes its natural frequency of 101 rad/s."""
-    found = run(CoastDown(until=3.0, start={"p1": 0.3, "p2": -0.5}), load_machine("drozdetskaya-2020/r1-u40"))
-    assert summary(found)["energy_residual"] < 1e-9
-    assert summary(found)["peak_amplitude"] > 0
+    result = run(CoastDown(until=3.0, start={"p1": 0.3, "p2": -0.5}), load_machine("drozdetskaya-2020/r1-u40"))
+    assert summary_of(result)["energy_residual"] < 1e-9
+    assert summary_of(result)["peak_amplitude"] > 0
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_a_heavy_disc_turns_back_and_swings(sense: float) -> None:
-    found = run(CoastDown(until=60.0, start={"disc": {"angle": math.pi / 2, "speed": sense * 20.0}}), heavy_disc())
-    said = summary(found)
-    assert said["outcome"] in ("oscillating", "stopped")
-    at = said["reversal_time"]
+    result = run(CoastDown(until=60.0, start={"disc": {"angle": math.pi / 2, "speed": sense * 20.0}}), heavy_disc())
+    summary = summary_of(result)
+    assert summary["outcome"] in ("oscillating", "stopped")
+    at = summary["reversal_time"]
     assert 0 < at < 60.0
-    time, speed = found.time.values, found.speed.values
+    time, speed = result.time.values, result.speed.values
     first = int(np.flatnonzero(sense * speed < 0)[0])
     assert time[first - 1] <= at <= time[first]
-    assert said["half_time"] < at
+    assert summary["half_time"] < at
 
 
 def test_no_reversal_without_gravity() -> None:
-    assert summary(run(CoastDown(until=10.0, start=AT_100), heavy_disc(0.0)))["reversal_time"] is None
+    assert summary_of(run(CoastDown(until=10.0, start=AT_100), heavy_disc(0.0)))["reversal_time"] is None
 
 
 def test_half_of_less_than_a_turn() -> None:
-    found = summary(run(CoastDown(until=20.0, start={"disc": {"speed": 0.5}}), disc()))
-    assert found["half_time"] == pytest.approx(J / LOSS * math.log(2), rel=1e-3)
+    result = summary_of(run(CoastDown(until=20.0, start={"disc": {"speed": 0.5}}), disc()))
+    assert result["half_time"] == pytest.approx(J / LOSS * math.log(2), rel=1e-3)
 
 
-@pytest.mark.parametrize("count", [1, 2])
-def test_an_interrupted_run_is_a_valid_result(count: int) -> None:
-    calls = iter(range(1, 10**9))
-
-    def progress(_share: float, _what: str) -> None:
-        if next(calls) == count:
-            raise KeyboardInterrupt
-
-    found = run(CoastDown(until=1000.0, start=AT_100), disc(), progress=progress)
-    assert found.attrs["finished"] == 0
-    assert found.sizes["time"] >= 1
-    assert any("interrupted" in w for w in json.loads(found.attrs["warnings"]))
+@pytest.mark.parametrize("call", [1, 2])
+def test_an_interrupted_run_is_a_valid_result(call: int) -> None:
+    result = run(CoastDown(until=1000.0, start=AT_100), disc(), progress=stop_at(call))
+    assert result.attrs["finished"] == 0
+    assert result.sizes["time"] >= 1
+    assert any("interrupted" in w for w in json.loads(result.attrs["warnings"]))
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.97])
@@ -162,7 +166,7 @@ def test_an_interrupted_run_is_a_valid_result(count: int) -> None:
 def test_resumed_it_is_the_uninterrupted_one(
     tmp_path: Path, share: float, swinging: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From the folder, to the last bit: it goes on from the last whole leg."""
+    """From the folder, to the last bit: it continues from the last whole leg."""
     monkeypatch.setattr(module, "SAMPLES_A_LEG", 200)
     machine, question = heavy_disc() if swinging else disc(), CoastDown(until=40.0, start=AT_100)
     legs: list[float] = []
@@ -174,20 +178,13 @@ def test_resumed_it_is_the_uninterrupted_one(
     monkeypatch.setattr(module, "integrate", integrate)
     asked: list[float] = []
     whole = run(question, machine, progress=lambda share, _: asked.append(share))
-    needed, calls = len(legs), iter(range(10**9))
-
-    def stop(_share: float, _what: str) -> None:
-        if next(calls) == int(share * len(asked)):
-            raise KeyboardInterrupt
-
-    broken = run(question, machine, folder=tmp_path, progress=stop)
+    needed = len(legs)
+    broken = run(question, machine, folder=tmp_path, progress=stop_at(1 + int(share * len(asked))))
     assert broken.attrs["finished"] == 0
     seen: list[float] = []
     again = run(question, machine, folder=tmp_path, resume=True, progress=lambda share, _: seen.append(share))
-    for name in whole.variables:
-        np.testing.assert_array_equal(again[name].values, whole[name].values, err_msg=str(name))
-        assert again[name].equals(whole[name]), name
-    assert summary(again) == summary(whole)
+    xr.testing.assert_equal(again, whole)
+    assert summary_of(again) == summary_of(whole)
     assert again.attrs["finished"] == 1
     assert json.loads(again.attrs["warnings"]) == json.loads(whole.attrs["warnings"])
     assert len(legs) == 2 * needed + 2, "the start and the leg that was interrupted are run twice, no other leg is"
@@ -198,12 +195,8 @@ def test_resumed_it_is_the_uninterrupted_one(
 @pytest.mark.parametrize("swinging", [False, True])
 def test_what_is_remembered_of_a_long_run_is_small(tmp_path: Path, swinging: bool) -> None:
     """Of a rotor that creeps or swings on, too: times, angles and speeds of its 16 legs are 8 MB."""
-
-    def stop(share: float, _what: str) -> None:
-        if share > 0.9:
-            raise KeyboardInterrupt
-
-    run(CoastDown(until=1000.0, start=AT_100), heavy_disc() if swinging else disc(), folder=tmp_path, progress=stop)
+    machine, stop = heavy_disc() if swinging else disc(), stop_after(0.9, [])
+    run(CoastDown(until=1000.0, start=AT_100), machine, folder=tmp_path, progress=stop)
     units = list((tmp_path / "units").glob("*.npz"))
     assert units
     assert sum(f.stat().st_size for f in units) < 3_000_000
@@ -212,15 +205,8 @@ def test_what_is_remembered_of_a_long_run_is_small(tmp_path: Path, swinging: boo
 def test_another_process_resumes_it(tmp_path: Path, study: Callable[..., Path]) -> None:
     """It reads legs back before it has made one."""
     file = study('kind = "run-up"\nuntil = "0.5 s"', 'kind = "coast-down"\nuntil = "2000 s"')
-    shares: list[float] = []
-
-    def stop(share: float, _what: str) -> None:
-        shares.append(share)
-        if share > 0.03:
-            raise KeyboardInterrupt
-
-    asked = read_study(str(file))
-    run(asked.spec, asked.subject, folder=tmp_path / "out", progress=stop)
+    shares, asked = list[float](), read_study(str(file))
+    run(asked.spec, asked.subject, folder=tmp_path / "out", progress=stop_after(0.03, shares))
     units = list((tmp_path / "out" / "units").glob("*.npz"))
     assert units
     script = (
@@ -230,26 +216,23 @@ def test_another_process_resumes_it(tmp_path: Path, study: Callable[..., Path]) 
         "asked = read_study(sys.argv[1])\n"
         "run(asked.spec, asked.subject, folder=Path(sys.argv[2]), resume=True, progress=stop)\n"
     )
-    said = subprocess.run(
-        [sys.executable, "-c", script, str(file), str(tmp_path / "out")], check=True, capture_output=True, text=True
-    )
-    assert float(said.stdout) > 0.9 * shares[-1]
+    command = [sys.executable, "-c", script, str(file), str(tmp_path / "out")]
+    assert float(subprocess.run(command, check=True, capture_output=True, text=True).stdout) > 0.9 * shares[-1]
     assert all(f.exists() for f in units)
 
 
 def test_only_the_same_coast_down_is_resumed(tmp_path: Path) -> None:
     run(CoastDown(until=1.0, start=AT_100), disc(), folder=tmp_path)
-    with pytest.raises(
-        InputError, match=r"--resume: the result in .* answers another question: study.until was 1\.0, now 2\.0"
-    ):
+    with pytest.raises(InputError, match=r"--resume: the result in .* another question: study.until was 1\.0, now 2\.0"):
         run(CoastDown(until=2.0, start=AT_100), disc(), folder=tmp_path, resume=True)
 
 
 def test_scipy_agrees() -> None:
-    asked = CoastDown(until=5.0, start=AT_100, engine="scipy")
-    other = CoastDown(until=5.0, start=AT_100)
-    ours, theirs = summary(run(other, heavy_disc())), summary(run(asked, heavy_disc()))
-    assert ours["half_time"] == pytest.approx(theirs["half_time"], rel=1e-9)
+    times = [
+        summary_of(run(CoastDown(until=5.0, start=AT_100, engine=engine), heavy_disc()))["half_time"]
+        for engine in (None, "scipy")
+    ]
+    assert times[0] == pytest.approx(times[1], rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -264,8 +247,5 @@ def test_scipy_agrees() -> None:
     ],
 )
 def test_bad_questions(table: dict[str, Any], says: str) -> None:
-    def ask() -> None:
-        prepare(CoastDown.read({"kind": "coast-down"} | table), disc())
-
     with pytest.raises(InputError, match=says):
-        ask()
+        prepare(CoastDown.read({"kind": "coast-down"} | table), disc())

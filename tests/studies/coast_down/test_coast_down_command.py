@@ -19,15 +19,15 @@ FIGURE_7 = "sperling-vibration/figure-7"
 
 
 def test_run_a_coast_down(wucht: Command) -> None:
-    said = wucht("run", FIGURE_7, "--set", "study.until=30 s", "-o", "out", "--json")
-    assert said.code == 0, said.err
-    summary = said.document["summary"]
+    done = wucht("run", FIGURE_7, "--set", "study.until=30 s", "-o", "out", "--json")
+    assert done.code == 0, done.err
+    summary = done.document["summary"]
     assert summary["half_time"] is None
     assert summary["reversal_time"] is None
     assert summary["outcome"] is None
     assert wucht("plot", "out/result.nc").code == 0
-    told = wucht("run", FIGURE_7, "--set", "study.until=30 s", "-o", "out")
-    assert "still turns" in told.out
+    done = wucht("run", FIGURE_7, "--set", "study.until=30 s", "-o", "out")
+    assert "still turns" in done.out
 
 
 def test_ctrl_c_leaves_a_valid_result_that_is_resumed(wucht: Command, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -39,10 +39,10 @@ def test_ctrl_c_leaves_a_valid_result_that_is_resumed(wucht: Command, monkeypatc
 
     with monkeypatch.context() as patched:
         patched.setattr(Progress, "update", update)
-        said = wucht("run", FIGURE_7, "-o", "out")
-    assert said.code == 130
-    assert "interrupted" in said.err
-    assert "Traceback" not in said.err
+        done = wucht("run", FIGURE_7, "-o", "out")
+    assert done.code == 130
+    assert "interrupted" in done.err
+    assert "Traceback" not in done.err
     assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
     assert wucht("plot", "out/result.nc").code == 0
     again = wucht("run", FIGURE_7, "-o", "out", "--resume")
@@ -53,9 +53,9 @@ def test_ctrl_c_leaves_a_valid_result_that_is_resumed(wucht: Command, monkeypatc
 
 def test_the_template_runs(wucht: Command) -> None:
     assert wucht("new", "coast-down").code == 0
-    said = wucht("run", "coast-down.toml", "--set", "study.until=10 s", "-o", "out")
-    assert said.code == 0, said.err
-    assert "verdict" in said.out
+    done = wucht("run", "coast-down.toml", "--set", "study.until=10 s", "-o", "out")
+    assert done.code == 0, done.err
+    assert "verdict" in done.out
 
 
 def test_bad_input_says_where(refused: Refused) -> None:

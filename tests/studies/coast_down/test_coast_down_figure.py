@@ -33,7 +33,7 @@ def test_a_coast_down_on_a_fixed_axis_has_two_panels(coasted: xr.Dataset) -> Non
 
 
 def test_a_coast_down_on_a_carrier_has_three() -> None:
-    found = run(CoastDown(until=100.0), load_machine("drozdetskaya-2020/table-3.1-laval"))
-    speed, amplitude, _ = draw(found).axes
+    result = run(CoastDown(until=100.0), load_machine("drozdetskaya-2020/table-3.1-laval"))
+    speed, amplitude, _ = draw(result).axes
     assert amplitude.get_ylabel() == "amplitude of the axis"
     assert "natural frequency" in _labels(speed)

@@ -1,9 +1,10 @@
-"""The study ``entrainment``: what is changed, refusals, edges by bisection, interruption; the command."""
+"""The study ``entrainment``: what is swept, refusals, edges by bisection, interruption; the command."""
 
 from __future__ import annotations
 
-import json
 import math
+import re
+from bisect import insort
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,11 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of
+from wucht.results.conventions import summary_of
 from wucht.studies.entrainment.averaged_equations import AveragedEquations
 from wucht.studies.entrainment.branches import Continuation
-from wucht.studies.entrainment.capture_band import CaptureBand, CaptureSearch
 from wucht.studies.entrainment.prepare import prepare
-from wucht.studies.entrainment.runs import RunFromStart
+from wucht.studies.entrainment.runs import CaptureBand, RunFromStart, capture_band, values_to_run
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.entrainment.swept_parameter import swept_parameter
 from wucht.studies.runner import run
@@ -47,14 +48,13 @@ def bild_2() -> Machine:
 
 
 def summary(machine: Machine, **table: Any) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(run(Entrainment.read(table), machine).attrs["summary"])
-    return found
+    return summary_of(run(Entrainment.read(table), machine))
 
 
-# What is changed
+# The swept parameter
 
 
-def test_what_is_changed_if_nothing_is_said() -> None:
+def test_what_is_swept_by_default() -> None:
     assert swept_parameter(bild_2()).name == "drive.no_load_speed"
     assert swept_parameter(pair()).name == "detuning"
     assert swept_parameter(load_machine("sperling-vibration/sustained-rotation")).name == "carrier.motion.amplitude"
@@ -79,7 +79,7 @@ def test_the_detuning_leaves_the_mean_and_the_senses() -> None:
 
 
 REFUSED: list[tuple[Callable[[], Machine], dict[str, Any], str]] = [
-    (lambda: load_machine("drozdetskaya-2020/r1"), {}, "machine: nothing can be taken along"),
+    (lambda: load_machine("drozdetskaya-2020/r1"), {}, "machine: nothing can be entrained"),
     (bild_2, {"along": "drive.slop"}, "did you mean 'drive.slope'"),
     (bild_2, {"along": "detuning"}, "study.along: given 'detuning'; allowed for a machine with two rotors"),
     (bild_2, {"along": "drive.slope"}, "study.range: this key is missing; needed is a pair"),
@@ -99,10 +99,10 @@ REFUSED: list[tuple[Callable[[], Machine], dict[str, Any], str]] = [
 
 @pytest.mark.parametrize("case", REFUSED, ids=[str(c[1]) + c[2][:8] for c in REFUSED])
 def test_bad_input_is_refused(case: tuple[Callable[[], Machine], dict[str, Any], str]) -> None:
-    machine, table, says = case[0](), case[1], case[2]
+    machine, table, sentence = case[0](), case[1], case[2]
     with pytest.raises(InputError) as refused:
         prepare(Entrainment.read(table), machine)
-    assert says in str(refused.value)
+    assert sentence in str(refused.value)
 
 
 def test_a_drive_that_prescribes_the_speed_is_refused() -> None:
@@ -110,7 +110,7 @@ def test_a_drive_that_prescribes_the_speed_is_refused() -> None:
     machine = machine_from({
         "carrier": CARRIER, "bodies": [E1, E2, ROTOR | {"name": "e3"}], "drives": [drive("e1"), drive("e2"), given],
     })  # fmt: skip
-    with pytest.raises(InputError, match="prescribes the speed of 'e3': it cannot be taken along"):
+    with pytest.raises(InputError, match="prescribes the speed of 'e3': it cannot be entrained"):
         prepare(Entrainment.read({}), machine)
 
 
@@ -127,11 +127,11 @@ def test_a_drive_without_no_load_speed_needs_along() -> None:
 
 
 def stepped(*bands: tuple[float, float]) -> Callable[[float], RunFromStart]:
-    """A machine that is taken along within some bands."""
+    """A machine that is entrained within some bands."""
 
     def run(value: float) -> RunFromStart:
-        taken = any(low <= value <= high for low, high in bands)
-        return RunFromStart(value, 1.0, taken, 1.0, (0.0, 1.0), 1.0, np.zeros(2))
+        entrained = any(low <= value <= high for low, high in bands)
+        return RunFromStart(value, 1.0, 1.0, np.zeros(2), entrained=entrained, mean_speed=1.0, window=(0.0, 1.0))
 
     return run
 
@@ -139,49 +139,47 @@ def stepped(*bands: tuple[float, float]) -> Callable[[float], RunFromStart]:
 def band(
     run: Callable[[float], RunFromStart], own: float, low: float = 0.0, high: float = 10.0, points: int = 11
 ) -> CaptureBand | None:
-    search = CaptureSearch(own, 1e-6)
-    for value in np.linspace(low, high, points):
-        search.add(run(float(value)))
-    for value in search.values():
+    runs = [run(float(value)) for value in np.linspace(low, high, points)]
+    for value in values_to_run(runs, own, 1e-6):
         assert low < value < high
-        search.add(run(value))
-    return search.band
+        insort(runs, run(value), key=lambda r: r.value)
+    return capture_band(runs, own)
 
 
 def test_both_edges_are_bisected() -> None:
-    found = band(stepped((2.3, 7.9)), 5.0)
-    assert found is not None
-    assert (found.low, found.high) == pytest.approx((2.3, 7.9), abs=1e-6)
-    assert found.islands == ()
+    both = band(stepped((2.3, 7.9)), 5.0)
+    assert both is not None
+    assert both.edges == pytest.approx((2.3, 7.9), abs=1e-6)
+    assert both.islands == ()
 
 
 def test_an_edge_beyond_the_range_is_none() -> None:
-    found = band(stepped((-1.0, 7.9)), 5.0)
-    assert found is not None
-    assert found.low is None
-    assert found.high == pytest.approx(7.9, abs=1e-6)
+    below = band(stepped((-1.0, 7.9)), 5.0)
+    assert below is not None
+    assert below.edges[0] is None
+    assert below.edges[1] == pytest.approx(7.9, abs=1e-6)
 
 
-def test_where_nothing_is_taken_along_there_is_no_band() -> None:
+def test_where_nothing_is_entrained_there_is_no_band() -> None:
     assert band(stepped(), 5.0) is None
 
 
 def test_the_band_is_that_of_the_machine_else_the_widest() -> None:
     two = stepped((0.5, 2.5), (4.6, 9.4))
-    mine, widest = band(two, 1.5), band(two, 3.0)
-    assert mine is not None
+    own, widest = band(two, 1.5), band(two, 3.0)
+    assert own is not None
     assert widest is not None
-    assert (mine.low, mine.high) == pytest.approx((0.5, 2.5), abs=1e-6)
-    assert (widest.low, widest.high) == pytest.approx((4.6, 9.4), abs=1e-6)
-    assert [i for i in mine.islands if i[0] <= 5.0 <= i[1]]
+    assert own.edges == pytest.approx((0.5, 2.5), abs=1e-6)
+    assert widest.edges == pytest.approx((4.6, 9.4), abs=1e-6)
+    assert [i for i in own.islands if i[0] <= 5.0 <= i[1]]
 
 
 def test_a_gap_beside_an_edge_is_found() -> None:
     """The scan steps over it; the probes around the edge do not."""
-    found = band(stepped((2.0, 6.4), (6.6, 6.9)), 5.0)
-    assert found is not None
-    assert found.high == pytest.approx(6.4, abs=1e-6)
-    assert len(found.islands) == 1
+    lower = band(stepped((2.0, 6.4), (6.6, 6.9)), 5.0)
+    assert lower is not None
+    assert lower.edges[1] == pytest.approx(6.4, abs=1e-6)
+    assert len(lower.islands) == 1
 
 
 # Branches of the averaged equations
@@ -189,7 +187,7 @@ def test_a_gap_beside_an_edge_is_found() -> None:
 
 def test_a_closed_branch_is_walked_once() -> None:
     machine = bild_2()
-    averaged = AveragedEquations.of(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (-300.0, 300.0))
+    averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (-300.0, 300.0))
     path = Continuation(averaged)
     (branch,) = path.branches([5.5, 6.0, 7.0], None, Work())
     assert branch.closed
@@ -200,25 +198,25 @@ def test_a_closed_branch_is_walked_once() -> None:
 
 def test_a_branch_ends_at_the_limits() -> None:
     machine = bild_2()
-    averaged = AveragedEquations.of(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (5.0, 6.0))
+    averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (5.0, 6.0))
     path = Continuation(averaged)
-    found = path.branches([5.5], None, Work())
-    assert len(found) == 2
-    for branch in found:
+    branches = path.branches([5.5], None, Work())
+    assert len(branches) == 2
+    for branch in branches:
         assert not branch.closed
         assert sorted([branch.values[0], branch.values[-1]]) == pytest.approx([5.0, 6.0], abs=1e-12)
-    (stretch,) = path.stable_ranges(found)
+    (stretch,) = path.stable_ranges(branches)
     assert (stretch.low.kind, stretch.high.kind) == ("range", "range")
 
 
-def test_a_band_far_from_the_vibration_is_found() -> None:
+def test_a_band_far_from_the_vibration() -> None:
     """A carrier that takes much power at the frequency: the motor must be set far beyond it, 2 (power)/(frequency) further."""
     carrier = {
         "mass": 1.0, "directions": "xy", "stiffness": [0.0, 400.0], "damping": [0.0, 2.0],
         "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6 * math.pi},
     }  # fmt: skip
     machine = machine_from({"carrier": carrier, "bodies": [ROTOR | {"name": "r"}], "drive": drive("r", 19.0)})
-    averaged = AveragedEquations.of(machine, swept_parameter(machine, "drive.no_load_speed"), {"r": 1.0}, (-900.0, 900.0))
+    averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"r": 1.0}, (-900.0, 900.0))
     path, w = Continuation(averaged), 6 * math.pi
     (branch,) = path.branches([19.0, w], None, Work())
     (stretch,) = path.stable_ranges([branch])
@@ -231,12 +229,12 @@ def test_a_band_far_from_the_vibration_is_found() -> None:
 
 def test_an_undriven_rotor_is_sustained_in_either_sense() -> None:
     machine = load_machine("sperling-vibration/sustained-rotation")
-    swept, found = swept_parameter(machine, "carrier.motion.amplitude"), []
+    swept, rates = swept_parameter(machine, "carrier.motion.amplitude"), []
     for sense in (1.0, -1.0):
-        averaged = AveragedEquations.of(machine, swept, {"rotor": sense}, (0.0, 0.1))
-        found.append(averaged.rates(np.array([[0.3], [5.0]]), 0.005)[0])
-    assert np.array_equal(*found)
-    assert found[0].any()
+        averaged = AveragedEquations(machine, swept, {"rotor": sense}, (0.0, 0.1))
+        rates.append(averaged.rates(np.array([[0.3], [5.0]]), 0.005)[0])
+    assert np.array_equal(*rates)
+    assert rates[0].any()
 
 
 # The study
@@ -249,13 +247,13 @@ def test_the_summary_has_the_keys_of_the_contract() -> None:
 
 
 def test_a_long_run_up_is_waited_for() -> None:
-    """A heavy rotor needs 200 s to reach the frequency: after the first look, at 210 s, it would not count as taken along."""
+    """A heavy rotor needs 200 s to reach the frequency: after the first look, at 210 s, it would not count as entrained."""
     heavy = bild_2().with_values({"rotor.inertia": 1e-3, "carrier.motion.amplitude": 4e-3, "drive.no_load_speed": 6.6})
     s = summary(heavy, points=5, range=[6.5, 6.7], resolution=0.1)
     assert s["outcome"] == "entrained"
 
 
-def test_without_slow_equations_the_full_ones_answer() -> None:
+def test_without_averaged_equations_the_full_ones_answer() -> None:
     """A pivot that turns with its rotor leaves none: the range must be given, and a warning says so."""
     hung = {
         "kind": "pendulum", "name": "p", "about": "e1", "mass": 0.01, "length": 0.01, "damping": 1e-4,
@@ -263,16 +261,16 @@ def test_without_slow_equations_the_full_ones_answer() -> None:
     }  # fmt: skip
     machine = machine_from({"carrier": CARRIER, "bodies": [E1, E2, hung], "drives": [drive("e1"), drive("e2", 12.2)]})
     with pytest.raises(
-        InputError, match=r"study\.range: this key is missing, and cannot be chosen: the slow equations are left"
+        InputError, match=r"study\.range: this key is missing, and cannot be chosen: the averaged equations are left"
     ):
         run(Entrainment.read({"start": START}), machine)
     table = {"start": START, "range": [-1.0, 1.0], "points": 5}
-    found = run(Entrainment.read(table), machine)
-    s = json.loads(found.attrs["summary"])
+    result = run(Entrainment.read(table), machine)
+    s = summary_of(result)
     assert s["existence_band"] is None
     assert s["outcome"] == "synchronised"
     assert s["stable"]
-    assert "the slow equations are left out: has no slow equations" in found.attrs["warnings"]
+    assert re.search("the averaged equations are left out: has no (slow|averaged) equations", result.attrs["warnings"])
 
 
 def test_bodies_count_as_released() -> None:
@@ -285,11 +283,11 @@ def test_bodies_count_as_released() -> None:
     assert s["phase"] == pytest.approx(s["phase_slow"], abs=1e-3)
 
 
-def test_a_machine_that_cannot_run_says_so() -> None:
+def test_a_machine_that_cannot_run_reports_why() -> None:
     wild = bild_2().with_unchecked({"rotor.inertia": 1e-300})
-    found = run(Entrainment.read({"points": 5}), wild)
-    assert found.attrs["failure"]
-    assert not found.attrs["finished"]
+    result = run(Entrainment.read({"points": 5}), wild)
+    assert result.attrs["failure"]
+    assert not result.attrs["finished"]
 
 
 STUDY = """\
@@ -305,14 +303,15 @@ resolution = "0.1 rad/s"
 
 def test_the_command(wucht: Callable[..., Any], here: Path) -> None:
     (here / "study.toml").write_text(STUDY, encoding="utf-8")
-    said = wucht("run", "study.toml", "-o", "out")
-    assert said.code == 0
+    printed = wucht("run", "study.toml", "-o", "out")
+    assert printed.code == 0
     for part in (
-        "verdict: ENTRAINED", "existence    4.309264 to 8.257106 rad/s (slow equations, ends: fold)", "from start   4.",
-        "phase        rotor: -0.40856 rad (-23.41\u00b0), slow equations -0.40799 rad", "mean speed   6.2832 rad/s (60 rpm)",
-        "stability    stable", "threshold    the vibration must be larger than 0.3968 mm",
+        "verdict: ENTRAINED", "existence    between 4.309264 and 8.257106 rad/s (averaged equations, ends: fold)",
+        "from start   between 4.", "phase        rotor: -0.40856 rad (-23.41\u00b0), averaged equations -0.40799 rad",
+        "mean speed   6.2832 rad/s (60 rpm)", "stability    stable",
+        "threshold    the vibration must be larger than 0.3968 mm",
     ):  # fmt: skip
-        assert part in said.out, part
+        assert part in printed.out, part
     assert wucht("plot", "out/result.nc").code == 0
     assert (here / "out" / "entrainment.png").stat().st_size > 20_000
 

@@ -13,6 +13,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from wucht.files.catalogue import load_machine
+from wucht.results.conventions import summary_of
 from wucht.studies.entrainment.figure import _part
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.runner import draw, run
@@ -52,15 +53,12 @@ def test_panels_and_units(shaken: xr.Dataset) -> None:
     assert speed.get_xlabel() == "drive.no_load_speed (rad/s)"
     assert phase.get_ylim() == pytest.approx((-180, 180))
     assert labels(phase) == [
-        "slow equations, stable", "slow equations, unstable", "full equations, periodic", "band of existence",
+        "averaged equations, stable", "averaged equations, unstable", "full equations, periodic", "band of existence",
         "reached from the start",
     ]  # fmt: skip
     assert labels(speed) == [
-        "run: taken along",
-        "run: not taken along",
-        "frequency of the vibration",
-        "speed without vibration",
-    ]
+        "run: entrained", "run: not entrained", "frequency of the vibration", "speed without vibration",
+    ]  # fmt: skip
     figure.savefig(io.BytesIO())
 
 
@@ -74,7 +72,7 @@ def test_stable_solid_unstable_dashed(shaken: xr.Dataset) -> None:
 
 
 def test_bands(shaken: xr.Dataset) -> None:
-    summary = json.loads(shaken.attrs["summary"])
+    summary = summary_of(shaken)
     phase, _ = draw(shaken).axes
     (shade,) = phase.patches
     box = shade.get_extents().transformed(phase.transData.inverted())
@@ -91,33 +89,28 @@ def test_exciters_are_cut_where_they_are_not_and_others_are_grey(exciters: xr.Da
     colours = {x.get_color() for x in lines(phase, "-")}
     assert len(colours) == 2
     assert "others, stable" in labels(phase)
-    assert "slow equations, stable" in labels(speed)
+    assert "averaged equations, stable" in labels(speed)
 
 
 def test_a_result_without_bands_is_drawn(shaken: xr.Dataset) -> None:
-    """Of an interrupted study, and of a machine without slow equations."""
+    """Of an interrupted study, and of a machine without averaged equations."""
     bare = shaken.isel(point=slice(0, 0), orbit=slice(0, 0))
-    found = json.loads(shaken.attrs["summary"]) | {
-        "existence_band": None,
-        "band_from_rest": None,
-        "range": None,
-        "branch": None,
-    }
-    bare.attrs = shaken.attrs | {"summary": json.dumps(found), "finished": 0, "sentence": "the study was interrupted"}
+    summary = summary_of(shaken) | dict.fromkeys(("existence_band", "band_from_rest", "range", "branch"))
+    bare.attrs = shaken.attrs | {"summary": json.dumps(summary), "finished": 0, "sentence": "the study was interrupted"}
     figure = draw(bare)
     assert "the study was interrupted" in figure.get_suptitle()
     assert not figure.axes[0].patches
     figure.savefig(io.BytesIO())
 
 
-def test_open_bands_are_said_and_shaded_to_the_border(shaken: xr.Dataset) -> None:
-    found = json.loads(shaken.attrs["summary"]) | {"existence_band": [5.0, None], "band_from_rest": [None, 7.0]}
+def test_open_bands_are_named_and_shaded_to_the_border(shaken: xr.Dataset) -> None:
+    summary = summary_of(shaken) | {"existence_band": [5.0, None], "band_from_rest": [None, 7.0]}
     changed = shaken.copy()
-    changed.attrs = shaken.attrs | {"summary": json.dumps(found)}
+    changed.attrs = shaken.attrs | {"summary": json.dumps(summary)}
     figure = draw(changed)
-    assert "exists above 5 rad/s (slow equations); reached from the start below 7 rad/s" in figure.get_suptitle()
+    assert "exists above 5 rad/s (averaged equations); reached from the start below 7 rad/s" in figure.get_suptitle()
     box = figure.axes[0].patches[0].get_extents().transformed(figure.axes[0].transData.inverted())
-    assert [box.x0, box.x1] == pytest.approx([5.0, found["range"][1]])
+    assert [box.x0, box.x1] == pytest.approx([5.0, summary["range"][1]])
 
 
 def test_a_phase_that_wraps_goes_to_the_border() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ import xarray as xr
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
+from wucht.results.conventions import summary_of
 from wucht.results.store import load
 from wucht.studies import runner
 from wucht.studies.entrainment.branches import Continuation
@@ -76,13 +76,13 @@ def same(one: xr.Dataset, other: xr.Dataset) -> bool:
 
 
 def test_a_study_that_is_interrupted_keeps_what_it_has(made: Counter[str]) -> None:
-    found = run(Entrainment.read({"points": 9}), bild_2(), progress=stop(made, "runs", 4))
-    assert found.attrs["finished"] == 0
-    assert found.sizes["run"] == 3  # the machine's own value is not yet reached by the scan
-    s = json.loads(found.attrs["summary"])
+    result = run(Entrainment.read({"points": 9}), bild_2(), progress=stop(made, "runs", 4))
+    assert result.attrs["finished"] == 0
+    assert result.sizes["run"] == 3  # the machine's own value is not yet reached by the scan
+    s = summary_of(result)
     assert s["sentence"].endswith("the study was interrupted before its band was found")
-    assert "3 runs from the start are finished; the search is not" in found.attrs["warnings"]
-    assert "--resume continues from there" in found.attrs["warnings"]
+    assert "3 runs from the start are finished; the search is not" in result.attrs["warnings"]
+    assert "--resume continues from there" in result.attrs["warnings"]
     assert s["existence_band"] is not None
     assert s["band_from_rest"] is None
 
@@ -111,12 +111,12 @@ def test_interrupted_again_and_again(tmp_path: Path, made: Counter[str]) -> None
     question = Entrainment.read({"points": 6, "resolution": 0.2})
     whole, needed = uninterrupted(question, "sperling-vibration/figure-2a", made)
     for after in range(1, 60, 6):
-        found = run(question, bild_2(), folder=tmp_path, resume=True, progress=stop(made, "runs", after))
-        if found.attrs["finished"]:
+        result = run(question, bild_2(), folder=tmp_path, resume=True, progress=stop(made, "runs", after))
+        if result.attrs["finished"]:
             break
     assert after > 10
-    found = run(question, bild_2(), folder=tmp_path, resume=True)
-    assert same(found, whole)
+    result = run(question, bild_2(), folder=tmp_path, resume=True)
+    assert same(result, whole)
     assert dict(made) == needed
 
 
@@ -150,17 +150,17 @@ def test_it_can_be_stopped_within_a_run() -> None:
             assert share == 0
             raise KeyboardInterrupt
 
-    found = run(Entrainment.read({"until": 3000.0}), bild_2(), progress=report)
-    assert found.attrs["finished"] == 0
-    assert json.loads(found.attrs["summary"])["outcome"] == "unidentified"
+    result = run(Entrainment.read({"until": 3000.0}), bild_2(), progress=report)
+    assert result.attrs["finished"] == 0
+    assert summary_of(result)["outcome"] == "unidentified"
 
 
 def test_progress_rises_to_its_end_and_results_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(runner, "_SAVE_EVERY_S", 0.0)
-    reports, kept, genuine = [], [], runner.save
+    reports, saved, genuine = [], [], runner.save
 
     def save(result: xr.Dataset, path: Path) -> None:
-        kept.append(result)
+        saved.append(result)
         genuine(result, path)
 
     monkeypatch.setattr(runner, "save", save)
@@ -170,6 +170,6 @@ def test_progress_rises_to_its_end_and_results_are_kept(tmp_path: Path, monkeypa
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     assert {what for _, what in reports} >= {"averaged equations", "locked motions", "drive.no_load_speed = 5.5"}
-    assert len(kept) > 1
-    assert {"run_value", "phase"} <= set(kept[-1])
-    assert all(k.attrs["finished"] == 0 for k in kept[:-1])
+    assert len(saved) > 1
+    assert {"run_value", "phase"} <= set(saved[-1])
+    assert all(k.attrs["finished"] == 0 for k in saved[:-1])

@@ -17,6 +17,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.zeros import crossings
+from wucht.results.conventions import summary_of as summary
 from wucht.studies.response.prepare import prepare
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
@@ -31,11 +32,6 @@ def machine(bodies: Any = (ROTOR,), drive: Any = LINEAR, **carrier: Any) -> Mach
     return machine_from(described | ({"drive": drive} if drive else {}))
 
 
-def summary(result: xr.Dataset) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(result.attrs["summary"])
-    return found
-
-
 K = math.sqrt(2e4 / 5)
 
 
@@ -43,21 +39,21 @@ K = math.sqrt(2e4 / 5)
 
 
 def test_defaults() -> None:
-    found = run(Response(), machine())
-    assert found.speed.values[[0, -1]] == pytest.approx([0.02 * K, 1.5 * 250])
-    assert found.sizes["speed"] > 600
-    assert (np.diff(found.speed.values) > 0).all()
+    result = run(Response(), machine())
+    assert result.speed.values[[0, -1]] == pytest.approx([0.02 * K, 1.5 * 250])
+    assert result.sizes["speed"] > 600
+    assert (np.diff(result.speed.values) > 0).all()
 
 
 def test_read() -> None:
     given = {"kind": "response", "range": ["100 rpm", 300], "points": 50, "start": {}}
-    found = Response.read(given)
-    assert found.range == pytest.approx((100 * math.pi / 30, 300.0))
-    assert (found.points, found.start) == (50, {})
+    result = Response.read(given)
+    assert result.range == pytest.approx((100 * math.pi / 30, 300.0))
+    assert (result.points, result.start) == (50, {})
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("given", "sentence"),
     [
         ({"range": [3, 2]}, "low below high"),
         ({"range": [-3, 2]}, "at least 0"),
@@ -69,8 +65,8 @@ def test_read() -> None:
         ({"rang": [1, 2]}, "did you mean 'range'"),
     ],
 )
-def test_refused(given: dict[str, Any], says: str) -> None:
-    with pytest.raises(InputError, match=says):
+def test_refused(given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
         Response.read(given)
 
 
@@ -80,38 +76,38 @@ def test_a_start_that_does_not_fit() -> None:
 
 
 @pytest.mark.parametrize(
-    ("carrier", "says"),
+    ("carrier", "sentence"),
     [
         ({"directions": "fixed", "stiffness": None, "damping": 0.0}, "fixed"),
         ({"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}}, "prescribed"),
     ],
 )
-def test_nothing_to_vibrate(carrier: dict[str, Any], says: str) -> None:
-    with pytest.raises(InputError, match=f"nothing here is free to vibrate.*{says}"):
+def test_nothing_to_vibrate(carrier: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(InputError, match=f"nothing here is free to vibrate.*{sentence}"):
         prepare(Response(), machine(**carrier))
 
 
 def test_a_carrier_moved_in_one_direction_vibrates_in_the_other() -> None:
-    found = run(Response(), machine(motion={"direction": "x", "amplitude": 1e-3, "frequency": 6.0}))
+    result = run(Response(), machine(motion={"direction": "x", "amplitude": 1e-3, "frequency": 6.0}))
     alone = run(Response(), machine(directions="y"))
-    assert list(found.direction.values) == ["y"]
-    assert found.amplitude.values == pytest.approx(alone.amplitude.values, rel=1e-12)
-    assert "prescribed motion" in found.attrs["warnings"]
+    assert list(result.direction.values) == ["y"]
+    assert result.amplitude.values == pytest.approx(alone.amplitude.values, rel=1e-12)
+    assert "prescribed motion" in result.attrs["warnings"]
 
 
 # --- results ---
 
 
 def test_every_variable_says_what_it_is() -> None:
-    found = run(Response(points=50), machine())
-    for variable in (*found.data_vars.values(), *found.coords.values()):
+    result = run(Response(points=50), machine())
+    for variable in (*result.data_vars.values(), *result.coords.values()):
         assert variable.attrs["long_name"]
         assert "units" in variable.attrs
-    assert found.amplitude.attrs["units"] == found.displacement_amplitude.attrs["units"] == "m"
-    assert found.speed.attrs["units"] == "rad/s"
-    assert found.lag.attrs["units"] == "rad"
-    assert found.vibration_torque.attrs["units"] == "N m"
-    assert {"critical_speeds", "peak_amplitude", "peak_torque"} <= set(summary(found))
+    assert result.amplitude.attrs["units"] == result.displacement_amplitude.attrs["units"] == "m"
+    assert result.speed.attrs["units"] == "rad/s"
+    assert result.lag.attrs["units"] == "rad"
+    assert result.vibration_torque.attrs["units"] == "N m"
+    assert {"critical_speeds", "peak_amplitude", "peak_torque"} <= set(summary(result))
 
 
 def test_sharp_peaks_are_resolved() -> None:
@@ -140,39 +136,39 @@ def test_peaks_are_exact() -> None:
             y = -1j * z[1]
             return (abs(z[0] + 1j * y) + abs(z[0] - 1j * y)) / 2
 
-        found = summary(run(Response(), machine(stiffness=[k, 3 * k], damping=[b, 2 * b])))["peaks"]
-        for peak in found:
+        result = summary(run(Response(), machine(stiffness=[k, 3 * k], damping=[b, 2 * b])))["peaks"]
+        for peak in result:
             exact = mpmath.findroot(lambda w: mpmath.diff(amplitude, w), peak["speed"])
             assert peak["speed"] == pytest.approx(float(exact), rel=1e-11)
             assert peak["amplitude"] == pytest.approx(float(amplitude(exact)), rel=1e-12)
-    assert len(found) == 2
+    assert len(result) == 2
 
 
 def test_a_backward_whirl_between_two_critical_speeds() -> None:
     k1, k2 = math.sqrt(2e4 / 5), math.sqrt(8e4 / 5)
-    found = run(Response(), machine(stiffness=[2e4, 8e4], damping=[1.0, 1.0]))
-    inside = (found.speed > 1.02 * k1) & (found.speed < 0.98 * k2)
-    assert (found.minor_axis.values[inside] < 0).all()
-    assert (found.minor_axis.values[(found.speed < 0.98 * k1) | (found.speed > 1.02 * k2)] > 0).all()
-    assert (np.abs(found.minor_axis) <= found.amplitude).all()
-    assert "between" not in summary(found)["sentence"]
+    result = run(Response(), machine(stiffness=[2e4, 8e4], damping=[1.0, 1.0]))
+    inside = (result.speed > 1.02 * k1) & (result.speed < 0.98 * k2)
+    assert (result.minor_axis.values[inside] < 0).all()
+    assert (result.minor_axis.values[(result.speed < 0.98 * k1) | (result.speed > 1.02 * k2)] > 0).all()
+    assert (np.abs(result.minor_axis) <= result.amplitude).all()
+    assert "between" not in summary(result)["sentence"]
     slower = machine(drive=LINEAR | {"no_load_speed": 90.0}, stiffness=[2e4, 8e4])
     assert "between them" in summary(run(Response(), slower))["sentence"]
 
 
 def test_without_damping() -> None:
-    found = run(Response(), machine(damping=0.0))
-    s = summary(found)
+    result = run(Response(), machine(damping=0.0))
+    s = summary(result)
     assert s["peak_amplitude"] is None
     assert s["peak_speed"] == pytest.approx(K, rel=1e-12)
     assert s["peaks"] == [{"speed": pytest.approx(K, rel=1e-12), "amplitude": None}]
     assert (s["peak_torque"], s["peak_torque_speed"], s["torque_peaks"]) == (0.0, None, [])
-    assert np.isfinite(found.amplitude.values).all()
-    assert float(found.amplitude.max()) < 1e7
-    said = "nothing damps the resonance at 63.2456 rad/s: there the amplitude is infinite"
-    assert json.loads(found.attrs["warnings"]) == [said]
-    for lag in found.lag.values:
-        assert lag == pytest.approx(np.where(found.speed < K, 0.0, math.pi), abs=1e-8)
+    assert np.isfinite(result.amplitude.values).all()
+    assert float(result.amplitude.max()) < 1e7
+    command = "nothing damps the resonance at 63.2456 rad/s: there the amplitude is infinite"
+    assert json.loads(result.attrs["warnings"]) == [command]
+    for lag in result.lag.values:
+        assert lag == pytest.approx(np.where(result.speed < K, 0.0, math.pi), abs=1e-8)
 
 
 def test_undamped_in_one_direction() -> None:
@@ -189,22 +185,22 @@ def test_at_an_undamped_resonance_in_operation() -> None:
 def test_an_undamped_mode_that_nothing_excites() -> None:
     """A rotor in the centre of mass does not turn the carrier."""
     turning = {"directions": "xyr", "inertia": 0.4, "rotation_stiffness": 900.0, "rotation_damping": 0.0}
-    found = run(Response(), machine(**turning))
-    assert json.loads(found.attrs["warnings"]) == []
-    assert np.isnan(found.lag.sel(direction="r")).all()
-    assert len(summary(found)["critical_speeds"]) == 2
-    assert len(summary(found)["peaks"]) == 1
+    result = run(Response(), machine(**turning))
+    assert json.loads(result.attrs["warnings"]) == []
+    assert np.isnan(result.lag.sel(direction="r")).all()
+    assert len(summary(result)["critical_speeds"]) == 2
+    assert len(summary(result)["peaks"]) == 1
 
 
 def test_counter_rotating_exciters_move_the_carrier_along_a_line() -> None:
     pair = [ROTOR, ROTOR | {"name": "other"}]
     described = {"carrier": {"mass": 3.0, "stiffness": 2e4, "damping": 40.0}, "bodies": pair}
     drives = [LINEAR | {"on": "drum"}, LINEAR | {"on": "other", "no_load_speed": -250.0}]
-    found = run(Response(), machine_from(described | {"drives": drives}))
-    assert found.displacement_amplitude.sel(direction="y").values == pytest.approx(0)
-    assert np.isnan(found.lag.sel(direction="y")).all()
-    assert found.minor_axis.values == pytest.approx(0, abs=1e-15)
-    assert found.torque_on_body.sum("body").values == pytest.approx(found.vibration_torque.values, rel=1e-9, abs=1e-12)
+    result = run(Response(), machine_from(described | {"drives": drives}))
+    assert result.displacement_amplitude.sel(direction="y").values == pytest.approx(0)
+    assert np.isnan(result.lag.sel(direction="y")).all()
+    assert result.minor_axis.values == pytest.approx(0, abs=1e-15)
+    assert result.torque_on_body.sum("body").values == pytest.approx(result.vibration_torque.values, rel=1e-9, abs=1e-12)
     turned = run(Response(start={"other": math.pi}), machine_from(described | {"drives": drives}))
     assert turned.displacement_amplitude.sel(direction="x").values == pytest.approx(0)
 
@@ -229,36 +225,36 @@ def test_a_carrier_that_only_turns() -> None:
         {"carrier": {"directions": "r", "inertia": 0.5, "rotation_stiffness": 2e3, "rotation_damping": 2.0},
          "bodies": [rotor], "drive": LINEAR}
     )  # fmt: skip
-    found = run(Response(), m)
-    w = found.speed.values
+    result = run(Response(), m)
+    w = result.speed.values
     exact = 1e-3 * w**2 / np.abs(2e3 - 0.5 * w**2 + 2j * w)
-    assert found.amplitude.values == pytest.approx(exact, rel=1e-12)
-    assert found.amplitude.attrs["units"] == "rad"
-    assert np.isnan(found.centre_distance).all()
-    assert summary(found)["self_centring_speed"] is None
+    assert result.amplitude.values == pytest.approx(exact, rel=1e-12)
+    assert result.amplitude.attrs["units"] == "rad"
+    assert np.isnan(result.centre_distance).all()
+    assert summary(result)["self_centring_speed"] is None
 
 
 def test_losses_are_reported_apart() -> None:
     m = machine([ROTOR | {"bearing_damping": 0.01}])
-    found = run(Response(), m)
-    assert found.loss_torque.values == pytest.approx(0.01 * found.speed.values, rel=1e-12)
-    assert (found.required_torque - found.vibration_torque).values == pytest.approx(found.loss_torque.values)
+    result = run(Response(), m)
+    assert result.loss_torque.values == pytest.approx(0.01 * result.speed.values, rel=1e-12)
+    assert (result.required_torque - result.vibration_torque).values == pytest.approx(result.loss_torque.values)
     clockwise = machine([ROTOR | {"bearing_damping": 0.01}], LINEAR | {"no_load_speed": -250.0})
-    assert run(Response(), clockwise).loss_torque.equals(found.loss_torque)
+    assert run(Response(), clockwise).loss_torque.equals(result.loss_torque)
 
 
 def test_schedules_are_done() -> None:
     """The response is that of a steady speed: with the unbalance at the end of its schedule."""
     described = {"carrier": {"mass": 3.0, "stiffness": 2e4, "damping": 40.0}, "bodies": [ROTOR], "drive": LINEAR}
     schedule = {"parameter": "drum.eccentricity", "points": [[0, 0.005], [3, 0.01]]}
-    found = run(Response(), machine_from(described | {"schedules": [schedule]}))
-    assert found.amplitude.equals(run(Response(), machine_from(described)).amplitude)
+    result = run(Response(), machine_from(described | {"schedules": [schedule]}))
+    assert result.amplitude.equals(run(Response(), machine_from(described)).amplitude)
 
 
 def test_from_standstill() -> None:
-    found = run(Response((0.0, 100.0), 11), machine())
-    assert found.amplitude.values[0] == 0
-    assert np.isfinite(found.lag.values).all()
+    result = run(Response((0.0, 100.0), 11), machine())
+    assert result.amplitude.values[0] == 0
+    assert np.isfinite(result.lag.values).all()
 
 
 def test_the_catalogue() -> None:
@@ -274,10 +270,10 @@ def test_stopped_at_once_and_asked_again(tmp_path: Path) -> None:
         run(Response(), machine(), folder=tmp_path, progress=stop)
     assert not (tmp_path / "result.nc").exists()
     whole = run(Response(), machine())
-    for found in (run(Response(), machine(), folder=tmp_path, resume=True) for _ in range(2)):  # computed, then read back
-        assert found.attrs["finished"] == 1
+    for result in (run(Response(), machine(), folder=tmp_path, resume=True) for _ in range(2)):  # computed, then read back
+        assert result.attrs["finished"] == 1
         for name in whole.variables:
-            assert np.array_equal(found[name], whole[name])
+            assert np.array_equal(result[name], whole[name])
     assert [f.name for f in tmp_path.iterdir()] == ["result.nc"]
 
 
@@ -300,34 +296,34 @@ Command = Callable[..., Any]
 
 
 def test_run(wucht: Command, study: Callable[..., Path]) -> None:
-    """A file written for a run-up: its starting phases are kept, its time is dropped."""
-    said = wucht("run", study(), "--set", "study.kind=response", "-o", "out", "--json")
-    assert said.code == 0, said.err
-    document = said.document
+    """A file written for a run-up: its starting phases hold, its time is dropped."""
+    command = wucht("run", study(), "--set", "study.kind=response", "-o", "out", "--json")
+    assert command.code == 0, command.err
+    document = command.document
     assert document["study"] == "response"
     assert document["summary"]["critical_speeds"] == pytest.approx([math.sqrt(1e5 / 10.25)])
     assert {Path(f).name for f in document["files"]} == {"result.nc", "response.png", "summary.json"}
-    with xr.open_dataset("out/result.nc", engine="h5netcdf") as found:
-        assert json.loads(found.attrs["input"])["study"]["start"] == {"p1": "0.3 rad", "p2": "-0.5 rad"}
+    with xr.open_dataset("out/result.nc", engine="h5netcdf") as result:
+        assert json.loads(result.attrs["input"])["study"]["start"] == {"p1": "0.3 rad", "p2": "-0.5 rad"}
     assert wucht("plot", "out/result.nc").code == 0
 
 
 def test_new(wucht: Command) -> None:
     assert wucht("new", "response", "mine.toml").code == 0
-    said = wucht("run", "mine.toml")
-    assert said.code == 0, said.err
+    command = wucht("run", "mine.toml")
+    assert command.code == 0, command.err
     for word in ("critical", "100 rad/s (955 rpm)", "mm at most", "torque", "self-centred"):
-        assert word in said.out
+        assert word in command.out
 
 
-def test_infinite_is_said(wucht: Command, study: Callable[..., Path]) -> None:
-    said = wucht("run", study('damping = "200 N s/m"', "damping = 0"), "--set", "study.kind=response")
-    assert "infinite at most" in said.out
-    assert "nothing damps the resonance" in said.err
-    assert "e+1" not in said.out
+def test_infinite_is_reported(wucht: Command, study: Callable[..., Path]) -> None:
+    command = wucht("run", study('damping = "200 N s/m"', "damping = 0"), "--set", "study.kind=response")
+    assert "infinite at most" in command.out
+    assert "nothing damps the resonance" in command.err
+    assert "e+1" not in command.out
 
 
 def test_a_range_from_the_command_line(wucht: Command, study: Callable[..., Path]) -> None:
     words = ("--set", "study.kind=response", "--set", 'study.range=["500 rpm", "2000 rpm"]', "--json")
-    said = wucht("run", study(), *words)
-    assert said.document["summary"]["range"] == pytest.approx([500 * math.pi / 30, 2000 * math.pi / 30])
+    command = wucht("run", study(), *words)
+    assert command.document["summary"]["range"] == pytest.approx([500 * math.pi / 30, 2000 * math.pi / 30])

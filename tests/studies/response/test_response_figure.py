@@ -38,12 +38,12 @@ def answered(**carrier: Any) -> xr.Dataset:
 
 
 @pytest.fixture(scope="module")
-def found() -> xr.Dataset:
+def response() -> xr.Dataset:
     return answered()
 
 
-def test_response_panels(found: xr.Dataset) -> None:
-    figure = draw(found)
+def test_response_panels(response: xr.Dataset) -> None:
+    figure = draw(response)
     assert [a.get_ylabel() for a in figure.axes] == [
         "amplitude of the axis (mm)", "phase lag (\u00b0)", "distance from rest (mm)", "torque required (N m)",
     ]  # fmt: skip
@@ -53,17 +53,17 @@ def test_response_panels(found: xr.Dataset) -> None:
     assert labels(phase) == ["x", "y"]
     assert labels(centre) == ["centre of mass", "axis", "eccentricity"]
     assert labels(torque) == ["vibration"]
-    assert found.attrs["sentence"] in figure.get_suptitle()
+    assert response.attrs["sentence"] in figure.get_suptitle()
 
 
-def test_response_lines(found: xr.Dataset) -> None:
-    amplitude, phase, _, torque = draw(found).axes
-    assert line(amplitude, "axis").get_ydata().max() == pytest.approx(1e3 * float(found.peak_amplitude.max()))
+def test_response_lines(response: xr.Dataset) -> None:
+    amplitude, phase, _, torque = draw(response).axes
+    assert line(amplitude, "axis").get_ydata().max() == pytest.approx(1e3 * float(response.peak_amplitude.max()))
     marked = [float(x.get_xdata()[0]) for x in amplitude.get_lines() if x.get_linestyle() == ":" and len(x.get_xdata()) == 2]
     assert marked == pytest.approx([math.sqrt(2e4 / 5), math.sqrt(6e4 / 5)])
     assert line(amplitude, "speed of the drive").get_xdata()[0] == 250.0
     assert phase.get_ylim() == (-10, 190)
-    assert line(torque, "vibration").get_ydata().max() == pytest.approx(float(found.vibration_torque.max()))
+    assert line(torque, "vibration").get_ydata().max() == pytest.approx(float(response.vibration_torque.max()))
 
 
 def test_an_isotropic_carrier_has_one_line_a_panel() -> None:
@@ -95,9 +95,9 @@ def test_a_carrier_that_turns_has_no_centre_of_mass_panel() -> None:
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
 @pytest.mark.filterwarnings("error")
-def test_every_format_of_the_response_figure(found: xr.Dataset, ending: str) -> None:
+def test_every_format_of_the_response_figure(response: xr.Dataset, ending: str) -> None:
     file = io.BytesIO()
-    draw(found).savefig(file, format=ending)
+    draw(response).savefig(file, format=ending)
     assert file.getbuffer().nbytes > 5000
 
 
@@ -116,6 +116,6 @@ def test_a_response_of_nothing_can_be_drawn() -> None:
         assert axis.get_ylim()[0] < axis.get_ylim()[1] < math.inf
 
 
-def test_a_dataset_that_is_no_response_is_refused(found: xr.Dataset) -> None:
+def test_a_dataset_that_is_no_response_is_refused(response: xr.Dataset) -> None:
     with pytest.raises(InputError, match="no complete result"):
-        draw(found.drop_vars("amplitude"))
+        draw(response.drop_vars("amplitude"))

@@ -44,8 +44,8 @@ def drum(sense: int = 1, **changes: Any) -> Machine:
 
 
 def answer(machine: Machine, **keys: Any) -> tuple[xr.Dataset, dict[str, Any]]:
-    found = run(RunUp.read({"kind": "run-up", **keys}), machine)
-    return found, summary_of(found)
+    result = run(RunUp.read({"kind": "run-up", **keys}), machine)
+    return result, summary_of(result)
 
 
 @pytest.fixture(scope="module")
@@ -54,11 +54,11 @@ def both() -> xr.Dataset:
 
 
 def test_the_slow_run_ends_like_the_full_one(both: xr.Dataset) -> None:
-    mine = summary_of(both)
-    slow = mine["slow"]
-    assert mine["outcome"] == slow["outcome"] == "compensated"
-    assert slow["final_speed"] == pytest.approx(mine["final_speed"], rel=1e-6)
-    for short in (mine, slow):
+    summary = summary_of(both)
+    slow = summary["slow"]
+    assert summary["outcome"] == slow["outcome"] == "compensated"
+    assert slow["final_speed"] == pytest.approx(summary["final_speed"], rel=1e-6)
+    for short in (summary, slow):
         # The state with the unbalance compensated is exact for both: cos = -0.375, 002 (5.7), errata 5.5.
         assert [math.cos(p) for p in short["final_phases"].values()] == pytest.approx([-0.375, -0.375], abs=2e-4)
 
@@ -86,11 +86,11 @@ def test_the_deviations_are_the_differences_of_what_is_stored(both: xr.Dataset) 
 
 
 def test_slow_alone_is_slow_beside_full(both: xr.Dataset) -> None:
-    alone, mine = answer(drum(), until=12.0, start=START, model="slow")
+    alone, summary = answer(drum(), until=12.0, start=START, model="slow")
     assert "slow_speed" not in alone
     beside = summary_of(both)["slow"]
-    assert mine["outcome"] == beside["outcome"]
-    assert mine["final_speed"] == pytest.approx(beside["final_speed"], rel=1e-9)
+    assert summary["outcome"] == beside["outcome"]
+    assert summary["final_speed"] == pytest.approx(beside["final_speed"], rel=1e-9)
     at = both.time.values[-1]
     assert float(alone.speed[0].interp(time=at)) == pytest.approx(float(both.slow_speed[0, -1]), rel=1e-7)
 
@@ -109,10 +109,10 @@ ENERGY = {
 @pytest.mark.parametrize("case", ENERGY)
 def test_the_energy_of_the_slow_motion_balances(case: str) -> None:
     name, keys = ENERGY[case]
-    found, mine = answer(load_machine(name), **({"until": 3.0, "model": "slow"} | keys))
-    assert not found.attrs["failure"]
-    assert 0 <= mine["energy_residual"] < 1e-8
-    assert float(np.abs(found.supplied_work).max() + np.abs(found.dissipated_work).max()) > 0
+    result, summary = answer(load_machine(name), **({"until": 3.0, "model": "slow"} | keys))
+    assert not result.attrs["failure"]
+    assert 0 <= summary["energy_residual"] < 1e-8
+    assert float(np.abs(result.supplied_work).max() + np.abs(result.dissipated_work).max()) > 0
 
 
 # Where it ends
@@ -121,42 +121,42 @@ def test_the_energy_of_the_slow_motion_balances(case: str) -> None:
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize("turns", [0.5, 20.0])
 def test_turns_end_exactly(turns: float, sense: int) -> None:
-    found, _ = answer(drum(sense), turns=turns, start=START | {"drum": 1.0}, model="slow")
+    result, _ = answer(drum(sense), turns=turns, start=START | {"drum": 1.0}, model="slow")
     # The state at the end is (phases, speed, angle of the main rotor in its own sense).
-    angle = found.end_state[3]
+    angle = result.end_state[3]
     assert angle - sense * 1.0 == pytest.approx(2 * math.pi * turns, rel=1e-9)
-    assert found.time.values[-1] <= found.attrs["end_time"]
-    assert np.abs(found.angle.values[0] - 1.0).max() <= 2 * math.pi * turns * (1 + 1e-9)
+    assert result.time.values[-1] <= result.attrs["end_time"]
+    assert np.abs(result.angle.values[0] - 1.0).max() <= 2 * math.pi * turns * (1 + 1e-9)
 
 
 def test_until_a_time() -> None:
-    found, _ = answer(drum(), until=0.3, start=START, model="slow")
-    assert found.attrs["end_time"] == found.time.values[-1] == pytest.approx(0.3, rel=1e-12)
+    result, _ = answer(drum(), until=0.3, start=START, model="slow")
+    assert result.attrs["end_time"] == result.time.values[-1] == pytest.approx(0.3, rel=1e-12)
 
 
 def test_until_settled() -> None:
-    found, mine = answer(drum(), start=START, model="slow")
-    assert mine["outcome"] == "compensated"
-    assert found.attrs["finished"] == 1
-    assert 0 < mine["settling_time"] < found.attrs["end_time"] < 1000
+    result, summary = answer(drum(), start=START, model="slow")
+    assert summary["outcome"] == "compensated"
+    assert result.attrs["finished"] == 1
+    assert 0 < summary["settling_time"] < result.attrs["end_time"] < 1000
 
 
 def test_speed_limit() -> None:
-    found, mine = answer(drum(-1), until=20.0, start=START, model="slow", speed_limit=50.0)
-    assert mine["outcome"] == "runaway"
-    assert abs(found.end_state[2]) == pytest.approx(50.0, rel=1e-9)
+    result, summary = answer(drum(-1), until=20.0, start=START, model="slow", speed_limit=50.0)
+    assert summary["outcome"] == "runaway"
+    assert abs(result.end_state[2]) == pytest.approx(50.0, rel=1e-9)
 
 
 @pytest.mark.parametrize("inertia", [False, True])
 def test_clockwise_is_the_mirror_image(inertia: bool) -> None:
     mirrored = {"p1": -0.3, "p2": 0.5}
     keys = {"until": 1.0, "model": "slow", "inertia": inertia}
-    mine, other = answer(drum(1), start=START, **keys)[0], answer(drum(-1), start=mirrored, **keys)[0]
-    assert mine.speed.values.max() > 100
-    assert other.speed.values == pytest.approx(-mine.speed.values, rel=1e-9, abs=1e-9)
-    assert other.amplitude.values == pytest.approx(mine.amplitude.values, rel=1e-7, abs=1e-12)
-    assert other.motor_torque.values == pytest.approx(-mine.motor_torque.values, rel=1e-9, abs=1e-12)
-    assert other.motor_power.values == pytest.approx(mine.motor_power.values, rel=1e-9, abs=1e-12)
+    right, left = answer(drum(1), start=START, **keys)[0], answer(drum(-1), start=mirrored, **keys)[0]
+    assert right.speed.values.max() > 100
+    assert left.speed.values == pytest.approx(-right.speed.values, rel=1e-9, abs=1e-9)
+    assert left.amplitude.values == pytest.approx(right.amplitude.values, rel=1e-7, abs=1e-12)
+    assert left.motor_torque.values == pytest.approx(-right.motor_torque.values, rel=1e-9, abs=1e-12)
+    assert left.motor_power.values == pytest.approx(right.motor_power.values, rel=1e-9, abs=1e-12)
 
 
 # Machines of other kinds
@@ -165,47 +165,47 @@ def test_clockwise_is_the_mirror_image(inertia: bool) -> None:
 def test_a_voltage_ramp() -> None:
     """Both models see the schedule: the drive's voltage grows over 10 s, and the speed with it, within O(epsilon)."""
     ramp = [{"parameter": "drive.no_load_speed", "points": [[0.0, 0.0], [4.0, 60.0]]}]
-    found, mine = answer(drum(schedules=ramp), until=6.0, start=START, model="both")
-    full, slow = found.speed.values[0], found.slow_speed.values[0]
-    middle = found.sizes["time"] // 3  # at 2 s the drive asks for 30 rad/s
+    result, summary = answer(drum(schedules=ramp), until=6.0, start=START, model="both")
+    full, slow = result.speed.values[0], result.slow_speed.values[0]
+    middle = result.sizes["time"] // 3  # at 2 s the drive asks for 30 rad/s
     assert 15 < full[middle] < 29
     assert 50 < full[-1] < 60
     assert np.abs(full - slow).max() < 0.02 * 60
-    assert mine["slow"]["energy_residual"] < 1e-8
+    assert summary["slow"]["energy_residual"] < 1e-8
     assert slow[middle] == pytest.approx(full[middle], abs=0.3)
 
 
 def test_two_rollers_at_a_prescribed_speed() -> None:
     """000, Table 1 at 80 rad/s: the compensating phases 138.59 and 262.82 degrees, with both models."""
     machine = load_machine("sperling-rollers/figure-8")
-    run, mine = answer(machine, until=70.0, model="both", start={"r1": "5 deg", "r2": "-5 deg"})
-    for found in (mine, mine["slow"]):
-        assert found["outcome"] == "compensated"
-        degrees = {n: math.degrees(p) for n, p in found["final_phases"].items()}
+    run, summary = answer(machine, until=70.0, model="both", start={"r1": "5 deg", "r2": "-5 deg"})
+    for ended in (summary, summary["slow"]):
+        assert ended["outcome"] == "compensated"
+        degrees = {n: math.degrees(p) for n, p in ended["final_phases"].items()}
         assert degrees == {"r1": pytest.approx(138.59, abs=0.006), "r2": pytest.approx(262.82, abs=0.006)}
     rollers = ["r1", "r2"]  # the drive prescribes the rotor's speed
     apart = np.abs(run.speed.sel(body=rollers).values - run.slow_speed.sel(body=rollers).values).max()
-    assert mine["deviations"]["at_equal_angle"]["speed"] == pytest.approx(apart, rel=1e-6)
+    assert summary["deviations"]["at_equal_angle"]["speed"] == pytest.approx(apart, rel=1e-6)
 
 
 def test_entrained_by_a_shaken_carrier() -> None:
     """001 (22): the averaged phase is -0.40799, that of the full equations -0.40856 (cases.md)."""
-    found, mine = answer(load_machine("sperling-vibration/figure-2a"), until=40.0, model="both")
-    assert mine["outcome"] == mine["slow"]["outcome"] == "entrained"
+    result, summary = answer(load_machine("sperling-vibration/figure-2a"), until=40.0, model="both")
+    assert summary["outcome"] == summary["slow"]["outcome"] == "entrained"
     phases = {model: (d["rotor_phases"]["vibration"] + math.pi) % (2 * math.pi) - math.pi for model, d in (
-        ("full", mine), ("slow", mine["slow"]))}  # fmt: skip
+        ("full", summary), ("slow", summary["slow"]))}  # fmt: skip
     assert phases == {"full": pytest.approx(-0.40856, abs=2e-5), "slow": pytest.approx(-0.40799, abs=2e-5)}
-    assert found.attrs["finished"] == 1
+    assert result.attrs["finished"] == 1
 
 
 @pytest.mark.slow
 def test_two_exciters_that_synchronise() -> None:
     machine = load_machine("practice/screen")
-    _, mine = answer(machine, until=8.0, start={"e1": "-90 deg", "e2": "-90 deg"}, model="both")
-    slow = mine["slow"]
-    assert mine["outcome"] == slow["outcome"] == "synchronised"
-    assert slow["final_speed"] == pytest.approx(mine["final_speed"], rel=1e-3)
-    assert slow["rotor_phases"]["e2"] == pytest.approx(mine["rotor_phases"]["e2"], abs=0.02)
+    _, summary = answer(machine, until=8.0, start={"e1": "-90 deg", "e2": "-90 deg"}, model="both")
+    slow = summary["slow"]
+    assert summary["outcome"] == slow["outcome"] == "synchronised"
+    assert slow["final_speed"] == pytest.approx(summary["final_speed"], rel=1e-3)
+    assert slow["rotor_phases"]["e2"] == pytest.approx(summary["rotor_phases"]["e2"], abs=0.02)
 
 
 def test_a_moved_carrier_is_left_out_with_a_warning() -> None:
@@ -223,9 +223,9 @@ def test_order_2_is_nearer() -> None:
     machine = load_machine("drozdetskaya-2020/table-3.1-carrier").with_values({"u": 1.0})
     left = []
     for order in (1, 2):
-        found, _ = answer(machine, until=2500.0, model="both", order=order)
-        late = found.time.values > 1500
-        mean = (found.speed.values[0] - found.slow_speed.values[0])[late].mean()
+        result, _ = answer(machine, until=2500.0, model="both", order=order)
+        late = result.time.values > 1500
+        mean = (result.speed.values[0] - result.slow_speed.values[0])[late].mean()
         left.append(abs(float(mean)))
     assert left[0] > 1e-5
     assert left[1] < 0.1 * left[0]
@@ -249,9 +249,9 @@ def test_machines_that_are_refused(case: str) -> None:
 
 
 def test_without_damping_the_inertia_is_kept() -> None:
-    found, mine = answer(drum().with_values({"p1.damping": 0.0}), until=0.5, start=START, model="slow")
-    assert found.end_state.size >= 5 + 2, "two phases, three speeds, the angle, and works"
-    assert mine["energy_residual"] < 1e-8
+    result, summary = answer(drum().with_values({"p1.damping": 0.0}), until=0.5, start=START, model="slow")
+    assert result.end_state.size >= 5 + 2, "two phases, three speeds, the angle, and works"
+    assert summary["energy_residual"] < 1e-8
 
 
 # Many runs
@@ -259,15 +259,15 @@ def test_without_damping_the_inertia_is_kept() -> None:
 
 @pytest.mark.slow
 def test_many_runs_of_both() -> None:
-    found, mine = answer(
+    result, summary = answer(
         drum(), until=1.0, along="drive.slope", values=[0.03, 0.078], starts=[START, {"p1": 2.0}], model="both", over="phi"
     )
-    assert all(c["slow"]["final_speed"] == pytest.approx(c["final_speed"], rel=0.05) for c in mine["cases"])
-    assert len(mine["cases"]) == found.sizes["case"] == 4
-    assert found.slow_speed.shape == found.speed.shape
-    assert found.slow_abscissa.shape == found.abscissa.shape
+    assert all(c["slow"]["final_speed"] == pytest.approx(c["final_speed"], rel=0.05) for c in summary["cases"])
+    assert len(summary["cases"]) == result.sizes["case"] == 4
+    assert result.slow_speed.shape == result.speed.shape
+    assert result.slow_abscissa.shape == result.abscissa.shape
     single, _ = answer(drum().with_values({"drive.slope": 0.03}), until=1.0, start=START, model="both")
-    last = found.slow_speed.isel(case=0, body=0).dropna("sample")[-1]
+    last = result.slow_speed.isel(case=0, body=0).dropna("sample")[-1]
     assert float(last) == pytest.approx(float(single.slow_speed[0, -1]), rel=1e-6)
 
 
@@ -297,9 +297,9 @@ def test_ctrl_c_in_a_slow_run(wucht: Command, study: Study, interrupted: Callabl
     """It leaves a valid result that says how to continue."""
     words = ("run", study('until = "0.5 s"', 'until = "500 s"\nmodel = "slow"'), "-o", "out", "--json")
     interrupted(3)
-    said = wucht(*words)
-    assert said.code == 130, said.err
-    [warning] = [w for w in said.document["warnings"] if "interrupted" in w]
+    reply = wucht(*words)
+    assert reply.code == 130, reply.err
+    [warning] = [w for w in reply.document["warnings"] if "interrupted" in w]
     assert "continues from there" in warning
     assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
     assert wucht("plot", "out/result.nc").code == 0
@@ -310,7 +310,7 @@ def test_ctrl_c_in_a_slow_run(wucht: Command, study: Study, interrupted: Callabl
 
 
 @pytest.mark.slow
-def test_a_run_of_both_goes_on(wucht: Command, study: Study, interrupted: Callable[[int], None]) -> None:
+def test_a_run_of_both_is_continued(wucht: Command, study: Study, interrupted: Callable[[int], None]) -> None:
     words = ("run", study('until = "0.5 s"', 'until = "2 s"\nmodel = "both"\nengine = "scipy"'), "--json")
     whole = wucht(*words, "-o", "whole").document["summary"]
     interrupted(3)
@@ -318,10 +318,10 @@ def test_a_run_of_both_goes_on(wucht: Command, study: Study, interrupted: Callab
     early = xr.load_dataset("out/result.nc", engine="h5netcdf")
     assert early.attrs["finished"] == 0
     assert "slow_speed" not in early
-    said = wucht(*words, "-o", "out", "--resume")
-    assert said.code == 0, said.err
-    assert said.document["summary"]["slow"]["final_speed"] == pytest.approx(whole["slow"]["final_speed"], rel=1e-9)
-    assert said.document["summary"]["final_speed"] == pytest.approx(whole["final_speed"], rel=1e-7)
+    reply = wucht(*words, "-o", "out", "--resume")
+    assert reply.code == 0, reply.err
+    assert reply.document["summary"]["slow"]["final_speed"] == pytest.approx(whole["slow"]["final_speed"], rel=1e-9)
+    assert reply.document["summary"]["final_speed"] == pytest.approx(whole["final_speed"], rel=1e-7)
 
 
 def test_ctrl_c_while_the_slow_run_of_both_is_under_way() -> None:
@@ -331,12 +331,12 @@ def test_ctrl_c_while_the_slow_run_of_both_is_under_way() -> None:
         if share > 0.91:  # the full run is nine tenths of the work
             raise KeyboardInterrupt
 
-    found = run(RunUp(until=1.0, start=START, model="both", engine="scipy"), drum(), progress=stop)
-    assert found.attrs["finished"] == 0
-    assert any("interrupted" in w for w in json.loads(found.attrs["warnings"]))
+    result = run(RunUp(until=1.0, start=START, model="both", engine="scipy"), drum(), progress=stop)
+    assert result.attrs["finished"] == 0
+    assert any("interrupted" in w for w in json.loads(result.attrs["warnings"]))
 
 
-def test_a_slow_run_that_fails_is_told_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_run_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     from dataclasses import replace
 
     genuine = run_up_run.integrate
@@ -346,10 +346,10 @@ def test_a_slow_run_that_fails_is_told_in_words(monkeypatch: pytest.MonkeyPatch)
         return replace(genuine(compiled, *words), failure="the step became too small" if averaged else None)
 
     monkeypatch.setattr(run_up_run, "integrate", failing)
-    found, mine = answer(drum(), until=1.0, start=START, model="both", order=2)
-    assert "slow equations: the step became too small" in json.loads(found.attrs["warnings"])
-    assert not found.attrs["failure"], "the full run did not fail"
-    assert mine["slow"]["outcome"] == "failed"
+    result, summary = answer(drum(), until=1.0, start=START, model="both", order=2)
+    assert "slow equations: the step became too small" in json.loads(result.attrs["warnings"])
+    assert not result.attrs["failure"], "the full run did not fail"
+    assert summary["slow"]["outcome"] == "failed"
 
 
 @pytest.mark.slow
@@ -365,11 +365,11 @@ def test_drawn_again(wucht: Command, here: Path, study: Study) -> None:
     ("sperling-vibration/against-the-drive", ""),
 ])  # fmt: skip
 def test_the_command_refuses_with_one_sentence_or_runs(wucht: Command, here: Path, machine: str, says: str) -> None:
-    said = wucht("run", machine, "-o", "out", "--json", "--set", "study.model=slow", "--set", "study.until=1")
-    assert said.code in (0, 2)
-    if said.code:
-        assert said.err.count("\n") == 1
-        assert says in said.err
+    reply = wucht("run", machine, "-o", "out", "--json", "--set", "study.model=slow", "--set", "study.until=1")
+    assert reply.code in (0, 2)
+    if reply.code:
+        assert reply.err.count("\n") == 1
+        assert says in reply.err
         assert not Path("out").exists()
     else:
         assert not says

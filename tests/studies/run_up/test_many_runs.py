@@ -92,7 +92,7 @@ def test_a_result_of_another_question_is_not_continued(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_refused(table: dict[str, Any], where: str, allowed: str) -> None:
-    with pytest.raises(InputError, match="study") as said:
+    with pytest.raises(InputError, match="study") as refused:
         prepare(RunUp.read({"kind": "run-up", "until": 10.0} | table), load_machine(MACHINE))
-    assert said.value.where == where
-    assert allowed in said.value.allowed
+    assert refused.value.where == where
+    assert allowed in refused.value.allowed

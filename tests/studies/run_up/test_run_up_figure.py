@@ -109,9 +109,9 @@ def test_lines_differ_in_colour_and_dash(balanced: xr.Dataset) -> None:
     phases = {x.get_label(): x.get_color() for x in _panels(draw(balanced))[2].get_lines()}
     assert {x.get_label(): x.get_color() for x in bodies if x.get_label() != "drum"} == phases
     for i in range(28):
-        one, two = line_style(i), line_style(i + 1)
-        assert one["color"] != two["color"]
-        assert one["linestyle"] != two["linestyle"]
+        first, second = line_style(i), line_style(i + 1)
+        assert first["color"] != second["color"]
+        assert first["linestyle"] != second["linestyle"]
     assert len({(line_style(i)["color"], line_style(i)["linestyle"]) for i in range(28)}) == len(COLOURS) * len(DASHES)
 
 
@@ -133,10 +133,10 @@ def test_two_natural_frequencies(study: Study) -> None:
 
 def test_many_balancers_do_not_crowd_the_legend() -> None:
     machine = load_machine("practice/laboratory-centrifuge")
-    found = run(RunUp(until=0.05), machine)
-    balls = "".join(_labels(_panels(draw(found))[2]))
+    result = run(RunUp(until=0.05), machine)
+    balls = "".join(_labels(_panels(draw(result))[2]))
     assert balls
-    assert all(len(_labels(p)) <= 10 for p in _panels(draw(found)))
+    assert all(len(_labels(p)) <= 10 for p in _panels(draw(result)))
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
@@ -283,7 +283,7 @@ def test_the_band_has_the_name_and_colour_of_the_body_that_turns_past() -> None:
         ("sperling-vibration/self-synchronisation-soft", "phase to e1 (°)"),
     ],
 )
-def test_rotors_that_may_be_taken_along_show_their_phase(name, label):
+def test_rotors_that_may_be_entrained_show_their_phase(name, label):
     from wucht.studies.study_file import read_study
 
     study = read_study(name, {"study.until": 100.0})
@@ -291,6 +291,6 @@ def test_rotors_that_may_be_taken_along_show_their_phase(name, label):
     drawn = draw(result)
     (panel,) = [axis for axis in drawn.axes if axis.get_ylabel() == label]
     assert len(panel.get_lines()) == 1
-    (told,) = summary_of(result)["rotor_phases"].values()
-    apart = np.degrees(told) - float(panel.get_lines()[0].get_ydata()[-1])
+    (reported,) = summary_of(result)["rotor_phases"].values()
+    apart = np.degrees(reported) - float(panel.get_lines()[0].get_ydata()[-1])
     assert abs((apart + 180) % 360 - 180) < 2.0  # the ripple within a turn

@@ -26,7 +26,7 @@ ALONE = {
 
 
 @pytest.mark.parametrize("until", [None, 100.0])
-def test_rollers_in_thin_oil_hang_at_the_resonance(until: float | None) -> None:
+def test_rollers_in_thin_oil_are_captured_at_the_resonance(until: float | None) -> None:
     """000, section 7: damping of the vibration holds the rollers at a critical speed while the rotor turns at 300 rad/s."""
     machine = machine_from(ROLLERS | {"set": {"a.damping": 2e-7, "b.damping": 2e-7}})
     start = {"a": {"angle": 0.3, "speed": 0.0}, "b": {"angle": -0.3, "speed": 0.0}}
@@ -49,7 +49,7 @@ def test_below_all_resonances_nothing_was_passed() -> None:
     assert "no resonance lies below" in result.attrs["sentence"]
 
 
-def test_the_end_of_the_captured_branch_is_told() -> None:
+def test_the_end_of_the_captured_branch_is_reported() -> None:
     """Table 3.1 at u = 2.6, just before the fold at 2.6054: steady at 1.016, beyond the maximum of the torque at 1.0155."""
     result = run(RunUp(), load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": 2.6}))
     assert result.attrs["outcome"] == "passed"

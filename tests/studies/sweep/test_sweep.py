@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,11 @@ import pytest
 import xarray as xr
 
 from wucht.errors import InputError
+from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
+from wucht.results.conventions import summary_of
 from wucht.studies.memory import Memory
 from wucht.studies.runner import draw, report, run
 from wucht.studies.sweep.moving import IntegrationError, Leg, Mover, Place, moving_system
@@ -31,15 +34,20 @@ def machine() -> Machine:
     return load_machine(FIGURE_5, {"rotor.inertia": 1e-5})  # a light rotor, which ripples most
 
 
-def summary(result: xr.Dataset) -> dict[str, Any]:
-    found = json.loads(result.attrs["summary"])
-    assert isinstance(found, dict)
-    return found
-
-
 def warnings(result: xr.Dataset) -> list[str]:
-    found: list[str] = json.loads(result.attrs["warnings"])
-    return found
+    sentences: list[str] = json.loads(result.attrs["warnings"])
+    return sentences
+
+
+def stop_at(call: int, during: str = "") -> Callable[[float, str], None]:
+    """A progress report that interrupts the study when it is called for the n-th time from 1 on."""
+    calls = count(1)
+
+    def report(_share: float, what: str) -> None:
+        if what.startswith(during) and next(calls) == call:
+            raise KeyboardInterrupt
+
+    return report
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +68,7 @@ def test_both_ways_are_stored(both: xr.Dataset) -> None:
 
 
 def test_the_branches_part_only_between_the_jumps(both: xr.Dataset) -> None:
-    low, high = summary(both)["hysteresis"]
+    low, high = summary_of(both)["hysteresis"]
     up, down = both.sel(direction="up"), both.sel(direction="down")
     apart = np.abs(up.speed.values - np.interp(up.value, down.value[::-1], down.speed[::-1]))
     inside = (up.value.values > low) & (up.value.values < high)
@@ -71,24 +79,21 @@ def test_the_branches_part_only_between_the_jumps(both: xr.Dataset) -> None:
 
 @pytest.mark.parametrize("rate", [0.5, 0.05])
 def test_the_jump_does_not_depend_on_the_rate(machine: Machine, both: xr.Dataset, rate: float) -> None:
-    """The ramp itself jumps late: at 0.05 (rad/s)/s by more than 0.2 rad/s. What is found is the fold all the same."""
-    expected, found = (
-        summary(both)["jumps"][0],
-        run(Sweep(along=OMEGA_1, range=(5.0, 12.0), rate=rate, direction="up"), machine),
-    )
-    (jump,) = summary(found)["jumps"]
+    """The ramp itself jumps late: at 0.05 (rad/s)/s by more than 0.2 rad/s. What is result is the fold all the same."""
+    expected = summary_of(both)["jumps"][0]
+    result = run(Sweep(along=OMEGA_1, range=(5.0, 12.0), rate=rate, direction="up"), machine)
+    (jump,) = summary_of(result)["jumps"]
     assert jump[OMEGA_1] == pytest.approx(expected[OMEGA_1], rel=1e-4)
     for key in ("from_speed", "to_speed"):  # next to the fold the speed changes with the root of the distance
         assert jump[key] == pytest.approx(expected[key], rel=1e-3)
-    one = found.isel(direction=0)
-    late = one.value.values[int(np.flatnonzero(one.speed.values > 7.8)[0])]
+    ramp = result.isel(direction=0)
+    late = ramp.value.values[int(np.flatnonzero(ramp.speed.values > 7.8)[0])]
     assert late > expected[OMEGA_1] + 0.2
 
 
 def test_the_bracket_is_as_narrow_as_asked(machine: Machine) -> None:
-    (jump,) = summary(run(Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.01, direction="up", jump_tolerance=1e-5), machine))[
-        "jumps"
-    ]
+    question = Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.01, direction="up", jump_tolerance=1e-5)
+    (jump,) = summary_of(run(question, machine))["jumps"]
     low, high = jump["bracket"]
     assert 0 < high - low <= 1.001e-5 * high
     assert low - (high - low) <= jump[OMEGA_1] <= high + (high - low)
@@ -97,31 +102,31 @@ def test_the_bracket_is_as_narrow_as_asked(machine: Machine) -> None:
 
 
 def test_down_alone_begins_at_the_upper_end(machine: Machine) -> None:
-    found = run(Sweep(along=OMEGA_1, range=(8.0, 12.0), rate=0.02, direction="down"), machine)
-    assert float(found.value[0, 0]) > 11.9
-    (jump,) = summary(found)["jumps"]
+    result = run(Sweep(along=OMEGA_1, range=(8.0, 12.0), rate=0.02, direction="down"), machine)
+    assert float(result.value[0, 0]) > 11.9
+    (jump,) = summary_of(result)["jumps"]
     assert jump["direction"] == "down"
     assert jump[OMEGA_1] == pytest.approx(8.8997, rel=1e-4)
-    assert summary(found)["hysteresis"] is None
+    assert summary_of(result)["hysteresis"] is None
 
 
 def test_a_strong_drive_does_not_jump(machine: Machine) -> None:
-    found = run(Sweep(along=OMEGA_1, range=(5.0, 8.0), rate=0.02), machine.with_values({"drive.slope": 2e-4}))
-    assert summary(found)["jumps"] == []
-    assert "no jump" in found.attrs["sentence"]
+    result = run(Sweep(along=OMEGA_1, range=(5.0, 8.0), rate=0.02), machine.with_values({"drive.slope": 2e-4}))
+    assert summary_of(result)["jumps"] == []
+    assert "no jump" in result.attrs["sentence"]
 
 
 def test_steep_is_no_jump(machine: Machine) -> None:
     """Just beyond the cusp the curve is nearly vertical, but both ways agree."""
-    found = run(Sweep(along=OMEGA_1, range=(6.0, 11.0), rate=0.01), machine.with_values({"carrier.damping": 2.2}))
-    assert summary(found)["jumps"] == []
+    result = run(Sweep(along=OMEGA_1, range=(6.0, 11.0), rate=0.01), machine.with_values({"carrier.damping": 2.2}))
+    assert summary_of(result)["jumps"] == []
 
 
 def test_another_parameter_of_a_dimensionless_machine() -> None:
     """002, Table 3.1: the folds of the Laval rotor are at twice the u of the carrier with one direction (cases.md)."""
-    found = run(Sweep(along="u", range=(1.0, 7.0), rate=2e-4), load_machine("drozdetskaya-2020/table-3.1-laval"))
-    assert summary(found)["rate_unit"] == "a unit of time"
-    up, down = summary(found)["jumps"]
+    result = run(Sweep(along="u", range=(1.0, 7.0), rate=2e-4), load_machine("drozdetskaya-2020/table-3.1-laval"))
+    assert summary_of(result)["rate_unit"] == "a unit of time"
+    up, down = summary_of(result)["jumps"]
     assert up["u"] == pytest.approx(2 * 2.6053860, rel=1e-4)
     assert up["from_speed"] == pytest.approx(1.0213376, rel=2e-4)
     assert down["u"] == pytest.approx(2 * 0.8937191, rel=1e-4)
@@ -129,31 +134,25 @@ def test_another_parameter_of_a_dimensionless_machine() -> None:
 
 
 def test_a_sweep_that_is_too_fast_says_so(machine: Machine) -> None:
-    found = run(Sweep(along=OMEGA_1, range=(5.0, 12.0), rate=1.0, direction="up"), machine)
-    (said,) = [w for w in warnings(found) if "too fast" in w]
-    assert said.endswith("give a rate below 1 rad/s per s")
+    result = run(Sweep(along=OMEGA_1, range=(5.0, 12.0), rate=1.0, direction="up"), machine)
+    (warning,) = [w for w in warnings(result) if "too fast" in w]
+    assert warning.endswith("give a rate below 1 rad/s per s")
 
 
 @pytest.mark.parametrize("start", [{}, {"rotor": {"speed": "8 rad/s"}}])
 def test_a_standstill_is_settled(machine: Machine, start: dict[str, Any]) -> None:
     """What is left of a speed that dies away is small beside the speeds of the sweep, not beside itself."""
-    found = run(Sweep(along=OMEGA_1, range=(0.0, 12.0), start=start), machine)
-    assert float(found.speed.sel(direction="down")[-1]) < 0.25  # averaged before the end of the ramp
-    assert warnings(found) == []
+    result = run(Sweep(along=OMEGA_1, range=(0.0, 12.0), start=start), machine)
+    assert float(result.speed.sel(direction="down")[-1]) < 0.25  # averaged before the end of the ramp
+    assert warnings(result) == []
 
 
-@pytest.mark.parametrize("count", [1, 60])
-def test_an_interrupted_sweep_is_a_valid_result(machine: Machine, count: int) -> None:
-    calls = iter(range(1, 10**9))
-
-    def progress(_share: float, _what: str) -> None:
-        if next(calls) == count:
-            raise KeyboardInterrupt
-
-    found = run(Sweep(along=OMEGA_1, range=(5.0, 12.0)), machine, progress=progress)
-    assert found.attrs["finished"] == 0
-    assert any("interrupted" in w for w in warnings(found))
-    assert found.sizes["direction"] == (0 if count == 1 else 1)
+@pytest.mark.parametrize("call", [1, 60])
+def test_an_interrupted_sweep_is_a_valid_result(machine: Machine, call: int) -> None:
+    result = run(Sweep(along=OMEGA_1, range=(5.0, 12.0)), machine, progress=stop_at(call))
+    assert result.attrs["finished"] == 0
+    assert any("interrupted" in w for w in warnings(result))
+    assert result.sizes["direction"] == (0 if call == 1 else 1)
 
 
 @pytest.mark.parametrize(
@@ -161,17 +160,11 @@ def test_an_interrupted_sweep_is_a_valid_result(machine: Machine, count: int) ->
     [Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.02, direction="up"), Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.02)],
 )
 def test_an_interrupted_search_for_jumps_is_a_valid_result(machine: Machine, question: Sweep) -> None:
-    calls = iter(range(1, 10**9))
-
-    def progress(_share: float, what: str) -> None:
-        if what.startswith("jump") and next(calls) == 20:
-            raise KeyboardInterrupt
-
-    found = run(question, machine, progress=progress)
-    assert found.attrs["finished"] == 0
-    assert summary(found)["jumps"] == []
-    assert list(found.direction.values) == ["up"]
-    assert np.isfinite(found.speed).all()
+    result = run(question, machine, progress=stop_at(20, "jump"))
+    assert result.attrs["finished"] == 0
+    assert summary_of(result)["jumps"] == []
+    assert list(result.direction.values) == ["up"]
+    assert np.isfinite(result.speed).all()
 
 
 @pytest.fixture
@@ -194,22 +187,16 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 @pytest.fixture(scope="module")
 def there_and_back(machine: Machine) -> tuple[Sweep, xr.Dataset, int]:
     """A quick sweep, what comes of it, and how often it asks whether to stop."""
-    asked, question = 0, Sweep(along=OMEGA_1, range=(8.0, 10.5), rate=0.02)
-
-    def count(_share: float, _what: str) -> None:
-        nonlocal asked
-        asked += 1
-
-    return question, run(question, machine, progress=count), asked
+    calls, question = list[float](), Sweep(along=OMEGA_1, range=(8.0, 10.5), rate=0.02)
+    result = run(question, machine, progress=lambda share, _: calls.append(share))
+    return question, result, len(calls)
 
 
-def assert_the_same(one: xr.Dataset, other: xr.Dataset) -> None:
-    assert set(one.variables) == set(other.variables)
-    for name in other.variables:
-        assert one[name].equals(other[name]), name
-    assert one.attrs["summary"] == other.attrs["summary"]
-    assert warnings(one) == warnings(other)
-    assert one.attrs["finished"] == other.attrs["finished"] == 1
+def assert_the_same(result: xr.Dataset, expected: xr.Dataset) -> None:
+    assert result.equals(expected)
+    assert result.attrs["summary"] == expected.attrs["summary"]
+    assert warnings(result) == warnings(expected)
+    assert result.attrs["finished"] == expected.attrs["finished"] == 1
 
 
 @pytest.mark.parametrize("share", [0.0, 0.02, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9, 0.999])
@@ -218,15 +205,8 @@ def test_resumed_it_is_the_uninterrupted_one(
 ) -> None:
     """From the files, to the last bit: stopped while settling, on either way, or while jumps are looked for."""
     question, whole, asked = there_and_back
-    assert len(summary(whole)["jumps"]) == 2
-    calls = iter(range(10**9))
-
-    def stop(_share: float, _what: str) -> None:
-        if next(calls) == int(share * asked):
-            raise KeyboardInterrupt
-
-    broken = run(question, machine, folder=tmp_path, progress=stop)
-    assert broken.attrs["finished"] == 0
+    assert len(summary_of(whole)["jumps"]) == 2
+    assert run(question, machine, folder=tmp_path, progress=stop_at(1 + int(share * asked))).attrs["finished"] == 0
     assert_the_same(run(question, machine, folder=tmp_path, resume=True), whole)
     assert len(computed) == len(set(computed)), "no unit was computed again"
     assert {"settling", "up/settling", "up/jump/1", "down/settling", "down/jump/1"} < set(computed)
@@ -236,12 +216,7 @@ def test_broken_off_again_and_again(machine: Machine, there_and_back: tuple[Swee
     """Also within the search for jumps, which is then begun again and must leave no trace."""
     question, whole, asked = there_and_back
     for share in (0.3, 0.15, 0.1, 0.2, 0.05):
-        calls = iter(range(10**9))
-
-        def stop(_share: float, _what: str, calls: Iterator[int] = calls, after: int = int(share * asked)) -> None:
-            if next(calls) == after:
-                raise KeyboardInterrupt
-
+        stop = stop_at(1 + int(share * asked))
         assert run(question, machine, folder=tmp_path, resume=True, progress=stop).attrs["finished"] == 0
     assert_the_same(run(question, machine, folder=tmp_path, resume=True), whole)
 
@@ -280,19 +255,19 @@ def test_only_the_same_sweep_is_resumed(
         run(Sweep(along=OMEGA_1, range=(8.0, 10.5), rate=0.03), machine, folder=tmp_path, resume=True)
 
 
-@pytest.mark.parametrize("count", [1, 30])
-def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+@pytest.mark.parametrize("call", [1, 30])
+def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypatch: pytest.MonkeyPatch, call: int) -> None:
     """Also the legs of the unit of work that failed."""
-    calls, leg = iter(range(1, 10**9)), Mover.leg
+    calls, leg = count(1), Mover.leg
 
     def failing(mover: Mover, place: Place, duration: float, to: float | None = None) -> Leg:
-        if to is not None and next(calls) == count:
+        if to is not None and next(calls) == call:
             raise IntegrationError("the state is no longer finite")
         return leg(mover, place, duration, to)
 
     monkeypatch.setattr(Mover, "leg", failing)
     result = run(Sweep(along=OMEGA_1, range=(5.0, 12.0)), machine)
-    assert int(np.isfinite(result.speed).sum()) == count - 1
+    assert int(np.isfinite(result.speed).sum()) == call - 1
     assert result.attrs["failure"] == "the state is no longer finite"
     assert result.attrs["sentence"] == "the sweep failed"
     assert report(result)[1] == "verdict: THE SWEEP FAILED"
@@ -302,11 +277,12 @@ def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypa
 
 
 def test_a_long_leg_asks_often_whether_to_stop(machine: Machine) -> None:
-    compiled, asked = compile_system(moving_system(machine, OMEGA_1)), list[float]()
-    mover = Mover.of(machine, OMEGA_1, compiled, 10.0, asked.append)
-    place = mover.leg(mover.begin(5.0, np.zeros(len(compiled.system.states))), 5000.0).place
-    assert place.time == asked[-1] == 5000.0
-    assert max(np.diff([0.0, *asked])) * 10.0 <= 201 * 2 * math.pi
+    compiled, times = compile_system(moving_system(machine, OMEGA_1)), list[float]()
+    plan = prepare(Sweep(along=OMEGA_1, range=(5.0, 10.0)), machine)
+    mover = Mover(plan, compiled, compiled.engine.integrator(), times.append)
+    place = mover.leg(mover.begin(), 5000.0).place
+    assert place.time == times[-1] == 5000.0
+    assert max(np.diff([0.0, *times])) * plan.pace.fastest <= 201 * 2 * math.pi
 
 
 def test_progress_grows(machine: Machine) -> None:
@@ -318,11 +294,8 @@ def test_progress_grows(machine: Machine) -> None:
 
 
 def test_scipy_finds_the_same(machine: Machine) -> None:
-    found = run(
-        Sweep(along=OMEGA_1, range=(9.0, 10.6), rate=0.02, direction="up", jump_tolerance=1e-3, tolerance=1e-8, engine="scipy"),
-        machine,
-    )
-    (jump,) = summary(found)["jumps"]
+    asked: dict[str, Any] = {"rate": 0.02, "direction": "up", "jump_tolerance": 1e-3, "tolerance": 1e-8, "engine": "scipy"}
+    (jump,) = summary_of(run(Sweep(along=OMEGA_1, range=(9.0, 10.6), **asked), machine))["jumps"]
     assert jump[OMEGA_1] == pytest.approx(9.8298, rel=1e-3)
 
 
@@ -352,12 +325,32 @@ def test_scipy_finds_the_same(machine: Machine) -> None:
     ],
 )
 def test_bad_questions(machine: Machine, table: dict[str, Any], says: str) -> None:
-    def ask() -> None:
+    with pytest.raises(InputError, match=says.replace("^", r"\^")):
         prepare(Sweep.read({"kind": "sweep"} | table), machine)
 
-    refused: Callable[[], None] = ask
-    with pytest.raises(InputError, match=says.replace("^", r"\^")):
-        refused()
+
+@pytest.mark.parametrize(
+    ("drive", "motion", "along", "span", "rate"),
+    [
+        ({"kind": "constant-speed", "speed": 60.0}, {}, "drive.speed", (60.0, 80.0), 4.0),
+        (
+            {"kind": "linear", "slope": 0.04, "no_load_speed": 60.0},
+            {"motion": {"amplitude": 1e-4, "frequency": 30.0, "direction": "x"}},
+            "carrier.motion.amplitude",
+            (1e-4, 2e-4),
+            1e-5,
+        ),
+    ],
+)
+def test_a_prescribed_motion_is_swept(drive: Any, motion: Any, along: str, span: tuple[float, float], rate: float) -> None:
+    """Its accelerations are those of the moving value, too: else the balance of the energy would not close."""
+    rotor = {"kind": "rotor", "name": "drum", "mass": 9.0, "eccentricity": 1e-3, "inertia": 0.03}
+    carrier = {"mass": 1.0, "stiffness": 1e5, "damping": 200.0} | motion
+    swept = run(
+        Sweep(along=along, range=span, rate=rate, direction="up"),
+        machine_from({"carrier": carrier, "bodies": [rotor], "drive": {"on": "drum"} | drive}),
+    )
+    assert summary_of(swept)["energy_residual"] < 1e-9
 
 
 def test_the_rate_may_have_a_unit(machine: Machine) -> None:

@@ -20,10 +20,10 @@ QUICK = ("--set", "study.range=[9.0, 10.5]", "--set", "study.rate=0.02", "--set"
 
 
 def test_run_a_sweep(wucht: Command) -> None:
-    said = wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out")
-    assert said.code == 0, said.err
-    assert "ONE JUMP" in said.out
-    assert "from 9 to 10.5 rad/s at 0.02 rad/s per s" in said.out
+    done = wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out")
+    assert done.code == 0, done.err
+    assert "ONE JUMP" in done.out
+    assert "from 9 to 10.5 rad/s at 0.02 rad/s per s" in done.out
     summary = json.loads(Path("out/summary.json").read_text())["summary"]
     (jump,) = summary["jumps"]
     assert jump["direction"] == "up"
@@ -41,28 +41,28 @@ def test_ctrl_c_leaves_a_valid_sweep(wucht: Command, monkeypatch: pytest.MonkeyP
             signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr(Progress, "update", update)
-    said = wucht("run", "sperling-vibration/figure-5", "-o", "out")
-    assert said.code == 130
-    assert "interrupted" in said.err
-    assert "Traceback" not in said.err
+    done = wucht("run", "sperling-vibration/figure-5", "-o", "out")
+    assert done.code == 130
+    assert "interrupted" in done.err
+    assert "Traceback" not in done.err
     assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
     assert wucht("plot", "out/result.nc").code == 0
 
 
-def test_resume_of_an_interrupted_sweep_goes_on(wucht: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_resume_of_an_interrupted_sweep_continues(wucht: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as m:
         m.setattr(Progress, "update", lambda *_: signal.raise_signal(signal.SIGINT))
         assert wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out").code == 130
-    said = wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out", "--resume")
-    assert said.code == 0
-    assert "interrupted" not in said.err
+    done = wucht("run", "sperling-vibration/figure-5", *QUICK, "-o", "out", "--resume")
+    assert done.code == 0
+    assert "interrupted" not in done.err
 
 
 def test_the_template_runs(wucht: Command) -> None:
     assert wucht("new", "sweep").code == 0
-    said = wucht("run", "sweep.toml", "--set", "study.rate=1", "-o", "out")
-    assert said.code == 0, said.err
-    assert "verdict" in said.out
+    done = wucht("run", "sweep.toml", "--set", "study.rate=1", "-o", "out")
+    assert done.code == 0, done.err
+    assert "verdict" in done.out
 
 
 @pytest.mark.parametrize("rate", ["1e-30", "1e30", "1e-320", "1e300"])

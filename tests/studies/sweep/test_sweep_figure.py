@@ -43,5 +43,5 @@ def test_an_interrupted_sweep_is_drawn() -> None:
     def stop(_share: float, _what: str) -> None:
         raise KeyboardInterrupt
 
-    found = run(Sweep(along="drive.no_load_speed", range=(8.0, 11.0)), load_machine(FIGURE_5), progress=stop)
-    assert draw(found).axes
+    result = run(Sweep(along="drive.no_load_speed", range=(8.0, 11.0)), load_machine(FIGURE_5), progress=stop)
+    assert draw(result).axes

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.analysis.averaged import slow_machine
+from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.configurations.closed_form import State, at_speed
 from wucht.analysis.configurations.force_balance import members
 from wucht.analysis.configurations.full_stability import FullStability
@@ -74,18 +74,18 @@ def exciters(count: int, held: float | None = None, slope: float = 0.1) -> Machi
 
 
 def answer(m: Machine, **question: Any) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(run(SynchronousStates(**question), m).attrs["summary"])
-    return found
+    summary: dict[str, Any] = json.loads(run(SynchronousStates(**question), m).attrs["summary"])
+    return summary
 
 
-def same(one: list[State], other: list[State]) -> bool:
+def same(states: list[State], others: list[State]) -> bool:
     """Whether both hold the same states, in any order."""
 
     def apart(a: State, b: State) -> float:
         turned = np.abs((a.phases - b.phases + np.pi) % (2 * np.pi) - np.pi)
         return max(float(turned.max()), abs(a.speed - b.speed) / a.speed)
 
-    return len(one) == len(other) and all(min(apart(a, b) for b in other) < 1e-8 for a in one)
+    return len(states) == len(others) and all(min(apart(a, b) for b in others) < 1e-8 for a in states)
 
 
 # --- closed forms against the search ---
@@ -142,12 +142,14 @@ def test_a_family_is_what_the_search_leaves_undecided() -> None:
 @pytest.mark.parametrize("held", [None, 99.9])
 def test_exciters_are_found_completely(count: int, held: float | None) -> None:
     m = exciters(count, held)
-    found = answer(m, full=False)
-    assert found["complete"], found["shown"]
+    summary = answer(m, full=False)
+    assert summary["complete"], summary["shown"]
     torques = SteadyTorques.of(m)
     states = from_many_starts(torques, 0.1, 100.01, [])
     assert (
-        len(states) == len(found["states"]) == {(2, None): 2, (3, None): 4, (4, None): 10}.get((count, held), 2 ** (count - 1))
+        len(states)
+        == len(summary["states"])
+        == {(2, None): 2, (3, None): 4, (4, None): 10}.get((count, held), 2 ** (count - 1))
     )
     for state in states:
         left = torques.residual(np.array([state.speed]), state.phases[:, None])[list(torques.free), 0]
@@ -157,13 +159,13 @@ def test_exciters_are_found_completely(count: int, held: float | None) -> None:
 def test_five_exciters_are_not_shown_complete() -> None:
     """More than four bodies: by Newton's method from many starts, which is said; what is found fulfils the balance."""
     m = exciters(5, 99.9)
-    found = answer(m, full=False)
-    assert not found["complete"]
-    assert "it is not shown that no state is missing" in found["shown"]
-    assert "their indices add up to 0, as they must" in found["shown"]
-    assert len(found["states"]) == 12
+    summary = answer(m, full=False)
+    assert not summary["complete"]
+    assert "it is not shown that no state is missing" in summary["shown"]
+    assert "their indices add up to 0, as they must" in summary["shown"]
+    assert len(summary["states"]) == 12
     torques = SteadyTorques.of(m)
-    for state in found["states"]:
+    for state in summary["states"]:
         phases = np.array([0.0, *state["phases"].values()])[:, None]
         assert np.abs(torques.residual(np.array([99.9]), phases)[1:]).max() < 1e-10
 
@@ -182,14 +184,14 @@ def test_indices_add_up_to_zero(m: Machine) -> None:
 def test_speeds_in_line_are_found_completely() -> None:
     """Two unequal balls and a motor that the resonance may hold: the same speeds as in closed form over the speed."""
     m = machine(0.012, 0.008, drive=MOTOR)
-    found = answer(m, full=False)
-    assert found["complete"]
-    each = speeds_in_line(SteadyTorques.of(m), 0.11, 110.02)
-    assert each is not None
-    speeds = sorted(s["speed"] for s in found["states"] if s["name"] != "compensating")
-    assert speeds == pytest.approx(sorted(w for some in each for w in some), rel=1e-9)
+    summary = answer(m, full=False)
+    assert summary["complete"]
+    in_line = speeds_in_line(SteadyTorques.of(m), 0.11, 110.02)
+    assert in_line is not None
+    speeds = sorted(s["speed"] for s in summary["states"] if s["name"] != "compensating")
+    assert speeds == pytest.approx(in_line, rel=1e-9)
     assert len(speeds) >= 4
-    assert [s["speed"] for s in found["states"] if s["name"] == "compensating"] == pytest.approx([110.0] * 2)
+    assert [s["speed"] for s in summary["states"] if s["name"] == "compensating"] == pytest.approx([110.0] * 2)
 
 
 TABLE = {"kind": "table", "points": [[0, 50], [60, 30], [110, 0], [120, -5]]}
@@ -203,13 +205,13 @@ CHARACTERISTICS = {
 
 
 @pytest.mark.parametrize("case", CHARACTERISTICS)
-def test_characteristics_with_corners_are_shown_complete(case: str) -> None:
+def test_characteristics_with_breakpoints_are_shown_complete(case: str) -> None:
     """Kinks of tables, the square with its sign, a smoothed step: bounds on their slopes hold on both sides."""
     drive, load = CHARACTERISTICS[case]
     described: dict[str, Any] = {"carrier": CARRIER, "bodies": [ROTOR, *balls(0.004)], "drive": drive}
     m = machine_from(described | ({"load": load} if load else {}))
-    found = answer(m, full=False)
-    assert found["complete"], found["shown"]
+    summary = answer(m, full=False)
+    assert summary["complete"], summary["shown"]
     # Independently: at each speed the ball has two phases; their rotor's torque changes its sign where a state is.
     torques, grid = SteadyTorques.of(m), np.linspace(0.12, 119.9, 2000)
     fixed = torques.held(100.0)
@@ -219,30 +221,30 @@ def test_characteristics_with_corners_are_shown_complete(case: str) -> None:
     crossings = [np.flatnonzero(np.diff(np.sign(row))) for row in left]
     expected = sorted(float(np.interp(0.0, *zip(*sorted(zip(row[i : i + 2], grid[i : i + 2], strict=True)), strict=True)))
                       for row, at in zip(left, crossings, strict=True) for i in at)  # fmt: skip
-    assert sorted(s["speed"] for s in found["states"]) == pytest.approx(expected, abs=1e-3)
+    assert sorted(s["speed"] for s in summary["states"]) == pytest.approx(expected, abs=1e-3)
     assert len(expected) >= 2
 
 
 def test_a_characteristic_that_jumps_is_not_shown_complete() -> None:
     torques = SteadyTorques.of(machine(0.004, drive=MOTOR))
     jumps = replace(torques, own=(PiecewiseCubic(SPEED, step("torque", 60.0, 50.0, 5.0)) - SPEED / 20, torques.own[1]))
-    found = by_subdivision(jumps, 1.0, 120.0)
-    assert not found.complete
-    assert found.shown.startswith("a drive or load has a characteristic that jumps")
+    searched = by_subdivision(jumps, 1.0, 120.0)
+    assert not searched.complete
+    assert searched.shown.startswith("a drive or load has a characteristic that jumps")
 
 
-# --- what is said of a state ---
+# --- the description of a state ---
 
 
 def test_what_is_left_of_the_unbalance() -> None:
-    found = answer(machine(0.004, 0.003), full=False)
-    for state in found["states"]:
+    summary = answer(machine(0.004, 0.003), full=False)
+    for state in summary["states"]:
         b0, b1 = state["phases"].values()
         left = abs(1e-2 + 0.004 * np.exp(1j * b0) + 0.003 * np.exp(1j * b1))
         assert state["residual_unbalance"] == pytest.approx(left, rel=1e-12)
         assert state["residual_share"] == pytest.approx(left / 1e-2, rel=1e-12)
-    assert {s["name"] for s in found["states"]} == {"together", "opposed"}
-    assert all(s["type"] is None for s in found["states"])  # the types of 002 are those of equal pendulums
+    assert {s["name"] for s in summary["states"]} == {"together", "opposed"}
+    assert all(s["type"] is None for s in summary["states"])  # the types of 002 are those of equal pendulums
 
 
 def test_a_single_body() -> None:
@@ -257,53 +259,53 @@ def test_a_single_body() -> None:
 @pytest.mark.parametrize("count", [3, 4, 6])
 def test_a_family_has_one_entry(count: int) -> None:
     m = machine(*[0.006] * count)
-    found = answer(m)
-    family = found["states"][0]
+    summary = answer(m)
+    family = summary["states"][0]
     assert (family["name"], family["family_dimension"]) == ("compensating", count - 2)
     turned = sum(0.006 * np.exp(1j * p) for p in family["phases"].values())
     assert abs(1e-2 + turned) < 1e-12
     assert family["stable_slow"] is family["stable_full"] is True
     assert family["family_stable_share"] == 1.0
-    assert len(found["states"]) == 1 + count + 1
-    assert sum(s["multiplicity"] for s in found["states"][1:]) == 2**count
+    assert len(summary["states"]) == 1 + count + 1
+    assert sum(s["multiplicity"] for s in summary["states"][1:]) == 2**count
 
 
 def test_the_members_of_a_family_are_all_judged_without_inertia_too() -> None:
     """Three balls just above resonance of an anisotropic carrier: each member's exponents against difference quotients."""
     m = machine(0.006, 0.006, 0.006, carrier={"damping": [300.0, 300.0]})
-    torques, slow = SteadyTorques.of(m), slow_machine(m, inertia=False)
+    torques, slow = SteadyTorques.of(m), averaged_machine(m, inertia=False)
     state = next(s for s in at_speed(torques, 100.0) if s.dimension)
     at = members(torques, 5)
-    found = SlowStability(torques, slow).exponents(state, at)
+    of_members = SlowStability(torques, slow).exponents(state, at)
     linear, h = Jacobian.of(slow.system), 1e-6
     for k, phases in enumerate(at.T):
         x = slow_state(slow, replace(state, phases=phases))
         ahead, behind = (np.array([linear.at(x + s * h * e, slow.values())[0] for e in np.eye(len(x))]).T for s in (1, -1))
         exponents = np.linalg.eigvals((ahead - behind) / (2 * h))
         rest = np.sort(exponents[np.argsort(np.abs(exponents))][state.dimension :].real)
-        assert np.sort(found[k].real) == pytest.approx(rest, rel=1e-5)
-    assert np.ptp(found.imag, axis=0).max() > 1.0, "the members differ"
+        assert np.sort(of_members[k].real) == pytest.approx(rest, rel=1e-5)
+    assert np.ptp(of_members.imag, axis=0).max() > 1.0, "the members differ"
 
 
 def test_a_family_below_resonance_is_unstable() -> None:
-    found = answer(machine(0.006, 0.007, 0.008, drive=HELD | {"speed": 20.0}))
-    family = found["states"][0]
+    summary = answer(machine(0.006, 0.007, 0.008, drive=HELD | {"speed": 20.0}))
+    family = summary["states"][0]
     assert (family["stable_slow"], family["stable_full"], family["family_stable_share"]) == (False, False, 0.0)
 
 
 def test_a_balanced_rotor() -> None:
     """Two equal balls compensate each other anywhere: a family of one parameter; unequal ones are dragged."""
-    found = answer(machine(0.006, 0.006, rotor={"unbalance": 0.0}), full=False)
-    (one,) = found["states"]
-    assert (one["name"], one["family_dimension"], one["residual_share"]) == ("compensating", 1, None)
-    first, second = one["phases"].values()
+    summary = answer(machine(0.006, 0.006, rotor={"unbalance": 0.0}), full=False)
+    (family,) = summary["states"]
+    assert (family["name"], family["family_dimension"], family["residual_share"]) == ("compensating", 1, None)
+    first, second = family["phases"].values()
     assert abs(first - second) == pytest.approx(math.pi)
     assert answer(machine(0.006, 0.005, rotor={"unbalance": 0.0}), full=False)["states"] == []
 
 
 def test_bodies_of_a_track_that_overlap_are_marked() -> None:
-    found = answer(load_machine("practice/grinder-4-balls"), full=False)
-    family, *others = found["states"]
+    summary = answer(load_machine("practice/grinder-4-balls"), full=False)
+    family, *others = summary["states"]
     assert family["family_dimension"] == 2
     assert not family["overlapping"]
     assert all(s["overlapping"] for s in others)
@@ -312,9 +314,9 @@ def test_bodies_of_a_track_that_overlap_are_marked() -> None:
 def test_released_bodies() -> None:
     result = run(SynchronousStates(), load_machine("sperling-vibration/figure-4"))
     assert "b1 is taken as released" in result.attrs["warnings"]
-    one = json.loads(result.attrs["summary"])["states"][0]
-    assert [round(math.degrees(p), 2) for p in one["phases"].values()] == [128.68, 231.32]
-    assert one["stable_full"]
+    state = json.loads(result.attrs["summary"])["states"][0]
+    assert [round(math.degrees(p), 2) for p in state["phases"].values()] == [128.68, 231.32]
+    assert state["stable_full"]
 
 
 def test_clockwise_is_the_mirror_image() -> None:
@@ -335,10 +337,10 @@ def test_clockwise_is_the_mirror_image() -> None:
 
 def test_a_given_speed_overrides_the_drive() -> None:
     held, given = answer(machine(0.012, 0.008)), answer(machine(0.012, 0.008, drive=MOTOR), speed=100.0)
-    for one, other in zip(held["states"], given["states"], strict=True):
-        assert one["phases"] == pytest.approx(other["phases"], rel=1e-12)
-        assert one["growth_slow"] == pytest.approx(other["growth_slow"], rel=1e-9)
-        assert one["growth_full"] == pytest.approx(other["growth_full"], rel=1e-4)
+    for first, second in zip(held["states"], given["states"], strict=True):
+        assert first["phases"] == pytest.approx(second["phases"], rel=1e-12)
+        assert first["growth_slow"] == pytest.approx(second["growth_slow"], rel=1e-9)
+        assert first["growth_full"] == pytest.approx(second["growth_full"], rel=1e-4)
     assert answer(machine(0.012, 0.008, drive=None), speed=100.0, full=False)["speed"] == 100.0
 
 
@@ -351,12 +353,12 @@ def test_a_range_of_speeds() -> None:
 
 
 def test_self_synchronising_exciters() -> None:
-    """001 section 2.3: in phase below, in opposition above the natural frequency; beyond it both may also hang in it."""
+    """001 section 2.3: in phase below, in opposition above the natural frequency; there both may be captured at resonance."""
     stiff = answer(load_machine("sperling-vibration/self-synchronisation-stiff"))
     soft = answer(load_machine("sperling-vibration/self-synchronisation-soft"))
     assert stiff["complete"]
     assert soft["complete"]
-    fast = [{s["name"]: s["stable_full"] for s in found["states"] if s["speed"] > 11} for found in (stiff, soft)]
+    fast = [{s["name"]: s["stable_full"] for s in summary["states"] if s["speed"] > 11} for summary in (stiff, soft)]
     assert fast == [{"together": True, "opposed": False}, {"together": False, "opposed": True}]
     slow = [s for s in soft["states"] if s["speed"] < 11]
     assert [(s["name"], round(s["speed"], 3)) for s in slow if s["stable_full"]] == [("together", 6.006)]
@@ -366,8 +368,8 @@ def test_self_synchronising_exciters() -> None:
 
 def test_a_screen_throws_along_45_degrees() -> None:
     """Its exciters turn against each other: no names; phases as the catalogue's notes say, 90.4 degrees in sum."""
-    found = answer(load_machine("practice/screen"))
-    (stable,) = (s for s in found["states"] if s["stable_full"])
+    summary = answer(load_machine("practice/screen"))
+    (stable,) = (s for s in summary["states"] if s["stable_full"])
     assert (stable["name"], stable["residual_unbalance"]) == (None, None)
     assert 360 - math.degrees(stable["phases"]["e2"]) == pytest.approx(90.4, abs=0.05)
 
@@ -378,21 +380,23 @@ def test_a_screen_throws_along_45_degrees() -> None:
 @pytest.mark.parametrize("given", [None, 100.0])
 def test_the_slow_matrix_is_that_of_the_slow_equations(given: float | None) -> None:
     for m in (machine(0.006, 0.007, 0.008, drive=MOTOR), exciters(3)):
-        slow = slow_machine(m, held=given is not None)
-        torques = SteadyTorques.from_slow(slow_machine(m))
+        slow = averaged_machine(m, held=given is not None)
+        torques = SteadyTorques.from_slow(averaged_machine(m))
         torques = torques if given is None else torques.held(given)
         state = State(given or 97.0, np.array([0.0, 1.0, 2.5, 4.0][: torques.size]))
-        one = slow_matrices(torques, np.array([state.speed]), state.phases[:, None])[0]
-        other = Jacobian.of(slow.system).at(slow_state(slow, state), slow.values(given))[1]
-        assert np.sort_complex(np.linalg.eigvals(one)) == pytest.approx(np.sort_complex(np.linalg.eigvals(other)), rel=1e-9)
+        matrix = slow_matrices(torques, np.array([state.speed]), state.phases[:, None])[0]
+        jacobian = Jacobian.of(slow.system).at(slow_state(slow, state), slow.values(given))[1]
+        assert np.sort_complex(np.linalg.eigvals(matrix)) == pytest.approx(
+            np.sort_complex(np.linalg.eigvals(jacobian)), rel=1e-9
+        )
 
 
 def test_without_inertia_the_slowest_exponents_stay() -> None:
     """Strong damping: the reduction, 002 (4.60)-(4.62), has the same slow exponents within the ratio of both rates."""
     m = machine(0.012, 0.008, damping=0.2)
     with_, without = answer(m, full=False), answer(m, full=False, inertia=False)
-    for one, other in zip(with_["states"], without["states"], strict=True):
-        assert one["stable_slow"] is other["stable_slow"]
+    for first, second in zip(with_["states"], without["states"], strict=True):
+        assert first["stable_slow"] is second["stable_slow"]
     assert without["states"][0]["growth_slow"] == pytest.approx(with_["states"][0]["growth_slow"], rel=0.1)
 
 
@@ -400,56 +404,56 @@ def test_an_exponent_that_is_zero_is_not_decided() -> None:
     """Without dampers to the rotor the balls librate for ever in the slow equations."""
     torques = SteadyTorques.of(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
     free = replace(torques, relative=np.zeros((3, 3)))
-    slow = slow_machine(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
-    found = SlowStability(free, slow).stability(at_speed(free, 200.0)[0])
-    assert found.stable is None
-    assert found.reason == "neither grows nor decays"
+    slow = averaged_machine(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
+    stability = SlowStability(free, slow).stability(at_speed(free, 200.0)[0])
+    assert stability.stable is None
+    assert stability.reason == "neither grows nor decays"
 
 
 def test_multipliers_can_be_left_out() -> None:
-    found = answer(machine(0.012, 0.008), full=False)
-    assert {s["stable_full"] for s in found["states"]} == {None}
-    assert {s["why"] for s in found["states"]} == {"the multipliers were not asked for"}
+    summary = answer(machine(0.012, 0.008), full=False)
+    assert {s["stable_full"] for s in summary["states"]} == {None}
+    assert {s["why"] for s in summary["states"]} == {"the multipliers were not asked for"}
 
 
 def test_what_the_full_equations_do_not_decide_is_not_called_stable() -> None:
     """A full run leaves the state at 6.16 rad/s; the slow equations call it stable, and no periodic motion is found near it."""
-    found = answer(load_machine("sperling-vibration/self-synchronisation-lost"))
-    verdicts = Counter(s["verdict"] for s in found["states"])
+    summary = answer(load_machine("sperling-vibration/self-synchronisation-lost"))
+    verdicts = Counter(s["verdict"] for s in summary["states"])
     assert verdicts == {
         "stable": 1, "stable in the slow equations only": 1, "unstable in the slow equations only": 3, "unstable": 1,
     }  # fmt: skip
-    assert found["sentence"] == (
-        "6 constant phase configurations, stable: without a name; stable in the slow equations only, undecided in the full "
+    assert summary["sentence"] == (
+        "6 steady phase configurations, stable: without a name; stable in the slow equations only, undecided in the full "
         "ones: without a name"
     )
-    undecided = next(s for s in found["states"] if s["verdict"] == "stable in the slow equations only")
+    undecided = next(s for s in summary["states"] if s["verdict"] == "stable in the slow equations only")
     assert undecided["speed"] == pytest.approx(6.16, abs=0.01)
     assert undecided["stable_full"] is None
-    assert found["complete"]
+    assert summary["complete"]
 
 
 def test_without_multipliers_the_sentence_says_so() -> None:
-    found = answer(machine(0.012, 0.008), full=False)
-    assert "stable in the slow equations (the full ones were not asked): compensating" in found["sentence"]
-    assert found["full"] is False
+    summary = answer(machine(0.012, 0.008), full=False)
+    assert "stable in the slow equations (the full ones were not asked): compensating" in summary["sentence"]
+    assert summary["full"] is False
     assert answer(machine(0.004, drive=HELD | {"speed": 30.0}), full=False)["sentence"].count("stable in the slow") == 1
 
 
 def test_what_neither_equations_decide_is_undecided() -> None:
     """At a twentieth of a radian a second the vibration is too small to tell anything."""
-    found = answer(machine(0.012, 0.008, drive=HELD | {"speed": 0.05}), full=False)
-    assert {s["verdict"] for s in found["states"]} == {"undecided"}
-    assert "none of them shown to be stable in the slow equations; undecided: compensating (2)" in found["sentence"]
+    summary = answer(machine(0.012, 0.008, drive=HELD | {"speed": 0.05}), full=False)
+    assert {s["verdict"] for s in summary["states"]} == {"undecided"}
+    assert "none of them shown to be stable in the slow equations; undecided: compensating (2)" in summary["sentence"]
 
 
 def test_bodies_in_each_others_place_are_not_called_stable() -> None:
     """Together they reduce the unbalance most; two balls of a track lie beside each other instead."""
-    found = answer(load_machine("practice/grinder-2-balls"))
-    assert [(s["name"], s["overlapping"]) for s in found["states"] if s["verdict"] == "stable"] == [("together", True)]
-    assert found["sentence"] == (
-        "3 constant phase configurations, none of them stable; together would be, could bodies lie in each other's place: "
-        "where contacts bring them a run-up tells"
+    summary = answer(load_machine("practice/grinder-2-balls"))
+    assert [(s["name"], s["overlapping"]) for s in summary["states"] if s["verdict"] == "stable"] == [("together", True)]
+    assert summary["sentence"] == (
+        "3 steady phase configurations, none of them stable; together would be, could bodies lie in each other's place: "
+        "where contacts bring them is seen in a run-up"
     )
 
 
@@ -466,7 +470,7 @@ def test_a_family_that_gravity_breaks_against_a_long_run() -> None:
     m = turning(machine(0.006, 0.006, 0.006, 0.006, carrier={"gravity": 9.81, "damping": [300.0, 400.0]}), None)
     torques = SteadyTorques.of(m)
     state = next(s for s in at_speed(torques, 100.0) if s.dimension)
-    full, turns = FullStability.of(m, torques), 200
+    full, turns = FullStability.of(torques), 200
     orbit = full.orbit(state)
     names = full.flow.system.state_names
     angles = [names.index(b.coordinate.position.name) for b in m.bodies]
@@ -484,13 +488,13 @@ def test_a_family_that_gravity_breaks_against_a_long_run() -> None:
 def test_a_torque_that_ends_leaves_the_speed_that_is_reached() -> None:
     """From 200 rad/s on the table has none: the state is there, not at the end of the search, and a run reaches it."""
     table = {"kind": "table", "points": [[0, 20], [100, 15], [150, 10], [200, 0]]}
-    found = answer(machine(0.012, 0.008, drive=table))
-    first, second = (s for s in found["states"] if s["name"] == "compensating")
+    summary = answer(machine(0.012, 0.008, drive=table))
+    first, second = (s for s in summary["states"] if s["name"] == "compensating")
     for state in (first, second):
         assert state["speed"] == 200.0
         assert (state["verdict"], state["indifferent"]) == ("stable", True)
         assert state["why"].startswith("no torque is left from here on: all greater speeds are as good")
-    assert not any(s["indifferent"] for s in found["states"] if s["name"] != "compensating")
+    assert not any(s["indifferent"] for s in summary["states"] if s["name"] != "compensating")
     beyond = machine(0.012, 0.008, drive=table | {"points": [*table["points"], [250, 0], [260, -5]]})
     # Interpolated smoothly it comes to zero with the square of the distance, to rounding a little earlier.
     speeds = [s["speed"] for s in answer(beyond, full=False)["states"] if s["name"] == "compensating"]
@@ -505,15 +509,15 @@ SERIES = {
 
 def test_a_drive_that_runs_away_leaves_the_limit_to_the_program() -> None:
     m = machine(0.012, 0.008, drive=SERIES)
-    found = answer(m, full=False)
-    assert found["range"][1] == pytest.approx(3 * max(natural_frequencies(m).values()))
-    assert not found["complete"]
-    assert found["shown"].endswith("as the drive runs away without load: study.range sets another")
-    assert "these are all in this range" in found["shown"]
+    summary = answer(m, full=False)
+    assert summary["range"][1] == pytest.approx(3 * max(natural_frequencies(m).values()))
+    assert not summary["complete"]
+    assert summary["shown"].endswith("as the drive runs away without load: study.range sets another")
+    assert "these are all in this range" in summary["shown"]
     given = answer(m, full=False, range=(0.5, 2000.0))
     assert given["range"] == [0.5, 2000.0]
     assert given["complete"]
-    assert len(given["states"]) > len(found["states"])
+    assert len(given["states"]) > len(summary["states"])
 
 
 def undamped() -> Machine:
@@ -529,10 +533,10 @@ def undamped() -> Machine:
 
 def test_no_state_lies_at_an_undamped_resonance() -> None:
     """Without damping the vibration takes nothing from all together: the drives alone give the speed, 40.2/0.404."""
-    found = answer(undamped(), full=False)
-    assert [s["speed"] for s in found["states"]] == pytest.approx([40.2 / 0.404] * 2, rel=1e-12)
-    assert found["complete"]
-    assert "(but for 23.57, where the undamped vibration is infinite)" in found["shown"]
+    summary = answer(undamped(), full=False)
+    assert [s["speed"] for s in summary["states"]] == pytest.approx([40.2 / 0.404] * 2, rel=1e-12)
+    assert summary["complete"]
+    assert "(but for 23.57, where the undamped vibration is infinite)" in summary["shown"]
     torques = SteadyTorques.of(undamped())
     (pole,) = torques.poles(0.1, 101.0)
     assert pole == pytest.approx(math.sqrt(5e4 / 90))
@@ -728,8 +732,8 @@ def test_without_inertia_every_body_is_damped() -> None:
 
 
 def test_every_variable_says_what_it_is() -> None:
-    found = run(SynchronousStates(axes={"speed": (1.0, 9.0, 3), "ratio": (0.0, 1.0, 3)}), machine(0.012, 0.008))
-    for variable in (*found.data_vars.values(), *found.coords.values()):
+    result = run(SynchronousStates(axes={"speed": (1.0, 9.0, 3), "ratio": (0.0, 1.0, 3)}), machine(0.012, 0.008))
+    for variable in (*result.data_vars.values(), *result.coords.values()):
         assert variable.attrs["long_name"]
         assert "units" in variable.attrs
 
@@ -739,35 +743,36 @@ Command = Callable[..., Any]
 
 def test_run(wucht: Command) -> None:
     words = ("--set", "study.kind=synchronous-states", "--set", "study.speed=80 rad/s", "-o", "out", "--json")
-    said = wucht("run", "sperling-rollers/table-1", "--set", "study.until=", *words)
-    assert said.code == 2  # the catalogue's own study has keys that this one does not know
-    said = wucht("new", "synchronous-states", "mine.toml")
-    said = wucht("run", "mine.toml", "--set", "study.speed=120 rad/s", "-o", "out", "--json")
-    assert said.code == 0, said.err
-    assert {Path(f).name for f in said.document["files"]} == {"result.nc", "synchronous-states.png", "summary.json"}
+    command = wucht("run", "sperling-rollers/table-1", "--set", "study.until=", *words)
+    assert command.code == 2  # the catalogue's own study has keys that this one does not know
+    command = wucht("new", "synchronous-states", "mine.toml")
+    command = wucht("run", "mine.toml", "--set", "study.speed=120 rad/s", "-o", "out", "--json")
+    assert command.code == 0, command.err
+    assert {Path(f).name for f in command.document["files"]} == {"result.nc", "synchronous-states.png", "summary.json"}
     assert {"name", "phases", "stable_slow", "stable_full", "residual_unbalance", "family_dimension"} <= set(
-        said.document["summary"]["states"][0]
+        command.document["summary"]["states"][0]
     )
-    with xr.open_dataset("out/result.nc", engine="h5netcdf") as found:
-        assert found.stable_slow.values.tolist() == [int(s["stable_slow"]) for s in said.document["summary"]["states"]]
+    with xr.open_dataset("out/result.nc", engine="h5netcdf") as result:
+        assert result.stable_slow.values.tolist() == [int(s["stable_slow"]) for s in command.document["summary"]["states"]]
 
 
 def test_new(wucht: Command) -> None:
     assert wucht("new", "synchronous-states", "mine.toml").code == 0
-    said = wucht("run", "mine.toml")
-    assert said.code == 0, said.err
+    command = wucht("run", "mine.toml")
+    assert command.code == 0, command.err
     for word in ("compensating", "opposed", "together", "complete     yes", "map "):
-        assert word in said.out
+        assert word in command.out
 
 
 def test_words(wucht: Command) -> None:
     """Units with every speed, no phase of 360 degrees, and one line on the multipliers, not one for each state."""
-    told = wucht("run", "sperling-vibration/self-synchronisation-soft", "--set", "study.kind=synchronous-states", "-o", "out")
-    assert "speeds from 0.012 to 12 rad/s by subdivision" in told.out
-    told = wucht("run", "practice/screen", "--set", "study.kind=synchronous-states", "--set", "study.full=false", "-o", "o2")
-    assert told.code == 0, told.err
-    assert "stable in the slow equations (the full ones were not asked)" in told.out
-    assert "multipliers were not asked" not in told.out
+    question = ("--set", "study.kind=synchronous-states")
+    command = wucht("run", "sperling-vibration/self-synchronisation-soft", *question, "-o", "out")
+    assert "speeds from 0.012 to 12 rad/s by subdivision" in command.out
+    command = wucht("run", "practice/screen", *question, "--set", "study.full=false", "-o", "o2")
+    assert command.code == 0, command.err
+    assert "stable in the slow equations (the full ones were not asked)" in command.out
+    assert "multipliers were not asked" not in command.out
     assert _degrees(2 * math.pi - 1e-5) == "0.00"
     assert _degrees(math.pi) == "180.00"
 
@@ -776,7 +781,7 @@ def test_names_of_three_exciters_on_one_axis() -> None:
     """Together where all are; compensating where nothing is left."""
     bodies = [ROTOR | {"name": f"e{k}"} for k in range(3)]
     drives = [{"on": b["name"], "kind": "linear", "slope": 0.1, "no_load_speed": 100.0} for b in bodies]
-    found = answer(machine_from({"carrier": CARRIER, "bodies": bodies, "drives": drives}), full=False)
-    by_left = {round(s["residual_share"], 6): s["name"] for s in found["states"]}
+    summary = answer(machine_from({"carrier": CARRIER, "bodies": bodies, "drives": drives}), full=False)
+    by_left = {round(s["residual_share"], 6): s["name"] for s in summary["states"]}
     assert by_left[0.0] == "compensating"
     assert by_left[3.0] == "together"

@@ -16,7 +16,8 @@ from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
-from wucht.studies.synchronous_states.figure import _MOST, _chosen
+from wucht.studies.synchronous_states.figure import _MOST
+from wucht.studies.synchronous_states.report import chosen
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 AXES = {"speed": (10.0, 400.0, 20), "ratio": (0.0, 3.0, 12)}
@@ -49,8 +50,8 @@ def arrows(axis: Axes) -> list[tuple[complex, complex]]:
 
 
 def legends(figure: Figure) -> list[str]:
-    found = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend() is not None)]
-    return [text.get_text() for legend in found for text in legend.get_texts()]
+    shown = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend() is not None)]
+    return [text.get_text() for legend in shown for text in legend.get_texts()]
 
 
 def test_force_balances(rollers: xr.Dataset) -> None:
@@ -78,10 +79,10 @@ def test_force_balances(rollers: xr.Dataset) -> None:
 
 
 def test_legends(rollers: xr.Dataset) -> None:
-    said = legends(draw(rollers))
-    assert {"drum", "r1", "r2", "what is left", "stable", "not stable"} <= set(said)
-    assert "bodies overlap" not in said  # frames that are not there are not explained
-    assert {"compensating", "together, adding", "together, reducing", "natural frequencies", "states above"} <= set(said)
+    labels = legends(draw(rollers))
+    assert {"drum", "r1", "r2", "what is left", "stable", "not stable"} <= set(labels)
+    assert "bodies overlap" not in labels  # frames that are not there are not explained
+    assert {"compensating", "together, adding", "together, reducing", "natural frequencies", "states above"} <= set(labels)
 
 
 def test_the_map(rollers: xr.Dataset) -> None:
@@ -172,7 +173,7 @@ def test_no_state_at_all() -> None:
     }
     result = run(SynchronousStates(), machine_from(described))
     assert result.sizes["state"] == 0
-    assert result.attrs["sentence"] == "no constant phases: the bodies do not turn in step here"
+    assert result.attrs["sentence"] == "no steady phase configurations: the bodies do not turn in step here"
     draw(result).savefig(io.BytesIO(), format="png")
 
 
@@ -186,7 +187,7 @@ def test_what_is_left_out_is_not_stable() -> None:
     verdicts = np.array(
         ["unstable"] * 15 + ["stable", "undecided", "unstable", "stable in the slow equations only", "unstable"]
     )
-    shown = _chosen(xr.Dataset({"verdict": ("state", verdicts)}))
+    shown = chosen(verdicts.tolist(), _MOST)
     assert len(shown) == _MOST
     assert shown == sorted(shown)
     assert {15, 16, 18} <= set(shown)

@@ -54,13 +54,13 @@ def stopped_after(what: str, count: int) -> Callable[[float, str], None]:
     return lambda share, under_way: at(share, under_way) if under_way.startswith(what) else None
 
 
-def same(one: xr.Dataset, other: xr.Dataset) -> None:
-    assert set(one.variables) == set(other.variables)
-    for name in one.variables:
-        a, b = one[name].values, other[name].values
+def same(result: xr.Dataset, other: xr.Dataset) -> None:
+    assert set(result.variables) == set(other.variables)
+    for name in result.variables:
+        a, b = result[name].values, other[name].values
         assert np.array_equal(a, b, equal_nan=a.dtype.kind == "f"), name
-    assert one.attrs["summary"] == other.attrs["summary"]
-    assert one.attrs["warnings"] == other.attrs["warnings"]
+    assert result.attrs["summary"] == other.attrs["summary"]
+    assert result.attrs["warnings"] == other.attrs["warnings"]
 
 
 @pytest.fixture
@@ -126,10 +126,10 @@ def test_states_that_are_not_computed_yet_say_so(tmp_path: Path) -> None:
     waiting = [s for s in states if s["stable_full"] is None]
     assert len(waiting) == len(states) - 2
     assert {s["why"] for s in waiting} == {"its multipliers are not computed yet"}
-    for one, other in zip(states, whole, strict=True):
-        assert one["phases"] == other["phases"]
-        assert one["growth_slow"] == other["growth_slow"]
-        assert one["stable_full"] in (None, other["stable_full"])
+    for state, other in zip(states, whole, strict=True):
+        assert state["phases"] == other["phases"]
+        assert state["growth_slow"] == other["growth_slow"]
+        assert state["stable_full"] in (None, other["stable_full"])
     draw(result)
     assert any("not computed yet" in line for line in report(result))
 

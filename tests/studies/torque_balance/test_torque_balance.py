@@ -19,6 +19,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import net_torque
+from wucht.results.conventions import summary_of
 from wucht.studies.runner import run
 from wucht.studies.torque_balance.prepare import prepare
 from wucht.studies.torque_balance.spec import TorqueBalance
@@ -43,8 +44,7 @@ def machine(drive: Any = INDUCTION, loads: Any = (FAN,), bodies: Any = (ROTOR,),
 
 
 def summary(m: Machine, **question: Any) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(run(TorqueBalance(**question), m).attrs["summary"])
-    return found
+    return summary_of(run(TorqueBalance(**question), m))
 
 
 def test_an_induction_motor_drives_a_fan_through_a_resonance() -> None:
@@ -111,20 +111,20 @@ def test_a_constant_torque_without_losses_runs_away() -> None:
 
 def test_clockwise_is_the_mirror_image() -> None:
     linear = {"kind": "linear", "slope": 0.4, "no_load_speed": 150.0}
-    one, other = summary(machine(linear)), summary(machine(linear | {"no_load_speed": -150.0}))
-    forward, backward = one["working_points"], other["working_points"][::-1]
+    first, second = summary(machine(linear)), summary(machine(linear | {"no_load_speed": -150.0}))
+    forward, backward = first["working_points"], second["working_points"][::-1]
     assert forward
     assert [-p["speed"] for p in backward] == pytest.approx([p["speed"] for p in forward])
     assert [p["stable"] for p in backward] == [p["stable"] for p in forward]
     assert [-p["torque"] for p in backward] == pytest.approx([p["torque"] for p in forward])
-    assert other["range"] == pytest.approx([-one["range"][1], 0.0], rel=1e-12)
+    assert second["range"] == pytest.approx([-first["range"][1], 0.0], rel=1e-12)
 
 
 def test_all_four_quadrants() -> None:
-    found = run(TorqueBalance((-200.0, 200.0)), machine())
-    even = np.interp(-found.speed.values, found.speed.values, found.vibration_torque.values)
-    assert found.vibration_torque.values == pytest.approx(-even, abs=0.01 * even.max())
-    assert np.sign(found.vibration_torque.values) == pytest.approx(np.sign(found.speed.values))
+    result = run(TorqueBalance((-200.0, 200.0)), machine())
+    even = np.interp(-result.speed.values, result.speed.values, result.vibration_torque.values)
+    assert result.vibration_torque.values == pytest.approx(-even, abs=0.01 * even.max())
+    assert np.sign(result.vibration_torque.values) == pytest.approx(np.sign(result.speed.values))
 
 
 def slope_at_the_fold() -> float:
@@ -153,13 +153,13 @@ def test_roots_closer_than_the_grid() -> None:
 def test_curves_that_touch() -> None:
     """At the fold itself: noted as touching, not stable."""
     u = slope_at_the_fold() * (1 - 1e-12)
-    found = run(TorqueBalance(), load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": u}))
-    crossing, touching = json.loads(found.attrs["summary"])["working_points"]
+    result = run(TorqueBalance(), load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": u}))
+    crossing, touching = json.loads(result.attrs["summary"])["working_points"]
     assert crossing["stable"]
     assert touching["speed"] == pytest.approx(1.4239669, abs=1e-7)
     assert touching["tangential"]
     assert not touching["stable"]
-    assert "only touch" in found.attrs["warnings"]
+    assert "only touch" in result.attrs["warnings"]
 
 
 def test_phases_shift_the_working_points() -> None:
@@ -174,14 +174,14 @@ def moments(v: Vibration, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
 
     V_i = -(f_i/2) sum_k f_k [Re a_ik sin(alpha_i - alpha_k) - Im a_ik cos(alpha_i - alpha_k)].
     """
-    found = np.zeros((len(speeds), len(phases)))
+    result = np.zeros((len(speeds), len(phases)))
     for n, w in enumerate(speeds):
         influence = np.linalg.inv(v.stiffness - w**2 * v.mass + 1j * w * v.damping)
         for i, e_i in enumerate(v.excitation):
             for k, e_k in enumerate(v.excitation):
                 a, apart = e_i.conj() @ influence @ e_k, phases[i] - phases[k]
-                found[n, i] -= w**4 / 2 * (a.real * np.sin(apart) - a.imag * np.cos(apart))
-    return found
+                result[n, i] -= w**4 / 2 * (a.real * np.sin(apart) - a.imag * np.cos(apart))
+    return result
 
 
 def test_one_of_two_exciters() -> None:
@@ -196,39 +196,31 @@ def test_one_of_two_exciters() -> None:
     m = machine_from({"carrier": carrier, "bodies": pair, "drives": drives})
     vibration, phases = Vibration.of(m), np.array([0.2, -0.5])
     start = {"fan": 0.2, "other": 0.5}
-    one, other = (run(TorqueBalance(on=on, start=start), m) for on in ("fan", "other"))
-    w = one.speed.values[1:]
-    assert one.vibration_torque.values[1:] == pytest.approx(-moments(vibration, w, phases)[:, 0], rel=1e-9, abs=1e-12)
-    w = other.speed.values[:-1]
-    assert other.vibration_torque.values[:-1] == pytest.approx(moments(vibration, -w, phases)[:, 1], rel=1e-9, abs=1e-12)
-    assert "all rotors are taken to turn as fast as 'other'" in other.attrs["warnings"]
+    first, second = (run(TorqueBalance(on=on, start=start), m) for on in ("fan", "other"))
+    w = first.speed.values[1:]
+    assert first.vibration_torque.values[1:] == pytest.approx(-moments(vibration, w, phases)[:, 0], rel=1e-9, abs=1e-12)
+    w = second.speed.values[:-1]
+    assert second.vibration_torque.values[:-1] == pytest.approx(moments(vibration, -w, phases)[:, 1], rel=1e-9, abs=1e-12)
+    assert "all rotors are taken to turn as fast as 'other'" in second.attrs["warnings"]
 
 
 @pytest.mark.parametrize(
-    ("question", "says"),
+    ("question", "drive", "sentence"),
     [
-        ({"on": "p"}, "allowed is a rotor: fan"),
-        ({"start": {"q": 1}}, "unknown key"),
+        ({"on": "p"}, INDUCTION, "allowed is a rotor: fan"),
+        ({"start": {"q": 1}}, INDUCTION, "unknown key"),
+        ({}, {"kind": "constant-speed", "speed": 10.0}, r"nothing is to be balanced.*response"),
+        ({}, None, "nothing drives 'fan'"),
     ],
 )
-def test_refused(question: dict[str, Any], says: str) -> None:
-    with pytest.raises(InputError, match=says):
-        prepare(TorqueBalance(**question), machine())
-
-
-def test_a_prescribed_speed_is_refused() -> None:
-    with pytest.raises(InputError, match=r"nothing is to be balanced.*response"):
-        prepare(TorqueBalance(), machine({"kind": "constant-speed", "speed": 10.0}))
-
-
-def test_no_drive_is_refused() -> None:
-    with pytest.raises(InputError, match="nothing drives 'fan'"):
-        prepare(TorqueBalance(), machine(None))
+def test_refused(question: dict[str, Any], drive: Any, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        prepare(TorqueBalance(**question), machine(drive))
 
 
 def test_every_variable_says_what_it_is() -> None:
-    found = run(TorqueBalance(points=50), machine())
-    for variable in (*found.data_vars.values(), *found.coords.values()):
+    result = run(TorqueBalance(points=50), machine())
+    for variable in (*result.data_vars.values(), *result.coords.values()):
         assert variable.attrs["long_name"]
         assert "units" in variable.attrs
 
@@ -240,24 +232,24 @@ Command = Callable[..., Any]
 
 def test_run(wucht: Command) -> None:
     words = ("--set", "study.kind=torque-balance", "--set", "u=2", "-o", "out", "--json")
-    said = wucht("run", "drozdetskaya-2020/table-3.1-carrier", *words)
-    assert said.code == 0, said.err
-    points = said.document["summary"]["working_points"]
+    command = wucht("run", "drozdetskaya-2020/table-3.1-carrier", *words)
+    assert command.code == 0, command.err
+    points = command.document["summary"]["working_points"]
     assert [p["speed"] for p in points] == pytest.approx([0.9686444, 1.0937039, 1.8176384], abs=1e-7)
-    assert {Path(f).name for f in said.document["files"]} == {"result.nc", "torque-balance.png", "summary.json"}
-    with xr.open_dataset("out/result.nc", engine="h5netcdf") as found:
-        assert found.point_stable.values.tolist() == [1, 0, 1]
+    assert {Path(f).name for f in command.document["files"]} == {"result.nc", "torque-balance.png", "summary.json"}
+    with xr.open_dataset("out/result.nc", engine="h5netcdf") as result:
+        assert result.point_stable.values.tolist() == [1, 0, 1]
 
 
 def test_new(wucht: Command) -> None:
     assert wucht("new", "torque-balance", "mine.toml").code == 0
-    said = wucht("run", "mine.toml")
-    assert said.code == 0, said.err
+    command = wucht("run", "mine.toml")
+    assert command.code == 0, command.err
     for word in ("3 working points, 2 of them stable", "unstable", "breakdown", "slip", "without vibration"):
-        assert word in said.out
+        assert word in command.out
 
 
 def test_a_refusal_names_file_and_key(wucht: Command, study: Callable[..., Path]) -> None:
-    said = wucht("run", study(), "--set", "study.kind=torque-balance", "--set", "study.on=p1")
-    assert said.code == 2
-    assert "study.on" in said.err
+    command = wucht("run", study(), "--set", "study.kind=torque-balance", "--set", "study.on=p1")
+    assert command.code == 2
+    assert "study.on" in command.err

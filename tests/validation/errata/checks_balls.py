@@ -6,7 +6,7 @@ from functools import cache
 
 import sympy as sp
 
-from wucht.analysis.averaged import slow_machine
+from wucht.analysis.averaged import averaged_machine
 from wucht.files.catalogue import load_machine
 
 from .check import Claim, check, equal, reduced, turned
@@ -24,7 +24,7 @@ BALLS = ("b1", "b2")
 @cache
 def balls(directions: str = "xy") -> Derived:
     """The machine of (42), (43), undamped."""
-    slow = slow_machine(with_balls(directions))
+    slow = averaged_machine(with_balls(directions))
     masses = [path(f"{n}.mass") for n in BALLS]
     put = {path("carrier.mass"): M - path("drum.mass") - sp.Add(*masses), path("carrier.damping"): sp.S.Zero}
     put |= {path("carrier.stiffness"): M * SPEED**2 + 1 / A_XX, path("carrier.gravity"): sp.S.Zero}
@@ -133,7 +133,7 @@ RESONANCE = (1 - ETA**2) ** 2 + 4 * VARTHETA**2 * ETA**2
 @cache
 def damped() -> Derived:
     """The machine of (12), (55), with eta and vartheta of (58) and k = sqrt(c/M)."""
-    slow = slow_machine(load_machine("sperling-vibration/figure-5", {}))
+    slow = averaged_machine(load_machine("sperling-vibration/figure-5", {}))
     put = {
         path("carrier.mass"): M - path("rotor.mass"),
         path("carrier.stiffness"): M * K**2,

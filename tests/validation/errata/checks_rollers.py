@@ -6,7 +6,7 @@ from functools import cache
 
 import sympy as sp
 
-from wucht.analysis.averaged import slow_machine
+from wucht.analysis.averaged import averaged_machine
 
 from .check import Claim, check, equal
 from .derived import Derived, full_rows, path, real
@@ -28,7 +28,7 @@ FAST = real("theta")[0]
 @cache
 def rollers(short: bool = True) -> Derived:
     """The machine of (18) with (19), (20); short: with A_xx, A_yy of (27)."""
-    slow = slow_machine(with_rollers(HELD))
+    slow = averaged_machine(with_rollers(HELD))
     rigidity = {"x": (A_XX, OMEGA_X), "y": (A_YY, OMEGA_Y)}
     total = path("carrier.mass"), M - path("drum.mass") - path("r1.mass") - path("r2.mass")
     put = {total[0]: total[1], path("drive.speed"): SPEED, path("drum.unbalance"): F[0] / SPEED**2}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from wucht.analysis.averaged import SlowMachine
+from wucht.analysis.averaged import AveragedMachine
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion
 from wucht.system import substitute_definitions
@@ -32,7 +32,7 @@ class Derived:
     put: substitutions, one after the other. named: definitions of the system that the paper has a symbol for.
     """
 
-    slow: SlowMachine
+    slow: AveragedMachine
     put: tuple[Substitution, ...] = ()
     named: Mapping[str, sp.Expr] = field(default_factory=dict)
 

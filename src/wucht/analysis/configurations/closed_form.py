@@ -15,25 +15,26 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from wucht.analysis.configurations.force_balance import EVEN, compensating
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.errors import InputError
-from wucht.numerics.zeros import crossings
+from wucht.numerics.zeros import RealFunction, crossings
 
 _CLOSE = np.geomspace(1e-13, 0.3, 60)  # of a range of speeds: how near its ends the torques are looked at
 _ZOOM, _LEVELS = 41, 8  # points and number of the looks at an extremum that comes near zero
-_OFF_THE_CORNER = 1e-6  # of a speed
+_PAST_THE_BREAKPOINT = 1e-6  # of a speed
 _BESIDE = 1e-9  # of a speed: whether a torque is zero there too
 
 
 @dataclass(frozen=True)
 class State:
-    """Constant phases (n,) to the main rotor (its own is 0) at a speed, in the bodies' own senses.
+    """Steady phases (n,) to the main rotor (its own is 0) at a speed, in the bodies' own senses.
 
     dimension: of the family it stands for, 0 for an isolated state. multiplicity: how many states it is, equal bodies being
     exchanged. beside: 0 or 1 for bodies that are in line, by the side they are on; empty for others. indifferent: from this
@@ -54,13 +55,13 @@ class State:
 
     @property
     def inside(self) -> State:
-        """The same, but where greater speeds are as good a little faster: off the corner of the characteristic."""
-        return replace(self, speed=self.speed * (1 + _OFF_THE_CORNER)) if self.indifferent else self
+        """The same, but where greater speeds are as good a little faster: past the breakpoint of the characteristic."""
+        return replace(self, speed=self.speed * (1 + _PAST_THE_BREAKPOINT)) if self.indifferent else self
 
 
 @dataclass(frozen=True)
 class Branch:
-    """Constant phases over the speed: beta = eta + arcsin(q), or the other angle with this sine, plus each body's ``shift``.
+    """Steady phases over the speed: beta = eta + arcsin(q), or the other angle with this sine, plus each body's ``shift``.
 
     level: eta and q (N,) at speeds (N,); states exist where |q| <= 1. shift: (n,), that of the main rotor is not used.
     """
@@ -73,34 +74,27 @@ class Branch:
 
     def phases(self, speeds: np.ndarray) -> np.ndarray:
         """alpha (n, N), not a number where there is no such state."""
-        eta, q = self.level(np.atleast_1d(np.asarray(speeds, float)))
-        inside = np.abs(q) <= 1 + 1e-14
-        angle = np.arcsin(np.where(inside, np.clip(q, -1, 1), np.nan))
-        found: np.ndarray = self.shift[:, None] + (eta + (np.pi - angle if self.other else angle))[None]
-        found[0] = np.where(inside, 0.0, np.nan)
-        return found
+        eta, q = self.level(speeds)
+        angle = np.arcsin(np.where(np.abs(q) <= 1 + 1e-14, np.clip(q, -1, 1), np.nan))
+        phases: np.ndarray = self.shift[:, None] + (eta + (np.pi - angle if self.other else angle))[None]
+        phases[0] = np.where(np.isfinite(angle), 0.0, np.nan)
+        return phases
 
     def margin(self, speeds: np.ndarray) -> np.ndarray:
         """1 - |q| (N,): negative where there is no such state."""
         return np.asarray(1 - np.abs(self.level(speeds)[1]))
 
-    def state(self, speed: float) -> State | None:
-        """The state at a speed."""
-        phases = self.phases(np.array([speed]))[:, 0]
-        if not np.isfinite(phases).all():
-            return None
-        return State(speed, phases % (2 * math.pi), 0, self.multiplicity, self.beside)
-
-
-def has_closed_form(torques: SteadyTorques, speeds: np.ndarray) -> bool:
-    """Whether the phases are known in closed form at these speeds."""
-    return torques.size == 2 or (torques.coefficients is not None and torques.idle(speeds))
+    def states(self, speeds: np.ndarray) -> list[State]:
+        """Those at the speeds at which it exists."""
+        every = zip(speeds, self.phases(speeds).T % (2 * math.pi), strict=True)
+        return [State(float(w), at, 0, self.multiplicity, self.beside) for w, at in every if np.isfinite(at).all()]
 
 
 def branches(torques: SteadyTorques, speeds: np.ndarray) -> list[Branch]:
     """All branches of bodies in line, or of two bodies. speeds: at which they will be asked for."""
     if torques.coefficients is None or not torques.idle(speeds):
-        return _of_two(torques)
+        level = partial(_level_of_two, torques)
+        return [Branch(level, other, np.zeros(2)) for other in (False, True)]
     c = torques.coefficients
     sizes = np.abs(c)
     if sizes[1:].min() <= EVEN * sizes.max():
@@ -108,83 +102,63 @@ def branches(torques: SteadyTorques, speeds: np.ndarray) -> list[Branch]:
         raise InputError("machine", None, f"{name} has no unbalance: nothing fixes its phase")
     if sizes[0] <= EVEN * sizes.max():
         return []  # in line behind a balanced rotor they would be dragged: only what compensates stays
-    found = []
-    for side, many, twice in patterns(torques):
-        shift, level = np.pi * side - np.angle(c), _in_line(torques, signed(torques, side) / sizes[0])
-        found += [
-            Branch(level, other, shift, many, tuple(side[1:].tolist())) for other in ((False,) if twice else (False, True))
-        ]
-    return found
+    return [
+        Branch(
+            partial(_level_in_line, torques, g / sizes[0]), other, np.pi * side - np.angle(c), many, tuple(side[1:].tolist())
+        )
+        for side, g, many, twice in patterns(torques)
+        for other in ((False,) if twice else (False, True))
+    ]
 
 
-def patterns(torques: SteadyTorques) -> list[tuple[np.ndarray, int, bool]]:
-    """All ways to put bodies in line: the side of each (n,), how many it stands for, and whether it is its own opposite.
+def patterns(torques: SteadyTorques) -> Iterator[tuple[np.ndarray, float, int, bool]]:
+    """All ways to put bodies in line: the side of each (n,), g, how many it stands for, and whether it is its own opposite.
 
-    Equal bodies are not told apart. Turning the line by half a turn exchanges the sides: of both ways one is given.
+    Equal bodies are not distinguished. Turning the line by half a turn exchanges the sides: of both ways one is given.
     """
+    assert torques.coefficients is not None
     lengths = [len(members) for members in torques.classes]
-    found = []
     for plus in itertools.product(*(range(length + 1) for length in lengths)):
         opposite = tuple(length - k for length, k in zip(lengths, plus, strict=True))
-        if plus < opposite:
-            continue
-        side = np.zeros(torques.size, int)
-        for count, members in zip(plus, torques.classes, strict=True):
-            side[list(members[count:])] = 1
-        many = math.prod(math.comb(length, k) for k, length in zip(plus, lengths, strict=True))
-        found.append((side, many, plus == opposite))
-    return found
+        if plus >= opposite:
+            side = np.zeros(torques.size, int)
+            for count, members in zip(plus, torques.classes, strict=True):
+                side[list(members[count:])] = 1
+            g = float((np.abs(torques.coefficients[1:]) * np.where(side[1:], -1, 1)).sum())
+            yield side, g, math.prod(map(math.comb, lengths, plus)), plus == opposite
 
 
 def pattern_count(torques: SteadyTorques) -> int:
-    """In how many ways bodies can be in line, equal ones not told apart; both sides of the line counted."""
+    """In how many ways bodies can be in line, equal ones not distinguished; both sides of the line counted."""
     return math.prod(len(members) + 1 for members in torques.classes)
 
 
-def signed(torques: SteadyTorques, side: np.ndarray) -> float:
-    """g = sum +-f_i of the bodies other than the main rotor, by the side (n,) they are on."""
-    assert torques.coefficients is not None
-    return float((np.abs(torques.coefficients[1:]) * np.where(side[1:], -1, 1)).sum())
+def _level_in_line(torques: SteadyTorques, ratio: float, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    a = torques.axis_influence(speeds)
+    return np.angle(a), ratio * a.imag / np.abs(a)
 
 
-def _in_line(torques: SteadyTorques, ratio: float) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    def level(speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        a = torques.axis_influence(speeds)
-        return np.angle(a), ratio * a.imag / np.abs(a)
-
-    return level
-
-
-def _of_two(torques: SteadyTorques) -> list[Branch]:
-    def level(speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        w = np.atleast_1d(np.asarray(speeds, float))
-        a = torques.influence(w)[0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            q = (2 * torques.alone(w)[0][1] / w**4 + a[:, 1, 1].imag) / np.abs(a[:, 1, 0])
-        return np.angle(a[:, 1, 0]), np.where(np.isfinite(q), q, np.inf)
-
-    return [Branch(level, other, np.zeros(2)) for other in (False, True)]
+def _level_of_two(torques: SteadyTorques, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    a = torques.influence(speeds)[0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        q = (2 * torques.alone(speeds)[0][1] / speeds**4 + a[:, 1, 1].imag) / np.abs(a[:, 1, 0])
+    return np.angle(a[:, 1, 0]), np.where(np.isfinite(q), q, np.inf)
 
 
 def at_speed(torques: SteadyTorques, speed: float) -> list[State]:
     """All states at a given speed; one entry for each family, and for states in which equal bodies are exchanged."""
     speeds = np.array([speed])
-    found = [s for b in branches(torques, speeds) if (s := b.state(speed)) is not None]
-    if torques.coefficients is not None and torques.idle(speeds):
-        found = [State(speed, at, d, many) for at, d, many in compensating(torques)] + found
-    return found
+    several = compensating(torques) if torques.coefficients is not None and torques.idle(speeds) else []
+    states = [State(speed, at, dimension, many) for at, dimension, many in several]
+    return states + [s for branch in branches(torques, speeds) for s in branch.states(speeds)]
 
 
 def over_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[State]:
     """All states whose speed the drive decides, with speeds within a grid (N,) that resolves the resonances."""
-    found = []
-    all_, several = branches(torques, grid), compensating(torques) if torques.idle(grid) else []
-    if several:
-        ends = resting_speeds(torques, grid)
-        found += [State(w, at, d, many, indifferent=beyond) for w, beyond in ends for at, d, many in several]
-    for branch in all_:
-        found += [s for w in _speeds_of(torques, branch, grid) if (s := branch.state(w)) is not None]
-    return found
+    several = compensating(torques) if torques.idle(grid) else []
+    ends = resting_speeds(torques, grid) if several else []
+    states = [State(w, at, dimension, many, indifferent=beyond) for w, beyond in ends for at, dimension, many in several]
+    return states + [s for branch in branches(torques, grid) for s in branch.states(_speeds_of(torques, branch, grid))]
 
 
 def resting_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[tuple[float, bool]]:
@@ -194,67 +168,62 @@ def resting_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[tuple[float
     """
 
     def left(w: np.ndarray) -> np.ndarray:
-        found: np.ndarray = torques.alone(w)[0].sum(axis=0)
-        return found
+        return np.asarray(torques.alone(w)[0].sum(axis=0))
 
     touched = grid[left(grid) == 0]
     beside = np.concatenate([touched * (1 - _BESIDE), touched * (1 + _BESIDE)])
     grid = np.unique(np.concatenate([grid, beside[(beside > grid[0]) & (beside < grid[-1])]]))
-    none = left(grid) == 0
-    begins = np.flatnonzero(none[:-1] & none[1:] & ~np.concatenate([[True], none[:-2]]))
-    found = [(_first_zero(left, float(grid[i - 1]), float(grid[i])), True) for i in begins]
-    inside = [
-        (w * (1 - _BESIDE), float(grid[i:][~none[i:]].min(initial=np.inf))) for (w, _), i in zip(found, begins, strict=True)
+    zero = left(grid) == 0
+    begins = np.flatnonzero(zero[:-1] & zero[1:] & ~np.concatenate([[True], zero[:-2]]))
+    intervals = [  # without torque: from the first speed on, to the next sample that has one
+        (_first_zero(left, float(grid[i - 1]), float(grid[i])), float(grid[i:][~zero[i:]].min(initial=np.inf))) for i in begins
     ]
-    single = [float(w) for w in zeros_of(left, grid) if not any(low <= w <= high for low, high in inside)]
-    return sorted([*found, *((w, False) for w in single)])
+    single = [w for w in zeros_of(left, grid).tolist() if not any(a * (1 - _BESIDE) <= w <= b for a, b in intervals)]
+    return sorted([*((w, True) for w, _ in intervals), *((w, False) for w in single)])
 
 
-def _first_zero(function: Callable[[np.ndarray], np.ndarray], low: float, high: float) -> float:
+def _first_zero(function: RealFunction, low: float, high: float) -> float:
     """The lowest speed between two from which on a function is zero, to the last bit."""
     while (middle := (low + high) / 2) not in (low, high):
         low, high = (low, middle) if function(np.array([middle]))[0] == 0 else (middle, high)
     return high
 
 
-def _speeds_of(torques: SteadyTorques, branch: Branch, grid: np.ndarray) -> list[float]:
+def _speeds_of(torques: SteadyTorques, branch: Branch, grid: np.ndarray) -> np.ndarray:
     """Where the main rotor's own torque balances too."""
 
     def left(w: np.ndarray) -> np.ndarray:
-        found: np.ndarray = torques.residual(w, branch.phases(w))[0]
-        return found
+        return np.asarray(torques.residual(w, branch.phases(w))[0])
 
     edges = zeros_of(branch.margin, grid)
     inside = np.unique(np.concatenate([grid, edges, (edges[1:] + edges[:-1]) / 2]))
-    found: list[float] = []
+    speeds = [np.empty(0)]
     for low, high in itertools.pairwise(np.unique(np.concatenate([grid[[0, -1]], edges]))):
         points = low + (high - low) * np.concatenate([_CLOSE, 1 - _CLOSE])
         points = np.unique(np.concatenate([points, inside[(inside > low) & (inside < high)]]))
         points = points[branch.margin(points) >= 0]
         if len(points):
-            found += [float(w) for w in zeros_of(left, points)]
-    return found
+            speeds.append(zeros_of(left, points))
+    return np.concatenate(speeds)
 
 
-def zeros_of(function: Callable[[np.ndarray], np.ndarray], grid: np.ndarray) -> np.ndarray:
+def zeros_of(function: RealFunction, grid: np.ndarray) -> np.ndarray:
     """The zeros of a function on a grid (N,): where its sign changes, also between two samples at an extremum."""
-    fine, values = grid, function(grid)
+    values = function(grid)
     size = np.abs(values)
     lowest = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:]) & (values[:-2] * values[2:] > 0)
     # Between three samples a smooth curve goes less below the lowest than the others stand above it.
     dips = np.flatnonzero(lowest & (2 * size[1:-1] <= np.maximum(size[:-2], size[2:]))) + 1
-    extra = []
+    fine = [grid]
     for i in dips:
         low, high = float(grid[i - 1]), float(grid[i + 1])
         for _ in range(_LEVELS):
-            near = np.linspace(low, high, _ZOOM)
-            there = np.sign(values[i]) * function(near)
-            best = int(np.nanargmin(there))
-            extra.append(near)
-            if there[best] < 0:
+            fine.append(near := np.linspace(low, high, _ZOOM))
+            heights = np.sign(values[i]) * function(near)
+            best = int(np.nanargmin(heights))
+            if heights[best] < 0:
                 break
             low, high = float(near[max(best - 1, 0)]), float(near[min(best + 1, _ZOOM - 1)])
-    if extra:
-        fine = np.unique(np.concatenate([grid, *extra]))
-    ends = [w for w in fine[[0, -1]] if function(np.array([w]))[0] == 0]
-    return np.unique(np.concatenate([crossings(function, fine), ends]))
+    points = np.unique(np.concatenate(fine)) if len(fine) > 1 else grid
+    ends = [w for w in points[[0, -1]] if function(np.array([w]))[0] == 0]
+    return np.unique(np.concatenate([crossings(function, points), ends]))

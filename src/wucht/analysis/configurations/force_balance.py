@@ -46,10 +46,10 @@ def _closed_polygon(sizes: np.ndarray, steps: int) -> np.ndarray:
     From evenly spread ones; bodies repel each other along the family.
     """
     n = len(sizes)
-    at = np.concatenate([[0.0], 2 * np.pi * (np.arange(n - 1) + 0.5) / (n - 1)])
+    start = np.concatenate([[0.0], 2 * np.pi * (np.arange(n - 1) + 0.5) / (n - 1)])
     draw = np.random.default_rng(1)
-    while (closed := _closing(sizes, at)) is None:
-        at = np.concatenate([[0.0], draw.uniform(0, 2 * np.pi, n - 1)])
+    while (closed := _closing(sizes, start)) is None:
+        start = np.concatenate([[0.0], draw.uniform(0, 2 * np.pi, n - 1)])
     at, rate = closed, 0.1
     for _ in range(steps):
         apart = at[1:, None] - at[None, 1:]
@@ -75,31 +75,29 @@ def _crowding(at: np.ndarray) -> float:
 
 
 def _closing(sizes: np.ndarray, at: np.ndarray) -> np.ndarray | None:
-    """The angles (n,) near these at which the sides close, by Newton's shortest steps; None where they do not get there."""
-    here = at.copy()
+    """The angles (n,) near these at which the sides close, None where Newton's steps do not get to any."""
+    closed = _closed(sizes, at[:, None])
+    return closed[:, 0] if closed.size else None
+
+
+def _closed(sizes: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """The angles (n, k) near some of these (n, N) at which the sides close, by Newton's shortest steps."""
+    at, sizes = starts.copy(), sizes[:, None]
     for _ in range(60):
-        left = (sizes * np.exp(1j * here)).sum()
-        if abs(left) <= 1e-15 * sizes.sum():
-            return here
-        sides = 1j * sizes[1:] * np.exp(1j * here[1:])
-        step = np.linalg.lstsq(np.array([sides.real, sides.imag]), -np.array([left.real, left.imag]), rcond=1e-8)[0]
-        here[1:] += step * min(1.0, 0.5 / np.abs(step).max(initial=1e-300))
-    return here if abs(left) <= 1e-12 * sizes.sum() else None
+        left = (sizes * np.exp(1j * at)).sum(axis=0)
+        if (np.abs(left) <= 1e-15 * sizes.sum()).all():
+            break
+        sides = (1j * sizes * np.exp(1j * at))[1:]
+        rows = np.array([sides.real, sides.imag]).transpose(2, 0, 1)
+        step = (np.linalg.pinv(rows, rcond=1e-8) @ -np.array([left.real, left.imag]).T[..., None])[..., 0].T
+        at[1:] += step * np.minimum(1.0, 0.5 / np.maximum(np.abs(step).max(axis=0), 1e-300))
+    return np.asarray(at[:, np.abs((sizes * np.exp(1j * at)).sum(axis=0)) <= 1e-12 * sizes.sum()])
 
 
 def members(torques: SteadyTorques, count: int) -> np.ndarray:
     """Phases (n, k) of up to ``count`` members of the family that compensates, from evenly distributed starts."""
     c = torques.coefficients
     assert c is not None
-    sizes, angles = np.abs(c)[:, None], np.angle(c)[:, None]
-    at = np.random.default_rng(2).uniform(0, 2 * np.pi, (len(c), count))
-    at[0] = 0.0
-    for _ in range(60):
-        left = (sizes * np.exp(1j * at)).sum(axis=0)
-        sides = (1j * sizes * np.exp(1j * at))[1:]
-        rows = np.array([sides.real, sides.imag]).transpose(2, 0, 1)
-        step = (np.linalg.pinv(rows, rcond=1e-8) @ -np.array([left.real, left.imag]).T[..., None])[..., 0].T
-        at[1:] += step * np.minimum(1.0, 0.5 / np.maximum(np.abs(step).max(axis=0), 1e-300))
-    arrived = np.abs((sizes * np.exp(1j * at)).sum(axis=0)) <= 1e-12 * sizes.sum()
-    found: np.ndarray = (at - angles)[:, arrived] % (2 * np.pi)
-    return found
+    starts = np.random.default_rng(2).uniform(0, 2 * np.pi, (len(c), count))
+    starts[0] = 0.0
+    return np.asarray((_closed(np.abs(c), starts) - np.angle(c)[:, None]) % (2 * np.pi))

@@ -1,6 +1,6 @@
 """Stability of steady phase configurations in the full equations, by Floquet multipliers.
 
-The motion with constant phases is periodic; its multipliers mu grow or decay by ln(mu)/T. What belongs to a family of states,
+The motion with steady phases is periodic; its multipliers mu grow or decay by ln(mu)/T. What belongs to a family of states,
 to an interval of speeds without torque, and to the phase of the rotation itself, neither grows nor decays and is left out.
 Something small, as gravity, may break a family: then its members creep along it, and it is judged across it.
 """
@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import sympy as sp
 
+from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.configurations.closed_form import State
-from wucht.analysis.configurations.slow_stability import Stability
+from wucht.analysis.configurations.slow_stability import SlowStability, Stability
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.static import static_position
 from wucht.errors import WuchtError
@@ -26,6 +28,8 @@ NEUTRAL = 1e-7  # ln|mu| of a multiplier on the unit circle: the accuracy of tho
 _ELSEWHERE = 0.5  # rad: a periodic motion whose phases are further away is another one
 _REPEATS = 1e-10  # of the states' sizes: a motion that misses itself by more after a turn creeps
 _SLOWER = 0.1  # of the slowest rate across a broken family: what is slower belongs to the creeping along it
+_NEXT_ORDER = 5  # bodies: with more it takes a minute to write the slow equations of the next order
+_OWN = 0.05  # relative: a multiplier's frequency this near to that of the carrier's vibration belongs to it
 
 
 @dataclass(frozen=True)
@@ -37,9 +41,9 @@ class FullStability:
     flow: CompiledSystem
 
     @classmethod
-    def of(cls, machine: Machine, torques: SteadyTorques) -> FullStability:
+    def of(cls, torques: SteadyTorques) -> FullStability:
         """Contacts on tracks are left out, as in the slow equations."""
-        bare = machine.changed(energies=machine.without_contacts, tracks=())
+        bare = torques.machine.changed(energies=torques.machine.without_contacts, tracks=())
         return cls(bare, torques, compile_system(replace(bare.system, outputs=(), quadratures=())))
 
     def stability(self, state: State) -> Stability:
@@ -57,15 +61,18 @@ class FullStability:
         multipliers = orbit.nontrivial(1 + state.neutral)
         with np.errstate(divide="ignore"):
             exponents = np.log(multipliers.astype(complex)) / orbit.period
-        exponents = exponents[np.argsort(-exponents.real, kind="stable")]
-        across = Stability.of_exponents(exponents, NEUTRAL / orbit.period, _on_the_unit_circle(self.machine))
+        undamped = (np.diag(self.machine.matrices[1]) == 0).any()
+        across = Stability.of_exponents(
+            exponents[np.argsort(-exponents.real, kind="stable")], NEUTRAL / orbit.period,
+            "the carrier is not damped: its own vibration neither grows nor decays" if undamped
+            else "a multiplier lies on the unit circle",
+        )  # fmt: skip
         return self._creeping(orbit, state, across) if orbit.residual > _REPEATS else across
 
     def _creeping(self, orbit: PeriodicOrbit, state: State, across: Stability) -> Stability:
         """Of a member of a family that does not repeat exactly."""
-        drift = orbit.creep(1 + state.neutral)
-        moved = np.array([self._sense(b.name) * drift[self.machine.row(b.coordinate.position)] for b in self.machine.bodies])
-        turn = math.degrees(float(np.abs(moved - moved[self.machine.bodies.index(self.machine.rotor)]).max()))
+        moved = self._angles(orbit.creep(1 + state.neutral))
+        turn = math.degrees(float(np.abs(moved - moved[0]).max()))
         by = " by gravity" if sp.sympify(self.machine.frame.gravity).xreplace(self.machine.numbers) else ""
         creep = f"the family is broken{by}: bodies creep along it, here by up to {turn:.2g} degrees a turn"
         along = np.sort(np.abs(orbit.multipliers - 1))[: 1 + state.neutral].max()
@@ -73,43 +80,99 @@ class FullStability:
             return Stability(None, across.exponents, f"{creep}, not much slower than what decays across it")
         return replace(across, reason=f"{creep}; judged is what grows or decays across it") if not across.reason else across
 
+    @cached_property
+    def _rows(self) -> list[int]:
+        """The places of the bodies' angles in the state, in the order of the torques."""
+        return [self.machine.row(self.machine.body(name).coordinate.position) for name in self.torques.names]
+
+    def _angles(self, state: np.ndarray) -> np.ndarray:
+        """The angles (n,) of the bodies, each in its own sense, in the order of the torques."""
+        return np.asarray(self.torques.senses * state[self._rows])
+
     def orbit(self, state: State) -> PeriodicOrbit:
         """The periodic motion near a state, of a family as far as it repeats. Raises ``WuchtError`` where none is found."""
-        main = self.machine.row(self.machine.rotor.coordinate.position)
         advance = np.zeros(len(self.machine.state_names))
-        for b in self.machine.bodies:
-            advance[self.machine.row(b.coordinate.position)] = 2 * np.pi * self._sense(b.name)
+        advance[self._rows] = 2 * np.pi * self.torques.senses
         return periodic_orbit(
             self.flow, self.machine.values, self.start(state), 2 * np.pi / state.speed, advance,
-            free_period=self.torques.given is None, phase_state=main, left_open=state.dimension,
+            free_period=self.torques.given is None, phase_state=self._rows[0], left_open=state.dimension,
         )  # fmt: skip
 
     def start(self, state: State) -> np.ndarray:
-        """The state of the full equations (n,) that the slow ones say, when the main rotor's own angle is zero."""
-        w = state.speed
-        z = self.torques.vibration.response(np.array([w]), state.phases)[0]
-        rest = static_position(self.machine)
+        """The state of the full equations (n,) that the slow ones have, when the main rotor's own angle is zero."""
+        t, w = self.torques, state.speed
+        z = t.vibration.response(np.array([w]), state.phases)[0]
         values: dict[str, float] = {}
-        for k, (c, x0) in enumerate(zip(self.machine.carrier, rest, strict=True)):
-            values |= {c.position.name: float(x0) + z[k].real, c.velocity.name: float((1j * w * z[k]).real)}
-        for b in self.machine.bodies:
-            sense = self._sense(b.name)
-            values[b.coordinate.position.name] = sense * state.phases[self.torques.names.index(b.name)]
-            values[b.coordinate.velocity.name] = sense * w
+        for c, x0, x in zip(self.machine.carrier, static_position(self.machine), z, strict=True):
+            values |= {c.position.name: float(x0) + x.real, c.velocity.name: float((1j * w * x).real)}
+        for name, sense, phase in zip(t.names, t.senses, state.phases, strict=True):
+            body = self.machine.body(name).coordinate
+            values |= {body.position.name: sense * phase, body.velocity.name: sense * w}
         return np.array([values[name] for name in self.machine.state_names])
-
-    def _sense(self, name: str) -> float:
-        return float(self.torques.senses[self.torques.names.index(name)])
 
     def _away(self, orbit: PeriodicOrbit, state: State) -> float:
         """How far the phases of a periodic motion are from those of a state, at most."""
-        m, names = self.machine, self.torques.names
-        angle = {b.name: self._sense(b.name) * orbit.state[m.row(b.coordinate.position)] for b in m.bodies}
-        apart = np.array([angle[name] - angle[names[0]] for name in names]) - state.phases
+        angles = self._angles(orbit.state)
+        apart = angles - angles[0] - state.phases
         return float(np.abs((apart + np.pi) % (2 * np.pi) - np.pi).max())
 
 
-def _on_the_unit_circle(machine: Machine) -> str:
-    if (np.diag(machine.matrices[1]) == 0).any():
-        return "the carrier is not damped: its own vibration neither grows nor decays"
-    return "a multiplier lies on the unit circle"
+@dataclass(frozen=True)
+class Disagreement:
+    """Why a machine's slow equations, with or without inertia, and its full ones disagree on the stability of a state."""
+
+    torques: SteadyTorques
+    inertia: bool
+
+    @cached_property
+    def _poles(self) -> np.ndarray:
+        return self.torques.vibration.poles
+
+    @cached_property
+    def _second_order(self) -> SlowStability | None:
+        """The slow equations of the next order, None where they are not to be had."""
+        try:
+            return SlowStability(self.torques, averaged_machine(self.torques.machine, self.inertia, 2))
+        except WuchtError:
+            return None
+
+    def _agrees_in_second_order(self, state: State, full: Stability) -> bool:
+        if len(self.torques.names) > _NEXT_ORDER or self._second_order is None:
+            return False
+        try:
+            return self._second_order.stability(state).stable == full.stable
+        except WuchtError:
+            return False
+
+    def why(self, state: State, slow: Stability, full: Stability) -> str | None:
+        """A sentence, None where they agree or one of them is undecided."""
+        if full.stable is None or slow.stable is None or full.stable == slow.stable or full.leading is None:
+            return None
+        rate, frequency = full.leading.real, abs(full.leading.imag)
+        of_time = "1/s" if self.torques.machine.units.speed else "a unit of time"
+        if full.stable:
+            exact = f"in the full equations all perturbations decay (the slowest with {-rate:.3g} {of_time})"
+        else:
+            pair = frequency > 1e-6 * state.speed
+            what = f"a pair of multipliers{self._whose(state.speed, frequency)}" if pair else "a real multiplier"
+            exact = f"{what} leaves the unit circle (growth {rate:.3g} {of_time})"
+        if self._agrees_in_second_order(state, full):
+            return f"{exact}: the slow equations take the carrier's vibration as steady; those of second order agree"
+        moving, slowest = float(np.abs(slow.exponents).max(initial=0.0)), float(-self._poles.real.max())
+        decay = (
+            f"decay with no more than {slowest:.3g} {of_time}" if slowest > 0
+            else "are not damped by anything outside the rotor"
+        )  # fmt: skip
+        return (
+            f"{exact}: the slow equations take the carrier's vibration as steady, but its own transients {decay}, while the "
+            f"phases move with up to {moving:.3g} {of_time}"
+        )
+
+    def _whose(self, speed: float, frequency: float) -> str:
+        """Whose multipliers they are: once a turn a frequency of the carrier is seen less whole multiples of the speed."""
+        unit, own = self.torques.machine.units.speed, np.abs(self._poles.imag)
+        seen = np.abs(own - speed * np.round(own / speed))
+        nearest = int(np.abs(seen - frequency).argmin())
+        if abs(seen[nearest] - frequency) < _OWN * own[nearest]:
+            return f", those of the carrier's own vibration at about {own[nearest]:.4g} {unit}".rstrip() + ","
+        return f" with the frequency {frequency:.4g} {unit}".rstrip()

@@ -1,7 +1,8 @@
-"""Steady phase configurations that have no closed form: of several rotors, or of bodies with torques of their own.
+"""All steady phase configurations of a machine, in closed form where there is one, else searched; and how that is shown.
 
-Up to four bodies the torus of the phases, with the speed where the drive decides it, is searched completely by subdivision.
-With more bodies Newton's method starts from many places: then it is not shown that no state is missing.
+There is none for several rotors and for bodies with torques of their own. Up to four bodies the torus of the phases, with the
+speed where the drive decides it, is searched completely by subdivision. With more Newton's method starts from many places: then
+it is not shown that no state is missing.
 """
 
 from __future__ import annotations
@@ -13,9 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.configurations.closed_form import State, patterns, signed
+from wucht.analysis.configurations import closed_form
+from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.configurations.torus import OnTheTorus, bounded
+from wucht.analysis.forced import Forced
+from wucht.analysis.working_points import TorqueCurves
 from wucht.numerics.subdivision import Zeros, all_zeros
 
 MOST_BODIES = 4
@@ -25,7 +29,10 @@ _STARTS, _ROUNDS, _STEPS = 600, 8, 80
 _AGAIN = 6  # times that all starts, when their indices show that a state is missing
 _SAME = 1e-6  # rad, and share of the speed: two ends of Newton's method that are one state
 _SETTLED = 1e-10  # of the largest torque: where Newton's method has arrived
-
+_PATTERNS = 64  # ways to be in line for which the speeds are proved complete
+_EQUAL_SPEEDS = 1e-6  # relative
+_POINTS = 1200  # of the grid of speeds
+_PROBES = 50  # speeds at which bodies must be without torques of their own
 
 Watch = Callable[[], None] | None  # called often; what it raises ends the search
 
@@ -39,22 +46,78 @@ class Search:
     shown: str
 
 
+def all_states(torques: SteadyTorques, low: float, high: float, watch: Watch = None) -> Search:
+    """All states, each verified; the speed between low and high, in the main rotor's own sense, where it is not given.
+
+    watch: called often; what it raises ends the search.
+    """
+    if not in_closed_form(torques, low, high):
+        searched = search(torques, low, high, watch)
+    elif torques.given is not None:
+        states = closed_form.at_speed(torques, torques.given)
+        searched = Search(states, True, "closed form: other phases than these do not stay")
+    else:
+        searched = _over_speeds(torques, low, high, watch)
+    verified = [s for s in searched.states if torques.balanced(s.speed, s.phases)]
+    missed = len(searched.states) - len(verified)
+    if not missed:
+        return searched
+    return Search(verified, False, f"{searched.shown}; {missed} more do not fulfil the balance of the torques")
+
+
+def in_closed_form(torques: SteadyTorques, low: float, high: float) -> bool:
+    """Whether the phases are known in closed form at these speeds.
+
+    Raises ``InputError`` where a body has no unbalance, so that nothing fixes its phase.
+    """
+    at = np.array([torques.given]) if torques.given is not None else np.linspace(low, high, _PROBES)
+    known = torques.size == 2 or (torques.coefficients is not None and torques.idle(at))
+    if known:
+        closed_form.branches(torques, at)
+    return known
+
+
+def _over_speeds(torques: SteadyTorques, low: float, high: float, watch: Watch) -> Search:
+    """In closed form over the speed; the speeds compared with those that subdivision finds."""
+    machine, sense = torques.machine, float(torques.senses[0])
+    ends = (min(sense * low, sense * high), max(sense * low, sense * high))
+    curves = TorqueCurves(machine, machine.rotor, Forced.of(machine, np.zeros(torques.size)), ends, _POINTS)
+    grid, states = np.sort(sense * curves.grid), list[State]()  # speeds that resolve resonances and the drive's characteristic
+    for a, b in torques.parts(low, high):
+        states += closed_form.over_speeds(torques, np.unique([a, *grid[(grid > a) & (grid < b)], b]))
+    closed = sorted(s.speed for s in states if s.beside or torques.size == 2)
+    speeds, proved = speeds_in_words(torques, low, high), _proved_speeds(torques, low, high, watch)
+    if proved is None or len(proved) != len(closed) or not np.allclose(proved, closed, rtol=_EQUAL_SPEEDS):
+        return Search(states, False, f"phases in closed form; {speeds} on a grid: it is not shown that no state is missing")
+    return Search(states, True, f"phases in closed form; {speeds} by subdivision with bounds on the Jacobian")
+
+
+def _proved_speeds(torques: SteadyTorques, low: float, high: float, watch: Watch) -> list[float] | None:
+    """The speeds of all states in line, by subdivision; None where it is not shown that these are all."""
+    if torques.size == 2:
+        searched = by_subdivision(torques, low, high, watch=watch)
+        return sorted(s.speed for s in searched.states) if searched.complete else None
+    if not torques.classes or closed_form.pattern_count(torques) > _PATTERNS:
+        return None
+    return speeds_in_line(torques, low, high, watch)
+
+
 def search(torques: SteadyTorques, low: float, high: float, watch: Watch = None) -> Search:
     """All states, the speed between low and high where it is not given."""
     if torques.size <= MOST_BODIES:
-        found = by_subdivision(torques, low, high, watch=watch)
-        if found.complete:
-            return found
-        more = from_many_starts(torques, low, high, found.states, watch=watch)
-        return Search(more, False, found.shown)
+        searched = by_subdivision(torques, low, high, watch=watch)
+        if searched.complete:
+            return searched
+        return Search(from_many_starts(torques, low, high, searched.states, watch=watch), False, searched.shown)
     states, rounds = from_many_starts(torques, low, high, [], watch=watch), 1
     while torques.given is not None and index(torques, states) != 0 and rounds < _AGAIN:
         states, rounds = from_many_starts(torques, low, high, states, rounds, watch), rounds + 1
     shown = f"Newton's method from {_STARTS * _ROUNDS * rounds} starts: it is not shown that no state is missing"
     if torques.given is not None:
-        total = index(torques, states)
-        must = ", but their indices add up to 0, as they must"
-        shown += must if total == 0 else f"; their indices add up to {total} and not to 0: at least one is missing"
+        shown += (
+            f"; their indices add up to {total} and not to 0: at least one is missing" if (total := index(torques, states))
+            else ", but their indices add up to 0, as they must"
+        )  # fmt: skip
     return Search(states, False, shown)
 
 
@@ -76,7 +139,7 @@ def by_subdivision(
     searched = _zeros(torques, low, high, most_boxes or _BOXES[torques.size], watch)
     speeds, phases = OnTheTorus(torques).parted(np.concatenate([zeros.points for zeros in searched], axis=1))
     states = _grouped(torques, [(float(w), phases[:, k]) for k, w in enumerate(speeds)])
-    what = "the phases" if torques.given is not None else f"the phases and {speeds_said(torques, low, high)}"
+    what = "the phases" if torques.given is not None else f"the phases and {speeds_in_words(torques, low, high)}"
     boxes = sum(zeros.boxes for zeros in searched)
     if all(zeros.complete for zeros in searched):
         return Search(states, True, f"{what} were searched by subdivision, {boxes} boxes, with bounds on the Jacobian")
@@ -87,50 +150,46 @@ def by_subdivision(
 def _zeros(torques: SteadyTorques, low: float, high: float, most_boxes: int, watch: Watch) -> list[Zeros]:
     """The states of each part of the range of speeds, or of the speed that is given."""
     problem, n = OnTheTorus(torques), torques.size
-    bottom, top, around = [0.0] * (n - 1), [2 * math.pi] * (n - 1), [True] * (n - 1)
-    parts: list[tuple[list[float], list[float]]] = [([], [])]
-    if torques.given is None:
-        parts, around = [([a], [b]) for a, b in torques.parts(low, high)], [*around, False]
+    speeds = [([a], [b]) for a, b in torques.parts(low, high)] if torques.given is None else [([], [])]
     return [
         all_zeros(
-            problem.function, problem.jacobian, problem.spread, bottom + a, top + b, periodic=around, smallest=_SMALLEST,
-            most_boxes=most_boxes, watch=watch,
+            problem.function, problem.jacobian, problem.spread, [0.0] * (n - 1) + a, [2 * math.pi] * (n - 1) + b,
+            periodic=[True] * (n - 1) + [False] * len(a), smallest=_SMALLEST, most_boxes=most_boxes, watch=watch,
         )
-        for a, b in parts
+        for a, b in speeds
     ]  # fmt: skip
 
 
-def speeds_said(torques: SteadyTorques, low: float, high: float) -> str:
-    """The speeds that are searched, in words."""
-    said = f"speeds from {low:.4g} to {high:.4g} {torques.unit}".rstrip()
+def speeds_in_words(torques: SteadyTorques, low: float, high: float) -> str:
+    """The speeds that are searched."""
+    searched = f"speeds from {low:.4g} to {high:.4g} {torques.machine.units.speed}".rstrip()
     poles = ", ".join(f"{at:.5g}" for at in torques.poles(low, high))
-    return f"{said} (but for {poles}, where the undamped vibration is infinite)" if poles else said
+    return f"{searched} (but for {poles}, where the undamped vibration is infinite)" if poles else searched
 
 
-def speeds_in_line(torques: SteadyTorques, low: float, high: float, watch: Watch = None) -> list[tuple[float, ...]] | None:
+def speeds_in_line(torques: SteadyTorques, low: float, high: float, watch: Watch = None) -> list[float] | None:
     """The speeds of all states of each of ``patterns``, by subdivision over the speed and the angle of the line.
 
     The bodies in line are taken for one that excites with their sum and feels like the first. None where something stays
     undecided.
     """
-    v, found = torques.vibration, []
     if not bounded(torques):
         return None
-    for side, _, twice in patterns(torques):
-        unit = v.excitation[1] / np.abs(torques.coefficients[1])  # type: ignore[index]
+    rotor, unit = torques.vibration.excitation[0], torques.vibration.excitation[1] / np.abs(torques.coefficients[1])  # type: ignore[index]
+    every: list[float] = []
+    for _, g, _, twice in closed_form.patterns(torques):
         line = replace(
             torques, names=(*torques.names[:1], "line"), heads=(0, 0), senses=torques.senses[:2],
-            inertia=torques.inertia[:2, :2],
-            vibration=replace(v, excitation=np.array([v.excitation[0], signed(torques, side) * unit])),
-            relative=torques.relative[:2, :2], own=(sum(torques.own, sp.S.Zero), sp.S.Zero),
-            pickup=np.array([v.excitation[0], unit]), weights=np.array([1.0, signed(torques, side)]),
+            inertia=torques.inertia[:2, :2], relative=torques.relative[:2, :2],
+            vibration=replace(torques.vibration, excitation=np.array([rotor, g * unit])),
+            own=(sum(torques.own, sp.S.Zero), sp.S.Zero), felt=np.array([rotor, unit]), share=np.array([1.0, g]),
         )  # fmt: skip
         searched = _zeros(line, low, high, _BOXES[2], watch)
         if not all(zeros.complete for zeros in searched):
             return None
         speeds = np.sort(np.concatenate([zeros.points[-1] for zeros in searched]))
-        found.append(tuple(speeds[::2].tolist() if twice else speeds.tolist()))
-    return found
+        every += speeds[:: 2 if twice else 1].tolist()
+    return sorted(every)
 
 
 def from_many_starts(
@@ -138,20 +197,18 @@ def from_many_starts(
 ) -> list[State]:
     """The states that Newton's method finds, with those that are known. Other seeds give other starts."""
     problem, draw, n = OnTheTorus(torques), np.random.default_rng(seed), torques.size
-    found = [(s.speed, s.phases) for s in known]
+    states = [(s.speed, s.phases) for s in known]
     for _ in range(_ROUNDS):
         if watch is not None:
             watch()
         x = draw.uniform(0, 2 * np.pi, (n - 1, _STARTS))
         if torques.given is None:
             x = np.concatenate([x, draw.uniform(low, high, (1, _STARTS))])
-        arrived = _newton(problem, x, low, high)
-        speeds, phases = problem.parted(arrived)
-        for k, w in enumerate(speeds):
-            new = not any(_same(torques, (float(w), phases[:, k]), other) for other in found)
-            if new and torques.balanced(float(w), phases[:, k]):
-                found.append((float(w), phases[:, k]))
-    return _grouped(torques, found)
+        speeds, phases = problem.parted(_newton(problem, x, low, high))
+        for state in zip(speeds.tolist(), phases.T, strict=True):
+            if not any(_same(torques, state, other) for other in states) and torques.balanced(*state):
+                states.append(state)
+    return _grouped(torques, states)
 
 
 def _newton(problem: OnTheTorus, x: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -162,55 +219,43 @@ def _newton(problem: OnTheTorus, x: np.ndarray, low: float, high: float) -> np.n
     for _ in range(_STEPS):
         matrix = np.moveaxis(problem.jacobian(x), -1, 0)
         matrix = matrix + 1e-14 * np.abs(matrix).max(axis=(1, 2), keepdims=True) * np.eye(len(x))
-        step = -np.linalg.solve(matrix, problem.function(x).T[..., None])[..., 0].T
-        step = np.nan_to_num(step)
+        step = np.nan_to_num(-np.linalg.solve(matrix, problem.function(x).T[..., None])[..., 0].T)
         x = x + step / np.maximum(1.0, np.abs(step / most).max(axis=0))
         if t.given is None:
             x[-1] = np.clip(x[-1], low, high)
     scale = np.abs(problem.jacobian(x)[:, : t.size - 1]).sum(axis=1).max(axis=0)
     good = (np.abs(problem.function(x)).max(axis=0) <= _SETTLED * scale) & np.isfinite(x).all(axis=0)
-    found: np.ndarray = x[:, good]
-    return found
+    return np.asarray(x[:, good])
 
 
-def _same(torques: SteadyTorques, one: tuple[float, np.ndarray], other: tuple[float, np.ndarray]) -> bool:
+def _apart(angles: np.ndarray, other: np.ndarray | float) -> np.ndarray:
+    return np.abs((angles - other + math.pi) % (2 * math.pi) - math.pi)
+
+
+def _same(torques: SteadyTorques, state: tuple[float, np.ndarray], other: tuple[float, np.ndarray]) -> bool:
     """Whether two states are one, equal bodies being exchanged."""
-    if abs(one[0] - other[0]) > _SAME * abs(one[0]):
+    if abs(state[0] - other[0]) > _SAME * abs(state[0]):
         return False
     for members in torques.classes:
-        left = [other[1][i] for i in members]
+        left = other[1][list(members)]
         for i in members:
-            apart = [abs((one[1][i] - b + math.pi) % (2 * math.pi) - math.pi) for b in left]
-            best = int(np.argmin(apart))
-            if apart[best] > _SAME:
+            apart = _apart(left, state[1][i])
+            if apart.min() > _SAME:
                 return False
-            left.pop(best)
+            left = np.delete(left, apart.argmin())
     return True
 
 
-def _grouped(torques: SteadyTorques, found: Sequence[tuple[float, np.ndarray]]) -> list[State]:
-    kept: list[State] = []
-    for w, phases in found:
-        if any(_same(torques, (w, phases), (s.speed, s.phases)) for s in kept):
+def _grouped(torques: SteadyTorques, states: Sequence[tuple[float, np.ndarray]]) -> list[State]:
+    """Each state once, with the number of those that exchanging equal bodies makes of it."""
+    different: list[State] = []
+    for w, phases in states:
+        if any(_same(torques, (w, phases), (s.speed, s.phases)) for s in different):
             continue
-        ordered = phases % (2 * math.pi)
+        ordered, many = phases % (2 * math.pi), 1
         for members in torques.classes:
-            ordered[list(members)] = np.sort(ordered[list(members)])
-        kept.append(State(w, ordered, 0, _arrangements(torques, ordered)))
-    return sorted(kept, key=lambda s: (s.speed, s.phases.tolist()))
-
-
-def _arrangements(torques: SteadyTorques, phases: np.ndarray) -> int:
-    """How many states exchanging equal bodies makes of one."""
-    found = 1
-    for members in torques.classes:
-        here = phases[list(members)]
-        together: list[list[float]] = []
-        for angle in here:
-            near = next((g for g in together if abs((angle - g[0] + math.pi) % (2 * math.pi) - math.pi) < _SAME), None)
-            if near is None:
-                together.append([angle])
-            else:
-                near.append(angle)
-        found *= math.factorial(len(members)) // math.prod(math.factorial(len(g)) for g in together)
-    return found
+            angles = ordered[list(members)] = np.sort(ordered[list(members)])
+            near = np.unique(_apart(angles[:, None], angles) < _SAME, axis=0, return_counts=True)[1]
+            many *= math.factorial(len(members)) // math.prod(math.factorial(k) for k in near.tolist())
+        different.append(State(w, ordered, 0, many))
+    return sorted(different, key=lambda s: (s.speed, s.phases.tolist()))

@@ -1,6 +1,6 @@
 """Stability of steady phase configurations in the slow equations.
 
-J theta'' + B theta' = tau(theta') + V(theta_0', alpha), linearised about equal speeds and constant phases; or the equations
+J theta'' + B theta' = tau(theta') + V(theta_0', alpha), linearised about equal speeds and steady phases; or the equations
 without the inertia of the balancing bodies. What belongs to a family of states, or to an interval of speeds without torque,
 neither grows nor decays and is left out.
 """
@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.analysis.averaged import SlowMachine
+from wucht.analysis.averaged import AveragedMachine
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.numerics.jacobian import Jacobian
@@ -37,15 +37,14 @@ class Stability:
 
     @classmethod
     def of_exponents(cls, exponents: np.ndarray, neutral: float, reason: str) -> Stability:
-        """By the largest real part. neutral: below it nothing grows or decays; reason: what is said then."""
+        """By the largest real part. neutral: below it nothing grows or decays; reason: what is reported then."""
         if not len(exponents):
             return cls(True, exponents)
         if not np.isfinite(exponents).all():
             return cls(None, exponents, "it cannot be computed here")
-        largest = float(exponents[0].real)
-        if abs(largest) <= neutral:
+        if abs(exponents[0].real) <= neutral:
             return cls(None, exponents, reason)
-        return cls(largest < 0, exponents)
+        return cls(bool(exponents[0].real < 0), exponents)
 
     @property
     def leading(self) -> complex | None:
@@ -58,16 +57,17 @@ class SlowStability:
     """The slow equations of a machine, linearised about its steady phase configurations; with or without inertia as given."""
 
     torques: SteadyTorques
-    slow: SlowMachine
+    slow: AveragedMachine
 
     @cached_property
-    def linear(self) -> Jacobian:
-        """The Jacobian of the slow System."""
+    def _linear(self) -> Jacobian:
         return Jacobian.of(self.slow.system)
 
     def stability(self, state: State) -> Stability:
         """Of a state, transverse to its family."""
-        return self._by_exponents(self.exponents(state, state.phases[:, None])[0])
+        exponents = self.exponents(state, state.phases[:, None])[0]
+        neutral = NEUTRAL * float(np.abs(exponents).max(initial=0.0))
+        return Stability.of_exponents(exponents, neutral, "neither grows nor decays")
 
     def exponents(self, state: State, phases: np.ndarray) -> np.ndarray:
         """The exponents (N, k) of members (n, N) of a state's family, transverse to it, the fastest growing first.
@@ -75,28 +75,15 @@ class SlowStability:
         Not numbers where the equations are singular.
         """
         state = state.inside
-        if self.slow.inertia:
+        if self.slow.inertia and self.slow.order == 1:
             matrices = slow_matrices(self.torques, np.full(phases.shape[1], state.speed), phases)
         else:
             states = np.array([slow_state(self.slow, replace(state, phases=at)) for at in phases.T]).T
-            matrices = np.moveaxis(self.linear(states, self.slow.values())[1], -1, 0)
+            matrices = np.moveaxis(self._linear(states, self.slow.values())[1], -1, 0)
         regular = np.isfinite(matrices).all(axis=(1, 2))
         exponents = np.full(matrices.shape[:2], np.nan, complex)
         exponents[regular] = np.linalg.eigvals(matrices[regular])
         return transverse(exponents, state.neutral)
-
-    def of_system(self, state: State) -> Stability | None:
-        """The same from the Jacobian of the System, of whatever order; None where it is singular."""
-        matrix = self.linear.at(slow_state(self.slow, state), self.slow.values())[1]
-        if not np.isfinite(matrix).all():
-            return None
-        return self._by_exponents(transverse(np.linalg.eigvals(matrix), state.neutral))
-
-    @staticmethod
-    def _by_exponents(exponents: np.ndarray) -> Stability:
-        return Stability.of_exponents(
-            exponents, NEUTRAL * float(np.abs(exponents).max(initial=0.0)), "neither grows nor decays"
-        )
 
 
 def slow_matrices(torques: SteadyTorques, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
@@ -106,16 +93,12 @@ def slow_matrices(torques: SteadyTorques, speeds: np.ndarray, phases: np.ndarray
     """
     n, free = torques.size, list(torques.free)
     change, rate = torques.slopes(speeds, phases)
-    brake = torques.alone(speeds)[1]
     by_speed = np.repeat(-torques.relative[:, :, None], len(speeds), axis=2)
-    by_speed[np.arange(n), np.arange(n)] += brake
+    by_speed[np.arange(n), np.arange(n)] += torques.alone(speeds)[1]
     by_speed[:, 0] += rate
     inverse = np.linalg.inv(torques.inertia[np.ix_(free, free)])
-    k = n - 1 + len(free)
-    matrices = np.zeros((len(speeds), k, k))
-    for row, i in enumerate(range(1, n)):
-        for column, f in enumerate(free):
-            matrices[:, row, n - 1 + column] = float(f == i) - float(f == 0)
+    matrices = np.zeros((len(speeds), n - 1 + len(free), n - 1 + len(free)))
+    matrices[:, : n - 1, n - 1 :] = (np.eye(n) - np.eye(n)[0])[1:, free]
     matrices[:, n - 1 :, : n - 1] = np.einsum("ij,jkN->Nik", inverse, change[free][:, 1:])
     matrices[:, n - 1 :, n - 1 :] = np.einsum("ij,jkN->Nik", inverse, by_speed[np.ix_(free, free)])
     return matrices
@@ -123,13 +106,11 @@ def slow_matrices(torques: SteadyTorques, speeds: np.ndarray, phases: np.ndarray
 
 def transverse(eigenvalues: np.ndarray, dimension: int) -> np.ndarray:
     """Eigenvalues (N, k) without the ``dimension`` smallest, the fastest growing first."""
-    order = np.argsort(np.abs(eigenvalues), axis=-1)[..., dimension:]
-    others = np.take_along_axis(eigenvalues, order, -1)
-    ordered: np.ndarray = np.take_along_axis(others, np.argsort(-others.real, axis=-1, kind="stable"), -1)
-    return ordered
+    others = np.take_along_axis(eigenvalues, np.argsort(np.abs(eigenvalues), axis=-1)[..., dimension:], -1)
+    return np.asarray(np.take_along_axis(others, np.argsort(-others.real, axis=-1, kind="stable"), -1))
 
 
-def slow_state(slow: SlowMachine, state: State) -> np.ndarray:
+def slow_state(slow: AveragedMachine, state: State) -> np.ndarray:
     """The state (k,) of the slow equations."""
     alpha = dict(zip(slow.equations.bodies.names, state.phases, strict=True))
     values = []

@@ -11,16 +11,15 @@ the carrier dissipates, sum V_i = -(w^5/2) s^H G s with G = E^H H^H C H E and s_
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import SlowMachine, slow_machine
-from wucht.analysis.forced import UNDAMPED
-from wucht.analysis.shaft import curves
+from wucht.analysis.averaged import AveragedMachine, averaged_machine
+from wucht.analysis.forced import UNDAMPED, WithSlope
+from wucht.analysis.shaft import Curve, curves
 from wucht.analysis.vibration import Vibration
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -32,8 +31,6 @@ _NOTHING = 1e-13  # of the largest torque coefficient: below it a torque counts 
 _AT_THE_POLE = 1e-6  # relative: this near to the natural frequency of an undamped vibration no state is looked for
 _BALANCED = 1e-7  # of the torques: what may be left of them in a state
 
-WithSlope = tuple[np.ndarray, np.ndarray]
-
 
 @dataclass(frozen=True)
 class SteadyTorques:
@@ -41,8 +38,8 @@ class SteadyTorques:
 
     heads: the index of the rotor that each body turns about. senses: +1 or -1. inertia, relative: J and the dampers between
     the bodies of a rotor (n x n). own: tau_i, in ``SPEED`` and the parameters. given: the main rotor's speed if prescribed.
-    pickup: the shapes (n x m) by which the carrier turns the bodies, where they are not those by which they excite it: of a
-    body that stands for others; weights (n,): of how many it stands for. unit: of the speeds, for sentences.
+    felt: the shapes (n x m) by which the carrier turns the bodies: those by which they excite it, but for a body that stands
+    for others. share (n,): of how many bodies each stands for.
     """
 
     machine: Machine
@@ -54,22 +51,21 @@ class SteadyTorques:
     relative: np.ndarray
     own: tuple[sp.Expr, ...]
     given: float | None
-    pickup: np.ndarray | None = None
-    weights: np.ndarray | None = None
-    unit: str = ""
+    felt: np.ndarray
+    share: np.ndarray
 
     @classmethod
     def of(cls, machine: Machine) -> SteadyTorques:
         """The torques of a machine of the slow class. Raises ``InputError`` for others, with the reason."""
-        return cls.from_slow(slow_machine(machine))
+        return cls.from_slow(averaged_machine(machine))
 
     @classmethod
-    def from_slow(cls, slow: SlowMachine) -> SteadyTorques:
+    def from_slow(cls, slow: AveragedMachine) -> SteadyTorques:
         """The same from slow equations that are there."""
         b = slow.equations.bodies
         if b.shaking is not None:
             raise InputError(
-                "machine.carrier.motion", None, "the carrier's motion is prescribed: whether it takes the rotor along is "
+                "machine.carrier.motion", None, "the carrier's motion is prescribed: whether it entrains the rotor is "
                 "study.kind = 'entrainment'",
             )  # fmt: skip
 
@@ -78,27 +74,20 @@ class SteadyTorques:
 
         order = [x.name for x in slow.machine.bodies]
         vibration = Vibration.of(slow.machine).only([order.index(name) for name in b.names])
-        own = tuple(sp.sympify(absolute(b, i, SPEED)) for i in range(len(b.names)))
-        given = None if b.given is None else float(slow.machine.evaluate(sp.sympify(b.given))[0])
         return cls(
-            machine=slow.machine,
-            names=b.names,
-            heads=b.heads,
-            senses=np.array([float(slow.senses[name]) for name in b.names]),
-            vibration=vibration,
-            inertia=matrix(b.inertia),
-            relative=matrix(b.relative),
-            own=own,
-            given=given,
-            unit=slow.machine.units.speed,
-        )
+            machine=slow.machine, names=b.names, heads=b.heads, vibration=vibration, felt=vibration.excitation,
+            senses=np.array([float(slow.senses[name]) for name in b.names]), share=np.ones(len(b.names)),
+            inertia=matrix(b.inertia), relative=matrix(b.relative),
+            own=tuple(sp.sympify(absolute(b, i, SPEED)) for i in range(len(b.names))),
+            given=None if b.given is None else float(slow.machine.evaluate(sp.sympify(b.given))[0]),
+        )  # fmt: skip
 
     def held(self, speed: float) -> SteadyTorques:
         """The same with the main rotor at a given speed."""
         return replace(self, given=speed)
 
     @cached_property
-    def alone(self) -> Callable[[np.ndarray], WithSlope]:
+    def alone(self) -> Curve:
         """tau (n, N) and its slope as a function of speeds (N,)."""
         return curves(self.machine, self.own)
 
@@ -112,26 +101,23 @@ class SteadyTorques:
         """The bodies whose torques must balance: all but a main rotor whose speed is given."""
         return tuple(range(1 if self.given is not None else 0, self.size))
 
-    @property
-    def felt(self) -> np.ndarray:
-        """The shapes (n x m) by which the carrier turns the bodies."""
-        return self.vibration.excitation if self.pickup is None else self.pickup
+    def _response(self, speeds: np.ndarray) -> WithSlope:
+        """H E^T (N, m, n) at speeds (N, 1, 1), and its slope."""
+        v, e = self.vibration, self.vibration.excitation.T
+        dynamic = v.dynamic(speeds)
+        response = np.linalg.solve(dynamic, np.broadcast_to(e, (len(speeds), *e.shape)))
+        return response, np.linalg.solve(dynamic, (2 * speeds * v.mass - 1j * v.damping) @ response)
 
-    def influence(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def influence(self, speeds: np.ndarray) -> WithSlope:
         """a_ik (N, n, n) at speeds (N,), and da/dw."""
-        v, w = self.vibration, np.atleast_1d(np.asarray(speeds, float))[:, None, None]
-        e, left = v.excitation, self.felt.conj()
-        response = np.linalg.solve(v.dynamic(w), np.broadcast_to(e.T, (len(w), *e.T.shape)))
-        slope = np.linalg.solve(v.dynamic(w), (2 * w * v.mass - 1j * v.damping) @ response)
-        return left @ response, left @ slope
+        response, slope = self._response(np.reshape(np.asarray(speeds, float), (-1, 1, 1)))
+        return self.felt.conj() @ response, self.felt.conj() @ slope
 
-    def brake(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def brake(self, speeds: np.ndarray) -> WithSlope:
         """B_ik (N, n, n) = (w^5/2) (E^H H^H C H E)_ik at speeds (N,), and dB/dw: all V_i together are -s^H B s."""
-        v, w = self.vibration, np.atleast_1d(np.asarray(speeds, float))[:, None, None]
-        dynamic, e = v.dynamic(w), v.excitation.T
-        z = np.linalg.solve(dynamic, np.broadcast_to(e, (len(w), *e.shape)))
-        dz = np.linalg.solve(dynamic, (2 * w * v.mass - 1j * v.damping) @ z)
-        back, rate = (np.moveaxis(x, 1, 2).conj() @ v.damping for x in (z, dz))
+        w = np.reshape(np.asarray(speeds, float), (-1, 1, 1))
+        z, dz = self._response(w)
+        back, rate = (np.moveaxis(x, 1, 2).conj() @ self.vibration.damping for x in (z, dz))
         power = back @ z
         return w**5 / 2 * power, 5 * w**4 / 2 * power + w**5 / 2 * (rate @ z + back @ dz)
 
@@ -139,24 +125,18 @@ class SteadyTorques:
         """sum tau_i + V_i (N,), without the difference of large numbers that V_i are near a resonance."""
         s = np.exp(1j * phases)
         power = np.einsum("iN,Nik,kN->N", s.conj(), self.brake(speeds)[0], s).real
-        found: np.ndarray = self.share @ self.alone(speeds)[0] - power
-        return found
-
-    @property
-    def share(self) -> np.ndarray:
-        """Of how many each body stands for (n,)."""
-        return np.ones(self.size) if self.weights is None else self.weights
+        return np.asarray(self.share @ self.alone(speeds)[0] - power)
 
     def poles(self, low: float, high: float) -> list[float]:
         """The natural frequencies in a range of speeds at which the bodies' vibration is infinite: those without damping."""
         values = self.vibration.poles
         undamped = np.unique(values.imag[(np.abs(values.real) < UNDAMPED * np.abs(values)) & (values.imag > 0)])
-        found: list[float] = []
+        poles: list[float] = []
         for at in undamped[(undamped >= low * (1 - _AT_THE_POLE)) & (undamped <= high * (1 + _AT_THE_POLE))]:
             near, far = (np.abs(self.influence(np.array([at * (1 + d)]))[0]) for d in (1e-7, 1e-4))
-            if (near > 100 * far).any() and not any(abs(at - other) < _AT_THE_POLE * at for other in found):
-                found.append(float(at))
-        return found
+            if (near > 100 * far).any() and not any(abs(at - other) < _AT_THE_POLE * at for other in poles):
+                poles.append(float(at))
+        return poles
 
     def parts(self, low: float, high: float) -> list[tuple[float, float]]:
         """A range of speeds without the surroundings of ``poles``, where no state stays but the vibration is infinite."""
@@ -176,26 +156,20 @@ class SteadyTorques:
 
     def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """V (n, N) at speeds (N,) and phases (n, N)."""
-        influence, _ = self.influence(speeds)
-        return _vibration_torque(influence, np.asarray(speeds, float) ** 4 / 2, phases)
+        return _vibration_torque(self.influence(speeds)[0], np.asarray(speeds, float) ** 4 / 2, phases)
 
     def residual(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """tau + V (n, N)."""
-        found: np.ndarray = self.alone(speeds)[0] + self.torque(speeds, phases)
-        return found
+        return np.asarray(self.alone(speeds)[0] + self.torque(speeds, phases))
 
-    def slopes(self, speeds: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(self, speeds: np.ndarray, phases: np.ndarray) -> WithSlope:
         """dV/dalpha (n, n, N), and dV/dw (n, N): what V changes by with the speed of all."""
-        w = np.asarray(speeds, float)
+        w, index = np.asarray(speeds, float), np.arange(self.size)
         influence, slope = self.influence(w)
-        apart = phases[:, None] - phases[None]
-        pull = np.moveaxis(influence, 0, -1) * np.exp(-1j * apart)
-        change = w**4 / 2 * pull.real
-        index = np.arange(self.size)
+        change = w**4 / 2 * (np.moveaxis(influence, 0, -1) * np.exp(-1j * (phases[:, None] - phases[None]))).real
         change[index, index] = 0.0
         change[index, index] = -change.sum(axis=1)
-        rate = _vibration_torque(slope, w**4 / 2, phases) + _vibration_torque(influence, 2 * w**3, phases)
-        return change, rate
+        return change, _vibration_torque(slope, w**4 / 2, phases) + _vibration_torque(influence, 2 * w**3, phases)
 
     @cached_property
     def coefficients(self) -> np.ndarray | None:
@@ -206,12 +180,10 @@ class SteadyTorques:
         e = self.vibration.excitation
         largest = int(np.abs(e).sum(axis=1).argmax())
         shape = e[largest] / (np.linalg.norm(e[largest]) or 1.0)
-        found = e @ shape.conj()
-        rest = np.abs(e - found[:, None] * shape).max(initial=0.0)
-        if rest > _PARALLEL * np.abs(e).max(initial=0.0):
+        c = e @ shape.conj()
+        if np.abs(e - c[:, None] * shape).max(initial=0.0) > _PARALLEL * np.abs(e).max(initial=0.0):
             return None
-        turned: np.ndarray = found * np.exp(-1j * np.angle(found[0])) if found[0] else found
-        return turned
+        return np.asarray(c * np.exp(-1j * np.angle(c[0])) if c[0] else c)
 
     @cached_property
     def in_line(self) -> bool:
@@ -223,28 +195,25 @@ class SteadyTorques:
         c = self.coefficients
         assert c is not None
         i = int(np.abs(c).argmax())
-        found: np.ndarray = self.influence(speeds)[0][:, i, i] / np.abs(c[i]) ** 2
-        return found
+        return np.asarray(self.influence(speeds)[0][:, i, i] / np.abs(c[i]) ** 2)
 
     def idle(self, speeds: np.ndarray) -> bool:
         """Whether no body but the main rotor has a torque of its own at these speeds: then vibration alone places them."""
-        own = self.alone(np.atleast_1d(speeds))[0]
-        scale = np.abs(
-            self.torque(np.atleast_1d(speeds), np.zeros((self.size, np.size(speeds))) + np.arange(self.size)[:, None])
-        )
-        return bool((np.abs(own[1:]) <= _NOTHING * max(float(scale.max()), float(np.abs(own).max()))).all())
+        w = np.atleast_1d(speeds)
+        own, phases = self.alone(w)[0], np.broadcast_to(np.arange(float(self.size))[:, None], (self.size, len(w)))
+        scale = max(float(np.abs(self.torque(w, phases)).max()), float(np.abs(own).max()))
+        return bool((np.abs(own[1:]) <= _NOTHING * scale).all())
 
     @cached_property
     def classes(self) -> tuple[tuple[int, ...], ...]:
         """The bodies other than the main rotor, equal ones together: exchanging them changes no torque, inertia or damper."""
-        found: list[list[int]] = []
+        classes: list[list[int]] = []
         for i in range(1, self.size):
-            alike = next((members for members in found if self._alike(members[0], i)), None)
+            alike = next((members for members in classes if self._alike(members[0], i)), None)
             if alike is None:
-                found.append([i])
-            else:
-                alike.append(i)
-        return tuple(tuple(members) for members in found)
+                classes.append(alike := [])
+            alike.append(i)
+        return tuple(tuple(members) for members in classes)
 
     def _alike(self, i: int, k: int) -> bool:
         if self.heads[i] != self.heads[k] or self.heads[i] == i or self.senses[i] != self.senses[k]:
@@ -261,5 +230,4 @@ class SteadyTorques:
 def _vibration_torque(influence: np.ndarray, factor: np.ndarray, phases: np.ndarray) -> np.ndarray:
     turning = np.exp(1j * phases)
     field = np.einsum("Nik,kN->iN", influence, turning)
-    found: np.ndarray = -factor * (turning * field.conj()).imag
-    return found
+    return np.asarray(-factor * (turning * field.conj()).imag)

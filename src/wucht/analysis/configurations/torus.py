@@ -30,36 +30,30 @@ class OnTheTorus:
 
     def parted(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Speeds (N,) and phases (n, N)."""
-        n = self.torques.size
-        phases = np.concatenate([np.zeros((1, x.shape[1])), x[: n - 1]])
-        given = self.torques.given
-        return (x[-1] if given is None else np.full(x.shape[1], given)), phases
+        phases = np.concatenate([np.zeros((1, x.shape[1])), x[: self.torques.size - 1]])
+        return (x[-1] if self.torques.given is None else np.full(x.shape[1], self.torques.given)), phases
 
     def function(self, x: np.ndarray) -> np.ndarray:
         """f (k, N)."""
         t, at = self.torques, self.parted(x)
-        found: np.ndarray = t.residual(*at)[list(t.free)]
+        left: np.ndarray = t.residual(*at)[list(t.free)]
         if t.given is None:
-            found[0] = t.total(*at)
-        return found
+            left[0] = t.total(*at)
+        return left
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """df/dx (k, k, N)."""
         t, free = self.torques, list(self.torques.free)
         speeds, phases = self.parted(x)
         change, rate = t.slopes(speeds, phases)
-        found: np.ndarray = change[free][:, 1:]
-        if t.given is None:
-            found = np.concatenate([found, (rate + t.alone(speeds)[1])[free][:, None]], axis=1)
-            found[0] = self._of_all(speeds, phases)
-        return found
-
-    def _of_all(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
-        """The first row (k, N): d/dx of sum tau_i - s^H B s."""
-        t, s = self.torques, np.exp(1j * phases)
-        brake, rate = (np.einsum("iN,Nik,kN->iN", s.conj(), b, s) for b in t.brake(speeds))
-        by_speed = t.share @ t.alone(speeds)[1] - rate.real.sum(axis=0)
-        return np.concatenate([-2 * brake.imag[1:], by_speed[None]])
+        if t.given is not None:
+            return np.asarray(change[free][:, 1:])
+        own = t.alone(speeds)[1]
+        jacobian = np.concatenate([change[:, 1:], (rate + own)[:, None]], axis=1)
+        s = np.exp(1j * phases)  # the first row: d/dx of sum tau_i - s^H B s
+        brake, slope = (np.einsum("iN,Nik,kN->iN", s.conj(), b, s) for b in t.brake(speeds))
+        jacobian[0] = np.concatenate([-2 * brake.imag[1:], (t.share @ own - slope.real.sum(axis=0))[None]])
+        return jacobian
 
     def spread(self, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
         """How much df/dx differs from that at the centre of a box, at most (k, k, N)."""
@@ -69,41 +63,20 @@ class OnTheTorus:
         apart, turn = phases[:, None] - phases[None], reach[:, None] + reach[None]
         wide = radius[-1] if t.given is None else np.zeros(centre.shape[1])
         influence, rate = (np.moveaxis(v, 0, -1) for v in t.influence(speeds))
-        here, now = speeds**4 / 2 * influence, 2 * speeds**3 * influence + speeds**4 / 2 * rate
-        bounds = self._bounds(speeds, wide)
-        slope, curve, own = (np.moveaxis(v, 0, -1) for v in bounds[:3])
-        cosine = np.minimum(2.0, np.abs(np.sin(apart - np.angle(here))) * turn + turn**2 / 2)
-        by_phase = np.abs(here) * cosine + slope * wide
-        index = np.arange(n)
-        by_phase[index, index] = 0.0
-        by_phase[index, index] = by_phase.sum(axis=1)
-        found: np.ndarray = by_phase[free][:, 1:]
-        if t.given is None:
-            by_speed = (np.abs(now) * np.minimum(2.0, turn) + curve * wide).sum(axis=1) + own
-            found = np.concatenate([found, by_speed[free][:, None]], axis=1)
-            found[0] = self._spread_of_all(speeds, apart, turn, wide, own, *(np.moveaxis(v, 0, -1) for v in bounds[3:]))
-        return found
-
-    def _spread_of_all(
-        self,
-        speeds: np.ndarray,
-        apart: np.ndarray,
-        turn: np.ndarray,
-        wide: np.ndarray,
-        own: np.ndarray,
-        slope: np.ndarray,
-        curve: np.ndarray,
-    ) -> np.ndarray:
-        """The same (k, N) for the first row. slope, curve: bounds on |B'| and |B''|."""
-        t, index = self.torques, np.arange(self.torques.size)
-        here, now = (np.moveaxis(b, 0, -1) for b in t.brake(speeds))
-        by_phase = np.abs(here) * np.minimum(2.0, np.abs(np.cos(apart - np.angle(here))) * turn + turn**2 / 2) + slope * wide
-        by_phase[index, index] = 0.0  # a body's own part does not depend on its phase
-        other = turn.copy()
-        other[index, index] = 0.0
-        by_speed = (np.abs(now) * np.minimum(2.0, other) + curve * wide).sum(axis=(0, 1)) + np.abs(t.share) @ own
-        found: np.ndarray = np.concatenate([2 * by_phase.sum(axis=1)[1:], by_speed[None]])
-        return found
+        slope, curve, own, *braking = (np.moveaxis(v, 0, -1) for v in self._bounds(speeds, wide))
+        pull, now = speeds**4 / 2 * influence, 2 * speeds**3 * influence + speeds**4 / 2 * rate
+        by_phase = _by_phase(pull, np.sin(apart - np.angle(pull)), turn, slope * wide)
+        by_phase[np.arange(n), np.arange(n)] = by_phase.sum(axis=1)
+        if t.given is not None:
+            return np.asarray(by_phase[free][:, 1:])
+        by_speed = (np.abs(now) * np.minimum(2.0, turn) + curve * wide).sum(axis=1) + own
+        spread = np.concatenate([by_phase[:, 1:], by_speed[:, None]], axis=1)
+        brake, rate = (np.moveaxis(b, 0, -1) for b in t.brake(speeds))
+        by_phase = _by_phase(brake, np.cos(apart - np.angle(brake)), turn, braking[0] * wide)
+        turn[np.arange(n), np.arange(n)] = 0.0  # a body's own part does not depend on its phase
+        by_speed = (np.abs(rate) * np.minimum(2.0, turn) + braking[1] * wide).sum(axis=(0, 1)) + np.abs(t.share) @ own
+        spread[0] = np.concatenate([2 * by_phase.sum(axis=1)[1:], by_speed[None]])
+        return spread
 
     def _bounds(self, speeds: np.ndarray, wide: np.ndarray) -> tuple[np.ndarray, ...]:
         """Bounds over intervals of speeds: on |b'| and |b''| (N, n, n) of b = w^4 a/2, on what tau' differs by (N, n), on |B'|
@@ -113,8 +86,14 @@ class OnTheTorus:
             none = np.zeros((len(speeds), self.torques.size, self.torques.size))
             return none, none, none[:, 0], none, none
         pairs, where = np.unique(np.array([speeds, wide]), axis=1, return_inverse=True)
-        found = _bounds_over(self.torques, pairs[0], pairs[1])
-        return tuple(v[where.ravel()] for v in found)
+        return tuple(v[where.ravel()] for v in _bounds_over(self.torques, *pairs))
+
+
+def _by_phase(pull: np.ndarray, slope: np.ndarray, turn: np.ndarray, by_speed: np.ndarray) -> np.ndarray:
+    """How much a harmonic torque (n, n, N), of this relative slope, differs over turns, but that of a body on itself."""
+    change: np.ndarray = np.abs(pull) * np.minimum(2.0, np.abs(slope) * turn + turn**2 / 2) + by_speed
+    change[np.arange(len(pull)), np.arange(len(pull))] = 0.0
+    return change
 
 
 def _bounds_over(t: SteadyTorques, w: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -134,16 +113,16 @@ def _bounds_over(t: SteadyTorques, w: np.ndarray, r: np.ndarray) -> tuple[np.nda
     exact, slope = (np.abs(x) for x in t.influence(w))  # at the centre, where bodies' excitations may cancel
     da = np.minimum(da, slope + dda * r[:, None, None])
     a = np.minimum(a, exact + da * r[:, None, None])
-    found = [2 * high**3 * a + high**4 / 2 * da, 6 * high**2 * a + 4 * high**3 * da + high**4 / 2 * dda]
+    pulling = [2 * high**3 * a + high**4 / 2 * da, 6 * high**2 * a + 4 * high**3 * da + high**4 / 2 * dda]
     power = bound @ damping @ bound
     rate = first @ damping @ bound + bound @ damping @ first
     bend = second @ damping @ bound + 2 * first @ damping @ first + bound @ damping @ second
     p, dp, ddp = (right.T @ x @ right for x in (power, rate, bend))
     braking = [5 * high**4 / 2 * p + high**5 / 2 * dp, 10 * high**3 * p + 5 * high**4 * dp + high**5 / 2 * ddp]
     braking[0] = np.minimum(braking[0], np.abs(t.brake(w)[1]) + braking[1] * r[:, None, None])
-    for x in (*found, *(braking if damping.any() else ())):  # without damping nothing brakes, whatever the response
+    for x in (*pulling, *(braking if damping.any() else ())):  # without damping nothing brakes, whatever the response
         x[~converges] = np.inf
-    return (*found, _apart(t, w, r), *braking)
+    return (*pulling, _apart(t, w, r), *braking)
 
 
 def bounded(torques: SteadyTorques) -> bool:
@@ -158,18 +137,16 @@ def _apart(t: SteadyTorques, w: np.ndarray, r: np.ndarray) -> np.ndarray:
     At a kink both slopes count: a zero is unique if every matrix of slopes between them is regular (F. H. Clarke, Optimization
     and Nonsmooth Analysis, 1983, sections 2.6, 7.1).
     """
-    found, slopes = np.zeros((len(w), t.size)), t.alone(w)[1]
+    apart, slopes = np.full((len(w), t.size), np.inf), t.alone(w)[1]
     for i, torque in enumerate(e.xreplace(t.machine.numbers) for e in t.own):
         slope, curvature = _derivatives(torque)
-        if slope is None:
-            found[:, i] = np.inf
-        elif curvature is None:
-            below, above = _enclosure(slope, w - r, w + r)
-            found[:, i] = np.maximum(above - slopes[i], slopes[i] - below)
-        else:
+        if curvature is not None:
             below, above = _enclosure(curvature, w - r, w + r)
-            found[:, i] = np.where(r > 0, np.maximum(np.abs(below), np.abs(above)) * r, 0.0)
-    return found
+            apart[:, i] = np.where(r > 0, np.maximum(np.abs(below), np.abs(above)) * r, 0.0)
+        elif slope is not None:
+            below, above = _enclosure(slope, w - r, w + r)
+            apart[:, i] = np.maximum(above - slopes[i], slopes[i] - below)
+    return apart
 
 
 @lru_cache(maxsize=64)

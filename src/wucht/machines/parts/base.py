@@ -12,7 +12,6 @@ import sympy as sp
 from pydantic import Field, model_validator
 
 from wucht.fields import Described, Parameter, si, unit_of
-from wucht.machines.parts.release import Release
 from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import Coordinate
 
@@ -27,6 +26,12 @@ class Point:
     y: sp.Expr = sp.S.Zero
     vx: sp.Expr = sp.S.Zero
     vy: sp.Expr = sp.S.Zero
+
+    @classmethod
+    def of(cls, coordinates: Mapping[str, Coordinate]) -> Point:
+        """The point with the coordinates x and y, those that there are."""
+        named = {d: c for d, c in coordinates.items() if d in ("x", "y")}
+        return cls(**{d: c.position for d, c in named.items()}, **{f"v{d}": c.velocity for d, c in named.items()})
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,19 @@ class Frame:
         )
 
 
+class Release(Described):
+    """Until a time, or until the body it turns about has reached a speed for the first time, a body turns with that body."""
+
+    time: float | None = si("s", "time of release", "t_0", None, gt=0)
+    speed: float | None = si("rad/s", "speed of release", "w_0", None, gt=0)
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Release:
+        if (self.time is None) == (self.speed is None):
+            raise ValueError("allowed is { time = ... } or { speed = ... }, one of both")
+        return self
+
+
 class Part(Described, ABC):
     """A part states its kinetic and potential energy, its dissipation and the power applied to it.
 
@@ -77,8 +95,6 @@ class Part(Described, ABC):
     becomes a parameter ``path.field`` of the machine. A part is checked when it is built, from a file or in Python:
     ``InputError`` for what no real part can have.
     """
-
-    kind: ClassVar[str] = ""
 
     @property
     @abstractmethod
@@ -115,9 +131,8 @@ class Part(Described, ABC):
 
     def number(self, expression: sp.Expr) -> float:
         """The value of an expression in the part's own parameters."""
-        return float(
-            sp.sympify(expression).xreplace({sp.Symbol(p.path, real=True): sp.Float(p.value) for p in self.parameters()})
-        )
+        values = {sp.Symbol(p.path, real=True): sp.Float(p.value) for p in self.parameters()}
+        return float(sp.sympify(expression).xreplace(values))
 
     def symbol(self, name: str) -> sp.Symbol:
         """The symbol of one of the part's parameters."""
@@ -219,7 +234,7 @@ class Drive(OnShaft):
         return None
 
     def synchronous_speed(self) -> float | None:
-        """The speed in rad/s behind which it slips, None where it does not slip."""
+        """The synchronous speed in rad/s, None where the drive has no slip."""
         return None
 
     def breakdown(self) -> tuple[float, float, float] | None:
@@ -242,9 +257,8 @@ class Drive(OnShaft):
         where the torque does not depend on the speed.
         """
         w = sp.Symbol("speed", real=True)
-        torque = self.torque(w)
-        here, slope = self.number(torque.subs(w, speed)), -self.number(sp.diff(torque, w).subs(w, speed))
-        return slope, speed + here / slope if slope else math.copysign(math.inf, here)
+        torque, slope = self.torque_at(speed), -self.number(sp.diff(self.torque(w), w).subs(w, speed))
+        return slope, speed + torque / slope if slope else math.copysign(math.inf, torque)
 
 
 class Load(OnShaft):

@@ -3,16 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, Literal
+from typing import Literal
 
 import sympy as sp
 from pydantic import Field
 
-from wucht.machines.parts.base import Frame, Point, si
-from wucht.machines.parts.foundation import Foundation
-from wucht.machines.parts.support import Support
+from wucht.fields import Described
+from wucht.machines.parts.base import Frame, si
+from wucht.machines.parts.support import Support, is_negative
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
+
+
+class Foundation(Described):
+    """A mass on its own springs and dampers, on which the carrier's springs of one direction stand: 000, end of section 5."""
+
+    direction: Literal["x", "y"] = Field(description="direction")
+    mass: float = si("kg", "mass", "m_f", gt=0)
+    stiffness: float = si("N/m", "stiffness", "c_f", gt=0)
+    damping: float = si("N s/m", "damping", "b_f", 0.0, ge=0)
+
+    def energies(self, at: Coordinate, gravity: sp.Expr) -> Energies:
+        """T = m v^2/2, V = c z^2/2 + m g z (in y), R = b v^2/2."""
+        m, c, b = (sp.Symbol(f"carrier.foundation.{n}", real=True) for n in ("mass", "stiffness", "damping"))
+        weight = m * gravity * at.position if self.direction == "y" else sp.S.Zero
+        return Energies(m * at.velocity**2 / 2, c * at.position**2 / 2 + weight, b * at.velocity**2 / 2)
 
 
 class Carrier(Support):
@@ -23,7 +38,7 @@ class Carrier(Support):
     does not move.
     """
 
-    kind: ClassVar[str] = "carrier"
+    kind = "carrier"
 
     mass: float = si("kg", "mass", "m", 0.0, ge=0)
     directions: Literal["x", "y", "xy", "fixed"] = "xy"
@@ -39,15 +54,10 @@ class Carrier(Support):
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The displacement of the axis from the place where the springs are free of force, then that of the foundation."""
-        found = [
-            Coordinate.named(f"carrier.{d}", f"carrier.v{d}", prescribed=self.prescribed(d))
-            for d in self.labels
-            if d != "foundation"
-        ]
-        if self.foundation:
-            d = self.foundation.direction
-            found.append(Coordinate.named(f"foundation.{d}", f"foundation.v{d}"))
-        return tuple(found)
+        if not self.foundation:
+            return super().coordinates()
+        d = self.foundation.direction
+        return (*super().coordinates(), Coordinate.named(f"foundation.{d}", f"foundation.v{d}"))
 
     def standing(self) -> Mapping[str, str]:
         """The direction that stands on the foundation."""
@@ -59,32 +69,17 @@ class Carrier(Support):
         free = [d for d in self.labels if self.prescribed(d) is None and d != "foundation"]
         if self.stiffness is None and free:
             raise ValueError("stiffness", "this key is missing; needed is the stiffness in N/m")
-        for name in ("stiffness", "damping"):
-            value = getattr(self, name)
+        for name, value in (("stiffness", self.stiffness), ("damping", self.damping)):
             if isinstance(value, tuple) and self.directions != "xy":
                 raise ValueError(name, f"allowed is one number, because directions = {self.directions!r}")
-            if min(value if isinstance(value, tuple) else (value or 0.0,)) < 0:
+            if is_negative(value):
                 raise ValueError(name, f"allowed is a {name} of at least 0")
         if self.foundation and self.foundation.direction not in free:
-            raise ValueError(
-                "foundation", f"allowed is a foundation under one of the free directions: {', '.join(free) or 'none'}"
-            )
+            sentence = f"allowed is a foundation under one of the free directions: {', '.join(free) or 'none'}"
+            raise ValueError("foundation", sentence)
         vertical = self.stiffness[1] if isinstance(self.stiffness, tuple) else self.stiffness
         if self.gravity and "y" in free and not vertical:
             raise ValueError("stiffness", "allowed is a positive stiffness in y, because gravity would make the carrier fall")
-
-    def component(self, name: str, direction: str) -> sp.Expr:
-        """The symbol of a stiffness or damping in a direction."""
-        value = getattr(self, name)
-        if value is None:
-            return sp.S.Zero
-        return self.symbol(f"{name}.{direction}" if isinstance(value, tuple) else name)
-
-    def placed(self) -> Frame:
-        """Position and velocity of the axis."""
-        named = dict(zip(self.labels, self.coordinates(), strict=True))
-        at = {d: named[d].position for d in "xy" if d in named} | {f"v{d}": named[d].velocity for d in "xy" if d in named}
-        return Frame(centre=Point(**at), gravity=self.symbol("gravity"))
 
     def energies(self, frame: Frame) -> Energies:
         """T = m v^2/2, V = sum c x^2/2 + m g y, R = sum b x'^2/2; on a foundation, x against it and its own energies."""

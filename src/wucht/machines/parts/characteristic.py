@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
+from wucht.checking import is_pairs
 from wucht.piecewise import Pieces, interpolated
 from wucht.quantities import Unit
 
@@ -15,7 +16,7 @@ _COLUMNS = (Unit("rad/s", "speed"), Unit("N m", "torque"))
 
 def _read(given: Any) -> tuple[tuple[float, float], ...]:
     """Points in SI from ``[[speed, torque], ...]``, numbers or strings with units. Raises ``ValueError`` with a sentence."""
-    if not isinstance(given, list | tuple) or not all(isinstance(p, list | tuple) and len(p) == 2 for p in given):
+    if not is_pairs(given):
         raise ValueError("allowed are pairs: [[speed, torque], ...]")
     if len(given) < 2:
         raise ValueError("allowed are at least 2 points [speed, torque]")
@@ -27,11 +28,7 @@ def _read(given: Any) -> tuple[tuple[float, float], ...]:
 
 
 # Points are no parameters: as a curve they can only be changed together.
-Points = Annotated[
-    tuple[tuple[float, float], ...],
-    BeforeValidator(_read),
-    Field(description="points [[speed, torque], ...]"),
-]
+Points = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_read), Field(description="points [[speed, torque], ...]")]
 
 
 def curve(name: str, points: tuple[tuple[float, float], ...]) -> Pieces:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sympy as sp
 
 from wucht.machines.parts.base import Drive, si
@@ -12,7 +10,7 @@ from wucht.machines.parts.base import Drive, si
 class ConstantSpeed(Drive):
     """The body turns with a prescribed constant speed: 000 (19). The torque that this takes is a result."""
 
-    kind: ClassVar[str] = "constant-speed"
+    kind = "constant-speed"
 
     speed: float = si("rad/s", "speed", "Omega")
     angle: float = si("rad", "angle at t = 0", "phi_0", 0.0)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sympy as sp
 
 from wucht.machines.parts.base import Drive, si
@@ -12,7 +10,7 @@ from wucht.machines.parts.base import Drive, si
 class ConstantTorque(Drive):
     """torque = constant: the ideal force characteristic, 002 (2.81). Negative turns backwards."""
 
-    kind: ClassVar[str] = "constant-torque"
+    kind = "constant-torque"
 
     # The key is ``torque``, which in Python is the method.
     level: float = si("N m", "torque", "T", alias="torque")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sympy as sp
 
 from wucht.machines.parts.base import Load, si
@@ -17,7 +15,7 @@ class CoulombLoad(Load):
     So it does not hold a body at rest: under a smaller torque M the body creeps with transition_speed * artanh(M/T).
     """
 
-    kind: ClassVar[str] = "coulomb"
+    kind = "coulomb"
 
     # The key is ``torque``, which in Python is the method.
     level: float = si("N m", "friction torque", "T_c", alias="torque", ge=0)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sympy as sp
 
 from wucht.machines.parts.base import Drive, si
@@ -15,7 +13,7 @@ class DCSeparate(Drive):
     Only k_M times the flux matters, in V s or N m/A; where a data sheet gives that product, motor_constant is 1.
     """
 
-    kind: ClassVar[str] = "dc-separate"
+    kind = "dc-separate"
 
     voltage: float = si("V", "voltage of the armature", "U")
     armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)

@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
 import sympy as sp
 
 from wucht.machines.parts.base import Drive, si
 
 
-class DCSeries(Drive):
+class SelfExcited(Drive):
+    """A DC motor that makes its own field. ``sense`` = -1: the field is reconnected, so that it turns backwards."""
+
+    voltage: float = si("V", "voltage", "U")
+    armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)
+    field_resistance: float = si("ohm", "resistance of the field winding", "R_E", ge=0)
+    field_inductance: float = si("H", "inductance of the field winding", "L_E", gt=0)
+    motor_constant: float = si("", "motor constant", "k_M", gt=0)
+    sense: Literal[1, -1] = 1
+
+    def circuit(self) -> tuple[sp.Symbol, ...]:
+        """U, R_A, R_E, L_E, k_M."""
+        return self.symbols("voltage", "armature_resistance", "field_resistance", "field_inductance", "motor_constant")
+
+
+class DCSeries(SelfExcited):
     """A DC motor whose current makes its field: 002 (2.100)-(2.105). Without load its speed grows without bound.
 
     The sign of the voltage does not matter, as it changes field and current together; ``sense`` = -1 is the motor with its
@@ -19,18 +34,9 @@ class DCSeries(Drive):
     more: there the formula has a pole and means nothing beyond. A real motor saturates before.
     """
 
-    kind: ClassVar[str] = "dc-series"
-
-    voltage: float = si("V", "voltage", "U")
-    armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)
-    field_resistance: float = si("ohm", "resistance of the field winding", "R_E", ge=0)
-    field_inductance: float = si("H", "inductance of the field winding", "L_E", gt=0)
-    motor_constant: float = si("", "motor constant", "k_M", gt=0)
-    sense: Literal[1, -1] = 1
+    kind = "dc-series"
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """002 (2.104), with k_M for the printed k_E."""
-        U, RA, RE, L, k = self.symbols(
-            "voltage", "armature_resistance", "field_resistance", "field_inductance", "motor_constant"
-        )
+        U, RA, RE, L, k = self.circuit()
         return self.sense * k * L * U**2 / (RA + RE + self.sense * k * L * speed) ** 2

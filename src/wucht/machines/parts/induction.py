@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import sympy as sp
 from pydantic import model_validator
@@ -20,7 +20,7 @@ class Induction(Drive):
     ``sense`` = -1 is the motor with two phases exchanged: it turns backwards.
     """
 
-    kind: ClassVar[str] = "induction"
+    kind = "induction"
 
     voltage: float = si("V", "voltage of a phase", "U_1")
     frequency: float = si("Hz", "frequency of the mains", "f", gt=0)
@@ -49,16 +49,16 @@ class Induction(Drive):
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """002 (2.119), multiplied out by the slip and the synchronous speed, neither of which it then divides by.
 
-        With the speed d = w_s - w by which the rotor slips, s = d/w_s and T = 3 R_2 U^2 d/((R_1 d + R_2 w_s)^2 + (X d)^2).
+        With the slip speed d = w_s - w, s = d/w_s and T = 3 R_2 U^2 d/((R_1 d + R_2 w_s)^2 + (X d)^2).
         """
         U, f, p, R1, R2, X1, X2, rated = self.symbols(
             "voltage", "frequency", "pole_pairs", "stator_resistance", "rotor_resistance", "stator_reactance",
             "rotor_reactance", "rated_frequency",
         )  # fmt: skip
         synchronous = self.sense * 2 * sp.pi * f / p
-        behind = synchronous - speed
+        slip_speed = synchronous - speed
         X = (X1 + X2) * f / rated
-        return 3 * R2 * U**2 * behind / ((R1 * behind + R2 * synchronous) ** 2 + (X * behind) ** 2)
+        return 3 * R2 * U**2 * slip_speed / ((R1 * slip_speed + R2 * synchronous) ** 2 + (X * slip_speed) ** 2)
 
     def synchronous_speed(self) -> float:
         """The speed of the field in rad/s, 2 pi f/p; negative with ``sense`` = -1."""

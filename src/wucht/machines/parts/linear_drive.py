@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sympy as sp
 
 from wucht.machines.parts.base import Drive, si
@@ -12,7 +10,7 @@ from wucht.machines.parts.base import Drive, si
 class LinearDrive(Drive):
     """torque = slope (no_load_speed - speed): 002 (2.94), (3.27), (4.5)."""
 
-    kind: ClassVar[str] = "linear"
+    kind = "linear"
 
     slope: float = si("N m s", "slope of the torque over speed", "U", ge=0)
     no_load_speed: float = si("rad/s", "no-load speed", "omega")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal
 
 import sympy as sp
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from wucht.checking import is_pairs
 from wucht.fields import Described, Parameter, si
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
 from wucht.quantities import Unit
@@ -39,7 +41,7 @@ class Motion(Described):
             return Unit("rad/s", "angular frequency").parse(given)
         if info.field_name == "amplitude":
             return Unit(si_unit, "amplitude").parse(given)
-        if not isinstance(given, list | tuple) or not all(isinstance(p, list | tuple) and len(p) == 2 for p in given):
+        if not is_pairs(given):
             raise ValueError("allowed are points = [[time, displacement], ...]")
         units = Unit("s", "time"), Unit(si_unit, "displacement")
         return [[u.parse(x) for u, x in zip(units, point, strict=True)] for point in given]
@@ -55,10 +57,8 @@ class Motion(Described):
 
     def parameters_at(self, path: str) -> tuple[Parameter, ...]:
         """Amplitude and frequency; the amplitude in direction r is an angle."""
-        found = super().parameters_at(path)
-        if self.direction != "r":
-            return found
-        return tuple(Parameter(p.path, p.value, "rad" if p.unit == "m" else p.unit, p.symbol, p.what) for p in found)
+        length = "rad" if self.direction == "r" else "m"
+        return tuple(replace(p, unit=length if p.unit == "m" else p.unit) for p in super().parameters_at(path))
 
     def velocity(self) -> sp.Expr:
         """The velocity over time."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar
 
 import sympy as sp
 from pydantic import Field
@@ -17,7 +16,7 @@ from wucht.mechanics.energies import Energies
 class Pendulum(Tracked):
     """A pendulum on the axis of ``about``, or on a pivot that turns with it, coupled by viscous damping: 002 (4.1)-(4.4)."""
 
-    kind: ClassVar[str] = "pendulum"
+    kind = "pendulum"
 
     about: str = Field(description="name of the body turned about")
     mass: float = si("kg", "mass", "m", gt=0)
@@ -72,8 +71,8 @@ class Pendulum(Tracked):
         m, b = self.symbols("mass", "damping")
         w, relative = frame.speed(self.name), frame.speed(self.name) - frame.speed(self.about)
         own = Energies(kinetic=self.about_axis() * w**2 / 2, dissipation=b * relative**2 / 2)
-        found = frame.carried(m, self.moment(), self.name) + own
-        return found if self.suspension is None else found + self._off_axis(frame)
+        on_axis = frame.carried(m, self.moment(), self.name) + own
+        return on_axis if self.suspension is None else on_axis + self._off_axis(frame)
 
     def _off_axis(self, frame: Frame) -> Energies:
         """What a pivot at s in the frame of ``about`` adds: m v.p' + m p'^2/2 + m l theta' p'.n(theta), p = R(phi) s."""

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
 import sympy as sp
 from pydantic import Field
 
 from wucht.fields import Described
-from wucht.machines.parts.base import Body, Frame, Point, si
-from wucht.machines.parts.support import Support
+from wucht.machines.parts.base import Body, Frame, si
+from wucht.machines.parts.support import Support, is_negative
 from wucht.mechanics.energies import Energies
-from wucht.mechanics.lagrange import Coordinate
 
 
 class Mount(Described):
@@ -28,7 +27,7 @@ class PlanarCarrier(Support):
     Its angle chi is small: a place (a, b) on it moves by (x - b chi, y + a chi), so that the carrier stays linear.
     """
 
-    kind: ClassVar[str] = "carrier-xyr"
+    kind = "carrier-xyr"
 
     mass: float = si("kg", "mass", "m", gt=0)
     inertia: float = si("kg m^2", "moment of inertia about the centre of mass", "J", gt=0)
@@ -38,17 +37,6 @@ class PlanarCarrier(Support):
     rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0)
     rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0)
     mounts: tuple[Mount, ...] = Field((), description="mounts")
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """x, y, r."""
-        return ("x", "y", "r")
-
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """Displacement of the centre of mass and angle, from where the springs are free of force."""
-        return tuple(
-            Coordinate.named(f"carrier.{d}", f"carrier.v{d}", angle=False, prescribed=self.prescribed(d)) for d in self.labels
-        )
 
     def check(self) -> None:
         """Mounts, or stiffness and rotation_stiffness; none of them negative."""
@@ -60,7 +48,7 @@ class PlanarCarrier(Support):
         pairs = [("stiffness", self.stiffness), ("damping", self.damping)]
         pairs += [("mounts", v) for m in self.mounts for v in (m.stiffness, m.damping)]
         for key, value in pairs:
-            if min(value if isinstance(value, tuple) else (value or 0.0,)) < 0:
+            if is_negative(value):
                 raise ValueError(key, "allowed is a stiffness or damping of at least 0")
         if self.mounts and all(m.stiffness == (0.0, 0.0) for m in self.mounts):
             raise ValueError("mounts", "allowed is at least one mount with stiffness")
@@ -68,19 +56,6 @@ class PlanarCarrier(Support):
     def check_body(self, body: Body) -> None:
         """Bodies may be anywhere on it."""
         self.check_couple(body)
-
-    def placed(self) -> Frame:
-        """The frame at the centre of mass."""
-        x, y, r = self.coordinates()
-        centre = Point(x.position, y.position, x.velocity, y.velocity)
-        return Frame(centre=centre, rotation=r.velocity, gravity=self.symbol("gravity"))
-
-    def axis_at(self, position: tuple[sp.Expr, sp.Expr]) -> Point:
-        """A place (a, b) on the carrier: (x - b chi, y + a chi)."""
-        (x, y, r), (a, b) = self.coordinates(), position
-        return Point(
-            x.position - b * r.position, y.position + a * r.position, x.velocity - b * r.velocity, y.velocity + a * r.velocity
-        )
 
     def energies(self, frame: Frame) -> Energies:
         """T = m v^2/2 + J chi'^2/2; springs and dampers on the displacements of their places."""
@@ -101,17 +76,10 @@ class PlanarCarrier(Support):
     def _springs(self) -> list[tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, ...], tuple[sp.Expr, ...]]]:
         """(place, (cx, cy), (bx, by)) of every spring."""
         if not self.mounts:
-            zero = (sp.S.Zero, sp.S.Zero)
-            return [(zero, self._pair("stiffness"), self._pair("damping"))]
-        found = []
-        for i in range(len(self.mounts)):
-            at, c, b = (
-                tuple(self.symbol(f"mounts.{i + 1}.{name}.{d}") for d in "xy") for name in ("at", "stiffness", "damping")
-            )
-            found.append(((at[0], at[1]), c, b))
-        return found
-
-    def _pair(self, name: str) -> tuple[sp.Expr, ...]:
-        if isinstance(getattr(self, name), tuple):
-            return tuple(self.symbol(f"{name}.{d}") for d in "xy")
-        return (self.symbol(name),) * 2
+            c, b = (tuple(self.component(name, d) for d in "xy") for name in ("stiffness", "damping"))
+            return [((sp.S.Zero, sp.S.Zero), c, b)]
+        springs = []
+        for i in range(1, len(self.mounts) + 1):
+            at, c, b = (tuple(self.symbol(f"mounts.{i}.{name}.{d}") for d in "xy") for name in ("at", "stiffness", "damping"))
+            springs.append(((at[0], at[1]), c, b))
+        return springs

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sympy as sp
 
 from wucht.machines.parts.base import Load, si
 from wucht.piecewise import Pieces, PiecewiseCubic
 
-# w |w|, with its corner in the second derivative taken exactly.
+# w |w|, with the breakpoint of its second derivative taken exactly.
 SIGNED_SQUARE = Pieces("signedsquare", (0.0,), ((0, 0, -1, 0), (0, 0, 1, 0)))
 
 
 class QuadraticLoad(Load):
     """torque = coefficient * speed * abs(speed)."""
 
-    kind: ClassVar[str] = "quadratic"
+    kind = "quadratic"
 
     coefficient: float = si("N m s^2", "coefficient of the load", "k_2", ge=0)
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import ClassVar, Literal, Self
+from dataclasses import replace
+from typing import Literal, Self
 
 import sympy as sp
 from pydantic import Field
 
-from wucht.machines.parts.base import Body, Frame, Point, si
+from wucht.machines.parts.base import Body, Frame, si
 from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
-from wucht.mechanics.lagrange import Coordinate
 
 
 class RockingCarrier(Support):
@@ -22,7 +22,7 @@ class RockingCarrier(Support):
     through their positions.
     """
 
-    kind: ClassVar[str] = "carrier-r"
+    kind = "carrier-r"
 
     directions: Literal["r"] = "r"
     mass: float = si("kg", "mass (it rests: the carrier only turns)", "m", 0.0, ge=0)
@@ -30,15 +30,6 @@ class RockingCarrier(Support):
     rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0)
     rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0)
     tilting: bool = Field(False, exclude=True)
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """r."""
-        return ("r",)
-
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The angle from where the spring is free of moment."""
-        return (Coordinate.named("carrier.r", "carrier.vr", prescribed=self.prescribed("r")),)
 
     def check(self) -> None:
         """A free carrier needs a spring."""
@@ -54,17 +45,9 @@ class RockingCarrier(Support):
         return self.model_copy(update={"tilting": any(b.couple() is not None for b in bodies)})
 
     def placed(self) -> Frame:
-        """The frame at the axis of turning."""
-        (r,) = self.coordinates()
-        gravity = self.symbol("gravity")
-        return Frame(tilt=r.velocity, gravity=gravity) if self.tilting else Frame(rotation=r.velocity, gravity=gravity)
-
-    def axis_at(self, position: tuple[sp.Expr, sp.Expr]) -> Point:
-        """A place (a, b): (-b chi, a chi)."""
-        (r,), (a, b) = self.coordinates(), position
-        if self.tilting:
-            return Point()
-        return Point(-b * r.position, a * r.position, -b * r.velocity, a * r.velocity)
+        """The frame at the axis of turning, about which it turns or tilts."""
+        frame = super().placed()
+        return replace(frame, rotation=sp.S.Zero, tilt=frame.rotation) if self.tilting else frame
 
     def energies(self, frame: Frame) -> Energies:
         """T = Theta chi'^2/2, V = c chi^2/2, R = b chi'^2/2: 001 (11)."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sympy as sp
 from pydantic import Field
 
@@ -18,7 +16,7 @@ class Roller(Tracked):
     Rolling couples it to ``about``: its spin is (R phi_0' - (R - r) phi') / r, so its energy holds both speeds.
     """
 
-    kind: ClassVar[str] = "roller"
+    kind = "roller"
 
     about: str = Field(description="name of the body turned about")
     mass: float = si("kg", "mass", "m", gt=0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import sympy as sp
 
@@ -17,7 +16,7 @@ class Rotor(Body):
     ``position``: of its axis on a carrier that turns. ``couple_unbalance``: m e a of 001 (10), on a carrier that only turns.
     """
 
-    kind: ClassVar[str] = "rotor"
+    kind = "rotor"
 
     mass: float = si("kg", "mass", "M", gt=0)
     eccentricity: float | None = si("m", "eccentricity", "e", None, ge=0)
@@ -75,6 +74,6 @@ class Rotor(Body):
         m, j, b, couple = self.symbols("mass", "inertia", "bearing_damping", "couple_unbalance")
         w = frame.speed(self.name)
         own = Energies(kinetic=j * w**2 / 2, dissipation=b * (w - frame.rotation) ** 2 / 2)
-        tilted = Energies(kinetic=-couple * w * frame.tilt * sp.sin(frame.angle(self.name)))
-        found = frame.carried(m, self.moment(), self.name) + own
-        return found + tilted if self.couple_unbalance is not None else found
+        if self.couple_unbalance is not None:
+            own += Energies(kinetic=-couple * w * frame.tilt * sp.sin(frame.angle(self.name)))
+        return frame.carried(m, self.moment(), self.name) + own

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sympy as sp
 from pydantic import Field
 
@@ -19,7 +17,7 @@ class Slider(Body):
     displacement outward from there.
     """
 
-    kind: ClassVar[str] = "slider"
+    kind = "slider"
 
     about: str = Field(description="name of the body with the guide")
     mass: float = si("kg", "mass", "m", gt=0)

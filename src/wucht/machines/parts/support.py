@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import Self, get_args
 
@@ -11,6 +10,7 @@ from pydantic import Field
 
 from wucht.machines.parts.base import Body, Frame, Part, Point, si
 from wucht.machines.parts.motion import SHAKING, Motion
+from wucht.mechanics.lagrange import Coordinate
 
 
 class Support(Part):
@@ -31,17 +31,37 @@ class Support(Part):
         return "carrier"
 
     @property
-    @abstractmethod
     def labels(self) -> tuple[str, ...]:
         """What the coordinates are called: x, y, r, foundation."""
+        return tuple(self.directions)
 
-    @abstractmethod
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Displacements, and the angle, from where the springs are free of force."""
+        names = [d for d in self.labels if d != "foundation"]
+        return tuple(Coordinate.named(f"carrier.{d}", f"carrier.v{d}", prescribed=self.prescribed(d)) for d in names)
+
+    def component(self, name: str, direction: str) -> sp.Expr:
+        """The symbol of a stiffness or damping in a direction."""
+        value = getattr(self, name)
+        if value is None:
+            return sp.S.Zero
+        return self.symbol(f"{name}.{direction}" if isinstance(value, tuple) else name)
+
     def placed(self) -> Frame:
         """The frame without bodies."""
+        named = dict(zip(self.labels, self.coordinates(), strict=True))
+        rotation = named["r"].velocity if "r" in named else sp.S.Zero
+        return Frame(centre=Point.of(named), rotation=rotation, gravity=self.symbol("gravity"))
 
     def axis_at(self, position: tuple[sp.Expr, sp.Expr]) -> Point:
-        """Position and velocity of an axis at a place on the carrier."""
-        return self.placed().centre
+        """Position and velocity of an axis at a place (a, b) on the carrier: (x - b chi, y + a chi) where it turns by chi."""
+        frame, (a, b) = self.placed(), position
+        at = frame.centre
+        if frame.rotation == 0:
+            return at
+        chi = self.coordinates()[self.labels.index("r")]
+        vx, vy = at.vx - b * chi.velocity, at.vy + a * chi.velocity
+        return Point(at.x - b * chi.position, at.y + a * chi.position, vx, vy)
 
     def check_body(self, body: Body) -> None:
         """Raises ``ValueError(field, sentence)`` where a body cannot be on this carrier."""
@@ -74,3 +94,8 @@ class Support(Part):
         """The motion is in a direction that the carrier has. Raises ``ValueError(field, sentence)``."""
         if self.motion is not None and self.motion.direction not in self.labels:
             raise ValueError("motion", f"allowed is a direction of the carrier: {', '.join(self.labels) or 'it has none'}")
+
+
+def is_negative(value: float | tuple[float, ...] | None) -> bool:
+    """Whether a stiffness or damping, or one of a pair, is below zero."""
+    return any(v < 0 for v in (value if isinstance(value, tuple) else (value or 0.0,)))

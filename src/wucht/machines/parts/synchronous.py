@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
 import sympy as sp
 
@@ -15,7 +15,7 @@ class Synchronous(Drive):
     The torque that this takes is a result. ``sense`` = -1 turns it backwards.
     """
 
-    kind: ClassVar[str] = "synchronous"
+    kind = "synchronous"
 
     frequency: float = si("Hz", "frequency of the mains", "f", ge=0)
     pole_pairs: float = si("", "number of pole pairs", "p", ge=1)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sympy as sp
 
 from wucht.machines.parts.base import Drive
@@ -17,7 +15,7 @@ class TableDrive(Drive):
     In a study file the points are given by ``file``, or inline as ``points``; they are no parameters.
     """
 
-    kind: ClassVar[str] = "table"
+    kind = "table"
 
     points: Points
 

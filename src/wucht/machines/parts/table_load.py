@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sympy as sp
 
 from wucht.machines.parts.base import Load, Parameter, si
@@ -23,7 +21,7 @@ class TableLoad(Load):
     In a study file the points are given by ``file``, or inline as ``points``; they are no parameters.
     """
 
-    kind: ClassVar[str] = "table"
+    kind = "table"
 
     points: Points
     transition_speed: float = si("rad/s", "speed of the transition at standstill", "w_c", TRANSITION, gt=0)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import sympy as sp
 
 from wucht.machines.parts.base import Load, si
@@ -12,7 +10,7 @@ from wucht.machines.parts.base import Load, si
 class ViscousLoad(Load):
     """torque = coefficient * speed."""
 
-    kind: ClassVar[str] = "viscous"
+    kind = "viscous"
 
     coefficient: float = si("N m s", "coefficient of the load", "k_1", ge=0)
 

@@ -9,6 +9,7 @@ import sympy as sp
 
 from wucht.mechanics.averaged.averaged_system import AveragedSystem
 from wucht.mechanics.notation import Notation, equation, latex_name
+from wucht.mechanics.phasors import needed_for
 
 _PART = re.compile(r"^(?P<head>[^\[]+)\[(?P<index>[^\]]+)\](\.(?P<part>re|im))?$")
 _LATEX_HEADS = {"|D|^2": "\\left|D\\right|^2", "nu": "\\nu"}
@@ -30,18 +31,21 @@ def written_averaged(
             inline[symbol] = reduced
         else:
             definitions.append((symbol, reduced))
-    own = [(left, right) for left, right in equations.rows if not str(right).endswith(".slip")]
-    rows = [(left.xreplace(nothing), right.xreplace(nothing).xreplace(inline)) for left, right in own]
-    used = set().union(*(e.free_symbols for row in rows for e in row))
-    needed = []
-    for symbol, expression in reversed(definitions):
-        if symbol in used:
-            needed.append((symbol, expression))
-            used |= expression.free_symbols
-    shown = _names(equations, notation, used | {s for s, _ in needed}, latex)
+    rows = [
+        (left.xreplace(nothing), right.xreplace(nothing).xreplace(inline))
+        for left, right in equations.rows
+        if not str(right).endswith(".slip")
+    ]
+    needed = needed_for([e for row in rows for e in row], definitions)
+    shown = _names(equations, notation, set().union(*(e.free_symbols for pair in (*rows, *needed) for e in pair)), latex)
     return (
-        [equation(_collected(left).xreplace(shown), _tidy(right).xreplace(shown), latex) for left, right in rows],
-        [equation(symbol.xreplace(shown), expression.xreplace(shown), latex) for symbol, expression in reversed(needed)],
+        [
+            equation(
+                _collected(left).xreplace(shown), (sp.factor_terms(right) if right.is_Mul else right).xreplace(shown), latex
+            )
+            for left, right in rows
+        ],
+        [equation(symbol.xreplace(shown), expression.xreplace(shown), latex) for symbol, expression in needed],
     )
 
 
@@ -52,10 +56,6 @@ def _collected(left: sp.Expr) -> sp.Expr:
     return sp.Add(*(rate * sp.factor(coefficient) for rate, coefficient in terms.items()))
 
 
-def _tidy(expression: sp.Expr) -> sp.Expr:
-    return sp.factor_terms(expression) if expression.is_Mul else expression
-
-
 def _names(equations: AveragedSystem, notation: Notation, used: set[sp.Symbol], latex: bool) -> Mapping[sp.Symbol, sp.Symbol]:
     parameters = set(notation.names.values())
     speed = next(n for n in ("omega", "Omega", "w", "n") if n not in parameters)
@@ -64,11 +64,10 @@ def _names(equations: AveragedSystem, notation: Notation, used: set[sp.Symbol], 
     names = {}
     for symbol in used:
         if symbol.name in notation.names:  # before states: the parameter drive.speed is no body's speed
-            given = notation.names[symbol.name]
-            name: str | None = latex_name(given) if latex else given
+            name = latex_name(notation.names[symbol.name]) if latex else notation.names[symbol.name]
         else:
             name = _of_state(symbol.name, main, speed, phase, latex) or _of_definition(symbol.name, latex)
-        names[symbol] = sp.Symbol(name or symbol.name)
+        names[symbol] = sp.Symbol(name)
     return names
 
 
@@ -86,13 +85,12 @@ def _of_state(name: str, main: str, speed: str, phase: str, latex: bool) -> str 
     return f"{head}_{below}" if below else head
 
 
-def _of_definition(name: str, latex: bool) -> str | None:
+def _of_definition(name: str, latex: bool) -> str:
     match = _PART.match(name)
     if match is None:
-        return None
+        return name
     head, index, part = match["head"], match["index"], match["part"]
-    if not latex:
-        plain = f"{head}_{index}"
-        return f"{part.capitalize()}({plain})" if part else plain
-    shown = f"{_LATEX_HEADS.get(head, head)}_{{\\mathrm{{{index}}}}}"
-    return f"\\operatorname{{{part.capitalize()}}}({shown})" if part else shown
+    shown = f"{_LATEX_HEADS.get(head, head)}_{{\\mathrm{{{index}}}}}" if latex else f"{head}_{index}"
+    if not part:
+        return shown
+    return f"\\operatorname{{{part.capitalize()}}}({shown})" if latex else f"{part.capitalize()}({shown})"

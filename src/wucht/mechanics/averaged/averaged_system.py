@@ -19,14 +19,14 @@ from functools import cached_property
 
 import sympy as sp
 
-from wucht.errors import WuchtError
-from wucht.mechanics.averaged.bodies import RotatingBodies, named, slip_of
+from wucht.mechanics.averaged.bodies import RotatingBodies, named
 from wucht.mechanics.averaged.coupling import Coupling
 from wucht.mechanics.averaged.explicit_form import Solution, with_inertia, without_inertia
-from wucht.mechanics.averaged.outputs import outputs_of, ripple_outputs
+from wucht.mechanics.averaged.outputs import outputs_of, parts
 from wucht.mechanics.averaged.ripple import ripple
 from wucht.mechanics.averaged.second_order import second_order
 from wucht.mechanics.phasors import Lines, Phasor
+from wucht.mechanics.slow_time import refuse_other_orders
 from wucht.system import TIME, System
 
 
@@ -52,8 +52,9 @@ class AveragedSystem:
         ``gravity.re[...]`` and ``.im`` at the speed, ``ripple.re[...]`` and ``.im`` at twice the speed: see ``ripple``.
         """
         lines = Lines(list(self.bodies.definitions))
-        coupling = Coupling.of(self.bodies, lines)
-        outputs = ripple_outputs(self.bodies, ripple(self.bodies, coupling, steady_motion(coupling)))
+        coupling = Coupling(self.bodies, lines)
+        fluctuation, names = ripple(self.bodies, coupling, steady_motion(coupling)), self.bodies.names
+        outputs = [*parts("gravity", names, fluctuation.once), *parts("ripple", names, fluctuation.twice)]
         return System(
             states=self.system.states,
             derivatives=(sp.S.Zero,) * len(self.system.states),
@@ -66,7 +67,7 @@ class AveragedSystem:
 def steady_motion(coupling: Coupling) -> list[Phasor]:
     """The displacement amplitudes z (m) of bodies that turn steadily."""
     w = coupling.bodies.frequency
-    return coupling.motion([s.scaled(w**2) for s in coupling.moments], "")
+    return coupling.motion([s * w**2 for s in coupling.moments], "")
 
 
 def averaged_equations(bodies: RotatingBodies, inertia: bool = True, order: int = 1) -> AveragedSystem:
@@ -76,50 +77,43 @@ def averaged_equations(bodies: RotatingBodies, inertia: bool = True, order: int 
     changing speeds, and the bodies' fluctuation at twice the speed. Raises ``WuchtError`` where a body has no damper against
     its rotor, without inertia, and for an order other than these.
     """
-    if order not in (1, 2):
-        raise WuchtError(f"order {order} of the averaged equations: allowed is 1 or 2")
+    refuse_other_orders(order, "averaged equations")
     lines = Lines(list(bodies.definitions))
-    coupling = Coupling.of(bodies, lines)
+    coupling = Coupling(bodies, lines)
     motion = steady_motion(coupling)
     torques = coupling.torques(motion, "")
     explicit = with_inertia(bodies, lines, torques) if inertia else without_inertia(bodies, lines, torques)
-    solution = Solution(motion, torques, explicit, inertia)
+    solution = Solution(motion, torques, *explicit, inertia)
     if order == 2:
         solution = second_order(bodies, coupling, solution, ripple(bodies, coupling, motion))
     return _assembled(bodies, lines, solution)
 
 
 def _assembled(bodies: RotatingBodies, lines: Lines, solution: Solution) -> AveragedSystem:
-    explicit, inertia = solution.explicit, solution.inertia
-    n, w = len(bodies.names), bodies.frequency
-    phases = [(i, p) for i, p in enumerate(bodies.phases) if p is not None]
-    moving = [i for i in range(n) if (i or bodies.given is None) and (inertia or i in bodies.rotors)]
-    references = {i: bodies.heads[i] if bodies.heads[i] != i else 0 for i in range(n)}
-    phase_rates = [explicit.speeds[i] - (explicit.speeds[references[i]] if i else w) for i, _ in phases]
+    names, phases = bodies.names, {i: p for i, p in enumerate(bodies.phases) if p is not None}
+    moving = [i for i in bodies.free if solution.inertia or i in bodies.rotors]
+
+    def phase_rates(speeds: Sequence[sp.Expr]) -> dict[int, sp.Expr]:
+        return {i: speeds[i] - (speeds[bodies.reference(i)] if i else bodies.frequency) for i in phases}
+
+    rates = list(phase_rates(solution.speeds).values())
     shown = tuple(lines.pairs)
     outputs, works = outputs_of(bodies, lines, solution)
+    used = [*rates, *solution.accelerations, *(o.expression for o in (*outputs, *works))]
     system = System(
-        states=(*(p for _, p in phases), *(bodies.speed(i) for i in moving)),
-        derivatives=(*phase_rates, *(explicit.accelerations[i] for i in moving)),
-        parameters=_parameters(
-            bodies, lines, [*phase_rates, *explicit.accelerations, *(o.expression for o in (*outputs, *works))]
-        ),
+        states=(*phases.values(), *(bodies.speed(i) for i in moving)),
+        derivatives=(*rates, *(solution.accelerations[i] for i in moving)),
+        parameters=_parameters(bodies, lines, used),
         definitions=tuple(lines.pairs),
         outputs=tuple(outputs),
         quadratures=tuple(works),
-        angles=frozenset(p for _, p in phases),
+        angles=frozenset(phases.values()),
     )
-    written = tuple((named(bodies.names[i], "phase.rate"), _phase_rate(bodies, i, references[i], inertia)) for i, _ in phases)
-    return AveragedSystem(system, (*written, *explicit.rows), shown, bodies)
-
-
-def _phase_rate(bodies: RotatingBodies, i: int, reference: int, inertia: bool) -> sp.Expr:
-    """alpha_i' as it is written."""
-    if i == 0:
-        return bodies.speed(0) - bodies.frequency
-    if inertia or i in bodies.rotors:
-        return bodies.speed(i) - bodies.speed(reference)
-    return slip_of(bodies, i)
+    written = [
+        (named(names[i], "phase.rate"), rate if i in moving or i == 0 else named(names[i], "slip"))
+        for i, rate in phase_rates([bodies.speed(i) for i in range(len(names))]).items()
+    ]
+    return AveragedSystem(system, (*written, *solution.rows), shown, bodies)
 
 
 def _parameters(bodies: RotatingBodies, lines: Lines, expressions: Sequence[sp.Expr]) -> tuple[sp.Symbol, ...]:

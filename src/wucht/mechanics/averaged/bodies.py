@@ -26,11 +26,12 @@ class RotatingBodies:
     """n bodies on a linear carrier with m coordinates, all in the bodies' own senses of rotation.
 
     heads: the index of the rotor that each body turns about, its own for a rotor; the first body is the main rotor. inertia:
-    n x n, constant. relative: n x n, dampers between the bodies of a rotor, rows that sum to zero. drive, losses: torques on
-    each body as functions of its own speed, in its sense and against it. mass, damping, stiffness: m x m. excitation: n rows
-    of m phasors E_i. axis: 1 or 2 x m, the coordinates x, y of the main rotor's axis (or an angle) in those of the carrier.
-    definitions: what the others use. weight: gravity turns body i with Re[weight_i exp(i theta_i)]. given: the main rotor's
-    speed where it is prescribed. shaking: a prescribed motion of the carrier.
+    n x n, constant, without terms between bodies of different rotors. relative: n x n, dampers between the bodies of a rotor,
+    rows that sum to zero. drive, losses: torques on each body as functions of its own speed, in its sense and against it.
+    mass, damping, stiffness: m x m. excitation: n rows of m phasors E_i. axis: 1 or 2 x m, the coordinates x, y of the main
+    rotor's axis (or an angle) in those of the carrier. definitions: what the others use. weight: gravity turns body i with
+    Re[weight_i exp(i theta_i)]. given: the main rotor's speed where it is prescribed. shaking: a prescribed motion of the
+    carrier.
     """
 
     names: tuple[str, ...]
@@ -56,6 +57,11 @@ class RotatingBodies:
         return tuple(i for i, h in enumerate(self.heads) if h == i)
 
     @cached_property
+    def free(self) -> list[int]:
+        """The bodies whose speed is not prescribed."""
+        return [i for i in range(len(self.names)) if i or self.given is None]
+
+    @cached_property
     def phases(self) -> tuple[sp.Symbol | None, ...]:
         """Phase of a body to its rotor, of a rotor to the main one, of the main rotor to the shaking (else None)."""
         return tuple(None if i == 0 and self.shaking is None else named(n, "phase") for i, n in enumerate(self.names))
@@ -69,12 +75,14 @@ class RotatingBodies:
         """The speed of a body that has one of its own: a symbol, or what is given for the main rotor."""
         return self.given if i == 0 and self.given is not None else named(self.names[i], "speed")
 
+    def reference(self, i: int) -> int:
+        """The body to which the phase of body i counts: its rotor, and for a rotor the main one."""
+        return self.heads[i] if self.heads[i] != i else 0
+
     def total_phase(self, i: int) -> sp.Expr:
         """The phase to the reference: alpha_i."""
-        own = self.phases[i] if self.phases[i] is not None else sp.S.Zero
-        if i == 0:
-            return own
-        return own + self.total_phase(self.heads[i] if self.heads[i] != i else 0)
+        own = self.phases[i] or sp.S.Zero
+        return own + self.total_phase(self.reference(i)) if i else own
 
     def group(self, head: int) -> list[int]:
         """A rotor and the bodies that turn about it."""
@@ -86,19 +94,15 @@ def absolute(bodies: RotatingBodies, i: int, speed: sp.Expr) -> sp.Expr:
     return bodies.drive[i](speed) - bodies.losses[i](speed)
 
 
+def slope_of_absolute(bodies: RotatingBodies, i: int, speed: sp.Expr) -> sp.Expr:
+    """The derivative of that torque with respect to the speed."""
+    v = sp.Dummy("v", real=True)
+    return sp.diff(absolute(bodies, i, v), v).xreplace({v: speed})
+
+
 def rate_of_given(bodies: RotatingBodies) -> sp.Expr:
     """The rate at which a prescribed speed changes."""
     return sp.diff(bodies.given, TIME) if bodies.given is not None else sp.S.Zero
-
-
-def rate_of(bodies: RotatingBodies, i: int) -> sp.Symbol:
-    """The rate of a body's speed, as it is written."""
-    return named(bodies.names[i], "speed.rate")
-
-
-def slip_of(bodies: RotatingBodies, i: int) -> sp.Symbol:
-    """How much faster a body turns than its rotor, as it is written."""
-    return named(bodies.names[i], "slip")
 
 
 def named(name: str, what: str) -> sp.Symbol:

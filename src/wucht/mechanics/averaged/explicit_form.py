@@ -8,83 +8,73 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.mechanics.averaged.bodies import RotatingBodies, absolute, rate_of, rate_of_given, slip_of
+from wucht.mechanics.averaged.bodies import RotatingBodies, absolute, named, rate_of_given
 from wucht.mechanics.elimination import solve_by_elimination
 from wucht.mechanics.phasors import Lines, Phasor
 
-
-@dataclass(frozen=True)
-class ExplicitForm:
-    """Speeds theta_i' and accelerations theta_i'' of all bodies (n), and the rows they come from."""
-
-    speeds: list[sp.Expr]
-    accelerations: list[sp.Expr]
-    rows: tuple[tuple[sp.Expr, sp.Expr], ...]
+Rows = tuple[tuple[sp.Expr, sp.Expr], ...]
+ExplicitForm = tuple[list[sp.Expr], list[sp.Expr], Rows]
+"""Speeds theta_i' and accelerations theta_i'' of all bodies (n), and the rows they come from."""
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Displacement amplitudes z of the carrier (m), vibration torques (n), and the equations solved with them.
-
-    inertia: whether that of the balancing bodies is kept.
+    """The averaged equations solved: displacement amplitudes z of the carrier (m), and of the bodies (n) the vibration torques,
+    speeds theta' and accelerations theta''; the rows they come from. inertia: whether the balancing bodies keep theirs.
     """
 
     motion: Sequence[Phasor]
     torques: Sequence[sp.Expr]
-    explicit: ExplicitForm
+    speeds: list[sp.Expr]
+    accelerations: list[sp.Expr]
+    rows: Rows
     inertia: bool
 
 
 def with_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr]) -> ExplicitForm:
     """J theta'' + B theta' = L + V."""
-    n, j = len(bodies.names), bodies.inertia
-    speeds = [bodies.speed(i) for i in range(n)]
-    free = [i for i in range(n) if i or bodies.given is None]
-    given = rate_of_given(bodies)
-    right = [
-        absolute(bodies, i, speeds[i]) - sp.Add(*(bodies.relative[i, k] * speeds[k] for k in range(n))) + torques[i]
-        for i in range(n)
-    ]
+    names, j, free, given = bodies.names, bodies.inertia, bodies.free, rate_of_given(bodies)
+    speeds = [bodies.speed(i) for i in range(len(names))]
+    inner = bodies.relative * sp.Matrix(speeds)
     rows = [
-        (sp.Add(*(j[i, k] * rate_of(bodies, k) for k in free)), right[i] - (j[i, 0] * given if given != 0 else 0)) for i in free
+        (
+            sp.Add(*(j[i, k] * named(names[k], "speed.rate") for k in free)),
+            absolute(bodies, i, speeds[i]) - inner[i] + torques[i] - (j[i, 0] * given if 0 not in free else 0),
+        )
+        for i in free
     ]
-    definitions, solution = solve_by_elimination(
-        sp.ImmutableMatrix(j.extract(free, free)), sp.ImmutableMatrix([r for _, r in rows]), [bodies.names[i] for i in free],
-        "theta'' ",
-    )  # fmt: skip
-    lines.pairs += definitions
+    solution = solve_by_elimination(j.extract(free, free), [r for _, r in rows], [names[i] for i in free], lines, "theta'' ")
     accelerations = dict(zip(free, solution, strict=True))
-    return ExplicitForm(speeds, [accelerations.get(i, given) for i in range(n)], tuple(rows))
+    return speeds, [accelerations.get(i, given) for i in range(len(names))], tuple(rows)
 
 
 def without_inertia(bodies: RotatingBodies, lines: Lines, torques: Sequence[sp.Expr]) -> ExplicitForm:
     """w' of each rotor and nu = theta' - w of its bodies."""
-    n, j = len(bodies.names), bodies.inertia
-    speeds, accelerations, rows = [sp.S.Zero] * n, [sp.S.Zero] * n, list[tuple[sp.Expr, sp.Expr]]()
+    names, j = bodies.names, bodies.inertia
+    speeds, accelerations, rows = dict[int, sp.Expr](), dict[int, sp.Expr](), list[tuple[sp.Expr, sp.Expr]]()
     for head in bodies.rotors:
         group, w = bodies.group(head), bodies.speed(head)
+        others, speeds[head] = group[1:], w
         weights = weights_of(bodies, group)
         loads = {i: absolute(bodies, i, w) + torques[i] for i in group}
-        effective = sp.Add(*(weights[i] * j[i, k] for i in group for k in group))
-        rate = rate_of_given(bodies)
-        if head or bodies.given is None:
+        total = {i: sp.Add(*(j[i, k] for k in group)) for i in group}
+        written = rate = rate_of_given(bodies)
+        if head in bodies.free:
+            effective = sp.Add(*(weights[i] * j[i, k] for i in group for k in group))
             pushed = sp.Add(*(weights[i] * loads[i] for i in group))
-            rows.append((effective * rate_of(bodies, head), pushed))
-            rate = lines.name(pushed / effective, f"theta''[{bodies.names[head]}]")
-        accelerations[head], speeds[head] = rate, w
-        others = group[1:]
-        if others:
-            right = [loads[i] - sp.Add(*(j[i, k] for k in group)) * rate for i in others]
-            damping = sp.ImmutableMatrix(bodies.relative.extract(others, others))
-            definitions, nu = solve_by_elimination(damping, sp.ImmutableMatrix(right), [bodies.names[i] for i in others], "nu ")
-            lines.pairs += definitions
-            for k, i in enumerate(others):
-                slip = lines.name(nu[k], f"nu[{bodies.names[i]}]")
-                speeds[i], accelerations[i] = w + slip, rate
-                left = sp.Add(*(damping[k, m] * slip_of(bodies, q) for m, q in enumerate(others)))
-                turning = rate_of(bodies, head) if head or bodies.given is None else rate
-                rows.append((left, loads[i] - sp.Add(*(j[i, q] for q in group)) * turning))
-    return ExplicitForm(speeds, accelerations, tuple(rows))
+            written = named(names[head], "speed.rate")
+            rows.append((effective * written, pushed))
+            rate = lines.name(pushed / effective, f"theta''[{names[head]}]")
+        accelerations |= dict.fromkeys(group, rate)
+        damping = sp.ImmutableMatrix(bodies.relative.extract(others, others))
+        right = [loads[i] - total[i] * rate for i in others]
+        nu = solve_by_elimination(damping, right, [names[i] for i in others], lines, "nu ")
+        slips = sp.Matrix(len(others), 1, [named(names[i], "slip") for i in others])
+        for i, slip, left in zip(others, nu, damping * slips, strict=True):
+            speeds[i] = w + lines.name(slip, f"nu[{names[i]}]")
+            rows.append((left, loads[i] - total[i] * written))
+    every = range(len(names))
+    return [speeds[i] for i in every], [accelerations[i] for i in every], tuple(rows)
 
 
 def weights_of(bodies: RotatingBodies, group: Sequence[int]) -> dict[int, sp.Expr]:

@@ -15,230 +15,133 @@ not damped against each other librate with sqrt(epsilon): in their phases the sm
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+import numpy as np
 import sympy as sp
 
-from wucht.mechanics.averaged.bodies import RotatingBodies, absolute, rate_of_given
+from wucht.mechanics.averaged.bodies import RotatingBodies, absolute, rate_of_given, slope_of_absolute
 from wucht.mechanics.averaged.coupling import Coupling
-from wucht.mechanics.averaged.explicit_form import ExplicitForm, Solution
+from wucht.mechanics.averaged.explicit_form import Solution
 from wucht.mechanics.averaged.ripple import Ripple
-from wucht.mechanics.elimination import solve_general
-from wucht.mechanics.phasors import Phasor, total
+from wucht.mechanics.elimination import solve_by_elimination
+from wucht.mechanics.phasors import TURN, Phasor
 
-Amplitudes = list[Phasor]
-
-
-@dataclass(frozen=True)
-class Contributions:
-    """What a steady motion (``base``), each slip and each acceleration contribute to displacements (m) and torques (n)."""
-
-    base: tuple[Amplitudes, list[sp.Expr]]
-    slip: list[tuple[Amplitudes, list[sp.Expr]]]
-    acceleration: list[tuple[Amplitudes, list[sp.Expr]]]
+Effect = tuple[np.ndarray, sp.Matrix]
+"""Displacement amplitudes (m), and torques on the bodies (n x 1); of each body that causes them, a row and a column."""
 
 
 def second_order(bodies: RotatingBodies, coupling: Coupling, first: Solution, pulsing: Ripple) -> Solution:
     """The solution of the next order, from that of the first and the fluctuation within a turn."""
-    n, w, lines, every = len(bodies.names), bodies.frequency, coupling.lines, range(len(bodies.names))
-    contributions = _contributions(bodies, coupling, first.motion, pulsing)
-    solve = _inert if first.inertia else _damped
-    speeds, accelerations = solve(bodies, coupling, contributions, first.explicit)
-    slips = [lines.name(speeds[k] - w, f"s[{bodies.names[k]}]") for k in every]
-    rates = [lines.name(a, f"a[{bodies.names[k]}]") for k, a in enumerate(accelerations)]
-    torques = [
-        lines.name(
-            contributions.base[1][i]
-            + sp.Add(*(contributions.slip[k][1][i] * slips[k] + contributions.acceleration[k][1][i] * rates[k] for k in every)),
-            f"V2[{bodies.names[i]}]",
-        )
-        for i in range(n)
-    ]
-    moved = [
-        total(
-            [
-                z,
-                *(
-                    contributions.slip[k][0][d].scaled(slips[k]) + contributions.acceleration[k][0][d].scaled(rates[k])
-                    for k in every
-                ),
-            ]
-        )
-        for d, z in enumerate(contributions.base[0])
-    ]
-    rows = tuple((left, _renewed(right, torques, bodies)) for left, right in first.explicit.rows)
-    return Solution(moved, torques, ExplicitForm(list(speeds), list(accelerations), rows), first.inertia)
+    names, w, lines = bodies.names, bodies.frequency, coupling.lines
+    base = _base(bodies, coupling, first.motion, pulsing)
+    slip, acceleration = _of_changes(bodies, coupling, base[0])
+    speeds, accelerations = _solved(bodies, coupling, (base[1], slip[1], acceleration[1]), first)
+    slips = [lines.name(v - w, f"s[{n}]") for v, n in zip(speeds, names, strict=True)]
+    rates = [lines.name(a, f"a[{n}]") for a, n in zip(accelerations, names, strict=True)]
+    pushed = base[1] + slip[1] * sp.Matrix(slips) + acceleration[1] * sp.Matrix(rates)
+    torques = [lines.name(v, f"V2[{n}]") for v, n in zip(pushed, names, strict=True)]
+    moved = base[0] + slip[0].T @ np.array(slips, object) + acceleration[0].T @ np.array(rates, object)
+    renewed = {sp.Symbol(f"V[{n}]", real=True): v for n, v in zip(names, torques, strict=True)}
+    rows = tuple((left, right.xreplace(renewed)) for left, right in first.rows)
+    return Solution(list(moved), torques, speeds, accelerations, rows, first.inertia)
 
 
-def _renewed(right: sp.Expr, torques: Sequence[sp.Expr], bodies: RotatingBodies) -> sp.Expr:
-    """A row with the torques of the next order in place of the first."""
-    old = [sp.Symbol(f"V[{name}]", real=True) for name in bodies.names]
-    return right.xreplace(dict(zip(old, torques, strict=True)))
-
-
-def _inert(
-    bodies: RotatingBodies, coupling: Coupling, contributions: Contributions, first: ExplicitForm
+def _solved(
+    bodies: RotatingBodies, coupling: Coupling, torques: tuple[sp.Matrix, sp.Matrix, sp.Matrix], first: Solution
 ) -> tuple[list[sp.Expr], list[sp.Expr]]:
-    """(J - A) a = L + V - B theta': speeds and accelerations (n)."""
-    n, w, j, every = len(bodies.names), bodies.frequency, bodies.inertia, range(len(bodies.names))
-    speeds, given = first.speeds, rate_of_given(bodies)
-    free = [i for i in every if i or bodies.given is None]
-    right, left = [], []
-    for i in free:
-        known = contributions.base[1][i] + sp.Add(*(contributions.slip[k][1][i] * (speeds[k] - w) for k in every))
-        inner = sp.Add(*(bodies.relative[i, k] * speeds[k] for k in every))
-        effective = [j[i, k] - contributions.acceleration[k][1][i] for k in every]
-        prescribed = effective[0] * given if bodies.given is not None else 0
-        right.append(absolute(bodies, i, speeds[i]) - inner + known - prescribed)
-        left.append([effective[k] for k in free])
-    names = [bodies.names[i] for i in free]
-    solution = dict(zip(free, solve_general(left, right, names, coupling.lines.name, "theta''2"), strict=True))
-    return list(speeds), [solution.get(i, given) for i in range(n)]
+    """Speeds and accelerations theta'' = T y + c (n) from (J - A) theta'' + B theta' = L + V + S (theta' - w).
 
-
-def _damped(
-    bodies: RotatingBodies, coupling: Coupling, contributions: Contributions, first: ExplicitForm
-) -> tuple[list[sp.Expr], list[sp.Expr]]:
-    """J (w' 1 + nu') + B nu = L + V for w' of the rotors and nu of their bodies, nu' being the rate of the first order's nu."""
-    n, w, j, every = len(bodies.names), bodies.frequency, bodies.inertia, range(len(bodies.names))
-    unknown = [i for i in every if i or bodies.given is None]
-    turning = [bodies.speed(h) for h in bodies.heads]
-    nu = [first.speeds[i] - turning[i] for i in every]
-    slopes, constant = _slip_rates(bodies, coupling, nu, unknown)
-    rates_known = rate_of_given(bodies)
-    right, left = [], []
-    for i in unknown:
-        head = bodies.heads[i]
-        row = dict.fromkeys(unknown, sp.S.Zero)
-        known = absolute(bodies, i, turning[i]) + contributions.base[1][i]
-        for k in every:
-            pulled, pushed = contributions.slip[k][1][i], contributions.acceleration[k][1][i]
-            effective = (j[i, k] if bodies.heads[k] == head else sp.S.Zero) - pushed
-            known += pulled * (turning[k] - w) - effective * constant[k]
-            for q, slope in slopes[k].items():  # nu_k' = sum slope_q y_q' + constant
-                row[q] += effective * slope
-            if bodies.heads[k] in row:
-                row[bodies.heads[k]] += effective  # w' of its rotor
-            else:
-                known -= effective * rates_known
-            if k not in bodies.rotors:
-                row[k] += (bodies.relative[i, k] if bodies.heads[k] == head else sp.S.Zero) - pulled
-        if i not in bodies.rotors:
-            v = sp.Dummy("v", real=True)
-            row[i] -= sp.diff(absolute(bodies, i, v), v).xreplace({v: turning[i]})
-        right.append(known)
-        left.append([row[q] for q in unknown])
-    names = [bodies.names[i] for i in unknown]
-    solution = dict(zip(unknown, solve_general(left, right, names, coupling.lines.name, "y'"), strict=True))
-    speeds = [turning[i] + (solution[i] if i not in bodies.rotors else sp.S.Zero) for i in range(n)]
-    slip_rates = [constant[k] + sp.Add(*(s * solution[q] for q, s in slopes[k].items())) for k in every]
-    return speeds, [solution.get(bodies.heads[k], rates_known) + slip_rates[k] for k in every]
+    torques: V, and of each slip and acceleration S and A. y: the accelerations of all bodies; without inertia the w' of the
+    rotors and the nu of their bodies, nu' being the rate of the first order's nu.
+    """
+    V, S, A = torques
+    n, w, inertia = len(bodies.names), bodies.frequency, first.inertia
+    unknown = bodies.free
+    follows = range(n) if inertia else bodies.heads
+    turning = sp.Matrix([bodies.speed(i) for i in follows])
+    T = sp.Matrix(n, len(unknown), lambda k, q: int(unknown[q] == follows[k]))
+    c = sp.Matrix([0 if i in unknown else rate_of_given(bodies) for i in follows])
+    if not inertia:
+        slopes, constant = _slip_rates(bodies, coupling, first.speeds, unknown)
+        T, c = T + slopes, c + constant
+    effective = bodies.inertia - A
+    right = sp.Matrix([absolute(bodies, i, v) for i, v in enumerate(turning)]) + V + S * turning.applyfunc(lambda v: v - w)
+    right -= effective * c + (bodies.relative * turning if inertia else sp.zeros(n, 1))
+    left = sp.Matrix(effective * T)
+    for q, i in enumerate(unknown):
+        if not inertia and i not in bodies.rotors:
+            left[:, q] += (bodies.relative - S)[:, i]
+            left[i, q] -= slope_of_absolute(bodies, i, turning[i])
+    square = left.extract(unknown, list(range(len(unknown))))
+    names, prefix = [bodies.names[i] for i in unknown], "theta''2 " if inertia else "y' "
+    y = solve_by_elimination(square, [right[i] for i in unknown], names, coupling.lines, prefix, symmetric=False)
+    if not inertia:
+        turning += sp.Matrix([y[unknown.index(i)] if i not in bodies.rotors else 0 for i in range(n)])
+    return list(turning), list(T * sp.Matrix(y) + c)
 
 
 def _slip_rates(
-    bodies: RotatingBodies, coupling: Coupling, nu: Sequence[sp.Expr], unknown: Sequence[int]
-) -> tuple[list[dict[int, sp.Expr]], list[sp.Expr]]:
-    """nu_k' = sum slope_kq y_q' + constant_k: y_q is the speed of rotor q or the phase of body q, the rest is known."""
-    slopes = [dict[int, sp.Expr]() for _ in nu]
+    bodies: RotatingBodies, coupling: Coupling, speeds: Sequence[sp.Expr], unknown: Sequence[int]
+) -> tuple[sp.Matrix, sp.Matrix]:
+    """nu_k' = sum slope_kq y_q + constant_k: y_q is the rate of rotor q's speed or of body q's phase, the rest is known."""
     lines, before = coupling.lines, list(coupling.lines.pairs)
-    for q in unknown:
-        variable = bodies.speed(q) if q in bodies.rotors else bodies.phases[q]
-        derivatives = lines.rates({variable: sp.S.One}, nu, f"/{variable}", before)
-        for k, slope in enumerate(derivatives):
-            if slope != 0:
-                slopes[k][q] = lines.name(slope, f"dnu[{bodies.names[k]}]/{variable}")
-    moving = {
+    nu = [v - bodies.speed(h) for v, h in zip(speeds, bodies.heads, strict=True)]
+    slopes = sp.zeros(len(nu), len(unknown))
+    for q, i in enumerate(unknown):
+        variable = bodies.speed(i) if i in bodies.rotors else bodies.phases[i]
+        for k, slope in enumerate(lines.rates({variable: sp.S.One}, nu, f"/{variable}", before)):
+            slopes[k, q] = lines.name(slope, f"dnu[{bodies.names[k]}]/{variable}")
+    rates = {
         phase: bodies.speed(i) - (bodies.speed(0) if i else bodies.frequency)
         for i, phase in enumerate(bodies.phases)
         if phase is not None and i in bodies.rotors
     }
-    constant = lines.rates(moving, nu, "'", before) if moving else [sp.S.Zero] * len(nu)
-    return slopes, constant
+    return slopes, sp.Matrix(lines.rates(rates, nu, "'", before))
 
 
-def _contributions(bodies: RotatingBodies, coupling: Coupling, motion: Sequence[Phasor], pulsing: Ripple) -> Contributions:
-    w, lines, names = bodies.frequency, coupling.lines, [bodies.labels[d] for d in coupling.free]
-    shifted = _shifted(bodies, coupling, pulsing.twice)
-    base = list(motion)
-    if shifted is not None:
-        force = [(s + d).scaled(w**2) for s, d in zip(coupling.moments, shifted, strict=True)]
-        base = coupling.motion(lines.phasors(force, "F2", names), "2")
-    torques = coupling.torques(base, "0")
-    torques = [v + m for v, m in zip(torques, _rectified(pulsing), strict=True)]
-    slip, acceleration = [], []
-    for k, (e, c) in enumerate(zip(bodies.excitation, coupling.direction, strict=True)):
-        own = [e[d] * c for d in coupling.free]
-        h, bent = _twice(coupling, own, bodies.names[k])
-        # G e = -w^2 h, G' e = -2 w h + w^2 bent with h = H e and bent = H D' H e
-        slip.append(
-            _effect(
-                coupling,
-                [a.scaled(2 * w) - b.scaled(w**2) for a, b in zip(h, bent, strict=True)],
-                [b.scaled(w**4) - a.scaled(4 * w**3) for a, b in zip(h, bent, strict=True)],
-                f"s,{bodies.names[k]}",
-            )
-        )
-        displaced = [(b.scaled(2 * w) - a).turned for a, b in zip(h, bent, strict=True)]
-        pulled = [(a.scaled(5 * w**2) - b.scaled(2 * w**3)).turned for a, b in zip(h, bent, strict=True)]
+def _base(bodies: RotatingBodies, coupling: Coupling, motion: Sequence[Phasor], pulsing: Ripple) -> Effect:
+    """What the steady motion contributes, with the fluctuation's effect on the moments and the torques."""
+    w, names = bodies.frequency, [bodies.labels[d] for d in coupling.free]
+    if not all(p.is_zero for p in pulsing.twice):
+        turned = np.array([(c.conj * p * TURN) for c, p in zip(coupling.direction, pulsing.twice, strict=True)])
+        unbalance = np.array([[e.conj for e in row] for row in bodies.excitation])[:, coupling.free]
+        force = (np.array(coupling.moments) - turned @ unbalance * sp.S.Half) * w**2
+        motion = coupling.motion(coupling.lines.phasors(force, "F2", names), "2")
+    # The mean torques of the fluctuation in what causes it: -Im[T conj(P)]/2 and, of gravity, -Im[W conj(G)]/2.
+    causes = zip(pulsing.alternating, pulsing.twice, pulsing.weight, pulsing.once, strict=True)
+    rectified = [-((t * p.conj).im + (g * o.conj).im) / 2 for t, p, g, o in causes]
+    return np.array(motion), sp.Matrix(coupling.torques(motion, "0")) + sp.Matrix(rectified)
+
+
+def _of_changes(bodies: RotatingBodies, coupling: Coupling, base: np.ndarray) -> tuple[Effect, Effect]:
+    """What each slip and each acceleration contributes: row k of the displacements, column k of the torques."""
+    w, free = bodies.frequency, coupling.free
+    M, C = (np.array(a.tolist(), object)[np.ix_(free, free)] for a in (bodies.mass, bodies.damping))
+    slope = M * Phasor(-2 * w) + C * TURN  # D' = i C - 2 w M, D'' = -2 M
+    slips, accelerations = [], []
+    for k, (e, c, name) in enumerate(zip(bodies.excitation, coupling.direction, bodies.names, strict=True)):
+        # G e = -w^2 h, G' e = -2 w h + w^2 bent with h = H e and bent = H D' H e; H' = -H D' H
+        h = coupling.response([e[d] * c for d in free], f"h,{name}")
+        bent = coupling.response(slope @ h, f"hh,{name}")
+        slips.append(_effect(coupling, h * (2 * w) - bent * w**2, bent * w**4 - h * (4 * w**3), f"s,{name}"))
+        displaced, pulled = (bent * (2 * w) - h) * TURN, (h * (5 * w**2) - bent * (2 * w**3)) * TURN
         if k == 0 and bodies.shaking is None:
-            z2, g2 = _bent_twice(coupling, [base[d] for d in coupling.free])
-            displaced = [a - b.turned.scaled(sp.S.Half) for a, b in zip(displaced, z2, strict=True)]
-            pulled = [a - b.turned.scaled(sp.S.Half) for a, b in zip(pulled, g2, strict=True)]
-        acceleration.append(_effect(coupling, displaced, pulled, f"a,{bodies.names[k]}"))
-    return Contributions((base, torques), slip, acceleration)
+            # For z = H F: H'' F = H (2 D' H D' - D'') z, and G'' F from it.
+            z = base[free]
+            once = coupling.response(slope @ z, "h'")
+            twice = coupling.response(slope @ once * 2 + M @ z * 2, "h''")
+            displaced = displaced - twice * (TURN * sp.S.Half)
+            pulled = pulled - (once * (4 * w) - z * 2 - twice * w**2) * (TURN * sp.S.Half)
+        accelerations.append(_effect(coupling, displaced, pulled, f"a,{name}"))
+    both = [tuple(zip(*effects, strict=True)) for effects in (slips, accelerations)]
+    slip, acceleration = ((np.array(displacements), sp.Matrix.hstack(*torques)) for displacements, torques in both)
+    return slip, acceleration
 
 
-def _effect(
-    coupling: Coupling, displaced: Sequence[Phasor], pulled: Sequence[Phasor], mark: str
-) -> tuple[Amplitudes, list[sp.Expr]]:
-    """Displacements and torques of all coordinates and bodies for those of the free ones."""
+def _effect(coupling: Coupling, displaced: Sequence[Phasor], pulled: Sequence[Phasor], mark: str) -> Effect:
+    """Displacements and torques of all coordinates and bodies for the displacements and accelerations of the free ones."""
     labels = coupling.bodies.labels
-    displacements, accelerations = [Phasor()] * len(labels), [Phasor()] * len(labels)
-    for d, z, g in zip(coupling.free, displaced, pulled, strict=True):
-        displacements[d] = coupling.lines.phasor(z, f"z{mark}[{labels[d]}]")
-        accelerations[d] = coupling.lines.phasor(g, f"Z{mark}[{labels[d]}]")
-    return displacements, coupling.torques([], f",{mark}", accelerations)
-
-
-def _slope(coupling: Coupling, z: Sequence[Phasor]) -> Amplitudes:
-    """D' z, D' = i C - 2 w M."""
-    b, w = coupling.bodies, coupling.bodies.frequency
-    return [
-        total([Phasor(-2 * w * b.mass[d, c], b.damping[d, c]) * z[k] for k, c in enumerate(coupling.free)])
-        for d in coupling.free
-    ]
-
-
-def _twice(coupling: Coupling, force: Sequence[Phasor], mark: str) -> tuple[Amplitudes, Amplitudes]:
-    """H F and H D' H F; H' F = -H D' H F."""
-    h = coupling.response(force, f"h,{mark}")
-    return h, coupling.response(_slope(coupling, h), f"hh,{mark}")
-
-
-def _bent_twice(coupling: Coupling, z: Sequence[Phasor]) -> tuple[Amplitudes, Amplitudes]:
-    """H'' F and G'' F for z = H F: H'' F = H (2 D' H D' - D'') z, D'' = -2 M."""
-    b, w = coupling.bodies, coupling.bodies.frequency
-    bent = coupling.response(_slope(coupling, z), "h'")
-    curved = [total([z[k].scaled(2 * b.mass[d, c]) for k, c in enumerate(coupling.free)]) for d in coupling.free]
-    force = [p.scaled(2) + q for p, q in zip(_slope(coupling, bent), curved, strict=True)]
-    second = coupling.response(force, "h''")
-    g2 = [y.scaled(4 * w) - x.scaled(2) - s.scaled(w**2) for x, y, s in zip(z, bent, second, strict=True)]
-    return second, g2
-
-
-def _rectified(pulsing: Ripple) -> list[sp.Expr]:
-    """The mean torques of the fluctuation in what causes it: -Im[T conj(P)]/2 and, of gravity, -Im[W conj(G)]/2."""
-    twice = [(t * p.conj).im for t, p in zip(pulsing.alternating, pulsing.twice, strict=True)]
-    once = [(g * p.conj).im for g, p in zip(pulsing.weight, pulsing.once, strict=True)]
-    return [-(a + b) / 2 for a, b in zip(twice, once, strict=True)]
-
-
-def _shifted(bodies: RotatingBodies, coupling: Coupling, pulsing: Sequence[Phasor]) -> Amplitudes | None:
-    """dS in each free direction, None where nothing fluctuates."""
-    if all(p.is_zero for p in pulsing):
-        return None
-    shifts = []
-    for d in coupling.free:
-        terms = [(e[d] * c).conj * p for e, c, p in zip(bodies.excitation, coupling.direction, pulsing, strict=True)]
-        shifts.append(total([t for t in terms if not t.is_zero]).turned.scaled(-sp.S.Half))
-    return shifts
+    amplitudes = np.full((2, len(labels)), Phasor())
+    for d, z, Z in zip(coupling.free, displaced, pulled, strict=True):
+        amplitudes[:, d] = [coupling.lines.phasor(a, f"{letter}{mark}[{labels[d]}]") for a, letter in ((z, "z"), (Z, "Z"))]
+    return amplitudes[0], sp.Matrix(coupling.torques(amplitudes[1], f",{mark}", -sp.S.Half))

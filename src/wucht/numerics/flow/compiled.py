@@ -14,7 +14,7 @@ from wucht.errors import WuchtError
 from wucht.numerics.flow.events import Event, LegResult
 from wucht.numerics.flow.program import Evaluator, Numbers, lower
 from wucht.numerics.flow.segments import Lookahead, Segmentations, SegmentLocator, compile_lookahead
-from wucht.system import Output, System
+from wucht.system import System
 
 DEFAULT_TOLERANCE = 1e-12
 ENGINES = ("heyoka", "scipy", "scipy-radau")
@@ -92,10 +92,7 @@ def available_engine() -> str:
 
 @lru_cache(maxsize=64)
 def compile_system(
-    system: System,
-    tolerance: float = DEFAULT_TOLERANCE,
-    events: tuple[Event, ...] = (),
-    engine: str | None = None,
+    system: System, tolerance: float = DEFAULT_TOLERANCE, events: tuple[Event, ...] = (), engine: str | None = None
 ) -> CompiledSystem:
     """Compile a System; an equal System, whatever its parameter values, gets the same compiled one back.
 
@@ -121,7 +118,9 @@ def compile_system(
     chosen = engine or available_engine()
     if chosen not in ENGINES:
         raise WuchtError(f"unknown engine {chosen!r}; known: {', '.join(ENGINES)}")
-    segmentations = _segmentations(system, events)
+    used = [*system.derivatives, *(e for _, e in system.definitions), *(e.expression for e in events)]
+    used += [e for q in system.quadratures for e in (q.expression, q.jump)]
+    segmentations = Segmentations.of([sp.sympify(e) for e in used])
     smooth = _smooth(system, segmentations)
     program = lower(smooth, smooth.derivatives)
     watched = (*events, *segmentations.events())
@@ -136,7 +135,10 @@ def compile_system(
 
         method = "Radau" if chosen == "scipy-radau" else "DOP853"
         compiled = ScipyEngine(program, watched, event_program, tolerance, method)
-    interrupting = tuple(i for i, e in enumerate(events) if e.interrupts)
+    interrupting, jumps = tuple(i for i, e in enumerate(events) if e.interrupts), None
+    if segmentations and any(q.jump != 0 for q in system.quadratures):
+        gains = [segmentations.smooth(sp.sympify(q.jump)) for q in system.quadratures]
+        jumps = Evaluator.of(smooth, gains, [q.name for q in system.quadratures])
     return CompiledSystem(
         system,
         watched,
@@ -145,35 +147,18 @@ def compile_system(
         compiled,
         Evaluator.of_outputs(system),
         SegmentLocator.of(segmentations, smooth) if segmentations else None,
-        _jumps(system, smooth, segmentations),
+        jumps,
         interrupting,
         compile_lookahead(smooth, [segmentations.smooth(events[i].expression) for i in interrupting]) if interrupting else None,
     )
-
-
-def _segmentations(system: System, events: tuple[Event, ...]) -> Segmentations:
-    used = [*system.derivatives, *(e for _, e in system.definitions), *(e.expression for e in events)]
-    used += [e for q in system.quadratures for e in (q.expression, q.jump)]
-    return Segmentations.of([sp.sympify(e) for e in used])
 
 
 def _smooth(system: System, segmentations: Segmentations) -> System:
     """The System that is integrated: quadratures are states, piecewise functions the polynomials of the segments in use."""
     rates = [_PER_UNIT * sp.sympify(q.expression) for q in system.quadratures]
     return System(
-        (*system.states, *(_accumulator(q) for q in system.quadratures)),
+        (*system.states, *(sp.Symbol(f"integral of {q.name}", real=True) for q in system.quadratures)),
         tuple(segmentations.smooth(sp.sympify(e)) for e in (*system.derivatives, *rates)),
         (*system.parameters, _PER_UNIT, *segmentations.symbols),
         tuple((s, segmentations.smooth(e)) for s, e in system.definitions),
     )
-
-
-def _jumps(system: System, smooth: System, segmentations: Segmentations) -> Evaluator | None:
-    if not segmentations or all(q.jump == 0 for q in system.quadratures):
-        return None
-    jumps = tuple(segmentations.smooth(sp.sympify(q.jump)) for q in system.quadratures)
-    return Evaluator.of(smooth, jumps, [q.name for q in system.quadratures])
-
-
-def _accumulator(quadrature: Output) -> sp.Symbol:
-    return sp.Symbol(f"integral of {quadrature.name}", real=True)

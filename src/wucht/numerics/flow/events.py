@@ -79,6 +79,6 @@ class LegResult:
 class LegError(RunError):
     """An engine could not continue. ``samples`` (n, m) are those it still reached; ``remedy`` is what to try."""
 
-    def __init__(self, reason: str, samples: np.ndarray, remedy: str) -> None:
+    def __init__(self, reason: str, remedy: str, samples: np.ndarray) -> None:
         super().__init__(reason)
         self.samples, self.remedy = samples, remedy

@@ -23,6 +23,11 @@ from wucht.system import TIME
 # five times faster to compile and half as fast to run.
 _COMPACT_ABOVE = 80
 _MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
+_NOT_FINITE = ("the state ceases to be finite", "Look for a parameter that is off by a factor of thousands")
+_TOO_STIFF = (
+    f"{_MAX_STEPS} steps were not enough for one leg",
+    "The machine is stiff: try engine = 'scipy-radau', or look for a parameter that is off by a factor of thousands",
+)
 
 
 class Translator:
@@ -68,26 +73,30 @@ class Translator:
     def _power(self, e: sp.Pow) -> Any:
         base, exponent = self(e.base), e.exp
         if exponent.is_Integer:
-            n = int(abs(exponent))
-            product, square = None, base
+            product, square, n = None, base, int(abs(exponent))
             while n:
                 if n & 1:
                     product = square if product is None else product * square
                 square = square * square if n > 1 else square
                 n >>= 1
             return product if exponent.is_positive else self.hy.expression(1.0) / product
-        if exponent == sp.Rational(1, 2):
-            return self.hy.sqrt(base)
-        return base ** self(exponent)
+        return self.hy.sqrt(base) if exponent == sp.Rational(1, 2) else base ** self(exponent)
+
+
+def _translation(program: Program, first: int = 0) -> tuple[list[Any], Translator]:
+    """heyoka's variables for a program's states, and the translator; its constants are the parameters from ``first`` on."""
+    import heyoka as hy
+
+    variables = [hy.make_vars(f"s{i}") for i in range(len(program.states))]
+    symbols: dict[sp.Symbol, Any] = dict(zip(program.states, variables, strict=True)) | {TIME: hy.time}
+    return variables, Translator(symbols | {s: hy.par[first + i] for i, (s, _) in enumerate(program.constants)})
 
 
 def compiled_function(program: Program) -> Any:
     """A program as heyoka's ``cfunc``: inputs are the states, parameters the program's constants; safe in any thread."""
     import heyoka as hy
 
-    variables = [hy.make_vars(f"s{i}") for i in range(len(program.states))]
-    symbols: dict[sp.Symbol, Any] = dict(zip(program.states, variables, strict=True)) | {TIME: hy.time}
-    translate = Translator(symbols | {s: hy.par[i] for i, (s, _) in enumerate(program.constants)})
+    variables, translate = _translation(program)
     return hy.cfunc(
         translate.program(program.lines, program.results), variables, compact_mode=len(program.lines) > _COMPACT_ABOVE
     )
@@ -114,13 +123,9 @@ class HeyokaEngine:
         import heyoka as hy
 
         hy.set_logger_level_critical()  # its log goes to stdout; failures are reported as outcomes
-        n_own = len(program.constants)
-        variables = [hy.make_vars(f"s{i}") for i in range(len(program.states))]
-        symbols: dict[sp.Symbol, Any] = dict(zip(program.states, variables, strict=True))
-        symbols[TIME] = hy.time
-        translate = Translator(symbols | {s: hy.par[i] for i, (s, _) in enumerate(program.constants)})
+        variables, translate = _translation(program)
+        _, watch = _translation(event_program, len(program.constants))
         system = list(zip(variables, translate.program(program.lines, program.results), strict=True))
-        watch = Translator(symbols | {s: hy.par[n_own + i] for i, (s, _) in enumerate(event_program.constants)})
         functions = watch.program(event_program.lines, event_program.results)
         direction = {1: hy.event_direction.positive, -1: hy.event_direction.negative, 0: hy.event_direction.any}
         terminal, passing, interrupting = [], [], []
@@ -140,11 +145,7 @@ class HeyokaEngine:
         self.program, self.event_program, self.events = program, event_program, tuple(events)
         self.interrupting = tuple(interrupting)
         self._at_rest = hy.taylor_adaptive(
-            system,
-            [0.0] * len(variables),
-            tol=tolerance,
-            compact_mode=len(program.lines) > _COMPACT_ABOVE,
-            **extra,
+            system, [0.0] * len(variables), tol=tolerance, compact_mode=len(program.lines) > _COMPACT_ABOVE, **extra
         )
 
     def integrator(self) -> HeyokaIntegrator:
@@ -182,7 +183,7 @@ class HeyokaIntegrator:
             recorder.hits.clear()
         ahead = grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
         result = ta.propagate_grid(np.concatenate([[ta.time], grid]) if ahead else grid, max_steps=_MAX_STEPS)
-        outcome, samples = result[0], result[-1][int(ahead) :]
+        outcome, samples = result[0], np.asarray(result[-1][int(ahead) :]).T.reshape(len(ta.state), -1)
         hits = sorted((h for recorder in self._recorders for h in recorder.hits), key=lambda h: h.time)
         state = np.array(ta.state)
         stopped_by = None
@@ -190,22 +191,10 @@ class HeyokaIntegrator:
             code = int(outcome)
             index = -code - 1 if -len(interrupting) <= code <= -1 else code
             if not 0 <= index < len(interrupting):
-                raise self._failed(outcome == self._bad_state, np.asarray(samples).T.reshape(len(state), -1))
+                raise LegError(*(_NOT_FINITE if outcome == self._bad_state else _TOO_STIFF), samples)
             stopped_by = interrupting[index]
             hits.append(Hit(self._engine.events[stopped_by].name, float(ta.time), state))
-        return LegResult(np.asarray(samples).T.reshape(len(state), -1), float(ta.time), state, tuple(hits), stopped_by)
-
-    @staticmethod
-    def _failed(not_finite: bool, samples: np.ndarray) -> LegError:
-        if not_finite:
-            return LegError(
-                "the state ceases to be finite", samples, "Look for a parameter that is off by a factor of thousands"
-            )
-        return LegError(
-            f"{_MAX_STEPS} steps were not enough for one leg",
-            samples,
-            "The machine is stiff: try engine = 'scipy-radau', or look for a parameter that is off by a factor of thousands",
-        )
+        return LegResult(samples, float(ta.time), state, tuple(hits), stopped_by)
 
     @property
     def time(self) -> float:

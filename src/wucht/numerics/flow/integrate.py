@@ -56,9 +56,18 @@ def integrate(
     RunError
         For an initial state that is not finite, or a grid that does not increase.
     """
-    # A power of two, so that a run which is continued has the same numbers to the last bit.
-    start = _checked(compiled, initial, parameters, grid)
-    run = Integration(compiled, integrator or compiled.engine.integrator(), *start, 2.0 ** round(math.log2(unit)))
+    system = compiled.system
+    pars = np.array(system.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
+    n, accumulated = len(system.states), len(system.quadratures)
+    state = np.asarray(initial, dtype=float)
+    if state.shape not in ((n,), (n + accumulated,)) or not np.isfinite(state).all():
+        raise RunError(f"the initial state {state} has not {n} finite numbers, one for each of {', '.join(system.state_names)}")
+    state = np.concatenate([state, np.zeros(n + accumulated - len(state))])
+    grid = np.asarray(grid, dtype=float)
+    if len(grid) < 1 or not (np.isfinite(grid).all() and (np.diff(grid) > 0).all()):
+        raise RunError("the times at which to sample must increase, and be finite")
+    # The unit is a power of two, so that a run which is continued has the same numbers to the last bit.
+    run = Integration(compiled, integrator or compiled.engine.integrator(), state, pars, grid, 2.0 ** round(math.log2(unit)))
     failure, interrupted = None, False
     try:
         run.start()
@@ -72,19 +81,3 @@ def integrate(
     except LegError as error:
         failure = run.failed(error)
     return run.trajectory(failure, interrupted)
-
-
-def _checked(
-    compiled: CompiledSystem, initial: Sequence[float] | np.ndarray, parameters: Numbers | Mapping[str, float], grid: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    system = compiled.system
-    pars = np.array(system.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
-    n, accumulated = len(system.states), len(system.quadratures)
-    state = np.asarray(initial, dtype=float)
-    if state.shape not in ((n,), (n + accumulated,)) or not np.isfinite(state).all():
-        raise RunError(f"the initial state {state} has not {n} finite numbers, one for each of {', '.join(system.state_names)}")
-    state = np.concatenate([state, np.zeros(n + accumulated - len(state))])
-    grid = np.asarray(grid, dtype=float)
-    if len(grid) < 1 or not (np.isfinite(grid).all() and (np.diff(grid) > 0).all()):
-        raise RunError("the times at which to sample must increase, and be finite")
-    return state, pars, grid

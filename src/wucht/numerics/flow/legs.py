@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
@@ -76,21 +75,19 @@ class Integration:
         leg = self.integrator.leg(piece)
         self._record(piece, leg.states)
         self.sampled = self.pars
-        self.hits.extend(h for h in leg.hits if h.name not in self._switches and not self._seen(h))
+        switches = {e.name for e in self.compiled.events if e.switch is not None}
+        self.hits.extend(h for h in leg.hits if h.name not in switches and not self._seen(h))
         if len(self.hits) > _MOST_HITS:
-            raise LegError(f"more than {_MOST_HITS} events happened", leg.states[:, :0], "Look for an event that repeats")
-        if leg.stopped_by is not None:
-            self._handle_event(leg)
-        elif self.compiled.locator is not None or self.compiled.interrupting:
-            self._at_leg_end(leg)
+            raise LegError(f"more than {_MOST_HITS} events happened", "Look for an event that repeats", leg.states[:, :0])
+        if leg.stopped_by is not None or self.compiled.locator is not None or self.compiled.interrupting:
+            self._handle_events(leg)
         return self.done < len(self.grid) and self.stopped_by is None
 
     def _seen(self, hit: Hit) -> bool:
         """Whether a hit at the border of two legs was counted by the leg before."""
         close = 1e-12 * max(1.0, abs(hit.time))
-        return any(
-            old.name == hit.name and abs(old.time - hit.time) <= close for old in self.hits[-len(self.compiled.events) :]
-        )
+        recent = self.hits[-len(self.compiled.events) :]
+        return any(old.name == hit.name and abs(old.time - hit.time) <= close for old in recent)
 
     def _record(self, piece: np.ndarray, samples: np.ndarray) -> None:
         taken = samples.shape[1]
@@ -98,27 +95,19 @@ class Integration:
         self.states.append(self._in_units(samples, back=True))
         self.done += taken
 
-    @cached_property
-    def _switches(self) -> frozenset[str]:
-        return frozenset(e.name for e in self.compiled.events if e.switch is not None)
+    def _handle_events(self, leg: LegResult) -> None:
+        """What the event does at which the leg stopped, and what those do that happen at the same time.
 
-    def _handle_event(self, leg: LegResult) -> None:
-        """What the event does at which the leg stopped, and what those do that happen at the same time."""
-        index = leg.stopped_by or 0
-        switch = self.compiled.events[index].switch
-        first = [] if switch is not None or self._just_fired(index, leg.time) else [index]
-        state = self._after_actions(leg.time, leg.state, first)
-        if switch is not None or state is not leg.state:
-            state = self._moved(leg.time, state, switch)
-        if switch is not None or state is not leg.state:
-            self._place(leg.time, state)
-
-    def _at_leg_end(self, leg: LegResult) -> None:
-        """Breakpoints and events at the very end of a leg are handled now: a run continued from there begins beyond them."""
-        state = self._after_actions(leg.time, leg.state, [])
-        before = self.segments
-        moved = self._moved(leg.time, state, None)
-        if state is not leg.state or not np.array_equal(before, self.segments):
+        Breakpoints and events at the very end of a leg are handled now: a run continued from there begins beyond them.
+        """
+        index, before = leg.stopped_by, self.segments
+        switch = None if index is None else self.compiled.events[index].switch
+        fired = [index] if index is not None and switch is None and not self._just_fired(index, leg.time) else []
+        state = moved = self._after_actions(leg.time, leg.state, fired)
+        changed = switch is not None or state is not leg.state
+        if changed or index is None:
+            moved = self._moved(leg.time, state, switch)
+        if changed or not np.array_equal(before, self.segments):
             self._place(leg.time, moved)
 
     def _after_actions(self, time: float, state: np.ndarray, fired: list[int]) -> np.ndarray:
@@ -154,10 +143,9 @@ class Integration:
     def _moved(self, time: float, state: np.ndarray, switch: tuple[int, int] | None) -> np.ndarray:
         """The segments after an event; returns the state with what the quadratures gain."""
         locator, before = self.compiled.locator, self.segments
-        if locator is None:
-            return state
-        self.segments = locator.moved(time, state, self._own, before, switch)
-        if np.array_equal(before, self.segments):
+        if locator is not None:
+            self.segments = locator.moved(time, state, self._own, before, switch)
+        if locator is None or np.array_equal(before, self.segments):
             return state
         self._correct_sample(time, before)
         return self._jumped(time, state, before, self.segments)
@@ -177,9 +165,8 @@ class Integration:
         if self.compiled.jumps is None:
             return state
         n, at = len(self.compiled.system.states), (np.array([time]), state[:, None])
-        old, new = (self.compiled.jumps(*at, np.concatenate([self._own, segments])) for segments in (before, after))
-        gained = [float(new[q.name][0] - old[q.name][0]) for q in self.compiled.system.quadratures]
-        return np.concatenate([state[:n], state[n:] + np.array(gained) / self.unit])
+        old, new = (self.compiled.jumps.array(*at, np.concatenate([self._own, segments])) for segments in (before, after))
+        return np.concatenate([state[:n], state[n:] + (new - old)[:, 0] / self.unit])
 
     def failed(self, error: LegError) -> str:
         """Record what the failing leg still reached; returns the sentence."""

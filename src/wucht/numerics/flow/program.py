@@ -37,6 +37,10 @@ class Program:
     def _constant_function(self) -> Callable[..., Sequence[float]]:
         return python_function((self.parameters,), (), tuple(e for _, e in self.constants), "math")
 
+    def function(self, modules: str = "numpy") -> Callable[..., Any]:
+        """(states, time, constants) -> the list of results; see ``python_function``."""
+        return python_function((self.states, TIME, tuple(s for s, _ in self.constants)), self.lines, self.results, modules)
+
     def constant_values(self, parameters: Numbers) -> np.ndarray:
         """The constants (k,) at given parameter values. Raises ``RunError`` where they are not finite."""
         try:
@@ -57,58 +61,47 @@ class _Folder:
     constants: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
     memo: dict[sp.Expr, sp.Expr] = field(default_factory=dict)
 
-    def is_constant(self, e: sp.Expr) -> bool:
-        return not (e.free_symbols & self.varying)
-
-    def constant(self, e: sp.Expr) -> sp.Expr:
-        if e.is_Number:
-            return e
-        if e not in self.constants:
-            self.constants[e] = sp.Symbol(f"_c{len(self.constants)}", real=True)
-        return self.constants[e]
-
     def fold(self, e: sp.Expr) -> sp.Expr:
         if e not in self.memo:
             self.memo[e] = self._fold(e)
         return self.memo[e]
 
     def _fold(self, e: sp.Expr) -> sp.Expr:
-        if self.is_constant(e):
-            return self.constant(e)
+        if not e.free_symbols & self.varying:
+            return e if e.is_Number else self.constants.setdefault(e, sp.Symbol(f"_c{len(self.constants)}", real=True))
         if e.is_Atom:
             return e
         if isinstance(e, PiecewiseCubic):
             return e.func(self.fold(e.args[0]), e.args[1])
         if isinstance(e, sp.Add | sp.Mul):
-            fixed = [a for a in e.args if self.is_constant(a)]
-            moving = [self.fold(a) for a in e.args if not self.is_constant(a)]
-            return e.func(*((self.constant(e.func(*fixed)),) if fixed else ()), *moving)
+            fixed = [a for a in e.args if not a.free_symbols & self.varying]
+            moving = [self.fold(a) for a in e.args if a.free_symbols & self.varying]
+            return e.func(*((self.fold(e.func(*fixed)),) if fixed else ()), *moving)
         return e.func(*(self.fold(a) for a in e.args))
+
+
+def needed_definitions(system: System, results: Sequence[sp.Expr]) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """A System's definitions that results use, themselves or through one another, in order."""
+    used, needed = set[sp.Basic]().union(*(r.free_symbols for r in results)), []
+    for symbol, expression in reversed(system.definitions):
+        if symbol in used:
+            needed.append((symbol, sp.sympify(expression)))
+            used |= needed[-1][1].free_symbols
+    return needed[::-1]
 
 
 def lower(system: System, results: Sequence[sp.Expr]) -> Program:
     """The program that computes ``results`` from a System's states and parameters, with the definitions they need."""
-    needed = set().union(*(sp.sympify(r).free_symbols for r in results)) if results else set()
-    definitions: list[tuple[sp.Symbol, sp.Expr]] = []
-    for symbol, expression in reversed(system.definitions):
-        if symbol in needed:
-            definitions.append((symbol, expression))
-            needed |= expression.free_symbols
-    definitions.reverse()
-    varying = {*system.states, TIME}
-    for symbol, expression in definitions:
-        if expression.free_symbols & varying:
-            varying.add(symbol)
-    folder = _Folder(varying)
+    results = [sp.sympify(r) for r in results]
+    folder, lines = _Folder({*system.states, TIME}), []
     fixed: dict[sp.Symbol, sp.Expr] = {}  # definitions that are constant are put into the constants that use them
-    lines = []
-    for symbol, expression in definitions:
-        resolved = expression.xreplace(fixed)
-        if symbol in varying:
-            lines.append((symbol, folder.fold(resolved)))
+    for symbol, expression in needed_definitions(system, results):
+        if expression.free_symbols & folder.varying:
+            folder.varying.add(symbol)
+            lines.append((symbol, folder.fold(expression.xreplace(fixed))))
         else:
-            fixed[symbol] = resolved
-    folded = tuple(folder.fold(sp.sympify(r).xreplace(fixed)) for r in results)
+            fixed[symbol] = expression.xreplace(fixed)
+    folded = tuple(folder.fold(r.xreplace(fixed)) for r in results)
     constants = tuple((symbol, expression) for expression, symbol in folder.constants.items())
     return Program(system.states, system.parameters, constants, tuple(lines), folded)
 
@@ -120,28 +113,18 @@ def python_function(
 
     modules: ``"math"`` for numbers, ``"cmath"`` for complex ones, ``"numpy"`` for arrays.
     """
-    lines, results, called = _with_calls(lines, results)
+    expressions = [sp.sympify(e) for e in (*(e for _, e in lines), *results)]
+    tables = {p.args[1]: f"table_{k}" for k, p in enumerate(set().union(*(e.atoms(PiecewiseCubic) for e in expressions)))}
+    if tables:  # each piecewise function is called by name
+        shown = {table: sp.Function(name) for table, name in tables.items()}
+        expressions = [e.replace(PiecewiseCubic, lambda argument, table: shown[table](argument)) for e in expressions]
     symbols = {s for a in arguments for s in (a if isinstance(a, tuple) else (a,))} | {s for s, _ in lines}
     short = {s: sp.Symbol(f"v{k}", real=True) for k, s in enumerate(sorted(symbols, key=lambda s: s.name))}
     renamed = [tuple(short[s] for s in a) if isinstance(a, tuple) else short[a] for a in arguments]
-    body = [(short[s], e.xreplace(short)) for s, e in lines]
-    wanted = [sp.sympify(r).xreplace(short) for r in results]
+    body = [(short[s], e.xreplace(short)) for (s, _), e in zip(lines, expressions, strict=False)]
+    wanted, called = [e.xreplace(short) for e in expressions[len(lines) :]], {name: table for table, name in tables.items()}
     function: Callable[..., Any] = sp.lambdify(renamed, wanted, modules=[called, modules], cse=lambda e: (body, e))
     return function
-
-
-def _with_calls(
-    lines: Assignments, results: Sequence[sp.Expr]
-) -> tuple[Assignments, list[sp.Expr], dict[str, Callable[..., Any]]]:
-    """Assignments and results with each piecewise function as a call of a Python function, and these functions by name."""
-    expressions = [sp.sympify(e) for e in (*(e for _, e in lines), *results)]
-    tables = {p.args[1] for e in expressions for p in e.atoms(PiecewiseCubic)}
-    if not tables:
-        return lines, expressions[len(lines) :], {}
-    called = {f"table_{k}": table for k, table in enumerate(tables)}
-    function = {table: sp.Function(name) for name, table in called.items()}
-    shown = [e.replace(PiecewiseCubic, lambda argument, table: function[table](argument)) for e in expressions]
-    return tuple((s, e) for (s, _), e in zip(lines, shown, strict=False)), shown[len(lines) :], dict(called)
 
 
 @lru_cache(maxsize=1024)
@@ -187,13 +170,16 @@ class Evaluator:
 
     @cached_property
     def _function(self) -> Callable[..., Any]:
-        p = self.program
-        return python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results)
+        return self.program.function()
 
     def __call__(self, time: np.ndarray, states: np.ndarray, parameters: Numbers) -> dict[str, np.ndarray]:
         """Evaluate. time: (N,), states: (n, N), parameters in the System's order. Returns an (N,) array a name."""
         values = self._function(tuple(states), time, self.program.constant_values(parameters))
         return {n: np.broadcast_to(np.asarray(v, float), time.shape) for n, v in zip(self.names, values, strict=True)}
+
+    def array(self, time: np.ndarray, states: np.ndarray, parameters: Numbers) -> np.ndarray:
+        """The same as an array (k, N), in the order of the names."""
+        return np.array(list(self(time, states, parameters).values())).reshape(len(self.names), len(time))
 
 
 @lru_cache(maxsize=256)

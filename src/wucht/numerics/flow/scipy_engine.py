@@ -11,8 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from wucht.numerics.flow.events import Event, Hit, LegError, LegResult
-from wucht.numerics.flow.program import Numbers, Program, python_function
-from wucht.system import TIME
+from wucht.numerics.flow.program import Numbers, Program
 
 _COOL_DOWN = 1e-9
 _NOT_ZERO = 1e-300
@@ -26,17 +25,12 @@ class ScipyEngine:
     name = "scipy"
 
     def __init__(
-        self,
-        program: Program,
-        events: Sequence[Event],
-        event_program: Program,
-        tolerance: float,
-        method: str = "DOP853",
+        self, program: Program, events: Sequence[Event], event_program: Program, tolerance: float, method: str
     ) -> None:
         self.program, self.event_program, self.events = program, event_program, tuple(events)
         self.tolerance, self.method = max(tolerance, _SMALLEST_TOLERANCE), method
-        self.rhs = _function(program)
-        self.watched = _function(event_program) if events else None
+        self.rhs = program.function("math")
+        self.watched = event_program.function("math")
 
     def integrator(self) -> ScipyIntegrator:
         """A new integrator, for one run."""
@@ -44,22 +38,22 @@ class ScipyEngine:
 
 
 class ScipyIntegrator:
-    """An integrator of one run."""
+    """An integrator of one run. time, state (n,): those reached."""
 
     def __init__(self, engine: ScipyEngine) -> None:
         self._engine, self._rhs, self._watched, self._events = engine, engine.rhs, engine.watched, engine.events
-        self._time, self._state = 0.0, np.zeros(len(engine.program.states))
+        self.time, self.state = 0.0, np.zeros(len(engine.program.states))
         self._cooled: dict[int, tuple[float, float]] = {}
 
     def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
         """Place the integrator."""
-        self._time, self._state = time, np.array(state, dtype=float)
+        self.time, self.state = time, np.array(state, dtype=float)
         self._constants = self._engine.program.constant_values(parameters).tolist()
         self._event_constants = self._engine.event_program.constant_values(parameters).tolist()
         # Only those that have just happened: one of long ago may be about to happen again, at this very place. But the other
         # end of a segment that has just begun lies within rounding of zero, and must be seen from where the argument goes.
-        if self._cooled and self._watched is not None:
-            values = self._watched(self._state.tolist(), time, self._event_constants)
+        if self._cooled:
+            values = self._watched(self.state.tolist(), time, self._event_constants)
             near = {i for i, e in enumerate(self._events) if e.switch is not None and abs(values[i]) <= _AT_BREAKPOINT}
             self._cooled = {i: self._cool(i) for i in near | {i for i, (end, _) in self._cooled.items() if end >= time}}
 
@@ -69,7 +63,6 @@ class ScipyIntegrator:
 
     def _event_function(self, index: int) -> Callable[[float, np.ndarray], float]:
         event, watched = self._events[index], self._watched
-        assert watched is not None
 
         def function(t: float, y: np.ndarray) -> float:
             value = float(watched(y.tolist(), t, self._event_constants)[index])
@@ -86,11 +79,10 @@ class ScipyIntegrator:
 
     def _cool(self, index: int) -> tuple[float, float]:
         """Until when an event that has just happened is not looked for, and the sign that its function takes thereafter."""
-        assert self._watched is not None
-        soon = _COOL_DOWN * max(1.0, abs(self._time))
-        state = self._state + soon * np.array(self._rhs(self._state.tolist(), self._time, self._constants))
-        value = float(self._watched(state.tolist(), self._time + soon, self._event_constants)[index])
-        return self._time + soon, float(np.sign(value))
+        soon = _COOL_DOWN * max(1.0, abs(self.time))
+        state = self.state + soon * np.array(self._rhs(self.state.tolist(), self.time, self._constants))
+        value = float(self._watched(state.tolist(), self.time + soon, self._event_constants)[index])
+        return self.time + soon, float(np.sign(value))
 
     def leg(self, grid: np.ndarray) -> LegResult:
         """Advance over the grid (m,). Raises ``LegError`` when the integration fails."""
@@ -98,12 +90,12 @@ class ScipyIntegrator:
 
         functions = [self._event_function(i) for i in range(len(self._events))]
         end = float(grid[-1])
-        if end <= self._time:
-            return LegResult(np.tile(self._state, (len(grid), 1)).T, self._time, self._state, (), None)
+        if end <= self.time:
+            return LegResult(np.tile(self.state, (len(grid), 1)).T, self.time, self.state, (), None)
         solution = solve_ivp(
             lambda t, y: self._rhs(y.tolist(), t, self._constants),
-            (self._time, end),
-            self._state,
+            (self.time, end),
+            self.state,
             method=self._engine.method,
             t_eval=grid,
             events=functions or None,
@@ -111,13 +103,13 @@ class ScipyIntegrator:
             atol=self._engine.tolerance * 1e-2,
         )
         # Without samples before an event, SciPy returns a list instead of an (n, 0) array.
-        samples = np.asarray(solution.y).reshape(len(self._state), -1)
+        samples = np.asarray(solution.y).reshape(len(self.state), -1)
         if solution.status < 0 or not np.isfinite(samples).all():
-            self._time = float(solution.t[-1]) if len(solution.t) else self._time
-            self._state = samples[:, -1] if samples.size else self._state
+            self.time = float(solution.t[-1]) if len(solution.t) else self.time
+            self.state = samples[:, -1] if samples.size else self.state
             reason = str(solution.message).rstrip(".") if solution.status < 0 else "the state ceases to be finite"
-            finite = samples[:, np.isfinite(samples).all(axis=0)]
-            raise LegError(reason, finite, "Look for a parameter that is off by a factor of thousands, or try another engine")
+            remedy = "Look for a parameter that is off by a factor of thousands, or try another engine"
+            raise LegError(reason, remedy, samples[:, np.isfinite(samples).all(axis=0)])
         hits, stopped_by = [], None
         for i, event in enumerate(self._events):
             for t, y in zip(solution.t_events[i], solution.y_events[i], strict=True):
@@ -126,23 +118,8 @@ class ScipyIntegrator:
                     stopped_by = i
         hits.sort(key=lambda h: h.time)
         if stopped_by is None:
-            self._time, self._state = end, samples[:, -1]
+            self.time, self.state = end, samples[:, -1]
         else:
-            self._time, self._state = hits[-1].time, hits[-1].state
+            self.time, self.state = hits[-1].time, hits[-1].state
             self._cooled[stopped_by] = self._cool(stopped_by)
-        return LegResult(samples, self._time, np.array(self._state), tuple(hits), stopped_by)
-
-    @property
-    def time(self) -> float:
-        """The time reached."""
-        return self._time
-
-    @property
-    def state(self) -> np.ndarray:
-        """The state reached, (n,)."""
-        return np.array(self._state)
-
-
-def _function(program: Program) -> Callable[..., list[float]]:
-    constants = tuple(s for s, _ in program.constants)
-    return python_function((program.states, TIME, constants), program.lines, program.results, "math")
+        return LegResult(samples, self.time, np.array(self.state), tuple(hits), stopped_by)

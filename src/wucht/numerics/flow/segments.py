@@ -7,6 +7,7 @@ smooth functions only, and no step crosses a breakpoint.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.numerics.flow.events import Event, LegError
-from wucht.numerics.flow.program import Numbers, lower, python_function
+from wucht.numerics.flow.program import Numbers, lower
 from wucht.piecewise import Pieces, PiecewiseCubic
 from wucht.system import TIME, System
 
@@ -50,20 +51,13 @@ class Segmentation:
 
     def polynomials(self) -> list[sp.Expr]:
         """Each function as the polynomial of the segment in use, in the argument."""
-        polynomials, at = [], _ENDS
+        polynomials, symbols = [], iter(self.symbols[_ENDS:])
         for f in self.functions:
-            origin, *c = self.symbols[at : at + 2 + f.degree]
-            value: sp.Expr = sp.S.Zero
+            origin, *c, value = itertools.islice(symbols, 2 + f.degree)
             for coefficient in reversed(c):
-                value = coefficient + (self.argument - origin) * value if value != 0 else coefficient
+                value = coefficient + (self.argument - origin) * value
             polynomials.append(value)
-            at += 2 + f.degree
         return polynomials
-
-    def ends(self, index: int) -> tuple[float, float]:
-        """Where a segment begins and ends, infinite for the first and the last."""
-        low = self.breakpoints[index - 1] if index > 0 else -np.inf
-        return float(low), float(self.breakpoints[index]) if index < len(self.breakpoints) else np.inf
 
     @property
     def scale(self) -> float:
@@ -83,10 +77,8 @@ class Segmentation:
         heyoka's steps are accurate relative to the largest of all states and watched functions: so these stay of order one.
         """
         low, high, has_low, has_high = self.symbols[:_ENDS]
-        scale = self.scale
-        return has_high * (self.argument - high) / scale - (1 - has_high), has_low * (self.argument - low) / scale + (
-            1 - has_low
-        )
+        above = has_high * (self.argument - high) / self.scale - (1 - has_high)
+        return above, has_low * (self.argument - low) / self.scale + (1 - has_low)
 
     def segment(self, index: int, value: float | None = None, size: float = 1.0) -> list[float]:
         """The values of the symbols on a segment; segment i begins at breakpoint i - 1. value: of the argument.
@@ -94,7 +86,7 @@ class Segmentation:
         heyoka does not see an event whose function begins a step at exactly zero and passes zero again in that step, nor one
         that begins beyond it: so the ends are watched a few roundings beyond an argument that lies on them.
         """
-        low, high = self.ends(index)
+        low, high = np.array([-np.inf, *self.breakpoints, np.inf])[index : index + 2].tolist()
         behind = BEHIND * max(self.scale, size)
         bottom = low if value is None else min(low, value - behind)
         top = high if value is None else max(high, value + behind)
@@ -148,12 +140,11 @@ class Segmentations:
 
     def events(self) -> tuple[Event, ...]:
         """Two events a segmentation: the argument leaves its segment upwards, downwards."""
-        events = []
-        for i, segmentation in enumerate(self.segmentations):
-            above, below = segmentation.watched()
-            events.append(Event(f"segmentation {i} up", above, +1, switch=(i, +1)))
-            events.append(Event(f"segmentation {i} down", below, -1, switch=(i, -1)))
-        return tuple(events)
+        return tuple(
+            Event(f"segmentation {i} {way}", watched, direction, switch=(i, direction))
+            for i, segmentation in enumerate(self.segmentations)
+            for way, direction, watched in zip(("up", "down"), (+1, -1), segmentation.watched(), strict=True)
+        )
 
 
 @dataclass(frozen=True)
@@ -180,10 +171,7 @@ class SegmentLocator:
             values = self._values(segments)
             arguments, ahead = self._lookahead(time, state, np.concatenate([parameters, values]))
             sizes = self._sizes(time, state)
-            segments = [
-                segmentation.locate(h, a, n)
-                for segmentation, h, a, n in zip(self.segmentations, arguments, ahead, sizes, strict=True)
-            ]
+            segments = [x.locate(*at) for x, *at in zip(self.segmentations, arguments, ahead, sizes, strict=True)]
         return self._values(segments, arguments, sizes)
 
     def moved(
@@ -215,9 +203,8 @@ class SegmentLocator:
         try:
             return self.lookahead(time, state, parameters)
         except (OverflowError, ValueError, ZeroDivisionError):
-            nothing = np.empty((len(state), 0))
-            remedy = "Lookahead for a parameter that is off by a factor of thousands"
-            raise LegError("the state ceases to be finite", nothing, remedy) from None
+            remedy = "Look for a parameter that is off by a factor of thousands"
+            raise LegError("the state ceases to be finite", remedy, np.empty((len(state), 0))) from None
 
     def _sizes(self, time: float, state: np.ndarray) -> list[float]:
         """The largest number from which each argument is computed: its rounding is a few units of that."""
@@ -227,9 +214,8 @@ class SegmentLocator:
     def _values(
         self, segments: Sequence[int], arguments: Sequence[float] | None = None, sizes: Sequence[float] | None = None
     ) -> np.ndarray:
-        at: Sequence[float | None] = arguments if arguments is not None else [None] * len(segments)
-        n = sizes if sizes is not None else [1.0] * len(segments)
-        blocks = (x.segment(r, h, size) for x, r, h, size in zip(self.segmentations, segments, at, n, strict=True))
+        at, n = arguments or itertools.repeat(None), sizes or itertools.repeat(1.0)
+        blocks = (x.segment(r, h, size) for x, r, h, size in zip(self.segmentations, segments, at, n, strict=False))
         return np.array([v for segment in blocks for v in segment])
 
     def _segments(self, values: np.ndarray) -> list[int]:
@@ -244,10 +230,7 @@ class SegmentLocator:
 def compile_lookahead(smooth: System, expressions: Sequence[sp.Expr]) -> Lookahead:
     """A function of time, state and parameters: the values of expressions there, and a little later."""
     position, rates = lower(smooth, expressions), lower(smooth, smooth.derivatives)
-    where, rate = (
-        python_function((p.states, TIME, tuple(s for s, _ in p.constants)), p.lines, p.results, "math")
-        for p in (position, rates)
-    )
+    where, rate = position.function("math"), rates.function("math")
 
     def lookahead(time: float, state: np.ndarray, parameters: Numbers) -> tuple[list[float], list[float]]:
         fixed, moving = position.constant_values(parameters).tolist(), rates.constant_values(parameters).tolist()

@@ -56,8 +56,9 @@ class Trajectory:
 
     def tail(self, count: int) -> Trajectory:
         """The last ``count`` samples."""
-        quadratures = {name: values[-count:] for name, values in self.quadratures.items()}
-        return replace(self, time=self.time[-count:], states=self.states[:, -count:], quadratures=quadratures)
+        first = max(len(self.time) - count, 0)
+        quadratures = {name: values[first:] for name, values in self.quadratures.items()}
+        return replace(self, time=self.time[first:], states=self.states[:, first:], quadratures=quadratures)
 
     def joined(self, later: Trajectory) -> Trajectory:
         """This trajectory followed by one that continued from its end."""
@@ -66,17 +67,12 @@ class Trajectory:
     @classmethod
     def of(cls, parts: Sequence[Trajectory]) -> Trajectory:
         """One trajectory of parts, at least one, each of which continued from the end of that before."""
-        last = parts[-1]
-        skips = [0] + [
-            int(bool(len(a.time)) and bool(len(b.time)) and b.time[0] <= a.time[-1]) for a, b in itertools.pairwise(parts)
-        ]
+        skips = [int(len(a.time) > 0 and len(b.time) > 0 and b.time[0] <= a.time[-1]) for a, b in itertools.pairwise(parts)]
+        new = [parts[0], *(p.tail(len(p.time) - k) if k else p for p, k in zip(parts[1:], skips, strict=True))]
         return replace(
-            last,
-            time=np.concatenate([p.time[k:] for p, k in zip(parts, skips, strict=True)]),
-            states=np.concatenate([p.states[:, k:] for p, k in zip(parts, skips, strict=True)], axis=1),
-            quadratures={
-                name: np.concatenate([p.quadratures[name][k:] for p, k in zip(parts, skips, strict=True)])
-                for name in last.quadratures
-            },
+            parts[-1],
+            time=np.concatenate([p.time for p in new]),
+            states=np.concatenate([p.states for p in new], axis=1),
+            quadratures={name: np.concatenate([p.quadratures[name] for p in new]) for name in parts[-1].quadratures},
             hits=tuple(h for p in parts for h in p.hits),
         )

@@ -10,14 +10,13 @@ import numpy as np
 
 from wucht.results.outcomes import Outcome
 from wucht.studies.approximation.prepare import Plan
-from wucht.studies.deviations import Course, Deviations, at_equal_angle
+from wucht.studies.deviations import at_equal_angle
 from wucht.studies.memory import Memory
-from wucht.studies.run_up.both import course_of
+from wucht.studies.run_up.both_models import course_of
 from wucht.studies.run_up.run import run_case
 from wucht.studies.work import Work
 
 CURVE = 400  # samples of a curve over the rotor's angle
-_NOWHERE = (math.nan, math.nan)
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class Comparison:
 
 
 def angles(until_phi: float) -> np.ndarray:
-    """The rotor's angles (CURVE,) at which the curves are kept."""
+    """The rotor's angles (CURVE,) at which the curves are stored."""
     return np.linspace(0.0, until_phi, CURVE)
 
 
@@ -56,26 +55,14 @@ def comparison(plan: Plan, k: int, work: Work) -> Comparison:
     [motions] = deque(run_case(plan.run_up, plan.cases[k], replace(work, memory=Memory())), maxlen=1)
     failure = "; ".join(m.trajectory.failure for m in motions if m.trajectory.failure)
     outcome, slow_outcome, *_ = [*(str(m.verdict.outcome) for m in motions), str(Outcome.FAILED)]
-    value, until, courses = plan.values[k], plan.spec.until_phi, [course_of(m) for m in motions]
+    until, at, courses = plan.spec.until_phi, angles(plan.spec.until_phi), [course_of(m) for m in motions]
     apart = at_equal_angle(courses[0], courses[1], until) if len(courses) == 2 else None
-    if apart is None:
-        return Comparison(value, outcome, slow_outcome, _NOWHERE, _NOWHERE, np.full((2, CURVE), np.nan), failure)
-    speed, radius = (_share(d, of) for d, of in zip(apart.largest, _largest(courses[0], until), strict=True))
-    return Comparison(value, outcome, slow_outcome, apart.largest, (speed, radius), _curves(apart, until), failure)
-
-
-def _largest(full: Course, until_phi: float) -> tuple[float, float]:
-    """The largest speed and distance of the axis, up to an angle."""
-    inside = full.angle - full.angle[0] <= until_phi
-    return float(np.abs(full.speed[:, inside]).max()), float(np.abs(full.radius[inside]).max())
-
-
-def _share(part: float, whole: float) -> float:
-    if not whole:
-        return math.nan if part else 0.0
-    return part / whole
-
-
-def _curves(apart: Deviations, until_phi: float) -> np.ndarray:
-    at = angles(until_phi)
-    return np.array([np.interp(at, apart.at, np.abs(y), np.nan, np.nan) for y in (apart.speed, apart.radius)])
+    largest = relative = (math.nan, math.nan)
+    curves = np.full((2, CURVE), np.nan)
+    if apart is not None:
+        largest, inside = apart.largest, courses[0].angle - courses[0].angle[0] <= until
+        reached = (float(np.abs(y[..., inside]).max()) for y in (courses[0].speed, courses[0].radius))
+        speed, radius = (d / of if of else math.nan if d else 0.0 for d, of in zip(largest, reached, strict=True))
+        relative = speed, radius
+        curves = np.array([np.interp(at, apart.at, np.abs(y), np.nan, np.nan) for y in (apart.speed, apart.radius)])
+    return Comparison(plan.values[k], outcome, slow_outcome, largest, relative, curves, failure)

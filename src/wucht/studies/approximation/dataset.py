@@ -1,23 +1,26 @@
-"""Findings -> the Dataset of an approximation."""
+"""Findings -> the Dataset of an approximation: deviations, and whether the slow equations may be trusted, and why not."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.machines.machine import Machine
-from wucht.results.conventions import Variable, answered, variable
+from wucht.results.conventions import answered, variable
 from wucht.studies.approximation.comparison import CURVE, Comparison, angles
 from wucht.studies.approximation.prepare import Plan
 from wucht.studies.approximation.run import Findings
-from wucht.studies.approximation.trust import sentence_of, speeds_of, summary_of
+from wucht.studies.deviations import watched
 
 if TYPE_CHECKING:
     import xarray as xr
 
+TRUSTED = 0.05  # of the largest speed up to until_phi: a deviation beyond it is not small
+AMPLITUDE_TRUSTED = 0.25  # of the largest amplitude: that of a carrier that starts at rest is not in the slow equations
+LEAST_ORDER = 0.7  # of the nominal order: below, epsilon is not small enough for the error to fall with it
 _AS_NUMBER = {True: 1, False: 0, None: -1}
 
 
@@ -30,48 +33,117 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """
     import xarray as xr_
 
-    machine, along, whose = plan.machine, plan.spec.along, speeds_of(plan)
+    machine, along, whose = plan.machine, plan.spec.along, _speeds_of(plan)
+    speed, length = machine.units.speed, machine.orbit_unit
     name, unit = f"factor of {' and '.join(along)}" if along else "value", ""
     if len(along) == 1:
         name, unit = along[0], machine.parameters[along[0]].unit
-    shown = [*findings.comparisons[1:], *findings.comparisons[:1]]
-    factors, error = (np.empty(0),) * 2 if findings.measured is None else (findings.measured.factors, findings.measured.speed)
-    result = xr_.Dataset(
-        _compared(machine, shown, whose)
-        | {"error": variable("factor", error, f"error of the speed of {whose}", machine.units.speed)},
-        coords={
-            "value": variable("value", [c.value for c in shown], name, unit),
-            "angle": variable("angle", angles(plan.spec.until_phi), "angle of the rotor", "rad"),
-            "factor": variable("factor", factors, "factor of epsilon"),
-        },
-    )
-    summary = summary_of(plan, findings)
-    warnings = [
-        c.failure if math.isnan(c.value) else f"{name} = {c.value:.6g}: {c.failure}" for c in findings.comparisons if c.failure
-    ]
+    shown = [*findings.along, *([] if findings.own is None else [findings.own])]
+    factors, error = ([], []) if findings.measured is None else (findings.measured.factors, findings.measured.speed)
+    curves = np.array([c.curves for c in shown]).reshape(-1, 2, CURVE)
+    largest, relative = np.array([(c.largest, c.relative) for c in shown]).reshape(-1, 2, 2).transpose(1, 2, 0)
+    same = [_AS_NUMBER[c.same_outcome] for c in shown]
+    data = {
+        "speed_deviation": variable("value", largest[0], f"largest deviation of the speed of {whose}", speed),
+        "amplitude_deviation": variable("value", largest[1], "largest deviation of the amplitude", length),
+        "relative_speed_deviation": variable("value", relative[0], f"relative deviation of the speed of {whose}"),
+        "relative_amplitude_deviation": variable("value", relative[1], "relative deviation of the amplitude"),
+        "same_outcome": variable("value", same, "whether both end alike (-1: unknown)"),
+        "outcome": variable("value", [c.outcome for c in shown], "outcome of the full equations"),
+        "slow_outcome": variable("value", [c.slow_outcome for c in shown], "outcome of the slow equations"),
+        "failed": variable("value", [c.failure for c in shown], "why a run failed"),
+        "speed_over_angle": variable("value angle", curves[:, 0], f"deviation of the speed of {whose}", speed),
+        "amplitude_over_angle": variable("value angle", curves[:, 1], "deviation of the amplitude", length),
+        "error": variable("factor", error, f"error of the speed of {whose}", speed),
+    }
+    coordinates = {
+        "value": variable("value", [c.value for c in shown], name, unit),
+        "angle": variable("angle", angles(plan.spec.until_phi), "angle of the rotor", "rad"),
+        "factor": variable("factor", factors, "factor of epsilon"),
+    }
+    failed = [c for c in (findings.own, *findings.along) if c is not None and c.failure]
+    warnings = [c.failure if math.isnan(c.value) else f"{name} = {c.value:.6g}: {c.failure}" for c in failed]
     if findings.unmeasured:
         warnings.append(f"the order of the error could not be measured: {findings.unmeasured}")
     if not findings.complete:
         warnings.append(f"{len(findings.along)} of {len(plan.values) - 1} values are compared")
-    return answered(result, summary, sentence_of(summary), warnings)
+    summary = _summary(plan, findings)
+    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, _sentence(summary), warnings)
 
 
-def _compared(machine: Machine, shown: Sequence[Comparison], whose: str) -> dict[str, Variable]:
-    speed, length = machine.units.speed, machine.orbit_unit
-    curves = np.array([c.curves for c in shown]).reshape(len(shown), 2, CURVE)
+def _speeds_of(plan: Plan) -> str:
+    """Whose speeds are compared, in words."""
+    return "the rotor" if plan.machine.rotor in watched(plan.machine) else "the bodies"
 
-    def each(values: list[Any], long_name: str, unit: str = "") -> Variable:
-        return variable("value", values, long_name, unit)
 
+def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
+    """The summary. ``trusted`` is None where nothing speaks against it but not all is known."""
+    machine, along, measured, own = plan.machine, plan.spec.along, findings.measured, findings.own
+    single, order = along[0] if len(along) == 1 else None, math.inf if measured is None else measured.order
+    doubts, undecided = _doubts(plan, findings), _undecided(findings)
     return {
-        "speed_deviation": each([c.largest[0] for c in shown], f"largest deviation of the speed of {whose}", speed),
-        "amplitude_deviation": each([c.largest[1] for c in shown], "largest deviation of the amplitude", length),
-        "relative_speed_deviation": each([c.relative[0] for c in shown], f"relative deviation of the speed of {whose}"),
-        "relative_amplitude_deviation": each([c.relative[1] for c in shown], "relative deviation of the amplitude"),
-        "same_outcome": each([_AS_NUMBER[c.same_outcome] for c in shown], "whether both end alike (-1: unknown)"),
-        "outcome": each([c.outcome for c in shown], "outcome of the full equations"),
-        "slow_outcome": each([c.slow_outcome for c in shown], "outcome of the slow equations"),
-        "failed": each([c.failure for c in shown], "why a run failed"),
-        "speed_over_angle": variable("value angle", curves[:, 0], f"deviation of the speed of {whose}", speed),
-        "amplitude_over_angle": variable("value angle", curves[:, 1], "deviation of the amplitude", length),
+        "along": single or list(along),
+        "deviations": [{single or "factor": c.value} | _short(c) for c in findings.along],
+        "own": None if own is None else _short(own),
+        "disagreement": regions(findings.along),
+        "errors": None if measured is None else dict(zip(map(str, measured.factors), measured.speed, strict=True)),
+        "order_of_error": order if math.isfinite(order) else None,
+        "nominal_order": None if measured is None else measured.nominal,
+        "speeds_of": _speeds_of(plan),
+        "along_unit": machine.parameters[single].unit if single else "",
+        "amplitude_unit": machine.orbit_unit,
+        "until_phi": plan.spec.until_phi,
+        "trusted": False if doubts else None if undecided else True,
+        "reasons": doubts or undecided,
     }
+
+
+def _short(c: Comparison) -> dict[str, Any]:
+    deviations = dict(zip(("speed", "amplitude"), (x if math.isfinite(x) else None for x in c.largest), strict=True))
+    return deviations | {name: getattr(c, name) for name in ("same_outcome", "outcome", "slow_outcome")}
+
+
+def regions(compared: Sequence[Comparison]) -> list[list[float]]:
+    """Ranges of the parameter, from the first to the last value of each row of values with different outcomes."""
+    rows = ([c.value for c in row] for differ, row in groupby(compared, lambda c: c.same_outcome is False) if differ)
+    return [[row[0], row[-1]] for row in rows]
+
+
+def _doubts(plan: Plan, findings: Findings) -> list[str]:
+    """Why the slow equations may not be trusted for the machine as it is."""
+    own, measured, doubts = findings.own, findings.measured, list[str]()
+    if own is None or not findings.complete:
+        return doubts
+    if own.same_outcome is False:
+        doubts.append(f"the full equations end {own.outcome}, the slow ones {own.slow_outcome}")
+    if math.isnan(own.relative[0]):
+        doubts.append("they share no angle")
+    limits = {f"the speeds of {_speeds_of(plan)}": TRUSTED, "the amplitudes": AMPLITUDE_TRUSTED}
+    for (what, limit), share in zip(limits.items(), own.relative, strict=True):
+        if share > limit:
+            doubts.append(f"{what} differ by {100 * share:{'.0f' if share >= 0.1 else '.2g'}} % of the largest")
+    if measured is not None and measured.order < LEAST_ORDER * measured.nominal:
+        power = f"{measured.order:.2g}, not {measured.nominal:g}"
+        doubts.append(f"their error falls with epsilon to the power {power}: epsilon is not small")
+    return doubts
+
+
+def _undecided(findings: Findings) -> list[str]:
+    """Why it cannot be decided."""
+    if not findings.complete:
+        return ["it was interrupted before this was decided"]
+    reasons = []
+    if findings.own is not None and findings.own.same_outcome is None:
+        reasons.append("the runs are too short to tell an outcome; give a longer study.until")
+    if findings.unmeasured:
+        reasons.append(f"whether the error falls with epsilon could not be measured: {findings.unmeasured}")
+    return reasons
+
+
+def _sentence(summary: dict[str, Any]) -> str:
+    """The answer in words."""
+    if summary["trusted"]:
+        return "the slow equations may be trusted for this machine"
+    if summary["trusted"] is None:
+        return f"not decided whether the slow equations may be trusted: {'; '.join(summary['reasons'])}"
+    return f"the slow equations are not to be trusted for this machine: {'; '.join(summary['reasons'])}"

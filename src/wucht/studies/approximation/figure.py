@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, label, line_style, new_grid
+from wucht.results.style import COLOURS, GREY, label, line_style, new_grid, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _SMALLEST = 1e-6  # of the largest deviation: nothing below is shown
 _MOST_NAMED = 9
 _LINE = 100  # characters of a heading
+_REASON: dict[str, Any] = {"ha": "center", "va": "center", "color": GREY}  # why a panel is empty
+_MARKER: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 6, "color": COLOURS[0]}
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -25,7 +27,6 @@ def figure(result: xr.Dataset) -> Figure:
     sentence = "\n".join(textwrap.wrap(result.attrs["sentence"], _LINE))
     height = 6.6 + 0.17 * sentence.count("\n")
     drawn, (speed, amplitude, along, order) = new_grid(2, 2, height, result.attrs["title"], sentence)
-    drawn.subplots_adjust(top=1 - (0.6 + 0.17 * sentence.count("\n")) / height)
     _over_angle(speed, result, "speed_over_angle")
     _over_angle(amplitude, result, "amplitude_over_angle")
     drawn.legend(*speed.get_legend_handles_labels(), loc="lower center", ncol=5, frameon=False, fontsize=8)
@@ -35,49 +36,33 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
-    values, own = result[name].values, len(result.value) - 1
-    scale = 1e3 if result[name].attrs["units"] == "m" else 1.0
-    for k in range(len(values)):
-        named = _named(result, k) if k < _MOST_NAMED or k == own else None
-        style = {"color": "#000000", "linewidth": 1.4} if k == own else line_style(k)
-        axis.plot(result.angle.values, scale * values[k], label=named, **style)
-    largest = scale * float(np.nanmax(values, initial=0.0))
+    scale, unit = printed_unit(result, name)
+    values, own = scale * result[name].values, len(result.value) - 1
+    for k, value in enumerate(result.value.values):
+        shown = f"{value:.4g} {result.value.attrs['units']}".rstrip() if np.isfinite(value) else "as it is"
+        appearance = {"color": "#000000", "linewidth": 1.4} if k == own else line_style(k)
+        axis.plot(result.angle.values, values[k], label=shown if k < _MOST_NAMED or k == own else None, **appearance)
+    largest = float(np.nanmax(values, initial=0.0))
     if largest > 0:
         axis.set_yscale("log")
-        axis.set_ylim(max(_SMALLEST * largest, float(np.nanmin(scale * values[values > 0], initial=largest)) / 2), 2 * largest)
+        axis.set_ylim(max(_SMALLEST * largest, float(np.nanmin(values[values > 0], initial=largest)) / 2), 2 * largest)
     axis.set_xlabel("angle of the rotor $\\varphi$ (rad)")
     of = "amplitudes" if name.startswith("amplitude") else f"speeds of {summary_of(result)['speeds_of']}"
-    axis.set_ylabel(_with_unit(result, f"{of} differ by", name) if scale == 1.0 else f"{of} differ by (mm)")
-
-
-def _with_unit(result: xr.Dataset, text: str, name: str) -> str:
-    """An axis label, short enough for a panel, with the unit of a variable."""
-    unit = result[name].attrs["units"]
-    return f"{text} ({unit})" if unit else text
-
-
-def _named(result: xr.Dataset, k: int) -> str:
-    value = float(result.value[k])
-    return f"{value:.4g} {result.value.attrs['units']}".rstrip() if np.isfinite(value) else "as it is"
+    axis.set_ylabel(with_unit(f"{of} differ by", unit))
 
 
 def _along(axis: Axes, result: xr.Dataset) -> None:
-    inside = np.isfinite(result.value.values)
-    at, same = result.value.values[inside], result.same_outcome.values[inside]
-    deviation = result.speed_deviation.values[inside]
-    axis.set_ylabel(_with_unit(result, "largest difference of speeds", "speed_deviation"))
+    varied = result.isel(value=np.isfinite(result.value.values))
+    at, same, deviation = (varied[name].values for name in ("value", "same_outcome", "speed_deviation"))
+    axis.set_ylabel(with_unit("largest difference of speeds", result.speed_deviation.attrs["units"]))
     axis.set_xlabel(label(result, "value"))
     if not len(at):
-        axis.text(0.5, 0.5, "no parameter was varied", ha="center", va="center", color=GREY, transform=axis.transAxes)
+        axis.text(0.5, 0.5, "no parameter was varied", transform=axis.transAxes, **_REASON)
         return
     axis.plot(at, deviation, color=COLOURS[0], linewidth=1.0)
     for code, face, name in ((1, COLOURS[0], "same outcome"), (0, "white", "outcomes differ"), (-1, GREY, "no outcome yet")):
-        chosen = same == code
-        if chosen.any():
-            axis.plot(
-                at[chosen], deviation[chosen], linestyle="none", marker="o", markersize=6, color=COLOURS[0],
-                markerfacecolor=face, label=name,
-            )  # fmt: skip
+        if (chosen := same == code).any():
+            axis.plot(at[chosen], deviation[chosen], markerfacecolor=face, label=name, **_MARKER)
     if (deviation > 0).any():
         axis.set_yscale("log")
     if at[0] > 0 and at[-1] / at[0] >= 10:
@@ -88,16 +73,12 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
 def _order(axis: Axes, result: xr.Dataset) -> None:
     from matplotlib.ticker import LogFormatterSciNotation, NullLocator
 
-    factor, error = result.factor.values, result.error.values
-    axis.set_xlabel("factor of $\\varepsilon$")
-    axis.set_ylabel(_with_unit(result, "error of the speeds", "error"))
-    if not len(factor):
-        axis.text(0.5, 0.5, "not measured", ha="center", va="center", color=GREY, transform=axis.transAxes)
-        return
-    summary = summary_of(result)
+    factor, error, summary = result.factor.values, result.error.values, summary_of(result)
     order, nominal = summary["order_of_error"], summary["nominal_order"]
-    if order is None:
-        axis.text(0.5, 0.5, "nothing differs", ha="center", va="center", color=GREY, transform=axis.transAxes)
+    axis.set_xlabel("factor of $\\varepsilon$")
+    axis.set_ylabel(with_unit("error of the speeds", result.error.attrs["units"]))
+    if not len(factor) or order is None:
+        axis.text(0.5, 0.5, "nothing differs" if len(factor) else "not measured", transform=axis.transAxes, **_REASON)
         return
     axis.loglog(factor, error, color=COLOURS[1], marker="s", markersize=5, linewidth=1.0, label=f"measured: order {order:.2f}")
     axis.loglog(factor, error[-1] * (factor / factor[-1]) ** nominal, color=GREY, linestyle="--", label=f"order {nominal:g}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -28,6 +28,9 @@ _SAMPLES = 2000
 _TOLERANCE = 1e-13
 _LONGEST = 20_000.0  # rad: the run at the smallest factor; all others are shorter in proportion
 _DOUBLINGS = 8  # of the time, until the angle is reached: the rotor may start from rest, or stay below its drive's speed
+
+
+Flows = tuple[CompiledSystem, CompiledSystem]  # of the slow and of the full equations
 
 
 class UnmeasuredError(WuchtError):
@@ -62,14 +65,30 @@ def errors(spec: Approximation, machine: Machine, work: Work) -> Errors:
     """
     if machine.schedules:
         raise UnmeasuredError("schedules have a time of their own, which does not become slower with epsilon")
-    family, longest, speeds, begin = Family(spec, machine), min(spec.until_phi, _LONGEST * FACTORS[-1]), [], 0.0
+
+    @cache
+    def compiled() -> tuple[SlowModel, Flows]:
+        """Derived and compiled once for all factors, and only where one is not read back."""
+        full = weakened(machine, 1.0)
+        slow = slow_model(full, initial_state(machine, spec.start), spec.inertia, spec.order)
+        systems = slow.system, replace(full.system, quadratures=(), outputs=())
+        of_slow, of_full = (compile_system(s, _TOLERANCE, (), spec.engine) for s in systems)
+        return slow, (of_slow, of_full)
+
+    def error(factor: float, part: Work) -> float:
+        slow, flows = compiled()
+        weak = slow.machine.with_values(values_at(slow.machine, factor))
+        model = replace(slow, machine=weak, slow=replace(slow.slow, machine=weak))
+        return _largest(model, flows, min(spec.until_phi, _LONGEST * FACTORS[-1]) / factor, part)
+
+    speeds, begin = list[float](), 0.0
     for factor in FACTORS:
         end = begin + 1 / factor / sum(1 / f for f in FACTORS)
         part = work.part(f"factor {factor:g}", begin, end)
         try:
-            speeds.append(part.unit("error", partial(family.error, factor, longest / factor, part)))
-        except UnmeasuredError as error:
-            raise UnmeasuredError(f"at {factor:g} epsilon {error}") from None
+            speeds.append(part.unit("error", partial(error, factor, part)))
+        except UnmeasuredError as reason:
+            raise UnmeasuredError(f"at {factor:g} epsilon {reason}") from None
         begin = end
     return Errors(np.array(FACTORS), np.array(speeds), nominal(machine, spec.order))
 
@@ -83,38 +102,8 @@ def nominal(machine: Machine, order: int) -> float:
     return order if len(free) < 2 and damped(machine) else order / 2
 
 
-@dataclass(frozen=True)
-class Family:
-    """A machine at all factors of its epsilon: what is derived and compiled once for them, and only when it is needed."""
-
-    spec: Approximation
-    own: Machine
-
-    @cached_property
-    def machine(self) -> Machine:
-        """At epsilon itself."""
-        return weakened(self.own, 1.0)
-
-    @cached_property
-    def slow(self) -> SlowModel:
-        """Its slow equations."""
-        return slow_model(self.machine, initial_state(self.own, self.spec.start), self.spec.inertia, self.spec.order)
-
-    @cached_property
-    def flows(self) -> tuple[CompiledSystem, CompiledSystem]:
-        """Of the slow and of the full equations."""
-        full = replace(self.machine.system, quadratures=(), outputs=())
-        slow, full_ = (compile_system(s, _TOLERANCE, (), self.spec.engine) for s in (self.slow.system, full))
-        return slow, full_
-
-    def error(self, factor: float, until_phi: float, work: Work) -> float:
-        """The largest error of the speeds that are ``watched``, up to an angle of the rotor. Raises ``UnmeasuredError``."""
-        machine = self.machine.with_values(values_at(self.machine, factor))
-        model = replace(self.slow, machine=machine, slow=replace(self.slow.slow, machine=machine))
-        return _largest(model, self.flows, until_phi, work)
-
-
-def _largest(model: SlowModel, flows: tuple[CompiledSystem, CompiledSystem], until_phi: float, work: Work) -> float:
+def _largest(model: SlowModel, flows: Flows, until_phi: float, work: Work) -> float:
+    """The largest error of the speeds that are ``watched``, up to an angle of the rotor. Raises ``UnmeasuredError``."""
     machine, initial = model.machine, model.initial
     rows = [machine.row(b.coordinate.velocity) for b in watched(machine) if b.coordinate.prescribed is None]
     if not rows:
@@ -139,7 +128,7 @@ def _largest(model: SlowModel, flows: tuple[CompiledSystem, CompiledSystem], unt
 def _complete(
     which: str, flow: CompiledSystem, initial: np.ndarray, values: Sequence[float], time: np.ndarray, work: Work
 ) -> Trajectory:
-    """A run over all times (N,). Raises ``UnmeasuredError`` where it fails; Ctrl-C, which it keeps, is raised again."""
+    """A run over all times (N,). Raises ``UnmeasuredError`` where it fails; Ctrl-C, which it stores, is raised again."""
     run = integrate(flow, initial, values, time, lambda t: work.report(t / time[-1]))
     if run.interrupted:
         raise KeyboardInterrupt

@@ -40,12 +40,11 @@ def prepare(spec: Approximation, machine: Machine) -> Plan:
         spec.refuse_units()
     values, run_up = (OWN, *_values(spec, machine)), spec.run_up()
     where = "study.values" if spec.values else "study.range"
-    cases = []
-    for value in values:
-        changes = changes_at(machine, spec.along, value)
-        check_values(machine.parts, changes, where, machine.values)
-        cases.append(prepare_case(run_up, machine.with_unchecked(changes), spec.start))
-    return Plan(spec, machine, run_up, values, tuple(cases))
+    changes = [changes_at(machine, spec.along, value) for value in values]
+    for change in changes:
+        check_values(machine.parts, change, where, machine.values)
+    cases = tuple(prepare_case(run_up, machine.with_unchecked(change), spec.start) for change in changes)
+    return Plan(spec, machine, run_up, values, cases)
 
 
 def changes_at(machine: Machine, along: Sequence[str], value: float) -> Mapping[str, float]:

@@ -14,21 +14,12 @@ from wucht.studies.work import Work
 
 @dataclass(frozen=True)
 class Findings:
-    """comparisons: of the machine as it is, then of each value. unmeasured: why there is no order of the error."""
+    """own: the machine as it is, compared. along: of each value, in order. unmeasured: why there is no order of the error."""
 
-    comparisons: tuple[Comparison, ...] = ()
+    own: Comparison | None = None
+    along: tuple[Comparison, ...] = ()
     measured: Errors | None = None
     unmeasured: str = ""
-
-    @property
-    def own(self) -> Comparison | None:
-        """That of the machine as it is."""
-        return self.comparisons[0] if self.comparisons else None
-
-    @property
-    def along(self) -> tuple[Comparison, ...]:
-        """Those of the values, in order."""
-        return self.comparisons[1:]
 
     @property
     def complete(self) -> bool:
@@ -37,15 +28,14 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Compare and measure; what is found after each comparison."""
-    findings = Findings()
+    """Compare and measure; the findings after each comparison."""
+    findings, count = Findings(), len(plan.cases) + 1
     yield findings
-    count = len(plan.cases) + 1
     for k in range(len(plan.cases)):
         part = work.part(f"comparison {k + 1}", k / count, (k + 1) / count)
         part.report(0.0)
-        one = part.unit("both models", partial(comparison, plan, k, part))
-        findings = Findings((*findings.comparisons, one))
+        compared = part.unit("both models", partial(comparison, plan, k, part))
+        findings = replace(findings, along=(*findings.along, compared)) if k else Findings(compared)
         yield findings
     part = work.part("order", 1 - 1 / count, 1.0)
     part.report(0.0)

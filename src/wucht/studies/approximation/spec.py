@@ -69,12 +69,5 @@ class Approximation(Spec):
 
     def run_up(self) -> RunUp:
         """The run-up whose models are compared."""
-        return RunUp(
-            until=self.until,
-            start=self.start,
-            model="both",
-            inertia=self.inertia,
-            order=self.order,
-            tolerance=self.tolerance,
-            engine=self.engine,
-        )
+        shared = ("until", "start", "inertia", "order", "tolerance", "engine")
+        return RunUp(model="both", **{key: getattr(self, key) for key in shared})

@@ -1,4 +1,4 @@
-"""Findings -> the Dataset of a coast-down."""
+"""Findings -> the Dataset of a coast-down, and how it ends."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ import numpy as np
 
 from wucht.machines.operation import natural_frequencies
 from wucht.results.conventions import answered, variable
-from wucht.studies.coast_down.ending import Ending, ending
+from wucht.results.outcomes import Outcome
 from wucht.studies.coast_down.prepare import Plan
 from wucht.studies.coast_down.record import Record
 from wucht.studies.coast_down.run import Findings
 
 if TYPE_CHECKING:
     import xarray as xr
+
+AT_REST = 1e-4  # of the speed at the start
+_LAST = 0.1  # share of the run that the outcome is judged by
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
@@ -27,59 +30,74 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """
     import xarray as xr_
 
-    machine, record = plan.machine, findings.record
-    units, natural, failure = machine.units, natural_frequencies(machine), record.end.failure
-    described = (
-        ("angle", "angle of the rotor", "rad"), ("speed", "speed of the rotor", units.speed),
-        ("min_speed", "least speed since the last sample", units.speed),
-        ("max_speed", "largest speed since the last sample", units.speed),
-        ("amplitude", "amplitude of the axis", machine.orbit_unit), ("energy_residual", "energy residual, relative", ""),
-        ("dissipated_work", "energy dissipated", units.energy),
-    )  # fmt: skip
-    data = {name: variable("time", record.rows[name], long_name, unit) for name, long_name, unit in described} | {
+    record, compiled = findings
+    machine, failure, rows = plan.machine, record.end.failure, record.rows
+    units, natural = machine.units, natural_frequencies(machine)
+    of_rows = {
+        "angle": ("angle of the rotor", "rad"),
+        "speed": ("speed of the rotor", units.speed),
+        "min_speed": ("least speed since the last sample", units.speed),
+        "max_speed": ("largest speed since the last sample", units.speed),
+        "amplitude": ("amplitude of the axis", machine.orbit_unit),
+        "energy_residual": ("energy residual, relative", ""),
+        "dissipated_work": ("energy dissipated", units.energy),
+    }
+    data = {name: variable("time", rows[name], *described) for name, described in of_rows.items()} | {
         "mean_speed": variable("turn", record.turns[1], "mean speed over a turn", units.speed),
         "natural_frequency": variable("mode", list(natural.values()), "natural frequency", units.speed),
         "parameters": variable("parameter", list(machine.values.values()), "parameter values"),
         "end_state": variable("state", record.end.end_state, "state and accumulated works at the end"),
     }
     coordinates = {
-        "time": variable("time", record.rows["time"], "time", units.time),
+        "time": variable("time", rows["time"], "time", units.time),
         "turn_time": variable("turn", record.turns[0], "time", units.time),
         "mode": variable("mode", list(natural) or np.empty(0, "U1"), "mode of vibration"),
         "parameter": variable("parameter", list(machine.values), "parameter"),
     }
-    end = ending(record)
-    return answered(
-        xr_.Dataset(data, coords=coordinates),
-        _summary(record, end),
-        _sentence(record, end, f" {units.time}" if units.time else ""),
-        [failure] if failure else [],
-        failure,
-        outcome=str(end.outcome or ""),
-        engine=findings.compiled.engine.name,
-        tolerance=findings.compiled.tolerance,
-    )
-
-
-def _summary(record: Record, end: Ending) -> dict[str, Any]:
-    rows = record.rows
-    return {
-        "outcome": None if end.outcome is None else str(end.outcome),
-        "sentence": end.sentence,
+    reversal_time, unit = next(iter(record.reversals), None), f" {units.time}" if units.time else ""
+    summary = _ending(record) | {
         "start_speed": record.start_speed,
-        "final_speed": end.speed,
-        "min_speed": end.low,
-        "max_speed": end.high,
         "half_time": record.half_time,
-        "reversal_time": record.reversal_time,
+        "reversal_time": reversal_time,
         "end_time": float(rows["time"][-1]),
         "turns": float(rows["angle"][-1] - rows["angle"][0]) / (2 * math.pi),
         "peak_amplitude": float(rows["amplitude"].max()),
         "energy_residual": float(rows["energy_residual"].max()),
     }
-
-
-def _sentence(record: Record, end: Ending, unit: str) -> str:
     half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
-    back = "" if record.reversal_time is None else f"; it turns back at {record.reversal_time:.5g}{unit}"
-    return f"{end.sentence}{half}{back}"
+    back = "" if reversal_time is None else f"; it turns back at {reversal_time:.5g}{unit}"
+    sentence, warnings = f"{summary['sentence']}{half}{back}", [failure] if failure else []
+    more = {"outcome": summary["outcome"] or "", "engine": compiled.engine.name, "tolerance": compiled.tolerance}
+    return answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings, failure, **more)
+
+
+def _ending(record: Record) -> dict[str, Any]:
+    """How it ends, by the last tenth of the run, or by what follows the first reversal if that is shorter.
+
+    ``failed``: it could not be integrated further. ``stopped``: below a ten-thousandth of the speed at the start.
+    ``oscillating``: turned back at least twice, and less than a turn was made. Else no outcome: it still turns, or creeps on.
+    """
+    time, start = record.rows["time"], abs(record.start_speed)
+    since = time[-1] - _LAST * (time[-1] - time[0])
+    if record.reversals:
+        since = min(max(since, record.reversals[0]), float(time[-2]))
+    late = {name: column[time >= since] for name, column in record.rows.items()}
+    low, high = float(late["min_speed"].min()), float(late["max_speed"].max())
+    duration = float(late["time"][-1] - late["time"][0])
+    mean = float((late["angle"][-1] - late["angle"][0]) / duration) if duration else float(late["speed"][-1])
+    speed = mean if record.reversals or not record.turns.size else record.turns[1, -1]
+    turning = "the rotor has turned back" if record.reversals else "the rotor still turns"
+    outcome, sentence = None, f"{turning}, at {100 * abs(speed / start):.3g} % of its speed at the start"
+    if record.end.failure:
+        outcome = Outcome.FAILED
+    elif max(abs(low), abs(high)) <= AT_REST * start:
+        outcome = Outcome.STOPPED
+    elif len(record.reversals) >= 2 and np.ptp(late["angle"]) < 2 * math.pi:
+        outcome = Outcome.OSCILLATING
+    return {
+        "outcome": outcome and str(outcome),
+        "sentence": outcome.sentence if outcome else sentence,
+        "final_speed": mean,
+        "min_speed": low,
+        "max_speed": high,
+    }

@@ -15,7 +15,6 @@ from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.machines.tree import RotatingBody
-from wucht.mechanics.energies import Energies
 from wucht.numerics.flow.events import Event
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.initial_state import initial_state, placed
@@ -30,14 +29,15 @@ _MOST_TURNS = 50_000
 class Plan:
     """What is to be integrated.
 
-    machine: without its drives. initial: the state (n,) to start from. limit: the latest end. step: between samples. stride:
-    between rows of the result, at first. energy: the size of the works. at_rest: where the axis rests. events: the rotor turns
-    back, and locked bodies are released.
+    machine: without its drives. initial: the state (n,) to start from. start_speed: of the main rotor. limit: the latest end.
+    step: between samples. stride: between rows of the result, at first. energy: the size of the works. at_rest: where the axis
+    rests. events: the rotor turns back, and locked bodies are released.
     """
 
     spec: CoastDown
     machine: Machine
     initial: np.ndarray
+    start_speed: float
     limit: float
     step: float
     stride: float
@@ -45,67 +45,49 @@ class Plan:
     at_rest: Mapping[str, float]
     events: tuple[Event, ...]
 
-    @property
-    def start_speed(self) -> float:
-        """The speed of the main rotor at the start."""
-        return float(self.initial[self.machine.row(self.machine.rotor.coordinate.velocity)])
-
 
 def prepare(spec: CoastDown, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn."""
     if not machine.units.time:
         spec.refuse_units()
-    initial = _at_start(spec, machine)
-    coasting = placed(without_drives(machine), initial)
-    velocity = coasting.rotor.coordinate.velocity
+    coasting = _without_drives(machine)
+    initial = _initial(spec, machine, coasting)
+    coasting, velocity = placed(coasting, initial), coasting.rotor.coordinate.velocity
     start_speed = float(initial[coasting.row(velocity)])
-    natural = [f for f in natural_frequencies(coasting).values() if f > 0]
-    turn = 2 * math.pi / max([abs(start_speed), *natural])
+    turn = 2 * math.pi / max([abs(start_speed), *(f for f in natural_frequencies(coasting).values() if f > 0)])
     limit = spec.until or _MOST_TURNS * turn
+    step = limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn))  # a whole number of them until the end
+    stride, energy, at_rest = turn if spec.until is None else limit / _ROWS, energy_scale(coasting), axis_at_rest(coasting)
     releases = (release_event(coasting, b) for b in coasting.bodies if b.release is not None)
-    return Plan(
-        spec,
-        coasting,
-        initial,
-        limit,
-        limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn)),  # a whole number of them until the end
-        turn if spec.until is None else limit / _ROWS,
-        energy_scale(coasting),
-        axis_at_rest(coasting),
-        (Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *releases),
-    )
+    events = (Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *releases)
+    return Plan(spec, coasting, initial, start_speed, limit, step, stride, energy, at_rest, events)
 
 
-def without_drives(machine: Machine) -> Machine:
+def _without_drives(machine: Machine) -> Machine:
     """The machine with its drives switched off: no torque, no prescribed speed. What dampers and loads take stays."""
     drives = machine.drives
-    bodies = tuple(replace(b, coordinate=replace(b.coordinate, prescribed=None)) for b in machine.bodies)
+    undriven = (tuple(a for a in e.applied if a.booked != "supplied") for e in machine.energies)
     return machine.changed(
-        bodies=bodies,
-        energies=tuple(_undriven(e) for e in machine.energies),
+        bodies=tuple(replace(b, coordinate=replace(b.coordinate, prescribed=None)) for b in machine.bodies),
+        energies=tuple(replace(e, applied=applied) for e, applied in zip(machine.energies, undriven, strict=True)),
         parts=tuple(p for p in machine.parts if p not in drives),
         start_angles={},
         schedules=tuple(s for s in machine.schedules if not any(s.parameter.startswith(f"{d.path}.") for d in drives)),
     )
 
 
-def _undriven(e: Energies) -> Energies:
-    return replace(e, applied=tuple(a for a in e.applied if a.booked != "supplied"))
-
-
-def _at_start(spec: CoastDown, machine: Machine) -> np.ndarray:
+def _initial(spec: CoastDown, machine: Machine, coasting: Machine) -> np.ndarray:
     """The state (n,) of the machine without drives from which it starts. Raises ``InputError``."""
-    coasting = without_drives(machine)
     state = initial_state(coasting, spec.start)
     for rotor in machine.rotors:
-        here = coasting.row(rotor.coordinate.velocity)
+        row = coasting.row(rotor.coordinate.velocity)
         if rotor.name in machine.start_angles and not _gives(spec.start, rotor.name, "angle"):
             state[coasting.row(rotor.coordinate.position)] += machine.start_angles[rotor.name]
         if not _gives(spec.start, rotor.name, "speed") and rotor.release is None:
-            state[here] = _driven_speed(machine, rotor)
+            state[row] = _driven_speed(machine, rotor)
         for body in machine.group(rotor)[1:]:
             if body.release is not None or not _gives(spec.start, body.name, "speed"):
-                state[coasting.row(body.coordinate.velocity)] = state[here]
+                state[coasting.row(body.coordinate.velocity)] = state[row]
     if not state[coasting.row(machine.rotor.coordinate.velocity)]:
         raise InputError(
             "study.start", dict(spec.start) or None,
@@ -123,5 +105,4 @@ def _gives(start: Mapping[str, Any], body: str, key: str) -> bool:
 def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:
     """The speed that a rotor's drive reaches, 0 if it has none."""
     driven = any(a.booked == "supplied" for e in machine.energies for a in e.applied) or rotor.coordinate.prescribed is not None
-    speed = free_speed(machine.at(0.0), rotor) if driven else None
-    return speed or 0.0
+    return (free_speed(machine.at(0.0), rotor) if driven else None) or 0.0

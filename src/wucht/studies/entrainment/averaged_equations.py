@@ -1,4 +1,4 @@
-"""Constant phases of the averaged equations at a value of a parameter, and their stability.
+"""Steady phases in the averaged equations at a value of a parameter, and their stability.
 
 001 (22)-(24) for a rotor on a vibrating axis, (37)-(40) for exciters on a common carrier, here for any number of them: found by
 Newton's method from many starts at once.
@@ -13,13 +13,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from wucht.analysis.averaged import SlowMachine, slow_machine
+from wucht.analysis.averaged import averaged_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.shooting import variational
 from wucht.studies.entrainment.swept_parameter import SweptParameter
 from wucht.studies.initial_state import angles_in
+from wucht.studies.locking import within_half_a_turn
 
 _NEWTON_STEPS = 40
 _LONGEST_STEP = 0.5  # of Newton's method, in the states' sizes
@@ -36,25 +37,22 @@ class AveragedEquations:
     sizes (n,), unit: the sizes of speeds, of the states and of the parameter.
     """
 
-    def __init__(self, averaged: SlowMachine, swept: SweptParameter, limits: tuple[float, float]) -> None:
-        self.averaged, self.machine, self.swept, self.limits = averaged, averaged.machine, swept, limits
-        self.names = averaged.system.state_names
+    def __init__(
+        self, machine: Machine, swept: SweptParameter, senses: Mapping[str, float], limits: tuple[float, float]
+    ) -> None:
+        """Derive them. senses: +-1 a body. Raises ``InputError`` where the machine has no averaged equations."""
+        self.averaged = averaged_machine(machine, turning={name: int(sense) for name, sense in senses.items()})
+        self.machine, self.swept, self.limits = machine, swept, limits
+        self.names = self.averaged.system.state_names
         self.n = len(self.names)
         self.phase_rows = {n.removesuffix(".phase"): i for i, n in enumerate(self.names) if n.endswith(".phase")}
         self.phases = np.array([n.endswith(".phase") for n in self.names])
-        self._rates = Evaluator.of_rates(variational(replace(averaged.system, outputs=(), quadratures=())))
-        self.pace = self.machine.shaking_frequency or operating_speed(self.machine)
+        self._rates = Evaluator.of_rates(variational(replace(self.averaged.system, outputs=(), quadratures=())))
+        self.pace = machine.shaking_frequency or operating_speed(machine)
         self.sizes = np.where(self.phases, 1.0, self.pace)
         # The parameter's size is that of the machine's own value, or the pace of speeds: limits may lie far beyond any band.
         width = limits[1] - limits[0]
         self.unit = min(width, max(abs(swept.own), *map(abs, swept.means)) or width)
-
-    @classmethod
-    def of(
-        cls, machine: Machine, swept: SweptParameter, senses: Mapping[str, float], limits: tuple[float, float]
-    ) -> AveragedEquations:
-        """Derive them. senses: +-1 a body. Raises ``InputError`` where the machine has no averaged equations."""
-        return cls(slow_machine(machine, turning={name: int(sense) for name, sense in senses.items()}), swept, limits)
 
     def rates(self, states: np.ndarray, value: float) -> tuple[np.ndarray, np.ndarray]:
         """dx/dt (n, N) at states (n, N), each by its size, and their derivatives (N, n, n) by the states in their sizes."""
@@ -80,7 +78,7 @@ class AveragedEquations:
 
     @np.errstate(all="ignore")  # a start from which Newton's method goes astray is left out
     def equilibria(self, value: float, more: np.ndarray | None = None) -> list[np.ndarray]:
-        """Those found from many starts, and from the states ``more`` (n, N)."""
+        """All that Newton's method reaches from many starts, and from the states ``more`` (n, N)."""
         x = self.starts() if more is None else np.hstack([more, self.starts()])
         for _ in range(_NEWTON_STEPS):
             rate, jacobian = self.rates(x, value)
@@ -105,29 +103,25 @@ class AveragedEquations:
         """The state with phases in (-pi, pi]."""
         return np.where(self.phases, math.pi - np.remainder(math.pi - state, 2 * math.pi), state)
 
-    def distance(self, one: np.ndarray, other: np.ndarray) -> float:
-        """Between two states, in their sizes, turns of phases aside."""
-        away = (one - other) / self.sizes
-        away = np.where(self.phases, np.abs(np.remainder(away + math.pi, 2 * math.pi) - math.pi), np.abs(away))
-        return float(away.max())
+    def distance(self, states: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Between states (..., n) and another one, in their sizes, turns of phases aside."""
+        away = (states - other) / self.sizes
+        return np.asarray(np.abs(np.where(self.phases, within_half_a_turn(away), away)).max(axis=-1))
 
     def starts(self) -> np.ndarray:
         """Phases all around the circle, all rotors at one speed: that of the vibration, or of any motor and below."""
-        k, m = int(self.phases.sum()), self.machine
+        k, machine = int(self.phases.sum()), self.machine
         if k <= 2:
-            around = np.arange(12 if k == 1 else 8) / (12 if k == 1 else 8) * 2 * math.pi + 0.1
-            grid = np.array(list(itertools.product(around, repeat=k)))
+            count = 12 if k == 1 else 8
+            grid = np.array(list(itertools.product(np.arange(count) / count * 2 * math.pi + 0.1, repeat=k)))
         else:
             root = 2 ** (-1 / np.arange(1, k + 1))  # an additive recurrence fills the cube of phases evenly
             grid = np.remainder(np.outer(np.arange(1, 65), root), 1.0) * 2 * math.pi
-        if m.shaken is not None:
-            speeds = np.array([self.pace])
-        else:
-            free = [abs(f) for f in (free_speed(m, r) for r in m.rotors) if f]
-            high = max(free, default=self.pace)
-            speeds = np.append(np.linspace(0.3, 1.1, 9) * high, np.mean(free or [high]))
-        starts = [np.concatenate([np.tile(g, (len(speeds), 1)).T, np.tile(speeds, (self.n - k, 1))]) for g in grid]
-        return np.hstack(starts)
+        speeds = np.array([self.pace])
+        if machine.shaken is None:
+            free = [abs(f) for f in (free_speed(machine, r) for r in machine.rotors) if f] or [self.pace]
+            speeds = np.append(np.linspace(0.3, 1.1, 9) * max(free), np.mean(free))
+        return np.vstack([np.repeat(grid, len(speeds), axis=0).T, np.tile(speeds, (self.n - k, len(grid)))])
 
     def state_at(self, machine: Machine, time: float, state: np.ndarray, speed: float) -> np.ndarray:
         """The state (n,) in which the full machine is, from its own (m,) at a time, all rotors at one speed in magnitude."""

@@ -1,4 +1,4 @@
-"""Branches of constant phases over a parameter, around their folds, and where their stability ends.
+"""Branches of steady phases over a parameter, around their folds, and where their stability ends.
 
 001 (21) and, for the lock limits of exciters, what follows from (33)-(34). They are followed by their arc length.
 H. B. Keller, "Numerical Solution of Bifurcation and Nonlinear Eigenvalue Problems", in: Applications of Bifurcation Theory,
@@ -8,13 +8,15 @@ Academic Press 1977, 359-384.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from wucht.studies.entrainment.averaged_equations import AveragedEquations
+from wucht.studies.entrainment.swept_parameter import stretches
 from wucht.studies.work import Work
 
 STEP = 0.05  # of the arc length: phases in rad, speeds and the parameter by their sizes
@@ -35,11 +37,10 @@ class Branch:
 
 @dataclass(frozen=True)
 class Edge:
-    """Where stability ends: the parameter, how (fold, hopf), and the state (n,) there; kind ``range`` where the range ends."""
+    """Where stability ends: the value of the parameter, and how: ``fold``, ``hopf``, ``range`` where the range ends."""
 
     value: float
     kind: str
-    state: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,21 @@ class Continuation:
 
     equations: AveragedEquations
 
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """Of the states and of the parameter (n + 1,)."""
+        return np.append(self.equations.sizes, self.equations.unit)
+
+    @cached_property
+    def _parameter_axis(self) -> np.ndarray:
+        return np.append(np.zeros(self.equations.n), 1.0)
+
+    def _point(self, state: np.ndarray, value: float) -> np.ndarray:
+        return np.asarray(np.append(state, value) / self.sizes)
+
+    def _dimensional(self, at: np.ndarray) -> tuple[np.ndarray, float]:
+        return at[:-1] * self.sizes[:-1], float(at[-1] * self.sizes[-1])
+
     def branches(self, values: Sequence[float], more: np.ndarray | None, work: Work) -> tuple[Branch, ...]:
         """All that pass one of the values, found from many starts there and from states ``more`` (n, N) at the first."""
         branches: list[Branch] = []
@@ -68,56 +84,55 @@ class Continuation:
                 branches.append(work.unit(f"branch {len(branches)}", partial(self.branch, state, value)))
 
         for i, value in enumerate(values):
-            search = partial(self.equations.equilibria, value, None if i else more)
-            for state in work.unit(f"equilibria at {value!r}", search):
+            for state in work.unit(f"equilibria at {value!r}", partial(self.equations.equilibria, value, None if i else more)):
                 follow(state, value, i / len(values))
-        if not branches:
-            for state, other in work.unit("equilibria anywhere", partial(self._anywhere, values[0])):
-                follow(state, other, 1.0)
+        for state, value in () if branches else work.unit("equilibria anywhere", partial(self._anywhere, values[0])):
+            follow(state, value, 1.0)
         work.report(1.0, "averaged equations")
         return tuple(branches)
 
     def branch(self, state: np.ndarray, value: float) -> Branch:
         """The branch through an equilibrium, both ways, up to the limits or until it returns."""
-        start = np.append(state / self.equations.sizes, value / self.equations.unit)
+        start = self._point(state, value)
         away = self._tangent(start, self._parameter_axis)
         points, closed = self._followed(start, away)
         if not closed:
-            backward, _ = self._followed(start, -away)
-            points = [*reversed(backward[1:]), *points]
-        all_ = np.array(points).T
-        states, values = all_[:-1] * self.equations.sizes[:, None], all_[-1] * self.equations.unit
-        stable = np.array([self.equations.stable(states[:, k], float(values[k])) for k in range(len(values))])
-        return Branch(values, states, stable, closed)
+            points = [*reversed(self._followed(start, -away)[0][1:]), *points]
+        states, values = zip(*map(self._dimensional, points), strict=True)
+        stable = [self.equations.stable(*at) for at in zip(states, values, strict=True)]
+        return Branch(np.array(values), np.array(states).T, np.array(stable), closed)
 
     def passes(self, branch: Branch, state: np.ndarray, value: float) -> bool:
         """Whether an equilibrium lies on a branch."""
-        v = branch.values
-        for k in np.flatnonzero((np.minimum(v[1:], v[:-1]) <= value) & (value <= np.maximum(v[1:], v[:-1]))):
-            share = (value - v[k]) / (v[k + 1] - v[k]) if v[k + 1] != v[k] else 0.0
-            between = branch.states[:, k] + share * (branch.states[:, k + 1] - branch.states[:, k])
-            if self.equations.distance(between, state) < STEP:
-                return True
-        return False
+        v, states = branch.values, branch.states.T
+        k = np.flatnonzero((np.minimum(v[1:], v[:-1]) <= value) & (value <= np.maximum(v[1:], v[:-1])))
+        width = v[k + 1] - v[k]
+        share = np.divide(value - v[k], width, out=np.zeros(len(k)), where=width != 0)
+        between = states[k] + share[:, None] * (states[k + 1] - states[k])
+        return bool((self.equations.distance(between, state) < STEP).any())
 
     def stable_ranges(self, branches: Sequence[Branch]) -> tuple[StableRange, ...]:
         """All stable stretches."""
-        return tuple(r for k, b in enumerate(branches) for r in self._stable_ranges_of(k, b))
+        ranges = []
+        for index, b in enumerate(branches):
+            n = len(b.values)
+            order = np.arange(n)
+            if b.closed and not b.stable.all():  # begin where it is not stable, so that no stretch is cut
+                first = int(np.flatnonzero(~b.stable)[0])
+                order = np.concatenate([np.arange(first, n - 1), np.arange(first + 1)])
+            for begin, end in stretches(b.stable[order]):
+                before, after = order[begin - 1] if begin else None, order[end + 1] if end + 1 < n else None
+                ends = self._edge(b, order[begin], before), self._edge(b, order[end], after)
+                low, high = sorted(ends, key=lambda e: e.value)
+                ranges.append(StableRange(index, low, high, order[begin : end + 1]))
+        return tuple(ranges)
 
-    @property
-    def _parameter_axis(self) -> np.ndarray:
-        return np.append(np.zeros(self.equations.n), 1.0)
-
-    def _dimensional(self, at: np.ndarray) -> tuple[np.ndarray, float]:
-        return at[:-1] * self.equations.sizes, float(at[-1] * self.equations.unit)
-
-    def _bordered(self, at: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """The Jacobian (n + 1, n + 1) by the states and the value in their sizes, below it a direction."""
-        e, (state, value) = self.equations, self._dimensional(at)
-        h = 1e-6 * e.unit
-        up, down = (e.rates(state[:, None], value + s * h)[0][:, 0] for s in (1, -1))
-        by_value = (up - down) / (2 * h) * e.unit
-        return np.vstack([np.column_stack([e.rates(state[:, None], value)[1][0], by_value]), last])
+    def _linearised(self, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The rates (n,) and their derivatives (n, n + 1) by the states and the value, all by their sizes."""
+        (state, value), unit = self._dimensional(at), self.equations.unit
+        h = 1e-6 * unit
+        (rate, jacobian), (up, _), (down, _) = (self.equations.rates(state[:, None], v) for v in (value, value + h, value - h))
+        return rate[:, 0], np.hstack([jacobian[0], (up - down) / (2 * h) * unit])
 
     @np.errstate(all="ignore")  # where Newton's method goes astray there is no point
     def _corrected(self, guess: np.ndarray, direction: np.ndarray, far: bool = False) -> np.ndarray | None:
@@ -125,29 +140,24 @@ class Continuation:
 
         far: it may be far away; else None is returned where Newton's method goes there.
         """
-        at = guess.copy()
+        at, size = guess, math.inf
         for _ in range(60 if far else 12):
-            state, value = self._dimensional(at)
-            rate = self.equations.rates(state[:, None], value)[0][:, 0]
-            left = np.append(rate, direction @ (at - guess))
-            matrix = self._bordered(at, direction)
-            if not (np.isfinite(left).all() and np.isfinite(matrix).all()):
-                return None
+            rate, jacobian = self._linearised(at)
             try:
-                step = np.linalg.solve(matrix, -left)
+                step = np.linalg.solve(np.vstack([jacobian, direction]), -np.append(rate, direction @ (at - guess)))
             except np.linalg.LinAlgError:
                 return None
             size = float(np.abs(step).max())
-            if size > 1.0 and not far:
+            if not size <= (sys.float_info.max if far else 1.0):
                 return None
             at = at + step * min(1.0, 0.5 / size if far and size > 0 else 1.0)
             if size < 1e-11:
-                return at
+                break
         return at if size < 1e-8 else None
 
     def _tangent(self, at: np.ndarray, before: np.ndarray) -> np.ndarray:
-        """The unit tangent (n + 1,) that goes on in the direction ``before``."""
-        matrix = self._bordered(at, before)
+        """The unit tangent (n + 1,) that continues in the direction ``before``."""
+        matrix = np.vstack([self._linearised(at)[1], before])
         along = np.linalg.lstsq(matrix, self._parameter_axis, rcond=None)[0]
         return np.asarray(along / np.linalg.norm(along))
 
@@ -158,8 +168,8 @@ class Continuation:
         while len(points) < _MOST:
             guess = at + step * tangent
             point = self._corrected(guess, tangent)
-            along = None if point is None else self._tangent(point, tangent)
-            if point is None or along is None or along @ tangent < 0.9 or np.abs(point - guess).max() > step:
+            along = tangent if point is None else self._tangent(point, tangent)
+            if point is None or along @ tangent < 0.9 or np.abs(point - guess).max() > step:
                 step /= 2
                 if step < _SHORTEST:
                     break
@@ -176,8 +186,7 @@ class Continuation:
 
     def _turns(self, point: np.ndarray, start: np.ndarray) -> np.ndarray:
         """The whole turns of phases (n + 1,) from a start to a point."""
-        phases = np.append(self.equations.phases, False)
-        return np.where(phases, 2 * math.pi * np.round((point - start) / (2 * math.pi)), 0.0)
+        return 2 * math.pi * np.where(np.append(self.equations.phases, False), np.round((point - start) / (2 * math.pi)), 0.0)
 
     def _returned(self, start: np.ndarray, before: np.ndarray, after: np.ndarray) -> bool:
         """Whether the start lies on the way from one point to the next."""
@@ -190,47 +199,27 @@ class Continuation:
         low, high = self.equations.limits
         limit = (low if beyond[-1] * self.equations.unit < low else high) / self.equations.unit
         guess = inside + (limit - inside[-1]) / (beyond[-1] - inside[-1]) * (beyond - inside)
-        exact = self._corrected(guess, self._parameter_axis)
-        return guess if exact is None else exact
+        return guess if (exact := self._corrected(guess, self._parameter_axis)) is None else exact
 
     def _anywhere(self, value: float) -> list[tuple[np.ndarray, float]]:
-        """Equilibria at other values than those asked for: some phases are held, and the value that they need is found."""
+        """Equilibria at other values than those asked for: one phase is held, and the value that it needs is found."""
         held = np.zeros(self.equations.n + 1)
         held[int(np.flatnonzero(self.equations.phases)[0])] = 1.0
         low, high = self.equations.limits
         equilibria = []
         for start in self.equations.starts().T[:_ANYWHERE]:
-            at = self._corrected(np.append(start / self.equations.sizes, value / self.equations.unit), held, far=True)
-            if at is None:
-                continue
-            state, needed = self._dimensional(at)
-            if low <= needed <= high and self.equations.turning(state):
-                equilibria.append((self.equations.wrapped(state), needed))
+            at = self._corrected(self._point(start, value), held, far=True)
+            if at is not None:
+                state, needed = self._dimensional(at)
+                if low <= needed <= high and self.equations.turning(state):
+                    equilibria.append((self.equations.wrapped(state), needed))
         return equilibria
-
-    def _stable_ranges_of(self, index: int, b: Branch) -> list[StableRange]:
-        n, ranges = len(b.values), []
-        order = np.arange(n)
-        if b.closed and not b.stable.all():  # begin where it is not stable, so that no stretch is cut
-            first = int(np.flatnonzero(~b.stable)[0])
-            order = np.concatenate([np.arange(first, n - 1), np.arange(first + 1)])
-        stable = b.stable[order]
-        begins = np.flatnonzero(stable & ~np.concatenate([[False], stable[:-1]]))
-        for begin in begins:
-            rest = np.flatnonzero(~stable[begin:])
-            end = int(begin + rest[0] - 1) if len(rest) else n - 1
-            one = self._edge(b, int(order[begin]), int(order[begin - 1]) if begin else None)
-            other = self._edge(b, int(order[end]), int(order[end + 1]) if end + 1 < n else None)
-            low, high = (one, other) if one.value <= other.value else (other, one)
-            ranges.append(StableRange(index, low, high, order[begin : end + 1]))
-        return ranges
 
     def _edge(self, b: Branch, inside: int, outside: int | None) -> Edge:
         """Where stability is lost between two neighbouring points, by bisection of the arc."""
         if outside is None:
-            return Edge(float(b.values[inside]), "range", b.states[:, inside])
-        sizes, unit = self.equations.sizes, self.equations.unit
-        good, bad = (np.append(b.states[:, k] / sizes, b.values[k] / unit) for k in (inside, outside))
+            return Edge(float(b.values[inside]), "range")
+        good, bad = (self._point(b.states[:, k], b.values[k]) for k in (inside, outside))
         bad = bad + self._turns(good, bad)
         way = (bad - good) / np.linalg.norm(bad - good)
         for _ in range(_BISECTIONS):
@@ -243,4 +232,4 @@ class Continuation:
         state, value = self._dimensional(good)
         values = self.equations.eigenvalues(state, value)
         leaving = values[values.real.argmax()]
-        return Edge(value, "hopf" if abs(leaving.imag) > 1e-3 * np.abs(values).max() else "fold", state)
+        return Edge(value, "hopf" if abs(leaving.imag) > 1e-3 * np.abs(values).max() else "fold")

@@ -1,9 +1,9 @@
-"""The band of existence: between which values the averaged equations have a stable motion in which rotors are taken along."""
+"""The band of existence: between which values the averaged equations have a stable motion in which rotors are entrained."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,32 +22,17 @@ _GRID = 9  # values of a given range at which equilibria are looked for
 
 @dataclass(frozen=True)
 class Existence:
-    """What the averaged equations say. band: the stable range that the question is about; equilibrium: the state (n,) on it,
-    at the machine's own value or the nearest one well inside."""
+    """What the averaged equations answer. band: the stable range that the question is about.
+
+    slowest_rate: at which the slowest disturbance decays in it (1/time), at the machine's own value or the nearest one well
+    inside. phases: there by body, if the machine's own value lies in the band.
+    """
 
     equations: AveragedEquations
     branches: tuple[Branch, ...]
-    band: StableRange | None
-    equilibrium: np.ndarray | None
-
-    def contains(self, value: float) -> bool:
-        """Whether a value lies in the band."""
-        return self.band is not None and self.band.low.value < value < self.band.high.value
-
-    @property
-    def slowest_rate(self) -> float | None:
-        """At which the slowest disturbance decays (1/time), None without a band."""
-        if self.band is None or self.equilibrium is None:
-            return None
-        value = _well_inside(self.band, self.equations.swept.own)
-        return -float(self.equations.eigenvalues(self.equilibrium, value).real.max())
-
-    @property
-    def phases(self) -> dict[str, float]:
-        """The phases at the equilibrium by body, if the machine's own value lies in the band."""
-        if self.equilibrium is None or not self.contains(self.equations.swept.own):
-            return {}
-        return {name: float(self.equilibrium[row]) for name, row in self.equations.phase_rows.items()}
+    band: StableRange | None = None
+    slowest_rate: float | None = None
+    phases: dict[str, float] = field(default_factory=dict)
 
 
 def existence(plan: Plan, own: RunFromStart, senses: Mapping[str, float], work: Work) -> Existence:
@@ -55,20 +40,39 @@ def existence(plan: Plan, own: RunFromStart, senses: Mapping[str, float], work: 
 
     Raises ``InputError`` where the machine has no averaged equations.
     """
-    equations = AveragedEquations.of(plan.steady, plan.swept, senses, plan.limits)
-    seen = None
+    equations, value = AveragedEquations(plan.steady, plan.swept, senses, plan.limits), plan.swept.own
+    reached = None
     if own.entrained:
-        seen = equations.state_at(plan.machine, own.end_time, own.end_state, abs(own.mean_speed))
+        reached = equations.state_at(plan.machine, own.end_time, own.end_state, abs(own.mean_speed))
     continuation = Continuation(equations)
-    values = _values(plan, senses)
-    branches = continuation.branches(values, None if seen is None else seen[:, None], work)
+    branches = continuation.branches(_values(plan, senses), None if reached is None else reached[:, None], work)
     ranges = work.unit("stable ranges", lambda: continuation.stable_ranges(branches))
-    band = _chosen(equations, branches, ranges, seen)
-    return Existence(equations, branches, band, None if band is None else _equilibrium(equations, branches, band))
+
+    def nearest(r: StableRange) -> np.ndarray:
+        """The state (n,) of the point in a range that is nearest to the own value."""
+        b = branches[r.branch]
+        return b.states[:, int(r.points[np.abs(b.values[r.points] - value).argmin()])]
+
+    def order(r: StableRange) -> tuple[float, float, float]:
+        """The range in which the machine is; else that which is nearest, and of several the widest."""
+        away = max(r.low.value - value, value - r.high.value, 0.0)
+        apart = 0.0 if reached is None else float(equations.distance(nearest(r), reached))
+        return away, round(apart, 3), r.low.value - r.high.value
+
+    if not ranges:
+        return Existence(equations, branches)
+    band = min(ranges, key=order)
+    low, high, near = band.low.value, band.high.value, nearest(band)
+    inside = low < value < high
+    value_inside = value if inside else float(np.clip(value, low + 0.1 * (high - low), high - 0.1 * (high - low)))
+    stable = [s for s in equations.equilibria(value_inside, near[:, None]) if equations.stable(s, value_inside)]
+    state = min(stable, key=lambda s: equations.distance(s, near), default=near)
+    phases = {name: float(state[row]) for name, row in equations.phase_rows.items()} if inside else {}
+    return Existence(equations, branches, band, -float(equations.eigenvalues(state, value_inside).real.max()), phases)
 
 
 def _values(plan: Plan, senses: Mapping[str, float]) -> list[float]:
-    """Where equilibria are looked for: at the machine's own value, and where nothing must be taken along by force."""
+    """Where equilibria are looked for: at the machine's own value, and where no torque is needed for entrainment."""
     machine, swept = plan.machine, plan.swept
     values, paths = [swept.own], {no_load_speed(machine, r): r for r in machine.rotors}
     if swept.name == DETUNING:
@@ -77,48 +81,13 @@ def _values(plan: Plan, senses: Mapping[str, float]) -> list[float]:
         values += [swept.own * 2.0**k for k in range(1, 4)]
     elif swept.name in paths:
         frequency = machine.shaking_frequency
-        mine = paths[swept.name] if frequency is None else machine.rotor
-        others = [abs(machine.values[p]) for p, r in paths.items() if p is not None and r is not mine]
+        rotor = paths[swept.name] if frequency is None else machine.rotor
+        others = [abs(machine.values[p]) for p, r in paths.items() if p is not None and r is not rotor]
         equal = frequency or (float(np.mean(others)) if others else abs(swept.own))
-        values.append(senses[mine.name] * equal)
+        values.append(senses[rotor.name] * equal)
     if plan.range is not None:
         values += np.linspace(*plan.limits, _GRID).tolist()
     return [v for v in dict.fromkeys(values) if plan.limits[0] <= v <= plan.limits[1]]
-
-
-def _chosen(
-    equations: AveragedEquations, branches: tuple[Branch, ...], ranges: tuple[StableRange, ...], seen: np.ndarray | None
-) -> StableRange | None:
-    """The range in which the machine is; else that which is nearest, and of several the widest. seen: the machine's state."""
-    own = equations.swept.own
-
-    def order(r: StableRange) -> tuple[float, float, float]:
-        away = max(r.low.value - own, own - r.high.value, 0.0)
-        apart = 0.0 if seen is None else equations.distance(_nearest(branches, r, own), seen)
-        return away, round(apart, 3), r.low.value - r.high.value
-
-    return min(ranges, key=order, default=None)
-
-
-def _nearest(branches: tuple[Branch, ...], band: StableRange, value: float) -> np.ndarray:
-    """The state (n,) of the point in a range that is nearest to a value."""
-    b = branches[band.branch]
-    return b.states[:, int(band.points[np.abs(b.values[band.points] - value).argmin()])]
-
-
-def _equilibrium(equations: AveragedEquations, branches: tuple[Branch, ...], band: StableRange) -> np.ndarray:
-    near = _nearest(branches, band, equations.swept.own)
-    value = _well_inside(band, equations.swept.own)
-    stable = [s for s in equations.equilibria(value, near[:, None]) if equations.stable(s, value)]
-    return min(stable, key=lambda s: equations.distance(s, near), default=near)
-
-
-def _well_inside(band: StableRange, value: float) -> float:
-    """A value, or the nearest one well inside the band."""
-    if band.low.value < value < band.high.value:
-        return value
-    width = band.high.value - band.low.value
-    return float(np.clip(value, band.low.value + 0.1 * width, band.high.value - 0.1 * width))
 
 
 def range_around(plan: Plan, band: StableRange | None) -> tuple[float, float]:
@@ -135,7 +104,7 @@ def range_around(plan: Plan, band: StableRange | None) -> tuple[float, float]:
 
 
 def threshold(plan: Plan, existing: Existence | None, work: Work) -> float | None:
-    """The least amplitude of the vibration that takes the main rotor along against its drive and its bearing: 001 (25)."""
+    """The least amplitude of the vibration that entrains the main rotor against its drive and its bearing: 001 (25)."""
     if existing is None or plan.machine.shaken is None:
         return None
     if plan.swept.name == AMPLITUDE:
@@ -143,7 +112,9 @@ def threshold(plan: Plan, existing: Existence | None, work: Work) -> float | Non
     amplitude = swept_parameter(plan.steady, AMPLITUDE)
     for k in range(_DOUBLINGS if amplitude.own > 0 else 0):
         largest = amplitude.own * 2.0**k
-        continuation = Continuation(AveragedEquations(existing.equations.averaged, amplitude, (0.0, largest * 1.001)))
+        continuation = Continuation(
+            AveragedEquations(plan.steady, amplitude, existing.equations.averaged.senses, (0.0, largest * 1.001))
+        )
         branches = continuation.branches([largest], None, work.part(f"amplitude {k}", k / _DOUBLINGS, (k + 1) / _DOUBLINGS))
         reached = [r.low.value for r in continuation.stable_ranges(branches) if r.high.kind == "range"]
         if reached:

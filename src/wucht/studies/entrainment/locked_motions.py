@@ -1,4 +1,4 @@
-"""The full equations: periodic motions in which rotors are taken along, their phases and stability, and where they end."""
+"""The full equations: periodic motions in which rotors are entrained, their phases and stability, and where they end."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
-from wucht.studies.entrainment.swept_parameter import SweptParameter
+from wucht.studies.entrainment.prepare import Plan
+from wucht.studies.locking import within_half_a_turn
 from wucht.studies.work import Work
 
 _SAMPLES = 256  # of a period: the mean of a periodic function over even samples is exact but for the orders above
@@ -41,14 +42,6 @@ class LockedMotion:
         return self.multiplier < 1
 
 
-@dataclass(frozen=True)
-class Followed:
-    """Locked motions followed to one side. end: where they end, None if they do not."""
-
-    motions: tuple[LockedMotion, ...] = ()
-    end: float | None = None
-
-
 def bodies_with_phase(machine: Machine) -> list[str]:
     """The bodies that have a phase: all but the main rotor, and that one too where the carrier is shaken.
 
@@ -64,10 +57,11 @@ class LockedMotions:
     senses: +-1 a body, in which they turn. time: at which they begin. It does not change once it is made.
     """
 
-    def __init__(self, machine: Machine, swept: SweptParameter, senses: Mapping[str, float], time: float) -> None:
+    def __init__(self, plan: Plan, senses: Mapping[str, float], time: float) -> None:
+        machine = plan.machine
         released = {b.locked.name: 0.0 for b in machine.bodies if b.release is not None}
         self.machine = machine.at(time).with_unchecked(released).changed(schedules=())
-        self.swept, self.senses, self.time = swept, senses, time
+        self.swept, self.senses, self.time = plan.swept, senses, time
         self.flow = compile_system(replace(self.machine.system, quadratures=(), outputs=()))
         self.angles = {b.name: machine.row(b.coordinate.position) for b in machine.bodies}
         self.advance = np.zeros(len(machine.state_names))
@@ -76,63 +70,52 @@ class LockedMotions:
 
     def motion(self, value: float, guess: np.ndarray, speed: float, most_steps: int = _MOST_STEPS) -> LockedMotion:
         """The motion at a value near a state (n,). Raises ``WuchtError`` where there is none."""
-        frequency = self.machine.shaking_frequency
-        orbit = periodic_orbit(
-            self.flow, self.swept.at(self.machine, value).values, guess, 2 * math.pi / (frequency or speed), self.advance,
-            free_period=frequency is None, phase_state=None if frequency else self.angles[self.machine.rotor.name],
-            time=self.time, most_steps=most_steps,
-        )  # fmt: skip
-        trivial = sum(c.prescribed is not None for c in self.machine.coordinates) + (frequency is None)
-        multiplier = float(np.abs(orbit.nontrivial(trivial)).max(initial=0.0))
-        return LockedMotion(value, self._phases(value, orbit), 2 * math.pi / orbit.period, multiplier, orbit)
-
-    def _phases(self, value: float, orbit: PeriodicOrbit) -> np.ndarray:
-        """Of each body that has one, mean over a period."""
         machine, frequency = self.machine, self.machine.shaking_frequency
-        grid = self.time + np.linspace(0.0, orbit.period, _SAMPLES + 1)
-        run = integrate(self.flow, orbit.state, self.swept.at(machine, value).values, grid)
+        values = self.swept.at(machine, value).values
+        orbit = periodic_orbit(
+            self.flow, values, guess, 2 * math.pi / (frequency or speed), self.advance, free_period=frequency is None,
+            phase_state=None if frequency else self.angles[machine.rotor.name], time=self.time, most_steps=most_steps,
+        )  # fmt: skip
+        run = integrate(self.flow, orbit.state, values, self.time + np.linspace(0.0, orbit.period, _SAMPLES + 1))
         if run.interrupted:
             raise KeyboardInterrupt
         turned = {n: self.senses[n] * run.states[i, :-1] for n, i in self.angles.items()}
         phases = []
-        for name in bodies_with_phase(machine):
-            body = machine.body(name)
+        for body in map(machine.body, bodies_with_phase(machine)):
             reference = (machine.rotor_of(body) if body.about else machine.rotor).name
-            origin = run.time[:-1] * (frequency or 0.0) if reference == name else turned[reference]
-            phases.append(float((turned[name] - origin).mean()))
-        return np.array(phases)
+            origin = run.time[:-1] * (frequency or 0.0) if reference == body.name else turned[reference]
+            phases.append(float((turned[body.name] - origin).mean()))
+        trivial = sum(c.prescribed is not None for c in machine.coordinates) + (frequency is None)
+        multiplier = float(np.abs(orbit.nontrivial(trivial)).max(initial=0.0))
+        return LockedMotion(value, np.array(phases), 2 * math.pi / orbit.period, multiplier, orbit)
 
-    def followed(self, seed: LockedMotion, goals: Sequence[float], resolution: float, work: Work) -> Iterator[Followed]:
-        """Follow a motion through values (all on one side), as far as it goes: the end is known to the resolution."""
-        at, before, done = seed, None, Followed()
+    def followed(
+        self, seed: LockedMotion, goals: Sequence[float], resolution: float, work: Work
+    ) -> Iterator[tuple[tuple[LockedMotion, ...], float | None]]:
+        """Follow a motion through values (all on one side): the motions so far, and where they end, None while they do not.
+
+        The step is halved where there is none, until the end is known to the resolution.
+        """
+        motions: tuple[LockedMotion, ...] = ()
+        at, before = seed, None
         for k, goal in enumerate(goals):
             work.report(k / len(goals), "locked motions")
-            reached = self._reached(at, before, goal, resolution, work)
-            if isinstance(reached, float):
-                yield replace(done, end=reached)
-                return
-            at, before = reached
-            done = Followed((*done.motions, at))
-            yield done
-
-    def _reached(
-        self, at: LockedMotion, before: LockedMotion | None, goal: float, resolution: float, work: Work
-    ) -> tuple[LockedMotion, LockedMotion | None] | float:
-        """The motion at a goal and the one before it, or where it ends on the way: the step is halved until it goes on."""
-        step = goal - at.value
-        while at.value != goal:
-            value = goal if abs(goal - at.value) <= abs(step) * (1 + 1e-9) else at.value + step
-            motion = work.unit(f"from {at.value!r} to {value!r}", partial(self._near, at, value, before))
-            if motion is None:
+            step = goal - at.value
+            while at.value != goal:
+                value = goal if abs(goal - at.value) <= abs(step) * (1 + 1e-9) else at.value + step
+                motion = work.unit(f"from {at.value!r} to {value!r}", partial(self._near, at, value, before))
+                if motion is not None:
+                    at, before = motion, at
+                    continue
                 step = (value - at.value) / 2
                 if abs(step) < resolution / 2:
-                    return (at.value + value) / 2
-            else:
-                at, before = motion, at
-        return at, before
+                    yield motions, (at.value + value) / 2
+                    return
+            motions = (*motions, at)
+            yield motions, None
 
     def _near(self, at: LockedMotion, value: float, before: LockedMotion | None) -> LockedMotion | None:
-        """The motion at another value that goes on from a known one; None where none that is stable does.
+        """The motion at another value that continues a known one; None where none that is stable does.
 
         before: one on the other side of the known one, to aim better.
         """
@@ -140,11 +123,11 @@ class LockedMotions:
         if before is not None and before.value != at.value:
             change = at.orbit.state - before.orbit.state
             share = (value - at.value) / (at.value - before.value)
-            change = np.where(self.advance != 0, np.remainder(change + math.pi, 2 * math.pi) - math.pi, change)
+            change = np.where(self.advance != 0, within_half_a_turn(change), change)
             guess = guess + np.clip(share, -1.0, 1.0) * change
         try:
             motion = self.motion(value, guess, at.speed, _FEW_STEPS)
         except WuchtError:
             return None
-        moved = np.remainder(motion.phases - at.phases + math.pi, 2 * math.pi) - math.pi
+        moved = within_half_a_turn(motion.phases - at.phases)
         return motion if motion.stable and np.abs(moved).max(initial=0.0) < _JUMP else None

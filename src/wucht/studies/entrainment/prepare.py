@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from wucht.analysis.averaged import slow_machine
+from wucht.analysis.averaged import averaged_machine
 from wucht.checking import read_quantity
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -25,18 +23,16 @@ class Plan:
     """What is to be done. machine: placed at its start; initial: its state (n,) there.
 
     limits: within which bands are looked for, the machine's own value included. range: that is looked at, None for the band of
-    existence and a margin. resolution: of the edges, None for a share of the range. start, until: of the runs, as asked.
+    existence and a margin. resolution: of the edges, None for a share of the range.
     """
 
+    spec: Entrainment
     machine: Machine
     initial: np.ndarray
     swept: SweptParameter
     limits: tuple[float, float]
     range: tuple[float, float] | None
-    points: int
     resolution: float | None
-    start: Mapping[str, Any]
-    until: float | None
 
     @property
     def steady(self) -> Machine:
@@ -58,38 +54,27 @@ def prepare(spec: Entrainment, machine: Machine) -> Plan:
     for i, value in enumerate(range_ or ()):
         swept.refuse(machine, value, f"study.range[{i}]")
     placed, initial = placed_at_start(machine, spec.start)
+    resolution = None if spec.resolution is None else read_quantity(unit, spec.resolution, "study.resolution")
+    if resolution is not None and resolution <= 0:
+        raise InputError("study.resolution", spec.resolution, f"allowed is {article(unit.what)} greater than 0")
     limits = min(limits[0], swept.own), max(limits[1], swept.own)
-    plan = Plan(placed, initial, swept, limits, range_, spec.points, _resolution(spec, unit), spec.start, spec.until)
-    if range_ is None:
-        _refuse_without_averaged_equations(plan)
+    plan = Plan(spec, placed, initial, swept, limits, range_, resolution)
+    if range_ is None:  # then the band of existence determines it
+        try:
+            averaged_machine(plan.steady)
+        except InputError as error:
+            reason = f"the averaged equations are left out: {error.allowed}"
+            raise InputError("study.range", None, f"this key is missing, and cannot be chosen: {reason}") from None
     return plan
 
 
 def _refuse_others(machine: Machine) -> None:
-    """Raises ``InputError`` for machines in which nothing can be taken along."""
+    """Raises ``InputError`` for machines in which nothing can be entrained."""
     if not is_locking(machine):
         raise InputError(
-            "machine", None, "nothing can be taken along: needed is a carrier.motion of amplitude and frequency, or two rotors "
+            "machine", None, "nothing can be entrained: needed is a carrier.motion of amplitude and frequency, or two rotors "
             "or more whose speed no drive prescribes",
         )  # fmt: skip
-    given = [r.name for r in machine.rotors if r.coordinate.prescribed is not None]
-    if given:
-        raise InputError("machine.drive", None, f"the drive prescribes the speed of {given[0]!r}: it cannot be taken along")
-
-
-def _refuse_without_averaged_equations(plan: Plan) -> None:
-    """Raises ``InputError`` where no band of existence can tell the range."""
-    try:
-        slow_machine(plan.steady)
-    except InputError as error:
-        sentence = f"the slow equations are left out: {error.allowed}"
-        raise InputError("study.range", None, f"this key is missing, and cannot be chosen: {sentence}") from None
-
-
-def _resolution(spec: Entrainment, unit: Unit) -> float | None:
-    if spec.resolution is None:
-        return None
-    resolution = read_quantity(unit, spec.resolution, "study.resolution")
-    if resolution <= 0:
-        raise InputError("study.resolution", spec.resolution, f"allowed is {article(unit.what)} greater than 0")
-    return resolution
+    prescribed = next((r.name for r in machine.rotors if r.coordinate.prescribed is not None), None)
+    if prescribed is not None:
+        raise InputError("machine.drive", None, f"the drive prescribes the speed of {prescribed!r}: it cannot be entrained")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from wucht.results.conventions import summary_of
@@ -19,18 +20,22 @@ def report(result: xr.Dataset) -> list[str]:
     unit = f" {s['along_unit']}" if s["along_unit"] else ""
     lines = [result.attrs["title"], f"verdict: {s['outcome'].upper()}: {s['sentence']}"]
     lines.append(f"  looked at    {s['along']} = {s['value']:.6g}{unit}")
-    if s["existence_band"] is not None:
+    bands = {
+        name: band_in_words(s[name], s["along_unit"], digits=7)
+        for name in ("existence_band", "existence_band_full", "band_from_rest") if s[name] is not None
+    }  # fmt: skip
+    if "existence_band" in bands:
         kinds = dict.fromkeys(k for k in s["existence_edges"] if k != "range")
         how = f", ends: {', '.join(kinds)}" if kinds else ""
-        lines.append(f"  existence    {_band(s['existence_band'], unit)} (slow equations{how})")
-    if s["existence_band_full"] is not None:
-        lines.append(f"               {_band(s['existence_band_full'], unit)} (full equations)")
-    if s["band_from_rest"] is not None:
-        lines.append(f"  from start   {_band(s['band_from_rest'], unit)}, edges to {s['resolution']:.1e}{unit}")
+        lines.append(f"  existence    {bands['existence_band']} (averaged equations{how})")
+    if "existence_band_full" in bands:
+        lines.append(f"               {bands['existence_band_full']} (full equations)")
+    if "band_from_rest" in bands:
+        lines.append(f"  from start   {bands['band_from_rest']}, edges to {s['resolution']:.1e}{unit}")
     lines += [f"  also         {low:.6g} to {high:.6g}{unit}" for low, high in s["islands"]]
     for body, phase in s["phases"].items():
         averaged = s["phases_slow"].get(body)
-        beside = "" if averaged is None else f", slow equations {_angle(result, averaged)}"
+        beside = "" if averaged is None else f", averaged equations {_angle(result, averaged)}"
         lines.append(f"  phase        {body}: {_angle(result, phase)}{beside}")
     if s["mean_speed"] is not None:
         lines.append(f"  mean speed   {speed(s['mean_speed'])}")
@@ -38,17 +43,19 @@ def report(result: xr.Dataset) -> list[str]:
         kind = "stable" if s["stable"] else "not stable"
         lines.append(f"  stability    {kind}: largest multiplier of a period {s['multiplier']:.4g}")
     if s["threshold_amplitude"] is not None:
-        lines.append(f"  threshold    the vibration must be larger than {length(s['threshold_amplitude'])} (slow equations)")
+        lines.append(
+            f"  threshold    the vibration must be larger than {length(s['threshold_amplitude'])} (averaged equations)"
+        )
     return lines
 
 
-def _band(band: list[float | None], unit: str) -> str:
-    low, high = band
-    if low is None and high is None:
-        return "all of the range"
+def band_in_words(band: Sequence[float | None], unit: str, what: str = "", digits: int = 6) -> str:
+    """A band (low, high), None for an end beyond what was looked at. what: before the first of its values."""
+    low, high = (None if edge is None else f"{edge:.{digits}g}" for edge in band)
+    end = f" {unit}" if unit else ""
     if low is None:
-        return f"below {high:.7g}{unit}"
-    return f"above {low:.7g}{unit}" if high is None else f"{low:.7g} to {high:.7g}{unit}"
+        return "in all of the range" if high is None else f"below {what}{high}{end}"
+    return f"above {what}{low}{end}" if high is None else f"between {what}{low} and {high}{end}"
 
 
 def _angle(result: xr.Dataset, value: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import insort
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -10,11 +11,10 @@ from itertools import chain
 import numpy as np
 
 from wucht.errors import InputError, WuchtError
-from wucht.studies.entrainment.capture_band import CaptureBand, CaptureSearch
 from wucht.studies.entrainment.existence import Existence, existence, range_around, threshold
 from wucht.studies.entrainment.locked_motions import LockedMotion, LockedMotions
 from wucht.studies.entrainment.prepare import Plan
-from wucht.studies.entrainment.runs import RunFromStart, RunsFromStart, senses_of
+from wucht.studies.entrainment.runs import CaptureBand, RunFromStart, RunsFromStart, capture_band, senses_of, values_to_run
 from wucht.studies.work import Work
 
 _RESOLUTION = 1e-5  # of the range
@@ -27,9 +27,9 @@ Stage = Generator["Findings", None, "Findings"]  # each more complete than that 
 
 @dataclass(frozen=True)
 class Findings:
-    """What has been found so far. own: the run of the machine as it is. range, resolution: what is looked at, and how finely.
+    """All so far. own: the run of the machine as it is. range, resolution: what is looked at, and how finely.
 
-    existing: what the averaged equations say; left_out: why they say nothing. runs: from the start, in increasing order of
+    existing: of the averaged equations; left_out: why there are none. runs: from the start, in increasing order of
     their value; band: reached by them. motions: locked ones, likewise in order; ends: where they end below and above, None
     where beyond the range; no_motion: why there are none. threshold: the least amplitude of the vibration. complete: nothing
     is left to do.
@@ -50,85 +50,83 @@ class Findings:
 
     @property
     def failure(self) -> str | None:
-        """Why the run of the machine as it is failed, after which nothing is looked for."""
+        """Why the run of the machine as it is failed, after which nothing is searched."""
         return self.own.failure if self.own is not None else None
 
     @property
     def own_motion(self) -> LockedMotion | None:
-        """The locked motion of the machine as it is, if its run is taken along."""
-        if self.own is None or not self.own.entrained:
-            return None
-        return next((m for m in self.motions if m.value == self.own.value), None)
+        """The locked motion of the machine as it is, if its run is entrained."""
+        own = self.own.value if self.own is not None and self.own.entrained else None
+        return next((m for m in self.motions if m.value == own), None)
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Search; what is found after each run and each locked motion."""
-    yield (found := Findings())
-    runs = RunsFromStart(plan.machine, plan.swept, plan.start, plan.until)
+    """Search; the findings after each run and each locked motion."""
+    yield (findings := Findings())
+    runs = RunsFromStart(plan)
     own = _run(runs, plan.swept.own, work.part("own", 0.0, 0.03))
-    yield (found := replace(found, own=own))
+    yield (findings := replace(findings, own=own))
     if own.failure is not None:
         return
     senses = senses_of(plan.machine, plan.initial, own)
-    found = _with_existence(plan, found, own, senses, work.part("existence", 0.03, 0.1))
-    runs = replace(runs, senses=senses, rate=found.existing.slowest_rate if found.existing is not None else None)
+    existing, left_out, part = None, None, work.part("existence", 0.03, 0.1)
+    try:
+        existing = existence(plan, own, senses, part)
+    except InputError as error:
+        left_out = f"the averaged equations are left out: {error.allowed}"
+    low, high = plan.range or range_around(plan, None if existing is None else existing.band)
+    resolution = plan.resolution or _RESOLUTION * (high - low)
+    runs = replace(runs, senses=senses, rate=None if existing is None else existing.slowest_rate)
     if runs.duration > _TOO_SHORT * own.end_time:
         own = _run(runs, plan.swept.own, work.part("own, longer", 0.1, 0.1))
-    yield (found := replace(found, own=own))
-    found = yield from _with_band(plan, runs, found, own, work.part("runs", 0.1, 0.8))
-    found = yield from _with_motions(plan, senses, found, work)
-    least = threshold(plan, found.existing, work.part("threshold", 0.95, 1.0))
+    findings = Findings(own, (low, high), resolution, existing, left_out)
+    yield findings
+    findings = yield from _with_band(plan, runs, findings, own, work.part("runs", 0.1, 0.8))
+    findings = yield from _with_motions(plan, senses, findings, work)
+    least = threshold(plan, existing, work.part("threshold", 0.95, 1.0))
     work.report(1.0)
-    yield replace(found, threshold=least, complete=True)
+    yield replace(findings, threshold=least, complete=True)
 
 
 def _run(runs: RunsFromStart, value: float, work: Work, share: float = 0.0) -> RunFromStart:
     """A run from the start. share: of the part of the work, at which it is made."""
-    what = f"{runs.swept.name} = {value:.6g}"
+    what = f"{runs.plan.swept.name} = {value:.6g}"
     return work.unit(f"at {value!r} for {runs.duration!r}", lambda: runs(value, lambda _: work.report(share, what)))
 
 
-def _with_existence(plan: Plan, found: Findings, own: RunFromStart, senses: Mapping[str, float], work: Work) -> Findings:
-    """The band of existence, and the range to be looked at."""
-    try:
-        found = replace(found, existing=existence(plan, own, senses, work))
-    except InputError as error:
-        found = replace(found, left_out=f"the slow equations are left out: {error.allowed}")
-    low, high = plan.range or range_around(plan, found.existing.band if found.existing is not None else None)
-    return replace(found, range=(low, high), resolution=plan.resolution or _RESOLUTION * (high - low))
-
-
-def _with_band(plan: Plan, runs: RunsFromStart, found: Findings, own: RunFromStart, work: Work) -> Stage:
+def _with_band(plan: Plan, runs: RunsFromStart, findings: Findings, own: RunFromStart, work: Work) -> Stage:
     """Runs evenly over the range and at the machine's own value, then those that the search for the edges asks for."""
-    search, (low, high) = CaptureSearch(own.value, found.resolution), found.range or plan.limits
-    scan = dict.fromkeys([*np.linspace(low, high, plan.points).tolist(), own.value])
-    for k, value in enumerate(chain(scan, search.values())):
-        search.add(own if value == own.value else _run(runs, value, work, k / (plan.points + _BISECTIONS)))
-        yield (found := replace(found, runs=tuple(search.runs)))
-    return replace(found, band=search.band)
+    done, points = list[RunFromStart](), plan.spec.points
+    scan = dict.fromkeys([*np.linspace(*(findings.range or plan.limits), points).tolist(), own.value])
+    for k, value in enumerate(chain(scan, values_to_run(done, own.value, findings.resolution))):
+        this = own if value == own.value else _run(runs, value, work, k / (points + _BISECTIONS))
+        insort(done, this, key=lambda r: r.value)
+        yield (findings := replace(findings, runs=tuple(done)))
+    return replace(findings, band=capture_band(done, own.value))
 
 
-def _with_motions(plan: Plan, senses: Mapping[str, float], found: Findings, work: Work) -> Stage:
-    """Locked motions from the machine's own on, or from the run nearest to it that is taken along."""
-    range_ = found.range
-    nearest = min((r for r in found.runs if r.entrained), key=lambda r: abs(r.value - plan.swept.own), default=None)
-    if nearest is None or range_ is None:
-        return found
-    locked = LockedMotions(plan.machine, plan.swept, senses, nearest.end_time)
+def _with_motions(plan: Plan, senses: Mapping[str, float], findings: Findings, work: Work) -> Stage:
+    """Locked motions from the machine's own on, or from the entrained run nearest to it."""
+    nearest = min((r for r in findings.runs if r.entrained), key=lambda r: abs(r.value - plan.swept.own), default=None)
+    if nearest is None:
+        return findings
+    locked = LockedMotions(plan, senses, nearest.end_time)
     seed = work.unit("locked motion", partial(_seed, locked, nearest))
     if isinstance(seed, str):
-        return replace(found, no_motion=f"at {plan.swept.name} = {nearest.value:.6g}: {seed}")
-    yield (found := replace(found, motions=(seed,)))
-    ends: list[float | None] = []
-    for side, (end, edge) in enumerate(zip(range_, _expected_edges(found), strict=True)):
-        inside = np.linspace(seed.value, edge, _MOTIONS + 1)[1:-1].tolist() if edge != seed.value else []
-        goals = [*(v for v in inside if v not in (seed.value, end)), *([end] if end != seed.value else [])]
-        others, part = found.motions, work.part("locked motion", (0.8, 0.875)[side], (0.875, 0.95)[side])
-        ends.append(None)
-        for followed in locked.followed(seed, goals, found.resolution, part):
-            ends[side] = followed.end
-            yield (found := replace(found, motions=tuple(sorted([*others, *followed.motions], key=lambda m: m.value))))
-    return replace(found, ends=(ends[0], ends[1]))
+        return replace(findings, no_motion=f"at {plan.swept.name} = {nearest.value:.6g}: {seed}")
+    yield (findings := replace(findings, motions=(seed,)))
+    low, high = edges = findings.range or plan.limits
+    if findings.existing is not None and (band := findings.existing.band) is not None:
+        edges = max(low, band.low.value), min(high, band.high.value)
+    for side, (limit, edge) in enumerate(zip((low, high), edges, strict=True)):
+        inside = np.linspace(seed.value, edge, _MOTIONS + 1)[1:-1].tolist()
+        goals = [v for v in (*inside, limit) if v != seed.value]
+        others, part = findings.motions, work.part("locked motion", (0.8, 0.875)[side], (0.875, 0.95)[side])
+        for motions, end in locked.followed(seed, goals, findings.resolution, part):
+            ends = (end, None) if side == 0 else (findings.ends[0], end)
+            findings = replace(findings, ends=ends, motions=tuple(sorted([*others, *motions], key=lambda m: m.value)))
+            yield findings
+    return findings
 
 
 def _seed(locked: LockedMotions, nearest: RunFromStart) -> LockedMotion | str:
@@ -137,11 +135,3 @@ def _seed(locked: LockedMotions, nearest: RunFromStart) -> LockedMotion | str:
         return locked.motion(nearest.value, nearest.end_state, abs(nearest.mean_speed))
     except WuchtError as error:
         return str(error)
-
-
-def _expected_edges(found: Findings) -> tuple[float, float]:
-    """Between which values locked motions are expected: those of the averaged equations, within the range."""
-    assert found.range is not None
-    low, high = found.range
-    band = found.existing.band if found.existing is not None else None
-    return (low, high) if band is None else (max(low, band.low.value), min(high, band.high.value))

@@ -1,9 +1,9 @@
-"""The full equations: runs from the start at a value of the parameter, with the verdict whether the rotors are taken along."""
+"""The full equations: runs from the start along a parameter, and the band in which they end with the rotors entrained."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -17,8 +17,9 @@ from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
-from wucht.studies.entrainment.swept_parameter import SweptParameter
-from wucht.studies.locking import locked, motion_of
+from wucht.studies.entrainment.prepare import Plan
+from wucht.studies.entrainment.swept_parameter import stretches
+from wucht.studies.locking import Locked, locked, motion_of
 from wucht.studies.release_events import release_event
 from wucht.studies.run_up.prepare import placed_at_start
 
@@ -27,131 +28,125 @@ _PERIODS = 200  # of a run, if nothing says how long
 _TIMES = 25.0  # decay times of the slowest disturbance
 _MOST_PERIODS = 20_000
 _DOUBLINGS = 5
-_STILL = 1e-4  # rad: a phase that moves more than this in the last quarter has not come to rest
-_NEAR = 0.01  # of the mean speed: a rotor so near the frequency may be beating very slowly
-_SLIPPED = 4 * math.pi  # rad: after two turns of the phase in the last quarter it is clear that it slips
-_CHANGING = 0.02  # of the mean speed: between the halves of the window, a run-up that goes on
-_TAKEN_ALONG = (Outcome.ENTRAINED, Outcome.SYNCHRONISED)
+_STEADY = 1e-4  # rad: a phase that moves more than this in the last quarter is not yet steady
+_NEAR = 0.01  # of the mean speed: a rotor so near the frequency may be modulated very slowly
+_ASYNCHRONOUS = 4 * math.pi  # rad: after two turns of the phase in the last quarter it is clear that it rotates asynchronously
+_CHANGING = 0.02  # of the mean speed: between the halves of the window, a run-up that continues
+_ENTRAINED = (Outcome.ENTRAINED, Outcome.SYNCHRONISED)
+_PROBES = 8  # runs to each side of an edge, over the distance of two values of the scan
 
 
 @dataclass(frozen=True)
 class RunFromStart:
-    """A run from the start. until: how long it was asked to be. entrained: whether the rotors are taken along.
+    """A run from the start. until: how long it was asked to be. end_time, end_state (n,): where it ended.
 
-    mean_speed: of the main rotor over the window, with its sign. end_time, end_state (n,): where it ended. speeds, phases: as
-    in ``Locked``, empty where the main rotor does not turn; drift: by how much the phase moved in the second half of the
-    window, rad. free_speed: of the main rotor without vibration. Speeds are NaN where there are none.
+    free_speed: of the main rotor without vibration. mean_speed: of the main rotor over the window, with its sign. speeds,
+    phases: as in ``Locked``, empty where the main rotor does not turn; creep: by how much the phase moved in the second half
+    of the window, rad. Speeds are NaN where there are none.
     """
 
     value: float
     until: float
-    entrained: bool
-    mean_speed: float
-    window: tuple[float, float]
     end_time: float
     end_state: np.ndarray
-    speeds: Mapping[str, float] = field(default_factory=dict)
-    phases: Mapping[str, float] = field(default_factory=dict)
-    drift: float = math.nan
     free_speed: float = math.nan
     failure: str | None = None
+    entrained: bool = False
+    mean_speed: float = math.nan
+    window: tuple[float, float] = (math.nan, math.nan)
+    speeds: Mapping[str, float] = field(default_factory=dict)
+    phases: Mapping[str, float] = field(default_factory=dict)
+    creep: float = math.nan
 
 
 @dataclass(frozen=True)
 class RunsFromStart:
     """Runs of a machine from its start along a parameter.
 
-    until: how long they go on at least, None for as long as the rate of the slowest disturbance (1/time) asks. senses: in which
-    rotors must turn to count as taken along; None: in any.
+    senses: in which rotors must turn to count as entrained; None: in any. rate: of the slowest disturbance (1/time).
     """
 
-    machine: Machine
-    swept: SweptParameter
-    start: Mapping[str, Any]
-    until: float | None = None
-    rate: float | None = None
+    plan: Plan
     senses: Mapping[str, float] | None = None
+    rate: float | None = None
 
     @cached_property
     def flow(self) -> CompiledSystem:
         """The equations without the balance of energy, which nothing here asks for."""
-        events = tuple(release_event(self.machine, b) for b in self.machine.bodies if b.release is not None)
-        return compile_system(replace(self.machine.system, quadratures=(), outputs=()), events=events)
+        machine = self.plan.machine
+        events = tuple(release_event(machine, b) for b in machine.bodies if b.release is not None)
+        return compile_system(replace(machine.system, quadratures=(), outputs=()), events=events)
 
     @cached_property
     def period(self) -> float:
         """Of the vibration, or of the fastest rotor."""
-        return 2 * math.pi / (self.machine.shaking_frequency or operating_speed(self.machine))
+        return 2 * math.pi / (self.plan.machine.shaking_frequency or operating_speed(self.plan.machine))
 
     @property
     def duration(self) -> float:
-        """How long a run goes on at least."""
-        if self.until is not None:
-            return self.until
+        """How long a run lasts at least: as asked, or as long as the slowest disturbance needs."""
+        if self.plan.spec.until is not None:
+            return self.plan.spec.until
         wanted = _PERIODS * self.period + (_TIMES / self.rate if self.rate else 0.0)
-        return min(wanted, _MOST_PERIODS * self.period) + self.machine.breakpoints[-1]
+        return min(wanted, _MOST_PERIODS * self.period) + self.plan.machine.breakpoints[-1]
 
     def __call__(self, value: float, progress: Callable[[float], None]) -> RunFromStart:
         """The run with a value of the parameter, prolonged while it cannot be decided. progress: called with the time reached.
 
         Raises ``KeyboardInterrupt`` where the user has stopped it.
         """
-        machine, start = placed_at_start(self.swept.at(self.machine, value), self.start)
+        machine, state = placed_at_start(self.plan.swept.at(self.plan.machine, value), self.plan.spec.start)
         integrator, step = self.flow.engine.integrator(), self.period / _SAMPLES
-
-        def leg(begin: float, end: float, state: np.ndarray, parameters: Any) -> Trajectory:
+        parameters: Any = machine.system.values(machine.values)
+        trajectory, means, begin, end = None, None, 0.0, self.duration
+        for _ in range(_DOUBLINGS + 1):
             grid = np.linspace(begin, end, max(2, math.ceil((end - begin) / step)) + 1)
-            part = integrate(self.flow, state, parameters, grid, progress, integrator=integrator)
-            if part.interrupted:
+            leg = integrate(self.flow, state, parameters, grid, progress, integrator=integrator)
+            if leg.interrupted:
                 raise KeyboardInterrupt
-            return part
-
-        trajectory = leg(0.0, self.duration, start, machine.system.values(machine.values))
-        for _ in range(_DOUBLINGS):
-            if trajectory.failure is not None or self._decided(machine, trajectory):
+            trajectory = leg if trajectory is None else trajectory.joined(leg)
+            means = locked(machine, trajectory) if trajectory.failure is None else None
+            if means is None or self._decided(machine, trajectory, means):
                 break
-            end = trajectory.end_time
-            trajectory = trajectory.joined(leg(end, 2 * end, trajectory.end_state, trajectory.parameters))
-        return self._judged(machine, value, trajectory)
+            state, parameters = trajectory.end_state, trajectory.parameters
+            begin, end = trajectory.end_time, 2 * trajectory.end_time
+        assert trajectory is not None
+        return self._judged(machine, value, trajectory, means)
 
-    def _judged(self, machine: Machine, value: float, trajectory: Trajectory) -> RunFromStart:
-        time, nothing, end = trajectory.time, (math.nan, math.nan), machine.breakpoints[-1]
+    def _judged(self, machine: Machine, value: float, trajectory: Trajectory, means: Locked | None) -> RunFromStart:
+        end, ended = machine.breakpoints[-1], (trajectory.end_time, trajectory.end_state)
         free = free_speed(machine.at(end), machine.rotor, end)
-        run = RunFromStart(value, self.duration, False, math.nan, nothing, trajectory.end_time, trajectory.end_state)
-        run = replace(run, free_speed=math.nan if free is None else free, failure=trajectory.failure)
+        run = RunFromStart(value, self.duration, *ended, math.nan if free is None else free, trajectory.failure)
         if run.failure is not None:
             return run
-        means = locked(machine, trajectory)
         if means is None:
-            window = float(time[0] + time[-1]) / 2, float(time[-1])
+            window = float(trajectory.time[0] + trajectory.time[-1]) / 2, float(trajectory.time[-1])
             return replace(run, window=window, mean_speed=_mean(machine, trajectory, machine.rotor, window))
-        entrained = means.evidence.outcome() in _TAKEN_ALONG
-        if entrained and self.senses is not None:
-            entrained = all(self.senses[r.name] * means.speeds[r.name] > 0 for r in machine.rotors)
+        entrained = means.evidence.outcome() in _ENTRAINED and (
+            self.senses is None or all(self.senses[r.name] * means.speeds[r.name] > 0 for r in machine.rotors)
+        )
         mean = means.mean_speed if entrained else _mean(machine, trajectory, machine.rotor, means.window)
         return replace(
             run, entrained=entrained, mean_speed=mean, window=means.window, speeds=means.speeds, phases=means.phases,
-            drift=means.evidence.drift,
+            creep=means.evidence.drift,
         )  # fmt: skip
 
-    def _decided(self, machine: Machine, trajectory: Trajectory) -> bool:
-        means = locked(machine, trajectory)
-        if means is None or trajectory.end_time >= _MOST_PERIODS * self.period:
+    def _decided(self, machine: Machine, trajectory: Trajectory, means: Locked) -> bool:
+        if trajectory.end_time >= _MOST_PERIODS * self.period:
             return True
         evidence, (begin, end) = means.evidence, means.window
-        if evidence.outcome() in _TAKEN_ALONG:
-            return evidence.drift < _STILL
-        reference = evidence.frequency if evidence.frequency is not None else evidence.speeds[0]
-        others = evidence.speeds[:1] if evidence.frequency is not None else evidence.speeds[1:]
-        if all(abs(w - reference) < _NEAR * reference for w in others) and evidence.drift < _SLIPPED:
+        if evidence.outcome() in _ENTRAINED:
+            return evidence.drift < _STEADY
+        reference, *others = evidence.speeds if evidence.frequency is None else (evidence.frequency, evidence.speeds[0])
+        if all(abs(w - reference) < _NEAR * reference for w in others) and evidence.drift < _ASYNCHRONOUS:
             return False
         halves = (begin, (begin + end) / 2), ((begin + end) / 2, end)
-        changes = [[_mean(machine, trajectory, r, half) for half in halves] for r in machine.rotors]
-        return max(abs(first - second) for first, second in changes) < _CHANGING * max(*evidence.speeds, reference)
+        changes = np.diff([[_mean(machine, trajectory, r, half) for half in halves] for r in machine.rotors])
+        return bool(np.abs(changes).max() < _CHANGING * max(*evidence.speeds, reference))
 
 
 def _mean(machine: Machine, trajectory: Trajectory, body: RotatingBody, window: tuple[float, float]) -> float:
-    """The mean speed over a window, weighted so that what beats at its ends does not count.
+    """The mean speed over a window, weighted so that a modulation at its ends does not count.
 
     J. Laskar, Physica D 67 (1993) 257-281; S. Das, Y. Saiki, E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111-4140.
     """
@@ -164,10 +159,64 @@ def _mean(machine: Machine, trajectory: Trajectory, body: RotatingBody, window: 
 
 
 def senses_of(machine: Machine, initial: np.ndarray, own: RunFromStart) -> dict[str, float]:
-    """In which sense the bodies turn: as in the run that is taken along, as they start (n,), or as they are driven."""
-    senses: dict[str, float] = {}
+    """In which sense the bodies turn: as in an entrained run, as they start (n,), or as they are driven."""
+    senses = {}
     for rotor in machine.rotors:
-        speed = own.speeds[rotor.name] if own.entrained else 0.0
-        speed = speed or float(initial[machine.row(rotor.coordinate.velocity)])
+        speed = (own.entrained and own.speeds[rotor.name]) or float(initial[machine.row(rotor.coordinate.velocity)])
         senses[rotor.name] = math.copysign(1.0, speed) if speed else sense_of(machine, rotor)
     return {b.name: senses[machine.rotor_of(b).name] for b in machine.bodies}
+
+
+@dataclass(frozen=True)
+class CaptureBand:
+    """The values between which runs from the start end entrained.
+
+    brackets: of the lower and the upper edge the last value within and its neighbour beyond, None for an edge beyond what was
+    looked at. islands: other such bands that were met, (low, high) of values that were run.
+    """
+
+    brackets: tuple[tuple[float, float] | None, ...]
+    islands: tuple[tuple[float, float], ...]
+
+    @property
+    def edges(self) -> tuple[float | None, ...]:
+        """The lower and the upper edge."""
+        return tuple(None if b is None else sum(b) / 2 for b in self.brackets)
+
+
+def capture_band(runs: Sequence[RunFromStart], own: float) -> CaptureBand | None:
+    """The band around a value, else the widest one, of runs in increasing order of theirs; None where none is entrained."""
+    values = [r.value for r in runs]
+    groups = stretches([r.entrained for r in runs])
+    groups.sort(key=lambda g: (not values[g[0]] <= own <= values[g[1]], values[g[0]] - values[g[1]]))
+    if not groups:
+        return None
+    neighbours = ((groups[0][0], groups[0][0] - 1), (groups[0][1], groups[0][1] + 1))
+    brackets = tuple((values[i], values[k]) if 0 <= k < len(runs) else None for i, k in neighbours)
+    return CaptureBand(brackets, tuple(sorted((values[i], values[k]) for i, k in groups[1:])))
+
+
+def values_to_run(runs: Sequence[RunFromStart], own: float, resolution: float) -> Iterator[float]:
+    """The values to run after a scan of the range, until both edges of the band are known to the resolution.
+
+    Each run is to be inserted before the next value is asked for. Around the edges it is looked once more: the boundary of a
+    basin often has gaps and islands.
+    """
+
+    def bisection(side: int) -> Iterator[float]:
+        while (band := capture_band(runs, own)) is not None and (bracket := band.brackets[side]) is not None:
+            middle = sum(bracket) / 2
+            if abs(bracket[0] - bracket[1]) <= resolution or middle in bracket:
+                return
+            yield middle
+
+    first, last = runs[0].value, runs[-1].value
+    apart = (last - first) / max(len(runs) - 1, 1)
+    for side in (0, 1):
+        yield from bisection(side)
+        band = capture_band(runs, own)
+        edge = None if band is None else band.edges[side]
+        for share in () if edge is None else (np.arange(_PROBES) + 0.5) / _PROBES:
+            yield from (float(v) for v in (edge - share * apart, edge + share * apart) if first < v < last)
+    for side in (0, 1):
+        yield from bisection(side)

@@ -15,11 +15,11 @@ _FEWEST, _MOST = 5, 2000
 
 
 class Entrainment(Spec):
-    """In which band of a parameter rotors are taken along by a vibration or by each other, and with which phase.
+    """In which band of a parameter rotors are entrained by a vibration or by each other, and with which phase.
 
     along: a parameter, or ``"detuning"``, the difference of two motors' no-load speeds; None: see ``swept_parameter``. range:
     of it; None: the band of existence and a margin. points: runs from the start, evenly over the range. resolution: of the
-    edges, in the parameter's unit. start: see ``initial_state``. until: how long a run goes on at least; None: as the averaged
+    edges, in the parameter's unit. start: see ``initial_state``. until: how long a run lasts at least; None: as the averaged
     equations ask.
     """
 

@@ -1,9 +1,12 @@
-"""What is swept to find where a rotor is taken along: a parameter, or the difference of two motors."""
+"""What is swept to find where a rotor is entrained: a parameter, or the difference of two motors."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from wucht.errors import InputError
 from wucht.machines.limits import check_values
@@ -64,10 +67,14 @@ def swept_parameter(machine: Machine, name: str | None = None) -> SweptParameter
     By default the no-load speed of the main rotor's drive; of two exciters the difference of their motors; of a rotor without
     drive the amplitude of the vibration.
     """
-    if name is None:
-        name = _default(machine)
-    if name == DETUNING:
+    if name == DETUNING or (name is None and machine.shaken is None and _two_motors(machine)):
         return _detuning(machine)
+    name = name or no_load_speed(machine, machine.rotor)
+    if name is None and not machine.drives and AMPLITUDE in machine.parameters:
+        name = AMPLITUDE
+    if name is None:
+        needed = "the main rotor's drive has no no_load_speed: needed is the path of a parameter"
+        raise InputError("study.along", None, f"this key is missing; {needed}")
     p = parameter_of(machine, name)
     return SweptParameter(name, p.unit, p.what or name, p.value, (name,))
 
@@ -79,36 +86,28 @@ def no_load_speed(machine: Machine, rotor: RotatingBody) -> str | None:
     return next((p for p in paths if p is not None and p not in scheduled), None)
 
 
-def _default(machine: Machine) -> str:
-    if machine.shaken is None and _two_motors(machine) is not None:
-        return DETUNING
-    path = no_load_speed(machine, machine.rotor)
-    if path is not None:
-        return path
-    if not machine.drives and AMPLITUDE in machine.parameters:
-        return AMPLITUDE
-    raise InputError(
-        "study.along",
-        None,
-        "this key is missing; the main rotor's drive has no no_load_speed: needed is the path of a parameter",
-    )
-
-
-def _two_motors(machine: Machine) -> tuple[str, str] | None:
-    free = [r for r in machine.rotors if r.coordinate.prescribed is None]
-    paths = [p for p in (no_load_speed(machine, r) for r in free) if p is not None]
-    return (paths[0], paths[1]) if len(free) == len(paths) == 2 else None
+def _two_motors(machine: Machine) -> dict[str, float]:
+    """The paths of the no-load speeds of two motors and the senses of their rotors; empty where there are not just two."""
+    senses = {no_load_speed(machine, r): sense_of(machine, r) for r in machine.rotors if r.coordinate.prescribed is None}
+    paths = {path: sense for path, sense in senses.items() if path is not None}
+    return paths if len(paths) == len(senses) == 2 else {}
 
 
 def _detuning(machine: Machine) -> SweptParameter:
     """The second motor's no-load speed less the first one's, in magnitude; their mean stays."""
-    paths = _two_motors(machine)
-    if paths is None:
+    motors = _two_motors(machine)
+    if not motors:
         raise InputError("study.along", DETUNING, "allowed for a machine with two rotors on drives with a no_load_speed each")
-    senses = [sense_of(machine, r) for r in machine.rotors if r.coordinate.prescribed is None]
-    first, second = (s * machine.values[p] for s, p in zip(senses, paths, strict=True))
+    senses = tuple(motors.values())
+    first, second = (sense * machine.values[path] for path, sense in motors.items())
     mean = (first + second) / 2
     return SweptParameter(
-        DETUNING, machine.units.speed, "difference of the no-load speeds", second - first, paths,
+        DETUNING, machine.units.speed, "difference of the no-load speeds", second - first, tuple(motors),
         (senses[0] * mean, senses[1] * mean), (-senses[0] / 2, senses[1] / 2),
     )  # fmt: skip
+
+
+def stretches(flags: Sequence[bool] | np.ndarray) -> list[tuple[int, int]]:
+    """First and last index of each stretch of neighbours whose flag is set."""
+    change = np.diff([0, *map(int, flags), 0])
+    return list(zip(np.flatnonzero(change > 0).tolist(), (np.flatnonzero(change < 0) - 1).tolist(), strict=True))

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.machines.operation import natural_frequencies
+from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.results.conventions import answered, variable
 from wucht.studies.response.prepare import Plan
-from wucht.studies.response.run import Findings
+from wucht.studies.response.run import (
+    Findings,
+    amplitude_at,
+    centre_distance,
+    eccentricity_of,
+    lag_of,
+    losses_of,
+    self_centring_speed,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,12 +35,15 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """
     import xarray as xr_
 
-    f, machine = findings, plan.steady.machine
+    f, machine, forced, w = findings, plan.steady.machine, plan.steady.forced, findings.speeds
     units, length, natural = machine.units, machine.orbit_unit, natural_frequencies(machine)
-    free, eccentricity = (math.nan if x is None else x for x in (f.free_speed, f.eccentricity))
-    z, vibration, losses = f.displacement, f.vibration_torque, f.loss_torque
+    free, eccentricity = free_speed(machine, machine.rotor), eccentricity_of(machine)
+    z, amplitude = forced.displacement(w)[0].T, forced.amplitude(w)[0]
+    vibration, losses = forced.torque(w)[0], losses_of(machine, w)
+    on_bodies = np.array([forced.torque_on(w, [i])[0] for i in range(len(machine.bodies))])
+    peaks = np.array([amplitude_at(forced, f.undamped, at) for at in f.peaks.tolist()])
     coordinates = {
-        "speed": variable("speed", f.speeds, "speed", units.speed),
+        "speed": variable("speed", w, "speed", units.speed),
         "direction": variable("direction", list(machine.free_labels), "direction"),
         "body": variable("body", [b.name for b in machine.bodies], "body"),
         "mode": variable("mode", list(natural), "mode of vibration"),
@@ -42,73 +53,57 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "displacement_real": variable(along, z.real, "displacement at the start of a turn (r: rad)", units.length),
         "displacement_imag": variable(along, z.imag, "displacement a quarter turn before (r: rad)", units.length),
         "displacement_amplitude": variable(along, np.abs(z), "amplitude of the carrier (r: rad)", units.length),
-        "lag": variable(along, f.lag, "phase lag behind the unbalance", "rad"),
-        "amplitude": variable("speed", f.amplitude, "amplitude of the axis", length),
-        "minor_axis": variable("speed", f.minor_axis, "semi-minor axis of the orbit", length),
-        "centre_distance": variable("speed", f.centre_distance, "distance of the centre of mass", units.length),
+        "lag": variable(along, lag_of(machine, forced, z), "phase lag behind the unbalance", "rad"),
+        "amplitude": variable("speed", amplitude, "amplitude of the axis", length),
+        "minor_axis": variable("speed", forced.minor(w), "semi-minor axis of the orbit", length),
+        "centre_distance": variable(
+            "speed", centre_distance(plan.steady, eccentricity, w), "distance of the centre of mass", units.length
+        ),
         "vibration_torque": variable("speed", vibration, "torque of the vibration", units.torque),
         "loss_torque": variable("speed", losses, "torque of loads and bearings", units.torque),
         "required_torque": variable("speed", vibration + losses, "torque required", units.torque),
-        "torque_on_body": variable("body speed", f.torque_on_body, "torque of the vibration on a body", units.torque),
+        "torque_on_body": variable("body speed", on_bodies, "torque of the vibration on a body", units.torque),
         "natural_frequency": variable("mode", list(natural.values()), "natural frequency", units.speed),
-        "free_speed": variable("", free, "speed reached without vibration", units.speed),
+        "free_speed": variable("", math.nan if free is None else free, "speed reached without vibration", units.speed),
         "eccentricity": variable("", eccentricity, "eccentricity of the rotor", units.length),
-        "peak_speed": variable("peak", f.peak_speeds, "speed of a largest amplitude", units.speed),
-        "peak_amplitude": variable("peak", f.peak_amplitudes, "largest amplitude", length),
+        "peak_speed": variable("peak", f.peaks, "speed of a largest amplitude", units.speed),
+        "peak_amplitude": variable("peak", peaks, "largest amplitude", length),
     }
-    summary = _summary(plan.range, natural, findings)
-    sentence = _sentence(findings, summary["critical_speeds"])
-    return answered(
-        xr_.Dataset(dict(data.items()), coords=coordinates),
-        {"sentence": sentence} | summary,
-        sentence,
-        _warnings(findings, units.speed) + plan.steady.warnings,
-    )
-
-
-def _summary(speeds: tuple[float, float], natural: dict[str, float], f: Findings) -> dict[str, Any]:
-    critical: list[float] = []
-    for frequency in sorted(natural.values()):
-        twice = bool(critical) and math.isclose(critical[-1], frequency, rel_tol=1e-9)
-        if speeds[0] <= frequency <= speeds[1] and frequency > 0 and not twice:
-            critical.append(frequency)
-    largest, hardest = int(f.amplitude.argmax()), int(f.vibration_torque.argmax())
-    peak, at, torque = (float(x) for x in (f.amplitude[largest], f.speeds[largest], f.vibration_torque[hardest]))
-    if np.isinf(f.peak_amplitudes).any():
-        peak, at = math.inf, float(f.peak_speeds[np.isinf(f.peak_amplitudes)][-1])
-    return {
-        "range": list(speeds),
+    inside = sorted(x for x in natural.values() if x > 0 and plan.range[0] <= x <= plan.range[1])
+    critical = [x for x, below in zip(inside, [0.0, *inside], strict=False) if not math.isclose(x, below, rel_tol=1e-9)]
+    sentence, hardest, infinite = _sentence(f, critical, free), vibration.argmax(), f.peaks[np.isinf(peaks)]
+    summary = {
+        "sentence": sentence,
+        "range": list(plan.range),
         "critical_speeds": critical,
         "natural_frequencies": natural,
-        "peak_amplitude": peak,
-        "peak_speed": at if peak else None,
-        "peaks": _pairs("amplitude", f.peak_speeds, f.peak_amplitudes),
-        "peak_torque": torque,
-        "peak_torque_speed": float(f.speeds[hardest]) if torque > 0 else None,
-        "torque_peaks": _pairs("torque", f.torque_peak_speeds, f.torque_peaks),
-        "free_speed": f.free_speed,
-        "amplitude_at_free_speed": f.amplitude_at_free_speed,
-        "eccentricity": f.eccentricity,
-        "self_centring_speed": f.self_centring_speed,
+        "peak_amplitude": math.inf if len(infinite) else float(amplitude.max()),
+        "peak_speed": float(infinite[-1]) if len(infinite) else float(w[amplitude.argmax()]) if amplitude.any() else None,
+        "peaks": _pairs("amplitude", f.peaks, peaks),
+        "peak_torque": float(vibration[hardest]),
+        "peak_torque_speed": float(w[hardest]) if vibration[hardest] > 0 else None,
+        "torque_peaks": _pairs("torque", f.torque_peaks, forced.torque(f.torque_peaks)[0]),
+        "free_speed": free,
+        "amplitude_at_free_speed": None if free is None else amplitude_at(forced, f.undamped, abs(free)),
+        "eccentricity": eccentricity,
+        "self_centring_speed": self_centring_speed(plan.steady, eccentricity, w) if f.excited else None,
     }
+    resonances = [f"{x:.6g} {units.speed}".rstrip() for x in f.undamped]
+    warnings = [f"nothing damps the resonance at {at}: there the amplitude is infinite" for at in resonances]
+    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, sentence, warnings + plan.steady.warnings)
 
 
 def _pairs(name: str, speeds: np.ndarray, values: np.ndarray) -> list[dict[str, float]]:
     return [{"speed": w, name: value} for w, value in zip(speeds.tolist(), values.tolist(), strict=True)]
 
 
-def _sentence(f: Findings, critical: list[float]) -> str:
+def _sentence(f: Findings, critical: list[float], free: float | None) -> str:
     if not f.excited:
         return "nothing excites the carrier: the unbalances are zero or cancel"
     count = len(critical)
     sentence = f"{count or 'no'} critical speed{'' if count == 1 else 's'} in the range"
-    if f.free_speed and critical:
-        below = sum(c < abs(f.free_speed) for c in critical)
+    if free and critical:
+        below = sum(c < abs(free) for c in critical)
         where = "above" if below == count else "below" if not below else "between"
         sentence += f"; the drive runs {where} {'it' if count == 1 else 'them'}"
     return sentence
-
-
-def _warnings(f: Findings, unit: str) -> list[str]:
-    after = f" {unit}" if unit else ""
-    return [f"nothing damps the resonance at {w:.6g}{after}: there the amplitude is infinite" for w in f.undamped]

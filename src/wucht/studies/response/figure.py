@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results.speed_axis import finish_panels
-from wucht.results.style import COLOURS, GREY, label, line_style, new_figure, thinned, without_jumps
+from wucht.results import style
+from wucht.results.style import COLOURS, GREY, label, line_style, thinned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,38 +20,26 @@ _CLIPPED = 30.0  # an infinite amplitude is cut at this many times that at the e
 
 def figure(result: xr.Dataset) -> Figure:
     """Four panels (three where there is no centre of mass in the plane) from a response's Dataset alone."""
-    with_centre = bool(np.isfinite(result.centre_distance.values).any()) and float(result.eccentricity) > 0
-    drawn, axes = new_figure(
-        4 if with_centre else 3, 8.2 if with_centre else 6.4, result.attrs["title"], result.attrs["sentence"]
-    )
-    panels = iter(axes)
-    _amplitude(next(panels), result)
-    _phase(next(panels), result)
-    if with_centre:
-        _centre(next(panels), result)
-    _torque(next(panels), result)
+    panels = [_amplitude, _phase, _centre, _torque]
+    if not (np.isfinite(result.centre_distance.values).any() and float(result.eccentricity) > 0):
+        panels.remove(_centre)
+    drawn, axes = style.new_figure(len(panels), 1.8 * len(panels) + 1, result.attrs["title"], result.attrs["sentence"])
+    for panel, axis in zip(panels, axes, strict=True):
+        panel(axis, result)
     free = abs(float(result.free_speed))
-    finish_panels(axes, result, ("critical speed", "critical speeds"), (free, "speed of the drive"), 0)
+    style.mark_speeds(axes, result, ("critical speed", "critical speeds"), (free, "speed of the drive"), 0)
     return drawn
-
-
-def _scale(result: xr.Dataset, name: str) -> tuple[float, str]:
-    unit = str(result[name].attrs["units"])
-    return (1e3, "mm") if unit == "m" else (1.0, unit)
 
 
 def _limit(axis: Axes, result: xr.Dataset, scale: float) -> None:
     """From zero up to the largest value that is finite at a resonance."""
-    amplitude = scale * result.amplitude.values
-    if np.isinf(result.peak_amplitude.values).any():
-        finite = scale * result.peak_amplitude.values[np.isfinite(result.peak_amplitude.values)]
-        axis.set_ylim(0, 1.1 * max([*finite, _CLIPPED * float(np.median(amplitude)) / 4]))
-    else:
-        axis.set_ylim(bottom=0)
+    peaks = scale * result.peak_amplitude.values
+    clipped = _CLIPPED * float(np.median(scale * result.amplitude.values)) / 4
+    axis.set_ylim(0, 1.1 * max([*peaks[np.isfinite(peaks)], clipped]) if np.isinf(peaks).any() else None)
 
 
 def _amplitude(axis: Axes, result: xr.Dataset) -> None:
-    scale, unit = _scale(result, "amplitude")
+    scale, unit = style.printed_unit(result, "amplitude")
     speed, amplitude = result.speed.values, result.amplitude.values
     axis.plot(*thinned(speed, scale * amplitude), color=COLOURS[0], linewidth=1.4, label="axis")
     for i, name in enumerate(map(str, result.direction.values)):
@@ -65,48 +53,41 @@ def _amplitude(axis: Axes, result: xr.Dataset) -> None:
 
 def _phase(axis: Axes, result: xr.Dataset) -> None:
     """From -90 to 270 degrees, so that what is in phase or in opposition does not lie on an edge."""
-    drawn: list[np.ndarray] = []
-    for i, name in enumerate(map(str, result.direction.values)):
-        lag = np.mod(np.degrees(result.lag.values[i]) + 90, 360) - 90
-        if np.isnan(lag).all() or any(np.abs(lag - other).max() < 1e-6 for other in drawn):
-            continue
-        drawn.append(lag)
-        together = [
-            str(n) for n, other in zip(result.direction.values, result.lag.values, strict=True)
-            if np.abs(other - result.lag.values[i]).max() < 1e-6
-        ]  # fmt: skip
-        style = line_style(0 if len(together) == result.sizes["direction"] else i + 1)
-        axis.plot(result.speed.values, without_jumps(lag, 360.0), label=" and ".join(together) or name, **style)
-    least = min((float(np.nanmin(x)) for x in drawn), default=0.0)
-    most = max((float(np.nanmax(x)) for x in drawn), default=180.0)
-    axis.set_ylim(-90 if least < -10 else -10, 270 if most > 190 else 190)
-    axis.set_yticks([t for t in (-90, 0, 90, 180, 270) if axis.get_ylim()[0] <= t <= axis.get_ylim()[1]])
+    directions, drawn = list(map(str, result.direction.values)), list[np.ndarray]()
+    for i, lag in enumerate(result.lag.values):  # those of what does not move are NaN, and equal to none
+        equal = [name for name, other in zip(directions, result.lag.values, strict=True) if np.abs(other - lag).max() < 1e-6]
+        if equal[:1] == [directions[i]]:
+            drawn.append(np.mod(np.degrees(lag) + 90, 360) - 90)
+            appearance = line_style(0 if equal == directions else i + 1)
+            axis.plot(result.speed.values, style.without_jumps(drawn[-1], 360.0), label=" and ".join(equal), **appearance)
+    angles = np.concatenate([[0.0], *drawn])
+    low, high = -90 if angles.min() < -10 else -10, 270 if angles.max() > 190 else 190
+    axis.set_ylim(low, high)
+    axis.set_yticks([t for t in (-90, 0, 90, 180, 270) if low <= t <= high])
     axis.set_ylabel("phase lag (°)")
 
 
 def _centre(axis: Axes, result: xr.Dataset) -> None:
-    scale, unit = _scale(result, "centre_distance")
+    scale, unit = style.printed_unit(result, "centre_distance")
     speed = result.speed.values
     axis.plot(*thinned(speed, scale * result.centre_distance.values), color=COLOURS[1], linewidth=1.1, label="centre of mass")
     axis.plot(*thinned(speed, scale * result.amplitude.values), color=COLOURS[0], linewidth=0.9, linestyle="--", label="axis")
     axis.axhline(scale * float(result.eccentricity), color=GREY, linestyle="-.", linewidth=0.8, label="eccentricity")
-    axis.set_ylabel(f"distance from rest ({unit})" if unit else "distance from rest")
+    axis.set_ylabel(style.with_unit("distance from rest", unit))
     _limit(axis, result, scale)
 
 
 def _torque(axis: Axes, result: xr.Dataset) -> None:
-    speed, required = result.speed.values, result.required_torque.values
-    losses = result.loss_torque.values
+    speed, required, losses = result.speed.values, result.required_torque.values, result.loss_torque.values
     if np.abs(losses).any():
         axis.plot(*thinned(speed, required), color=COLOURS[6], linewidth=1.1, linestyle="--", label="with losses")
         axis.plot(*thinned(speed, losses), color=COLOURS[2], linewidth=1.0, linestyle="-.", label="loads and bearings")
     axis.plot(*thinned(speed, result.vibration_torque.values), color=COLOURS[0], linewidth=1.1, label="vibration")
-    bodies, shown = list(map(str, result.body.values)), 0
-    largest = np.abs(result.torque_on_body.values).max(initial=0.0)
-    for i, on in enumerate(result.torque_on_body.values if len(bodies) > 1 else ()):
-        if np.abs(on).max(initial=0.0) > 1e-3 * largest and shown < _MOST_NAMES:
-            axis.plot(*thinned(speed, on), linewidth=0.6, color=COLOURS[(i + 1) % 6], linestyle=":", label=f"on {bodies[i]}")
-            shown += 1
+    on_bodies = np.abs(result.torque_on_body.values).max(axis=1, initial=0.0)
+    shown = np.flatnonzero(on_bodies > 1e-3 * on_bodies.max())[:_MOST_NAMES]
+    for i in shown if len(on_bodies) > 1 else ():
+        name, torque = f"on {result.body.values[i]}", result.torque_on_body.values[i]
+        axis.plot(*thinned(speed, torque), linewidth=0.6, color=COLOURS[(i + 1) % 6], linestyle=":", label=name)
     free = abs(float(result.free_speed))
     used = required[speed <= 1.1 * free] if np.isfinite(free) else required
     top = max(float(result.vibration_torque.max()), float(used.max(initial=0.0)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wucht.results.conventions import summary_of
-from wucht.results.formatting import Format, formats
+from wucht.results.formatting import formats
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,30 +17,28 @@ def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a response."""
     s = summary_of(result)
     speed, length = formats(result, result.amplitude.attrs["units"])
+
+    def amplitude(value: float | None, at: float, most: str = "") -> str:
+        return f"{'infinite' if value is None else length(value)}{most} at {speed(at)}"
+
     lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
     lines.append(f"  range        {speed(s['range'][0])} to {speed(s['range'][1])}")
     lines.append(f"  critical     {', '.join(speed(c) for c in s['critical_speeds']) or 'none'}")
     if s["peak_speed"] is None:
         return lines
-    lines.append(f"  amplitude    {_amplitude(s['peak_amplitude'], length)} at most, at {speed(s['peak_speed'])}")
-    others = [p for p in s["peaks"] if p["speed"] != s["peak_speed"]]
+    lines.append(f"  amplitude    {amplitude(s['peak_amplitude'], s['peak_speed'], ' at most,')}")
+    others = [amplitude(p["amplitude"], p["speed"]) for p in s["peaks"] if p["speed"] != s["peak_speed"]]
     if others:
-        shown = [f"{_amplitude(p['amplitude'], length)} at {speed(p['speed'])}" for p in others[:_MOST]]
         more = f" and {len(others) - _MOST} more" if len(others) > _MOST else ""
-        lines.append(f"  also         {', '.join(shown)}{more}")
+        lines.append(f"  also         {', '.join(others[:_MOST])}{more}")
     if s["free_speed"] is not None:
-        lines.append(f"  in operation {_amplitude(s['amplitude_at_free_speed'], length)} at {speed(s['free_speed'])}")
+        lines.append(f"  in operation {amplitude(s['amplitude_at_free_speed'], s['free_speed'])}")
     if s["peak_torque_speed"] is not None:
         unit = "" if result.attrs["dimensionless"] else " N m"
         at = [(p["speed"], p["torque"]) for p in s["torque_peaks"][:_MOST] if p["speed"] != s["peak_torque_speed"]]
         shown = [f"{torque:.4g}{unit} at {speed(w)}" for w, torque in [(s["peak_torque_speed"], s["peak_torque"]), *at]]
         lines.append(f"  torque       of the vibration: at most {', also '.join(shown)}")
     if s["self_centring_speed"] is not None:
-        lines.append(
-            f"  self-centred from {speed(s['self_centring_speed'])} on: the centre of mass runs inside the axis' orbit"
-        )
+        centred = speed(s["self_centring_speed"])
+        lines.append(f"  self-centred from {centred} on: the centre of mass runs inside the axis' orbit")
     return lines
-
-
-def _amplitude(value: float | None, length: Format) -> str:
-    return "infinite" if value is None else length(value)

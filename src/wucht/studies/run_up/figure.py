@@ -1,60 +1,40 @@
-"""The figure of a run-up: speed, amplitude, phases, and motor power with the energy residual."""
+"""The figure of a run-up: speed, amplitude, phases, and motor power with the energy residual; of many, speed and amplitude."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wucht.results import style
 from wucht.results.conventions import summary_of
-from wucht.results.style import (
-    COLOURS,
-    GREY,
-    SLOW,
-    angle_panel,
-    draw_angles,
-    label,
-    line_style,
-    new_figure,
-    plain_decades,
-    thinned,
-)
-from wucht.studies.run_up.figure_of_many import figure_of_many
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
-Course: TypeAlias = tuple[np.ndarray, np.ndarray]  # abscissa (N,) and angles (n, N)
-
-_MOST_NAMES = 7  # bodies named one by one in a legend
+_MOST_NAMES = 7  # bodies with a name each in a legend
+_MOST_NAMED, _LONG, _HEIGHT = 14, 40, 6.4  # of many runs
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Four panels (three without balancing bodies) from a run-up's Dataset alone; two for many run-ups."""
     if "case" in result.dims:
-        return figure_of_many(result)
-    with_phases, with_rotors = "phase" in result, "rotor_phase" in result
-    rows = 3 + with_phases + with_rotors
-    drawn, axes = new_figure(
-        rows,
-        1.8 * rows + 1.0,
-        result.attrs["title"],
-        f"{result.attrs['outcome']}: {result.attrs['sentence']}",
-    )
+        return _figure_of_many(result)
+    angles = [name for name in ("phase", "rotor_phase") if name in result]
+    rows, subtitle = 3 + len(angles), f"{result.attrs['outcome']}: {result.attrs['sentence']}"
+    drawn, axes = style.new_figure(rows, 1.8 * rows + 1.0, result.attrs["title"], subtitle)
     at, name = abscissa(result)
     slow = abscissa(result, "slow_")[0] if "slow_speed" in result else None
-    panels = iter(axes)
-    _speed(next(panels), result, at, slow)
-    _amplitude(next(panels), result, at, slow)
-    if with_phases:
-        _phases(next(panels), result, at, slow)
-    if with_rotors:
-        _rotor_phases(next(panels), result, at, slow)
-    _power(next(panels), result, at)
+    _speed(axes[0], result, at, slow)
+    _amplitude(axes[1], result, at, slow)
+    for axis, of in zip(axes[2:], angles, strict=False):
+        _phases(axis, result, of, at, slow)
+    _power(axes[-1], result, at)
     low, high = float(at.min()), float(at.max())
     for axis in axes if high > low else ():
         axis.set_xlim(low, high)
@@ -69,7 +49,7 @@ def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
     """
     over = json.loads(result.attrs["input"])["study"].get("over", "time")
     if over == "time":
-        return result.time.values, label(result, "time") if result.time.attrs["units"] else "time $\\tau$"
+        return result.time.values, _time_label(result)
     angle = result[f"{model}angle"].values
     rotor = angle[0]
     if over == "phi":
@@ -79,96 +59,116 @@ def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
 
 def _with_a_phase(phase: xr.DataArray) -> np.ndarray:
     """Which bodies (n,) have a phase."""
-    bodies: np.ndarray = np.isfinite(phase.values).any(axis=1)
-    return bodies
+    return np.asarray(np.isfinite(phase.values).any(axis=1))
 
 
-def _legend(axis: Axes) -> None:
-    axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
+def _time_label(result: xr.Dataset) -> str:
+    return style.label(result, "time") if result.time.attrs["units"] else "time $\\tau$"
+
+
+def _length(result: xr.Dataset) -> tuple[float, str]:
+    """The unit in which lengths are drawn, and its factor."""
+    units = result.amplitude.attrs["units"]
+    return (1e3, "mm") if units == "m" else (1.0, units)
+
+
+def _legend(axis: Axes, lines: Sequence[Line2D] = (), right: float = 1.01) -> None:
+    """Beside the panel, of some lines or of all that are in it."""
+    given = {"handles": lines} if lines else {}
+    axis.legend(loc="center left", bbox_to_anchor=(right, 0.5), frameon=False, fontsize=8, **given)
 
 
 def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
     bodies = [str(b) for b in result.body.values]
     for i in range(min(len(bodies), _MOST_NAMES)):
-        axis.plot(*thinned(time, result.speed.values[i]), label=bodies[i], **line_style(i), zorder=3 - 0.1 * i)
+        axis.plot(*style.thinned(time, result.speed.values[i]), label=bodies[i], **style.line_style(i), zorder=3 - 0.1 * i)
     if slow is not None:
-        axis.plot(*thinned(slow, result.slow_speed.values[0]), label=f"{bodies[0]}, slow equations", **SLOW)
+        axis.plot(*style.thinned(slow, result.slow_speed.values[0]), label=f"{bodies[0]}, slow equations", **style.SLOW)
     free = float(result.free_speed)
     if np.isfinite(free):
-        axis.axhline(free, color=GREY, linestyle="--", linewidth=0.9, label="no-load speed")
+        axis.axhline(free, color=style.GREY, linestyle="--", linewidth=0.9, label="no-load speed")
     if "vibration_frequency" in result and np.isfinite(float(result.vibration_frequency)):
         driven = float(result.vibration_frequency)
-        axis.axhline(driven, color=COLOURS[3], linestyle="-.", linewidth=0.9, label="frequency of the vibration")
+        axis.axhline(driven, color=style.COLOURS[3], linestyle="-.", linewidth=0.9, label="frequency of the vibration")
     natural = sorted({round(f, 9) for f in summary_of(result)["natural_frequencies"].values() if f is not None})
     sense = -1.0 if free < 0 else 1.0
     for k, frequency in enumerate(natural):
         name = ("natural frequencies" if len(natural) > 1 else "natural frequency") if k == 0 else None
-        axis.axhline(sense * frequency, color=GREY, linestyle=":", linewidth=0.9, label=name)
-    axis.set_ylabel(label(result, "speed"))
+        axis.axhline(sense * frequency, color=style.GREY, linestyle=":", linewidth=0.9, label=name)
+    axis.set_ylabel(style.label(result, "speed"))
     _legend(axis)
 
 
 def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
-    dimensional = result.amplitude.attrs["units"] == "m"
-    scale, unit = (1e3, "mm") if dimensional else (1.0, result.amplitude.attrs["units"])
-    between = np.abs(result.amplitude.values - result.radius.values)
-    if (between > 2e-2 * float(result.peak_amplitude)).any():
-        axis.plot(*thinned(time, scale * result.radius.values), color=COLOURS[4], linewidth=0.4, label="distance")
-    axis.plot(*thinned(time, scale * result.amplitude.values), color=COLOURS[0], linewidth=1.1, label="amplitude")
+    scale, unit = _length(result)
+    if (np.abs(result.amplitude - result.radius) > 2e-2 * result.peak_amplitude).any():
+        axis.plot(*style.thinned(time, scale * result.radius.values), color=style.COLOURS[4], linewidth=0.4, label="distance")
+    axis.plot(*style.thinned(time, scale * result.amplitude.values), color=style.COLOURS[0], linewidth=1.1, label="amplitude")
     if slow is not None:
-        axis.plot(*thinned(slow, scale * result.slow_amplitude.values), label="slow equations", **SLOW)
-    axis.set_ylabel(label(result, "amplitude", unit))
+        axis.plot(*style.thinned(slow, scale * result.slow_amplitude.values), label="slow equations", **style.SLOW)
+    axis.set_ylabel(style.label(result, "amplitude", unit))
     axis.set_ylim(bottom=0)
     _legend(axis)
 
 
-def _phases(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
-    names, full, other = _of_bodies(result, "phase", slow)
-    _angles(axis, (time, full), other, names, 1)
-    axis.set_ylabel("phase to the rotor (°)")
-
-
-def _rotor_phases(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
-    shaken = bool(np.isfinite(float(result.vibration_frequency)))
-    names, full, other = _of_bodies(result, "rotor_phase", slow)
-    _angles(axis, (time, full), other, names, 0 if shaken else 1)
-    axis.set_ylabel("phase to the vibration (°)" if shaken else f"phase to {result.body.values[0]} (°)")
-
-
-def _of_bodies(result: xr.Dataset, name: str, slow: np.ndarray | None) -> tuple[list[str], np.ndarray, Course | None]:
-    """The names of the bodies that have such a phase, their phases (n, N), and those of the averaged equations."""
-    bodies = _with_a_phase(result[name])
-    other = None if slow is None else (slow, result[f"slow_{name}"].values[bodies])
-    return [str(b) for b in result.body.values[bodies]], result[name].values[bodies], other
-
-
-def _angles(axis: Axes, full: Course, slow: Course | None, names: Sequence[str], first: int) -> None:
-    """Phases of both models. first: the style of the first line."""
-    begin = angle_panel(axis, np.degrees(full[1]))
-    named = [{"label": name} if i < _MOST_NAMES else {} for i, name in enumerate(names)]
-    draw_angles(axis, full[0], np.degrees(full[1]), begin, [n | line_style(i + first) for i, n in enumerate(named)])
+def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: np.ndarray | None) -> None:
+    """Phases of bodies to their rotor, or of rotors (``rotor_phase``) to the vibration or to the first."""
+    reference, bodies = "the rotor", _with_a_phase(result[name])
+    if name == "rotor_phase":
+        shaken = bool(np.isfinite(float(result.vibration_frequency)))
+        reference = "the vibration" if shaken else str(result.body.values[0])
+    styles = [style.line_style(i + (reference != "the vibration")) for i in range(np.count_nonzero(bodies))]
+    named = [{"label": str(b)} if i < _MOST_NAMES else {} for i, b in enumerate(result.body.values[bodies])]
+    degrees = np.degrees(result[name].values[bodies])
+    begin = style.angle_panel(axis, degrees)
+    style.draw_angles(axis, time, degrees, begin, [n | line for n, line in zip(named, styles, strict=True)])
     if slow is not None:
-        styles = [SLOW | ({"label": "slow equations"} if i == 0 else {}) for i in range(len(names))]
-        draw_angles(axis, slow[0], np.degrees(slow[1]), begin, styles)
+        styles = [style.SLOW | ({} if i else {"label": "slow equations"}) for i in range(len(styles))]
+        style.draw_angles(axis, slow, np.degrees(result[f"slow_{name}"].values[bodies]), begin, styles)
+    axis.set_ylabel(f"phase to {reference} (°)")
     _legend(axis)
 
 
 def _power(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
-    axis.plot(*thinned(time, result.motor_power.values), color=COLOURS[1], linewidth=1.0, label="motor power")
-    axis.set_ylabel(label(result, "motor_power"))
+    axis.plot(*style.thinned(time, result.motor_power.values), color=style.COLOURS[1], linewidth=1.0, label="motor power")
+    axis.set_ylabel(style.label(result, "motor_power"))
     other = axis.twinx()
     other.spines["right"].set_visible(True)
     residual = np.maximum(result.energy_residual.values, 1e-18)
-    other.semilogy(*thinned(time, residual), color=GREY, linewidth=0.6, linestyle="-", label="energy residual")
+    other.semilogy(*style.thinned(time, residual), color=style.GREY, linewidth=0.6, linestyle="-", label="energy residual")
     other.set_ylim(1e-18, max(1e-8, 10 * float(residual.max(initial=0.0))))
-    plain_decades(other.yaxis)
+    style.plain_decades(other.yaxis)
     other.set_ylabel("energy residual (1)")
-    lines = [*axis.get_lines(), *other.get_lines()]
-    axis.legend(
-        lines,
-        [str(line.get_label()) for line in lines],
-        loc="center left",
-        bbox_to_anchor=(1.14, 0.5),
-        frameon=False,
-        fontsize=8,
-    )
+    _legend(axis, [*axis.get_lines(), *other.get_lines()], right=1.14)
+
+
+def _figure_of_many(result: xr.Dataset) -> Figure:
+    """Two panels of many run-ups: speed and amplitude of each case."""
+    drawn, (speed, amplitude) = style.new_figure(2, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
+    cases, over, (scale, unit) = summary_of(result)["cases"], "abscissa" in result, _length(result)
+    for k, case in enumerate(cases):
+        run = result.isel(case=k)
+        inside = np.isfinite(run.time.values)
+        at = run["abscissa" if over else "time"].values[inside]
+        name = f"{case['label']}: {case['outcome']}" if k < _MOST_NAMED else None
+        # Runs that end alike lie upon each other: later ones are dashed, so that the earlier stay visible.
+        line = style.line_style(k) | {"linestyle": style.DASHES[k] if len(cases) <= len(style.DASHES) else "-"}
+        speed.plot(*style.thinned(at, run.speed.values[0][inside]), label=name, **line)
+        amplitude.plot(*style.thinned(at, scale * run.amplitude.values[inside]), **line)
+        if "slow_speed" in result:
+            slow = run["slow_abscissa" if over else "time"].values[inside]
+            named = "slow equations" if k == 0 else None
+            speed.plot(*style.thinned(slow, run.slow_speed.values[0][inside]), label=named, **style.SLOW)
+            amplitude.plot(*style.thinned(slow, scale * run.slow_amplitude.values[inside]), **style.SLOW)
+    free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
+    for k, value in enumerate(sorted(free) if len(free) <= 2 else ()):
+        speed.axhline(value, color=style.GREY, linestyle=":", linewidth=0.9, label="no-load speed" if k == 0 else None)
+    speed.set_ylabel(style.label(result, "speed"))
+    amplitude.set_ylabel(style.label(result, "amplitude", unit))
+    amplitude.set_ylim(bottom=0)
+    amplitude.set_xlabel(style.label(result, "abscissa") if over else _time_label(result))
+    columns = 1 if max(len(c["label"]) for c in cases) > _LONG else 2
+    rows = -(-min(len(cases) + 1, _MOST_NAMED) // columns)
+    drawn.subplots_adjust(right=0.97, bottom=(0.55 + 0.17 * rows) / _HEIGHT)
+    drawn.legend(loc="lower center", ncol=columns, frameon=False, fontsize=7.5)
+    return drawn

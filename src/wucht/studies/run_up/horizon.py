@@ -12,6 +12,7 @@ from wucht.analysis.shaft import energy_scale
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies, net_torque
 from wucht.numerics.flow.events import Event
+from wucht.studies.initial_state import speeds_in
 from wucht.studies.release_events import release_event
 from wucht.studies.run_up.spec import RunUp
 
@@ -24,6 +25,7 @@ _PARTS = 20  # of a given time: samples are a whole number of each
 _FIRST_LEG, _LONGEST_LEG = 64, 2048  # samples
 _RUNAWAY, _SLOWEST_RUNAWAY = 20.0, 150.0  # times the highest natural frequency, or this in rad/s: 30,000 rpm at least
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
+Leg = tuple[np.ndarray, float, bool]  # samples, from the last of the leg before on; an end, for the progress; judge it then?
 
 
 @dataclass(frozen=True)
@@ -44,85 +46,61 @@ class Horizon:
     @classmethod
     def of(cls, machine: Machine, spec: RunUp, initial: np.ndarray) -> Horizon:
         """The horizon of a run from an initial state."""
-        seen = [machine.at(t) for t in machine.breakpoints]
-        natural = [f for m in seen for f in natural_frequencies(m).values() if f > 0]
-        reached = [abs(free_speed(m, r, t) or 0.0) for m, t in zip(seen, machine.breakpoints, strict=True) for r in m.rotors]
-        fastest = max([*_speeds(machine, initial), *reached, *natural]) or 1.0
-        free = free_speed(seen[-1], machine.rotor, machine.breakpoints[-1])
+        at = {t: machine.at(t) for t in machine.breakpoints}
+        natural = [f for m in at.values() for f in natural_frequencies(m).values() if f > 0]
+        reached = [free_speed(m, r, t) or 0.0 for t, m in at.items() for r in m.rotors]
+        prescribed = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
+        expected = [*speeds_in(machine, initial).values(), *reached, machine.shaking_frequency or 0.0, *natural]
+        expected += [w for c in prescribed for w in machine.prescribed_speed(c, np.array(machine.breakpoints))]
+        fastest = float(max(map(abs, expected))) or 1.0
+        free = free_speed(at[machine.breakpoints[-1]], machine.rotor, machine.breakpoints[-1])
         slowest = max(min([abs(free or 0.0) or fastest, *natural]), 1e-3 * fastest)
         turn = 2 * math.pi / fastest
         if spec.until is not None:
             first = end = spec.until
-        elif spec.turns is not None:
-            end = spec.turns * turn
-            first = max(end, 8 * math.pi / slowest)
         else:
-            end = _FIRST_TURNS * turn
-            first = max(end, 40 * math.pi / slowest)
-        wanted = max(turn / SAMPLES_PER_TURN, first / MOST_SAMPLES)
-        step = first / (_PARTS * math.ceil(first / wanted / _PARTS))
-        return cls(
-            step,
-            first,
-            end,
-            turn / step,
-            spec.until is None and spec.turns is None,
-            energy_scale(machine),
-            tuple(_events(machine, spec, initial)),
-            tuple(_warnings(machine, spec, free, turn / step)),
-        )
-
-    @property
-    def open_ended(self) -> bool:
-        """Whether the end is not known as a time."""
-        return self.until_settled or any(e.name == TURNS_DONE for e in self.events)
+            end, half_turns = (_FIRST_TURNS * turn, 40) if spec.turns is None else (spec.turns * turn, 8)
+            first = max(end, half_turns * math.pi / slowest)
+        step = first / (_PARTS * math.ceil(first / max(turn / SAMPLES_PER_TURN, first / MOST_SAMPLES) / _PARTS))
+        settled, events = spec.until is None and spec.turns is None, _events(machine, spec, initial)
+        warnings = tuple(_warnings(machine, spec, free, turn / step))
+        return cls(step, first, end, turn / step, settled, energy_scale(machine), events, warnings)
 
     @property
     def too_coarse(self) -> bool:
         """Whether the samples are too few a turn to judge by."""
         return self.samples_per_turn < FEWEST_SAMPLES_PER_TURN
 
-    def legs(self) -> Iterator[tuple[np.ndarray, float, bool]]:
-        """The samples of each leg, from the last of the leg before on; the next time to look at the motion; whether this is it.
+    def legs(self) -> Iterator[Leg]:
+        """The legs of a run.
 
-        A given time is gone through in even parts; else each look is at twice the time of the last. Legs are short at
-        first, so that a run which is cut off loses little.
+        A given time is gone through in even parts; else the motion is judged at twice the time of the last look. Legs are short
+        at first, so that a run which is cut off loses little.
         """
+        open_ended = self.until_settled or any(e.name == TURNS_DONE for e in self.events)
+        given, doubled = range(1, _PARTS + 1), range(math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS)) + 1)
+        goals = [self.first * 2**k for k in doubled] if open_ended else [self.first * k / _PARTS for k in given]
         begin, size = 0.0, _FIRST_LEG
-        for goal in self._goals():
+        for goal in goals:
             grid = np.linspace(begin, goal, max(1, round((goal - begin) / self.step)) + 1)
-            here = 0
-            while here < len(grid) - 1:
-                there = min(here + size, len(grid) - 1)
-                yield grid[here : there + 1], goal, there == len(grid) - 1
-                here, size = there, min(2 * size, _LONGEST_LEG)
+            left, last = 0, len(grid) - 1
+            while left < last:
+                right = min(left + size, last)
+                yield grid[left : right + 1], max(self.expected_end, goal), open_ended and right == last
+                left, size = right, min(2 * size, _LONGEST_LEG)
             begin = goal
 
-    def _goals(self) -> list[float]:
-        if not self.open_ended:
-            return [self.first * (k + 1) / _PARTS for k in range(_PARTS)]
-        doublings = math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS))
-        return [self.first * 2**k for k in range(doublings + 1)]
 
-
-def _speeds(machine: Machine, initial: np.ndarray) -> list[float]:
-    """Speeds at the start, of prescribed rotations and of prescribed motions."""
-    free = [abs(initial[i]) for i, name in enumerate(machine.state_names) if name.endswith(".speed")]
-    given = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
-    turned = [float(np.abs(machine.prescribed_speed(c, np.array(machine.breakpoints))).max()) for c in given]
-    return [*free, *turned, (machine.shaking_frequency or 0.0)]
-
-
-def _events(machine: Machine, spec: RunUp, initial: np.ndarray) -> list[Event]:
-    rotor = machine.rotor.coordinate
-    found = []
+def _events(machine: Machine, spec: RunUp, initial: np.ndarray) -> tuple[Event, ...]:
+    rotor, ends = machine.rotor.coordinate, {}
     if spec.turns is not None:
         turned = rotor.position - initial[machine.row(rotor.position)]
-        found.append(Event(TURNS_DONE, (turned / (2 * math.pi * spec.turns)) ** 2 - 1, +1, terminal=True))
+        ends[TURNS_DONE] = turned / (2 * math.pi * spec.turns)
     limit = spec.speed_limit or runaway_limit(machine)
     if limit is not None and rotor.prescribed is None:
-        found.append(Event(SPEED_LIMIT, (rotor.velocity / limit) ** 2 - 1, +1, terminal=True))
-    return [*found, *(release_event(machine, b) for b in machine.bodies if b.release is not None)]
+        ends[SPEED_LIMIT] = rotor.velocity / limit
+    releases = (release_event(machine, b) for b in machine.bodies if b.release is not None)
+    return (*(Event(name, share**2 - 1, +1, terminal=True) for name, share in ends.items()), *releases)
 
 
 def runaway_limit(machine: Machine) -> float | None:
@@ -139,22 +117,21 @@ def runaway_limit(machine: Machine) -> float | None:
 
 
 def _warnings(machine: Machine, spec: RunUp, free: float | None, samples_per_turn: float) -> list[str]:
-    said = []
-    limit = runaway_limit(machine)
+    doubts, limit = [], runaway_limit(machine)
     if limit is not None and spec.speed_limit is None:
-        said.append(
+        doubts.append(
             "no load and no loss holds the drive: without vibration its speed would grow without limit, as that of a series "
             f"motor without load, 002 (2.105); the run ends at {limit:.4g} rad/s, or at study.speed_limit"
         )
     unit = f" {machine.units.time}" if machine.units.time else ""
     if spec.until is not None and free and spec.until < 20 * math.pi / abs(free):
-        said.append(
+        doubts.append(
             f"the run of {spec.until:g}{unit} is shorter than ten turns at the speed that the drive would reach "
             f"({20 * math.pi / abs(free):.3g}{unit}): far too short to tell"
         )
     if samples_per_turn < FEWEST_SAMPLES_PER_TURN:
-        said.append(
+        doubts.append(
             f"only {samples_per_turn:.1f} samples a turn are stored, to keep the result below {MOST_SAMPLES} samples: "
             "amplitudes are too small and no outcome is given; run for a shorter time"
         )
-    return said
+    return doubts

@@ -1,97 +1,88 @@
-"""What a run-up integrates: the full equations, or the slow ones with the full motion rebuilt from them."""
+"""What a run-up integrates: the full equations, or the averaged ones with the full motion rebuilt from them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import ClassVar
 
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import SlowMachine, damped, slow_machine
+from wucht.analysis.averaged import AveragedMachine, averaged_machine, damped
 from wucht.analysis.full_motion import FullMotion
 from wucht.analysis.static import static_position
 from wucht.errors import InputError
-from wucht.machines.machine import LOST, SUPPLIED, Machine
+from wucht.machines.machine import LOST, Machine
 from wucht.machines.operation import free_speed
 from wucht.mechanics.averaged.outputs import ROTOR_ANGLE, SHAKEN
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.studies.initial_state import angles_in
+from wucht.studies.initial_state import angles_in, speeds_in
 from wucht.system import System
 
 _AT_REST = 1e-12
 _ANGLE = sp.Symbol(ROTOR_ANGLE, real=True)
 
 
-class Model(Protocol):
-    """What is integrated, and how its trajectory is seen as one of the machine."""
-
-    @property
-    def name(self) -> str: ...  # noqa: D102
-    @property
-    def system(self) -> System: ...  # noqa: D102
-    @property
-    def initial(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def values(self) -> tuple[float, ...]: ...  # noqa: D102
-    @property
-    def warnings(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def remedies(self) -> tuple[str, ...]: ...  # noqa: D102
-    def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]: ...  # noqa: D102
-    def seen(self, trajectory: Trajectory) -> Trajectory: ...  # noqa: D102
-    def outputs(self, trajectory: Trajectory, seen: Trajectory) -> Mapping[str, np.ndarray]: ...  # noqa: D102
-
-
 @dataclass(frozen=True)
 class FullModel:
-    """The full equations."""
+    """The full equations, and how their trajectory is seen as one of the machine. start: the machine's initial state (n,)."""
 
     machine: Machine
-    initial: np.ndarray
-    warnings: tuple[str, ...] = ()
-    remedies: tuple[str, ...] = ()
-    name: str = "full"
+    start: np.ndarray
+    name: ClassVar[str] = "full"
 
     @property
     def system(self) -> System:
-        """The machine's."""
+        """What is integrated."""
         return self.machine.system
+
+    @property
+    def initial(self) -> np.ndarray:
+        """Its initial state."""
+        return self.start
 
     @property
     def values(self) -> tuple[float, ...]:
         """Parameter values in order."""
         return self.system.values(self.machine.values)
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What of the start these equations leave out."""
+        return ()
+
+    @property
+    def remedies(self) -> tuple[str, ...]:
+        """What to try where the run failed."""
+        return ()
+
     def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
-        """As they are."""
+        """Events of the machine in these equations."""
         return events
 
     def seen(self, trajectory: Trajectory) -> Trajectory:
-        """As it is."""
+        """The motion of the machine."""
         return trajectory
 
-    def outputs(self, trajectory: Trajectory, seen: Trajectory) -> Mapping[str, np.ndarray]:
-        """The outputs of the machine's System (N,)."""
-        return _outputs(self.machine, seen, trajectory.parameters)
+    def rows(self, trajectory: Trajectory, seen: Trajectory) -> dict[str, np.ndarray]:
+        """The states and outputs (N,) of the machine's System, by name."""
+        states = dict(zip(self.machine.state_names, seen.states, strict=True))
+        return states | Evaluator.of_outputs(self.machine.system)(seen.time, seen.states, seen.parameters)
 
 
 @dataclass(frozen=True)
-class SlowModel:
-    """The slow equations. start: the state (n,) of the full machine at which the run starts."""
+class SlowModel(FullModel):
+    """The averaged equations."""
 
-    machine: Machine
-    start: np.ndarray
-    slow: SlowMachine
-    name: str = "slow"
+    slow: AveragedMachine
+    name: ClassVar[str] = "slow"
 
     @cached_property
     def system(self) -> System:
-        """The slow System with the main rotor's angle as a state."""
+        """The averaged System with the main rotor's angle as a state."""
         s = self.slow.system
         turning = s.output(ROTOR_ANGLE).expression
         works = tuple(q for q in s.quadratures if q.name != ROTOR_ANGLE)
@@ -99,41 +90,25 @@ class SlowModel:
 
     @cached_property
     def initial(self) -> np.ndarray:
-        """The slow state from which the same motion follows."""
-        angles = angles_in(self.machine, self.start)
-        speeds = {b.name: self._speed_at_start(b.name) for b in self.machine.bodies}
-        main = self.machine.rotor.name
-        return np.append(self.slow.state(angles, speeds), self.slow.senses[main] * angles[main])
-
-    def _speed_at_start(self, name: str) -> float:
-        c = next(b.coordinate for b in self.machine.bodies if b.name == name)
-        if c.prescribed is not None:
-            return float(self.machine.prescribed_speed(c, 0.0)[0])
-        return float(self.start[self.machine.row(c.velocity)])
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        """Parameter values in order."""
-        return self.slow.values()
+        """The averaged state from which the same motion follows."""
+        angles, main = angles_in(self.machine, self.start), self.machine.rotor.name
+        state = self.slow.state(angles, speeds_in(self.machine, self.start))
+        return np.append(state, self.slow.senses[main] * angles[main])
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What of the start the slow equations leave out."""
-        m, names = self.machine, self.machine.state_names
-        moved = False
-        for c, rest in zip(m.carrier, static_position(m), strict=True):
-            if c.prescribed is None:
-                position, velocity = (self.start[names.index(s.name)] for s in (c.position, c.velocity))
-                moved = moved or abs(position - rest) > _AT_REST or abs(velocity) > _AT_REST
-        said = ["the slow equations have no free vibration of the carrier: its start is left out"] if moved else []
-        return (*said, *self.slow.warnings)
+        """What of the start these equations leave out."""
+        positions = zip(self.machine.carrier, static_position(self.machine), strict=True)
+        at_rest = {s: x for c, rest in positions if c.prescribed is None for s, x in ((c.position, rest), (c.velocity, 0.0))}
+        moved = any(abs(self.start[self.machine.row(s)] - x) > _AT_REST for s, x in at_rest.items())
+        left_out = ("the slow equations have no free vibration of the carrier: its start is left out",) if moved else ()
+        return (*left_out, *self.slow.warnings)
 
     @property
     def remedies(self) -> tuple[str, ...]:
         """What to try where the run failed."""
-        if self.slow.order == 1:
-            return ()
-        return ("the terms of the next order may have become as large as those of the first: try order = 1",)
+        advice = "the terms of the next order may have become as large as those of the first: try order = 1"
+        return () if self.slow.order == 1 else (advice,)
 
     def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
         """Those of the main rotor's angle and speed, in its own sense."""
@@ -142,72 +117,47 @@ class SlowModel:
         return tuple(replace(e, expression=e.expression.xreplace(own)) for e in events)
 
     def seen(self, trajectory: Trajectory) -> Trajectory:
-        """The motion of the machine that belongs to it, with its fast parts; works are those of the slow motion."""
-        time, angle = trajectory.time, trajectory.states[-1]
-        works = dict(trajectory.quadratures)
-        lost = works.pop(LOST) + works.pop(SHAKEN)
+        """The motion of the machine with its fast parts; works are those of the averaged motion.
+
+        It does not know what dampers that are not reciprocal create: that work is not a number.
+        """
+        time, works, machine = trajectory.time, dict(trajectory.quadratures), self.machine
+        works[LOST] = works[LOST] + works.pop(SHAKEN)
+        unknown = {q.name: np.full(len(time), np.nan) for q in machine.system.quadratures if q.name not in works}
         return replace(
             trajectory,
-            states=FullMotion(self.slow)(time, trajectory.states[:-1], angle),
-            quadratures=works | {LOST: lost} | self._mismatch(len(time)),
+            states=FullMotion(self.slow)(time, trajectory.states[:-1], trajectory.states[-1]),
+            quadratures=works | unknown,
+            parameters=np.array(machine.system.values(machine.values)),
         )
 
-    def _mismatch(self, count: int) -> dict[str, np.ndarray]:
-        """Works that the slow motion does not know: what dampers that are not reciprocal create."""
-        known = {SUPPLIED, LOST, *(q.name for q in self.slow.system.quadratures)}
-        return {q.name: np.full(count, np.nan) for q in self.machine.system.quadratures if q.name not in known}
-
-    def outputs(self, trajectory: Trajectory, seen: Trajectory) -> Mapping[str, np.ndarray]:
-        """The outputs of the machine's System (N,); motor and energy are those of the slow motion."""
-        full = dict(_outputs(self.machine, seen, self.machine.system.values(self.machine.values)))
-        s = self.system
-        own = Evaluator.of(s, [s.output(n).expression for n in ("motor_torque", "stored_energy")], ["motor", "stored"])
-        found = own(trajectory.time, trajectory.states, trajectory.parameters)
-        full["stored_energy"] = found["stored"]
+    def rows(self, trajectory: Trajectory, seen: Trajectory) -> dict[str, np.ndarray]:
+        """The states and outputs (N,) of the machine's System; motor and energy are those of the averaged motion."""
+        s, rotor, rows = self.system, self.machine.rotor, super().rows(trajectory, seen)
+        outputs = Evaluator.of(s, [s.output(n).expression for n in ("motor_torque", "stored_energy")], ["motor", "stored"])
+        own = outputs(trajectory.time, trajectory.states, trajectory.parameters)
+        rows["stored_energy"] = own["stored"]
         if len(self.machine.rotors) == 1:
-            rows = dict(zip(self.machine.state_names, seen.states, strict=True)) | full
-            full["motor_torque"] = self.slow.senses[self.machine.rotor.name] * found["motor"]
-            full["motor_power"] = full["motor_torque"] * rows[self.machine.rotor.coordinate.velocity.name]
-        return full
-
-
-def _outputs(machine: Machine, seen: Trajectory, parameters: np.ndarray | tuple[float, ...]) -> Mapping[str, np.ndarray]:
-    s = machine.system
-    found = Evaluator.of_outputs(s)
-    return found(seen.time, seen.states, parameters)
+            rows["motor_torque"] = self.slow.senses[rotor.name] * own["motor"]
+            rows["motor_power"] = rows["motor_torque"] * rows[rotor.coordinate.velocity.name]
+        return rows
 
 
 def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order: int) -> SlowModel:
-    """The slow model; inertia None: without that of the balancing bodies where all of them are damped.
+    """The averaged model; inertia None: without that of the balancing bodies where all of them are damped.
 
-    Raises ``InputError`` for a machine that has no slow equations.
+    Rotors without a drive of their own turn as they do at the start. Raises ``InputError`` for a machine that has no such
+    equations.
     """
-    wanted = inertia_of(machine, inertia)
-    return SlowModel(machine, start, slow_machine(machine, wanted, order, turning=_turning(machine, start)))
-
-
-def inertia_of(machine: Machine, inertia: bool | None) -> bool:
-    """Whether a slow model keeps the inertia of the balancing bodies. Raises ``InputError`` where it cannot be as asked."""
-    released = [b.name for b in machine.bodies if b.release is not None]
-    if released:
-        raise InputError(
-            "machine.bodies",
-            None,
-            f"the slow equations have no locks, and {released[0]!r} is locked until it is released; allowed are bodies that "
-            "are free from the start, or model = 'full'",
-        )
-    wanted = not damped(machine) if inertia is None else inertia
-    if not wanted and not damped(machine):
+    locked = next((b.name for b in machine.bodies if b.release is not None), None)
+    if locked is not None:
+        why = f"the slow equations have no locks, and {locked!r} is locked until it is released"
+        allowed = "allowed are bodies that are free from the start, or model = 'full'"
+        raise InputError("machine.bodies", None, f"{why}; {allowed}")
+    with_inertia = not damped(machine) if inertia is None else inertia
+    if not with_inertia and not damped(machine):
         raise InputError("study.inertia", inertia, "allowed is true: a balancing body is not damped against its rotor")
-    return wanted
-
-
-def _turning(machine: Machine, start: np.ndarray) -> dict[str, int]:
-    """The senses of rotors without a drive of their own: as they turn at the start."""
-    found = {}
-    for rotor in (r for r in machine.rotors if not free_speed(machine, r)):
-        c = rotor.coordinate
-        speed = 0.0 if c.prescribed is not None else start[machine.row(c.velocity)]
-        if speed:
-            found[rotor.name] = 1 if speed > 0 else -1
-    return found
+    speeds = speeds_in(machine, start)
+    undriven = [r.name for r in machine.rotors if r.coordinate.prescribed is None and not free_speed(machine, r)]
+    senses = {name: int(np.sign(speeds[name])) for name in undriven if speeds[name]}
+    return SlowModel(machine, start, averaged_machine(machine, with_inertia, order, turning=senses))

@@ -15,7 +15,7 @@ from wucht.numerics.flow.program import Evaluator
 from wucht.studies.initial_state import initial_state, placed
 from wucht.studies.parameters import parameter_of, values_of
 from wucht.studies.run_up.horizon import Horizon
-from wucht.studies.run_up.model import FullModel, Model, slow_model
+from wucht.studies.run_up.model import FullModel, slow_model
 from wucht.studies.run_up.spec import RunUp
 
 _NO_ACCELERATION = 1e-12
@@ -30,7 +30,7 @@ class Case:
     value: float | None
     machine: Machine
     horizon: Horizon
-    models: tuple[Model, ...]
+    models: tuple[FullModel, ...]
 
 
 @dataclass(frozen=True)
@@ -49,35 +49,31 @@ def prepare(spec: RunUp, machine: Machine) -> Plan:
         spec.refuse_units()
     if spec.over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
         raise InputError("study.over", spec.over, "allowed is 'time' or 'phi': no body turns about the rotor")
-    values = _values(spec, machine)
-    cases = [
-        prepare_case(spec, machine if v is None or spec.along is None else machine.with_values({spec.along: v}), start, v)
-        for v in values
-        for start in spec.starts or (spec.start,)
-    ]
+    cases, starts = [], spec.starts or (spec.start,)
+    if spec.along is None:
+        cases = [prepare_case(spec, machine, start) for start in starts]
+    else:
+        for value in values_of(machine, parameter_of(machine, spec.along), spec.values):
+            changed = machine.with_values({spec.along: value})
+            cases += [prepare_case(spec, changed, start, value) for start in starts]
     return Plan(spec, machine, tuple(cases), bool(spec.starts or spec.values))
 
 
 def prepare_case(spec: RunUp, machine: Machine, start: Mapping[str, Any], value: float | None = None) -> Case:
     """One run of a question. Raises ``InputError``."""
     machine, initial = placed_at_start(machine, start, spec.until or 0.0, spec.speed_limit)
-    models: list[Model] = [] if spec.model == "slow" else [FullModel(machine, initial)]
+    models = () if spec.model == "slow" else (FullModel(machine, initial),)
     if spec.model != "full":
-        models.append(slow_model(machine, initial, spec.inertia, spec.order))
-    return Case(_label(spec, start, value), start, value, machine, Horizon.of(machine, spec, initial), tuple(models))
-
-
-def _values(spec: RunUp, machine: Machine) -> list[float | None]:
-    if spec.along is None:
-        return [None]
-    return [*values_of(machine, parameter_of(machine, spec.along), spec.values)]
+        models = (*models, slow_model(machine, initial, spec.inertia, spec.order))
+    return Case(_label(spec, start, value), start, value, machine, Horizon.of(machine, spec, initial), models)
 
 
 def _label(spec: RunUp, start: Mapping[str, Any], value: float | None) -> str:
     """What distinguishes a run, for a legend: the value of the parameter, the start, or both."""
-    varied = "" if value is None else f"{spec.along} = {value:.6g}"
-    begun = ", ".join(f"{k} = {_shown(v)}" for k, v in start.items()) or "at rest"
-    return "; ".join(part for part in (varied, begun if spec.starts else "") if part)
+    parts = [] if value is None else [f"{spec.along} = {value:.6g}"]
+    if spec.starts:
+        parts.append(", ".join(f"{k} = {_shown(v)}" for k, v in start.items()) or "at rest")
+    return "; ".join(parts)
 
 
 def _shown(value: Any) -> str:
@@ -95,28 +91,23 @@ def placed_at_start(
     """
     initial = initial_state(machine, start)
     machine = placed(machine, initial)
-    prescribed = [
-        float(np.abs(machine.prescribed_speed(b.coordinate, np.linspace(0.0, end, 100))).max())
-        for b in machine.bodies
-        if b.coordinate.prescribed is not None
-    ]
-    if speed_limit is not None and max(prescribed, default=0.0) > speed_limit:
+    given, at = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None], np.linspace(0.0, end, 100)
+    fastest = max((float(np.abs(machine.prescribed_speed(c, at)).max()) for c in given), default=0.0)
+    if speed_limit is not None and fastest > speed_limit:
         raise InputError("study.speed_limit", speed_limit, "allowed is more than the speed that the drive prescribes")
-    if not any(prescribed) and machine.shaken is None and not machine.schedules and _at_rest(machine, initial):
-        needed = "needed is [machine.drive] or a speed in study.start"
-        raise InputError(
-            "machine.drive", None, f"the machine has neither a drive nor an initial speed: nothing would turn; {needed}"
-        )
+    if not fastest and machine.shaken is None and not machine.schedules and _at_rest(machine, initial):
+        why = "the machine has neither a drive nor an initial speed: nothing would turn"
+        raise InputError("machine.drive", None, f"{why}; needed is [machine.drive] or a speed in study.start")
     return machine, initial
 
 
 def _at_rest(machine: Machine, initial: np.ndarray) -> bool:
     """Whether no body turns, and none begins to."""
-    system = machine.system
-    free = [system.states.index(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
+    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
     if initial[free].any() or any(net_torque(machine, r)(0.0) for r in machine.rotors if r.coordinate.prescribed is None):
         return False
-    accelerations = Evaluator.of(system, [system.derivatives[i] for i in free], [system.state_names[i] for i in free])
+    system, names = machine.system, machine.state_names
+    accelerations = Evaluator.of(system, [system.derivatives[i] for i in free], [names[i] for i in free])
     with np.errstate(all="ignore"):
-        found = accelerations(np.zeros(1), initial[:, None], system.values(machine.values))
-    return all(abs(float(a[0])) < _NO_ACCELERATION for a in found.values())
+        rates = accelerations(np.zeros(1), initial[:, None], system.values(machine.values))
+    return all(abs(float(a[0])) < _NO_ACCELERATION for a in rates.values())

@@ -19,71 +19,61 @@ def report(result: xr.Dataset) -> list[str]:
     s = summary_of(result)
     if "cases" in s:
         return _of_many(result, s)
-    dimensional = not result.attrs["dimensionless"]
     speed, length = formats(result, s["amplitude_unit"])
-    said = [result.attrs["title"], f"verdict: {s['outcome'].upper()}: {s['sentence']}"]
-    beating = s["modulation_period"] is not None
-    range_ = f", beating between {speed(s['min_speed'])} and {speed(s['max_speed'])}" if beating else ""
+    modulated, time_unit = s["modulation_period"] is not None, "" if result.attrs["dimensionless"] else " s"
+    range_ = f", modulated between {speed(s['min_speed'])} and {speed(s['max_speed'])}" if modulated else ""
     free = f" of {speed(s['free_speed'])} without vibration" if s["free_speed"] is not None else ""
-    said.append(f"  speed        {speed(s['final_speed'])}{free}{range_}")
-    if "mean_speeds" in s:
-        said += _locking(s, speed)
+    lines = {"speed": f"{speed(s['final_speed'])}{free}{range_}"}
+    if len(s.get("mean_speeds", ())) > 1:
+        lines["mean speeds"] = ", ".join(f"{name} {speed(w)}" for name, w in s["mean_speeds"].items())
+    if "rotor_phases" in s:
+        lines["phase"] = _angles(s["rotor_phases"])
     if s["natural_frequencies"]:
-        said.append(f"  resonance    {', '.join(f'{d}: {speed(f)}' for d, f in s['natural_frequencies'].items())}")
-    said.append(f"  amplitude    {length(s['final_amplitude'])} at the end, {length(s['peak_amplitude'])} at most")
+        lines["resonance"] = ", ".join(f"{d}: {speed(f)}" for d, f in s["natural_frequencies"].items())
+    lines["amplitude"] = f"{length(s['final_amplitude'])} at the end, {length(s['peak_amplitude'])} at most"
     if s["final_phases"]:
-        shown = [f"{name} {math.degrees(phase):.1f}°" for name, phase in s["final_phases"].items()]
-        said.append(f"  phases       {', '.join(shown)}")
+        lines["phases"] = _angles(s["final_phases"])
     if s["final_residual_unbalance"] is not None:
-        said.append(f"  unbalance    {100 * s['final_residual_unbalance']:.3g} % of the rotor's is left")
+        lines["unbalance"] = f"{100 * s['final_residual_unbalance']:.3g} % of the rotor's is left"
     if s["settling_time"] is not None:
-        said.append(f"  settled at   {s['settling_time']:.4g}{' s' if dimensional else ''}")
-    if beating:
-        period = f"{s['modulation_period']:.5g}{' s' if dimensional else ''}"
-        said.append(f"  modulation   period {period}, {s['modulation_period_phi'] / (2 * math.pi):.4g} turns")
-    if s["dimensionless"] and dimensional:
-        said.append(f"  in numbers   {', '.join(f'{name} {value:.4g}' for name, value in s['dimensionless'].items())}")
+        lines["settled at"] = f"{s['settling_time']:.4g}{time_unit}"
+    if modulated:
+        turns = s["modulation_period_phi"] / (2 * math.pi)
+        lines["modulation"] = f"period {s['modulation_period']:.5g}{time_unit}, {turns:.4g} turns"
+    if s["dimensionless"] and not result.attrs["dimensionless"]:
+        lines["in numbers"] = ", ".join(f"{name} {value:.4g}" for name, value in s["dimensionless"].items())
     if s["energy_residual"] is not None:
-        said.append(f"  energy       balance closed to {s['energy_residual']:.1e}")
-    return said + _of_both(s, speed, length) if "slow" in s else said
+        lines["energy"] = f"balance closed to {s['energy_residual']:.1e}"
+    if "slow" in s:
+        lines["slow"] = f"{s['slow']['outcome']}, {_end(s['slow'], speed, length)}"
+    apart = [
+        f"  {'apart':13}speed {speed(d['speed'])}, amplitude {length(d['amplitude'])} at most, {name.replace('_', ' ')}"
+        for name, d in s.get("deviations", {}).items()
+        if d is not None
+    ]
+    heading = [result.attrs["title"], f"verdict: {s['outcome'].upper()}: {s['sentence']}"]
+    return [*heading, *(f"  {name:13}{line}" for name, line in lines.items()), *apart]
 
 
-def _of_both(s: dict[str, Any], speed: Format, length: Format) -> list[str]:
-    """What the slow equations say, and how far they are from the full ones."""
-    slow = s["slow"]
-    said = [f"  slow         {slow['outcome']}, {speed(slow['final_speed'])}, amplitude {length(slow['final_amplitude'])}"]
-    for name, found in s["deviations"].items():
-        if found is not None:
-            apart = f"speed {speed(found['speed'])}, amplitude {length(found['amplitude'])}"
-            said.append(f"  apart        {apart} at most, {name.replace('_', ' ')}")
-    return said
+def _angles(phases: dict[str, float]) -> str:
+    return ", ".join(f"{name} {math.degrees(phase):.1f}°" for name, phase in phases.items())
 
 
-def _locking(s: dict[str, Any], speed: Format) -> list[str]:
-    """Mean speeds of several rotors, and phases to each other or to the vibration."""
-    said = []
-    if len(s["mean_speeds"]) > 1:
-        said.append(f"  mean speeds  {', '.join(f'{name} {speed(w)}' for name, w in s['mean_speeds'].items())}")
-    phases = [f"{name} {math.degrees(phase):.1f}°" for name, phase in s["rotor_phases"].items()]
-    return [*said, f"  phase        {', '.join(phases)}"]
+def _end(s: dict[str, Any], speed: Format, length: Format) -> str:
+    """With what a run ended."""
+    return f"{speed(s['final_speed'])}, amplitude {length(s['final_amplitude'])}"
 
 
 def _of_many(result: xr.Dataset, summary: dict[str, Any]) -> list[str]:
     """A line a case."""
     cases = summary["cases"]
     speed, length = formats(result, cases[0]["amplitude_unit"] if cases else "m")
-    said = [
-        result.attrs["title"],
-        f"verdict: {', '.join(f'{n} {outcome}' for outcome, n in summary['outcomes'].items())}",
-    ]
+    lines = [result.attrs["title"], f"verdict: {', '.join(f'{n} {outcome}' for outcome, n in summary['outcomes'].items())}"]
     width = max((len(name) for c in cases for name in (c["label"], _SLOW if "slow" in c else "")), default=0)
     for c in cases:
-        end = f"{speed(c['final_speed'])}, amplitude {length(c['final_amplitude'])}"
-        said.append(f"  {c['label']:{width}}  {c['outcome']:20} {end}")
+        lines.append(f"  {c['label']:{width}}  {c['outcome']:20} {_end(c, speed, length)}")
         if "slow" in c:
             apart = c["deviations"]["at_equal_angle"]
             far = "" if apart is None else f"; apart by {speed(apart['speed'])}, {length(apart['amplitude'])} at most"
-            slow = c["slow"]
-            ended = f"{speed(slow['final_speed'])}, amplitude {length(slow['final_amplitude'])}"
-            said.append(f"  {_SLOW:{width}}  {slow['outcome']:20} {ended}{far}")
-    return said
+            lines.append(f"  {_SLOW:{width}}  {c['slow']['outcome']:20} {_end(c['slow'], speed, length)}{far}")
+    return lines

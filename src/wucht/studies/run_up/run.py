@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 
-from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
-from wucht.numerics.flow.compiled import CompiledSystem, Integrator, compile_system
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
 from wucht.studies.observables import Rows
-from wucht.studies.run_up.model import Model
+from wucht.studies.run_up.horizon import Leg
+from wucht.studies.run_up.model import FullModel
 from wucht.studies.run_up.prepare import Case, Plan
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.run_up.verdict import Verdict, judge
@@ -32,7 +33,7 @@ class Motion:
     """What one model did. legs: of the model's own System, ``trajectory`` all of them; ``seen``: as one of the machine."""
 
     case: Case
-    model: Model
+    model: FullModel
     compiled: CompiledSystem
     legs: tuple[Trajectory, ...]
 
@@ -49,25 +50,24 @@ class Motion:
     @cached_property
     def rows(self) -> Rows:
         """The states and outputs (N,) of the machine's motion, by name."""
-        states = dict(zip(self.case.machine.system.state_names, self.seen.states, strict=True))
-        return states | dict(self.model.outputs(self.trajectory, self.seen))
+        return self.model.rows(self.trajectory, self.seen)
 
     @cached_property
     def verdict(self) -> Verdict:
         """What became of the machine."""
-        machine, horizon, seen = self.case.machine, self.case.horizon, self.seen
-        free = free_at_end(machine, seen.end_time)
-        if not horizon.too_coarse:
-            return judge(machine, seen, free)
-        verdict = judge(machine, seen.tail(_JUDGED_IF_COARSE), free)
-        if verdict.outcome is Outcome.FAILED:
+        end, machine, coarse = self.seen.end_time, self.case.machine, self.case.horizon.too_coarse
+        free = free_speed(machine.at(end), machine.rotor, end)
+        verdict = judge(machine, self.seen.tail(_JUDGED_IF_COARSE) if coarse else self.seen, free)
+        if not coarse or verdict.outcome is Outcome.FAILED:
             return verdict
         return replace(verdict, outcome=Outcome.UNIDENTIFIED, advice="too few samples a turn are stored to tell")
 
     @property
-    def complete(self) -> bool:
-        """Whether it reached its end; one that failed did not."""
-        return not self.legs[-1].failure
+    def decided(self) -> bool:
+        """Whether a run without a given time may end: it has settled, or the turns asked for will never be made."""
+        if self.case.horizon.until_settled:
+            return self.verdict.settled_within(_SETTLED_TOLERANCE)
+        return self.verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING)
 
 
 @dataclass(frozen=True)
@@ -79,10 +79,10 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Integrate; what is found after each leg."""
+    """Integrate; the findings after each leg."""
     done: list[tuple[Motion, ...]] = []
+    count = len(plan.cases)
     for k, case in enumerate(plan.cases):
-        count = len(plan.cases)
         part = work.part(f"run {k + 1}", k / count, (k + 1) / count) if plan.several else work
         motions: tuple[Motion, ...] = ()
         for motions in run_case(plan.spec, case, part):
@@ -93,80 +93,45 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def run_case(spec: RunUp, case: Case, work: Work) -> Iterator[tuple[Motion, ...]]:
-    """The motions of one run, after each leg."""
+    """The motions of one run, after each leg; a second model goes as far as the first did."""
     first, *others = case.models
-    share = _FULL_SHARE if others else 1.0
-    motion: Motion | None = None
-    for motion in _until_the_end(spec, case, first, work.part(first.name, 0.0, share)):
-        yield (motion,)
-    assert motion is not None
-    if not others or not motion.complete or len(motion.trajectory.time) < 2:
+    share, motions = _FULL_SHARE if others else 1.0, tuple[Motion, ...]()
+    part = work.part(first.name, 0.0, share)
+    for motions in _motions(spec, case, first, case.horizon.events, case.horizon.legs(), part):
+        yield motions
+    [motion] = motions
+    time = motion.trajectory.time
+    if motion.legs[-1].failure or len(time) < 2:
         return
-    (slow,) = others
-    for second in _at_times(spec, case, slow, motion.trajectory.time, work.part(slow.name, share, 1.0)):
-        yield motion, second
+    for other in others:
+        legs = ((time[i : i + _SAMPLES_A_LEG + 1], time[-1], False) for i in range(0, len(time) - 1, _SAMPLES_A_LEG))
+        for second in _motions(spec, case, other, (), legs, work.part(other.name, share, 1.0)):
+            yield motion, *second
 
 
-def _until_the_end(spec: RunUp, case: Case, model: Model, work: Work) -> Iterator[Motion]:
-    """A model's motion as far as the horizon, an event, or the verdict lets it go."""
-    horizon = case.horizon
-    compiled = compile_system(model.system, spec.tolerance, model.events(horizon.events), spec.engine)
-    integrator = compiled.engine.integrator()
-    legs: tuple[Trajectory, ...] = (_at_start(compiled, model),)
-    yield Motion(case, model, compiled, legs)
-    for grid, goal, looked_at in horizon.legs():
-        end = max(horizon.expected_end, goal)
-        leg = partial(_leg, compiled, integrator, legs[-1], grid, horizon.energy, work, end)
-        legs = (*legs, work.unit(f"leg {len(legs)}", leg))
-        motion = Motion(case, model, compiled, legs)
-        yield motion
-        if legs[-1].ended or (looked_at and horizon.open_ended and _decided(case, motion.verdict)):
-            return
+def _motions(
+    spec: RunUp, case: Case, model: FullModel, events: tuple[Event, ...], grids: Iterable[Leg], work: Work
+) -> Iterator[tuple[Motion]]:
+    """A model's motion after each leg, as far as the legs, an event, or the verdict let it go."""
+    compiled = compile_system(model.system, spec.tolerance, model.events(events), spec.engine)
+    integrator, energy = compiled.engine.integrator(), case.horizon.energy
 
+    def leg(before: Trajectory, grid: np.ndarray, end: float) -> Trajectory:
+        """The part over a grid that begins at the last sample of the part before. end: of the whole, for progress."""
+        state, values = before.end_state, before.parameters
+        part = integrate(compiled, state, values, grid, lambda t: work.report(t / end), energy, integrator)
+        if part.interrupted:
+            raise KeyboardInterrupt
+        return part
 
-def _at_times(spec: RunUp, case: Case, model: Model, time: np.ndarray, work: Work) -> Iterator[Motion]:
-    """A model's motion at given times (N,)."""
-    compiled = compile_system(model.system, spec.tolerance, (), spec.engine)
-    integrator = compiled.engine.integrator()
-    legs: tuple[Trajectory, ...] = (_at_start(compiled, model),)
-    for begin in range(0, len(time) - 1, _SAMPLES_A_LEG):
-        grid = time[begin : begin + _SAMPLES_A_LEG + 1]
-        leg = partial(_leg, compiled, integrator, legs[-1], grid, case.horizon.energy, work, float(time[-1]))
-        legs = (*legs, work.unit(f"leg {len(legs)}", leg))
-        yield Motion(case, model, compiled, legs)
-        if legs[-1].ended:
-            return
-
-
-def _at_start(compiled: CompiledSystem, model: Model) -> Trajectory:
-    """The single sample from which a motion begins."""
     works = {q.name: np.zeros(1) for q in compiled.system.quadratures}
     state = np.concatenate([model.initial, np.zeros(len(works))])
-    return Trajectory(np.zeros(1), model.initial[:, None], works, np.array(model.values, float), 0.0, state)
-
-
-def _leg(
-    compiled: CompiledSystem,
-    integrator: Integrator,
-    before: Trajectory,
-    grid: np.ndarray,
-    energy: float,
-    work: Work,
-    end: float,
-) -> Trajectory:
-    """The part of a motion over a grid that begins at the last sample of the part before. end: of the whole, for progress."""
-    found = integrate(compiled, before.end_state, before.parameters, grid, lambda t: work.report(t / end), energy, integrator)
-    if found.interrupted:
-        raise KeyboardInterrupt
-    return found
-
-
-def _decided(case: Case, verdict: Verdict) -> bool:
-    if case.horizon.until_settled:
-        return verdict.settled_within(_SETTLED_TOLERANCE)
-    return verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING)  # the turns asked for will never be made
-
-
-def free_at_end(machine: Machine, end: float) -> float | None:
-    """The speed that the drive reaches without vibration, with the parameters of the end of a run."""
-    return free_speed(machine.at(end), machine.rotor, end)
+    start = Trajectory(np.zeros(1), model.initial[:, None], works, np.array(model.values, float), 0.0, state)
+    legs: tuple[Trajectory, ...] = (start,)
+    yield (Motion(case, model, compiled, legs),)
+    for grid, end, judged in grids:
+        legs = (*legs, work.unit(f"leg {len(legs)}", partial(leg, legs[-1], grid, end)))
+        motion = Motion(case, model, compiled, legs)
+        yield (motion,)
+        if legs[-1].ended or (judged and motion.decided):
+            return

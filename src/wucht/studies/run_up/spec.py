@@ -10,25 +10,13 @@ from pydantic import Field, model_validator
 from wucht.checking import refuse_unknown
 from wucht.errors import InputError
 from wucht.fields import si
-from wucht.studies.spec import (
-    DEFAULT_TOLERANCE,
-    Engine,
-    Inertia,
-    Order,
-    Path,
-    Spec,
-    Start,
-    Starts,
-    Tolerance,
-    TrueOrFalse,
-    Values,
-)
+from wucht.studies import spec as common
 
 MOST_RUNS = 500
 _ENDS = ("until", "turns", "settled")
 
 
-class RunUp(Spec):
+class RunUp(common.Spec):
     """Start the machine and see what becomes of it.
 
     It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``. start: the initial
@@ -46,18 +34,18 @@ class RunUp(Spec):
 
     until: float | None = si("s", "time", default=None, gt=0)
     turns: float | None = si("", "number of turns", default=None, gt=0)
-    settled: TrueOrFalse | None = Field(None, description="run until the machine has settled")
-    start: Start = Field(default_factory=dict)
-    starts: Starts = ()
-    along: Path | None = None
-    values: Values = ()
+    settled: common.TrueOrFalse | None = Field(None, description="run until the machine has settled")
+    start: common.Start = Field(default_factory=dict)
+    starts: common.Starts = ()
+    along: common.Path | None = None
+    values: common.Values = ()
     over: Literal["time", "phi", "psi"] = Field("time", description="abscissa of the figure")
     model: Literal["full", "slow", "both"] = Field("full", description="equations")
-    inertia: Inertia | None = None
-    order: Order = 1
-    tolerance: Tolerance = DEFAULT_TOLERANCE
+    inertia: common.Inertia | None = None
+    order: common.Order = 1
+    tolerance: common.Tolerance = common.DEFAULT_TOLERANCE
     speed_limit: float | None = si("rad/s", "speed", default=None, gt=0)
-    engine: Engine | None = None
+    engine: common.Engine | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -66,8 +54,7 @@ class RunUp(Spec):
         if not isinstance(given, Mapping):
             return given
         until = given.get("until")
-        if until == "settled":
-            return {k: v for k, v in given.items() if k != "until"} | {"settled": True}
+        until = {"settled": True} if until == "settled" else until
         if not isinstance(until, Mapping):
             return given
         refuse_unknown(until, ("turns", "settled"), "study.until")

@@ -3,30 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.machines.operation import free_speed
 from wucht.results.conventions import answered, variable
-from wucht.studies.sweep.jumps import Jump
-from wucht.studies.sweep.moving import Reading
-from wucht.studies.sweep.pace import rate_unit
 from wucht.studies.sweep.prepare import Plan
-from wucht.studies.sweep.run import Findings, Ramp
+from wucht.studies.sweep.report import SENSE
+from wucht.studies.sweep.run import Findings
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _FREE_SPEEDS = 21
-_VARIABLES = {
+_OF_READINGS = {  # attribute, in words, unit
     "value": ("value", "{what}", "{unit}"),
     "speed": ("speed", "mean speed", "{speed}"),
     "min_speed": ("low", "least speed, mean over a turn", "{speed}"),
     "max_speed": ("high", "largest speed, mean over a turn", "{speed}"),
     "amplitude": ("amplitude", "amplitude of the axis", "{length}"),
     "energy_residual": ("energy_residual", "energy residual, relative", ""),
+}
+_OF_JUMPS = {
+    "jump_value": ("value", "{what}", "{unit}"),
+    "jump_from": ("from_speed", "speed before the jump", "{speed}"),
+    "jump_to": ("to_speed", "speed after the jump", "{speed}"),
+    "jump_from_amplitude": ("from_amplitude", "amplitude before the jump", "{length}"),
+    "jump_to_amplitude": ("to_amplitude", "amplitude after the jump", "{length}"),
 }
 
 
@@ -40,92 +45,56 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     import xarray as xr_
 
     machine, swept, jumps = plan.machine, plan.swept, findings.jumps
-    speed, length = machine.units.speed, machine.orbit_unit
-    words = {"what": swept.what, "unit": swept.unit, "speed": speed, "length": length}
-    data = {
-        name: variable("direction sample", _table(plan, findings.ramps, key), text.format(**words), unit.format(**words))
-        for name, (key, text, unit) in _VARIABLES.items()
-    }
+    words = {"what": swept.what, "unit": swept.unit, "speed": machine.units.speed, "length": machine.orbit_unit}
     grid = np.linspace(plan.low, plan.high, _FREE_SPEEDS)
     free = [free_speed(machine.with_unchecked({swept.path: float(v)}), machine.rotor) for v in grid]
-    data |= {
-        "free_speed": variable("grid", [math.nan if f is None else f for f in free], "speed reached without vibration", speed),
-        "jump_value": variable("jump", [j.value for j in jumps], swept.what, swept.unit),
-        "jump_from": variable("jump", [j.speed for j in jumps], "speed before the jump", speed),
-        "jump_to": variable("jump", [j.after.speed for j in jumps], "speed after the jump", speed),
-        "jump_from_amplitude": variable("jump", [j.amplitude for j in jumps], "amplitude before the jump", length),
-        "jump_to_amplitude": variable("jump", [j.after.amplitude for j in jumps], "amplitude after the jump", length),
-        "jump_upward": variable("jump", [int(j.upward) for j in jumps], "1 where the parameter rises"),
+    data = {
+        name: variable("direction sample", _table(plan, findings, key), text.format(**words), unit.format(**words))
+        for name, (key, text, unit) in _OF_READINGS.items()
+    } | {
+        name: variable("jump", [getattr(j, key) for j in jumps], text.format(**words), unit.format(**words))
+        for name, (key, text, unit) in _OF_JUMPS.items()
+    } | {
+        "free_speed": variable("grid", np.array(free, float), "speed reached without vibration", machine.units.speed),
+        "jump_upward": variable("jump", [int(j.direction == "up") for j in jumps], "1 where the parameter rises"),
         "parameters": variable("parameter", list(machine.values.values()), "parameter values"),
-    }
+    }  # fmt: skip
     coordinates = {
-        "direction": variable("direction", [r.way for r in findings.ramps] or np.empty(0, "U4"), "direction of the sweep"),
+        "direction": variable("direction", list(findings.ramps) or np.empty(0, "U4"), "direction of the sweep"),
         "grid": variable("grid", grid, swept.what, swept.unit),
         "parameter": variable("parameter", list(machine.values), "parameter"),
     }
-    sentence = _sentence(plan, findings)
-    return answered(
-        xr_.Dataset(data, coords=coordinates),
-        _summary(plan, findings, sentence),
-        sentence,
-        _warnings(findings),
-        findings.failure,
-        along=swept.path,
-        along_unit=swept.unit,
-        rate=plan.pace.rate,
-        engine=findings.engine,
-    )
+    summary = _summary(plan, findings)
+    more = {"along": swept.path, "along_unit": swept.unit, "rate": plan.pace.rate, "engine": findings.engine}
+    made = xr_.Dataset(data, coords=coordinates)
+    return answered(made, summary, summary["sentence"], _warnings(findings), findings.failure, **more)
 
 
-def _table(plan: Plan, ramps: Sequence[Ramp], key: str) -> np.ndarray:
-    table = np.full((len(ramps), plan.pace.samples), math.nan)
-    for row, ramp in zip(table, ramps, strict=True):
-        row[: len(ramp.legs)] = [getattr(r, key) for r in ramp.readings]
-    return table
+def _table(plan: Plan, findings: Findings, key: str) -> np.ndarray:
+    rows = [[getattr(leg, key) for leg in legs] for legs in findings.ramps.values()]
+    samples = plan.pace.samples
+    return np.array([row + [math.nan] * (samples - len(row)) for row in rows]).reshape(len(rows), samples)
 
 
-def _summary(plan: Plan, findings: Findings, sentence: str) -> dict[str, Any]:
-    path, readings = plan.swept.path, findings.readings
+def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
+    path, legs = plan.swept.path, findings.all_legs
+    up, down = ([j.value for j in findings.jumps if j.direction == way] for way in ("up", "down"))
+    parted = up and down and min(down) < max(up)  # between these values the state depends on the direction
     return {
-        "jumps": [_described(path, j) for j in findings.jumps],
-        "sentence": sentence,
+        "jumps": [{path if key == "value" else key: x for key, x in asdict(j).items()} for j in findings.jumps],
+        "sentence": _sentence(plan, findings),
         "along": path,
         "along_unit": plan.swept.unit,
         "range": [plan.low, plan.high],
         "rate": plan.pace.rate,
-        "rate_unit": rate_unit(plan.machine, path),
+        "rate_unit": plan.pace.rate_unit,
         "rate_chosen": plan.spec.rate is None,
         "jump_tolerance": plan.spec.jump_tolerance,
-        "hysteresis": _hysteresis(findings.jumps),
-        "peak_amplitude": max((r.amplitude for r in readings), default=None),
-        "energy_residual": max((r.energy_residual for r in readings), default=None),
-        "ends": {ramp.way: _ends(ramp.readings) for ramp in findings.ramps if ramp.legs},
+        "hysteresis": [min(down), max(up)] if parted else None,
+        "peak_amplitude": max((leg.amplitude for leg in legs), default=None),
+        "energy_residual": max((leg.energy_residual for leg in legs), default=None),
+        "ends": {way: {"from_speed": r[0].speed, "to_speed": r[-1].speed} for way, r in findings.ramps.items() if r},
     }
-
-
-def _described(path: str, jump: Jump) -> dict[str, Any]:
-    """A jump as the summary has it."""
-    return {
-        path: jump.value,
-        "from_speed": jump.speed,
-        "to_speed": jump.after.speed,
-        "direction": "up" if jump.upward else "down",
-        "from_amplitude": jump.amplitude,
-        "to_amplitude": jump.after.amplitude,
-        "fold": jump.fold,
-        "only_seen": jump.only_seen,
-        "bracket": list(jump.bracket),
-    }
-
-
-def _hysteresis(jumps: Sequence[Jump]) -> list[float] | None:
-    """Between which values the state depends on the direction: from the last jump down to the first one up; None without."""
-    up, down = ([j.value for j in jumps if j.upward is way] for way in (True, False))
-    return [min(down), max(up)] if up and down and min(down) < max(up) else None
-
-
-def _ends(readings: Sequence[Reading]) -> dict[str, float]:
-    return {"from_speed": readings[0].speed, "to_speed": readings[-1].speed}
 
 
 def _warnings(findings: Findings) -> list[str]:
@@ -135,26 +104,22 @@ def _warnings(findings: Findings) -> list[str]:
         for j in findings.jumps
         if j.only_seen
     ]
-    if findings.failure:
-        end = [findings.failure]
-    else:
-        end = [] if findings.complete else ["the sweep is not finished: jumps may be missing"]
-    return [*findings.warnings, *only_seen, *end]
+    end = findings.failure or ("" if findings.complete else "the sweep is not finished: jumps may be missing")
+    return [*findings.warnings, *only_seen, *([end] if end else [])]
 
 
 def _sentence(plan: Plan, findings: Findings) -> str:
+    path = plan.swept.path
     if findings.failure:
         return "the sweep failed"
     if not findings.complete:
         return "the sweep was interrupted"
-    path = plan.swept.path
-    if findings.jumps:
-        return "; ".join(_in_words(path, j) for j in findings.jumps)
-    return f"no jump: the machine follows {path} between {plan.low:.5g} and {plan.high:.5g}"
-
-
-def _in_words(path: str, j: Jump) -> str:
-    way = "rising" if j.upward else "falling"
-    if math.isclose(j.speed, j.after.speed, rel_tol=1e-4):
-        return f"at {path} = {j.value:.6g} {way} the amplitude jumps from {j.amplitude:.4g} to {j.after.amplitude:.4g}"
-    return f"at {path} = {j.value:.6g} {way} the speed jumps from {j.speed:.5g} to {j.after.speed:.5g}"
+    if not findings.jumps:
+        return f"no jump: the machine follows {path} between {plan.low:.5g} and {plan.high:.5g}"
+    jumps = []
+    for j in findings.jumps:
+        what = f"speed jumps from {j.from_speed:.5g} to {j.to_speed:.5g}"
+        if math.isclose(j.from_speed, j.to_speed, rel_tol=1e-4):
+            what = f"amplitude jumps from {j.from_amplitude:.4g} to {j.to_amplitude:.4g}"
+        jumps.append(f"at {path} = {j.value:.6g} {SENSE[j.direction]} the {what}")
+    return "; ".join(jumps)

@@ -8,41 +8,40 @@ import numpy as np
 
 from wucht.results.conventions import summary_of
 from wucht.results.style import COLOURS, GREY, label, line_style, new_figure
+from wucht.studies.sweep.report import SENSE
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_BEATS = 2e-3  # range of the speed, relative: less is not drawn as a band
+_MODULATED = 2e-3  # range of the speed, relative: less is not drawn as a band
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Two panels from a sweep's Dataset alone."""
-    drawn, axes = new_figure(2, 6.4, result.attrs["title"], _subtitle(result))
-    speed, amplitude = axes
-    unit = str(result.amplitude.attrs["units"])
+    drawn, (speed, amplitude) = new_figure(2, 6.4, result.attrs["title"], _subtitle(result))
+    unit, swept_unit = str(result.amplitude.attrs["units"]), result.attrs["along_unit"]
     scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
     for i, way in enumerate(str(d) for d in result.direction.values):
-        one = result.sel(direction=way)
-        style = line_style(i) | {"linewidth": 1.4}
-        speed.plot(one.value, one.speed, label=_name(way), **style, zorder=3 - 0.1 * i)
-        amplitude.plot(one.value, scale * one.amplitude, label=_name(way), **style, zorder=3 - 0.1 * i)
-        if float(((one.max_speed - one.min_speed) / np.abs(one.speed)).max()) > _BEATS:
-            speed.fill_between(one.value, one.min_speed, one.max_speed, color=style["color"], alpha=0.25, linewidth=0)
+        ramp = result.sel(direction=way)
+        style = line_style(i) | {"linewidth": 1.4, "label": SENSE[way], "zorder": 3 - 0.1 * i}
+        speed.plot(ramp.value, ramp.speed, **style)
+        amplitude.plot(ramp.value, scale * ramp.amplitude, **style)
+        if float(((ramp.max_speed - ramp.min_speed) / np.abs(ramp.speed)).max()) > _MODULATED:
+            speed.fill_between(ramp.value, ramp.min_speed, ramp.max_speed, color=style["color"], alpha=0.25, linewidth=0)
     _jumps(speed, result, result.jump_from.values, result.jump_to.values)
     _jumps(amplitude, result, scale * result.jump_from_amplitude.values, scale * result.jump_to_amplitude.values)
-    limits = speed.get_ylim()
+    low, high = speed.get_ylim()
     if np.isfinite(result.free_speed).any():
         speed.plot(result.grid, result.free_speed, color=GREY, linestyle="--", linewidth=0.9, label="no-load speed", zorder=1)
-        speed.set_ylim(limits[0], max(limits[1], min(limits[1] * 1.1, float(np.nanmax(result.free_speed)))))
+        speed.set_ylim(low, max(high, min(high * 1.1, float(np.nanmax(result.free_speed)))))
     speed.set_ylabel(label(result, "speed"))
     amplitude.set_ylabel(label(result, "amplitude", unit))
     amplitude.set_ylim(bottom=0)
     amplitude.set_xlim(float(result.grid[0]), float(result.grid[-1]))
-    of_swept = result.attrs["along_unit"]
-    amplitude.set_xlabel(result.attrs["along"] + (f" ({of_swept})" if of_swept else ""))
-    for axis in axes:
+    amplitude.set_xlabel(result.attrs["along"] + (f" ({swept_unit})" if swept_unit else ""))
+    for axis in (speed, amplitude):
         if axis.get_legend_handles_labels()[0]:
             axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
     return drawn
@@ -50,16 +49,11 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _subtitle(result: xr.Dataset) -> str:
     """Where it jumps; else the answer in words."""
-    jumps = summary_of(result)["jumps"]
+    jumps, along = summary_of(result)["jumps"], result.attrs["along"]
     if not jumps or not result.attrs["finished"]:
         return str(result.attrs["sentence"])
-    along = result.attrs["along"]
-    values = [f"{j[along]:.6g} ({_name(j['direction'])})" for j in jumps]
+    values = [f"{j[along]:.6g} ({SENSE[j['direction']]})" for j in jumps]
     return f"it jumps at {along} = {' and '.join(values[:2])}" + (", ..." if len(values) > 2 else "")
-
-
-def _name(way: str) -> str:
-    return "rising" if way == "up" else "falling"
 
 
 def _jumps(axis: Axes, result: xr.Dataset, before: np.ndarray, after: np.ndarray) -> None:

@@ -15,9 +15,9 @@ from itertools import pairwise
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.shaft import energy_scale
 from wucht.analysis.static import axis_at_rest
 from wucht.errors import WuchtError
+from wucht.fields import Parameter
 from wucht.machines.machine import Machine
 from wucht.machines.schedules import SCHEDULED
 from wucht.mechanics.lagrange import Coordinate
@@ -26,12 +26,17 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, turns
 from wucht.studies.observables import EnergyBalance, Orbit, rows_of
+from wucht.studies.sweep.prepare import Plan
 from wucht.system import TIME, Output, System
 
 BASE, RATE, ORIGIN = _LINE = tuple(sp.Symbol(f"sweep.{n}", real=True) for n in ("base", "rate", "origin"))
+_VALUE = BASE + RATE * (TIME - ORIGIN)
 SAMPLES_PER_TURN = 32
 _MOST_TURNS_SEEN = 200  # of a leg: what is sampled densely, at its end
 _TURNS_UNSEEN = 200  # before that, between two questions whether to stop
+SETTLED = 1e-6  # relative change of the speed; ten times as much of the amplitude
+_MODULATED = 2e-3  # range of the speed, relative
+_MOST_WINDOWS = 60
 
 
 class IntegrationError(WuchtError):
@@ -42,26 +47,26 @@ class IntegrationError(WuchtError):
 class Place:
     """Where the machine is: all that a leg needs to know of those before it.
 
-    value: of the swept parameter. state: (n,). works: done so far (m,). parameters: the other run-time ones, in the System's
-    order. balance: of the energy so far.
+    value: of the swept parameter. state: (n + m,), with the works done so far. parameters: the other run-time ones, in the
+    System's order. balance: of the energy so far.
     """
 
     time: float
     value: float
     state: tuple[float, ...]
-    works: tuple[float, ...]
     parameters: tuple[float, ...]
     balance: EnergyBalance
 
 
 @dataclass(frozen=True)
-class Reading:
-    """What a leg shows, averaged over whole turns at its end.
+class Leg:
+    """A part of the motion in which the swept parameter moved evenly or was held; averages over whole turns at its end.
 
-    value: of the swept parameter in the middle of these turns. speed: mean. low, high: of the mean over one turn. amplitude:
-    largest. energy_residual: of the energy balance since the beginning, relative.
+    place: where it ended. value: of the swept parameter in the middle of these turns. speed: mean. low, high: of the mean over
+    one turn. amplitude: largest. energy_residual: of the energy balance since the beginning, relative.
     """
 
+    place: Place
     value: float
     speed: float
     low: float
@@ -70,81 +75,80 @@ class Reading:
     energy_residual: float
 
     @property
-    def beating(self) -> float:
+    def modulation(self) -> float:
         """The range of the speed averaged over a turn, relative to its mean."""
         return (self.high - self.low) / abs(self.speed) if self.speed else 0.0
-
-
-@dataclass(frozen=True)
-class Leg:
-    """A part of the motion in which the swept parameter moved evenly or was held. place: where it ended."""
-
-    place: Place
-    reading: Reading
 
 
 def moving_system(machine: Machine, swept: str) -> System:
     """The machine's equations with the parameter as a straight line over time, and the work that its change carries in."""
     symbol = sp.Symbol(swept, real=True)
-    line = BASE + RATE * (TIME - ORIGIN)
 
     def moved(c: Coordinate) -> Coordinate:
-        return replace(c, prescribed=None if c.prescribed is None else c.prescribed.xreplace({symbol: line}))
+        return replace(c, prescribed=None if c.prescribed is None else c.prescribed.xreplace({symbol: _VALUE}))
 
-    bodies = tuple(replace(b, coordinate=moved(b.coordinate)) for b in machine.bodies)
-    system = machine.changed(bodies=bodies, carrier=tuple(moved(c) for c in machine.carrier)).system
-    return _along_the_line(system, symbol, machine.units.energy)
+    line = {s.name: Parameter(s.name, 0.0, "", "", "") for s in _LINE}
+    moving = machine.changed(
+        bodies=tuple(replace(b, coordinate=moved(b.coordinate)) for b in machine.bodies),
+        carrier=tuple(moved(c) for c in machine.carrier),
+        parameters=dict(machine.parameters) | line,  # the last ones
+    )
+    return _along_the_line(moving.system, symbol, machine.units.energy)
 
 
 @lru_cache(maxsize=64)
 def _along_the_line(system: System, symbol: sp.Symbol, energy_unit: str) -> System:
-    line = BASE + RATE * (TIME - ORIGIN)
-    stored = next(o.expression for o in system.outputs if o.name == "stored_energy")
-    work = Output(SCHEDULED, sp.diff(stored, symbol) * RATE, energy_unit, "work of the parameter's change")
+    carried = sp.diff(system.output("stored_energy").expression, symbol) * RATE
     return replace(
         system,
-        parameters=(*(p for p in system.parameters if p != symbol), *_LINE),
-        definitions=((symbol, line), *system.definitions),
-        quadratures=(*system.quadratures, work),
+        parameters=tuple(p for p in system.parameters if p != symbol),
+        definitions=((symbol, _VALUE), *system.definitions),
+        quadratures=(*system.quadratures, Output(SCHEDULED, carried, energy_unit, "work of the parameter's change")),
     )
 
 
 @dataclass(frozen=True)
 class Mover:
-    """Moves a machine along; it belongs to one run. compiled: its ``moving_system``. fastest: speed that sets the samples.
+    """Moves the machine of a plan along. compiled: its ``moving_system``. integrator: of this run alone.
 
-    report: called often, with the time reached; it may raise ``KeyboardInterrupt``. energy: the size of the works. at_rest:
-    where the axis rests, None where that depends on the swept parameter.
+    report: called often, with the time reached; it may raise ``KeyboardInterrupt``.
     """
 
-    machine: Machine
-    swept: str
+    plan: Plan
     compiled: CompiledSystem
-    fastest: float
-    report: Callable[[float], None]
     integrator: Integrator
-    energy: float
-    at_rest: dict[str, float] | None
+    report: Callable[[float], None]
 
-    @classmethod
-    def of(
-        cls, machine: Machine, swept: str, compiled: CompiledSystem, fastest: float, report: Callable[[float], None]
-    ) -> Mover:
-        """With an integrator of its own."""
-        load = machine.linear_carrier.load.xreplace(machine.numbers)
-        at_rest = None if machine.orbit and any(x != 0 for x in load) else dict.fromkeys(machine.orbit, 0.0)
-        return cls(machine, swept, compiled, fastest, report, compiled.engine.integrator(), energy_scale(machine), at_rest)
+    def begin(self) -> Place:
+        """The place at time 0."""
+        system, values = self.compiled.system, self.plan.machine.values
+        state = (*self.plan.initial.tolist(), *(0.0 for _ in system.quadratures))
+        parameters = tuple(values[name] for name in system.parameter_names[: -len(_LINE)])
+        return Place(0.0, values[self.plan.swept.path], state, parameters, EnergyBalance())
 
-    def reporting(self, report: Callable[[float], None]) -> Mover:
-        """The same, of which another part of the study hears."""
-        return replace(self, report=report)
+    def signal(self, leg: Leg) -> float:
+        """What jumps: the speed; where that is prescribed, the amplitude."""
+        return leg.speed if self.plan.machine.rotor.coordinate.prescribed is None else leg.amplitude
 
-    def begin(self, value: float, initial: np.ndarray) -> Place:
-        """The place at time 0, from a state (n,)."""
-        given = {k: v for k, v in self.machine.values.items() if k != self.swept}
-        system = self.compiled.system
-        parameters = system.values(given | {s.name: 0.0 for s in _LINE})[: -len(_LINE)]
-        return Place(0.0, value, _numbers(initial), (0.0,) * len(system.quadratures), _numbers(parameters), EnergyBalance())
+    def settle(self, place: Place, largest: tuple[float, float] = (0.0, 0.0)) -> tuple[Leg, bool]:
+        """Hold the parameter until nothing changes any more: the last leg, and whether it is steady, or steadily modulated.
+
+        largest: speed and amplitude seen before; a speed that changes by less than a millionth of the largest has settled,
+        also at a standstill.
+        """
+        window, quiet = max(5 * self.plan.pace.answer, 8 * self.plan.pace.turn), 0
+        leg = self.leg(place, window)
+        motion = np.array([leg.speed, leg.amplitude])
+        scale = np.maximum(largest, np.abs(motion))
+        for _ in range(_MOST_WINDOWS):
+            leg, before = self.leg(leg.place, window), motion
+            motion = np.array([leg.speed, leg.amplitude])
+            scale = np.maximum(scale, np.abs(motion))
+            still = (np.abs(motion - before) <= np.array([SETTLED, 10 * SETTLED]) * scale).all()
+            quiet = quiet + 1 if still else 0
+            if quiet == 2:
+                return leg, True
+        return leg, leg.modulation > _MODULATED
 
     def leg(self, place: Place, duration: float, to: float | None = None) -> Leg:
         """Move the parameter evenly to a value (None: hold it) for a time.
@@ -153,75 +157,58 @@ class Mover:
         """
         rate = 0.0 if to is None else (to - place.value) / duration
         parameters = np.array([*place.parameters, place.value, rate, place.time])  # those of the line come last
-        state, end = self._small(place), place.time + duration
-        seen = min(duration, _MOST_TURNS_SEEN * 2 * math.pi / self.fastest)
-        if seen < duration:
-            state, parameters = self._unseen(place.time, end - seen, state, parameters)
-        count = max(8, math.ceil(seen * self.fastest / (2 * math.pi) * SAMPLES_PER_TURN))
+        state, end, fastest = self._without_turns(place), place.time + duration, self.plan.pace.fastest
+        seen = min(duration, _MOST_TURNS_SEEN * 2 * math.pi / fastest)
+        if seen < duration:  # in pieces: between them the user may stop the run
+            count = 1 + math.ceil((end - seen - place.time) * fastest / (2 * math.pi * _TURNS_UNSEEN))
+            for piece in pairwise(np.linspace(place.time, end - seen, count)):
+                t = self._run(np.array(piece), state, parameters)
+                state, parameters = t.end_state, t.parameters
+        count = max(8, math.ceil(seen * fastest / (2 * math.pi) * SAMPLES_PER_TURN))
         t = self._run(np.linspace(end - seen, end, count + 1), state, parameters)
-        rows = rows_of(self.compiled, t)
-        quadratures = self.compiled.system.quadratures
-        works = {q.name: done + t.quadratures[q.name] for q, done in zip(quadratures, place.works, strict=True)}
+        rows, system = rows_of(self.compiled, t), self.compiled.system
+        n, done = len(system.states), np.array(place.state)
+        done[:n] = 0.0
+        works = {q.name: w + t.quadratures[q.name] for q, w in zip(system.quadratures, done[n:], strict=True)}
         balance, residual = place.balance.after(rows["stored_energy"], works)
-        there = Place(
-            end,
-            place.value if to is None else to,
-            _numbers(t.end_state[: len(place.state)]),
-            _numbers(t.end_state[len(place.state) :] + np.array(place.works)),
-            _numbers(t.parameters[: -len(_LINE)]),
-            balance,
-        )
-        return Leg(there, self._read(t, rows, place, rate, float(residual[-1])))
+        reached, others = tuple((t.end_state + done).tolist()), tuple(t.parameters[: -len(_LINE)].tolist())
+        ended = Place(end, place.value if to is None else to, reached, others, balance)
+        return self._read(t, rows, place, ended, rate, float(residual[-1]))
 
-    def _unseen(self, begin: float, end: float, state: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """State and parameters after a time of which nothing is kept, in pieces: between them the user may stop the run."""
-        count = 1 + math.ceil((end - begin) * self.fastest / (2 * math.pi * _TURNS_UNSEEN))
-        for piece in pairwise(np.linspace(begin, end, count)):
-            t = self._run(np.array(piece), state, parameters)
-            state, parameters = t.end_state, t.parameters
-        return state, parameters
-
-    def _small(self, place: Place) -> np.ndarray:
+    def _without_turns(self, place: Place) -> np.ndarray:
         """The state (n + m,) with whole turns of each rotor and its bodies taken away, and no work done yet.
 
         heyoka's steps are accurate relative to the largest number in the state: after many turns that would be an angle.
         """
         names, state = self.compiled.system.state_names, np.array(place.state)
-        for rotor in self.machine.rotors:
+        for rotor in self.plan.machine.rotors:
             turned = 2 * math.pi * np.round(state[names.index(rotor.coordinate.position.name)] / (2 * math.pi))
-            for body in self.machine.group(rotor):
+            for body in self.plan.machine.group(rotor):
                 state[names.index(body.coordinate.position.name)] -= turned
-        return np.concatenate([state, np.zeros(len(place.works))])
+        state[len(names) :] = 0.0
+        return state
 
     def _run(self, grid: np.ndarray, state: np.ndarray, parameters: np.ndarray) -> Trajectory:
-        t = integrate(self.compiled, state, parameters, grid, self.report, self.energy, self.integrator)
+        t = integrate(self.compiled, state, parameters, grid, self.report, self.plan.energy, self.integrator)
         if t.interrupted:
             raise KeyboardInterrupt
         if t.failure:
             raise IntegrationError(t.failure)
         return t
 
-    def _read(self, t: Trajectory, rows: dict[str, np.ndarray], place: Place, rate: float, residual: float) -> Reading:
-        rotor = self.machine.rotor.coordinate
-        angle, speed = rows[rotor.position.name], rows[rotor.velocity.name]
-        averaged = turns(t.time, angle, speed, {})
+    def _read(
+        self, t: Trajectory, rows: dict[str, np.ndarray], place: Place, ended: Place, rate: float, residual: float
+    ) -> Leg:
+        """The averages over the whole turns at the end of a leg from one place to another."""
+        machine, rotor = self.plan.machine, self.plan.machine.rotor.coordinate
+        time, angle = t.time, rows[rotor.position.name]
+        averaged = turns(time, angle, rows[rotor.velocity.name], {})
         whole = (len(averaged.time) - 1) // PER_TURN * PER_TURN
-        if whole >= PER_TURN:
-            a, b = len(averaged.time) - 1 - whole, len(averaged.time) - 1
-            middle = (averaged.time[a] + averaged.time[b]) / 2
-            mean = (averaged.angle[b] - averaged.angle[a]) / (averaged.time[b] - averaged.time[a])
-            low, high = averaged.speed.min(), averaged.speed.max()
-        else:
-            middle = (t.time[0] + t.time[-1]) / 2
-            mean = low = high = (angle[-1] - angle[0]) / (t.time[-1] - t.time[0])
-        value = float(place.value + rate * (middle - place.time))
-        orbit = Orbit.of(self.machine, t.time, rows, self._at_rest(value))
-        return Reading(value, float(mean), float(low), float(high), float(orbit.peaks.max()), residual)
-
-    def _at_rest(self, value: float) -> dict[str, float]:
-        """Where the axis rests at a value of the swept parameter."""
-        return axis_at_rest(self.machine.with_unchecked({self.swept: value})) if self.at_rest is None else self.at_rest
-
-
-def _numbers(values: np.ndarray | tuple[float, ...]) -> tuple[float, ...]:
-    return tuple(float(v) for v in values)
+        if whole > 0:
+            time, angle = averaged.time[-1 - whole :], averaged.angle[-1 - whole :]
+        mean = (angle[-1] - angle[0]) / (time[-1] - time[0])
+        speeds = averaged.speed if whole > 0 else np.array([mean])
+        value = float(place.value + rate * ((time[0] + time[-1]) / 2 - place.time))
+        at_rest = axis_at_rest(machine.with_unchecked({self.plan.swept.path: value}))
+        amplitude = float(Orbit.of(machine, t.time, rows, at_rest).peaks.max())
+        return Leg(ended, value, float(mean), float(speeds.min()), float(speeds.max()), amplitude, residual)

@@ -54,14 +54,14 @@ class Configuration:
 
     @property
     def verdict(self) -> str:
-        """What the full equations say, or the slow ones alone where those do not tell."""
+        """From the full equations, or from the slow ones alone where those do not decide."""
         if self.full.stable is not None:
             return STABLE if self.full.stable else UNSTABLE
         return UNDECIDED if self.slow.stable is None else STABLE_SLOW if self.slow.stable else UNSTABLE_SLOW
 
     @property
     def why(self) -> str | None:
-        """Why the equations disagree, or one of them cannot tell, and what is to be known beside."""
+        """Why the equations disagree, or one of them does not decide, and what is to be known beside."""
         reasons = (_BEYOND if self.state.indifferent else "", self.disagreement or self.slow.reason or self.full.reason)
         return "; ".join(r for r in reasons if r) or None
 
@@ -73,42 +73,40 @@ class Configuration:
 
 @dataclass(frozen=True)
 class Describer:
-    """What is said of a machine's states without the full equations."""
+    """Describes a machine's states without the full equations.
+
+    own: unbalances (n,) in the order of the torques; order: place of each body of the machine among these.
+    """
 
     machine: Machine
     torques: SteadyTorques
     slow: SlowStability
     forced: Forced
     own: np.ndarray
-    order: tuple[int, ...]
+    order: list[int]
 
     @classmethod
-    def of(cls, machine: Machine, torques: SteadyTorques, slow: SlowStability) -> Describer:
-        """own: unbalances (n,) in the order of the torques; order: place of each body of the machine among these."""
+    def of(cls, slow: SlowStability) -> Describer:
+        """The same for the states of slow equations."""
+        torques, machine = slow.torques, slow.torques.machine
         order = [torques.names.index(b.name) for b in machine.bodies]
         forced = Forced.of(machine, np.zeros(len(order)))
-        return cls(machine, torques, slow, forced, unbalances(machine)[np.argsort(order)], tuple(order))
+        return cls(machine, torques, slow, forced, unbalances(machine)[np.argsort(order)], order)
 
     def described(self, state: State, full: Stability) -> Configuration:
         """The configuration of a state. full: what is known from the full equations."""
         t, left = self.torques, self._residual(state)
         slow, share = self._stability(state)
-        name = self.name(state, left)
-        forced = replace(self.forced, phases=state.phases[list(self.order)])
+        name, equal_pair = self._name(state, left), t.in_line and t.size == 3 and len(t.classes) == 1
+        forced = replace(self.forced, phases=state.phases[self.order])
         return Configuration(
-            state=state,
-            name=name,
-            type=_TYPES[name] if name is not None and self._equal_pair else None,
-            speed=float(t.senses[0]) * state.speed,
-            phases=self.phases(state),
-            residual=left,
+            state=state, slow=slow, full=full, stable_share=share, name=name,
+            type=_TYPES[name] if name is not None and equal_pair else None,
+            speed=float(t.senses[0]) * state.speed, phases=self._phases(state), residual=left,
             share=float(left / abs(self.own[0])) if left is not None and self.own[0] else None,
             amplitude=float(forced.amplitude(np.array([state.speed]))[0][0]),
-            overlapping=self._overlapping(state),
-            slow=slow,
-            full=full,
-            stable_share=share,
-        )
+            overlapping=bool(self.machine.tracks) and self._overlapping(state),
+        )  # fmt: skip
 
     def _residual(self, state: State) -> float | None:
         """The unbalance that is left; None where bodies are not on one axis."""
@@ -119,21 +117,16 @@ class Describer:
 
     def _stability(self, state: State) -> tuple[Stability, float | None]:
         """From the slow equations; of a family, as far as some of its members agree, and the share of those that are stable."""
-        one = self.slow.stability(state)
+        stability = self.slow.stability(state)
         if not state.dimension:
-            return one, None
+            return stability, None
         at = np.concatenate([state.phases[:, None], members(self.torques, _SAMPLES)], axis=1)
         share = float((self.slow.exponents(state, at)[:, 0].real < 0).mean())
-        if 0 < share < 1 and one.stable is not None:
-            return Stability(None, one.exponents, f"stable on {100 * share:.0f} % of the family"), share
-        return one, share
+        if 0 < share < 1 and stability.stable is not None:
+            return Stability(None, stability.exponents, f"stable on {100 * share:.0f} % of the family"), share
+        return stability, share
 
-    @property
-    def _equal_pair(self) -> bool:
-        t = self.torques
-        return t.in_line and t.size == 3 and len(t.classes) == 1
-
-    def name(self, state: State, residual: float | None) -> str | None:
+    def _name(self, state: State, residual: float | None) -> str | None:
         """What the state is called, None where it has no name."""
         t = self.torques
         if residual == 0.0 and (t.size > 2 or t.heads[-1] == 0):  # two exciters that cancel each other are opposed
@@ -146,26 +139,22 @@ class Describer:
         apart = np.abs(np.exp(1j * state.phases)[:, None] - np.exp(1j * state.phases))
         return "together" if t.in_line and apart.max() <= _NEAR else None
 
-    def phases(self, state: State) -> dict[str, float]:
+    def _phases(self, state: State) -> dict[str, float]:
         """Of a balancing body: its angle less that of its rotor, counter-clockwise.
 
         Of another rotor: its angle less that of the main one, each in its own sense.
         """
-        t, by_name = self.torques, {}
-        for b, i in zip(self.machine.bodies, self.order, strict=True):
-            if i == 0:
-                continue
-            turn = state.phases[i] - state.phases[t.heads[i]] if b.about is not None else state.phases[i]
-            by_name[b.name] = float(wrapped(turn * (t.senses[i] if b.about is not None else 1.0)))
-        return by_name
+        t, phases = self.torques, state.phases
+        return {
+            b.name: float(wrapped(phases[i] if b.about is None else (phases[i] - phases[t.heads[i]]) * t.senses[i]))
+            for b, i in zip(self.machine.bodies, self.order, strict=True)
+            if i
+        }
 
     def _overlapping(self, state: State) -> bool:
         t = self.torques
-        if not self.machine.tracks:
-            return False
-        angles = {name: float(s * a) for name, s, a in zip(t.names, t.senses, state.phases, strict=True)}
         try:
-            arranged(self.machine, angles)
+            arranged(self.machine, dict(zip(t.names, (t.senses * state.phases).tolist(), strict=True)))
         except InputError:
             return True
         return False

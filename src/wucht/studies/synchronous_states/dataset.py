@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from wucht.studies.synchronous_states.run import Findings
 if TYPE_CHECKING:
     import xarray as xr
 
-_TEXT = {"name": "U16", "verdict": "U40"}
+_NOTHING = {float: math.nan, int: -1}  # where the summary has None
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
@@ -39,8 +39,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
     t, units = plan.torques, plan.machine.units
     states = sorted(findings.configurations, key=lambda c: c.rank)
-    natural = natural_frequencies(plan.steady)
-    data = _of_states(plan.machine, states) | _of_bodies(plan, states)
+    entries = [_entry(c) for c in states]
+    natural = natural_frequencies(t.machine)
+    data = _of_states(plan.machine, entries) | _of_bodies(plan, states)
     data["natural_frequency"] = variable("mode", list(natural.values()), "natural frequency", units.speed)
     coordinates = {
         "mode": variable("mode", list(natural) or np.empty(0, "U1"), "mode of vibration"),
@@ -48,7 +49,11 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "body_name": variable("body", list(t.names), "body"),
     }
     if findings.map is not None:
-        data |= _of_map(findings.map)
+        cells, stable, exists = "region map_ratio map_speed", findings.map.stable, findings.map.exists
+        data |= {
+            "map_stable": variable(cells, stable.astype(np.int8), "a state of this kind is stable (slow equations)"),
+            "map_exists": variable(cells, exists.astype(np.int8), "a state of this kind exists"),
+        }
         coordinates |= {
             "map_speed": variable("map_speed", findings.map.speed, "speed", units.speed),
             "map_ratio": variable("map_ratio", findings.map.ratio, "unbalance of the balancing bodies over that of the rotor"),
@@ -60,7 +65,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "speed": None if t.given is None else sense * t.given,
         "range": None if plan.speeds is None else [sense * w for w in (plan.speeds.low, plan.speeds.high)],
         "full": plan.spec.full,
-        "states": [_entry(c) for c in states],
+        "states": entries,
         "complete": findings.search.complete,
         "shown": findings.search.shown,
         "natural_frequencies": natural,
@@ -70,29 +75,32 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     return answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings, comparable=int(t.in_line))
 
 
-def _of_states(machine: Machine, states: Sequence[Configuration]) -> dict[str, Variable]:
+def _of_states(machine: Machine, entries: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
     units = machine.units
     rate = f"1/{units.time}" if units.time else ""
-    columns: dict[str, tuple[list[Any], str, str]] = {
-        "name": ([c.name or "" for c in states], "name", ""),
-        "speed": ([c.speed for c in states], "speed of the main rotor", units.speed),
-        "residual_unbalance": ([_number(c.residual) for c in states], "unbalance that is left", _moment(machine)),
-        "amplitude": ([c.amplitude for c in states], "amplitude of the axis", machine.orbit_unit if units.length else ""),
-        "growth_slow": ([_growth(c.slow.leading) for c in states], "fastest growth in the slow equations", rate),
-        "growth_full": ([_growth(c.full.leading) for c in states], "fastest growth in the full equations", rate),
-        "stable_slow": ([_flag(c.slow.stable) for c in states], "stable in the slow equations", ""),
-        "stable_full": ([_flag(c.full.stable) for c in states], "stable in the full equations", ""),
-        "verdict": ([c.verdict for c in states], "stability", ""),
-        "overlapping": ([int(c.overlapping) for c in states], "bodies of a track are in each other's place", ""),
-        "family_dimension": ([c.state.dimension for c in states], "dimension of the family of states", ""),
-        "multiplicity": ([c.state.multiplicity for c in states], "states that differ in equal bodies only", ""),
+    columns: dict[str, tuple[Any, str, str]] = {
+        "name": ("U16", "name", ""),
+        "speed": (float, "speed of the main rotor", units.speed),
+        "residual_unbalance": (float, "unbalance that is left", _moment(machine)),
+        "amplitude": (float, "amplitude of the axis", machine.orbit_unit if units.length else ""),
+        "growth_slow": (float, "fastest growth in the slow equations", rate),
+        "growth_full": (float, "fastest growth in the full equations", rate),
+        "stable_slow": (int, "stable in the slow equations", ""),
+        "stable_full": (int, "stable in the full equations", ""),
+        "verdict": ("U40", "stability", ""),
+        "overlapping": (int, "bodies of a track are in each other's place", ""),
+        "family_dimension": (int, "dimension of the family of states", ""),
+        "multiplicity": (int, "states that differ in equal bodies only", ""),
     }
-    return {name: variable("state", np.array(v, dtype=_TEXT.get(name)), *rest) for name, (v, *rest) in columns.items()}
+    return {
+        key: variable("state", np.array([_NOTHING.get(kind, "") if e[key] is None else e[key] for e in entries], kind), *words)
+        for key, (kind, *words) in columns.items()
+    }
 
 
 def _of_bodies(plan: Plan, states: Sequence[Configuration]) -> dict[str, Variable]:
     machine, t, angle = plan.machine, plan.torques, "rad" if plan.machine.units.time else ""
-    own = dict(zip((b.name for b in machine.bodies), np.abs(unbalances(plan.steady)), strict=True))
+    own = dict(zip((b.name for b in machine.bodies), np.abs(unbalances(t.machine)), strict=True))
     turned = np.array([c.state.phases for c in states]).reshape(len(states), t.size)
     phases = np.array([[c.phases.get(n, 0.0) for n in t.names] for c in states]).reshape(len(states), t.size)
     return {
@@ -108,47 +116,17 @@ def _moment(machine: Machine) -> str:
     return "kg m^2" if machine.labels == ("r",) else "kg m"
 
 
-def _number(value: float | None) -> float:
-    return math.nan if value is None else value
-
-
-def _growth(value: complex | None) -> float:
-    return math.nan if value is None else value.real
-
-
-def _flag(stable: bool | None) -> int:
-    return -1 if stable is None else int(stable)
-
-
 def _entry(c: Configuration) -> dict[str, Any]:
     return {
-        "name": c.name,
-        "type": c.type,
-        "speed": c.speed,
-        "phases": c.phases,
-        "stable_slow": c.slow.stable,
-        "stable_full": c.full.stable,
-        "residual_unbalance": c.residual,
-        "residual_share": c.share,
-        "amplitude": c.amplitude,
-        "family_dimension": c.state.dimension,
-        "family_stable_share": c.stable_share,
-        "multiplicity": c.state.multiplicity,
-        "verdict": c.verdict,
-        "overlapping": c.overlapping,
-        "indifferent": c.state.indifferent,
+        "name": c.name, "type": c.type, "speed": c.speed, "phases": c.phases,
+        "stable_slow": c.slow.stable, "stable_full": c.full.stable,
+        "residual_unbalance": c.residual, "residual_share": c.share, "amplitude": c.amplitude,
+        "family_dimension": c.state.dimension, "family_stable_share": c.stable_share, "multiplicity": c.state.multiplicity,
+        "verdict": c.verdict, "overlapping": c.overlapping, "indifferent": c.state.indifferent,
         "growth_slow": None if c.slow.leading is None else c.slow.leading.real,
         "growth_full": None if c.full.leading is None else c.full.leading.real,
         "why": c.why,
-    }
-
-
-def _of_map(regions: Regions) -> dict[str, Variable]:
-    dimensions = "region map_ratio map_speed"
-    return {
-        "map_stable": variable(dimensions, regions.stable.astype(np.int8), "a state of this kind is stable (slow equations)"),
-        "map_exists": variable(dimensions, regions.exists.astype(np.int8), "a state of this kind exists"),
-    }
+    }  # fmt: skip
 
 
 def _shares(regions: Regions) -> dict[str, Any]:
@@ -159,26 +137,24 @@ def _shares(regions: Regions) -> dict[str, Any]:
 
 def _sentence(plan: Plan, states: Sequence[Configuration]) -> str:
     if not states:
-        return "no constant phases: the bodies do not turn in step here"
-    full, count = plan.spec.full, f"{len(states)} constant phase configuration{'s' if len(states) > 1 else ''}"
-    apart = [c for c in states if not c.overlapping]
-    alone = (
-        "stable in the slow equations only, undecided in the full ones" if full
-        else "stable in the slow equations (the full ones were not asked)"
-    )  # fmt: skip
-    clauses = [
-        f"{words}: {_counted([c for c in apart if c.verdict == verdict])}"
-        for verdict, words in ((STABLE, STABLE), (STABLE_SLOW, alone), (UNDECIDED, UNDECIDED))
-        if any(c.verdict == verdict for c in apart)
-    ]
-    if not any(c.verdict in (STABLE, STABLE_SLOW) for c in apart):
+        return "no steady phase configurations: the bodies do not turn in step here"
+    full, apart = plan.spec.full, [c for c in states if not c.overlapping]
+    words = {
+        STABLE: STABLE,
+        STABLE_SLOW: "stable in the slow equations only, undecided in the full ones" if full
+        else "stable in the slow equations (the full ones were not asked)",
+        UNDECIDED: UNDECIDED,
+    }  # fmt: skip
+    present = {verdict: [c for c in apart if c.verdict == verdict] for verdict in words}
+    clauses = [f"{words[verdict]}: {_counted(some)}" for verdict, some in present.items() if some]
+    if not present[STABLE] and not present[STABLE_SLOW]:
         none = "none of them shown to be stable" if clauses else "none of them stable"
         clauses = [f"{none}{'' if full else ' in the slow equations'}", *clauses]
     impossible = [c for c in states if c.overlapping and c.verdict in (STABLE, STABLE_SLOW)]
     if impossible:
-        place = "could bodies lie in each other's place: where contacts bring them a run-up tells"
+        place = "could bodies lie in each other's place: where contacts bring them is seen in a run-up"
         clauses.append(f"{_counted(impossible)} would be, {place}")
-    return f"{count}, {'; '.join(clauses)}"
+    return f"{len(states)} steady phase configuration{'s' if len(states) > 1 else ''}, {'; '.join(clauses)}"
 
 
 def _counted(states: Sequence[Configuration]) -> str:
@@ -199,6 +175,6 @@ def _warnings(plan: Plan, findings: Findings, states: Sequence[Configuration]) -
         if c.full.stable is not None and c.slow.stable not in (None, c.full.stable):
             phases = ", ".join(f"{math.degrees(p):.0f}" for p in c.phases.values())
             warnings.append(f"{c.name or 'a state'} at phases {phases} degrees: slow and full equations disagree; {c.why}")
-    if plan.map is not None and (rows := 0 if regions is None else len(regions.ratio)) < len(plan.map.ratios):
-        warnings.append(f"{rows} of {len(plan.map.ratios)} rows of the map are computed")
+    if plan.map is not None and (rows := 0 if regions is None else len(regions.ratio)) < len(plan.map[1]):
+        warnings.append(f"{rows} of {len(plan.map[1])} rows of the map are computed")
     return warnings

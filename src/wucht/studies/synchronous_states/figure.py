@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.style import COLOURS, GREY
-from wucht.studies.synchronous_states.figure_of_map import draw_map
+from wucht.results.style import COLOURS, GREY, label
+from wucht.studies.synchronous_states.report import chosen
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,8 +19,11 @@ if TYPE_CHECKING:
 _COLUMNS, _MOST = 4, 12  # force balances a row, and in all
 _WIDTH, _ROW, _MAP, _ENTRY = 8.0, 2.05, 3.2, 0.175  # inches
 _ROTOR, _LEFT = COLOURS[6], COLOURS[1]
-_BODIES = (COLOURS[0], COLOURS[2], COLOURS[3], COLOURS[4], COLOURS[5])
-# Frames by what is said of a state: colour, line, width, words.
+_BODIES = (COLOURS[0], *COLOURS[2:6])
+_DASHED = (0, (2.5, 1.5))  # of what is left
+# Light enough to be distinguished in grey, too: regions of the map, and where nothing is stable.
+_REGIONS = ("#8FC7E8", "#F0B27A", "#FBE3A1", "#B7A0CF", "#C9E4CA", "#E8B7D4", "#9E9E9E", "#D7CCC8")
+# Frames by the verdict on a state: colour, line, width, words.
 _FRAMES: dict[str, tuple[str, Any, float, str]] = {
     "stable": (COLOURS[2], "-", 2.0, "stable"),
     "slow": (COLOURS[5], (0, (5, 1.5, 1, 1.5)), 2.0, "stable (slow\nequations only)"),
@@ -40,7 +43,7 @@ def figure(result: xr.Dataset) -> Figure:
     from matplotlib.figure import Figure
 
     mpl.rcParams.update({"font.size": 9, "axes.linewidth": 0.7})
-    shown, mapped = _chosen(result), "map_stable" in result
+    shown, mapped = chosen(result.verdict.values.tolist(), _MOST), "map_stable" in result
     rows = math.ceil(len(shown) / _COLUMNS)
     heading = textwrap.wrap(result.attrs["sentence"], _LINE)
     above = 0.8 + 0.17 * (len(heading) - 1)
@@ -58,17 +61,11 @@ def figure(result: xr.Dataset) -> Figure:
     if shown:
         _legend(drawn, result, height, above)
     if mapped:
-        draw_map(drawn.add_axes((0.75 / _WIDTH, 0.5 / height, 4.9 / _WIDTH, (_MAP - 0.8) / height)), result)
+        _draw_map(drawn.add_axes((0.75 / _WIDTH, 0.5 / height, 4.9 / _WIDTH, (_MAP - 0.8) / height)), result)
     rest = result.sizes["state"] - len(shown)
     if rest:
         drawn.text(0.99, 0.01, f"and {rest} more", ha="right", fontsize=8, color=GREY)
     return drawn
-
-
-def _chosen(result: xr.Dataset) -> list[int]:
-    """The states that are drawn, in their order: where there are too many, those are left out first that are not stable."""
-    order = sorted(range(result.sizes["state"]), key=lambda k: str(result.verdict.values[k]).startswith("unstable"))
-    return sorted(order[:_MOST])
 
 
 def _force_balance(axis: Axes, result: xr.Dataset, k: int) -> None:
@@ -79,53 +76,45 @@ def _force_balance(axis: Axes, result: xr.Dataset, k: int) -> None:
     whole = float(sizes.sum()) or 1.0
     flat = bool((np.abs(sides.imag) <= 0.25 * np.abs(sides)).all())  # in line the arrows would lie on each other
     shift = -1j * min(0.06, 0.3 / len(sides)) * whole * np.arange(len(sides)) * flat
-    for i, (start, side) in enumerate(zip(ends[:-1], sides, strict=True)):
-        _arrow(axis, start + shift[i], start + side + shift[i], _colour(i), 1.6, hollow=i > len(_BODIES))
-    left = ends[-1]
+    for i, (start, side) in enumerate(zip(ends[:-1] + shift, sides, strict=True)):
+        _arrow(axis, start, start + side, color=_colour(i), path_effects=_hollow(i))
+    left, aside = ends[-1], 0.09j * whole if flat else 0.0
     if abs(left) > 1e-6 * whole and result.attrs["comparable"]:
-        aside = 1j * 0.09 * whole if flat else 0.0
-        _arrow(axis, aside, left + aside, _LEFT, 1.6, dashed=True)
+        _arrow(axis, aside, left + aside, color=_LEFT, linestyle=_DASHED)
     axis.plot(0, 0, "o", color="black", markersize=3)
-    every = np.concatenate([ends, ends[1:] + shift, [0.09j * whole if flat else 0.0]])
-    _frame(axis, result, k, every, whole)
+    _frame(axis, result, k, np.concatenate([ends, ends[1:] + shift, [aside]]), whole)
     axis.set_title(_title(result, k), fontsize=7.5, pad=3)
 
 
-def _arrow(
-    axis: Axes, start: complex, end: complex, colour: str, width: float, dashed: bool = False, hollow: bool = False
-) -> None:
-    style: dict[str, Any] = {
-        "arrowstyle": "-|>", "color": colour, "linewidth": width, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8,
-        "linestyle": (0, (2.5, 1.5)) if dashed else "-", "path_effects": _hollow(colour) if hollow else None,
-    }  # fmt: skip
+def _arrow(axis: Axes, start: complex, end: complex, **style: Any) -> None:
+    style |= {"arrowstyle": "-|>", "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8}
     axis.annotate("", xy=(end.real, end.imag), xytext=(start.real, start.imag), arrowprops=style)
 
 
-def _hollow(colour: str) -> list[Any]:
+def _colour(i: int) -> str:
+    return _ROTOR if i == 0 else _BODIES[(i - 1) % len(_BODIES)]
+
+
+def _hollow(i: int) -> list[Any] | None:
     """How bodies beyond the fifth, whose colours come again, are drawn."""
     from matplotlib.patheffects import Stroke
 
-    return [Stroke(linewidth=3.2, foreground=colour), Stroke(linewidth=1.4, foreground="white")]
+    thin = Stroke(linewidth=1.4, foreground="white")
+    return [Stroke(linewidth=3.2, foreground=_colour(i)), thin] if i > len(_BODIES) else None
 
 
 def _frame(axis: Axes, result: xr.Dataset, k: int, points: np.ndarray, whole: float) -> None:
-    x, y = points.real, points.imag
-    centre, half = ((x.max() + x.min()) / 2, (y.max() + y.min()) / 2), 0.5 * max(np.ptp(x), np.ptp(y), 0.2 * whole)
-    axis.set_xlim(centre[0] - 1.25 * half, centre[0] + 1.25 * half)
-    axis.set_ylim(centre[1] - 1.25 * half, centre[1] + 1.25 * half)
-    axis.set_aspect("equal")
-    axis.set_xticks([])
-    axis.set_yticks([])
+    extremes = np.array([[points.real.min(), points.imag.min()], [points.real.max(), points.imag.max()]])
+    reach = 1.25 * 0.5 * max(*np.ptp(extremes, axis=0), 0.2 * whole)
+    (left, bottom), (right, top) = extremes.mean(axis=0) - reach, extremes.mean(axis=0) + reach
+    axis.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
     colour, line, width, _ = _FRAMES[_framed(result, k)]
     for spine in axis.spines.values():
-        spine.set_visible(True)
-        spine.set_color(colour)
-        spine.set_linestyle(line)
-        spine.set_linewidth(width)
+        spine.set(visible=True, color=colour, linestyle=line, linewidth=width)
 
 
 def _framed(result: xr.Dataset, k: int) -> str:
-    """Which frame a state has: only what the full equations say is stable, with bodies that have room, is framed so."""
+    """Which frame a state has: only what is stable in the full equations, with bodies that have room, is framed so."""
     verdict = str(result.verdict.values[k])
     if not verdict.startswith("stable"):
         return "undecided" if verdict == "undecided" else "unstable"
@@ -146,14 +135,8 @@ def _title(result: xr.Dataset, k: int) -> str:
     several = len(phases) > _NAMED
     angles = ", ".join(f"{round(p, 1) % 360:.1f}°" for p in phases[: _NAMED - several]) + (", ..." if several else "")
     unit = result.speed.attrs["units"]
-    lines = [f"{name}: {word}", angles]
-    if np.ptp(result.speed.values) > 0:
-        lines.append(f"at {float(result.speed[k]):.5g} {unit}".rstrip())
-    return "\n".join(lines)
-
-
-def _colour(i: int) -> str:
-    return _ROTOR if i == 0 else _BODIES[(i - 1) % len(_BODIES)]
+    speed = f"\nat {float(result.speed[k]):.5g} {unit}".rstrip() if np.ptp(result.speed.values) > 0 else ""
+    return f"{name}: {word}\n{angles}{speed}"
 
 
 def _legend(drawn: Figure, result: xr.Dataset, height: float, above: float) -> None:
@@ -161,11 +144,11 @@ def _legend(drawn: Figure, result: xr.Dataset, height: float, above: float) -> N
     from matplotlib.patches import Patch
 
     handles: list[Any] = [
-        Line2D([], [], color=_colour(i), linewidth=2, label=n, path_effects=_hollow(_colour(i)) if i > len(_BODIES) else None)
-        for i, n in enumerate(str(n) for n in result.body_name.values)
+        Line2D([], [], color=_colour(i), linewidth=2, label=str(n), path_effects=_hollow(i))
+        for i, n in enumerate(result.body_name.values)
     ]
     if result.attrs["comparable"]:
-        handles.append(Line2D([], [], color=_LEFT, linewidth=2, linestyle=(0, (2.5, 1.5)), label="what is left"))
+        handles.append(Line2D([], [], color=_LEFT, linewidth=2, linestyle=_DASHED, label="what is left"))
     present = {_framed(result, k) for k in range(min(result.sizes["state"], _MOST))}
     for name in (n for n in _FRAMES if n in present):
         colour, line, width, words = _FRAMES[name]
@@ -173,3 +156,57 @@ def _legend(drawn: Figure, result: xr.Dataset, height: float, above: float) -> N
     place = (6.62 / _WIDTH, (height - above + 0.08) / height)
     title = "centrifugal forces" if result.attrs["comparable"] else "forces, each turned\nin its body's sense"
     drawn.legend(handles=handles, loc="upper left", bbox_to_anchor=place, frameon=False, fontsize=8, title=title)
+
+
+def _draw_map(axis: Axes, result: xr.Dataset) -> None:
+    """Which states are stable in the slow equations, over speed and unbalance ratio."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    stable = result.map_stable.values.astype(int)
+    code = (stable * (2 ** np.arange(len(stable)))[:, None, None]).sum(axis=0)
+    unique, index = np.unique(code, return_inverse=True)
+    present: list[int] = unique.tolist()
+    colours = {c: _REGIONS[_place(c, present)] if c else "white" for c in present}
+    norm = BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
+    axis.pcolormesh(
+        result.map_speed.values, result.map_ratio.values, index.reshape(code.shape), norm=norm,
+        cmap=ListedColormap([colours[c] for c in present]), shading="nearest", rasterized=True,
+    )  # fmt: skip
+    names = [str(n) for n in result.region.values]
+    words = {c: " and ".join(n for k, n in enumerate(names) if c >> k & 1) or "none" for c in present}
+    handles: list[Any] = [Patch(facecolor=colours[c], edgecolor=GREY, linewidth=0.5, label=words[c]) for c in present]
+    low, high = float(result.map_speed[0]), float(result.map_speed[-1])
+    for f in np.unique(np.round(np.abs(result.natural_frequency.values), 9)):
+        if low <= f <= high:
+            axis.axvline(float(f), color=GREY, linestyle=":", linewidth=1.0)
+    handles.append(Line2D([], [], color=GREY, linestyle=":", label="natural frequencies"))
+    _this_machine(axis, result, handles)
+    axis.set(xlabel=label(result, "map_speed"), ylabel="unbalance of the balancing\nbodies over that of the rotor")
+    axis.legend(
+        handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.02), frameon=False, fontsize=8,
+        title="stable (slow equations)",
+    )  # fmt: skip
+
+
+def _place(code: int, present: list[int]) -> int:
+    """A colour for a combination: single regions keep theirs, others take those that are left."""
+    if code & (code - 1) == 0:
+        return min(code.bit_length() - 1, len(_REGIONS) - 1)
+    several = [c for c in present if c & (c - 1)]
+    return min(4 + several.index(code), len(_REGIONS) - 1)
+
+
+def _this_machine(axis: Axes, result: xr.Dataset, handles: list[Any]) -> None:
+    """The machine's own place, where it has one on the map."""
+    from matplotlib.lines import Line2D
+
+    own, (low, high), (first, last) = result.unbalance.values, axis.get_ylim(), axis.get_xlim()
+    ratio = own[1:].sum() / own[0] if own[0] else math.inf
+    speeds = np.unique(np.round(np.abs(result.speed.values), 6))
+    inside = speeds[(speeds >= first) & (speeds <= last)]
+    if low <= ratio <= high and len(inside):
+        style: dict[str, Any] = {"marker": "o", "color": "black", "markerfacecolor": "white", "linestyle": "none"}
+        axis.plot(inside, np.full(len(inside), ratio), markersize=5, **style)
+        handles.append(Line2D([], [], label="states above", markersize=5, **style))

@@ -2,44 +2,54 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import SlowMachine, damped, slow_machine
-from wucht.analysis.configurations.all_states import in_closed_form
+from wucht.analysis.averaged import AveragedMachine, averaged_machine, damped
 from wucht.analysis.configurations.closed_form import pattern_count
-from wucht.analysis.configurations.speeds import LOWEST, SpeedRange, driven, speed_limits, speeds_of_drives
+from wucht.analysis.configurations.search import in_closed_form
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import sense_of
+from wucht.machines.operation import free_speed, natural_frequencies, net_torque, sense_of
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 MOST_BODIES = 11
 _MOST_PATTERNS = 64  # ways to be in line, of a map
+_LOWEST = 1e-3  # of the highest speed: where a search begins
+_ABOVE = 1 + 1e-4  # of the highest speed without vibration: where it ends
+_SLOWER, _FASTER = 1e-3, 1e3  # of the lowest and the highest speed of the machine: beyond, nothing is left to be computed
+_RUNAWAY = 3  # times the highest natural frequency: how far is searched where the drive has no speed of its own
+_UNKNOWN = 100.0  # rad/s, where the machine has neither natural frequencies nor speeds of its own
+_SAMPLES = 1001
 
 
 @dataclass(frozen=True)
-class Map:
-    """The cells of a stability map, by their centres: speeds (N,) in the main rotor's own sense, and ratios (M,)."""
+class SpeedRange:
+    """Speeds to be searched, in the main rotor's own sense. chosen: the upper end is the program's choice."""
 
-    speeds: np.ndarray
-    ratios: np.ndarray
+    low: float
+    high: float
+    chosen: bool = False
 
 
 @dataclass(frozen=True)
 class Plan:
-    """machine: as it was given. steady: as it turns in step. speeds: to be searched, None where the speed is given."""
+    """machine: as it was given; that of the torques turns in step. speeds: to be searched, None where the speed is given.
+
+    map: the centres of the cells of a stability map: speeds (N,) in the main rotor's own sense, and ratios (M,).
+    """
 
     spec: SynchronousStates
     machine: Machine
-    steady: Machine
-    slow: SlowMachine
+    slow: AveragedMachine
     torques: SteadyTorques
     speeds: SpeedRange | None
-    map: Map | None
+    map: tuple[np.ndarray, np.ndarray] | None
 
 
 def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
@@ -55,13 +65,14 @@ def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
     steady, unheld = turning(machine, spec.speed), turning(machine, None)
     if not spec.inertia and not damped(steady):
         raise InputError("study.inertia", False, "allowed is true: a balancing body is not damped against its rotor")
-    slow = slow_machine(steady, spec.inertia)
-    torques = SteadyTorques.from_slow(slow)
-    speeds = _searched(steady, spec.range) if torques.given is None else None
-    if speeds is None:
-        _check_speed(spec, unheld, torques)
+    slow = averaged_machine(steady, spec.inertia)
+    torques, speeds = SteadyTorques.from_slow(slow), None
+    if torques.given is None:
+        speeds = _searched(steady, spec.range)
+    else:
+        _check_speed(spec, unheld, torques, torques.given)
     in_closed_form(torques, *((0.0, 0.0) if speeds is None else (speeds.low, speeds.high)))
-    return Plan(spec, machine, steady, slow, torques, speeds, _map(spec, unheld, torques))
+    return Plan(spec, machine, slow, torques, speeds, _map(spec, unheld, torques))
 
 
 def turning(machine: Machine, speed: float | None) -> Machine:
@@ -79,7 +90,7 @@ def _refuse_single(machine: Machine) -> None:
     rotor = machine.rotor
     if machine.shaken is not None:
         raise InputError(
-            "machine.carrier.motion", None, "a single body has no phases; whether the carrier's motion takes it along is "
+            "machine.carrier.motion", None, "a single body has no phases; whether the carrier's motion entrains it is "
             "study.kind = 'entrainment'",
         )  # fmt: skip
     if machine.sliders:
@@ -93,57 +104,75 @@ def _refuse_single(machine: Machine) -> None:
     raise InputError("machine.bodies", None, f"a single body has no phases; {advice}")
 
 
-def _check_speed(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> None:
+def _check_speed(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques, speed: float) -> None:
     """Raises ``InputError`` for a given speed at which nothing can be computed."""
-    assert torques.given is not None
-    if torques.given <= 0:
+    if speed <= 0:
         raise InputError("machine.drive", None, "the main rotor stands still: there is no vibration that could place bodies")
     if spec.speed is not None:
-        low, high = speed_limits(unheld)
+        low, high = _limits(unheld)
         if not low <= abs(spec.speed) <= high:
             raise InputError("study.speed", spec.speed, f"allowed are speeds {_between(unheld, low, high)}")
-    if torques.poles(torques.given, torques.given):
+    if torques.poles(speed, speed):
         raise InputError(
-            "machine.drive" if spec.speed is None else "study.speed", torques.given, "allowed is another speed: this is "
+            "machine.drive" if spec.speed is None else "study.speed", speed, "allowed is another speed: this is "
             "the natural frequency of a vibration without damping, which is infinite there",
         )  # fmt: skip
 
 
 def _searched(machine: Machine, given: tuple[float, float] | None) -> SpeedRange:
     """The range of speeds to search. Raises ``InputError`` where nothing drives the machine, or the given one does not fit."""
-    speeds = speeds_of_drives(machine) if given is None else _range(machine, given)
-    if speeds is None or not driven(machine, speeds):
+    speeds = _of_drives(machine)
+    if given is not None:
+        low, high = sorted(sense_of(machine, machine.rotor) * w for w in given)
+        if low < 0:
+            raise InputError("study.range", list(given), "allowed are speeds in the sense in which the drive turns")
+        least, most = _limits(machine)
+        if not least < high <= most:
+            raise InputError("study.range", list(given), f"allowed are speeds {_between(machine, least, most)}")
+        speeds = SpeedRange(max(low, min(least, _LOWEST * high)), high)
+    at = np.linspace(speeds.low, speeds.high, _SAMPLES) if speeds is not None else np.empty(0)
+    if speeds is None or not any(torque(sense * float(w)) for torque, sense in _net_torques(machine) for w in at):
         where = "" if given is None else " at these speeds"
         raise InputError("study.speed", None, f"nothing drives the machine{where}: needed is the speed of the main rotor")
     return speeds
 
 
-def _range(machine: Machine, given: tuple[float, float]) -> SpeedRange:
-    sense = sense_of(machine, machine.rotor)
-    low, high = sorted(sense * w for w in given)
-    if low < 0:
-        raise InputError("study.range", list(given), "allowed are speeds in the sense in which the drive turns")
-    least, most = speed_limits(machine)
-    if not least < high <= most:
-        raise InputError("study.range", list(given), f"allowed are speeds {_between(machine, least, most)}")
-    return SpeedRange(max(low, min(least, LOWEST * high)), high)
+def _limits(machine: Machine) -> tuple[float, float]:
+    """The lowest and the highest speed at which anything can be computed, by the machine's natural frequencies and drives."""
+    own = [*natural_frequencies(machine).values(), *(abs(free_speed(machine, r) or 0.0) for r in machine.rotors)]
+    own = [w for w in own if w > 0 and math.isfinite(w)] or [_UNKNOWN]
+    return _SLOWER * min(own), _FASTER * max(own)
+
+
+def _of_drives(machine: Machine) -> SpeedRange | None:
+    """Up to the highest speed without vibration; a drive that runs away without load has none. None: nothing drives."""
+    free = [free_speed(machine, r) for r in machine.rotors]
+    top = max((abs(w) for w in free if w is not None), default=0.0)
+    runaway = any(w is None and torque(0.0) for w, (torque, _) in zip(free, _net_torques(machine), strict=True))
+    if runaway:
+        top = max(top, _RUNAWAY * max((f for f in natural_frequencies(machine).values() if f > 0), default=_UNKNOWN))
+    return SpeedRange(_LOWEST * top, top if runaway else _ABOVE * top, runaway) if top else None
+
+
+def _net_torques(machine: Machine) -> list[tuple[Callable[[float], float], float]]:
+    """Of each rotor what drives it less what brakes it, and the sense in which it turns."""
+    return [(net_torque(machine, r), sense_of(machine, r)) for r in machine.rotors]
 
 
 def _between(machine: Machine, low: float, high: float) -> str:
-    return (
-        f"from {low:.3g} to {high:.3g} {machine.units.speed}".rstrip()
-        + ", a thousandth of the lowest to a thousand times the highest natural frequency or speed of a drive"
-    )
+    speeds = f"from {low:.3g} to {high:.3g} {machine.units.speed}".rstrip()
+    return f"{speeds}, a thousandth of the lowest to a thousand times the highest natural frequency or speed of a drive"
 
 
-def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> Map | None:
+def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> tuple[np.ndarray, np.ndarray] | None:
     """The map, if one is asked for.
 
     Raises ``InputError`` where there is no ratio of unbalances, or no closed form, or speeds are out of reach.
     """
     if spec.axes is None:
         return None
-    axes, c, unit = spec.axes_in(unheld.units.speed), torques.coefficients, unheld.units.speed
+    unit, c = unheld.units.speed, torques.coefficients
+    axes, highest = spec.axes_in(unit), _limits(unheld)[1]
     if c is None or torques.size < 3 or any(h != 0 for h in torques.heads):
         raise InputError(
             "study.axes", None, "allowed for a rotor with at least two balancing bodies and nothing else that turns"
@@ -154,16 +183,10 @@ def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> Ma
         raise InputError(
             "study.axes", None, f"allowed are bodies with up to {_MOST_PATTERNS} ways to be in line, not {patterns}"
         )
-    highest = speed_limits(unheld)[1]
     if axes["speed"][1] > highest:
         raise InputError("study.axes.speed", list(axes["speed"]), f"allowed are speeds up to {highest:.3g} {unit}".rstrip())
-    cells = Map(_centres(*axes["speed"]), _centres(*axes["ratio"]))
-    if not torques.idle(cells.speeds):
+    edges = [np.linspace(low, high, cells + 1) for low, high, cells in (axes["speed"], axes["ratio"])]
+    speeds, ratios = ((e[1:] + e[:-1]) / 2 for e in edges)
+    if not torques.idle(speeds):
         raise InputError("study.axes", None, "balancing bodies have torques of their own, so that none of these states stays")
-    return cells
-
-
-def _centres(low: float, high: float, cells: int) -> np.ndarray:
-    edges = np.linspace(low, high, cells + 1)
-    centres: np.ndarray = (edges[1:] + edges[:-1]) / 2
-    return centres
+    return speeds, ratios

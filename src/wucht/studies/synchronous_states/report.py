@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from wucht.results.conventions import summary_of
@@ -20,7 +21,7 @@ def report(result: xr.Dataset) -> list[str]:
     lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
     if s["speed"] is not None:
         lines.append(f"  speed        {speed(s['speed'])}, given")
-    for state in _chosen(s["states"]):
+    for state in (s["states"][k] for k in chosen([entry["verdict"] for entry in s["states"]], _MOST)):
         lines.append("  " + _line(state, None if s["speed"] is not None else speed(state["speed"]), s["full"]))
         if state["why"] and s["full"]:
             lines.append(f"               {state['why']}")
@@ -33,18 +34,15 @@ def report(result: xr.Dataset) -> list[str]:
     return lines
 
 
-def _chosen(states: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Those that are named, in their order: where there are too many, those are left out first that are not stable."""
-    order = sorted(range(len(states)), key=lambda k: states[k]["verdict"].startswith("unstable"))
-    return [states[k] for k in sorted(order[:_MOST])]
+def chosen(verdicts: Sequence[str], most: int) -> list[int]:
+    """Those that are shown, in their order: where there are too many, those are left out first that are not stable."""
+    return sorted(sorted(range(len(verdicts)), key=lambda k: verdicts[k].startswith("unstable"))[:most])
 
 
 def _line(state: dict[str, Any], speed: str | None, full: bool) -> str:
     name = (state["name"] or "no name") + (f" ({state['type']})" if state["type"] else "")
     angles = ", ".join(f"{body} {_degrees(phase)}\u00b0" for body, phase in state["phases"].items())
-    left = ""
-    if state["residual_share"] is not None:
-        left = f", {100 * state['residual_share']:.3g} % of the unbalance left"
+    left = "" if state["residual_share"] is None else f", {100 * state['residual_share']:.3g} % of the unbalance left"
     family = f", one of a family of dimension {state['family_dimension']}" if state["family_dimension"] else ""
     several = f", {state['multiplicity']} ways" if state["multiplicity"] > 1 and not family else ""
     overlap = ", but bodies of a track would lie in each other's place" if state["overlapping"] else ""

@@ -6,16 +6,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from wucht.analysis.configurations.all_states import all_states
+import numpy as np
+
 from wucht.analysis.configurations.closed_form import State
-from wucht.analysis.configurations.disagreement import Disagreement
 from wucht.analysis.configurations.force_balance import members
-from wucht.analysis.configurations.full_stability import FullStability
+from wucht.analysis.configurations.full_stability import Disagreement, FullStability
 from wucht.analysis.configurations.regions import Regions, regions
-from wucht.analysis.configurations.search import Search
+from wucht.analysis.configurations.search import Search, all_states
 from wucht.analysis.configurations.slow_stability import SlowStability, Stability
+from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.studies.synchronous_states.configuration import Configuration, Describer
-from wucht.studies.synchronous_states.prepare import Map, Plan
+from wucht.studies.synchronous_states.prepare import Plan
 from wucht.studies.work import Work
 
 MOST_FULL = 64  # states whose multipliers are computed
@@ -39,7 +40,7 @@ class Findings:
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """The states as the slow equations have them, then one by one as the full ones have them, then the map."""
     search = work.unit("search", partial(searched, plan, work))
-    describer = Describer.of(plan.steady, plan.torques, SlowStability(plan.torques, plan.slow))
+    describer = Describer.of(SlowStability(plan.torques, plan.slow))
     full = [_NOT_ASKED if not plan.spec.full else _NOT_YET if k < MOST_FULL else _TOO_MANY for k in range(len(search.states))]
     each = [describer.described(state, known) for state, known in zip(search.states, full, strict=True)]
     yield Findings(search, tuple(each))
@@ -49,58 +50,56 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
             each[k] = judged
             yield Findings(search, tuple(each))
     if plan.map is not None:
-        for tiles in _tiles(plan, plan.map, work.part("map", _JUDGED, 1.0)):
+        for tiles in _tiles(plan.torques, *plan.map, work.part("map", _JUDGED, 1.0)):
             yield Findings(search, tuple(each), tiles)
 
 
 def searched(plan: Plan, work: Work) -> Search:
     """All states."""
-    watch = partial(work.report, 0.0, "searching")
-    watch()
-    if plan.speeds is None:
-        return all_states(plan.torques, 0.0, 0.0, watch)
-    search = all_states(plan.torques, plan.speeds.low, plan.speeds.high, watch)
-    if not plan.speeds.chosen:
+    work.report(0.0, "searching")
+    ends = (0.0, 0.0) if plan.speeds is None else (plan.speeds.low, plan.speeds.high)
+    search = all_states(plan.torques, *ends, partial(work.report, 0.0, "searching"))
+    if plan.speeds is None or not plan.speeds.chosen:
         return search
-    here = "these are all in this range, but its" if search.complete else "the"
+    which = "these are all in this range, but its" if search.complete else "the"
     end = "upper end is the program's choice, as the drive runs away without load: study.range sets another"
-    return Search(search.states, False, f"{search.shown}; {here} {end}")
+    return Search(search.states, False, f"{search.shown}; {which} {end}")
 
 
 def _in_full_equations(plan: Plan, states: Sequence[Configuration], work: Work) -> Iterator[Configuration]:
-    """Each state with what the full equations say of it, and why the slow ones say something else."""
-    full = FullStability.of(plan.steady, plan.torques)
-    disagreement, count = Disagreement(plan.steady, plan.torques, plan.spec.inertia), len(states)
-    for k, one in enumerate(states):
+    """Each state with its stability in the full equations, and why the slow ones disagree."""
+    full = FullStability.of(plan.torques)
+    disagreement, count = Disagreement(plan.torques, plan.spec.inertia), len(states)
+    for k, c in enumerate(states):
         part = work.part(f"{k + 1}", k / count, (k + 1) / count)
-        stability = _stability(plan, full, one.state, part)
-        why = part.unit("disagreement", partial(disagreement.why, one.state, one.slow, stability))
-        yield replace(one, full=stability, disagreement=why)
+        stability = _stability(plan, full, c.state, part)
+        why = part.unit("disagreement", partial(disagreement.why, c.state, c.slow, stability))
+        yield replace(c, full=stability, disagreement=why)
 
 
 def _stability(plan: Plan, full: FullStability, state: State, work: Work) -> Stability:
     """Of a state; of a family, along which the multipliers differ, as far as some of its members agree."""
     work.report(0.0, "multipliers of the full equations")
-    one = work.unit("multipliers", partial(full.stability, state))
+    stability = work.unit("multipliers", partial(full.stability, state))
     if not state.dimension:
-        return one
-    others, every = members(plan.torques, _SAMPLES).T, [one]
+        return stability
+    others, verdicts = members(plan.torques, _SAMPLES).T, [stability.stable]
     for i, phases in enumerate(others):
         work.report((i + 1) / (len(others) + 1), "multipliers along a family")
-        every.append(work.unit(f"member {i + 1}", partial(full.stability, replace(state, phases=phases))))
-    decided = [s.stable for s in every if s.stable is not None]
-    if one.stable is None or len(set(decided)) < 2:
-        return one
-    here = "stable" if one.stable else "not stable"
-    reason = f"stable at {sum(decided)} of {len(decided)} members of the family that were looked at, {here} at this one"
-    return Stability(None, one.exponents, reason)
+        member = replace(state, phases=phases)
+        verdicts.append(work.unit(f"member {i + 1}", partial(full.stability, member)).stable)
+    decided = [stable for stable in verdicts if stable is not None]
+    if stability.stable is None or len(set(decided)) < 2:
+        return stability
+    this = "stable" if stability.stable else "not stable"
+    reason = f"stable at {sum(decided)} of {len(decided)} members of the family that were looked at, {this} at this one"
+    return Stability(None, stability.exponents, reason)
 
 
-def _tiles(plan: Plan, cells: Map, work: Work) -> Iterator[Regions]:
+def _tiles(torques: SteadyTorques, speeds: np.ndarray, ratios: np.ndarray, work: Work) -> Iterator[Regions]:
     """The map as far as it is computed: some rows, of one ratio each, at a time."""
-    rows, tiles = max(_CELLS // len(cells.speeds), 2), list[Regions]()
-    for begin in range(0, len(cells.ratios), rows):
-        work.report(begin / len(cells.ratios), "the map")
-        ratios = cells.ratios[begin : begin + rows]
-        tiles.append(work.unit(f"rows from {begin}", partial(regions, plan.torques, cells.speeds, ratios)))
+    rows, tiles = max(_CELLS // len(speeds), 2), list[Regions]()
+    for begin in range(0, len(ratios), rows):
+        work.report(begin / len(ratios), "the map")
+        tiles.append(work.unit(f"rows from {begin}", partial(regions, torques, speeds, ratios[begin : begin + rows])))
         yield Regions.joined(tiles)

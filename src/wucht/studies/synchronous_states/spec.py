@@ -11,17 +11,11 @@ from wucht.checking import read_quantity, refuse_unknown
 from wucht.errors import InputError
 from wucht.fields import si
 from wucht.quantities import Unit
-from wucht.studies.spec import Inertia, Interval, Quantity, Spec
+from wucht.studies.spec import Inertia, Interval, Quantity, Spec, TrueOrFalse
 
 MOST_CELLS = 400
 _MOST_RATIO = 1e6
 _AXES = {"speed": Unit("rad/s", "speed"), "ratio": Unit("", "ratio")}
-
-
-def _flag(given: Any) -> Any:
-    if not isinstance(given, bool):
-        raise ValueError("allowed is true or false")
-    return given
 
 
 def _axes(given: Any) -> Any:
@@ -47,7 +41,7 @@ class SynchronousStates(Spec):
 
     speed: of the main rotor, signed; by default what its drive prescribes, or else all speeds that the drive and the
     vibration leave, searched over ``range`` (default: up to the highest speed without vibration, or three times the highest
-    natural frequency where a drive runs away without load: then it is not said that these are all). inertia: of the balancing
+    natural frequency where a drive runs away without load: then these are not stated to be all). inertia: of the balancing
     bodies in the slow equations; false for the strongly damped reduction, 002 (4.60)-(4.62). full: whether the multipliers of
     the full equations are computed too. axes: a stability map of given speeds, {speed = [lo, hi, cells], ratio = [lo, hi,
     cells]}, cell-centred; ratio: of the unbalance of all balancing bodies together to that of the rotor, which is changed for
@@ -59,7 +53,7 @@ class SynchronousStates(Spec):
     speed: float | None = si("rad/s", "speed", default=None)
     range: Interval | None = si("rad/s", "speed", default=None)
     inertia: Inertia = True
-    full: Annotated[bool, BeforeValidator(_flag)] = Field(True, description="whether the full equations are asked too")
+    full: TrueOrFalse = Field(True, description="whether the full equations are asked too")
     axes: Axes | None = Field(None, description="axes of a stability map")
 
     def check(self) -> None:

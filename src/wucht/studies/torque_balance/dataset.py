@@ -26,53 +26,51 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """
     import xarray as xr_
 
-    f, machine, rotor, units = findings, plan.steady.machine, plan.curves.rotor, plan.steady.machine.units
-    natural, free, points = natural_frequencies(machine), free_speed(machine, rotor), f.working_points
+    points, curves, machine = findings, plan.curves, plan.steady.machine
+    units, natural, free = machine.units, natural_frequencies(machine), free_speed(machine, curves.rotor)
+    (drive, load, vibration), (surplus, slope) = curves.torques(curves.grid)[0], curves.surplus(curves.grid)
     coordinates = {
-        "speed": variable("speed", f.speeds, "speed", units.speed),
+        "speed": variable("speed", curves.grid, "speed", units.speed),
         "mode": variable("mode", list(natural) or np.empty(0, "U1"), "mode of vibration"),
     }
     data = {
-        "drive_torque": variable("speed", f.drive, "torque of the drive", units.torque),
-        "load_torque": variable("speed", f.load, "torque of loads and bearings", units.torque),
-        "vibration_torque": variable("speed", f.vibration, "torque of the vibration", units.torque),
-        "surplus_torque": variable("speed", f.drive - f.load - f.vibration, "drive less load and vibration", units.torque),
-        "stable": variable("speed", (f.slope < 0).astype(np.int8), "slope of a stable working point"),
+        "drive_torque": variable("speed", drive, "torque of the drive", units.torque),
+        "load_torque": variable("speed", load, "torque of loads and bearings", units.torque),
+        "vibration_torque": variable("speed", vibration, "torque of the vibration", units.torque),
+        "surplus_torque": variable("speed", surplus, "drive less load and vibration", units.torque),
+        "stable": variable("speed", (slope < 0).astype(np.int8), "slope of a stable working point"),
         "point_speed": variable("point", [p.speed for p in points], "speed of a working point", units.speed),
         "point_torque": variable("point", [p.torque for p in points], "torque of the drive there", units.torque),
         "point_stable": variable("point", np.array([p.stable for p in points], np.int8), "stable"),
         "free_speed": variable("", math.nan if free is None else free, "speed reached without vibration", units.speed),
         "natural_frequency": variable("mode", list(natural.values()), "natural frequency", units.speed),
     }
-    sentence = _sentence(f)
+    breakdown, runaway = curves.breakdown, curves.runaway
+    sentence = _sentence(points, runaway)
     summary = {
         "sentence": sentence,
-        "on": rotor.name,
-        "range": list(plan.curves.range),
+        "on": curves.rotor.name,
+        "range": list(curves.range),
         "working_points": [asdict(p) for p in points],
         "free_speed": free,
-        "breakdown": None if f.breakdown is None else dict(zip(("slip", "speed", "torque"), f.breakdown, strict=True)),
-        "runaway": f.runaway,
+        "breakdown": None if breakdown is None else dict(zip(("slip", "speed", "torque"), breakdown, strict=True)),
+        "runaway": runaway,
         "natural_frequencies": natural,
     }
-    return answered(xr_.Dataset(dict(data.items()), coords=coordinates), summary, sentence, _warnings(plan, f))
+    warnings = []
+    if any(p.tangential for p in points):
+        warnings.append("at a working point the curves only touch: the least change makes two of it or none")
+    if len(machine.rotors) > 1:
+        warnings.append(f"all rotors are taken to turn as fast as {curves.rotor.name!r}, in the phases of the start")
+    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, sentence, warnings + plan.steady.warnings)
 
 
-def _sentence(f: Findings) -> str:
-    points, stable = f.working_points, sum(p.stable for p in f.working_points)
+def _sentence(points: Findings, runaway: bool) -> str:
+    stable = sum(p.stable for p in points)
     count = f"{len(points)} working points, {stable} of them stable"
     if len(points) == 1:
         count = f"one working point, {'stable' if stable else 'not stable'}"
-    if f.runaway:
+    if runaway:
         away = "without vibration the drive's torque never meets the load: the rotor would run away"
         return f"{away}; with it {'are' if len(points) > 1 else 'is'} {count}" if points else away
     return count if points else "drive, load and vibration meet nowhere in the range"
-
-
-def _warnings(plan: Plan, f: Findings) -> list[str]:
-    warnings = []
-    if any(p.tangential for p in f.working_points):
-        warnings.append("at a working point the curves only touch: the least change makes two of it or none")
-    if len(plan.steady.machine.rotors) > 1:
-        warnings.append(f"all rotors are taken to turn as fast as {plan.curves.rotor.name!r}, in the phases of the start")
-    return warnings + plan.steady.warnings

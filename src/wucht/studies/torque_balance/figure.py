@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results.speed_axis import finish_panels
-from wucht.results.style import COLOURS, GREY, new_figure
+from wucht.results.style import COLOURS, GREY, mark_speeds, new_figure, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,33 +21,22 @@ def figure(result: xr.Dataset) -> Figure:
 
     Without load the second says it all, and is the only one.
     """
-    loaded = bool(np.abs(result.load_torque.values).any())
+    speed, drive, load, vibration = (result[n].values for n in ("speed", "drive_torque", "load_torque", "vibration_torque"))
+    loaded, net = bool(np.abs(load).any()), drive - load
     drawn, axes = new_figure(2 if loaded else 1, 6.8 if loaded else 4.6, result.attrs["title"], result.attrs["sentence"])
     if loaded:
-        _torques(axes[0], result)
-    _difference(axes[-1], result, "drive less load" if loaded else "drive")
-    for axis in axes:
-        axis.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
-    natural, free = ("natural frequency", "natural frequencies"), (float(result.free_speed), "speed without vibration")
-    finish_panels(axes, result, natural, free, -1)
+        axes[0].plot(speed, drive, color=COLOURS[1], linewidth=1.2, label="drive")
+        axes[0].plot(speed, load, color=COLOURS[2], linewidth=1.0, linestyle="-.", label="load and bearings")
+        _resistance(axes[0], result, load + vibration, "load and vibration")
+        _points(axes[0], result, result.point_torque.values)
+        _ordinate(axes[0], result, drive)
+    axes[-1].plot(speed, net, color=COLOURS[1], linewidth=1.2, label="drive less load" if loaded else "drive")
+    _resistance(axes[-1], result, vibration, "vibration")
+    _points(axes[-1], result, np.interp(result.point_speed.values, speed, net))
+    _ordinate(axes[-1], result, net)
+    free = (float(result.free_speed), "speed without vibration")
+    mark_speeds(axes, result, ("natural frequency", "natural frequencies"), free, -1)
     return drawn
-
-
-def _torques(axis: Axes, result: xr.Dataset) -> None:
-    speed, load = result.speed.values, result.load_torque.values
-    axis.plot(speed, result.drive_torque.values, color=COLOURS[1], linewidth=1.2, label="drive")
-    axis.plot(speed, load, color=COLOURS[2], linewidth=1.0, linestyle="-.", label="load and bearings")
-    _resistance(axis, result, load + result.vibration_torque.values, "load and vibration")
-    _points(axis, result, result.point_torque.values)
-    _ordinate(axis, result, result.drive_torque.values)
-
-
-def _difference(axis: Axes, result: xr.Dataset, name: str) -> None:
-    net = result.drive_torque.values - result.load_torque.values
-    axis.plot(result.speed.values, net, color=COLOURS[1], linewidth=1.2, label=name)
-    _resistance(axis, result, result.vibration_torque.values, "vibration")
-    _points(axis, result, np.interp(result.point_speed.values, result.speed.values, net))
-    _ordinate(axis, result, net)
 
 
 def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str) -> None:
@@ -74,15 +62,16 @@ def _points(axis: Axes, result: xr.Dataset, torque: np.ndarray) -> None:
 
 
 def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray) -> None:
-    """Its name, and limits so that the drive is seen, however high the resonance."""
+    """The line of zero, the name of the axis, and limits so that the drive is seen, however high the resonance."""
     vibration = result.vibration_torque.values + result.load_torque.values
     driving = drive[drive * result.speed.values >= 0]
     largest = float(np.abs(driving).max(initial=0.0))
-    low, high = float(min(drive.min(), vibration.min(), 0.0)), float(max(drive.max(), vibration.max(), 0.0))
+    shown = np.concatenate([[0.0], drive, vibration])
+    low, high = float(shown.min()), float(shown.max())
     if largest > 0:
         above, below = (_TALLEST if driving[np.abs(driving).argmax()] * s > 0 else _BRAKING for s in (1, -1))
         low, high = max(low, -below * largest), min(high, above * largest)
     if high > low:
         axis.set_ylim(low - 0.05 * (high - low), high + 0.08 * (high - low))
-    unit = result.drive_torque.attrs["units"]
-    axis.set_ylabel(f"torque ({unit})" if unit else "torque")
+    axis.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
+    axis.set_ylabel(with_unit("torque", result.drive_torque.attrs["units"]))

@@ -25,7 +25,10 @@ def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the start does not fit the machine, or the shaft has no drive with a torque."""
     if not machine.units.time:
         spec.refuse_units()
-    rotor = _rotor(spec, machine)
+    by_name = {r.name: r for r in machine.rotors}
+    if spec.on is not None and spec.on not in by_name:
+        raise InputError("study.on", spec.on, f"allowed is a rotor: {', '.join(by_name)}")
+    rotor = machine.rotor if spec.on is None else by_name[spec.on]
     steady = SteadyPhases.of(machine, spec.start)
     if rotor.coordinate.prescribed is not None:
         raise InputError(
@@ -37,16 +40,6 @@ def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
         raise InputError("machine.drive", None, f"nothing drives {rotor.name!r}: there is no torque to balance")
     speeds = spec.range or _speed_range(steady.machine, rotor)
     return Plan(steady, TorqueCurves(steady.machine, rotor, steady.forced, speeds, spec.points))
-
-
-def _rotor(spec: TorqueBalance, machine: Machine) -> RotatingBody:
-    """The rotor whose shaft is looked at."""
-    if spec.on is None:
-        return machine.rotor
-    rotor = next((r for r in machine.rotors if r.name == spec.on), None)
-    if rotor is None:
-        raise InputError("study.on", spec.on, f"allowed is a rotor: {', '.join(r.name for r in machine.rotors)}")
-    return rotor
 
 
 def _speed_range(machine: Machine, rotor: RotatingBody) -> tuple[float, float]:

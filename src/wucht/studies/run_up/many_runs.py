@@ -23,37 +23,29 @@ def gathered(plan: Plan, runs: Sequence[xr.Dataset], finished: int) -> xr.Datase
     """The runs as one Dataset with the dimension ``case``; its summary has a list ``cases``. finished: how many runs are."""
     import xarray as xr_
 
+    cases, summaries = plan.cases[: len(runs)], [summary_of(r) for r in runs]
     reduced = [_reduced(run, plan.spec.over) for run in runs]
-    cases = plan.cases[: len(runs)]
-    longest = max(r.sizes["time"] for r in reduced)
-    padded = [r.drop_vars("time").assign(time_of_case=("time", r.time.values)) for r in reduced]
-    padded = [r.pad(time=(0, longest - r.sizes["time"])) for r in padded]
-    found = xr_.concat(padded, dim="case", combine_attrs="override").rename({"time": "sample", "time_of_case": "time"})
-    found.attrs = {}
-    found["time"].attrs = {"long_name": "time", "units": plan.machine.units.time}
-    found = found.assign_coords(case=variable("case", [c.label for c in cases], "case"))
-    summaries = [summary_of(r) for r in runs]
-    own = [{"label": c.label, "start": dict(c.start), "value": c.value} for c in cases]
+    longest = max(r.sizes["sample"] for r in reduced)
+    padded = [r.pad(sample=(0, longest - r.sizes["sample"])) for r in reduced]
+    result = xr_.concat(padded, dim="case", combine_attrs="override")
+    result.attrs = {}
+    result["time"].attrs = {"long_name": "time", "units": plan.machine.units.time}
+    result = result.assign_coords(case=variable("case", [c.label for c in cases], "case"))
     count = Counter(s["outcome"] for s in summaries)
-    failures = [r.attrs["failure"] for r in runs if r.attrs["failure"]]
     warnings = [f"{c.label}: {w}" for c, r in zip(cases, runs, strict=True) for w in json.loads(r.attrs["warnings"])]
     if finished < len(plan.cases):
         warnings.append(f"{finished} of {len(plan.cases)} runs are finished")
     outcome = next(iter(count)) if len(count) == 1 and finished == len(plan.cases) else None
-    summary = {
-        "outcome": outcome,
-        "outcomes": dict(count),
-        "along": plan.spec.along,
-        "cases": [o | s for o, s in zip(own, summaries, strict=True)],
-    }
+    own = [{"label": c.label, "start": dict(c.start), "value": c.value} for c in cases]
+    summary = {"outcome": outcome, "outcomes": dict(count), "along": plan.spec.along}
+    summary["cases"] = [o | s for o, s in zip(own, summaries, strict=True)]
     sentence = ", ".join(f"{n} {name}" for name, n in count.most_common())
-    failure = failures[0] if failures else None
-    return answered(found, summary, sentence, warnings, failure, outcome=outcome or "several")
+    failure = next((r.attrs["failure"] for r in runs if r.attrs["failure"]), None)
+    return answered(result, summary, sentence, warnings, failure, outcome=outcome or "several")
 
 
 def _reduced(run: xr.Dataset, over: str) -> xr.Dataset:
     """What is kept of a run: a few variables, sampled no more densely than a figure shows, and the figure's abscissa."""
-    stride = -(-run.sizes["time"] // _MOST_SAMPLES)
     for model in ("", "slow_") if "slow_angle" in run else ("",):
         angle = run[f"{model}angle"]
         rotor = angle.isel(body=0, drop=True)
@@ -64,4 +56,5 @@ def _reduced(run: xr.Dataset, over: str) -> xr.Dataset:
             about = np.isfinite(run.phase.values).any(axis=1)
             mean = angle.isel(body=about).mean(dim="body") - rotor
             run = run.assign({f"{model}abscissa": mean.assign_attrs(long_name="mean phase of the bodies", units="rad")})
-    return run[[n for n in _SHOWN if n in run]].isel(time=slice(None, None, stride))
+    shown = run[[n for n in _SHOWN if n in run]].isel(time=slice(None, None, -(-run.sizes["time"] // _MOST_SAMPLES)))
+    return shown.rename_dims(time="sample").reset_index("time").reset_coords("time")

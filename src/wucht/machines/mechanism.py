@@ -1,0 +1,182 @@
+"""A machine's parts put together, with the numbers of its parameters, and what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+import sympy as sp
+
+from wucht.checking import read_quantity
+from wucht.errors import InputError, nearest
+from wucht.fields import Parameter
+from wucht.machines.limits import check_values
+from wucht.machines.parts.base import Drive, Part
+from wucht.machines.parts.track import Track
+from wucht.machines.schedules import Schedule
+from wucht.machines.structure import Structure, Units, shared
+from wucht.machines.tree import Bodies
+from wucht.mechanics.energies import Energies
+from wucht.mechanics.lagrange import Coordinate
+from wucht.mechanics.linear_carrier import LinearCarrier
+from wucht.numerics.flow.program import compiled_function, number_function
+from wucht.quantities import Unit
+from wucht.system import TIME, System
+
+
+@dataclass(frozen=True, init=False, repr=False)
+class Mechanism(Bodies):
+    """A ``Machine`` as its operation, tracks and structure see it. See there for the fields."""
+
+    title: str
+    parameters: Mapping[str, Parameter]
+    parts: tuple[Part, ...]
+    units: Units
+    schedules: tuple[Schedule, ...]
+    start_angles: Mapping[str, float]
+    start_positions: Mapping[str, float]
+    tracks: tuple[Track, ...] = ()
+    mismatch: sp.Expr | None = None
+    warnings: tuple[str, ...] = ()
+
+    def changed(self, **given: Any) -> Self:
+        """The machine with other fields, such as ``energies``; what follows from them is derived anew."""
+        own = {f.name: getattr(self, f.name) for f in fields(self)}
+        assert given.keys() <= own.keys(), f"no field of a machine: {given.keys() - own.keys()}"
+        made = object.__new__(type(self))
+        made.__dict__.update(own | given)
+        return made
+
+    @cached_property
+    def state_names(self) -> tuple[str, ...]:
+        """The names of the System's states, in order: positions, then the velocities that are free."""
+        free = (c.velocity.name for c in self.coordinates if c.prescribed is None)
+        return (*(c.position.name for c in self.coordinates), *free)
+
+    @property
+    def dimensionless(self) -> bool:
+        """Whether times and lengths are numbers."""
+        return not self.units.time
+
+    @property
+    def without_contacts(self) -> tuple[Energies, ...]:
+        """The energies of the parts: those of contacts are the last."""
+        return self.energies[: len(self.energies) - len(self.tracks)]
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Parameter values by path."""
+        return {path: p.value for path, p in self.parameters.items()}
+
+    @cached_property
+    def numbers(self) -> dict[sp.Symbol, float]:
+        """Parameter values by symbol, to be put into expressions."""
+        return {sp.Symbol(path, real=True): value for path, value in self.values.items()}
+
+    @cached_property
+    def drives(self) -> tuple[Drive, ...]:
+        """The machine's drives."""
+        return tuple(p for p in self.parts if isinstance(p, Drive))
+
+    @cached_property
+    def free_labels(self) -> tuple[str, ...]:
+        """What the free coordinates of the carrier are called."""
+        return tuple(n for n, c in zip(self.labels, self.carrier, strict=True) if c.prescribed is None)
+
+    @cached_property
+    def shaken(self) -> Coordinate | None:
+        """The carrier's coordinate whose motion is prescribed, if one is."""
+        return next((c for c in self.carrier if c.prescribed is not None), None)
+
+    @cached_property
+    def shaking(self) -> tuple[sp.Symbol, sp.Symbol] | None:
+        """Amplitude and angular frequency of the carrier's prescribed harmonic motion, None where it has none."""
+        return next((s for p in self.parts if (s := p.shaking()) is not None), None)
+
+    @property
+    def shaking_frequency(self) -> float | None:
+        """Its angular frequency at the parameter values."""
+        return None if self.shaking is None else self.numbers[self.shaking[1]]
+
+    @cached_property
+    def breakpoints(self) -> tuple[float, ...]:
+        """The times of the points of all schedules, in order, at least t = 0."""
+        return tuple(sorted({0.0, *(t for s in self.schedules for t in s.pieces.breakpoints)}))
+
+    def row(self, state: sp.Symbol) -> int:
+        """Where a position or a velocity stands in the state (n,). Raises ``ValueError`` for one that is no state."""
+        return self.state_names.index(state.name)
+
+    def with_values(self, values: Mapping[str, float]) -> Self:
+        """The machine with other values of some parameters, by path, in SI or as text with a unit; its structure stays.
+
+        Raises ``InputError``, located at the path, for an unknown one and for a value that the parts do not allow.
+        """
+        given = {}
+        for path, value in values.items():
+            if path not in self.parameters:
+                raise InputError(path, value, f"unknown parameter; {nearest(path, self.parameters)}")
+            given[path] = read_quantity(Unit(self.parameters[path].unit, self.parameters[path].what), value, path)
+        check_values(self.parts, given, present=self.values)
+        return self.with_unchecked(given)
+
+    def with_unchecked(self, values: Mapping[str, float]) -> Self:
+        """``with_values`` for values that are known to be allowed, such as those between the points of a schedule."""
+        changed = {path: replace(self.parameters[path], value=float(value)) for path, value in values.items()}
+        return self.changed(parameters=dict(self.parameters) | changed)
+
+    def at(self, time: float) -> Self:
+        """The machine with the values that its schedules give the parameters at a time."""
+        if not self.schedules:
+            return self
+        return self.with_unchecked({s.parameter: float(s.pieces(time)) for s in self.schedules})
+
+    def prescribed_speed(self, coordinate: Coordinate, time: np.ndarray | float) -> np.ndarray:
+        """The prescribed velocity of a coordinate at times (N,), which may be a single one."""
+        assert coordinate.prescribed is not None
+        at = np.atleast_1d(np.asarray(time, float))
+        value = self.function(coordinate.prescribed, of=TIME)(at)[0]
+        return np.broadcast_to(np.asarray(value, float), at.shape)
+
+    @cached_property
+    def structure(self) -> Structure:
+        """What does not depend on the numbers, shared by all machines that are alike but for these."""
+        given = {f.name: getattr(self, f.name) for f in fields(Structure)}
+        return shared(Structure(**given | {"parameters": tuple(self.parameters)}))
+
+    @property
+    def system(self) -> System:
+        """The equations of motion, with outputs and with the quadratures of the energy balance."""
+        return self.structure.system
+
+    @property
+    def linear_carrier(self) -> LinearCarrier:
+        """M, C, K of the free carrier and its coupling to the bodies, symbolic; sliders in the middle of their guides."""
+        return self.structure.linear_carrier
+
+    def evaluate(self, *expressions: sp.Expr) -> list[Any]:
+        """Expressions in the parameters at the machine's values, as floats or complex numbers; compiled once."""
+        return number_function(expressions, self.structure.symbols)(self.values.values())
+
+    def function(self, *expressions: sp.Expr, of: sp.Symbol, modules: str = "numpy") -> Callable[[Any], list[Any]]:
+        """Expressions in the parameters and one symbol as a function of that, at the machine's values; compiled once.
+
+        modules: ``"numpy"`` for arrays, ``"math"`` for numbers.
+        """
+        compiled, values = compiled_function(expressions, self.structure.symbols, of, modules), tuple(self.values.values())
+        return lambda at: compiled(values, at)
+
+    @cached_property
+    def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """M, C, K (m x m) of the free carrier at the parameter values."""
+        c, size = self.linear_carrier, len(self.free_carrier)
+        every = np.array(self.evaluate(*c.mass, *c.damping, *c.stiffness), float).reshape(3, size, size)
+        return every[0], every[1], every[2]
+
+    @property
+    def orbit_unit(self) -> str:
+        """The unit of the amplitude."""
+        return "rad" if self.labels == ("r",) else self.units.length

@@ -1,0 +1,61 @@
+"""Both models in one Dataset, and how far they are apart."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wucht.results.conventions import summary_of, variable
+from wucht.results.store import to_json
+from wucht.studies.deviations import Course, at_equal_angle, at_equal_phase, watched
+from wucht.studies.observables import Orbit
+from wucht.studies.run_up.run import Motion
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_SHOWN = ("angle", "speed", "amplitude", "phase", "rotor_phase", "radius")
+
+
+def joined(motions: Sequence[Motion], runs: Sequence[xr.Dataset]) -> xr.Dataset:
+    """The Dataset of the full run-up with the averaged one at the same times; of one model alone as it is. motions: theirs.
+
+    Variables slow_angle, slow_speed (body, time), slow_phase (balancer, time), slow_amplitude, slow_radius (time);
+    speed_deviation and radius_deviation (compared), at equal angle of the rotor. Summary: ``slow`` and ``deviations``.
+    """
+    if len(runs) == 1:
+        return runs[0]
+    full, slow = runs
+    if slow.attrs["failure"]:
+        warnings = [*json.loads(full.attrs["warnings"]), f"slow equations: {slow.attrs['failure']}"]
+        full.attrs["warnings"] = to_json(warnings, indent=None)
+    later = full.sizes["time"] - slow.sizes["time"]
+    for name in (n for n in _SHOWN if n in slow):
+        values, of = slow[name].pad(time=(0, later)).values, full[name]
+        full[f"slow_{name}"] = variable(" ".join(map(str, of.dims)), values, f"{of.long_name}, slow equations", of.units)
+    courses = course_of(motions[0]), course_of(motions[1])
+    apart = {"at_equal_angle": at_equal_angle(*courses), "at_equal_phase": at_equal_phase(*courses)}
+    largest = {k: d and dict(zip(("speed", "amplitude"), d.largest, strict=True)) for k, d in apart.items()}
+    summary = summary_of(full) | {"slow": summary_of(slow), "deviations": largest}
+    full.attrs |= {"summary": to_json(summary, indent=None), "model": "both"}
+    if (by_angle := apart["at_equal_angle"]) is None:
+        return full
+    speed = variable("compared", by_angle.speed, "speed, full less slow", full.speed.units)
+    radius = variable("compared", by_angle.radius, "distance of the axis, full less slow", full.radius.units)
+    at = variable("compared", by_angle.at, "angle of the rotor at which the models are compared", "rad")
+    return full.assign_coords(compared=at).assign(speed_deviation=speed, radius_deviation=radius)
+
+
+def course_of(motion: Motion) -> Course:
+    """What is compared of a motion."""
+    machine, rows = motion.case.machine, motion.rows
+    about = [b for b in machine.bodies if b.about == machine.rotor.name]
+    angle = rows[machine.rotor.coordinate.position.name]
+    speed = np.array([rows[b.coordinate.velocity.name] for b in watched(machine)])
+    sense = float(np.sign(angle[-1] - angle[0])) or 1.0
+    mean = np.mean([rows[b.coordinate.position.name] for b in about], axis=0) if about else None
+    radius = Orbit.of(machine, motion.seen.time, rows).distance
+    return Course(sense * angle, sense * speed, radius, None if mean is None else sense * (mean - angle))

@@ -1,0 +1,43 @@
+"""``result.wucht``, of a run and of a result read back."""
+
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+import wucht
+from wucht.errors import WuchtError
+from wucht.studies.accessor import register
+
+
+def test_a_result_says_what_it_is(tmp_path: Path) -> None:
+    machine = wucht.load_machine("drozdetskaya-2020/r1")
+    result = wucht.run(wucht.RunUp(until="20 s", start={"p1": 0.3, "p2": -0.5}), machine, folder=tmp_path)
+    for which in (result, wucht.load(tmp_path / "result.nc")):
+        says = which.wucht
+        assert (says.study, says.finished, says.failure) == ("run-up", True, "")
+        assert says.summary["outcome"] == "captured-modulated"
+        assert says.spec["until"] == 20.0
+        assert says.machine["parameters"] == machine.values
+        assert says.sentence in repr(says)
+        html = says._repr_html_()
+        assert "<th>outcome</th><td>captured-modulated</td>" in html
+        assert html.count("<tr>") <= 12
+
+
+def test_what_was_not_finished_says_so() -> None:
+    def stop(share: float, what: str) -> None:
+        if share > 0.2:
+            raise KeyboardInterrupt
+
+    asked = wucht.Sweep(along="drive.no_load_speed", range=(5.0, 6.0))
+    result = wucht.run(asked, wucht.load_machine("sperling-vibration/figure-5"), progress=stop)
+    assert not result.wucht.finished
+    assert "not finished" in repr(result.wucht)
+    assert any("resume" in w for w in result.wucht.warnings)
+
+
+def test_a_dataset_that_is_no_result_is_refused() -> None:
+    register()
+    with pytest.raises(WuchtError, match="no result of a study"):
+        _ = xr.Dataset().wucht
