@@ -11,7 +11,7 @@ from wucht.results.conventions import summary_of
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
-# name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places hang on the last bit; these
+# name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places are chance; these
 # do not.
 EXPECTED = {
     "practice/angle-grinder": ("compensated", 1130.183, 1.3135e-4),

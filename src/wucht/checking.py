@@ -22,7 +22,7 @@ def table(document: dict[str, Any], key: str, where: str) -> dict[str, Any]:
     if value is None:
         raise InputError(where, None, f"the table [{where}] is missing")
     if not isinstance(value, dict):
-        raise InputError(where, value, f"allowed is a table: [{where}]")
+        raise InputError(where, value, f"must be a table: [{where}]")
     return value
 
 
@@ -60,9 +60,9 @@ def text(document: Mapping[str, Any], key: str, where: str) -> str | None:
     """The text under a key, None if there is none. Raises ``InputError`` if it is something else or empty."""
     value, at = document.get(key), f"{where}.{key}" if where else key
     if value is not None and (not isinstance(value, str) or not value.strip()):
-        raise InputError(at, value, "allowed is a text")
+        raise InputError(at, value, "must be a text")
     if value is not None and any(unicodedata.category(c) == "Cc" and c not in "\n\t" for c in value):
-        raise InputError(at, value, "allowed is a text without control characters")
+        raise InputError(at, value, "must be a text without control characters")
     return value
 
 
@@ -121,12 +121,12 @@ def located(cls: type[BaseModel], error: ValidationError, where: str, document: 
     if kind == "extra_forbidden":
         return InputError(at, given, f"unknown key; {nearest(key, fields)}")
     if unit and isinstance(given, list) and any(e["type"] in ("too_short", "too_long", "missing") for e in error.errors()):
-        return InputError(at, given, "allowed is one number, or a pair [x, y]")
+        return InputError(at, given, "must be one number, or a pair [x, y]")
     bounds = {side: getattr(m, side) for side in ("ge", "le") for m in field.metadata if hasattr(m, side)}
     if kind in ("greater_than_equal", "less_than_equal") and len(bounds) == 2:
         between = "a whole number from {ge:g} to {le:g}" if field.annotation is int else "between {ge:g} and {le:g}"
         suffix = f" {unit}" if unit and field.annotation is not int else ""
-        return InputError(at, given, f"allowed is {between.format(**bounds)}{suffix}")
+        return InputError(at, given, f"must be {between.format(**bounds)}{suffix}")
     return InputError(at, given, _allowed(kind, context, what, unit, first["msg"]))
 
 
@@ -158,16 +158,16 @@ def _allowed(kind: str, context: Mapping[str, Any], what: str, unit: str, messag
     in_unit = f" in {unit}" if unit else ""
     for key, words in _LIMITS.items():
         if key in context:
-            return f"allowed is {article(what)} {words} {context[key]:g}" + (f" {unit}" if unit else "")
+            return f"must be {article(what)} {words} {context[key]:g}" + (f" {unit}" if unit else "")
     at_least = f", at least {context['min_length']}" if "min_length" in context else ""
     several = f"a pair [x, y]: {article(what)} in {unit}" if unit else f"a list of {what}{at_least}"
     known = {
         "value_error": str(context.get("error", "")),
-        "literal_error": f"allowed is {context.get('expected')}",
-        "string_pattern_mismatch": "allowed is a name of up to 64 letters, digits, '-' and '_' that begins with a letter",
-        "string_type": f"allowed is {article(what)}, a text",
-        "model_type": "allowed is a table: { KEY = VALUE, ... }",
-        "float_type": f"allowed is one number or quantity: {article(what)}{in_unit}",
-        **dict.fromkeys(("tuple_type", "too_short", "too_long"), f"allowed is {several}"),
+        "literal_error": f"must be {context.get('expected')}",
+        "string_pattern_mismatch": "must be a name of up to 64 letters, digits, '-' and '_' that begins with a letter",
+        "string_type": f"must be {article(what)}, a text",
+        "model_type": "must be a table: { KEY = VALUE, ... }",
+        "float_type": f"must be one number or quantity: {article(what)}{in_unit}",
+        **dict.fromkeys(("tuple_type", "too_short", "too_long"), f"must be {several}"),
     }
-    return known.get(kind, f"allowed is the {what}: {message[:1].lower()}{message[1:]}")
+    return known.get(kind, f"must be the {what}: {message[:1].lower()}{message[1:]}")

@@ -31,7 +31,7 @@ class Unit:
         """
         value = _parse(given, self.si, self.what)
         if not math.isfinite(value):
-            raise ValueError(f"allowed is a finite {self.what}" + (f" in {self.si}" if self.si else ""))
+            raise ValueError(f"must be a finite {self.what}" + (f" in {self.si}" if self.si else ""))
         return value
 
 
@@ -48,7 +48,7 @@ _UNIT = re.compile(r"[^\W\d_][\w°%·⋅*/^()²³⁻¹ -]*|[°%](?:/[a-z]+)?")  
 
 def _parse(given: object, si: str, what: str) -> float:
     examples = f"a number in {si} or a string with a unit such as '1 {si}'" if si else "a number without unit"
-    allowed = f"allowed is {article(what)}, {examples}"
+    allowed = f"must be {article(what)}, {examples}"
     if isinstance(given, bool) or not isinstance(given, int | float | str):
         raise ValueError(allowed)
     if not isinstance(given, str):

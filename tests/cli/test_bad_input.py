@@ -1,4 +1,4 @@
-"""Everything that a user can get wrong: exit code 2, one sentence with file, key, what was given and what is allowed."""
+"""Everything that a user can get wrong: exit code 2, one sentence with file, key, what was given and what it must be."""
 
 from __future__ import annotations
 
@@ -78,12 +78,12 @@ def test_a_missing_key_is_named(refused: Refused, study: Study, case: tuple[str,
 
 VALUES = {
     # what was given is told as it was written
-    "dimension": ('"104 mm"', '"3 kg"', f"{P1}.length", "given '3 kg'", "allowed is a length", "m", "this one is a mass"),
-    "dimension of a time": (UNTIL, 'until = "3 kg"', "study.until", "given '3 kg'", "allowed is a time", "mass"),
+    "dimension": ('"104 mm"', '"3 kg"', f"{P1}.length", "given '3 kg'", "must be a length", "m", "this one is a mass"),
+    "dimension of a time": (UNTIL, 'until = "3 kg"', "study.until", "given '3 kg'", "must be a time", "mass"),
     "dimension in a pair": ('"1e5 N/m"', '["1 N/m", "1 kg"]', "machine.carrier.stiffness", "stiffness", "mass"),
-    "unknown unit": (MASS, '"9 kilopound_x"', f"{DRUM}.mass", "given '9 kilopound_x'", "allowed is a mass"),
-    "no quantity": (MASS, '"heavy"', f"{DRUM}.mass", "given 'heavy'", "allowed is a mass"),
-    "no quantity at all": (MASS, '"9 kg kg) ("', f"{DRUM}.mass", "allowed is a mass"),
+    "unknown unit": (MASS, '"9 kilopound_x"', f"{DRUM}.mass", "given '9 kilopound_x'", "must be a mass"),
+    "no quantity": (MASS, '"heavy"', f"{DRUM}.mass", "given 'heavy'", "must be a mass"),
+    "no quantity at all": (MASS, '"9 kg kg) ("', f"{DRUM}.mass", "must be a mass"),
     "negative mass": (MASS, '"-9 kg"', f"{DRUM}.mass", "given '-9 kg'", "greater than 0 kg"),
     "no mass": (MASS, "0", f"{DRUM}.mass", "given 0;", "greater than 0 kg"),
     "negative length": ('"104 mm"', '"-104 mm"', f"{P1}.length", "given '-104 mm'", "greater than 0 m"),
@@ -101,7 +101,7 @@ VALUES = {
         'kind = "roller"\nname = "p1"\nabout = "drum"\nmass = "125 g"\ntrack_radius = 0.1\nradius = 0.2',
         f"{P1}.radius", "given 0.2", "less than the track radius of 0.1 m",
     ),
-    "far too large": ('"1 mm"', "1e300", f"{DRUM}.", "allowed"),
+    "far too large": ('"1 mm"', "1e300", f"{DRUM}.", "must be"),
     "far too long": ('"104 mm"', "1e300", "study.toml: machine"),
     "NUL in a text": ('"A drum with two pendulums"', '"a\\u0000b"', "title", "given 'a\\x00b'"),
     "two unbalances": (ROTOR, f"{ROTOR}unbalance = 1e-3\n", f"{DRUM}.eccentricity", "either eccentricity or unbalance"),
@@ -122,13 +122,13 @@ VALUES = {
     "kind of a drive": ('kind = "linear"', 'kind = "liner"', "machine.drive.kind", "given 'liner'", "did you mean 'linear'?"),
     "kind of a study": ('kind = "run-up"', 'kind = "runup"', "study.kind", "given 'runup'", "did you mean 'run-up'?"),
     "directions": ('mass = "1 kg"', 'directions = "z"', "machine.carrier.directions", "given 'z'", "fixed, r, x, xy, xyr, y"),
-    "model": (UNTIL, f'{UNTIL}\nmodel = "fulll"', "study.model", "given 'fulll'", "allowed is 'full'"),
-    "order": (UNTIL, f'{UNTIL}\nmodel = "slow"\norder = 3', "study.order", "given 3", "allowed is 1 or 2"),
+    "model": (UNTIL, f'{UNTIL}\nmodel = "fulll"', "study.model", "given 'fulll'", "must be 'full'"),
+    "order": (UNTIL, f'{UNTIL}\nmodel = "slow"\norder = 3', "study.order", "given 3", "must be 1 or 2"),
     "order in words": (UNTIL, f'{UNTIL}\nmodel = "slow"\norder = "second"', "study.order", "given 'second'"),
     "order of the full model": (UNTIL, f"{UNTIL}\norder = 2", "study.order", "given 2", "'slow' or 'both'"),
     "inertia": (UNTIL, f'{UNTIL}\nmodel = "both"\ninertia = 1', "study.inertia", "given 1", "true or false"),
     "inertia of the full model": (UNTIL, f"{UNTIL}\ninertia = true", "study.inertia", "'slow' or 'both'"),
-    "models": (UNTIL, f'{UNTIL}\nmodel = ["full", "slow"]', "study.model", "allowed is 'full'"),
+    "models": (UNTIL, f'{UNTIL}\nmodel = ["full", "slow"]', "study.model", "must be 'full'"),
     "engine": (UNTIL, f'{UNTIL}\nengine = "heyokka"', "study.engine", "given 'heyokka'", "'heyoka', 'scipy'"),
     # times
     "negative time": (UNTIL, "until = -1", "study.until", "given -1", "greater than 0"),
@@ -228,7 +228,7 @@ NO_QUANTITIES = {
 
 @pytest.mark.parametrize("value", NO_QUANTITIES.values(), ids=NO_QUANTITIES.keys())
 def test_what_only_looks_like_a_quantity(refused: Refused, study: Study, value: str) -> None:
-    said = refused("run", study(MASS, f'"{value}"'), "--json", says=("study.toml: ", f"{DRUM}.mass", "allowed is a mass"))
+    said = refused("run", study(MASS, f'"{value}"'), "--json", says=("study.toml: ", f"{DRUM}.mass", "must be a mass"))
     assert len(said) < 500
 
 
@@ -256,7 +256,7 @@ def test_a_number_is_a_number(refused: Refused, study: Study, value: str, old: s
 
 @pytest.mark.parametrize("value", ["[1]", "[1, 2, 3]", "[]", '["1 N/m", "2 kg"]', "[[1], [2]]", "[true, false]"])
 def test_a_pair_is_a_pair(refused: Refused, study: Study, value: str) -> None:
-    refused("run", study('"1e5 N/m"', value), "--json", says=("study.toml: ", "machine.carrier.stiffness", "given ", "allowed"))
+    refused("run", study('"1e5 N/m"', value), "--json", says=("study.toml: ", "machine.carrier.stiffness", "given ", "must be"))
 
 
 NAMES = {

@@ -68,7 +68,7 @@ def test_latex(wucht: Command) -> None:
 
 
 REFUSED = {
-    "order 3": ([R1, "--slow", "--order", "3"], ("--order: given 3", "allowed is 1 or 2")),
+    "order 3": ([R1, "--slow", "--order", "3"], ("--order: given 3", "must be 1 or 2")),
     "order 0": ([R1, "--slow", "--order", "0"], ("--order: given 0",)),
     "order of the full ones": ([R1, "--order", "2"], ("--order", "only with --slow")),
     "inertia of the full ones": ([R1, "--inertia"], ("--inertia", "only with --slow")),

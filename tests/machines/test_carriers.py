@@ -323,7 +323,7 @@ def test_a_fixed_axis():
     [
         ({"directions": "xyr", "mass": 1.0, "inertia": 1.0}, {}, "this key is missing; needed are mounts, or stiffness"),
         ({"directions": "xyr", "mass": 1.0, "inertia": 1.0, "stiffness": 1.0, "mounts": MOUNTS}, {},
-         "allowed are either mounts"),
+         "give either mounts"),
         ({"directions": "xyr", "mass": 1.0, "inertia": 1.0, "mounts": [MOUNTS[2] | {"stiffness": [-1.0, 1.0]}]}, {},
          "of at least 0"),
         ({"directions": "xyr", "stiffness": 1.0, "inertia": 1.0}, {}, "mass: this key is missing"),
@@ -336,7 +336,7 @@ def test_a_fixed_axis():
          "free directions: x"),
         ({"directions": "x", "stiffness": 1.0, "motion": {"direction": "y", "amplitude": 1.0, "frequency": 1.0}}, {},
          "of the carrier: x"),
-        ({"stiffness": 1.0, "motion": {"direction": "x", "amplitude": 1.0}}, {}, "allowed is amplitude and frequency"),
+        ({"stiffness": 1.0, "motion": {"direction": "x", "amplitude": 1.0}}, {}, "give amplitude and frequency"),
         ({"directions": "round"}, {}, "unknown directions"),
     ],
 )  # fmt: skip

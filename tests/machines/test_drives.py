@@ -144,24 +144,24 @@ def test_between_two_points_a_table_stays_between_their_torques(steps, at):
     [
         ("table", {"points": None}, r"drive.points: this key is missing"),
         ("table", {"points": [[0, 1]]}, "at least 2 points"),
-        ("table", {"points": "motor.csv"}, r"allowed are pairs: \[\[speed, torque\], ...\]"),
-        ("table", {"points": [[0, 1], [2]]}, "allowed are pairs"),
+        ("table", {"points": "motor.csv"}, r"must be pairs: \[\[speed, torque\], ...\]"),
+        ("table", {"points": [[0, 1], [2]]}, "must be pairs"),
         ("table", {"points": [[0, 1], [0, 2]]}, "increasing speeds; 0 rad/s follows 0 rad/s"),
-        ("table", {"points": [[0, 1], ["5 N m", 2]]}, "allowed is a speed.*this one is a torque"),
+        ("table", {"points": [[0, 1], ["5 N m", 2]]}, "must be a speed.*this one is a torque"),
         ("table", {"points": [[0, 1], [1, math.nan]]}, "finite torque"),
-        ("induction", {"voltage": "50 Hz"}, "drive.voltage: given '50 Hz'; allowed is a voltage of a phase"),
+        ("induction", {"voltage": "50 Hz"}, "drive.voltage: given '50 Hz'; must be a voltage of a phase"),
         ("induction", {"rotor_resistance": 0}, "greater than 0 ohm"),
         (
             "induction",
             {"frequency": "0 Hz"},
-            r"drive.frequency: given '0 Hz'; allowed is a frequency of the mains greater than 0",
+            r"drive.frequency: given '0 Hz'; must be a frequency of the mains greater than 0",
         ),
         ("induction", {"frequency": None}, "drive.frequency: this key is missing"),
-        ("induction", {"sense": 2}, "drive.sense: given 2; allowed is 1 or -1"),
+        ("induction", {"sense": 2}, "drive.sense: given 2; must be 1 or -1"),
         ("induction", {"rated_frequency": "50 V"}, "drive.rated_frequency: .*this one is a voltage"),
         ("dc-separate", {"sense": -1}, "unknown key"),
         ("dc-series", {"field_inductance": 0}, "greater than 0 H"),
-        ("constant-torque", {"torque": "5 N"}, "drive.torque: given '5 N'; allowed is a torque, .*this one is a force"),
+        ("constant-torque", {"torque": "5 N"}, "drive.torque: given '5 N'; must be a torque, .*this one is a force"),
     ],
 )
 def test_bad_values_are_refused_with_place_and_remedy(kind, changes, sentence):
@@ -178,6 +178,6 @@ def test_bad_values_are_refused_with_place_and_remedy(kind, changes, sentence):
     ],
 )
 def test_impossible_motors_are_refused(kind, changes, field):
-    with pytest.raises(InputError, match="allowed is") as error:
+    with pytest.raises(InputError, match="must be") as error:
         drive(kind, **changes)
     assert error.value.where == f"machine.drive.{field}"

@@ -121,7 +121,7 @@ def test_any_measured_load_is_odd_and_takes_power(torques, first, speed):
         (
             "viscous",
             {"coefficient": -1},
-            r"loads\[0\].coefficient: given -1; allowed is a coefficient of the load of at least 0",
+            r"loads\[0\].coefficient: given -1; must be a coefficient of the load of at least 0",
         ),
         ("viscous", {"coefficient": "1 N m s^2"}, "this one is a moment of inertia"),
         ("coulomb", {"transition_speed": 0}, "greater than 0 rad/s"),

@@ -209,8 +209,8 @@ def test_what_is_prescribed_cannot_jump(parameter, parts):
     [
         (schedule("drive.slop", [0, 1]), r"schedules\[0\].parameter: given 'drive.slop'; .*did you mean 'drive.slope'"),
         ({"points": [[0, 1]]}, r"schedules\[0\].parameter"),
-        (schedule("drive.slope"), "allowed is a list of pairs"),
-        ({"parameter": "drive.slope", "points": [[0, 1, 2]]}, "allowed is a list of pairs"),
+        (schedule("drive.slope"), "must be a list of pairs"),
+        ({"parameter": "drive.slope", "points": [[0, 1, 2]]}, "must be a list of pairs"),
         (schedule("drive.slope", [0, 1], [0, 2]), "times increase"),
         (schedule("drive.slope", [1, 1], [0, 2]), "times increase"),
         (schedule("drive.slope", ["0 m", 1]), r"points\[0\]\[0\]: given '0 m'"),

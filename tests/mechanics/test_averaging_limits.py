@@ -132,7 +132,7 @@ def test_what_is_no_small_parameter_is_refused(small, sentence):
 
 @pytest.mark.parametrize("which", [0, 3, 1.0, 2.0, True, "2", None])
 def test_orders_that_are_none_are_refused(which):
-    with raises(WuchtError, match="allowed is 1 or 2"):
+    with raises(WuchtError, match="must be 1 or 2"):
         averaged(System((x,), (epsilon * sp.cos(TIME),), (epsilon,)), epsilon, order=which)
 
 

@@ -275,7 +275,7 @@ def test_the_small_parameter_and_the_order_are_checked():
     for small in (x, sp.Symbol("epsilon"), "epsilon"):
         with raises(WuchtError, match=r"is no parameter|is no symbol"):
             strongly_damped(FORCED, [y], small)
-    with raises(WuchtError, match="allowed is 1 or 2"):
+    with raises(WuchtError, match="must be 1 or 2"):
         strongly_damped(FORCED, [y], epsilon, True)
 
 

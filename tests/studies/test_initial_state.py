@@ -127,10 +127,10 @@ WRONG = {
     "unknown key": ({"p1": {"angel": 1}}, r"study\.start\.p1\.angel: .*did you mean 'angle'"),
     "unknown direction": ({"carrier": {"z": 1}}, r"study\.start\.carrier\.z: .*known: vx, vy, x, y"),
     "mass": ({"p1": "3 kg"}, r"study\.start\.p1\.angle: given '3 kg'; .*this one is a mass"),
-    "NaN": ({"p1": math.nan}, r"study\.start\.p1\.angle: given nan; allowed is a finite angle"),
+    "NaN": ({"p1": math.nan}, r"study\.start\.p1\.angle: given nan; must be a finite angle"),
     "list": ({"p1": [1.0]}, r"study\.start\.p1\.angle: given \[1\.0\]"),
     "bool": ({"p1": True}, r"study\.start\.p1\.angle: given True"),
-    "carrier a number": ({"carrier": 1}, r"study\.start\.carrier: given 1; allowed is a table"),
+    "carrier a number": ({"carrier": 1}, r"study\.start\.carrier: given 1; must be a table"),
     "psi beside a body": ({"psi": 1, "p2": 1}, r"study\.start\.p2: .*either psi and delta"),
     "psi in kg": ({"psi": "1 kg"}, r"study\.start\.psi: given '1 kg'"),
 }

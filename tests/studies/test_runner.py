@@ -62,7 +62,7 @@ class Square:
 
 def prepare(spec: Squares, subject: list[float]) -> tuple[Squares, list[float]]:
     if not subject:
-        raise InputError("numbers", subject, "allowed is a number at least")
+        raise InputError("numbers", subject, "must be a number at least")
     return spec, subject[: int(spec.count)]
 
 

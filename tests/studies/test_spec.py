@@ -20,12 +20,12 @@ DIMENSIONLESS = "drozdetskaya-2020/table-5.1"
     ("given", "sentence"),
     [
         ({"range": [1.0, "2 kg"]}, r"^study\.range\[1\]: given '2 kg'; .*this one is a mass"),
-        ({"range": [1.0]}, r"^study\.range: .*allowed is a pair \[low, high\]"),
-        ({"range": 3}, r"^study\.range: given 3; allowed is a pair \[low, high\]"),
+        ({"range": [1.0]}, r"^study\.range: .*must be a pair \[low, high\]"),
+        ({"range": 3}, r"^study\.range: given 3; must be a pair \[low, high\]"),
         ({"range": [2.0, 1.0]}, r"^study\.range: .*with low below high"),
-        ({"points": 1}, r"^study\.points: given 1; allowed is a whole number from 2 to 100000"),
-        ({"points": float("inf")}, r"^study\.points: given inf; allowed is a whole number"),
-        ({"points": 10**400}, r"^study\.points: .*allowed is a whole number from 2 to 100000"),
+        ({"points": 1}, r"^study\.points: given 1; must be a whole number from 2 to 100000"),
+        ({"points": float("inf")}, r"^study\.points: given inf; must be a whole number"),
+        ({"points": 10**400}, r"^study\.points: .*must be a whole number from 2 to 100000"),
     ],
 )
 def test_a_wrong_value_is_located(given: dict[str, Any], sentence: str) -> None:

@@ -469,7 +469,7 @@ def psi_and_delta(found: dict[str, Any]) -> tuple[float, float]:
 
 @pytest.mark.parametrize("u_", [1.0, 1.5])
 def test_weak_motor_is_captured_figure_5_4(u_: float):
-    """Run-up from rest, psi = 0, delta = 0.5: the pendulums come together (type II) and the rotor hangs in its resonance."""
+    """Run-up from rest, psi = 0, delta = 0.5: the pendulums come together (type II) and the rotor stays in its resonance."""
     found, _ = result_of("table-5.1", ("u", u_))
     assert found["outcome"] == "captured"
     _, delta_ = psi_and_delta(found)

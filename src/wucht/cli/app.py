@@ -87,8 +87,8 @@ def run_app() -> int:
         sys.stderr.close()
         code = 0
     except _USAGE_ERROR as error:
-        told = error.format_message() if isinstance(error, typer.BadParameter) else getattr(error, "message", str(error))
-        code = _say(f"{' '.join(told.split())} See wucht -h", 2)
+        sentence = error.format_message() if isinstance(error, typer.BadParameter) else getattr(error, "message", str(error))
+        code = _say(f"{' '.join(sentence.split())} See wucht -h", 2)
     return code or 0
 
 

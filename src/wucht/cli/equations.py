@@ -28,7 +28,7 @@ def equations(
 ) -> None:
     """Print the equations of motion that follow from the machine's energies, or the slow equations."""
     if order not in (1, 2):
-        raise InputError("--order", order, "allowed is 1 or 2")
+        raise InputError("--order", order, "must be 1 or 2")
     if not slow and (inertia is not None or order != 1):
         raise InputError("--order" if order != 1 else "--inertia", None, "allowed only with --slow")
     from wucht.cli.settings import parse_settings

@@ -17,7 +17,7 @@ def list_all(import_: Imports = None) -> None:
     from wucht.machines.parts import bodies, carriers, drives, loads
     from wucht.studies.registry import studies
 
-    for title, found in (
+    for title, entries in (
         ("carriers", _first(carriers())),
         ("bodies", _first(bodies())),
         ("drives", _first(drives())),
@@ -27,8 +27,8 @@ def list_all(import_: Imports = None) -> None:
         ("catalogue", {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}),
     ):
         typer.echo(f"{title}:")
-        width = max(map(len, found))
-        for name, line in found.items():
+        width = max(map(len, entries))
+        for name, line in entries.items():
             typer.echo(f"  {name:{width}}  {line}")
 
 

@@ -12,13 +12,13 @@ from wucht.errors import InputError
 
 def parse_settings(given: list[str]) -> dict[str, Any]:
     """``["u=1.5", "drive.slope=0.02 N m s"]`` as a dictionary. Raises ``InputError``."""
-    found: dict[str, Any] = {}
+    settings: dict[str, Any] = {}
     for item in given:
         key, equals, value = item.partition("=")
         if not equals or not key.strip() or not value.strip():
-            raise InputError("--set", item, "allowed is KEY=VALUE, such as drive.slope=0.02")
-        found[key.strip()] = _value(value.strip())
-    return found
+            raise InputError("--set", item, "must be KEY=VALUE, such as drive.slope=0.02")
+        settings[key.strip()] = _value(value.strip())
+    return settings
 
 
 def _value(text: str) -> Any:

@@ -64,7 +64,7 @@ def _bodies(document: Document) -> tuple[list[Body], Places]:
     """The bodies in ``[[machine.bodies]]``, and the places of all by path, seen from ``machine``."""
     tables = document.get("bodies", [])
     if not isinstance(tables, list) or not all(isinstance(b, dict) for b in tables):
-        raise InputError("machine.bodies", tables, "allowed are tables: [[machine.bodies]]")
+        raise InputError("machine.bodies", tables, "must be tables: [[machine.bodies]]")
     bodies: list[Body] = []
     for i, described in enumerate(tables):
         name = str(described.get("name", ""))

@@ -50,7 +50,7 @@ def settings_in(described: Document) -> dict[str, Any]:
     """The table ``set`` taken out of a machine's table, flattened. Raises ``InputError`` if it is no table."""
     settings = described.pop("set", {})
     if not isinstance(settings, dict):
-        raise InputError("machine.set", settings, "allowed is a table: set = { PATH = VALUE }")
+        raise InputError("machine.set", settings, "must be a table: set = { PATH = VALUE }")
     return flatten(settings)
 
 
@@ -63,4 +63,4 @@ def no_nan(document: Any, where: str = "") -> None:
         for i, value in enumerate(document):
             no_nan(value, f"{where}[{i}]")
     elif isinstance(document, float) and not math.isfinite(document):
-        raise InputError(where, document, "allowed is a finite number")
+        raise InputError(where, document, "must be a finite number")

@@ -27,11 +27,11 @@ def shaft_tables(document: Document, group: str) -> list[Document]:
     """The tables of ``drive`` or ``drives`` (``load``, ``loads``), on the only rotor by default. Raises ``InputError``."""
     single, several = document.get(group), document.get(f"{group}s", [])
     if single is not None and several:
-        raise InputError(f"machine.{group}s", None, f"allowed is either [machine.{group}] or [[machine.{group}s]]")
+        raise InputError(f"machine.{group}s", None, f"give either [machine.{group}] or [[machine.{group}s]]")
     if single is not None and not isinstance(single, dict):
-        raise InputError(f"machine.{group}", single, f"allowed is a table: [machine.{group}]")
+        raise InputError(f"machine.{group}", single, f"must be a table: [machine.{group}]")
     if not isinstance(several, list) or not all(isinstance(d, dict) for d in several):
-        raise InputError(f"machine.{group}s", several, f"allowed are tables: [[machine.{group}s]]")
+        raise InputError(f"machine.{group}s", several, f"must be tables: [[machine.{group}s]]")
     tables = [single] if single is not None else several
     rotors = [b["name"] for b in _bodies(document) if "about" not in b and "name" in b]
     if len(rotors) == 1:

@@ -45,7 +45,7 @@ def read_table(path: Path, columns: Columns) -> list[list[float]]:
             raise InputError(str(path), None, f"line {number}: {error}") from None
         rows.append(row)
     if len(rows) < 2:
-        raise InputError(str(path), None, f"allowed are at least two rows of {_both(units)}; found {len(rows)}")
+        raise InputError(str(path), None, f"there must be at least two rows of {_both(units)}; found {len(rows)}")
     return rows
 
 
@@ -81,9 +81,9 @@ def _replaced(described: Document, key: str, columns: Columns, folder: Path, whe
         return described
     name = described[key]
     if not isinstance(name, str) or not name.strip() or "\0" in name:
-        raise InputError(f"{where}.{key}", name, "allowed is the name of a file")
+        raise InputError(f"{where}.{key}", name, "must be the name of a file")
     if "points" in described:
-        raise InputError(f"{where}.{key}", name, f"allowed is either {key} or points")
+        raise InputError(f"{where}.{key}", name, f"give either {key} or points")
     try:
         points = read_table(folder / name, columns)
     except InputError as error:
@@ -115,7 +115,7 @@ def _both(units: list[Unit]) -> str:
 def _row(line: str, units: list[Unit]) -> list[float]:
     cells = _cells(line)
     if len(cells) != 2:
-        raise ValueError(f"allowed are two numbers, {_both(units)}; these are {len(cells)} columns")
+        raise ValueError(f"there must be two numbers, {_both(units)}; these are {len(cells)} columns")
     decimal_comma = _separator(line) == ";"
     return [_number(c.replace(",", ".") if decimal_comma else c, u) for c, u in zip(cells, units, strict=True)]
 
@@ -126,7 +126,7 @@ def _number(cell: str, unit: Unit) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ValueError(f"{cell[:40]!r} is no finite number; allowed is {article(unit.what)}")
+        raise ValueError(f"{cell[:40]!r} is no finite number; must be {article(unit.what)}")
     return value
 
 
@@ -140,14 +140,14 @@ def _scales(line: str, units: list[Unit]) -> list[float]:
     """How many SI units the unit of each column is."""
     cells = _cells(line)
     if len(cells) != 2:
-        raise ValueError(f"allowed are two columns, {_both(units)}; the heading has {len(cells)}")
+        raise ValueError(f"there must be two columns, {_both(units)}; the heading has {len(cells)}")
     factors = []
     for cell, unit, other in zip(cells, units, units[::-1], strict=True):
         parts = _HEADING.fullmatch(cell)
         if parts is None:
-            raise ValueError(f"{cell[:40]!r} is no heading; allowed is {unit.what} or {unit.what} [{unit.si}]")
+            raise ValueError(f"{cell[:40]!r} is no heading; must be {unit.what} or {unit.what} [{unit.si}]")
         if other.what in parts[1].lower() and unit.what not in parts[1].lower():
-            raise ValueError(f"the columns are exchanged; allowed is {units[0].what} first, then {units[1].what}")
+            raise ValueError(f"the columns are exchanged; must be {units[0].what} first, then {units[1].what}")
         if parts[2] is None and parts[3] is None:
             factors.append(_unit_alone(parts[1], unit))
         else:

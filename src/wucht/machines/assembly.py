@@ -48,17 +48,17 @@ def assembled(
                 raise InputError(key, None, BESIDE_A_MODEL.format(carrier.kind))
         return _of_model(carrier, schedules, title)
     if not isinstance(carrier, Support):
-        raise InputError("carrier", carrier, "allowed is a carrier, or a dimensionless model")
+        raise InputError("carrier", carrier, "must be a carrier, or a dimensionless model")
     at = Places(where)
     bodies = _parts_of(Body, bodies, "bodies")
     _check_bodies(bodies, at)
     _check_carrier(carrier, bodies, at)
     drives = _on_shafts(_parts_of(Drive, drives, "drives"), bodies, at)
     if name := _repeated(d.on for d in drives):
-        raise InputError("drives", name, "two drives act on this body; allowed is one a body")
+        raise InputError("drives", name, "two drives act on this body; there must be at most one a body")
     loads = _on_shafts(_parts_of(Load, loads, "loads"), bodies, at)
     if load := _repeated((x.on, x.kind) for x in loads):
-        raise InputError("loads", load[0], f"two {load[1]} loads act on this body; allowed is one of each kind")
+        raise InputError("loads", load[0], f"two {load[1]} loads act on this body; there must be at most one of each kind")
     return _of_parts(carrier.bearing(bodies), bodies, drives, loads, schedules, title, at)
 
 
@@ -70,10 +70,10 @@ def _repeated(names: Iterable[T]) -> T | None:
 def _parts_of(family: Any, given: Any, key: str) -> tuple[Any, ...]:
     """The parts of a list. Raises ``InputError`` for what is none, or none of this family."""
     if not isinstance(given, list | tuple):
-        raise InputError(key, given, f"allowed is a list of {key}")
+        raise InputError(key, given, f"must be a list of {key}")
     for i, part in enumerate(given):
         if not isinstance(part, family):
-            raise InputError(f"{key}[{i}]", part, f"allowed are {key}, each of a class of wucht.parts")
+            raise InputError(f"{key}[{i}]", part, f"must be {key}, each of a class of wucht.parts")
     return tuple(given)
 
 
@@ -98,9 +98,9 @@ def _fault_of_reference(body: Body, bodies: Sequence[Body]) -> str:
     if about is None:
         return f"there is no such body; {nearest(body.reference or '', [b.name for b in bodies])}"
     if not about.turns():
-        return "allowed is a body that turns; this one slides in a guide"
+        return "must be a body that turns; this one slides in a guide"
     if not about.on_axis():
-        return f"allowed is a body on the axis; this {about.kind} has a suspension off it"
+        return f"must be a body on the axis; this {about.kind} has a suspension off it"
     try:
         _tree(bodies).path(body.name)
     except WuchtError as error:
@@ -218,7 +218,7 @@ def _check_releases(bodies: Sequence[Body], prescribed: Mapping[str, sp.Expr], a
         if b.name in prescribed:
             raise InputError(f"{at[b.path]}.release", None, "not allowed: the drive prescribes this body's motion")
         if b.release.speed is not None and on_carrier == [b.name]:
-            sentence = "allowed is { time = ... }: no other body's speed can release it"
+            sentence = "must be { time = ... }: no other body's speed can release it"
             raise InputError(f"{at[b.path]}.release", None, sentence)
 
 
@@ -266,18 +266,18 @@ def with_tracks(machine: MechanismT, given: Any, where: Mapping[str, str]) -> Me
     bodies = [p for p in machine.parts if isinstance(p, Tracked)]
     names = sorted({b.track for b in bodies if b.track is not None})
     if not isinstance(given, Mapping):
-        raise InputError("tracks", given, "allowed are tables: [machine.tracks.NAME]")
+        raise InputError("tracks", given, "must be tables: [machine.tracks.NAME]")
     refuse_unknown(given, names, "tracks")
     frequency = dict.fromkeys(names, FREQUENCY_RATIO * operating_speed(machine)) if names else {}
     for name, described in given.items():
         if not isinstance(described, Mapping):
-            raise InputError(f"tracks.{name}", described, f"allowed is a table: [machine.tracks.{name}]")
+            raise InputError(f"tracks.{name}", described, f"must be a table: [machine.tracks.{name}]")
         refuse_unknown(described, ("contact_frequency",), f"tracks.{name}")
         at = f"tracks.{name}.contact_frequency"
         wanted = described.get("contact_frequency", frequency[name])
         frequency[name] = read_quantity(Unit("rad/s", "contact frequency"), wanted, at)
         if frequency[name] <= 0:
-            raise InputError(at, wanted, "allowed is a contact frequency greater than 0")
+            raise InputError(at, wanted, "must be a contact frequency greater than 0")
     tracks = tracks_of(bodies, Places(where), frequency, [n for n, t in given.items() if t])
     if not tracks:
         return machine

@@ -58,7 +58,7 @@ def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequen
     time: the unit of time. Raises ``InputError``, located from ``schedules`` on, also for values that the parts do not allow.
     """
     if not isinstance(tables, list | tuple) or not all(isinstance(t, Mapping) for t in tables):
-        raise InputError("schedules", tables, "allowed are tables: [[machine.schedules]]")
+        raise InputError("schedules", tables, "must be tables: [[machine.schedules]]")
     schedules: dict[str, Schedule] = {}
     for i, described in enumerate(tables):
         schedule = _schedule(described, parameters, time, f"schedules[{i}]")
@@ -74,7 +74,7 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
     path = described.get("parameter")
     at = f"{where}.parameter"
     if not isinstance(path, str) or path not in parameters:
-        raise InputError(at, path, f"allowed is a parameter of the machine; {nearest(str(path), parameters)}")
+        raise InputError(at, path, f"must be a parameter of the machine; {nearest(str(path), parameters)}")
     if path.endswith(_MOMENTS) or (path.startswith(("drive.", "drives.")) and path.endswith(".angle")):
         raise InputError(at, path, "not allowed: this parameter counts at one moment, and does not change over time")
     if path.startswith("carrier.motion."):
@@ -82,7 +82,7 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
         raise InputError(at, path, sentence)
     points = described.get("points")
     if not points or not is_pairs(points):
-        sentence = 'allowed is a list of pairs [time, value], such as [["0 s", 0], ["5 s", 1]]'
+        sentence = 'must be a list of pairs [time, value], such as [["0 s", 0], ["5 s", 1]]'
         raise InputError(f"{where}.points", points, sentence)
     parameter = parameters[path]
     units = (Unit(time, "time"), Unit(parameter.unit, parameter.what))
@@ -92,7 +92,7 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
     ]
     times, values = zip(*numbers, strict=True)
     if any(b <= a for a, b in pairwise(times)):
-        raise InputError(f"{where}.points", points, "allowed are points whose times increase")
+        raise InputError(f"{where}.points", points, "must be points whose times increase")
     kind = choice({"interpolation": "linear"} | dict(described), "interpolation", where, _INTERPOLATIONS)
     return Schedule(path, interpolated(path, times, values, kind))
 

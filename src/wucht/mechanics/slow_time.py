@@ -34,7 +34,7 @@ def refuse_unknown_parameter(system: System, small: sp.Symbol) -> None:
 def refuse_other_orders(order: int, what: str) -> None:
     """Raises ``WuchtError`` for an order that is not the integer 1 or 2."""
     if isinstance(order, bool) or not isinstance(order, int) or order not in (1, 2):
-        raise WuchtError(f"{what} of order {order!r}: allowed is 1 or 2")
+        raise WuchtError(f"{what} of order {order!r}: must be 1 or 2")
 
 
 def refuse_small_frequencies(rates: Sequence[sp.Expr], small: sp.Symbol | None) -> None:

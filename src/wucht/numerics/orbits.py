@@ -130,7 +130,7 @@ def periodic_orbit(
     if not (math.isfinite(duration) and duration > 0):
         raise WuchtError(f"the period of a periodic motion is positive, not {duration}")
     if phase_state is not None and phase_state not in range(n):
-        raise WuchtError(f"phase_state {phase_state} is no state: allowed is 0 to {n - 1}")
+        raise WuchtError(f"phase_state {phase_state} is no state: must be 0 to {n - 1}")
     if free_period and phase_state is None:
         if not gains.any():
             raise WuchtError(
@@ -156,7 +156,7 @@ def periodic_orbit(
     if not residual <= _TOLERANCE:
         raise WuchtError(
             f"no periodic motion was found: after {most_steps} steps of Newton's method {residual:.2g} is left open, "
-            f"allowed is {_TOLERANCE:g}"
+            f"more than {_TOLERANCE:g}"
         )
     problem.refuse_jumps(x, duration)
     multipliers = np.linalg.eigvals(monodromy).astype(complex)

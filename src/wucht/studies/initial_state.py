@@ -103,7 +103,7 @@ def _given(machine: Machine, start: Mapping[str, Any], where: str) -> dict[str, 
     if "psi" in start or "delta" in start:
         psi, delta = (read_quantity(_angle(machine), start.get(k, 0.0), f"{where}.{k}") for k in ("psi", "delta"))
         for name in (n for n in pair if n in given):
-            raise InputError(f"{where}.{name}", None, "allowed are either psi and delta, or the bodies' own angles")
+            raise InputError(f"{where}.{name}", None, "give either psi and delta, or the bodies' own angles")
         given |= {name: psi + sign * delta / 2 for name, sign in zip(pair, (1, -1), strict=True)}
     for track in machine.tracks:
         if not any(b.name in given for b in track.bodies):
@@ -114,7 +114,7 @@ def _given(machine: Machine, start: Mapping[str, Any], where: str) -> dict[str, 
 def _carrier(machine: Machine, given: Any, where: str) -> dict[str, float]:
     """The carrier's positions and velocities by name, prescribed ones included."""
     if not isinstance(given, Mapping):
-        raise InputError(where, given, 'allowed is a table such as { x = "1 mm" }')
+        raise InputError(where, given, 'must be a table such as { x = "1 mm" }')
     length, units = machine.units.length, dict[str, Unit]()
     for d in machine.free_labels:
         units[d] = Unit("rad" if d == "r" else length, "displacement")

@@ -40,11 +40,6 @@ def is_locking(machine: Machine) -> bool:
     return free > 1 or (free == 1 and machine.shaken is not None and machine.shaking_frequency is not None)
 
 
-def frequency_of(machine: Machine) -> float | None:
-    """The angular frequency of a prescribed harmonic vibration."""
-    return machine.shaking_frequency
-
-
 def within_half_a_turn(angles: np.ndarray) -> np.ndarray:
     """Angles (...) in [-pi, pi)."""
     return np.asarray(np.remainder(angles + math.pi, 2 * math.pi) - math.pi)

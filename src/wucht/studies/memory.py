@@ -36,34 +36,34 @@ class Memory:
     def begun(cls, folder: Path, question: Mapping[str, Any]) -> Memory:
         """An empty memory for a question: what the folder kept of another one is removed."""
         forget(folder)
-        found = cls(folder / FOLDER)
+        memory = cls(folder / FOLDER)
         (folder / FOLDER).mkdir(parents=True)
         replacing(folder / FOLDER / _QUESTION, lambda beside: beside.write_text(to_json(question), encoding="utf-8"))
-        return found
+        return memory
 
     @classmethod
     def resumed(cls, folder: Path) -> Memory:
         """The memory of a folder. A file that cannot be read is left out: its units are computed again."""
-        found = cls(folder / FOLDER)
+        memory = cls(folder / FOLDER)
         for file in sorted((folder / FOLDER).glob("*.npz")):
-            found._files = max(found._files, int(file.stem))
+            memory._files = max(memory._files, int(file.stem))
             try:
-                found._known |= archive.read(file)
+                memory._known |= archive.read(file)
             except WuchtError:
                 file.unlink()
-        return found
+        return memory
 
     def unit(self, name: str, compute: Callable[[], T]) -> T:
         """The result of a unit: read back, or computed now and kept."""
         if name in self._known:
             known: T = self._known.pop(name)
             return known
-        found = compute()
+        outcome = compute()
         if self._folder is not None:
-            self._new[name] = found
+            self._new[name] = outcome
             if clock.perf_counter() - self._written > _EVERY_S:
                 self.flush()
-        return found
+        return outcome
 
     def flush(self) -> None:
         """Write what is new. Raises ``RunError`` where that cannot be done."""
@@ -78,10 +78,10 @@ class Memory:
 def question_of(folder: Path) -> dict[str, Any] | None:
     """The question whose units a folder keeps, None if there is none."""
     try:
-        found: dict[str, Any] = json.loads((folder / FOLDER / _QUESTION).read_text(encoding="utf-8"))
+        question: dict[str, Any] = json.loads((folder / FOLDER / _QUESTION).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return found
+    return question
 
 
 def forget(folder: Path) -> None:

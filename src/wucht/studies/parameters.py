@@ -35,5 +35,5 @@ def range_of(unit: Unit, given: Sequence[Quantity], key: str = "range") -> tuple
     """A pair [low, high] as SI floats. Raises ``InputError`` where low is not below high."""
     low, high = (read_quantity(unit, value, f"study.{key}[{i}]") for i, value in enumerate(given))
     if not low < high:
-        raise InputError(f"study.{key}", list(given), "allowed is a pair [low, high] with low below high")
+        raise InputError(f"study.{key}", list(given), "must be a pair [low, high] with low below high")
     return low, high

@@ -50,9 +50,9 @@ class Study:
     def spec(self) -> type[Spec]:
         """The class of its questions."""
         module = self._module("spec")
-        for found in vars(module).values():
-            if isinstance(found, type) and issubclass(found, Spec) and found.kind == self.kind:
-                return found
+        for candidate in vars(module).values():
+            if isinstance(candidate, type) and issubclass(candidate, Spec) and candidate.kind == self.kind:
+                return candidate
         raise WuchtError(f"the study {self.kind!r} ({self.package}) has no spec of that kind")
 
     @property
@@ -97,14 +97,14 @@ def _installed() -> dict[str, Study]:
 
 def studies() -> dict[str, Study]:
     """All studies by kind."""
-    found = dict(_installed())
+    known = dict(_installed())
     pending = list(Spec.__subclasses__())
     while pending:
         cls = pending.pop()
         pending += cls.__subclasses__()
         if cls.kind:
-            found.setdefault(cls.kind, Study(cls.kind, cls.__module__.removesuffix(".spec")))
-    return dict(sorted(found.items()))
+            known.setdefault(cls.kind, Study(cls.kind, cls.__module__.removesuffix(".spec")))
+    return dict(sorted(known.items()))
 
 
 def study_of(kind: str) -> Study:

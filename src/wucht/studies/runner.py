@@ -107,16 +107,16 @@ def run(
         interrupted = True
         notes = [*notes, "interrupted: this is what was found until then; --resume continues from there"]
     memory.flush()
-    found = result(findings, not interrupted, notes)
+    final = result(findings, not interrupted, notes)
     if folder is not None:
-        save(found, folder / RESULT)
+        save(final, folder / RESULT)
         if not interrupted:
             forget(folder)
-    return found
+    return final
 
 
 def _labelled(
-    found: xr.Dataset,
+    dataset: xr.Dataset,
     spec: Spec,
     subject: Description,
     question: Mapping[str, Any],
@@ -127,23 +127,23 @@ def _labelled(
 ) -> xr.Dataset:
     """The Dataset with the attributes that every result has."""
     register()
-    warnings = [*subject.warnings, *(w for w in json.loads(found.attrs["warnings"]) if w not in subject.warnings), *notes]
-    found.attrs |= {
+    warnings = [*subject.warnings, *(w for w in json.loads(dataset.attrs["warnings"]) if w not in subject.warnings), *notes]
+    dataset.attrs |= {
         "study": spec.kind,
-        "contents": to_json([str(name) for name in found.variables], indent=None),
+        "contents": to_json([str(name) for name in dataset.variables], indent=None),
         "title": subject.title,
         "dimensionless": int(subject.dimensionless),
-        "finished": int(finished and not found.attrs["failure"]),
+        "finished": int(finished and not dataset.attrs["failure"]),
         "warnings": to_json(warnings, indent=None),
         **provenance(question, clock.perf_counter() - begun),
     }
     if document is not None:
-        found.attrs["document"] = json.dumps(document, default=str)
-    return found
+        dataset.attrs["document"] = json.dumps(document, default=str)
+    return dataset
 
 
 def _resumable(folder: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
-    """The finished result of the same question, if the folder has it; and what is to be said about another one.
+    """The finished result of the same question, if the folder has it; and a note on one of another horizon.
 
     Raises ``InputError`` where the folder has another question's.
     """
@@ -167,11 +167,11 @@ def _resumable(folder: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[x
 def _differences(before: Any, now: Any, path: str = "") -> dict[str, str]:
     """In which keys two questions differ, and how, in words."""
     if isinstance(before, Mapping) and isinstance(now, Mapping):
-        found: dict[str, str] = {}
+        differing: dict[str, str] = {}
         for key in [*before, *(k for k in now if k not in before)]:
             inner = path if key in ("machine", "parameters") else f"{path}{key}."
-            found |= _differences(before.get(key), now.get(key), inner)
-        return found
+            differing |= _differences(before.get(key), now.get(key), inner)
+        return differing
     name = path.removesuffix(".")
     return {} if before == now else {name: f"{name} was {_brief(before)}, now {_brief(now)}"}
 

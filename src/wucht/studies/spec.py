@@ -55,11 +55,11 @@ class Spec(Described):
             for where, one, unit in cls._quantities(given):
                 if where.endswith("]"):  # an item of a list: pydantic would locate the list
                     read_quantity(unit, one, where)
-        found = build(given)
+        spec = build(given)
         if isinstance(given, Mapping):  # without those that are words for another key, as until = "settled"
-            found._written = {k: v for k, v in given.items() if getattr(found, k, None) is not None}
-        found.check()
-        return found
+            spec._written = {k: v for k, v in given.items() if getattr(spec, k, None) is not None}
+        spec.check()
+        return spec
 
     def check(self) -> None:
         """Raises ``InputError`` where keys do not fit each other."""
@@ -86,19 +86,19 @@ class Spec(Described):
 
 def _quantity(given: Any) -> Any:
     if isinstance(given, bool):
-        raise ValueError("allowed is a number, or a string with a unit")
+        raise ValueError("must be a number, or a string with a unit")
     return given
 
 
 def _start(given: Any) -> Any:
     if not isinstance(given, Mapping):
-        raise ValueError("allowed is a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }")
+        raise ValueError("must be a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }")
     return dict(given)
 
 
 def _several_starts(given: Any) -> Any:
     if not isinstance(given, list | tuple) or not all(isinstance(s, Mapping) for s in given):
-        raise ValueError("allowed is a list of tables: starts = [{ BODY = ANGLE }, ...]")
+        raise ValueError("must be a list of tables: starts = [{ BODY = ANGLE }, ...]")
     return tuple(dict(s) for s in given)
 
 
@@ -110,44 +110,44 @@ def _path(given: Any) -> Any:
 
 def _list_of_values(given: Any) -> Any:
     if not isinstance(given, list | tuple):
-        raise ValueError("allowed is a list of values of the parameter that along names")
+        raise ValueError("must be a list of values of the parameter that along names")
     return tuple(given)
 
 
 def _pair(given: Any) -> Any:
     if not isinstance(given, list | tuple) or len(given) != 2:
-        raise ValueError("allowed is a pair [low, high]")
+        raise ValueError("must be a pair [low, high]")
     return tuple(given)
 
 
 def _low_below_high(given: tuple[float, float]) -> tuple[float, float]:
     if not given[0] < given[1]:
-        raise ValueError("allowed is a pair [low, high] with low below high")
+        raise ValueError("must be a pair [low, high] with low below high")
     return given
 
 
 def _whole(given: Any) -> Any:
     # 5.0, as ``--set`` has it, is a whole number.
     if isinstance(given, bool) or not (isinstance(given, int) or (isinstance(given, float) and given.is_integer())):
-        raise ValueError("allowed is a whole number")
+        raise ValueError("must be a whole number")
     return int(given)
 
 
 def _order(given: Any) -> Any:
     if isinstance(given, bool) or given not in (1, 2):
-        raise ValueError("allowed is 1 or 2: the order of the slow equations")
+        raise ValueError("must be 1 or 2: the order of the slow equations")
     return int(given)
 
 
 def _true_or_false(given: Any) -> Any:
     if not isinstance(given, bool):
-        raise ValueError("allowed is true or false")
+        raise ValueError("must be true or false")
     return given
 
 
 def _inertia(given: Any) -> Any:
     if not isinstance(given, bool):
-        raise ValueError("allowed is true or false: whether the slow equations keep it")
+        raise ValueError("must be true or false: whether the slow equations keep it")
     return given
 
 

@@ -74,5 +74,5 @@ MACHINE = OfMachine()
 def subject_of(spec: Spec | type[Spec]) -> Subject:
     """The kind of subject that a spec names."""
     module, _, name = spec.subject.partition(":")
-    found: Subject = getattr(import_module(module), name)
-    return found
+    subject: Subject = getattr(import_module(module), name)
+    return subject

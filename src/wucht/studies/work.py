@@ -17,7 +17,7 @@ class Work:
     """name: before the names of its units. begin, end: the share of the whole study that this part is."""
 
     memory: Memory = field(default_factory=Memory)
-    told: Report | None = None
+    reporter: Report | None = None
     name: str = ""
     begin: float = 0.0
     end: float = 1.0
@@ -28,8 +28,8 @@ class Work:
 
     def report(self, share: float, what: str = "") -> None:
         """How far this part is, 0 to 1. Raises ``KeyboardInterrupt`` where the user has asked to stop."""
-        if self.told is not None:
-            self.told(self.begin + (self.end - self.begin) * min(max(share, 0.0), 1.0), what)
+        if self.reporter is not None:
+            self.reporter(self.begin + (self.end - self.begin) * min(max(share, 0.0), 1.0), what)
 
     def part(self, name: str, begin: float, end: float) -> Work:
         """A part of this work, from one share of it to another, with names of its own."""

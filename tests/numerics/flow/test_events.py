@@ -169,7 +169,6 @@ def test_an_action_may_also_end_the_run(engine):
 @pytest.mark.parametrize("acts", [False, True])
 def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatch):
     """Samples are taken in legs; an event may lie exactly where one ends and the next begins."""
-    monkeypatch.setattr("wucht.numerics.flow.integrate._LEG_S", 1e9, raising=False)  # the same legs however busy the computer
     clock, grid, borders = System((x,), (sp.S.One,)), np.linspace(0, 1, 20_001), []
     integrate(compile_system(clock, engine=engine), [0.0], [], grid, borders.append)
     assert len(borders) > 2

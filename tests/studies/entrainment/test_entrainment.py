@@ -86,7 +86,7 @@ REFUSED: list[tuple[Callable[[], Machine], dict[str, Any], str]] = [
     (bild_2, {"range": [6.0, 5.0]}, "low below high"),
     (bild_2, {"range": ["1 kg", "2 kg"]}, "study.range[0]"),
     (bild_2, {"along": "drive.slope", "range": [-1.0, 1.0]}, "study.range[0]"),
-    (bild_2, {"points": 4}, "study.points: given 4; allowed is a whole number from 5"),
+    (bild_2, {"points": 4}, "study.points: given 4; must be a whole number from 5"),
     (bild_2, {"points": 7.5}, "study.points"),
     (bild_2, {"points": True}, "study.points"),
     (bild_2, {"resolution": 0}, "study.resolution"),
@@ -318,5 +318,5 @@ def test_the_command(wucht: Callable[..., Any], here: Path) -> None:
 
 def test_amplitudes_below_zero_are_refused() -> None:
     machine = load_machine("sperling-vibration/sustained-rotation")
-    with pytest.raises(InputError, match=r"study\.range\[0\]: given -3\.0; allowed is an amplitude from 0 on"):
+    with pytest.raises(InputError, match=r"study\.range\[0\]: given -3\.0; must be an amplitude from 0 on"):
         prepare(Entrainment.read({"along": "carrier.motion.amplitude", "range": [-3, 3]}), machine)

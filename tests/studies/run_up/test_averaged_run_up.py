@@ -234,7 +234,7 @@ def test_order_2_is_nearer() -> None:
 REFUSED: dict[str, tuple[str, dict[str, Any], str]] = {
     "release": ("sperling-vibration/figure-4", {}, r"machine\.bodies: the slow equations have no locks, and 'b1'"),
     "slider": ("sperling-vibration/figure-7", {"start": {"disc": {"speed": 9.0}}}, "machine: has no slow equations"),
-    "not damped": ("r2", {"inertia": False}, r"study\.inertia: given False; allowed is true"),
+    "not damped": ("r2", {"inertia": False}, r"study\.inertia: given False; must be true"),
 }
 
 

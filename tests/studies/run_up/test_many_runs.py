@@ -83,7 +83,7 @@ def test_a_result_of_another_question_is_not_continued(tmp_path: Path) -> None:
         ({"values": [1.0]}, "study.along", "belong together"),
         ({"along": "u"}, "study.values", "belong together"),
         ({"along": "x", "values": [1.0]}, "study.along", "unknown parameter"),
-        ({"along": "u", "values": ["1 kg"]}, "study.values[0]", "allowed is"),
+        ({"along": "u", "values": ["1 kg"]}, "study.values[0]", "must be"),
         ({"along": "u", "values": 1.0}, "study.values", "a list"),
         ({"starts": {"psi": 1}}, "study.starts", "a list of tables"),
         ({"starts": [{"psi": 1.0}], "start": {"psi": 1.0}}, "study.starts", "either start or starts"),

@@ -620,7 +620,7 @@ def test_refused_machines() -> None:
         prepare(SynchronousStates(), machine(0.01, drive=None))
     with pytest.raises(InputError, match="stands still"):
         prepare(SynchronousStates(), machine(0.01, drive=HELD | {"speed": 0.0}))
-    with pytest.raises(InputError, match="allowed are up to 11"):
+    with pytest.raises(InputError, match="there must be at most 11"):
         prepare(SynchronousStates(), machine(*[0.001] * 11))
     with pytest.raises(InputError, match="nothing vibrates"):
         prepare(
@@ -646,10 +646,10 @@ def test_refused_machines() -> None:
         ({"axes": {"speed": [-1, 2, 3], "ratio": [0, 2, 3]}}, "study.axes.speed.*from 0 on"),
         ({"axes": {"sped": [1, 2, 3]}}, "study.axes.sped.*unknown key"),
         ({"spede": 3}, "study.spede.*did you mean 'speed'"),
-        ({"speed": 1e300}, "study.speed.*allowed are speeds from 0.0445 to 1e.05 rad/s, a thousandth of the lowest"),
-        ({"speed": -1e-300}, "study.speed.*allowed are speeds from"),
-        ({"axes": {"speed": [1, 1e308, 3], "ratio": [0, 2, 3]}}, "study.axes.speed.*allowed are speeds up to 1e.05 rad/s"),
-        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 1e308, 3]}}, "study.axes.ratio.*allowed is a ratio up to 1e.06"),
+        ({"speed": 1e300}, "study.speed.*must be a speed from 0.0445 to 1e.05 rad/s, a thousandth of the lowest"),
+        ({"speed": -1e-300}, "study.speed.*must be a speed from"),
+        ({"axes": {"speed": [1, 1e308, 3], "ratio": [0, 2, 3]}}, "study.axes.speed.*must be speeds up to 1e.05 rad/s"),
+        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 1e308, 3]}}, "study.axes.ratio.*must be a ratio up to 1e.06"),
     ],
 )
 def test_refused_questions(table: dict[str, Any], says: str) -> None:
@@ -685,7 +685,7 @@ def test_a_range_against_the_drive_is_refused() -> None:
 
 @pytest.mark.parametrize("given", [(0.0, 1e300), (0.0, 1e-300), (1e200, 1e300)])
 def test_a_range_out_of_reach_is_refused(given: tuple[float, float]) -> None:
-    with pytest.raises(InputError, match=r"study.range: given .*allowed are speeds from .* to .* rad/s"):
+    with pytest.raises(InputError, match=r"study.range: given .*must be speeds from .* to .* rad/s"):
         prepare(SynchronousStates(range=given), machine(0.012, 0.008, drive=MOTOR))
 
 

@@ -207,7 +207,7 @@ def test_one_of_two_exciters() -> None:
 @pytest.mark.parametrize(
     ("question", "drive", "sentence"),
     [
-        ({"on": "p"}, INDUCTION, "allowed is a rotor: fan"),
+        ({"on": "p"}, INDUCTION, "must be a rotor: fan"),
         ({"start": {"q": 1}}, INDUCTION, "unknown key"),
         ({}, {"kind": "constant-speed", "speed": 10.0}, r"nothing is to be balanced.*response"),
         ({}, None, "nothing drives 'fan'"),

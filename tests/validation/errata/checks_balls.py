@@ -64,7 +64,7 @@ def equation_47() -> Claim:
     return Claim(left(A_XX / 2), lambda e: e.xreplace(put), left(A_XX))
 
 
-@check(SOURCE, "(48)", "(0, 0)", "Constant phases of two equal balls: minus the vibration torque over f A_xx.")
+@check(SOURCE, "(48)", "(0, 0)", "Steady phases of two equal balls: minus the vibration torque over f A_xx.")
 def equation_48() -> Claim:
     printed = [F_0 * sp.sin(ALPHA[0]) + EQUAL * APART, F_0 * sp.sin(ALPHA[1]) - EQUAL * APART]
     return equal(sp.ImmutableMatrix(printed), -torques().xreplace(ALIKE) / (EQUAL * A_XX))

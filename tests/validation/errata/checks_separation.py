@@ -163,7 +163,7 @@ def at_common_speed() -> sp.Matrix:
     return sp.Matrix(rows)
 
 
-@check(SOURCE, "(35)", r"\Omega", "The synchronous speed: the residual is the sum of both equations (33) at constant phases.")
+@check(SOURCE, "(35)", r"\Omega", "The synchronous speed: the residual is the sum of both equations (33) at steady phases.")
 def equation_35() -> Claim:
     summed = sp.simplify(at_common_speed()[0] + at_common_speed()[1])
     return Claim(

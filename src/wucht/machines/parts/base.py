@@ -84,7 +84,7 @@ class Release(Described):
     @model_validator(mode="after")
     def _one_of_both(self) -> Release:
         if (self.time is None) == (self.speed is None):
-            raise ValueError("allowed is { time = ... } or { speed = ... }, one of both")
+            raise ValueError("must be { time = ... } or { speed = ... }, one of both")
         return self
 
 

@@ -71,15 +71,15 @@ class Carrier(Support):
             raise ValueError("stiffness", "this key is missing; needed is the stiffness in N/m")
         for name, value in (("stiffness", self.stiffness), ("damping", self.damping)):
             if isinstance(value, tuple) and self.directions != "xy":
-                raise ValueError(name, f"allowed is one number, because directions = {self.directions!r}")
+                raise ValueError(name, f"must be one number, because directions = {self.directions!r}")
             if is_negative(value):
-                raise ValueError(name, f"allowed is a {name} of at least 0")
+                raise ValueError(name, f"must be a {name} of at least 0")
         if self.foundation and self.foundation.direction not in free:
-            sentence = f"allowed is a foundation under one of the free directions: {', '.join(free) or 'none'}"
+            sentence = f"must be a foundation under one of the free directions: {', '.join(free) or 'none'}"
             raise ValueError("foundation", sentence)
         vertical = self.stiffness[1] if isinstance(self.stiffness, tuple) else self.stiffness
         if self.gravity and "y" in free and not vertical:
-            raise ValueError("stiffness", "allowed is a positive stiffness in y, because gravity would make the carrier fall")
+            raise ValueError("stiffness", "must be a positive stiffness in y, because gravity would make the carrier fall")
 
     def energies(self, frame: Frame) -> Energies:
         """T = m v^2/2, V = sum c x^2/2 + m g y, R = sum b x'^2/2; on a foundation, x against it and its own energies."""

@@ -17,13 +17,13 @@ _COLUMNS = (Unit("rad/s", "speed"), Unit("N m", "torque"))
 def _read(given: Any) -> tuple[tuple[float, float], ...]:
     """Points in SI from ``[[speed, torque], ...]``, numbers or strings with units. Raises ``ValueError`` with a sentence."""
     if not is_pairs(given):
-        raise ValueError("allowed are pairs: [[speed, torque], ...]")
+        raise ValueError("must be pairs: [[speed, torque], ...]")
     if len(given) < 2:
-        raise ValueError("allowed are at least 2 points [speed, torque]")
+        raise ValueError("must be at least 2 points [speed, torque]")
     points = [(_COLUMNS[0].parse(w), _COLUMNS[1].parse(t)) for w, t in given]
     for (before, _), (after, _) in pairwise(points):
         if after <= before:
-            raise ValueError(f"allowed are increasing speeds; {after:g} rad/s follows {before:g} rad/s")
+            raise ValueError(f"must be increasing speeds; {after:g} rad/s follows {before:g} rad/s")
     return tuple(points)
 
 

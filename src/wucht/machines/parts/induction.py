@@ -42,9 +42,9 @@ class Induction(Drive):
     def check(self) -> None:
         """A whole number of pole pairs; a leakage, without which a torque would grow without bound."""
         if self.pole_pairs != round(self.pole_pairs):
-            raise ValueError("pole_pairs", "allowed is a whole number of pole pairs")
+            raise ValueError("pole_pairs", "must be a whole number of pole pairs")
         if self.stator_reactance + self.rotor_reactance == 0:
-            raise ValueError("rotor_reactance", "allowed is more than 0 ohm where the stator's reactance is 0")
+            raise ValueError("rotor_reactance", "must be more than 0 ohm where the stator's reactance is 0")
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """002 (2.119), multiplied out by the slip and the synchronous speed, neither of which it then divides by.

@@ -42,7 +42,7 @@ class Motion(Described):
         if info.field_name == "amplitude":
             return Unit(si_unit, "amplitude").parse(given)
         if not is_pairs(given):
-            raise ValueError("allowed are points = [[time, displacement], ...]")
+            raise ValueError("must be points = [[time, displacement], ...]")
         units = Unit("s", "time"), Unit(si_unit, "displacement")
         return [[u.parse(x) for u, x in zip(units, point, strict=True)] for point in given]
 
@@ -50,9 +50,9 @@ class Motion(Described):
     def _one_of_both(self) -> Motion:
         given = [self.amplitude is not None, self.frequency is not None, self.points is not None]
         if given not in ([True, True, False], [False, False, True]):
-            raise ValueError("allowed is amplitude and frequency, or table = FILE (points = [[time, displacement], ...])")
+            raise ValueError("give amplitude and frequency, or table = FILE (points = [[time, displacement], ...])")
         if self.points is not None and any(b[0] <= a[0] for a, b in zip(self.points, self.points[1:], strict=False)):
-            raise ValueError("allowed are points whose times increase")
+            raise ValueError("must be points whose times increase")
         return self
 
     def parameters_at(self, path: str) -> tuple[Parameter, ...]:

@@ -29,13 +29,13 @@ class Pendulum(Tracked):
         """The inertia about the axis is at least m l^2, which is its default; a track needs a diameter and no suspension."""
         least = self.mass * self.length * self.length
         if not math.isfinite(least):
-            raise ValueError("length", "allowed is a length with which m l^2 can still be computed")
+            raise ValueError("length", "must be a length with which m l^2 can still be computed")
         if self.inertia is not None and self.inertia < least * (1 - 1e-12):
             raise ValueError(
-                "inertia", f"allowed is at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default"
+                "inertia", f"must be at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default"
             )
         if self.track is not None and not self.on_axis():
-            raise ValueError("suspension", "allowed is none on a track: its bodies turn about one axis")
+            raise ValueError("suspension", "not allowed on a track: its bodies turn about one axis")
         self.check_track()
 
     def arms(self) -> Mapping[str, sp.Expr]:

@@ -42,16 +42,16 @@ class PlanarCarrier(Support):
         """Mounts, or stiffness and rotation_stiffness; none of them negative."""
         self.check_motion()
         if self.mounts and (self.stiffness is not None or self.rotation_stiffness is not None):
-            raise ValueError("mounts", "allowed are either mounts, or stiffness with rotation_stiffness")
+            raise ValueError("mounts", "give either mounts, or stiffness with rotation_stiffness")
         if not self.mounts and self.stiffness is None:
             raise ValueError("stiffness", "this key is missing; needed are mounts, or stiffness and rotation_stiffness")
         pairs = [("stiffness", self.stiffness), ("damping", self.damping)]
         pairs += [("mounts", v) for m in self.mounts for v in (m.stiffness, m.damping)]
         for key, value in pairs:
             if is_negative(value):
-                raise ValueError(key, "allowed is a stiffness or damping of at least 0")
+                raise ValueError(key, "must be a stiffness or damping of at least 0")
         if self.mounts and all(m.stiffness == (0.0, 0.0) for m in self.mounts):
-            raise ValueError("mounts", "allowed is at least one mount with stiffness")
+            raise ValueError("mounts", "there must be at least one mount with stiffness")
 
     def check_body(self, body: Body) -> None:
         """Bodies may be anywhere on it."""

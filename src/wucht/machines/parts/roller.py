@@ -28,9 +28,9 @@ class Roller(Tracked):
     def check(self) -> None:
         """The roller fits into its track; its diameter is twice its radius."""
         if self.radius >= self.track_radius:
-            raise ValueError("radius", f"allowed is less than the track radius of {self.track_radius:g} m")
+            raise ValueError("radius", f"must be less than the track radius of {self.track_radius:g} m")
         if self.diameter is not None and abs(self.diameter - 2 * self.radius) > 1e-9 * self.radius:
-            raise ValueError("diameter", f"allowed is twice the radius, {2 * self.radius:g} m, which is the default")
+            raise ValueError("diameter", f"must be twice the radius, {2 * self.radius:g} m, which is the default")
         self.check_track()
 
     def centre_radius(self) -> float:

@@ -39,7 +39,7 @@ class Rotor(Body):
         if self.inertia < least * (1 - 1e-12):
             raise ValueError(
                 "inertia",
-                f"allowed is at least m e^2 = {least:.6g} kg m^2, because it is the inertia about the axis of rotation, "
+                f"must be at least m e^2 = {least:.6g} kg m^2, because it is the inertia about the axis of rotation, "
                 "not about the centre of mass",
             )
 

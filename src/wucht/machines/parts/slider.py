@@ -33,7 +33,7 @@ class Slider(Body):
     def check(self) -> None:
         """A slider turns with its guide: it cannot be locked and released."""
         if self.release is not None:
-            raise ValueError("release", "allowed is none: a slider always turns with its guide")
+            raise ValueError("release", "not allowed: a slider always turns with its guide")
 
     def moment_on_reference(self) -> sp.Expr:
         """m R in the direction of the guide."""

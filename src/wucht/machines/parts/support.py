@@ -93,7 +93,7 @@ class Support(Part):
     def check_motion(self) -> None:
         """The motion is in a direction that the carrier has. Raises ``ValueError(field, sentence)``."""
         if self.motion is not None and self.motion.direction not in self.labels:
-            raise ValueError("motion", f"allowed is a direction of the carrier: {', '.join(self.labels) or 'it has none'}")
+            raise ValueError("motion", f"must be a direction of the carrier: {', '.join(self.labels) or 'it has none'}")
 
 
 def is_negative(value: float | tuple[float, ...] | None) -> bool:

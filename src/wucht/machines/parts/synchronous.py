@@ -25,7 +25,7 @@ class Synchronous(Drive):
     def check(self) -> None:
         """A whole number of pole pairs."""
         if self.pole_pairs != round(self.pole_pairs):
-            raise ValueError("pole_pairs", "allowed is a whole number of pole pairs")
+            raise ValueError("pole_pairs", "must be a whole number of pole pairs")
 
     def prescribed(self) -> sp.Expr:
         """The synchronous speed: below 002 (2.106)."""

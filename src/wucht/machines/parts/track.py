@@ -44,7 +44,7 @@ class Tracked(Body):
         if width is None:
             raise ValueError("diameter", "this key is missing; bodies of a track need their diameter in m")
         if width >= 2 * self.centre_radius():
-            raise ValueError("diameter", f"allowed is less than twice the radius of the track, {2 * self.centre_radius():g} m")
+            raise ValueError("diameter", f"must be less than twice the radius of the track, {2 * self.centre_radius():g} m")
 
 
 @dataclass(frozen=True)

@@ -65,6 +65,6 @@ def _values(spec: Approximation, machine: Machine) -> tuple[float, ...]:
     low, high = range_of(unit, spec.range)
     spacing = spec.spacing or ("log" if low > 0 and high / low >= _DECADE else "linear")
     if spacing == "log" and low <= 0:
-        raise InputError("study.spacing", spacing, "allowed is 'linear' for a range that does not begin above 0")
+        raise InputError("study.spacing", spacing, "must be 'linear' for a range that does not begin above 0")
     between = np.geomspace if spacing == "log" else np.linspace
     return tuple(map(float, between(low, high, spec.points)))

@@ -20,7 +20,7 @@ _PATHS = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "str
 def _paths(given: Any) -> Any:
     paths = given if isinstance(given, list | tuple) else [given]
     if not paths or not all(isinstance(p, str) for p in paths) or len(set(paths)) < len(paths):
-        raise ValueError("allowed is the path of a parameter, or a list of different ones")
+        raise ValueError("must be the path of a parameter, or a list of different ones")
     return tuple(paths)
 
 
@@ -59,13 +59,13 @@ class Approximation(Spec):
             return
         if "values" in given:
             if not 0 < len(self.values) <= MOST_POINTS:
-                raise InputError("study.values", list(self.values), f"allowed is a list of 1 to {MOST_POINTS} values")
+                raise InputError("study.values", list(self.values), f"must be a list of 1 to {MOST_POINTS} values")
             if len(given) > 1:
-                raise InputError("study.values", None, "allowed is either values, or range with points and spacing")
+                raise InputError("study.values", None, "give either values, or range with points and spacing")
         elif self.range is None:
             raise InputError("study.range", None, "this key is missing; needed is a pair [low, high] of the parameter")
         if not 2 <= self.points <= MOST_POINTS:
-            raise InputError("study.points", self.points, f"allowed is a whole number from 2 to {MOST_POINTS}")
+            raise InputError("study.points", self.points, f"must be a whole number from 2 to {MOST_POINTS}")
 
     def run_up(self) -> RunUp:
         """The run-up whose models are compared."""

@@ -56,7 +56,7 @@ def prepare(spec: Entrainment, machine: Machine) -> Plan:
     placed, initial = placed_at_start(machine, spec.start)
     resolution = None if spec.resolution is None else read_quantity(unit, spec.resolution, "study.resolution")
     if resolution is not None and resolution <= 0:
-        raise InputError("study.resolution", spec.resolution, f"allowed is {article(unit.what)} greater than 0")
+        raise InputError("study.resolution", spec.resolution, f"must be {article(unit.what)} greater than 0")
     limits = min(limits[0], swept.own), max(limits[1], swept.own)
     plan = Plan(spec, placed, initial, swept, limits, range_, resolution)
     if range_ is None:  # then the band of existence determines it

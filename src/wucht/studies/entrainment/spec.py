@@ -35,4 +35,4 @@ class Entrainment(Spec):
     def check(self) -> None:
         """The number of points."""
         if not _FEWEST <= self.points <= _MOST:
-            raise InputError("study.points", self.points, f"allowed is a whole number from {_FEWEST} to {_MOST}")
+            raise InputError("study.points", self.points, f"must be a whole number from {_FEWEST} to {_MOST}")

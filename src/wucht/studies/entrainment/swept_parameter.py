@@ -47,7 +47,7 @@ class SweptParameter:
     def refuse(self, machine: Machine, value: float, where: str) -> None:
         """Raises ``InputError`` where a part does not allow a value."""
         if self.name == AMPLITUDE and value < 0:
-            raise InputError(where, value, "allowed is an amplitude from 0 on")
+            raise InputError(where, value, "must be an amplitude from 0 on")
         for path, changed in self.values(value).items():
             check_values(machine.parts, {path: changed}, where, machine.values)
 

@@ -29,5 +29,5 @@ class Response(Spec):
     def check(self) -> None:
         """No negative speeds."""
         if self.range is not None and self.range[0] < 0:
-            allowed = "allowed is a pair [low, high] of speeds of at least 0; bodies turn in the sense of their drives"
+            allowed = "must be a pair [low, high] of speeds of at least 0; bodies turn in the sense of their drives"
             raise InputError("study.range", list(self.range), allowed)

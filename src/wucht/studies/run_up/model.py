@@ -152,11 +152,11 @@ def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order:
     locked = next((b.name for b in machine.bodies if b.release is not None), None)
     if locked is not None:
         why = f"the slow equations have no locks, and {locked!r} is locked until it is released"
-        allowed = "allowed are bodies that are free from the start, or model = 'full'"
+        allowed = "must be bodies that are free from the start, or model = 'full'"
         raise InputError("machine.bodies", None, f"{why}; {allowed}")
     with_inertia = not damped(machine) if inertia is None else inertia
     if not with_inertia and not damped(machine):
-        raise InputError("study.inertia", inertia, "allowed is true: a balancing body is not damped against its rotor")
+        raise InputError("study.inertia", inertia, "must be true: a balancing body is not damped against its rotor")
     speeds = speeds_in(machine, start)
     undriven = [r.name for r in machine.rotors if r.coordinate.prescribed is None and not free_speed(machine, r)]
     senses = {name: int(np.sign(speeds[name])) for name in undriven if speeds[name]}

@@ -48,7 +48,7 @@ def prepare(spec: RunUp, machine: Machine) -> Plan:
     if not machine.units.time:
         spec.refuse_units()
     if spec.over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
-        raise InputError("study.over", spec.over, "allowed is 'time' or 'phi': no body turns about the rotor")
+        raise InputError("study.over", spec.over, "must be 'time' or 'phi': no body turns about the rotor")
     cases, starts = [], spec.starts or (spec.start,)
     if spec.along is None:
         cases = [prepare_case(spec, machine, start) for start in starts]
@@ -94,7 +94,7 @@ def placed_at_start(
     given, at = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None], np.linspace(0.0, end, 100)
     fastest = max((float(np.abs(machine.prescribed_speed(c, at)).max()) for c in given), default=0.0)
     if speed_limit is not None and fastest > speed_limit:
-        raise InputError("study.speed_limit", speed_limit, "allowed is more than the speed that the drive prescribes")
+        raise InputError("study.speed_limit", speed_limit, "must be more than the speed that the drive prescribes")
     if not fastest and machine.shaken is None and not machine.schedules and _at_rest(machine, initial):
         why = "the machine has neither a drive nor an initial speed: nothing would turn"
         raise InputError("machine.drive", None, f"{why}; needed is [machine.drive] or a speed in study.start")

@@ -59,22 +59,22 @@ class RunUp(common.Spec):
             return given
         refuse_unknown(until, ("turns", "settled"), "study.until")
         if not until:
-            raise InputError("study.until", {}, "allowed is a time, { turns = NUMBER } or { settled = true }")
+            raise InputError("study.until", {}, "must be a time, { turns = NUMBER } or { settled = true }")
         return {k: v for k, v in given.items() if k != "until"} | dict(until)
 
     def check(self) -> None:
         """One end, one of start and starts, along with values, and the keys of averaged equations only with them."""
         if sum(x is not None for x in (self.until, self.turns, self.settled or None)) > 1:
-            raise InputError("study.until", None, "allowed is one of until, turns and settled")
+            raise InputError("study.until", None, "must be one of until, turns and settled")
         if self.settled is False and self.until is None and self.turns is None:
             raise InputError("study.settled", False, "needed is until = a time or turns = a number, if not settled = true")
         if self.starts and self.start:
-            raise InputError("study.starts", None, "allowed is either start or starts")
+            raise InputError("study.starts", None, "give either start or starts")
         if bool(self.values) != (self.along is not None):
             missing = "values" if self.along is not None else "along"
             raise InputError(f"study.{missing}", None, "this key is missing; along = PATH and values = [...] belong together")
         if len(self.starts or [0]) * len(self.values or [0]) > MOST_RUNS:
-            raise InputError("study.values", len(self.values), f"allowed are {MOST_RUNS} runs at most, starts times values")
+            raise InputError("study.values", len(self.values), f"there must be at most {MOST_RUNS} runs, starts times values")
         if self.model == "full":
             for key in ("inertia", "order"):
                 if key in self.model_fields_set and getattr(self, key) is not None:

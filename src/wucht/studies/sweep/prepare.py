@@ -99,7 +99,7 @@ def _rate(spec: Sweep, machine: Machine, swept: Parameter) -> float | None:
     rate = read_quantity(Unit(f"{swept.unit or '1'}/{time}" if time else swept.unit, what), spec.rate, "study.rate")
     if rate <= 0:
         unit = f", in {rate_unit(machine, swept.path)}" if time else ""
-        raise InputError("study.rate", spec.rate, f"allowed is a {what} greater than 0{unit}")
+        raise InputError("study.rate", spec.rate, f"must be a {what} greater than 0{unit}")
     return rate
 
 
@@ -122,7 +122,7 @@ def _pace(machine: Machine, swept: str, low: float, high: float, asked: float | 
         if not lowest <= asked <= highest:
             raise InputError(
                 "study.rate", asked,
-                f"allowed is a rate from {lowest:g} to {highest:g} {unit}: a lower one takes more than "
+                f"must be a rate from {lowest:g} to {highest:g} {unit}: a lower one takes more than "
                 f"{MOST_TURNS_ASKED} turns a ramp, a higher one less than a tenth of the time in which the machine answers",
             )  # fmt: skip
         duration = (high - low) / asked

@@ -59,12 +59,12 @@ def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
     if len(machine.bodies) < 2:
         _refuse_single(machine)
     if len(machine.bodies) > MOST_BODIES:
-        raise InputError("machine.bodies", len(machine.bodies), f"allowed are up to {MOST_BODIES}, the main rotor included")
+        raise InputError("machine.bodies", len(machine.bodies), f"there must be at most {MOST_BODIES}, the main rotor included")
     if spec.range is not None and machine.rotor.coordinate.prescribed is not None:
         raise InputError("study.range", list(spec.range), "not allowed where the speed of the main rotor is given")
     steady, unheld = turning(machine, spec.speed), turning(machine, None)
     if not spec.inertia and not damped(steady):
-        raise InputError("study.inertia", False, "allowed is true: a balancing body is not damped against its rotor")
+        raise InputError("study.inertia", False, "must be true: a balancing body is not damped against its rotor")
     slow = averaged_machine(steady, spec.inertia)
     torques, speeds = SteadyTorques.from_slow(slow), None
     if torques.given is None:
@@ -111,10 +111,10 @@ def _check_speed(spec: SynchronousStates, unheld: Machine, torques: SteadyTorque
     if spec.speed is not None:
         low, high = _limits(unheld)
         if not low <= abs(spec.speed) <= high:
-            raise InputError("study.speed", spec.speed, f"allowed are speeds {_between(unheld, low, high)}")
+            raise InputError("study.speed", spec.speed, f"must be a speed {_between(unheld, low, high)}")
     if torques.poles(speed, speed):
         raise InputError(
-            "machine.drive" if spec.speed is None else "study.speed", speed, "allowed is another speed: this is "
+            "machine.drive" if spec.speed is None else "study.speed", speed, "must be another speed: this is "
             "the natural frequency of a vibration without damping, which is infinite there",
         )  # fmt: skip
 
@@ -125,10 +125,10 @@ def _searched(machine: Machine, given: tuple[float, float] | None) -> SpeedRange
     if given is not None:
         low, high = sorted(sense_of(machine, machine.rotor) * w for w in given)
         if low < 0:
-            raise InputError("study.range", list(given), "allowed are speeds in the sense in which the drive turns")
+            raise InputError("study.range", list(given), "must be speeds in the sense in which the drive turns")
         least, most = _limits(machine)
         if not least < high <= most:
-            raise InputError("study.range", list(given), f"allowed are speeds {_between(machine, least, most)}")
+            raise InputError("study.range", list(given), f"must be speeds {_between(machine, least, most)}")
         speeds = SpeedRange(max(low, min(least, _LOWEST * high)), high)
     at = np.linspace(speeds.low, speeds.high, _SAMPLES) if speeds is not None else np.empty(0)
     if speeds is None or not any(torque(sense * float(w)) for torque, sense in _net_torques(machine) for w in at):
@@ -180,11 +180,9 @@ def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> tu
     if not abs(c[0]):
         raise InputError("study.axes", None, "the rotor has no unbalance, so there is no ratio to it")
     if (patterns := pattern_count(torques)) > _MOST_PATTERNS:
-        raise InputError(
-            "study.axes", None, f"allowed are bodies with up to {_MOST_PATTERNS} ways to be in line, not {patterns}"
-        )
+        raise InputError("study.axes", None, f"must be bodies with up to {_MOST_PATTERNS} ways to be in line, not {patterns}")
     if axes["speed"][1] > highest:
-        raise InputError("study.axes.speed", list(axes["speed"]), f"allowed are speeds up to {highest:.3g} {unit}".rstrip())
+        raise InputError("study.axes.speed", list(axes["speed"]), f"must be speeds up to {highest:.3g} {unit}".rstrip())
     edges = [np.linspace(low, high, cells + 1) for low, high, cells in (axes["speed"], axes["ratio"])]
     speeds, ratios = ((e[1:] + e[:-1]) / 2 for e in edges)
     if not torques.idle(speeds):

@@ -20,14 +20,14 @@ _AXES = {"speed": Unit("rad/s", "speed"), "ratio": Unit("", "ratio")}
 
 def _axes(given: Any) -> Any:
     if not isinstance(given, Mapping):
-        raise ValueError("allowed is a table: axes = { speed = [lo, hi, cells], ratio = [lo, hi, cells] }")
+        raise ValueError("must be a table: axes = { speed = [lo, hi, cells], ratio = [lo, hi, cells] }")
     refuse_unknown(given, _AXES, "study.axes")
     for name in _AXES:
         where, axis = f"study.axes.{name}", given.get(name)
         if not isinstance(axis, list | tuple) or len(axis) != 3:
-            raise InputError(where, axis, "allowed is [lo, hi, cells]")
+            raise InputError(where, axis, "must be [lo, hi, cells]")
         if isinstance(axis[2], bool) or not isinstance(axis[2], int) or not 2 <= axis[2] <= MOST_CELLS:
-            raise InputError(where, axis, f"allowed is a whole number of cells from 2 to {MOST_CELLS}")
+            raise InputError(where, axis, f"must be a whole number of cells from 2 to {MOST_CELLS}")
     return {name: tuple(given[name]) for name in _AXES}
 
 
@@ -59,17 +59,17 @@ class SynchronousStates(Spec):
     def check(self) -> None:
         """A speed or a range of speeds, and axes that begin at 0 or above."""
         if self.speed == 0:
-            raise InputError("study.speed", 0.0, "allowed is a speed other than 0")
+            raise InputError("study.speed", 0.0, "must be a speed other than 0")
         if self.speed is not None and self.range is not None:
             raise InputError("study.range", list(self.range), "not allowed where the speed of the main rotor is given")
         for name, (low, high, _) in self.axes_in(_AXES["speed"].si).items():
             where, axis = f"study.axes.{name}", list((self.axes or {})[name])
             if not low < high:
-                raise InputError(where, axis, "allowed is a pair [low, high] with low below high")
+                raise InputError(where, axis, "must be a pair [low, high] with low below high")
             if low < 0:
-                raise InputError(where, axis, f"allowed is a {name} from 0 on")
+                raise InputError(where, axis, f"must be a {name} from 0 on")
             if name == "ratio" and high > _MOST_RATIO:
-                raise InputError(where, axis, f"allowed is a ratio up to {_MOST_RATIO:g}")
+                raise InputError(where, axis, f"must be a ratio up to {_MOST_RATIO:g}")
 
     def axes_in(self, speed_unit: str) -> dict[str, tuple[float, float, int]]:
         """The axes of the map: lowest, highest, cells; none without a map.

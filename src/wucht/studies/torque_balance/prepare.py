@@ -27,7 +27,7 @@ def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
         spec.refuse_units()
     by_name = {r.name: r for r in machine.rotors}
     if spec.on is not None and spec.on not in by_name:
-        raise InputError("study.on", spec.on, f"allowed is a rotor: {', '.join(by_name)}")
+        raise InputError("study.on", spec.on, f"must be a rotor: {', '.join(by_name)}")
     rotor = machine.rotor if spec.on is None else by_name[spec.on]
     steady = SteadyPhases.of(machine, spec.start)
     if rotor.coordinate.prescribed is not None:
