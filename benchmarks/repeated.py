@@ -1,0 +1,39 @@
+"""A second run-up of R1 over 20 s, in multiples of its integration (asked: with verdict 2, with verdict and Dataset 4).
+
+The first run derived and compiled; what is left is integration, verdict, and the Dataset with its outputs and attributes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from benchmarks.run_up import best
+from wucht.files.catalogue import load_machine
+from wucht.numerics.flow.integrate import integrate
+from wucht.studies.run_up.prepare import Plan, prepare
+from wucht.studies.run_up.run import Motion, run_case
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
+from wucht.studies.work import Work
+
+
+def measure() -> Iterator[tuple[str, str]]:
+    machine = load_machine("drozdetskaya-2020/r1")
+    asked = RunUp(until=20.0, start={"p1": 0.3, "p2": -0.5})
+    run(asked, machine)
+    plan = prepare(asked, machine)
+    motion, case = _motion(plan), plan.cases[0]
+    initial, values, grid = case.models[0].initial, case.models[0].values, motion.trajectory.time
+    integrator = motion.compiled.engine.integrator()
+    alone = best(lambda: integrate(motion.compiled, initial, values, grid, None, case.horizon.energy, integrator), 9)
+    yield "integration alone", f"{1e3 * alone:8.2f} ms"
+    judged = best(lambda: _motion(prepare(asked, machine)).verdict, 9)
+    yield "checked, integrated and judged, times the integration", f"{judged / alone:8.1f}"
+    whole = best(lambda: run(asked, machine), 9)
+    yield "the same with its Dataset", f"{whole / alone:8.1f}"
+
+
+def _motion(plan: Plan) -> Motion:
+    for motions in run_case(plan.spec, plan.cases[0], Work()):
+        (motion,) = motions
+    return motion
