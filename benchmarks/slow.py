@@ -1,4 +1,4 @@
-"""Slow equations: built and compiled for a rotor with six pendulums (asked: 0.1 s and 2 s); a run of R1, slow against full.
+"""Averaged equations: built and compiled for a rotor with six pendulums (asked: 0.1 s and 2 s); a run of R1, slow against full.
 
 The runs go over 20 s (320 turns) with 401 samples at the default tolerance, without works. Asked: without the inertia of the
 pendulums at least 10 times faster than the full equations, with it 1.5 times.
@@ -51,7 +51,7 @@ def measure() -> Iterator[tuple[str, str]]:
         out = subprocess.run([sys.executable, "-c", _SCRIPT], capture_output=True, text=True, check=True, env=environment)
     read, build, compile_ = map(float, out.stdout.split())
     yield "six pendulums, directions that differ: M, C, K and couplings off the energies", f"{read:8.3f} s"
-    yield "the slow equations built from them", f"{build:8.3f} s"
+    yield "the averaged equations built from them", f"{build:8.3f} s"
     yield "compiled, nothing cached", f"{compile_:8.3f} s"
     machine = load_machine("drozdetskaya-2020/r1")
     full = best(_run(machine.system, initial_state(machine, {"p1": 0.3, "p2": -0.5}), machine.system.values(machine.values)))
@@ -60,7 +60,10 @@ def measure() -> Iterator[tuple[str, str]]:
         slow = averaged_machine(machine, inertia)
         start = slow.state(_MOVED, dict.fromkeys(_MOVED, 0.0))
         taken = best(_run(slow.system, start, slow.values()))
-        yield f"slow equations {'with' if inertia else 'without'} the pendulums' inertia, times faster", f"{full / taken:8.1f}"
+        yield (
+            f"averaged equations {'with' if inertia else 'without'} the pendulums' inertia, times faster",
+            f"{full / taken:8.1f}",
+        )
 
 
 def _run(system: System, start: object, values: tuple[float, ...]) -> object:

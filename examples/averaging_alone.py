@@ -1,4 +1,4 @@
-"""Averaging without any machine: a van der Pol oscillator, its slow equations derived, printed and integrated.
+"""Averaging without any machine: a van der Pol oscillator, its averaged equations derived, printed and integrated.
 
 python examples/averaging_alone.py
 """

@@ -17,7 +17,7 @@ def test_rows_then_definitions_then_values(wucht: Command) -> None:
     assert said.code == 0
     lines = said.out.splitlines()
     assert lines[0] == "R1, u = 20"
-    assert lines[1] == "slow equations of order 1, without the inertia of the balancing bodies:"
+    assert lines[1] == "averaged equations of order 1, without the inertia of the balancing bodies:"
     assert lines[2] == "  Omega'*(J_drum + J_p1 + J_p2) = U*(-Omega + omega) + V_drum + V_p1 + V_p2"
     assert lines[3] == "  alpha_p1'*b_p1 = -J_p1*Omega' + V_p1"
     assert lines.index("with") == 5
@@ -41,7 +41,7 @@ def test_inertia_and_order(wucht: Command) -> None:
     assert "order 1, with the inertia of the balancing bodies:" in kept
     assert "J_p1*Omega_p1' = " in kept
     assert plain == wucht("equations", R1, "--slow").out
-    assert "slow equations of order 2, without the inertia" in second
+    assert "averaged equations of order 2, without the inertia" in second
     assert len(second.splitlines()) > 2 * len(plain.splitlines())
 
 
@@ -73,7 +73,7 @@ REFUSED = {
     "order of the full ones": ([R1, "--order", "2"], ("--order", "only with --slow")),
     "inertia of the full ones": ([R1, "--inertia"], ("--inertia", "only with --slow")),
     "no inertia of the full ones": ([R1, "--no-inertia"], ("--inertia", "only with --slow")),
-    "slider": (["sperling-vibration/figure-7", "--slow"], ("has no slow equations", "slides in a guide")),
+    "slider": (["sperling-vibration/figure-7", "--slow"], ("has no averaged equations", "slides in a guide")),
     "not damped": ([R1, "--slow", "--no-inertia", "--set", "p1.damping=0"], ("--no-inertia", "not damped against its rotor")),
     "no machine": (["nothing", "--slow"], ("nothing",)),
 }

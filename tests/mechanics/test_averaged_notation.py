@@ -1,4 +1,4 @@
-"""The slow equations as they are printed: every symbol means one thing, and comes before its use."""
+"""The averaged equations as they are printed: every symbol means one thing, and comes before its use."""
 
 from __future__ import annotations
 

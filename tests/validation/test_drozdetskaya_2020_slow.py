@@ -1,4 +1,4 @@
-"""The dissertation's slow equations: run-ups of both models, their difference, and where the slow ones fail (002, 5.5, 5.6).
+"""The dissertation's averaged equations: run-ups of both models, differences, and where they fail (002, 5.5, 5.6).
 
 The numbers are those of ``cases.md``: SciPy/Numba at rtol 1e-11 on the corrected equations (4.1)-(4.5) and (4.60)-(4.62).
 Tolerances: one unit of the reference's last digit, unless a comment says otherwise.

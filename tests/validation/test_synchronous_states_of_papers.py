@@ -257,7 +257,7 @@ def test_type_ii_at_u_1() -> None:
 
 
 def exponents_per_angle(u: float, state: Entry) -> np.ndarray:
-    """Of the slow equations without inertia, a unit of the rotor's angle, the largest first."""
+    """Of the averaged equations without inertia, a unit of the rotor's angle, the largest first."""
     machine = load_machine("drozdetskaya-2020/table-5.1", {"u": u})
     slow = averaged_machine(machine, inertia=False)
     at = State(state["speed"], np.array([0.0, state["phases"]["p1"], state["phases"]["p2"]]))

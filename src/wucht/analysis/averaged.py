@@ -114,7 +114,7 @@ def averaged_machine(
     try:
         equations = _equations(_Question(machine.structure, tuple(ordered), heads, signs, *options, machine))
     except WuchtError as error:
-        raise InputError("machine", None, f"has no such slow equations: {error}") from None
+        raise InputError("machine", None, f"has no such averaged equations: {error}") from None
     return AveragedMachine(machine, equations, senses, inertia, order, held)
 
 
@@ -169,7 +169,7 @@ def _refuse_others(machine: Machine) -> None:
     if not machine.free_carrier and not shaken:
         reasons.append("nothing vibrates: the carrier is fixed")
     if reasons:
-        raise InputError("machine", None, f"has no slow equations: {reasons[0]}; run the full model instead")
+        raise InputError("machine", None, f"has no averaged equations: {reasons[0]}; run the full model instead")
 
 
 def _bodies(machine: Machine, ordered: Sequence[RotatingBody], senses: Mapping[str, int], held: bool) -> RotatingBodies:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def equations(
     study: Annotated[str, typer.Argument(help="A study file, or a name from `wucht list`.")],
-    slow: Annotated[bool, typer.Option("--slow", help="The slow equations, the fast rotation averaged away.")] = False,
+    slow: Annotated[bool, typer.Option("--slow", help="The averaged equations, the fast rotation averaged away.")] = False,
     latex: Annotated[bool, typer.Option("--latex", help="As LaTeX.")] = False,
     inertia: Annotated[
         bool | None,
@@ -26,7 +26,7 @@ def equations(
     set_: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; repeatable.")] = None,
     import_: Imports = None,
 ) -> None:
-    """Print the equations of motion that follow from the machine's energies, or the slow equations."""
+    """Print the equations of motion that follow from the machine's energies, or the averaged equations."""
     if order not in (1, 2):
         raise InputError("--order", order, "must be 1 or 2")
     if not slow and (inertia is not None or order != 1):
@@ -80,4 +80,4 @@ def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | Non
     zero = [s for s, value in machine.numbers.items() if value == 0]
     rows, definitions = written_averaged(averaged_machine(machine, kept, order).equations, notation, zero, latex)
     what = "with the inertia of the balancing bodies" if kept else "without the inertia of the balancing bodies"
-    return [(f"slow equations of order {order}, {what}:", rows), ("with", definitions)]
+    return [(f"averaged equations of order {order}, {what}:", rows), ("with", definitions)]

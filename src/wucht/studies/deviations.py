@@ -1,4 +1,4 @@
-"""How far the slow equations are from the full ones: 002, 5.6.1, (5.24)-(5.25)."""
+"""How far the averaged equations are from the full ones: 002, 5.6.1, (5.24)-(5.25)."""
 
 from __future__ import annotations
 

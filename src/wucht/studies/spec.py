@@ -135,7 +135,7 @@ def _whole(given: Any) -> Any:
 
 def _order(given: Any) -> Any:
     if isinstance(given, bool) or given not in (1, 2):
-        raise ValueError("must be 1 or 2: the order of the slow equations")
+        raise ValueError("must be 1 or 2: the order of the averaged equations")
     return int(given)
 
 
@@ -147,7 +147,7 @@ def _true_or_false(given: Any) -> Any:
 
 def _inertia(given: Any) -> Any:
     if not isinstance(given, bool):
-        raise ValueError("must be true or false: whether the slow equations keep it")
+        raise ValueError("must be true or false: whether the averaged equations keep it")
     return given
 
 
@@ -159,8 +159,10 @@ Values = Annotated[tuple[Quantity, ...], BeforeValidator(_list_of_values), Field
 Pair = Annotated[tuple[Quantity, Quantity], BeforeValidator(_pair), Field(description="pair [low, high] of the parameter")]
 Interval = Annotated[tuple[float, float], BeforeValidator(_pair), AfterValidator(_low_below_high)]  # of a quantity by ``si``
 Whole = Annotated[int, BeforeValidator(_whole)]
-Order = Annotated[Literal[1, 2], BeforeValidator(_order), Field(description="order of the slow equations")]
-Inertia = Annotated[bool, BeforeValidator(_inertia), Field(description="whether the slow equations keep the bodies' inertia")]
+Order = Annotated[Literal[1, 2], BeforeValidator(_order), Field(description="order of the averaged equations")]
+Inertia = Annotated[
+    bool, BeforeValidator(_inertia), Field(description="whether the averaged equations keep the bodies' inertia")
+]
 TrueOrFalse = Annotated[bool, BeforeValidator(_true_or_false)]
 Tolerance = Annotated[
     float, BeforeValidator(Unit("", "tolerance").parse), Field(ge=1e-16, le=1e-2, description="tolerance of the integration")

@@ -151,7 +151,7 @@ def test_a_machine_with_a_schedule_is_compared_without_an_order(study: Study) ->
 
 def test_machines_without_slow_equations_are_refused() -> None:
     machine = load_machine("sperling-vibration/figure-7")
-    with pytest.raises(InputError, match="has no slow equations"):
+    with pytest.raises(InputError, match="has no averaged equations"):
         prepare(ask(start={"disc": {"speed": 9.0}}), machine)
 
 
@@ -194,7 +194,7 @@ def test_not_trusted_with_light_damping() -> None:
 
 
 def test_with_a_prescribed_speed_the_bodies_are_compared() -> None:
-    """The rotor's speed has no deviation then; its rollers go another way in the slow equations, and arrive elsewhere."""
+    """The rotor's speed has no deviation then; its rollers go another way in the averaged equations, and arrive elsewhere."""
     machine = load_machine("sperling-rollers/figure-8")
     result, summary = answer(machine, start={"r1": 0.1, "r2": -0.1})
     assert summary["speeds_of"] == "the bodies"

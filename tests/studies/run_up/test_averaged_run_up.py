@@ -1,4 +1,4 @@
-"""Run-ups of the slow equations, alone and beside the full ones."""
+"""Run-ups of the averaged equations, alone and beside the full ones."""
 
 from __future__ import annotations
 
@@ -212,7 +212,7 @@ def test_a_moved_carrier_is_left_out_with_a_warning() -> None:
     machine = drum()
     quiet, _ = answer(machine, until=0.2, start=START, model="slow")
     moved, _ = answer(machine, until=0.2, start=START | {"carrier": {"x": 1e-3}}, model="slow")
-    says = "the slow equations have no free vibration of the carrier: its start is left out"
+    says = "the averaged equations have no free vibration of the carrier: its start is left out"
     assert says in json.loads(moved.attrs["warnings"])
     assert says not in json.loads(quiet.attrs["warnings"])
     assert moved.speed.values == pytest.approx(quiet.speed.values, rel=1e-12)
@@ -232,8 +232,8 @@ def test_order_2_is_nearer() -> None:
 
 
 REFUSED: dict[str, tuple[str, dict[str, Any], str]] = {
-    "release": ("sperling-vibration/figure-4", {}, r"machine\.bodies: the slow equations have no locks, and 'b1'"),
-    "slider": ("sperling-vibration/figure-7", {"start": {"disc": {"speed": 9.0}}}, "machine: has no slow equations"),
+    "release": ("sperling-vibration/figure-4", {}, r"machine\.bodies: the averaged equations have no locks, and 'b1'"),
+    "slider": ("sperling-vibration/figure-7", {"start": {"disc": {"speed": 9.0}}}, "machine: has no averaged equations"),
     "not damped": ("r2", {"inertia": False}, r"study\.inertia: given False; must be true"),
 }
 
@@ -347,7 +347,7 @@ def test_a_slow_run_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) -> N
 
     monkeypatch.setattr(run_up_run, "integrate", failing)
     result, summary = answer(drum(), until=1.0, start=START, model="both", order=2)
-    assert "slow equations: the step became too small" in json.loads(result.attrs["warnings"])
+    assert "averaged equations: the step became too small" in json.loads(result.attrs["warnings"])
     assert not result.attrs["failure"], "the full run did not fail"
     assert summary["slow"]["outcome"] == "failed"
 

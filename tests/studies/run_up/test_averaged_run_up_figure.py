@@ -36,9 +36,9 @@ def modulated() -> xr.Dataset:
 def test_slow_lines_in_speed_amplitude_and_phase(modulated: xr.Dataset) -> None:
     speed, amplitude, phase, power = draw(modulated).axes[:4]
     assert [len(slow_lines(a)) for a in (speed, amplitude, phase, power)] == [1, 1, 2, 0]
-    labels = [[t.get_text() for t in a.get_legend().get_texts()].count("slow equations") for a in (amplitude, phase)]
+    labels = [[t.get_text() for t in a.get_legend().get_texts()].count("averaged equations") for a in (amplitude, phase)]
     assert labels == [1, 1], "named once a panel"
-    assert "rotor, slow equations" in [t.get_text() for t in speed.get_legend().get_texts()]
+    assert "rotor, averaged equations" in [t.get_text() for t in speed.get_legend().get_texts()]
 
 
 def test_each_model_over_its_own_angle(modulated: xr.Dataset) -> None:
@@ -93,4 +93,4 @@ def test_many_runs(over: str) -> None:
     assert (line.get_xdata()[0], line.get_xdata()[-1]) == pytest.approx((at[inside][0], at[inside][-1]))
     assert line.get_ydata()[-1] == pytest.approx(last.slow_speed.values[0][inside][-1])
     [legend] = speed.figure.legends
-    assert [t.get_text() for t in legend.get_texts()].count("slow equations") == 1
+    assert [t.get_text() for t in legend.get_texts()].count("averaged equations") == 1

@@ -401,7 +401,7 @@ def test_without_inertia_the_slowest_exponents_stay() -> None:
 
 
 def test_an_exponent_that_is_zero_is_not_decided() -> None:
-    """Without dampers to the rotor the balls librate for ever in the slow equations."""
+    """Without dampers to the rotor the balls librate for ever in the averaged equations."""
     torques = SteadyTorques.of(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
     free = replace(torques, relative=np.zeros((3, 3)))
     slow = averaged_machine(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
@@ -417,17 +417,17 @@ def test_multipliers_can_be_left_out() -> None:
 
 
 def test_what_the_full_equations_do_not_decide_is_not_called_stable() -> None:
-    """A full run leaves the state at 6.16 rad/s; the slow equations call it stable, and no periodic motion is found near it."""
+    """A full run leaves the state at 6.16 rad/s; the averaged equations call it stable, no periodic motion is near it."""
     summary = answer(load_machine("sperling-vibration/self-synchronisation-lost"))
     verdicts = Counter(s["verdict"] for s in summary["states"])
     assert verdicts == {
-        "stable": 1, "stable in the slow equations only": 1, "unstable in the slow equations only": 3, "unstable": 1,
+        "stable": 1, "stable in the averaged equations only": 1, "unstable in the averaged equations only": 3, "unstable": 1,
     }  # fmt: skip
     assert summary["sentence"] == (
-        "6 steady phase configurations, stable: without a name; stable in the slow equations only, undecided in the full "
+        "6 steady phase configurations, stable: without a name; stable in the averaged equations only, undecided in the full "
         "ones: without a name"
     )
-    undecided = next(s for s in summary["states"] if s["verdict"] == "stable in the slow equations only")
+    undecided = next(s for s in summary["states"] if s["verdict"] == "stable in the averaged equations only")
     assert undecided["speed"] == pytest.approx(6.16, abs=0.01)
     assert undecided["stable_full"] is None
     assert summary["complete"]
@@ -435,16 +435,16 @@ def test_what_the_full_equations_do_not_decide_is_not_called_stable() -> None:
 
 def test_without_multipliers_the_sentence_says_so() -> None:
     summary = answer(machine(0.012, 0.008), full=False)
-    assert "stable in the slow equations (the full ones were not asked): compensating" in summary["sentence"]
+    assert "stable in the averaged equations (the full ones were not asked): compensating" in summary["sentence"]
     assert summary["full"] is False
-    assert answer(machine(0.004, drive=HELD | {"speed": 30.0}), full=False)["sentence"].count("stable in the slow") == 1
+    assert answer(machine(0.004, drive=HELD | {"speed": 30.0}), full=False)["sentence"].count("stable in the averaged") == 1
 
 
 def test_what_neither_equations_decide_is_undecided() -> None:
     """At a twentieth of a radian a second the vibration is too small to tell anything."""
     summary = answer(machine(0.012, 0.008, drive=HELD | {"speed": 0.05}), full=False)
     assert {s["verdict"] for s in summary["states"]} == {"undecided"}
-    assert "none of them shown to be stable in the slow equations; undecided: compensating (2)" in summary["sentence"]
+    assert "none of them shown to be stable in the averaged equations; undecided: compensating (2)" in summary["sentence"]
 
 
 def test_bodies_in_each_others_place_are_not_called_stable() -> None:
@@ -771,7 +771,7 @@ def test_words(wucht: Command) -> None:
     assert "speeds from 0.012 to 12 rad/s by subdivision" in command.out
     command = wucht("run", "practice/screen", *question, "--set", "study.full=false", "-o", "o2")
     assert command.code == 0, command.err
-    assert "stable in the slow equations (the full ones were not asked)" in command.out
+    assert "stable in the averaged equations (the full ones were not asked)" in command.out
     assert "multipliers were not asked" not in command.out
     assert _degrees(2 * math.pi - 1e-5) == "0.00"
     assert _degrees(math.pi) == "180.00"

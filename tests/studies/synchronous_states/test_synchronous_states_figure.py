@@ -117,7 +117,7 @@ def frames(figure: Figure) -> list[tuple[object, ...]]:
 
 
 def test_only_what_is_shown_stable_has_the_frame_of_stable_states(rollers: xr.Dataset) -> None:
-    """Stable in the slow equations alone, or with bodies in each other's place: frames and words of their own."""
+    """Stable in the averaged equations alone, or with bodies in each other's place: frames and words of their own."""
     stable = frames(draw(rollers))[0]
     slow = run(SynchronousStates(speed=80.0, full=False), load_machine("sperling-rollers/table-1"))
     assert len({stable, *frames(draw(slow))}) == 3
@@ -185,7 +185,7 @@ def test_a_dataset_that_is_no_result_is_refused(rollers: xr.Dataset) -> None:
 def test_what_is_left_out_is_not_stable() -> None:
     """Of twenty states the stable ones are drawn, wherever they stand."""
     verdicts = np.array(
-        ["unstable"] * 15 + ["stable", "undecided", "unstable", "stable in the slow equations only", "unstable"]
+        ["unstable"] * 15 + ["stable", "undecided", "unstable", "stable in the averaged equations only", "unstable"]
     )
     shown = chosen(verdicts.tolist(), _MOST)
     assert len(shown) == _MOST

@@ -116,7 +116,7 @@ def test_resumed_is_uninterrupted(unbalances: tuple[float, ...], tmp_path: Path,
 
 
 def test_states_that_are_not_computed_yet_say_so(tmp_path: Path) -> None:
-    """After two of six states: all stand in the result, as the slow equations have them."""
+    """After two of six states: all stand in the result, as the averaged equations have them."""
     m = machine(0.012, 0.008)
     whole = summary_of(ask(SynchronousStates(), m))["states"]
     result = ask(SynchronousStates(), m, folder=tmp_path, progress=stopped_after("multipliers", 2))

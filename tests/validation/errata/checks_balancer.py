@@ -1,4 +1,4 @@
-"""002, chapter 4: the slow equations of a rotor with two balancing pendulums."""
+"""002, chapter 4: the averaged equations of a rotor with two balancing pendulums."""
 
 from __future__ import annotations
 
@@ -116,7 +116,9 @@ RIGHT_4_62 = (
 )
 
 
-@check(SOURCE, "(4.60)", r"\frac{d\omega}{d\phi}", "The rotor's speed; omega' / omega of the strongly damped slow equations.")
+@check(
+    SOURCE, "(4.60)", r"\frac{d\omega}{d\phi}", "The rotor's speed; omega' / omega of the strongly damped averaged equations."
+)
 def equation_4_60() -> Claim:
     return equal(right_4_60(1), rates()[0])
 

@@ -53,7 +53,7 @@ PULLS = (F_1 * (F_0 * sp.sin(ALPHA[0]) + F_2 * APART), F_2 * (F_0 * sp.sin(ALPHA
     SOURCE,
     "(47)",
     "(0, 0)",
-    "The slow equations of the balls, with the program's accelerations: two directions give A_xx, not A_xx/2.",
+    "The averaged equations of the balls, with the program's accelerations: two directions give A_xx, not A_xx/2.",
 )
 def equation_47() -> Claim:
     def left(influence: sp.Expr) -> sp.ImmutableMatrix:

@@ -1,4 +1,4 @@
-"""000, sections 2 and 3: the moments of vibration on two rollers and the slow equations of their phases."""
+"""000, sections 2 and 3: the moments of vibration on two rollers and the averaged equations of their phases."""
 
 from __future__ import annotations
 
@@ -113,13 +113,13 @@ def equation_31_integral() -> Claim:
     return Claim(printed, lambda e: derived - e.xreplace(moments).doit(), printed / (2 * sp.pi))
 
 
-@check(SOURCE, "(31) result", "(V_1, V_2)", "What (31) gives: minus the vibration torque of the slow equations.")
+@check(SOURCE, "(31) result", "(V_1, V_2)", "What (31) gives: minus the vibration torque of the averaged equations.")
 def equation_31_result() -> Claim:
     return equal(sp.ImmutableMatrix([summed(i, sp.S.One) for i in (1, 2)]), sp.Matrix([turning_back(i) for i in (1, 2)]))
 
 
 def slow_row(i: int, other: int, sign: int) -> Claim:
-    """(32), (33): the left-hand side with alpha'' from the slow equations is zero."""
+    """(32), (33): the left-hand side with alpha'' from the averaged equations is zero."""
     pair = sign * F[other] * sp.sin(ALPHA[1] - ALPHA[2])
     left = J[i] * SECOND[i] + BETA[i] * RATE[i] + (A_XX + A_YY) / 2 * F[i] * (F[0] * sp.sin(ALPHA[i]) + pair)
     return Claim(left, lambda e: e.xreplace({SECOND[i]: rollers().rate(f"r{i}.speed")}))

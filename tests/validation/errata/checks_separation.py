@@ -138,7 +138,7 @@ def equation_32() -> Claim:
     SOURCE,
     "(33)",
     "(0, 0)",
-    "The slow equations, left less right, with the program's accelerations; exciter 1 turns with Omega.",
+    "The averaged equations, left less right, with the program's accelerations; exciter 1 turns with Omega.",
 )
 def equation_33() -> Claim:
     moment = [exciters().output(f"vibration_torque[e{i}]") for i in (1, 2)]

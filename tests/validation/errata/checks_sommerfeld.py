@@ -125,7 +125,7 @@ def equation_3_50() -> Claim:
     SOURCE,
     "(3.52)",
     "u",
-    "(3.51) solved for the motor parameter: the slow equation (3.50) at a steady speed; a bracket is lost.",
+    "(3.51) solved for the motor parameter: the averaged equation (3.50) at a steady speed; a bracket is lost.",
 )
 def equation_3_52() -> Claim:
     lost = OMEGA**5 * SIGMA / ((1 - OMEGA**2) ** 2 + 4 * SIGMA**2 * OMEGA**2 * (LAMBDA - OMEGA))

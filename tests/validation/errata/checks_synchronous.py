@@ -31,7 +31,7 @@ def torques() -> sp.Matrix:
 
 @cache
 def stiffness() -> sp.Matrix:
-    """K of (52): the Jacobian of the moments over f_i, which is twice that of the slow equations."""
+    """K of (52): the Jacobian of the moments over f_i, which is twice that of the averaged equations."""
     rows = sp.Matrix([torques()[i] / F[i + 1] for i in range(2)])
     return TOGETHER * rows.jacobian([FIRST, SECOND])
 

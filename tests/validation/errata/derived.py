@@ -1,4 +1,4 @@
-"""A machine's slow equations in the symbols of a paper."""
+"""A machine's averaged equations in the symbols of a paper."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def path(name: str) -> sp.Symbol:
 
 @dataclass(frozen=True)
 class Derived:
-    """Slow equations, and what leads from the program's symbols to the paper's.
+    """Averaged equations, and what leads from the program's symbols to the paper's.
 
     put: substitutions, one after the other. named: definitions of the system that the paper has a symbol for.
     """

@@ -36,7 +36,7 @@ ELSEWHERE = """\
 - 001 (10): that L depends on the angular velocity is a matter of its list of arguments, which a residual does not see.
 - 002, 5.1: "Abb. 5.3" where Abb. 5.2 is meant; no equation.
 - 001 (21): the band in which the entrained motion exists is not the one reached from rest: `test_sperling_entrainment.py`.
-- 002, type I "always stable": that holds for the slow equations; the full ones can lose it where the damping is light.
+- 002, type I "always stable": that holds for the averaged equations; the full ones can lose it where the damping is light.
 """
 
 

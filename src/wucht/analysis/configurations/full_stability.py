@@ -28,7 +28,7 @@ NEUTRAL = 1e-7  # ln|mu| of a multiplier on the unit circle: the accuracy of tho
 _ELSEWHERE = 0.5  # rad: a periodic motion whose phases are further away is another one
 _REPEATS = 1e-10  # of the states' sizes: a motion that misses itself by more after a turn creeps
 _SLOWER = 0.1  # of the slowest rate across a broken family: what is slower belongs to the creeping along it
-_NEXT_ORDER = 5  # bodies: with more it takes a minute to write the slow equations of the next order
+_NEXT_ORDER = 5  # bodies: with more it takes a minute to write the averaged equations of the next order
 _OWN = 0.05  # relative: a multiplier's frequency this near to that of the carrier's vibration belongs to it
 
 
@@ -42,12 +42,12 @@ class FullStability:
 
     @classmethod
     def of(cls, torques: SteadyTorques) -> FullStability:
-        """Contacts on tracks are left out, as in the slow equations."""
+        """Contacts on tracks are left out, as in the averaged equations."""
         bare = torques.machine.changed(energies=torques.machine.without_contacts, tracks=())
         return cls(bare, torques, compile_system(replace(bare.system, outputs=(), quadratures=())))
 
     def stability(self, state: State) -> Stability:
-        """Stability from the multipliers of the periodic motion near a state of the slow equations."""
+        """Stability from the multipliers of the periodic motion near a state of the averaged equations."""
         state = state.inside
         try:
             orbit = self.orbit(state)
@@ -119,7 +119,7 @@ class FullStability:
 
 @dataclass(frozen=True)
 class Disagreement:
-    """Why a machine's slow equations, with or without inertia, and its full ones disagree on the stability of a state."""
+    """Why a machine's averaged equations, with or without inertia, and its full ones disagree on the stability of a state."""
 
     torques: SteadyTorques
     inertia: bool
@@ -130,7 +130,7 @@ class Disagreement:
 
     @cached_property
     def _second_order(self) -> SlowStability | None:
-        """The slow equations of the next order, None where they are not to be had."""
+        """The averaged equations of the next order, None where they are not to be had."""
         try:
             return SlowStability(self.torques, averaged_machine(self.torques.machine, self.inertia, 2))
         except WuchtError:
@@ -157,14 +157,14 @@ class Disagreement:
             what = f"a pair of multipliers{self._whose(state.speed, frequency)}" if pair else "a real multiplier"
             exact = f"{what} leaves the unit circle (growth {rate:.3g} {of_time})"
         if self._agrees_in_second_order(state, full):
-            return f"{exact}: the slow equations take the carrier's vibration as steady; those of second order agree"
+            return f"{exact}: the averaged equations take the carrier's vibration as steady; those of second order agree"
         moving, slowest = float(np.abs(slow.exponents).max(initial=0.0)), float(-self._poles.real.max())
         decay = (
             f"decay with no more than {slowest:.3g} {of_time}" if slowest > 0
             else "are not damped by anything outside the rotor"
         )  # fmt: skip
         return (
-            f"{exact}: the slow equations take the carrier's vibration as steady, but its own transients {decay}, while the "
+            f"{exact}: the averaged equations take the carrier's vibration as steady, but its transients {decay}, while the "
             f"phases move with up to {moving:.3g} {of_time}"
         )
 

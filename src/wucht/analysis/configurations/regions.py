@@ -1,4 +1,4 @@
-"""Which steady phase configurations are stable in the slow equations, over speed and unbalance ratio."""
+"""Which steady phase configurations are stable in the averaged equations, over speed and unbalance ratio."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stability of steady phase configurations in the slow equations.
+"""Stability of steady phase configurations in the averaged equations.
 
 J theta'' + B theta' = tau(theta') + V(theta_0', alpha), linearised about equal speeds and steady phases; or the equations
 without the inertia of the balancing bodies. What belongs to a family of states, or to an interval of speeds without torque,
@@ -54,7 +54,7 @@ class Stability:
 
 @dataclass(frozen=True)
 class SlowStability:
-    """The slow equations of a machine, linearised about its steady phase configurations; with or without inertia as given."""
+    """The averaged equations of a machine, linearised about its steady phase configurations."""
 
     torques: SteadyTorques
     slow: AveragedMachine
@@ -87,7 +87,7 @@ class SlowStability:
 
 
 def slow_matrices(torques: SteadyTorques, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
-    """The linearised slow equations (N, k, k) at speeds (N,) and phases (n, N).
+    """The linearised averaged equations (N, k, k) at speeds (N,) and phases (n, N).
 
     Unknowns: the phases of all bodies to the main rotor, then the speeds of those whose speed is not given.
     """
@@ -111,7 +111,7 @@ def transverse(eigenvalues: np.ndarray, dimension: int) -> np.ndarray:
 
 
 def slow_state(slow: AveragedMachine, state: State) -> np.ndarray:
-    """The state (k,) of the slow equations."""
+    """The state (k,) of the averaged equations."""
     alpha = dict(zip(slow.equations.bodies.names, state.phases, strict=True))
     values = []
     for symbol in slow.system.states:

@@ -61,7 +61,7 @@ class SteadyTorques:
 
     @classmethod
     def from_slow(cls, slow: AveragedMachine) -> SteadyTorques:
-        """The same from slow equations that are there."""
+        """The same from averaged equations that are there."""
         b = slow.equations.bodies
         if b.shaking is not None:
             raise InputError(

@@ -1,4 +1,4 @@
-"""Findings -> the Dataset of an approximation: deviations, and whether the slow equations may be trusted, and why not."""
+"""Findings -> the Dataset of an approximation: deviations, and whether the averaged equations may be trusted, and why not."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TRUSTED = 0.05  # of the largest speed up to until_phi: a deviation beyond it is not small
-AMPLITUDE_TRUSTED = 0.25  # of the largest amplitude: that of a carrier that starts at rest is not in the slow equations
+AMPLITUDE_TRUSTED = 0.25  # of the largest amplitude: that of a carrier that starts at rest is not in the averaged equations
 LEAST_ORDER = 0.7  # of the nominal order: below, epsilon is not small enough for the error to fall with it
 _AS_NUMBER = {True: 1, False: 0, None: -1}
 
@@ -50,7 +50,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "relative_amplitude_deviation": variable("value", relative[1], "relative deviation of the amplitude"),
         "same_outcome": variable("value", same, "whether both end alike (-1: unknown)"),
         "outcome": variable("value", [c.outcome for c in shown], "outcome of the full equations"),
-        "slow_outcome": variable("value", [c.slow_outcome for c in shown], "outcome of the slow equations"),
+        "slow_outcome": variable("value", [c.slow_outcome for c in shown], "outcome of the averaged equations"),
         "failed": variable("value", [c.failure for c in shown], "why a run failed"),
         "speed_over_angle": variable("value angle", curves[:, 0], f"deviation of the speed of {whose}", speed),
         "amplitude_over_angle": variable("value angle", curves[:, 1], "deviation of the amplitude", length),
@@ -110,7 +110,7 @@ def regions(compared: Sequence[Comparison]) -> list[list[float]]:
 
 
 def _doubts(plan: Plan, findings: Findings) -> list[str]:
-    """Why the slow equations may not be trusted for the machine as it is."""
+    """Why the averaged equations may not be trusted for the machine as it is."""
     own, measured, doubts = findings.own, findings.measured, list[str]()
     if own is None or not findings.complete:
         return doubts
@@ -143,7 +143,7 @@ def _undecided(findings: Findings) -> list[str]:
 def _sentence(summary: dict[str, Any]) -> str:
     """The answer in words."""
     if summary["trusted"]:
-        return "the slow equations may be trusted for this machine"
+        return "the averaged equations may be trusted for this machine"
     if summary["trusted"] is None:
-        return f"not decided whether the slow equations may be trusted: {'; '.join(summary['reasons'])}"
-    return f"the slow equations are not to be trusted for this machine: {'; '.join(summary['reasons'])}"
+        return f"not decided whether the averaged equations may be trusted: {'; '.join(summary['reasons'])}"
+    return f"the averaged equations are not to be trusted for this machine: {'; '.join(summary['reasons'])}"

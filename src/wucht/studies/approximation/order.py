@@ -1,4 +1,4 @@
-"""The order of the slow equations' error, measured on the machine itself: epsilon is made smaller, the rest stays."""
+"""The order of the averaged equations' error, measured on the machine itself: epsilon is made smaller, the rest stays."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def _largest(model: SlowModel, flows: Flows, until_phi: float, work: Work) -> fl
         raise UnmeasuredError(f"the rotor does not turn by {until_phi:.4g} rad")
     seen = model.seen(slow).states[:, inside]
     if not np.isfinite(seen).all():
-        raise UnmeasuredError("the slow equations have no finite motion")
+        raise UnmeasuredError("the averaged equations have no finite motion")
     values, time = flows[1].system.values(machine.values), slow.time[inside]
     true = _complete("full", flows[1], seen[:, 0], values, time, work.part("", 0.1, 1.0))
     return float(np.abs(true.states[rows] - seen[rows]).max())

@@ -1,4 +1,4 @@
-"""Whether the slow equations may be trusted, in words."""
+"""Whether the averaged equations may be trusted, in words."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def report(result: xr.Dataset) -> list[str]:
         if d["speed"] is not None:
             speeds = f"speeds of {s['speeds_of']} differ by {speed(d['speed'])} at most"
             apart = f"{speeds}, amplitudes by {length(d['amplitude'])}"
-        ends = f"both {d['outcome']}" if d["same_outcome"] else f"{d['outcome']}, slow equations {d['slow_outcome']}"
+        ends = f"both {d['outcome']}" if d["same_outcome"] else f"{d['outcome']}, averaged equations {d['slow_outcome']}"
         return f"{apart}; {ends}"
 
     lines = [result.attrs["title"], f"verdict: {_VERDICTS[s['trusted']]}"]

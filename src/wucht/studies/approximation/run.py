@@ -1,4 +1,4 @@
-"""Plan -> findings: each comparison of both models, then the error of the slow equations at smaller epsilon."""
+"""Plan -> findings: each comparison of both models, then the error of the averaged equations at smaller epsilon."""
 
 from __future__ import annotations
 

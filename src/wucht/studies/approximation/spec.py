@@ -12,7 +12,7 @@ from wucht.studies.run_up.spec import RunUp
 from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Inertia, Order, Pair, Spec, Start, Tolerance, Values, Whole
 
 DEFAULT_POINTS, MOST_POINTS = 7, 200
-UNTIL_PHI = 100.0  # rad: 1/epsilon of Table 5.1, over which 002, 5.6.1 expects the slow equations to hold
+UNTIL_PHI = 100.0  # rad: 1/epsilon of Table 5.1, over which 002, 5.6.1 expects the averaged equations to hold
 _OF_ALONG = ("range", "values", "points", "spacing")
 _PATHS = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
 
@@ -30,7 +30,7 @@ class Approximation(Spec):
     along: a parameter, or several that are multiplied by one factor (of 002, 5.6.2: beta_p and beta_r for b_r); range: of it,
     or of the factor; values: instead of a range. points: in the range, spaced ``"linear"`` or ``"log"`` (the default over a
     decade and more). until_phi: the rotor angle up to which deviations count. start, until: of the run-ups, which by default
-    end when the machine has settled, and decide the outcomes. inertia, order: of the slow equations, as in ``run-up``.
+    end when the machine has settled, and decide the outcomes. inertia, order: of the averaged equations, as in ``run-up``.
     """
 
     kind: ClassVar[str] = "approximation"

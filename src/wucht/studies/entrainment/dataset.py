@@ -137,7 +137,7 @@ def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
         "value": plan.swept.own,
         "range": None if findings.range is None else list(findings.range),
         "existence_band": None if band is None else [None if e.kind == "range" else e.value for e in (band.low, band.high)],
-        "existence_band_from": None if band is None else "slow equations",
+        "existence_band_from": None if band is None else "averaged equations",
         "existence_edges": None if band is None else [band.low.kind, band.high.kind],
         "branch": None if band is None else band.branch,
         "existence_band_full": list(findings.ends) if findings.motions else None,

@@ -30,12 +30,12 @@ def joined(motions: Sequence[Motion], runs: Sequence[xr.Dataset]) -> xr.Dataset:
         return runs[0]
     full, slow = runs
     if slow.attrs["failure"]:
-        warnings = [*json.loads(full.attrs["warnings"]), f"slow equations: {slow.attrs['failure']}"]
+        warnings = [*json.loads(full.attrs["warnings"]), f"averaged equations: {slow.attrs['failure']}"]
         full.attrs["warnings"] = to_json(warnings, indent=None)
     later = full.sizes["time"] - slow.sizes["time"]
     for name in (n for n in _SHOWN if n in slow):
         values, of = slow[name].pad(time=(0, later)).values, full[name]
-        full[f"slow_{name}"] = variable(" ".join(map(str, of.dims)), values, f"{of.long_name}, slow equations", of.units)
+        full[f"slow_{name}"] = variable(" ".join(map(str, of.dims)), values, f"{of.long_name}, averaged equations", of.units)
     courses = course_of(motions[0]), course_of(motions[1])
     apart = {"at_equal_angle": at_equal_angle(*courses), "at_equal_phase": at_equal_phase(*courses)}
     largest = {k: d and dict(zip(("speed", "amplitude"), d.largest, strict=True)) for k, d in apart.items()}

@@ -45,7 +45,7 @@ def figure(result: xr.Dataset) -> Figure:
 def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
     """What the figure is drawn over (N,), and its name: time, the rotor's angle, or the mean phase of the bodies about it.
 
-    model: ``"slow_"`` for the run of the slow equations.
+    model: ``"slow_"`` for the run of the averaged equations.
     """
     over = json.loads(result.attrs["input"])["study"].get("over", "time")
     if over == "time":
@@ -83,7 +83,7 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | 
     for i in range(min(len(bodies), _MOST_NAMES)):
         axis.plot(*style.thinned(time, result.speed.values[i]), label=bodies[i], **style.line_style(i), zorder=3 - 0.1 * i)
     if slow is not None:
-        axis.plot(*style.thinned(slow, result.slow_speed.values[0]), label=f"{bodies[0]}, slow equations", **style.SLOW)
+        axis.plot(*style.thinned(slow, result.slow_speed.values[0]), label=f"{bodies[0]}, averaged equations", **style.SLOW)
     free = float(result.free_speed)
     if np.isfinite(free):
         axis.axhline(free, color=style.GREY, linestyle="--", linewidth=0.9, label="no-load speed")
@@ -105,7 +105,7 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
         axis.plot(*style.thinned(time, scale * result.radius.values), color=style.COLOURS[4], linewidth=0.4, label="distance")
     axis.plot(*style.thinned(time, scale * result.amplitude.values), color=style.COLOURS[0], linewidth=1.1, label="amplitude")
     if slow is not None:
-        axis.plot(*style.thinned(slow, scale * result.slow_amplitude.values), label="slow equations", **style.SLOW)
+        axis.plot(*style.thinned(slow, scale * result.slow_amplitude.values), label="averaged equations", **style.SLOW)
     axis.set_ylabel(style.label(result, "amplitude", unit))
     axis.set_ylim(bottom=0)
     _legend(axis)
@@ -123,7 +123,7 @@ def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: n
     begin = style.angle_panel(axis, degrees)
     style.draw_angles(axis, time, degrees, begin, [n | line for n, line in zip(named, styles, strict=True)])
     if slow is not None:
-        styles = [style.SLOW | ({} if i else {"label": "slow equations"}) for i in range(len(styles))]
+        styles = [style.SLOW | ({} if i else {"label": "averaged equations"}) for i in range(len(styles))]
         style.draw_angles(axis, slow, np.degrees(result[f"slow_{name}"].values[bodies]), begin, styles)
     axis.set_ylabel(f"phase to {reference} (°)")
     _legend(axis)
@@ -157,7 +157,7 @@ def _figure_of_many(result: xr.Dataset) -> Figure:
         amplitude.plot(*style.thinned(at, scale * run.amplitude.values[inside]), **line)
         if "slow_speed" in result:
             slow = run["slow_abscissa" if over else "time"].values[inside]
-            named = "slow equations" if k == 0 else None
+            named = "averaged equations" if k == 0 else None
             speed.plot(*style.thinned(slow, run.slow_speed.values[0][inside]), label=named, **style.SLOW)
             amplitude.plot(*style.thinned(slow, scale * run.slow_amplitude.values[inside]), **style.SLOW)
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}

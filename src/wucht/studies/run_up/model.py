@@ -101,7 +101,7 @@ class SlowModel(FullModel):
         positions = zip(self.machine.carrier, static_position(self.machine), strict=True)
         at_rest = {s: x for c, rest in positions if c.prescribed is None for s, x in ((c.position, rest), (c.velocity, 0.0))}
         moved = any(abs(self.start[self.machine.row(s)] - x) > _AT_REST for s, x in at_rest.items())
-        left_out = ("the slow equations have no free vibration of the carrier: its start is left out",) if moved else ()
+        left_out = ("the averaged equations have no free vibration of the carrier: its start is left out",) if moved else ()
         return (*left_out, *self.slow.warnings)
 
     @property
@@ -151,7 +151,7 @@ def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order:
     """
     locked = next((b.name for b in machine.bodies if b.release is not None), None)
     if locked is not None:
-        why = f"the slow equations have no locks, and {locked!r} is locked until it is released"
+        why = f"the averaged equations have no locks, and {locked!r} is locked until it is released"
         allowed = "must be bodies that are free from the start, or model = 'full'"
         raise InputError("machine.bodies", None, f"{why}; {allowed}")
     with_inertia = not damped(machine) if inertia is None else inertia

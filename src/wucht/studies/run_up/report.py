@@ -11,7 +11,7 @@ from wucht.results.formatting import Format, formats
 if TYPE_CHECKING:
     import xarray as xr
 
-_SLOW = "  slow equations"
+_SLOW = "  averaged equations"
 
 
 def report(result: xr.Dataset) -> list[str]:

@@ -25,7 +25,7 @@ _SAMPLES = 64  # members of a family
 _IN_LINE = math.cos(math.pi / 4)  # two bodies further than that from one direction have no name
 _NEAR = 2 * math.sin(math.pi / 8)  # the chord of the same angle: several rotors within it are together
 STABLE, STABLE_SLOW, UNSTABLE, UNSTABLE_SLOW, UNDECIDED = (
-    "stable", "stable in the slow equations only", "unstable", "unstable in the slow equations only", "undecided",
+    "stable", "stable in the averaged equations only", "unstable", "unstable in the averaged equations only", "undecided",
 )  # fmt: skip
 _BEYOND = "no torque is left from here on: all greater speeds are as good, and this is the one that is reached"
 
@@ -87,7 +87,7 @@ class Describer:
 
     @classmethod
     def of(cls, slow: SlowStability) -> Describer:
-        """The same for the states of slow equations."""
+        """The same for the states of averaged equations."""
         torques, machine = slow.torques, slow.torques.machine
         order = [torques.names.index(b.name) for b in machine.bodies]
         forced = Forced.of(machine, np.zeros(len(order)))
@@ -116,7 +116,7 @@ class Describer:
         return left if left > _NOTHING_LEFT * np.abs(self.own).sum() else 0.0
 
     def _stability(self, state: State) -> tuple[Stability, float | None]:
-        """From the slow equations; of a family, as far as some of its members agree, and the share of those that are stable."""
+        """From the averaged equations; of a family, as far as members agree, and the share of the stable ones."""
         stability = self.slow.stability(state)
         if not state.dimension:
             return stability, None

@@ -51,7 +51,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     if findings.map is not None:
         cells, stable, exists = "region map_ratio map_speed", findings.map.stable, findings.map.exists
         data |= {
-            "map_stable": variable(cells, stable.astype(np.int8), "a state of this kind is stable (slow equations)"),
+            "map_stable": variable(cells, stable.astype(np.int8), "a state of this kind is stable (averaged equations)"),
             "map_exists": variable(cells, exists.astype(np.int8), "a state of this kind exists"),
         }
         coordinates |= {
@@ -83,9 +83,9 @@ def _of_states(machine: Machine, entries: Sequence[Mapping[str, Any]]) -> dict[s
         "speed": (float, "speed of the main rotor", units.speed),
         "residual_unbalance": (float, "unbalance that is left", _moment(machine)),
         "amplitude": (float, "amplitude of the axis", machine.orbit_unit if units.length else ""),
-        "growth_slow": (float, "fastest growth in the slow equations", rate),
+        "growth_slow": (float, "fastest growth in the averaged equations", rate),
         "growth_full": (float, "fastest growth in the full equations", rate),
-        "stable_slow": (int, "stable in the slow equations", ""),
+        "stable_slow": (int, "stable in the averaged equations", ""),
         "stable_full": (int, "stable in the full equations", ""),
         "verdict": ("U40", "stability", ""),
         "overlapping": (int, "bodies of a track are in each other's place", ""),
@@ -141,15 +141,15 @@ def _sentence(plan: Plan, states: Sequence[Configuration]) -> str:
     full, apart = plan.spec.full, [c for c in states if not c.overlapping]
     words = {
         STABLE: STABLE,
-        STABLE_SLOW: "stable in the slow equations only, undecided in the full ones" if full
-        else "stable in the slow equations (the full ones were not asked)",
+        STABLE_SLOW: "stable in the averaged equations only, undecided in the full ones" if full
+        else "stable in the averaged equations (the full ones were not asked)",
         UNDECIDED: UNDECIDED,
     }  # fmt: skip
     present = {verdict: [c for c in apart if c.verdict == verdict] for verdict in words}
     clauses = [f"{words[verdict]}: {_counted(some)}" for verdict, some in present.items() if some]
     if not present[STABLE] and not present[STABLE_SLOW]:
         none = "none of them shown to be stable" if clauses else "none of them stable"
-        clauses = [f"{none}{'' if full else ' in the slow equations'}", *clauses]
+        clauses = [f"{none}{'' if full else ' in the averaged equations'}", *clauses]
     impossible = [c for c in states if c.overlapping and c.verdict in (STABLE, STABLE_SLOW)]
     if impossible:
         place = "could bodies lie in each other's place: where contacts bring them is seen in a run-up"

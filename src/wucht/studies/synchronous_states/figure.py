@@ -126,7 +126,7 @@ def _framed(result: xr.Dataset, k: int) -> str:
 def _title(result: xr.Dataset, k: int) -> str:
     name = str(result["name"].values[k]) or "state"
     full, slow = int(result.stable_full[k]), int(result.stable_slow[k])
-    word = str(result.verdict.values[k]).replace("in the slow equations only", "(slow)")
+    word = str(result.verdict.values[k]).replace("in the averaged equations only", "(slow)")
     if _framed(result, k) == "overlapping":
         word = "bodies overlap"
     elif full not in (-1, slow):
@@ -159,7 +159,7 @@ def _legend(drawn: Figure, result: xr.Dataset, height: float, above: float) -> N
 
 
 def _draw_map(axis: Axes, result: xr.Dataset) -> None:
-    """Which states are stable in the slow equations, over speed and unbalance ratio."""
+    """Which states are stable in the averaged equations, over speed and unbalance ratio."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -186,7 +186,7 @@ def _draw_map(axis: Axes, result: xr.Dataset) -> None:
     axis.set(xlabel=label(result, "map_speed"), ylabel="unbalance of the balancing\nbodies over that of the rotor")
     axis.legend(
         handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.02), frameon=False, fontsize=8,
-        title="stable (slow equations)",
+        title="stable (averaged equations)",
     )  # fmt: skip
 
 

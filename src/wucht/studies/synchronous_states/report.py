@@ -59,7 +59,7 @@ def _stability(state: dict[str, Any], full: bool) -> str:
     slow, exact = state["stable_slow"], state["stable_full"]
     words = {True: "stable", False: "unstable", None: "undecided"}
     if not full:
-        return f"{words[slow]} in the slow equations"
+        return f"{words[slow]} in the averaged equations"
     if slow == exact:
         return words[slow]
     return f"{words[slow]} in the slow, {words[exact]} in the full equations"

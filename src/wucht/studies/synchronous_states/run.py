@@ -38,7 +38,7 @@ class Findings:
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """The states as the slow equations have them, then one by one as the full ones have them, then the map."""
+    """The states as the averaged equations have them, then one by one as the full ones have them, then the map."""
     search = work.unit("search", partial(searched, plan, work))
     describer = Describer.of(SlowStability(plan.torques, plan.slow))
     full = [_NOT_ASKED if not plan.spec.full else _NOT_YET if k < MOST_FULL else _TOO_MANY for k in range(len(search.states))]

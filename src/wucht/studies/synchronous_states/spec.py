@@ -42,7 +42,7 @@ class SynchronousStates(Spec):
     speed: of the main rotor, signed; by default what its drive prescribes, or else all speeds that the drive and the
     vibration leave, searched over ``range`` (default: up to the highest speed without vibration, or three times the highest
     natural frequency where a drive runs away without load: then these are not stated to be all). inertia: of the balancing
-    bodies in the slow equations; false for the strongly damped reduction, 002 (4.60)-(4.62). full: whether the multipliers of
+    bodies in the averaged equations; false: strongly damped, 002 (4.60)-(4.62). full: whether the multipliers of
     the full equations are computed too. axes: a stability map of given speeds, {speed = [lo, hi, cells], ratio = [lo, hi,
     cells]}, cell-centred; ratio: of the unbalance of all balancing bodies together to that of the rotor, which is changed for
     it.
