@@ -157,7 +157,7 @@ def test_too_short_a_run_is_unidentified():
 
 # --- entrained, synchronised: by the mean speed over whole periods ---
 
-LOCKED = Locking(speeds=(100.0, 100.0), frequency=None, periods=50, drift=0.0)
+LOCKED = Locking(speeds=(100.0, 100.0), frequency=None, periods=50, creep=0.0)
 
 
 @pytest.mark.parametrize(
@@ -183,8 +183,8 @@ def test_a_second_rotor_does_not_count_where_a_vibration_entrains_the_first():
 
 
 def test_a_phase_that_still_moves_by_a_tenth_of_a_turn_is_not_locked():
-    assert replace(LOCKED, drift=just_below(0.2 * math.pi)).outcome() is Outcome.SYNCHRONISED
-    assert replace(LOCKED, drift=0.2 * math.pi).outcome() is Outcome.NOT_SYNCHRONISED
+    assert replace(LOCKED, creep=just_below(0.2 * math.pi)).outcome() is Outcome.SYNCHRONISED
+    assert replace(LOCKED, creep=0.2 * math.pi).outcome() is Outcome.NOT_SYNCHRONISED
 
 
 def test_too_few_periods_are_unidentified():

@@ -31,7 +31,7 @@ def equations(
         raise InputError("--order", order, "must be 1 or 2")
     if not slow and (inertia is not None or order != 1):
         raise InputError("--order" if order != 1 else "--inertia", None, "allowed only with --slow")
-    from wucht.cli.settings import parse_settings
+    from wucht.cli.set_option import parse_settings
     from wucht.files.catalogue import load_machine
     from wucht.machines.symbols import notation_of
 

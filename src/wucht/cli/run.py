@@ -28,7 +28,7 @@ def run(
     """Run a study and say what becomes of the machine."""
     from wucht.cli.interruption import Interruption
     from wucht.cli.progress import Progress
-    from wucht.cli.settings import parse_settings
+    from wucht.cli.set_option import parse_settings
     from wucht.results.store import save_figure, save_summary, to_json
     from wucht.studies.runner import RESULT, draw
     from wucht.studies.study_file import answer, read_study

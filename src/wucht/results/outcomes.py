@@ -104,13 +104,13 @@ FEWEST_PERIODS = 5
 class Locking:
     """Mean speeds over whole periods, in magnitude: of the rotors, and the frequency of a prescribed vibration if there is one.
 
-    periods: how many. drift: by how much the slow phase moved in the second half of them, in rad.
+    periods: how many. creep: by how much the slow phase moved in the second half of them, in rad.
     """
 
     speeds: tuple[float, ...]
     frequency: float | None
     periods: int
-    drift: float
+    creep: float
 
     def outcome(self) -> Outcome:
         """The outcome. Without enough periods it is ``unidentified``.
@@ -123,7 +123,7 @@ class Locking:
             return Outcome.UNIDENTIFIED
         reference = self.frequency if self.frequency is not None else self.speeds[0]
         compared = self.speeds[:1] if self.frequency is not None else self.speeds[1:]
-        same = all(abs(w - reference) <= LOCK_TOLERANCE * reference for w in compared) and self.drift < 0.2 * math.pi
+        same = all(abs(w - reference) <= LOCK_TOLERANCE * reference for w in compared) and self.creep < 0.2 * math.pi
         if self.frequency is not None:
             return Outcome.ENTRAINED if same else Outcome.NOT_ENTRAINED
         return Outcome.SYNCHRONISED if same else Outcome.NOT_SYNCHRONISED

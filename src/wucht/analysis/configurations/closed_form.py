@@ -60,7 +60,7 @@ class State:
 
 
 @dataclass(frozen=True)
-class Branch:
+class PhaseBranch:
     """Steady phases over the speed: beta = eta + arcsin(q), or the other angle with this sine, plus each body's ``shift``.
 
     level: eta and q (N,) at speeds (N,); states exist where |q| <= 1. shift: (n,), that of the main rotor is not used.
@@ -90,11 +90,11 @@ class Branch:
         return [State(float(w), at, 0, self.multiplicity, self.beside) for w, at in every if np.isfinite(at).all()]
 
 
-def branches(torques: SteadyTorques, speeds: np.ndarray) -> list[Branch]:
+def branches(torques: SteadyTorques, speeds: np.ndarray) -> list[PhaseBranch]:
     """All branches of bodies in line, or of two bodies. speeds: at which they will be asked for."""
     if torques.coefficients is None or not torques.idle(speeds):
         level = partial(_level_of_two, torques)
-        return [Branch(level, other, np.zeros(2)) for other in (False, True)]
+        return [PhaseBranch(level, other, np.zeros(2)) for other in (False, True)]
     c = torques.coefficients
     sizes = np.abs(c)
     if sizes[1:].min() <= EVEN * sizes.max():
@@ -103,7 +103,7 @@ def branches(torques: SteadyTorques, speeds: np.ndarray) -> list[Branch]:
     if sizes[0] <= EVEN * sizes.max():
         return []  # in line behind a balanced rotor they would be dragged: only what compensates stays
     return [
-        Branch(
+        PhaseBranch(
             partial(_level_in_line, torques, g / sizes[0]), other, np.pi * side - np.angle(c), many, tuple(side[1:].tolist())
         )
         for side, g, many, twice in patterns(torques)
@@ -189,7 +189,7 @@ def _first_zero(function: RealFunction, low: float, high: float) -> float:
     return high
 
 
-def _speeds_of(torques: SteadyTorques, branch: Branch, grid: np.ndarray) -> np.ndarray:
+def _speeds_of(torques: SteadyTorques, branch: PhaseBranch, grid: np.ndarray) -> np.ndarray:
     """Where the main rotor's own torque balances too."""
 
     def left(w: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from wucht.system import TIME
 SHAKING = sp.symbols("carrier.motion.amplitude carrier.motion.frequency", real=True)
 
 
-class Motion(Described):
+class PrescribedMotion(Described):
     """x = amplitude cos(frequency t), 001 (13), or a measured displacement as points (time, displacement).
 
     Between points the displacement is a cubic spline, so that its velocity and acceleration are continuous; before the first
@@ -47,7 +47,7 @@ class Motion(Described):
         return [[u.parse(x) for u, x in zip(units, point, strict=True)] for point in given]
 
     @model_validator(mode="after")
-    def _one_of_both(self) -> Motion:
+    def _one_of_both(self) -> PrescribedMotion:
         given = [self.amplitude is not None, self.frequency is not None, self.points is not None]
         if given not in ([True, True, False], [False, False, True]):
             raise ValueError("give amplitude and frequency, or table = FILE (points = [[time, displacement], ...])")

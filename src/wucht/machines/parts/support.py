@@ -9,7 +9,7 @@ import sympy as sp
 from pydantic import Field
 
 from wucht.machines.parts.base import Body, Frame, Part, Point, si
-from wucht.machines.parts.motion import SHAKING, Motion
+from wucht.machines.parts.motion import SHAKING, PrescribedMotion
 from wucht.mechanics.lagrange import Coordinate
 
 
@@ -18,7 +18,7 @@ class Support(Part):
 
     gravity: float = si("m/s^2", "acceleration of gravity", "g", 0.0)
     directions: str = "xy"
-    motion: Motion | None = Field(None, description="prescribed motion")
+    motion: PrescribedMotion | None = Field(None, description="prescribed motion")
 
     @classmethod
     def spans(cls) -> tuple[str, ...]:

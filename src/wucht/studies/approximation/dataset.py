@@ -80,7 +80,7 @@ def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
     """The summary. ``trusted`` is None where nothing speaks against it but not all is known."""
     machine, along, measured, own = plan.machine, plan.spec.along, findings.measured, findings.own
     single, order = along[0] if len(along) == 1 else None, math.inf if measured is None else measured.order
-    doubts, undecided = _doubts(plan, findings), _undecided(findings)
+    reasons, undecided = _reasons(plan, findings), _undecided(findings)
     return {
         "along": single or list(along),
         "deviations": [{single or "factor": c.value} | _short(c) for c in findings.along],
@@ -93,8 +93,8 @@ def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
         "along_unit": machine.parameters[single].unit if single else "",
         "amplitude_unit": machine.orbit_unit,
         "until_phi": plan.spec.until_phi,
-        "trusted": False if doubts else None if undecided else True,
-        "reasons": doubts or undecided,
+        "trusted": False if reasons else None if undecided else True,
+        "reasons": reasons or undecided,
     }
 
 
@@ -109,23 +109,23 @@ def regions(compared: Sequence[Comparison]) -> list[list[float]]:
     return [[row[0], row[-1]] for row in rows]
 
 
-def _doubts(plan: Plan, findings: Findings) -> list[str]:
+def _reasons(plan: Plan, findings: Findings) -> list[str]:
     """Why the averaged equations may not be trusted for the machine as it is."""
-    own, measured, doubts = findings.own, findings.measured, list[str]()
+    own, measured, reasons = findings.own, findings.measured, list[str]()
     if own is None or not findings.complete:
-        return doubts
+        return reasons
     if own.same_outcome is False:
-        doubts.append(f"the full equations end {own.outcome}, the slow ones {own.slow_outcome}")
+        reasons.append(f"the full equations end {own.outcome}, the slow ones {own.slow_outcome}")
     if math.isnan(own.relative[0]):
-        doubts.append("they share no angle")
+        reasons.append("they share no angle")
     limits = {f"the speeds of {_speeds_of(plan)}": TRUSTED, "the amplitudes": AMPLITUDE_TRUSTED}
     for (what, limit), share in zip(limits.items(), own.relative, strict=True):
         if share > limit:
-            doubts.append(f"{what} differ by {100 * share:{'.0f' if share >= 0.1 else '.2g'}} % of the largest")
+            reasons.append(f"{what} differ by {100 * share:{'.0f' if share >= 0.1 else '.2g'}} % of the largest")
     if measured is not None and measured.order < LEAST_ORDER * measured.nominal:
         power = f"{measured.order:.2g}, not {measured.nominal:g}"
-        doubts.append(f"their error falls with epsilon to the power {power}: epsilon is not small")
-    return doubts
+        reasons.append(f"their error falls with epsilon to the power {power}: epsilon is not small")
+    return reasons
 
 
 def _undecided(findings: Findings) -> list[str]:

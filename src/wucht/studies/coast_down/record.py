@@ -21,7 +21,7 @@ _TAIL_TURNS, _TAIL_SAMPLES_PER_TURN = 4, 3072  # more are thinned out: the error
 
 
 @dataclass(frozen=True, kw_only=True)
-class Leg:
+class Descent:
     """A leg of the run, reduced: a unit of work.
 
     rows: columns (N,) by the names of ``ROW``; extremes are those since the row before. turns: the time in the middle of each
@@ -40,14 +40,14 @@ class Leg:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Record(Leg):
+class Record(Descent):
     """The run so far, as one leg. stride: the time between rows. legs: how many there are."""
 
     start_speed: float
     stride: float
     legs: int = 0
 
-    def after(self, leg: Leg) -> Record:
+    def after(self, leg: Descent) -> Record:
         """The record with the next leg; with too many rows each two become one."""
         rows, stride = {name: np.append(self.rows[name], leg.rows[name]) for name in ROW}, self.stride
         if len(rows["time"]) > MOST_ROWS:
@@ -67,7 +67,7 @@ def _thinned(name: str, column: np.ndarray) -> np.ndarray:
     return np.concatenate([column[:1], _OF_TWO[name](first, second) if name in _OF_TWO else second, column[even:]])
 
 
-def reduced(plan: Plan, compiled: CompiledSystem, before: Record, t: Trajectory) -> Leg:
+def reduced(plan: Plan, compiled: CompiledSystem, before: Record, t: Trajectory) -> Descent:
     """A leg that begins with the last sample of what was recorded before."""
     outputs, rotor = rows_of(compiled, t), plan.machine.rotor.coordinate
     time, angle, speed = t.time, outputs[rotor.position.name], outputs[rotor.velocity.name]
@@ -89,7 +89,7 @@ def reduced(plan: Plan, compiled: CompiledSystem, before: Record, t: Trajectory)
         "dissipated_work": t.quadratures[LOST][last],
     }
     reversals = tuple(h.time for h in t.hits if h.name == REVERSAL)
-    leg = Leg(end=replace(t.tail(1), hits=()), rows=rows, reversals=reversals, half_time=before.half_time, balance=balance)
+    leg = Descent(end=replace(t.tail(1), hits=()), rows=rows, reversals=reversals, half_time=before.half_time, balance=balance)
     if before.reversals:
         return leg
     mean, half_time, tail = _averaged(before, np.array([time, angle, speed]))

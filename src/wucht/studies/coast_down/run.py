@@ -10,7 +10,7 @@ import numpy as np
 from wucht.numerics.flow.compiled import CompiledSystem, Integrator, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.coast_down.prepare import Plan
-from wucht.studies.coast_down.record import Leg, Record, reduced
+from wucht.studies.coast_down.record import Descent, Record, reduced
 from wucht.studies.work import Work
 
 SAMPLES_A_LEG = 20_480
@@ -33,7 +33,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         yield record, compiled
 
 
-def _leg(plan: Plan, compiled: CompiledSystem, integrator: Integrator, before: Record, work: Work) -> Leg:
+def _leg(plan: Plan, compiled: CompiledSystem, integrator: Integrator, before: Record, work: Work) -> Descent:
     """The leg that begins where the one before ended."""
     last = before.end
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))

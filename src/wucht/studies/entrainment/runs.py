@@ -128,7 +128,7 @@ class RunsFromStart:
         mean = means.mean_speed if entrained else _mean(machine, trajectory, machine.rotor, means.window)
         return replace(
             run, entrained=entrained, mean_speed=mean, window=means.window, speeds=means.speeds, phases=means.phases,
-            creep=means.evidence.drift,
+            creep=means.evidence.creep,
         )  # fmt: skip
 
     def _decided(self, machine: Machine, trajectory: Trajectory, means: Locked) -> bool:
@@ -136,9 +136,9 @@ class RunsFromStart:
             return True
         evidence, (begin, end) = means.evidence, means.window
         if evidence.outcome() in _ENTRAINED:
-            return evidence.drift < _STEADY
+            return evidence.creep < _STEADY
         reference, *others = evidence.speeds if evidence.frequency is None else (evidence.frequency, evidence.speeds[0])
-        if all(abs(w - reference) < _NEAR * reference for w in others) and evidence.drift < _ASYNCHRONOUS:
+        if all(abs(w - reference) < _NEAR * reference for w in others) and evidence.creep < _ASYNCHRONOUS:
             return False
         halves = (begin, (begin + end) / 2), ((begin + end) / 2, end)
         changes = np.diff([[_mean(machine, trajectory, r, half) for half in halves] for r in machine.rotors])

@@ -25,7 +25,7 @@ _PARTS = 20  # of a given time: samples are a whole number of each
 _FIRST_LEG, _LONGEST_LEG = 64, 2048  # samples
 _RUNAWAY, _SLOWEST_RUNAWAY = 20.0, 150.0  # times the highest natural frequency, or this in rad/s: 30,000 rpm at least
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
-Leg = tuple[np.ndarray, float, bool]  # samples, from the last of the leg before on; an end, for the progress; judge it then?
+Grid = tuple[np.ndarray, float, bool]  # samples, from the last of the leg before on; an end, for the progress; judge it then?
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Horizon:
         """Whether the samples are too few a turn to judge by."""
         return self.samples_per_turn < FEWEST_SAMPLES_PER_TURN
 
-    def legs(self) -> Iterator[Leg]:
+    def legs(self) -> Iterator[Grid]:
         """The legs of a run.
 
         A given time is gone through in even parts; else the motion is judged at twice the time of the last look. Legs are short
@@ -117,21 +117,21 @@ def runaway_limit(machine: Machine) -> float | None:
 
 
 def _warnings(machine: Machine, spec: RunUp, free: float | None, samples_per_turn: float) -> list[str]:
-    doubts, limit = [], runaway_limit(machine)
+    warnings, limit = [], runaway_limit(machine)
     if limit is not None and spec.speed_limit is None:
-        doubts.append(
+        warnings.append(
             "no load and no loss holds the drive: without vibration its speed would grow without limit, as that of a series "
             f"motor without load, 002 (2.105); the run ends at {limit:.4g} rad/s, or at study.speed_limit"
         )
     unit = f" {machine.units.time}" if machine.units.time else ""
     if spec.until is not None and free and spec.until < 20 * math.pi / abs(free):
-        doubts.append(
+        warnings.append(
             f"the run of {spec.until:g}{unit} is shorter than ten turns at the speed that the drive would reach "
             f"({20 * math.pi / abs(free):.3g}{unit}): far too short to tell"
         )
     if samples_per_turn < FEWEST_SAMPLES_PER_TURN:
-        doubts.append(
+        warnings.append(
             f"only {samples_per_turn:.1f} samples a turn are stored, to keep the result below {MOST_SAMPLES} samples: "
             "amplitudes are too small and no outcome is given; run for a shorter time"
         )
-    return doubts
+    return warnings

@@ -15,7 +15,7 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
 from wucht.studies.observables import Rows
-from wucht.studies.run_up.horizon import Leg
+from wucht.studies.run_up.horizon import Grid
 from wucht.studies.run_up.model import FullModel
 from wucht.studies.run_up.prepare import Case, Plan
 from wucht.studies.run_up.spec import RunUp
@@ -110,7 +110,7 @@ def run_case(spec: RunUp, case: Case, work: Work) -> Iterator[tuple[Motion, ...]
 
 
 def _motions(
-    spec: RunUp, case: Case, model: FullModel, events: tuple[Event, ...], grids: Iterable[Leg], work: Work
+    spec: RunUp, case: Case, model: FullModel, events: tuple[Event, ...], grids: Iterable[Grid], work: Work
 ) -> Iterator[tuple[Motion]]:
     """A model's motion after each leg, as far as the legs, an event, or the verdict let it go."""
     compiled = compile_system(model.system, spec.tolerance, model.events(events), spec.engine)
