@@ -42,4 +42,5 @@ def test_units_are_refused_where_the_machine_has_none() -> None:
 
 @pytest.mark.parametrize("until", ["settled", {"turns": 3}, {"settled": True}])
 def test_words_for_another_key_are_no_quantities(until: Any) -> None:
-    prepare_run_up(RunUp.read({"until": until}), load_machine(DIMENSIONLESS))
+    (case,) = prepare_run_up(RunUp.read({"until": until}), load_machine(DIMENSIONLESS)).cases
+    assert case.horizon.until_settled == ("turns" not in dict.fromkeys(until))

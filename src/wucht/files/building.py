@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from wucht.checking import checked, choice, refuse_unknown, table, text
 from wucht.errors import InputError
-from wucht.files.documents import Document, no_nan, settings_in
+from wucht.files.documents import Document, settings_in
 from wucht.files.settings import shaft_paths, shaft_tables, with_settings
 from wucht.machines.assembly import BESIDE_A_MODEL
 from wucht.machines.machine import Machine
@@ -31,7 +31,6 @@ def machine_from(document: Document, title: str = "") -> Machine:
     """
     document = copy.deepcopy(document)
     settings = settings_in(document)
-    no_nan(document, "machine")
     refuse_unknown(document, _KEYS, "machine")
     document = with_settings(document, settings)
     title = text(document, "title", "machine") or title

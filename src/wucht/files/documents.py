@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -52,15 +51,3 @@ def settings_in(described: Document) -> dict[str, Any]:
     if not isinstance(settings, dict):
         raise InputError("machine.set", settings, "must be a table: set = { PATH = VALUE }")
     return flatten(settings)
-
-
-def no_nan(document: Any, where: str = "") -> None:
-    """Raises ``InputError`` if a number anywhere in the document is NaN or infinite."""
-    if isinstance(document, Mapping):
-        for key, value in document.items():
-            no_nan(value, f"{where}.{key}" if where else str(key))
-    elif isinstance(document, list):
-        for i, value in enumerate(document):
-            no_nan(value, f"{where}[{i}]")
-    elif isinstance(document, float) and not math.isfinite(document):
-        raise InputError(where, document, "must be a finite number")

@@ -8,7 +8,7 @@ from typing import Any
 
 from wucht.checking import choice, fields_of, table
 from wucht.errors import InputError, nearest
-from wucht.files.documents import Document, flatten, no_nan
+from wucht.files.documents import Document, flatten
 from wucht.machines.assembly import shaft_labels
 from wucht.machines.models import models
 
@@ -17,8 +17,6 @@ def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
     """A copy of the machine's table with parameters set by path. Raises ``InputError`` for a path that leads nowhere."""
     document = copy.deepcopy(document)
     for path, value in flatten(settings).items():
-        if isinstance(value, float):
-            no_nan(value, f"machine.set.{path}")
         _set(document, path, value)
     return document
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from wucht.checking import table
 from wucht.errors import InputError
 from wucht.files.catalogue import load_document
-from wucht.files.documents import Document, flatten, no_nan
+from wucht.files.documents import Document, flatten
 from wucht.studies.registry import Study, asked_study, studies
 from wucht.studies.runner import RESULT, run
 from wucht.studies.spec import Spec
@@ -107,7 +107,6 @@ def answer(
 def _asked(document: Document, settings: Mapping[str, Any]) -> Document:
     """The table ``[study]`` with what is set in it; without one a run-up is asked for."""
     written = dict(table(document, "study", "study")) if "study" in document else {"kind": "run-up"}
-    no_nan(written, "study")
     known = studies()
     asked = _of_kind(written, settings.get("study.kind", written.get("kind")), known)
     kind = settings.get("study.kind", asked.get("kind"))
