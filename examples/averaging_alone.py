@@ -33,7 +33,7 @@ def largest_error(order: int, value: float = 0.05) -> float:
 
 if __name__ == "__main__":
     for order in (1, 2):
-        found = slow(order)
-        for state, rate in zip(found.system.states, found.system.derivatives, strict=True):
+        result = slow(order)
+        for state, rate in zip(result.system.states, result.system.derivatives, strict=True):
             print(f"order {order}: {state}' = {sp.factor(rate)}")
         print(f"order {order}: largest error of x at mu = 0.05 up to t = 20: {largest_error(order):.1e}")

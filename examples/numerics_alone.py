@@ -17,11 +17,11 @@ def periods(values: tuple[float, ...] = (0.1, 1.0, 5.0)) -> list[float]:
     x, v, mu = sp.symbols("x v mu", real=True)
     oscillator = System(states=(x, v), derivatives=(v, mu * (1 - x**2) * v - x), parameters=(mu,))
     flow = compile_system(oscillator, events=(Event("upward zero", x, direction=+1),))
-    found = []
+    result = []
     for value in values:
         run = integrate(flow, [2.0, 0.0], {"mu": value}, np.linspace(0, 200, 11))
-        found.append(run.hits[-1].time - run.hits[-2].time)
-    return found
+        result.append(run.hits[-1].time - run.hits[-2].time)
+    return result
 
 
 if __name__ == "__main__":

@@ -93,9 +93,9 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 
 def _upper(plan: Plan) -> np.ndarray:
-    found = plan.vibration.poles
-    found = found[(found.imag >= 0) & (np.abs(found) < plan.below)]
-    return found[np.argsort(np.abs(found))]
+    answer = plan.vibration.poles
+    answer = answer[(answer.imag >= 0) & (np.abs(answer) < plan.below)]
+    return answer[np.argsort(np.abs(answer))]
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
@@ -104,7 +104,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
     size = np.abs(findings.poles)
     damping = -findings.poles.real / size
-    found = xr_.Dataset(
+    answer = xr_.Dataset(
         {
             "frequency": variable("pole", size, "natural frequency", plan.unit),
             "damping": variable("pole", damping, "damping ratio"),
@@ -112,7 +112,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         }
     )
     summary = {"frequencies": size.tolist(), "damping_ratios": damping.tolist()}
-    return answered(found, summary, f"{len(size)} poles; the least damped has a damping ratio of {damping.min():.4g}")
+    return answered(answer, summary, f"{len(size)} poles; the least damped has a damping ratio of {damping.min():.4g}")
 
 
 def figure(result: xr.Dataset) -> Figure:

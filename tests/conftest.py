@@ -56,7 +56,7 @@ start = { p1 = "0.3 rad", p2 = "-0.5 rad" }
 
 
 @dataclass(frozen=True)
-class Said:
+class Completed:
     """What a command said: its exit code, stdout and stderr."""
 
     code: int
@@ -66,12 +66,12 @@ class Said:
     @property
     def document(self) -> dict[str, Any]:
         """The one JSON object on stdout."""
-        found = json.loads(self.out)
-        assert isinstance(found, dict)
-        return found
+        actual = json.loads(self.out)
+        assert isinstance(actual, dict)
+        return actual
 
 
-Command = Callable[..., Said]
+Command = Callable[..., Completed]
 Spoil = Callable[..., Path]
 
 
@@ -87,12 +87,12 @@ def wucht(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFix
     """``wucht("run", "study.toml")``: the command in this process. A traceback is the exception itself: the test fails."""
     from wucht.cli.app import run_app
 
-    def call(*words: object) -> Said:
+    def call(*words: object) -> Completed:
         monkeypatch.setattr(sys, "argv", ["wucht", *map(str, words)])
         capsys.readouterr()
         code = run_app()
-        said = capsys.readouterr()
-        return Said(code, said.out, said.err)
+        completed = capsys.readouterr()
+        return Completed(code, completed.out, completed.err)
 
     return call
 
@@ -117,14 +117,14 @@ def refused(wucht: Command) -> Callable[..., str]:
     """``refused("run", ..., says=(...))``: exit code 2, nothing on stdout, one sentence on stderr containing all of these."""
 
     def check(*words: object, says: tuple[str, ...] = ()) -> str:
-        said = wucht(*words)
-        assert said.code == 2, said.err
-        assert not said.out
-        assert said.err.startswith("wucht: ")
-        assert said.err.endswith("\n")
-        assert said.err.count("\n") == 1, said.err
+        completed = wucht(*words)
+        assert completed.code == 2, completed.err
+        assert not completed.out
+        assert completed.err.startswith("wucht: ")
+        assert completed.err.endswith("\n")
+        assert completed.err.count("\n") == 1, completed.err
         for part in says:
-            assert part in said.err
-        return said.err
+            assert part in completed.err
+        return completed.err
 
     return check

@@ -89,31 +89,31 @@ def test_every_file_is_listed() -> None:
 @pytest.mark.parametrize("name", sorted(SEVERAL))
 def test_runs_of_one_figure_end_as_they_should(name: str) -> None:
     study = read_study(name)
-    found = summary_of(run(study.spec, study.subject))
-    assert [case["outcome"] for case in found["cases"]] == SEVERAL[name]
-    assert max(case["energy_residual"] for case in found["cases"]) < 1e-9
+    actual = summary_of(run(study.spec, study.subject))
+    assert [case["outcome"] for case in actual["cases"]] == SEVERAL[name]
+    assert max(case["energy_residual"] for case in actual["cases"]) < 1e-9
 
 
 @pytest.mark.parametrize("name", sorted(OTHERS))
 def test_other_studies_give_their_numbers(name: str) -> None:
     study = read_study(name)
-    found = summary_of(run(study.spec, study.subject))
+    actual = summary_of(run(study.spec, study.subject))
     for path, expected in OTHERS[name].items():
-        value = found
+        value = actual
         for step in path:
             value = value[step]
         assert value == pytest.approx(expected, rel=2e-4)
-    assert found.get("energy_residual", 0.0) < 1e-9
+    assert actual.get("energy_residual", 0.0) < 1e-9
 
 
 @pytest.mark.parametrize("name", sorted(EXPECTED))
 def test_runs_and_gives_its_numbers(name: str) -> None:
     outcome, speed, peak = EXPECTED[name]
     study = read_study(name)
-    found = summary_of(run(study.spec, study.subject))
-    assert found["outcome"] == outcome
+    actual = summary_of(run(study.spec, study.subject))
+    assert actual["outcome"] == outcome
     if speed is not None:
-        assert found["final_speed"] == pytest.approx(speed, rel=1e-4)
+        assert actual["final_speed"] == pytest.approx(speed, rel=1e-4)
     # 24 samples a turn meet the peak of a circular orbit to better than 1e-4, that of |x| to (pi/24)^2/2 = 0.9 %.
-    assert found["peak_amplitude"] == pytest.approx(peak, rel=1e-2)
-    assert found["energy_residual"] < 1e-9
+    assert actual["peak_amplitude"] == pytest.approx(peak, rel=1e-2)
+    assert actual["energy_residual"] < 1e-9

@@ -51,10 +51,10 @@ def test_averaging_without_a_machine() -> None:
 
 
 def test_numerics_without_a_machine() -> None:
-    found = _load("numerics_alone").periods()
+    actual = _load("numerics_alone").periods()
     # For small mu the period is 2 pi (1 + mu^2/16 - 5 mu^4/3072 + ...) (Lindstedt's series).
-    assert found[0] == pytest.approx(2 * math.pi * (1 + 0.01 / 16 - 5e-4 / 3072), rel=1e-8)
-    for mu, period in zip((1.0, 5.0), found[1:], strict=True):
+    assert actual[0] == pytest.approx(2 * math.pi * (1 + 0.01 / 16 - 5e-4 / 3072), rel=1e-8)
+    for mu, period in zip((1.0, 5.0), actual[1:], strict=True):
         assert period == pytest.approx(_period_by_scipy(mu), rel=1e-9)
 
 

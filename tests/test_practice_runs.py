@@ -49,12 +49,12 @@ def ran(results: dict[str, xr.Dataset]):
 @pytest.mark.parametrize("name", sorted(EXPECTED))
 def test_runs_and_gives_its_numbers(name: str, ran) -> None:
     outcome, speed, peak = EXPECTED[name]
-    found = summary_of(ran(name))
-    assert found["outcome"] == outcome
-    assert found["final_speed"] == pytest.approx(speed, rel=1e-4)
+    actual = summary_of(ran(name))
+    assert actual["outcome"] == outcome
+    assert actual["final_speed"] == pytest.approx(speed, rel=1e-4)
     # As in test_catalogue_runs; where balls collide before the peak, it moves a little with the last bit.
-    assert found["peak_amplitude"] == pytest.approx(peak, rel=5e-2)
-    assert found["energy_residual"] < 1e-8
+    assert actual["peak_amplitude"] == pytest.approx(peak, rel=5e-2)
+    assert actual["energy_residual"] < 1e-8
 
 
 @pytest.mark.parametrize("name", sorted(n for n in EXPECTED if "screen" not in n))
@@ -84,9 +84,9 @@ def test_balls_in_thin_oil_hang_in_a_heap_below_the_resonance(ran) -> None:
 def test_the_screen_throws_along_the_line_between_its_exciters(ran) -> None:
     """Angles of e1 and e2 add up to 90.37 degrees: the forces add up along 45.2 degrees; amplitude 2 U/M, a little more."""
     result = ran("practice/screen")
-    found = summary_of(result)
-    assert math.degrees(found["rotor_phases"]["e2"]) == pytest.approx(360 - 90.37, abs=0.1)
-    assert found["final_amplitude"] == pytest.approx(2.29e-3, rel=1e-2)
+    actual = summary_of(result)
+    assert math.degrees(actual["rotor_phases"]["e2"]) == pytest.approx(360 - 90.37, abs=0.1)
+    assert actual["final_amplitude"] == pytest.approx(2.29e-3, rel=1e-2)
     last = result.displacement.isel(time=slice(-300, None))
     x, y = last.sel(direction="x").values, last.sel(direction="y").values
     spread, axes = np.linalg.eigh(np.cov(x, y))
@@ -96,10 +96,10 @@ def test_the_screen_throws_along_the_line_between_its_exciters(ran) -> None:
 
 def test_the_line_of_an_unsynchronised_screen_turns(ran) -> None:
     result = ran("practice/screen-unsynchronised")
-    found = summary_of(result)
-    speeds = found["mean_speeds"]
+    actual = summary_of(result)
+    speeds = actual["mean_speeds"]
     assert 1 + speeds["e2"] / speeds["e1"] == pytest.approx(0.0134, abs=5e-4)
-    assert found["modulation_period"] == pytest.approx(3.04, abs=0.02)
+    assert actual["modulation_period"] == pytest.approx(3.04, abs=0.02)
 
 
 def test_laundry_that_loses_water_is_followed_without_vibration(ran) -> None:

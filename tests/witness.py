@@ -49,13 +49,13 @@ class Mechanism:
 
     def residuals(self, accelerations):
         """d/dt dT/dv - dT/dq + dV/dq + dR/dv - F of every coordinate."""
-        found = []
+        actual = []
         for i, (q, v) in enumerate(zip(self.q, self.v, strict=True)):
             momentum = sp.diff(self.kinetic, v)
             changing = self.rate(momentum)
             changing += sum(sp.diff(momentum, w) * a for w, a in zip(self.v, accelerations, strict=True))
-            found.append(changing - sp.diff(self.kinetic - self.potential, q) + sp.diff(self.lost, v) - self.forces[i])
-        return found
+            actual.append(changing - sp.diff(self.kinetic - self.potential, q) + sp.diff(self.lost, v) - self.forces[i])
+        return actual
 
     def motion(self, positions, velocities, time):
         """Positions and velocities (2 n, N) at the times given. A step is accurate to 1e-13."""
@@ -98,6 +98,6 @@ def energy_gap(rows):
     return np.abs(gap).max() / max(np.abs(rows["supplied_work"]).max(), np.abs(rows["stored_energy"]).max())
 
 
-def close(found, other, tolerance=1e-9):
+def close(actual, other, tolerance=1e-9):
     """Whether two signals agree, measured by the largest value of the second."""
-    return np.abs(found - other).max() <= tolerance * np.abs(other).max()
+    return np.abs(actual - other).max() <= tolerance * np.abs(other).max()

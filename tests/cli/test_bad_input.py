@@ -188,8 +188,8 @@ def test_the_start_of_a_prescribed_body_is_the_drives(refused: Refused, study: S
 
 def test_a_speed_limit_on_a_prescribed_speed_is_answered(wucht: Command, study: Study) -> None:
     file = study(DRIVE, 'kind = "constant-speed"\nspeed = 100\n', UNTIL, f"{UNTIL}\nspeed_limit = 50")
-    said = wucht("run", file, "-o", "out", "--json")
-    assert said.code == 2 or said.document["summary"]["outcome"] == "runaway"
+    completed = wucht("run", file, "-o", "out", "--json")
+    assert completed.code == 2 or completed.document["summary"]["outcome"] == "runaway"
 
 
 NOT_FINITE = ("nan", "inf", "-inf", '"nan kg"', '"inf kg"', '"-inf kg"', "1e400", '"1e400"', '"1e400 kg"', HUGE, f'"{HUGE} kg"')
@@ -202,8 +202,8 @@ NOT_FINITE = ("nan", "inf", "-inf", '"nan kg"', '"inf kg"', '"-inf kg"', "1e400"
     ids=["mass", "until", "start"],
 )
 def test_numbers_must_be_finite(refused: Refused, study: Study, value: str, old: str, key: str) -> None:
-    said = refused("run", study(old, value), "--json", says=("study.toml: ", key, "given "))
-    assert len(said) < 500
+    completed = refused("run", study(old, value), "--json", says=("study.toml: ", key, "given "))
+    assert len(completed) < 500
 
 
 # What looks like a quantity and is none: never to be computed, or to be read as another number.
@@ -228,8 +228,8 @@ NO_QUANTITIES = {
 
 @pytest.mark.parametrize("value", NO_QUANTITIES.values(), ids=NO_QUANTITIES.keys())
 def test_what_only_looks_like_a_quantity(refused: Refused, study: Study, value: str) -> None:
-    said = refused("run", study(MASS, f'"{value}"'), "--json", says=("study.toml: ", f"{DRUM}.mass", "must be a mass"))
-    assert len(said) < 500
+    completed = refused("run", study(MASS, f'"{value}"'), "--json", says=("study.toml: ", f"{DRUM}.mass", "must be a mass"))
+    assert len(completed) < 500
 
 
 @pytest.mark.parametrize("value", ["3000 1/min", "3000 min^-1"])
@@ -452,11 +452,11 @@ def test_a_folder_that_cannot_be_written(refused: Refused, study: Study, out: st
 @pytest.mark.parametrize("name", ["result.nc", "summary.json", "run-up.png"])
 def test_a_folder_in_the_place_of_a_result(wucht: Command, study: Study, name: str) -> None:
     Path("out", name).mkdir(parents=True)
-    said = wucht("run", study(), "-o", "out", "--json")
-    assert said.code in (1, 2)
-    assert name in said.err
-    assert said.err.startswith("wucht: ")
-    assert not said.out
+    completed = wucht("run", study(), "-o", "out", "--json")
+    assert completed.code in (1, 2)
+    assert name in completed.err
+    assert completed.err.startswith("wucht: ")
+    assert not completed.out
 
 
 # Settings

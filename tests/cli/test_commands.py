@@ -54,26 +54,26 @@ def _no_constant(name: str) -> None:
 
 
 def _parsed(text: str) -> dict[str, Any]:
-    found = json.loads(text, parse_constant=_no_constant)
-    assert isinstance(found, dict)
-    return found
+    actual = json.loads(text, parse_constant=_no_constant)
+    assert isinstance(actual, dict)
+    return actual
 
 
 # run
 
 
 def test_json_is_one_object_with_the_keys_of_the_contract(wucht: Command, study: Study) -> None:
-    said = wucht("run", study(), "-o", "out", "--json")
-    assert said.code == 0
-    found = _parsed(said.out)
-    assert found.keys() >= OBJECT
-    assert found["study"] == "run-up"
-    assert found["machine"] == "A drum with two pendulums"
-    assert found["version"] == package.__version__
-    assert isinstance(found["elapsed_s"], float)
-    assert {Path(f).name for f in found["files"]} == {"result.nc", "run-up.png", "summary.json"}
-    assert all(Path(f).stat().st_size > 0 for f in found["files"])
-    assert _parsed(Path("out/summary.json").read_text()) == found
+    completed = wucht("run", study(), "-o", "out", "--json")
+    assert completed.code == 0
+    actual = _parsed(completed.out)
+    assert actual.keys() >= OBJECT
+    assert actual["study"] == "run-up"
+    assert actual["machine"] == "A drum with two pendulums"
+    assert actual["version"] == package.__version__
+    assert isinstance(actual["elapsed_s"], float)
+    assert {Path(f).name for f in actual["files"]} == {"result.nc", "run-up.png", "summary.json"}
+    assert all(Path(f).stat().st_size > 0 for f in actual["files"])
+    assert _parsed(Path("out/summary.json").read_text()) == actual
 
 
 def test_the_summary_has_every_key_and_null_where_there_is_no_number(wucht: Command, study: Study) -> None:
@@ -94,20 +94,20 @@ def test_the_summary_has_every_key_and_null_where_there_is_no_number(wucht: Comm
 
 
 def test_a_captured_beating_machine_has_its_periods(wucht: Command) -> None:
-    found = wucht("run", "drozdetskaya-2020/r1", "-o", "out", "--json").document["summary"]
-    assert found["outcome"] == "captured-modulated"
-    assert found["outcome"] in OUTCOMES
+    actual = wucht("run", "drozdetskaya-2020/r1", "-o", "out", "--json").document["summary"]
+    assert actual["outcome"] == "captured-modulated"
+    assert actual["outcome"] in OUTCOMES
     # The mean speed over one period ties both periods together.
-    assert found["modulation_period_phi"] / found["modulation_period"] == pytest.approx(found["final_speed"], rel=1e-3)
+    assert actual["modulation_period_phi"] / actual["modulation_period"] == pytest.approx(actual["final_speed"], rel=1e-3)
 
 
 def test_without_json_the_verdict_is_read_first(wucht: Command, study: Study) -> None:
-    said = wucht("run", study('until = "0.5 s"', "settled = true"), "-o", "out")
-    assert said.code == 0
-    assert "COMPENSATED" in said.out.splitlines()[1]
-    assert "200 rad/s (1910 rpm)" in said.out
-    assert "result.nc" in said.out
-    assert "Traceback" not in said.err
+    completed = wucht("run", study('until = "0.5 s"', "settled = true"), "-o", "out")
+    assert completed.code == 0
+    assert "COMPENSATED" in completed.out.splitlines()[1]
+    assert "200 rad/s (1910 rpm)" in completed.out
+    assert "result.nc" in completed.out
+    assert "Traceback" not in completed.err
 
 
 def test_the_default_folder(wucht: Command, study: Study) -> None:
@@ -129,8 +129,8 @@ def test_folders_are_made_and_results_replaced(wucht: Command, study: Study) -> 
 def test_names_with_spaces_and_umlauts(wucht: Command, study: Study) -> None:
     Path("M\u00fchle 1").mkdir()
     file = study('"A drum with two pendulums"', '"M\u00fchle \u2713"', name="M\u00fchle 1/l\u00e4uft nicht.toml")
-    found = wucht("run", file, "-o", "M\u00fchle 1/Ergebnis 1", "--json").document
-    assert found["machine"] == "M\u00fchle \u2713"
+    actual = wucht("run", file, "-o", "M\u00fchle 1/Ergebnis 1", "--json").document
+    assert actual["machine"] == "M\u00fchle \u2713"
     assert Path("M\u00fchle 1/Ergebnis 1/result.nc").is_file()
     assert wucht("plot", "M\u00fchle 1/Ergebnis 1/result.nc").code == 0
 
@@ -142,10 +142,10 @@ def test_a_folder_of_a_catalogue_name_hides_nothing(wucht: Command) -> None:
 
 def test_a_study_without_a_question_runs_until_settled(wucht: Command) -> None:
     Path("study.toml").write_text(ROTOR_ALONE.split("[study]", maxsplit=1)[0])
-    found = wucht("run", "study.toml", "-o", "out", "--json").document
-    assert found["machine"] == "study"
-    assert found["summary"]["outcome"] == "passed"
-    assert found["summary"]["final_phases"] == {}
+    actual = wucht("run", "study.toml", "-o", "out", "--json").document
+    assert actual["machine"] == "study"
+    assert actual["summary"]["outcome"] == "passed"
+    assert actual["summary"]["final_phases"] == {}
 
 
 def test_files_of_other_editors(wucht: Command) -> None:
@@ -169,9 +169,9 @@ FORMS = {
 
 @pytest.mark.parametrize("question", FORMS.values(), ids=FORMS.keys())
 def test_every_form_of_the_question(wucht: Command, study: Study, question: str) -> None:
-    said = wucht("run", study('until = "0.5 s"', question), "-o", "out", "--json")
-    assert said.code == 0, said.err
-    assert said.document["summary"]["outcome"] in OUTCOMES
+    completed = wucht("run", study('until = "0.5 s"', question), "-o", "out", "--json")
+    assert completed.code == 0, completed.err
+    assert completed.document["summary"]["outcome"] in OUTCOMES
 
 
 # use and set
@@ -223,7 +223,7 @@ def test_the_last_setting_wins(wucht: Command, here: Path) -> None:
         20.0,
         1.0,
     ]
-    said = wucht(
+    completed = wucht(
         "run",
         "top.toml",
         "-o",
@@ -236,7 +236,7 @@ def test_the_last_setting_wins(wucht: Command, here: Path) -> None:
         "--set",
         "study.until=1e-2",
     )
-    assert said.document["machine"] == "top"
+    assert completed.document["machine"] == "top"
     stored = _stored(Path("out/result.nc"))
     assert stored["drive.slope"] == 4.0
     assert stored["p2.damping"] == 2.0
@@ -245,8 +245,8 @@ def test_the_last_setting_wins(wucht: Command, here: Path) -> None:
 def _stored(file: Path) -> dict[str, float]:
     import xarray as xr
 
-    found = xr.load_dataset(file, engine="h5netcdf")
-    return dict(json.loads(found.attrs["input"])["machine"]["parameters"])
+    actual = xr.load_dataset(file, engine="h5netcdf")
+    return dict(json.loads(actual.attrs["input"])["machine"]["parameters"])
 
 
 def test_use_is_relative_to_the_file_not_to_the_working_directory(
@@ -258,8 +258,8 @@ def test_use_is_relative_to_the_file_not_to_the_working_directory(
     Path("elsewhere").mkdir()
     monkeypatch.chdir("elsewhere")
     for name in ("../project/study.toml", here / "project/study.toml"):
-        said = wucht("run", name, "-o", "out", "--json")
-        assert said.code == 0, said.err
+        completed = wucht("run", name, "-o", "out", "--json")
+        assert completed.code == 0, completed.err
         assert Path("out/result.nc").is_file()
     assert wucht("equations", "../project/study.toml").code == 0
     assert not (here / "project/results").exists()
@@ -316,15 +316,15 @@ def test_settings_of_the_question(wucht: Command, study: Study) -> None:
         "study.start.p2.speed=3 rad/s",
         "study.start.carrier.x=1 mm",
     )
-    said = wucht("run", study(), "-o", "out", "--json", *(w for s in words for w in ("--set", s)))
-    assert said.code == 0, said.err
+    completed = wucht("run", study(), "-o", "out", "--json", *(w for s in words for w in ("--set", s)))
+    assert completed.code == 0, completed.err
     stored = _stored(Path("out/result.nc"))
     assert (stored["carrier.stiffness.x"], stored["carrier.stiffness.y"]) == (3e5, 2e5)
-    found = xr.load_dataset("out/result.nc", engine="h5netcdf").isel(time=[0, -1])
-    assert found.time.values.tolist() == pytest.approx([0.0, 0.2])
-    assert found.angle.isel(time=0).values.tolist() == pytest.approx([0.0, 0.4, -0.5])
-    assert found.speed.isel(time=0).values.tolist() == pytest.approx([0.0, 0.0, 3.0])
-    assert found.displacement.isel(time=0).values.tolist() == pytest.approx([1e-3, 0.0])
+    actual = xr.load_dataset("out/result.nc", engine="h5netcdf").isel(time=[0, -1])
+    assert actual.time.values.tolist() == pytest.approx([0.0, 0.2])
+    assert actual.angle.isel(time=0).values.tolist() == pytest.approx([0.0, 0.4, -0.5])
+    assert actual.speed.isel(time=0).values.tolist() == pytest.approx([0.0, 0.0, 3.0])
+    assert actual.displacement.isel(time=0).values.tolist() == pytest.approx([1e-3, 0.0])
 
 
 # What is doubtful
@@ -339,9 +339,9 @@ DOUBTS = {
 
 @pytest.mark.parametrize(("old", "new", "says"), DOUBTS.values(), ids=DOUBTS.keys())
 def test_doubtful_input_runs_with_a_warning(wucht: Command, study: Study, old: str, new: str, says: str) -> None:
-    said = wucht("run", study(old, new), "-o", "out", "--json")
-    assert said.code == 0, said.err
-    assert any(says in warning for warning in said.document["warnings"])
+    completed = wucht("run", study(old, new), "-o", "out", "--json")
+    assert completed.code == 0, completed.err
+    assert any(says in warning for warning in completed.document["warnings"])
     loud = wucht("run", study(old, new), "-o", "out")
     assert loud.code == 0
     assert says in loud.err
@@ -349,15 +349,15 @@ def test_doubtful_input_runs_with_a_warning(wucht: Command, study: Study, old: s
 
 
 def test_a_machine_that_cannot_exist_is_doubted(wucht: Command) -> None:
-    said = wucht("run", "drozdetskaya-2020/table-5.1", "-o", "out", "--json", "--set", "study.until=50")
-    assert said.code == 0
-    assert any("no machine has these parameters" in warning for warning in said.document["warnings"])
+    completed = wucht("run", "drozdetskaya-2020/table-5.1", "-o", "out", "--json", "--set", "study.until=50")
+    assert completed.code == 0
+    assert any("no machine has these parameters" in warning for warning in completed.document["warnings"])
 
 
 def test_too_short_says_how_long(wucht: Command, study: Study) -> None:
-    found = wucht("run", study(), "-o", "out", "--json").document
-    assert found["summary"]["outcome"] == "unidentified"
-    assert any("run at least until" in warning for warning in found["warnings"])
+    actual = wucht("run", study(), "-o", "out", "--json").document
+    assert actual["summary"]["outcome"] == "unidentified"
+    assert any("run at least until" in warning for warning in actual["warnings"])
 
 
 # Runs that fail
@@ -373,16 +373,16 @@ FAILURES = {
 @pytest.mark.filterwarnings("error")  # they would stand on stderr beside the sentence
 @pytest.mark.parametrize("changes", FAILURES.values(), ids=FAILURES.keys())
 def test_a_run_that_fails_says_when_where_and_what_to_do(wucht: Command, study: Study, changes: tuple[str, ...]) -> None:
-    said = wucht("run", study(*changes), "-o", "out", "--json")
-    assert said.code == 1
-    assert "t = " in said.err
-    assert "carrier." in said.err or "p1." in said.err or "drum." in said.err
-    assert "Look for" in said.err or "Try" in said.err
-    assert "Traceback" not in said.err
-    assert said.err.rstrip("\n").count("\n") == 0 or said.err.startswith("running")
-    found = _parsed(said.out)
-    assert found["summary"]["outcome"] == "failed"
-    assert found["summary"].keys() >= SUMMARY
+    completed = wucht("run", study(*changes), "-o", "out", "--json")
+    assert completed.code == 1
+    assert "t = " in completed.err
+    assert "carrier." in completed.err or "p1." in completed.err or "drum." in completed.err
+    assert "Look for" in completed.err or "Try" in completed.err
+    assert "Traceback" not in completed.err
+    assert completed.err.rstrip("\n").count("\n") == 0 or completed.err.startswith("running")
+    actual = _parsed(completed.out)
+    assert actual["summary"]["outcome"] == "failed"
+    assert actual["summary"].keys() >= SUMMARY
     assert Path("out/result.nc").is_file()
     assert wucht("plot", "out/result.nc").code == 0
 
@@ -400,12 +400,12 @@ def test_plot_works_from_the_file_alone(wucht: Command, study: Study, here: Path
     shutil.rmtree("out")
     Path("study.toml").unlink()
     for ending, signature in SIGNATURES.items():
-        said = wucht("plot", "elsewhere/renamed.nc", "--format", ending)
-        assert said.code == 0, said.err
-        written = Path(said.out.strip())
+        completed = wucht("plot", "elsewhere/renamed.nc", "--format", ending)
+        assert completed.code == 0, completed.err
+        written = Path(completed.out.strip())
         assert written == Path("elsewhere") / f"run-up.{ending}"
         assert written.read_bytes().startswith(signature)
-    said = wucht("plot", here / "elsewhere/renamed.nc", "-o", "figures/new")
+    completed = wucht("plot", here / "elsewhere/renamed.nc", "-o", "figures/new")
     assert Path("figures/new/run-up.png").is_file()
 
 
@@ -427,21 +427,21 @@ def test_the_result_holds_its_whole_input(wucht: Command, study: Study) -> None:
     import xarray as xr
 
     assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json", "--set", "p1.mass=0.2").code == 0
-    found = xr.load_dataset("out/result.nc", engine="h5netcdf")
-    kept = json.loads(found.attrs["document"])
+    actual = xr.load_dataset("out/result.nc", engine="h5netcdf")
+    kept = json.loads(actual.attrs["document"])
     assert kept["study"]["until"] == "0.01 s"
     assert kept["machine"]["bodies"][1]["mass"] == 0.2
-    assert json.loads(found.attrs["versions"])["wucht"] == package.__version__
-    assert all("units" in v.attrs and v.attrs["long_name"] for v in found.data_vars.values())
+    assert json.loads(actual.attrs["versions"])["wucht"] == package.__version__
+    assert all("units" in v.attrs and v.attrs["long_name"] for v in actual.data_vars.values())
 
 
 # new, list, equations
 
 
 def test_new_writes_a_study_that_runs(wucht: Command) -> None:
-    said = wucht("new", "run-up")
-    assert said.code == 0
-    assert "run-up.toml" in said.out
+    completed = wucht("new", "run-up")
+    assert completed.code == 0
+    assert "run-up.toml" in completed.out
     text = Path("run-up.toml").read_text()
     assert text.count("#") > 10, "the file explains itself"
     assert wucht("run", "run-up.toml", "-o", "out", "--json").document["summary"]["outcome"] == "compensated"
@@ -458,9 +458,9 @@ def test_new_copies_from_the_catalogue(wucht: Command, name: str) -> None:
 def test_list_has_a_line_each(wucht: Command) -> None:
     from wucht.files.catalogue import names
 
-    said = wucht("list")
-    assert said.code == 0
-    lines = [line.split() for line in said.out.splitlines()]
+    completed = wucht("list")
+    assert completed.code == 0
+    lines = [line.split() for line in completed.out.splitlines()]
     first = [words[0] for words in lines if len(words) > 1]
     kinds = ("xy", "xyr", "fixed", "rotor", "slider", "pendulum", "roller", "linear", "constant-speed", "induction", "coulomb")
     for name in (*kinds, "run-up", "sweep", "laval-rotor", *names()):
@@ -468,28 +468,28 @@ def test_list_has_a_line_each(wucht: Command) -> None:
 
 
 def test_equations_are_readable(wucht: Command, study: Study) -> None:
-    said = wucht("equations", study())
-    assert said.code == 0
+    completed = wucht("equations", study())
+    assert completed.code == 0
     for expected in ("A drum with two pendulums", "phi''", "sin(phi)", "drum.mass", "0.125 kg"):
-        assert expected in said.out
+        assert expected in completed.out
     assert "0.2 kg" in wucht("equations", "study.toml", "--set", "p1.mass=0.2").out
 
 
 def test_equations_for_latex(wucht: Command, study: Study) -> None:
-    said = wucht("equations", study(), "--latex")
-    assert said.code == 0
-    assert said.out.count("\\begin{align}") == said.out.count("\\end{align}") == 1
-    assert said.out.count("{") == said.out.count("}")
-    body = said.out.split("\\begin{align}")[1].split("\\end{align}")[0]
+    completed = wucht("equations", study(), "--latex")
+    assert completed.code == 0
+    assert completed.out.count("\\begin{align}") == completed.out.count("\\end{align}") == 1
+    assert completed.out.count("{") == completed.out.count("}")
+    body = completed.out.split("\\begin{align}")[1].split("\\end{align}")[0]
     assert len(body.strip().split("\\\\\n")) == 5, "one line for each of x, y, phi, theta_1, theta_2"
 
 
 @pytest.mark.parametrize("words", [("--version",), ("-h",), ("run", "--help"), ("plot", "-h"), ("new", "-h"), ("list", "-h")])
 def test_help_and_version(wucht: Command, words: tuple[str, ...]) -> None:
-    said = wucht(*words)
-    assert said.code == 0
-    assert said.out
-    assert not said.err
+    completed = wucht(*words)
+    assert completed.code == 0
+    assert completed.out
+    assert not completed.err
 
 
 # As a process of its own

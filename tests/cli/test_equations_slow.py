@@ -13,9 +13,9 @@ R1 = "drozdetskaya-2020/r1"
 
 
 def test_rows_then_definitions_then_values(wucht: Command) -> None:
-    said = wucht("equations", R1, "--slow")
-    assert said.code == 0
-    lines = said.out.splitlines()
+    completed = wucht("equations", R1, "--slow")
+    assert completed.code == 0
+    lines = completed.out.splitlines()
     assert lines[0] == "R1, u = 20"
     assert lines[1] == "averaged equations of order 1, without the inertia of the balancing bodies:"
     assert lines[2] == "  Omega'*(J_drum + J_p1 + J_p2) = U*(-Omega + omega) + V_drum + V_p1 + V_p2"
@@ -86,6 +86,6 @@ def test_refused(refused: Refused, case: str) -> None:
 
 
 def test_an_undamped_body_keeps_its_inertia(wucht: Command) -> None:
-    said = wucht("equations", R1, "--slow", "--set", "p1.damping=0")
-    assert said.code == 0
-    assert "with the inertia of the balancing bodies" in said.out
+    completed = wucht("equations", R1, "--slow", "--set", "p1.damping=0")
+    assert completed.code == 0
+    assert "with the inertia of the balancing bodies" in completed.out

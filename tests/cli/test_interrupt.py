@@ -54,34 +54,34 @@ def signal_at(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
 
 def test_ctrl_c_leaves_a_valid_result(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
     signal_at(3)
-    said = wucht("run", study(*MINUTES), "-o", "out", "--json")
-    assert said.code == 130
-    assert "Traceback" not in said.err
-    assert any("--resume" in warning for warning in said.document["warnings"])
-    assert said.document["summary"]["outcome"] == "unidentified"
-    found = _load("out/result.nc")
-    assert found.attrs["finished"] == 0
-    assert found.sizes["time"] > 1
-    assert np.isfinite(found.angle.values).all()
+    completed = wucht("run", study(*MINUTES), "-o", "out", "--json")
+    assert completed.code == 130
+    assert "Traceback" not in completed.err
+    assert any("--resume" in warning for warning in completed.document["warnings"])
+    assert completed.document["summary"]["outcome"] == "unidentified"
+    actual = _load("out/result.nc")
+    assert actual.attrs["finished"] == 0
+    assert actual.sizes["time"] > 1
+    assert np.isfinite(actual.angle.values).all()
     assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "run-up.png", "summary.json", "units"]
-    assert json.loads(Path("out/summary.json").read_text()) == said.document
+    assert json.loads(Path("out/summary.json").read_text()) == completed.document
     assert wucht("plot", "out/result.nc").code == 0
 
 
 def test_ctrl_c_at_the_first_report(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
     signal_at(1)
-    said = wucht("run", study(*MINUTES), "-o", "out")
-    assert said.code == 130
-    assert "--resume" in said.err
-    assert "Traceback" not in said.err
+    completed = wucht("run", study(*MINUTES), "-o", "out")
+    assert completed.code == 130
+    assert "--resume" in completed.err
+    assert "Traceback" not in completed.err
     assert _load("out/result.nc").sizes["time"] >= 1
 
 
 @POSIX
 def test_a_batch_system_ends_it_like_ctrl_c(wucht: Command, study: Study, signal_at: Callable[..., None]) -> None:
     signal_at(2, signal.SIGTERM)
-    said = wucht("run", study(*MINUTES), "-o", "out", "--json")
-    assert said.code in (130, 143)
+    completed = wucht("run", study(*MINUTES), "-o", "out", "--json")
+    assert completed.code in (130, 143)
     assert _load("out/result.nc").attrs["finished"] == 0
 
 
@@ -103,24 +103,24 @@ def test_a_resumed_run_is_the_uninterrupted_one(
     assert wucht("run", file, "-o", "parts", "--json").code == 130
     part = _load("parts/result.nc")
     assert 0 < part.attrs["end_time"] < _load("whole/result.nc").attrs["end_time"]
-    said = wucht("run", file, "-o", "parts", "--json", "--resume")
-    assert said.code == 0, said.err
-    expected, found = _load("whole/result.nc"), _load("parts/result.nc")
-    assert found.attrs["finished"] == 1
-    np.testing.assert_allclose(found.time, expected.time, rtol=0, atol=1e-9)
+    completed = wucht("run", file, "-o", "parts", "--json", "--resume")
+    assert completed.code == 0, completed.err
+    expected, actual = _load("whole/result.nc"), _load("parts/result.nc")
+    assert actual.attrs["finished"] == 1
+    np.testing.assert_allclose(actual.time, expected.time, rtol=0, atol=1e-9)
     for name in ("angle", "speed", "supplied_work", "dissipated_work"):
-        np.testing.assert_allclose(found[name], expected[name], rtol=1e-6, atol=1e-6)
-    summary = said.document["summary"]
+        np.testing.assert_allclose(actual[name], expected[name], rtol=1e-6, atol=1e-6)
+    summary = completed.document["summary"]
     assert summary["outcome"] == whole["summary"]["outcome"]
     assert summary["final_speed"] == pytest.approx(whole["summary"]["final_speed"], rel=1e-9)
     assert summary["final_phases"] == pytest.approx(whole["summary"]["final_phases"], abs=1e-6)
     assert summary["energy_residual"] < 1e-9
-    assert not any("interrupted" in warning for warning in said.document["warnings"])
+    assert not any("interrupted" in warning for warning in completed.document["warnings"])
 
 
 def test_resume_where_nothing_is_begins(wucht: Command, study: Study) -> None:
-    said = wucht("run", study(), "-o", "out", "--json", "--resume")
-    assert said.code == 0
+    completed = wucht("run", study(), "-o", "out", "--json", "--resume")
+    assert completed.code == 0
     assert _load("out/result.nc").time.values[-1] == pytest.approx(0.5)
 
 
@@ -132,14 +132,14 @@ def test_resume_of_a_finished_run_is_that_run(wucht: Command, study: Study) -> N
 
 def test_resume_with_a_later_end_goes_on(wucht: Command, study: Study) -> None:
     assert wucht("run", study(), "-o", "out", "--json").code == 0
-    said = wucht("run", study(), "-o", "out", "--json", "--resume", "--set", "study.until=1")
-    assert said.code == 0, said.err
+    completed = wucht("run", study(), "-o", "out", "--json", "--resume", "--set", "study.until=1")
+    assert completed.code == 0, completed.err
     direct = wucht("run", study(), "-o", "direct", "--json", "--set", "study.until=1").document["summary"]
-    found = _load("out/result.nc")
-    assert found.time.values[-1] == pytest.approx(1.0)
-    assert (np.diff(found.time) > 0).all()
+    actual = _load("out/result.nc")
+    assert actual.time.values[-1] == pytest.approx(1.0)
+    assert (np.diff(actual.time) > 0).all()
     for key in ("final_speed", "final_amplitude", "peak_amplitude"):
-        assert said.document["summary"][key] == pytest.approx(direct[key], rel=0.02), key
+        assert completed.document["summary"][key] == pytest.approx(direct[key], rel=0.02), key
 
 
 @pytest.mark.parametrize("kind", ["torque-balance", "response", "synchronous-states", "approximation"])
@@ -185,9 +185,9 @@ def test_writing_that_is_cut_off_leaves_the_earlier_result(
 
     with monkeypatch.context() as patched:
         patched.setattr(xr.Dataset, "to_netcdf", half)
-        said = wucht("run", study(), "-o", "out", "--json")
-    assert said.code == 130
-    assert said.err.endswith("wucht: interrupted\n")
+        completed = wucht("run", study(), "-o", "out", "--json")
+    assert completed.code == 130
+    assert completed.err.endswith("wucht: interrupted\n")
     assert Path("out/result.nc").read_bytes() == before
     assert wucht("run", study(), "-o", "out", "--json").code == 0
     assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "run-up.png", "summary.json"]
@@ -198,12 +198,12 @@ def test_a_full_disk_is_a_sentence(wucht: Command, study: Study, monkeypatch: py
         raise OSError(28, "No space left on device", str(path))
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
-    said = wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json")
-    assert said.code == 1
-    assert not said.out
-    assert said.err.count("\n") == 1
-    assert "result.nc" in said.err
-    assert "No space left on device" in said.err
+    completed = wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json")
+    assert completed.code == 1
+    assert not completed.out
+    assert completed.err.count("\n") == 1
+    assert "result.nc" in completed.err
+    assert "No space left on device" in completed.err
 
 
 def test_ctrl_c_before_the_run(wucht: Command, study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -211,8 +211,8 @@ def test_ctrl_c_before_the_run(wucht: Command, study: Study, monkeypatch: pytest
         raise KeyboardInterrupt
 
     monkeypatch.setattr("wucht.studies.study_file.read_study", interrupted)
-    said = wucht("run", study(), "-o", "out", "--json")
-    assert (said.code, said.out, said.err) == (130, "", "wucht: interrupted\n")
+    completed = wucht("run", study(), "-o", "out", "--json")
+    assert (completed.code, completed.out, completed.err) == (130, "", "wucht: interrupted\n")
 
 
 # As a process of its own
@@ -267,6 +267,6 @@ def test_kill_leaves_what_was_saved(study: Study, here: Path, wucht: Command) ->
     assert kept.attrs["end_time"] > 0
     assert wucht("plot", "out/result.nc").code == 0
     end = float(kept.attrs["end_time"])
-    said = wucht("run", "study.toml", "-o", "out", "--json", "--resume", "--set", f"study.until={end + 0.5}")
-    assert said.code == 0, said.err
+    completed = wucht("run", "study.toml", "-o", "out", "--json", "--resume", "--set", f"study.until={end + 0.5}")
+    assert completed.code == 0, completed.err
     assert _load(here / "out/result.nc").time.values[-1] == pytest.approx(end + 0.5)

@@ -139,18 +139,18 @@ def _settings(kind: str) -> list[str]:
 def test_a_template_runs_and_is_drawn_again(wucht: Command, here: Path, kind: str) -> None:
     assert wucht("new", kind).code == 0
     words = ("run", f"{kind}.toml", "-o", "out", "--json", *_settings(kind))
-    said = wucht(*words)
-    assert said.code == 0, said.err
-    assert said.document["study"] == kind
+    completed = wucht(*words)
+    assert completed.code == 0, completed.err
+    assert completed.document["study"] == kind
     assert sorted(p.name for p in Path("out").iterdir()) == sorted([f"{kind}.png", "result.nc", "summary.json"])
-    assert json.loads(Path("out/summary.json").read_text()) == said.document
+    assert json.loads(Path("out/summary.json").read_text()) == completed.document
     assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 1
     for extension in ("pdf", "svg"):
         assert wucht("plot", "out/result.nc", "--format", extension).code == 0
         assert Path(f"out/{kind}.{extension}").stat().st_size > 1000
     again = wucht(*words, "--resume")
     assert again.code == 0, again.err
-    assert again.document["summary"] == said.document["summary"]
+    assert again.document["summary"] == completed.document["summary"]
 
 
 @pytest.mark.parametrize("kind", STUDIES)
@@ -158,11 +158,11 @@ def test_a_folder_that_cannot_be_written(wucht: Command, here: Path, kind: str) 
     wucht("new", kind)
     Path("out").write_text("a file, no folder")
     for folder in ("out", "out/below"):
-        said = wucht("run", f"{kind}.toml", "-o", folder, "--json")
-        assert said.code == 2
-        assert not said.out
-        assert said.err.count("\n") == 1
-        assert "out" in said.err
+        completed = wucht("run", f"{kind}.toml", "-o", folder, "--json")
+        assert completed.code == 2
+        assert not completed.out
+        assert completed.err.count("\n") == 1
+        assert "out" in completed.err
 
 
 @pytest.fixture
@@ -199,10 +199,10 @@ def test_ctrl_c_leaves_a_valid_result(wucht: Command, here: Path, interrupted: C
     wucht("new", kind, "my.toml")
     settings = [word for setting in LONG[name] for word in ("--set", setting)]
     interrupted(3, 0.4 if name == "many" else 0.0)
-    said = wucht("run", "my.toml", "-o", "out", "--json", *settings)
-    assert said.code == 130, said.err
-    assert "Traceback" not in said.err
-    assert any("interrupted" in warning for warning in said.document["warnings"])
+    completed = wucht("run", "my.toml", "-o", "out", "--json", *settings)
+    assert completed.code == 130, completed.err
+    assert "Traceback" not in completed.err
+    assert any("interrupted" in warning for warning in completed.document["warnings"])
     assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
     assert wucht("plot", "out/result.nc").code == 0
 
@@ -211,8 +211,8 @@ def test_ctrl_c_in_the_first_of_many_runs(wucht: Command, here: Path, interrupte
     wucht("new", "run-up", "my.toml")
     settings = [word for setting in LONG["many"] for word in ("--set", setting)]
     interrupted(2)
-    said = wucht("run", "my.toml", "-o", "out", "--json", *settings)
-    assert said.code == 130, said.err
+    completed = wucht("run", "my.toml", "-o", "out", "--json", *settings)
+    assert completed.code == 130, completed.err
     assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
     assert wucht("plot", "out/result.nc").code == 0
     assert wucht("run", "my.toml", "-o", "out", "--json", "--resume", *settings).code == 0
@@ -254,11 +254,11 @@ ENTRIES = (
 @pytest.mark.parametrize("kind", KINDS)
 def test_another_question_of_a_catalogue_file(wucht: Command, here: Path, name: str, kind: str) -> None:
     """It is answered, or refused with a sentence that says why."""
-    said = wucht("run", name, "-o", "out", "--json", "--set", f"study.kind={kind}")
-    assert said.code in (0, 2)
-    if said.code:
-        assert said.err.count("\n") == 1
-        assert name in said.err
-        assert "machine." in said.err
+    completed = wucht("run", name, "-o", "out", "--json", "--set", f"study.kind={kind}")
+    assert completed.code in (0, 2)
+    if completed.code:
+        assert completed.err.count("\n") == 1
+        assert name in completed.err
+        assert "machine." in completed.err
     else:
-        assert said.document["study"] == kind
+        assert completed.document["study"] == kind

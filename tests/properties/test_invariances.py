@@ -100,8 +100,8 @@ def motion(document, start, until, engine=None, samples=201):
     time = np.linspace(0, until, samples)
     run = integrate(flow, initial_state(machine, start), machine.values, time)
     assert run.failure is None
-    found = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
-    return found | flow.outputs(run.time, run.states, run.parameters)
+    actual = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
+    return actual | flow.outputs(run.time, run.states, run.parameters)
 
 
 def assert_equal(one, other, tolerance):
@@ -231,12 +231,12 @@ def in_units(table, units):
 @few
 @given(machines(("P", "PR")), angles)
 def test_the_units_of_the_file_do_not_matter(document, start):
-    said = {
+    completed = {
         "carrier": in_units(document["carrier"], CARRIER_UNITS),
         "bodies": [in_units(b, UNITS) for b in document["bodies"]],
         "drive": in_units(document["drive"], UNITS),
     }
-    si, workshop = machine_from(document), machine_from(said)
+    si, workshop = machine_from(document), machine_from(completed)
     assert workshop.values == pytest.approx(si.values, rel=1e-14)
     assert workshop.system == si.system
     begin, until = start_of(document, start), twenty_turns(document)

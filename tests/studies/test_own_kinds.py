@@ -140,10 +140,10 @@ def of(body: dict[str, Any], carrier: dict[str, Any], drive: dict[str, Any]) -> 
 def test_own_kinds_do_what_those_of_the_package_do(carrier: dict[str, Any], drive: dict[str, Any]) -> None:
     own, known = of(DISC, carrier, drive), of(ROTOR, SPRINGS, drive)
     for question in (Response(), TorqueBalance()):
-        found, expected = (run(question, m) for m in (own, known))
+        actual, expected = (run(question, m) for m in (own, known))
         for name in ("amplitude", "vibration_torque"):
             if name in expected:
-                assert found[name].values == pytest.approx(expected[name].values, rel=1e-9)
+                assert actual[name].values == pytest.approx(expected[name].values, rel=1e-9)
     ran, expected = (run(RunUp(until=1.0), m) for m in (own, known))
     assert not ran.attrs.get("failure")
     assert ran.speed.values[0, -1] == pytest.approx(expected.speed.values[0, -1], rel=1e-6)
@@ -151,15 +151,15 @@ def test_own_kinds_do_what_those_of_the_package_do(carrier: dict[str, Any], driv
 
 
 def test_a_rotor_that_tells_no_eccentricity_has_no_centre_distance() -> None:
-    found = run(Response(), of(DISC, SPRINGS, MOTOR))
-    assert np.isnan(found.centre_distance.values).all()
-    assert found.amplitude.values.max() > 0
+    actual = run(Response(), of(DISC, SPRINGS, MOTOR))
+    assert np.isnan(actual.centre_distance.values).all()
+    assert actual.amplitude.values.max() > 0
 
 
 def test_an_own_drive_tells_its_breakdown() -> None:
-    found = run(TorqueBalance(), of(DISC, BEAM, KLOSS))
-    assert '"breakdown"' in str(found.attrs["summary"])
-    assert found.point_torque.values.size
+    actual = run(TorqueBalance(), of(DISC, BEAM, KLOSS))
+    assert '"breakdown"' in str(actual.attrs["summary"])
+    assert actual.point_torque.values.size
 
 
 def test_own_carriers_and_models_are_found() -> None:

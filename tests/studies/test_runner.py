@@ -82,12 +82,12 @@ def run(plan: tuple[Squares, list[float]], work: Work) -> Iterator[tuple[Square,
 
 
 def dataset(plan: tuple[Squares, list[float]], squares: tuple[Square, ...]) -> xr.Dataset:
-    found = xr.Dataset({
+    actual = xr.Dataset({
         "square": variable("number", [s.value for s in squares], "square"),
         "noise": variable("number component", np.array([s.noise for s in squares]).reshape(-1, 3), "noise"),
     })  # fmt: skip
     failure = "it is negative" if plan[0].times < 0 else None
-    return answered(found, {"sum": sum(s.value for s in squares)}, "done", ["squares are large"], failure)
+    return answered(actual, {"sum": sum(s.value for s in squares)}, "done", ["squares are large"], failure)
 
 
 def figure(result: xr.Dataset) -> Any:

@@ -374,12 +374,12 @@ def test_folds_of_the_averaged_equation_figure_3_2(name: str, factor: int):
         return float(vibration.torque(np.array([speed]), np.zeros(1))[0]) / (no_load - speed)
 
     for (speed, u_fold), sign in zip([(1.0213376, 2.6053860), (1.4239669, 0.8937191)], (-1, 1), strict=True):
-        found = minimize_scalar(
+        actual = minimize_scalar(
             lambda w, sign=sign: sign * slope_needed(w), bounds=(speed - 0.1, speed + 0.1), options={"xatol": 1e-9}
         )
-        assert sign * found.fun == pytest.approx(factor * u_fold, rel=SEVEN_DIGITS)
+        assert sign * actual.fun == pytest.approx(factor * u_fold, rel=SEVEN_DIGITS)
         # At an extremum the abscissa is known only to the root of the rounding, 1e-8: still enough for seven digits.
-        assert found.x == pytest.approx(speed, rel=SEVEN_DIGITS)
+        assert actual.x == pytest.approx(speed, rel=SEVEN_DIGITS)
 
 
 @pytest.mark.parametrize("name, u_", [("table-3.1-carrier", 2.0), ("table-3.1-laval", 4.0)])
@@ -388,43 +388,43 @@ def test_stationary_speeds_of_the_averaged_equation_figure_3_2(name: str, u_: fl
 
     machine = load_machine(f"drozdetskaya-2020/{name}", {"u": u_})
     for speed in (0.9686444, 1.0937039, 1.8176384):
-        found = brentq(lambda w: motor_less_vibration(machine, w), speed - 0.02, speed + 0.02, xtol=1e-12)
-        assert found == pytest.approx(speed, rel=SEVEN_DIGITS)
+        actual = brentq(lambda w: motor_less_vibration(machine, w), speed - 0.02, speed + 0.02, xtol=1e-12)
+        assert actual == pytest.approx(speed, rel=SEVEN_DIGITS)
 
 
 def test_capture_on_a_carrier_in_one_direction_figure_3_3():
     """Full equations (3.33)-(3.34) at u = 2, from rest: captured near the stable 0.9686444 of the averaged equation."""
-    found, _ = result_of("table-3.1-carrier")
-    assert found["outcome"] == "captured"
+    actual, _ = result_of("table-3.1-carrier")
+    assert actual["outcome"] == "captured"
     # The torque at twice the speed is averaged away, which is right only to O(epsilon), epsilon = 1e-3.
     # Measured: 0.017 epsilon.
-    assert found["final_speed"] == pytest.approx(0.9686444, abs=0.03 * 1e-3)
+    assert actual["final_speed"] == pytest.approx(0.9686444, abs=0.03 * 1e-3)
     # The speed ripples at twice its mean, +-1.1e-3 = +-1.1 epsilon: so all of it lies within 2 epsilon of the mean.
-    assert found["max_speed"] - found["min_speed"] < 4 * 1e-3
+    assert actual["max_speed"] - actual["min_speed"] < 4 * 1e-3
 
 
 @pytest.mark.parametrize("epsilon_", [1e-3, 2e-3, 4e-3, 8e-3])
 def test_deviation_from_the_averaged_equation_is_of_first_order_in_epsilon(epsilon_: float):
     """The tolerance of the test above, explained: measured 0.017, 0.016, 0.020, 0.018 epsilon."""
-    found, _ = result_of("table-3.1-carrier", ("epsilon", epsilon_))
-    assert 0.01 * epsilon_ < found["final_speed"] - 0.9686444 < 0.03 * epsilon_
+    actual, _ = result_of("table-3.1-carrier", ("epsilon", epsilon_))
+    assert 0.01 * epsilon_ < actual["final_speed"] - 0.9686444 < 0.03 * epsilon_
 
 
 def test_state_near_no_load_speed_on_a_carrier_in_one_direction_figure_3_2():
     """Full equations at u = 2, started above it: the other stable speed, 1.8176384."""
-    found, _ = result_of("table-3.1-carrier", rotor=(("speed", 1.9),))
-    assert found["outcome"] == "passed"
-    assert found["final_speed"] == pytest.approx(1.8176384, abs=0.05 * 1e-3)  # O(epsilon): measured -0.033 epsilon
+    actual, _ = result_of("table-3.1-carrier", rotor=(("speed", 1.9),))
+    assert actual["outcome"] == "passed"
+    assert actual["final_speed"] == pytest.approx(1.8176384, abs=0.05 * 1e-3)  # O(epsilon): measured -0.033 epsilon
 
 
 def test_capture_of_the_elastic_rotor_section_3_3_2():
     """Full equations (3.59)-(3.61) at u = 4: on an isotropic support their steady speed is exactly that of (3.67)."""
-    found, _ = result_of("table-3.1-laval")
-    assert found["outcome"] == "captured"
-    assert found["final_speed"] == pytest.approx(0.9686444, rel=SEVEN_DIGITS)
+    actual, _ = result_of("table-3.1-laval")
+    assert actual["outcome"] == "captured"
+    assert actual["final_speed"] == pytest.approx(0.9686444, rel=SEVEN_DIGITS)
     # (3.63)-(3.65): the axis runs on a circle of radius omega^2/sqrt(A^2 + B^2), exactly; the approach has ended by then.
-    speed = found["final_speed"]
-    assert found["final_amplitude"] == pytest.approx(speed**2 / math.hypot(1 - speed**2, 0.2 * speed), rel=1e-8)
+    speed = actual["final_speed"]
+    assert actual["final_amplitude"] == pytest.approx(speed**2 / math.hypot(1 - speed**2, 0.2 * speed), rel=1e-8)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -445,34 +445,34 @@ def test_table_a_1_is_no_machine():
     """Table A.1 needs p = 2, beyond the 1 of a point mass; and its beta_r should be 0.98."""
     warnings = load_machine("drozdetskaya-2020/table-a.1").warnings
     assert len(warnings) == 2
-    assert any("p = 2" in said for said in warnings)
-    assert any("beta_r = 0.98" in said for said in warnings)
+    assert any("p = 2" in completed for completed in warnings)
+    assert any("beta_r = 0.98" in completed for completed in warnings)
 
 
 @pytest.mark.parametrize("name", ["r1", "r2"])
 def test_the_real_machines_need_no_warning(name: str):
     machine = load_machine(f"drozdetskaya-2020/{name}")
     assert machine.warnings == ()
-    found = numbers(machine)
+    actual = numbers(machine)
     # They share Table 5.1's mu, s, w, beta_p, lambda and sigma to rounding; epsilon and beta_r are the errata's.
-    assert [found[n] for n in ("mu", "s", "w", "beta_p", "lambda", "sigma")] == pytest.approx([0.01, 0.75, 1.3, 1, 2, 0.1])
+    assert [actual[n] for n in ("mu", "s", "w", "beta_p", "lambda", "sigma")] == pytest.approx([0.01, 0.75, 1.3, 1, 2, 0.1])
     own = {"r1": (0.01, 3.46667), "r2": (2.88462e-4, 0.1)}[name]
-    assert found["epsilon"] == pytest.approx(own[0], rel=5e-6)  # six digits are given
-    assert found["beta_r"] == pytest.approx(own[1], rel=5e-6)
+    assert actual["epsilon"] == pytest.approx(own[0], rel=5e-6)  # six digits are given
+    assert actual["beta_r"] == pytest.approx(own[1], rel=5e-6)
 
 
-def psi_and_delta(found: dict[str, Any]) -> tuple[float, float]:
+def psi_and_delta(actual: dict[str, Any]) -> tuple[float, float]:
     """psi and delta of (4.6), (4.7) from the final phases."""
-    first, second = (found["final_phases"][p] for p in ("p1", "p2"))
+    first, second = (actual["final_phases"][p] for p in ("p1", "p2"))
     return (first + second) / 2, abs(first - second)
 
 
 @pytest.mark.parametrize("u_", [1.0, 1.5])
 def test_weak_motor_is_captured_figure_5_4(u_: float):
     """Run-up from rest, psi = 0, delta = 0.5: the pendulums come together (type II) and the rotor stays in its resonance."""
-    found, _ = result_of("table-5.1", ("u", u_))
-    assert found["outcome"] == "captured"
-    _, delta_ = psi_and_delta(found)
+    actual, _ = result_of("table-5.1", ("u", u_))
+    assert actual["outcome"] == "captured"
+    _, delta_ = psi_and_delta(actual)
     assert math.sin(delta_ / 2) == pytest.approx(0, abs=1e-3)  # decays as exp(-0.016 phi): gone after 6000
 
 
@@ -487,47 +487,47 @@ def motor_of_type_II(speed: float, s_: float, w_: float, sigma_: float, no_load:
 @pytest.mark.parametrize("u_", [1.0, 1.5])
 def test_captured_speed_is_that_of_type_II_equation_5_11(u_: float):
     """On isotropic supports a steady state of the averaged equations is one of the full equations, exactly."""
-    found, _ = result_of("table-5.1", ("u", u_))
-    assert motor_of_type_II(found["final_speed"], 0.75, 1.3, 0.1, 2.0) == pytest.approx(u_, rel=SEVEN_DIGITS)
+    actual, _ = result_of("table-5.1", ("u", u_))
+    assert motor_of_type_II(actual["final_speed"], 0.75, 1.3, 0.1, 2.0) == pytest.approx(u_, rel=SEVEN_DIGITS)
     if u_ == 1.0:
-        assert found["final_speed"] == pytest.approx(0.7028953, rel=SEVEN_DIGITS)  # cases.md
+        assert actual["final_speed"] == pytest.approx(0.7028953, rel=SEVEN_DIGITS)  # cases.md
 
 
 @pytest.mark.parametrize("u_", [2.5, 2.75])
 def test_medium_motor_is_captured_and_beats_figure_5_4(u_: float):
     """Between the folds u1* = 1.833 and u2* = 5.871: held in the resonance, above and below it, pendulums together."""
-    found, _ = result_of("table-5.1", ("u", u_))
-    assert found["outcome"] == "captured-modulated"
-    assert found["min_speed"] < 1 < found["max_speed"]
-    _, delta_ = psi_and_delta(found)
+    actual, _ = result_of("table-5.1", ("u", u_))
+    assert actual["outcome"] == "captured-modulated"
+    assert actual["min_speed"] < 1 < actual["max_speed"]
+    _, delta_ = psi_and_delta(actual)
     assert math.sin(delta_ / 2) == pytest.approx(0, abs=1e-3)
 
 
 def test_period_of_the_modulation_at_u_2_5():
     """In phi, of the full equations: 745.8 (averaged: 766.5); one unit of the last digit."""
-    found, _ = result_of("table-5.1", ("u", 2.5))
-    assert found["modulation_period_phi"] == pytest.approx(745.8, abs=0.1)
+    actual, _ = result_of("table-5.1", ("u", 2.5))
+    assert actual["modulation_period_phi"] == pytest.approx(745.8, abs=0.1)
 
 
 @pytest.mark.parametrize("u_", [3.5, 5.0, 7.0])
 def test_strong_motor_is_compensated_figure_5_4(u_: float):
     """Type I: no-load speed, psi = pi (5.5), delta = 2 arccos(s/2) = 2.3728 (5.6), no vibration left."""
-    found, _ = result_of("table-5.1", ("u", u_))
-    assert found["outcome"] == "compensated"
-    assert found["final_speed"] == pytest.approx(2.0, rel=SEVEN_DIGITS)  # (5.7)
-    psi_, delta_ = psi_and_delta(found)
+    actual, _ = result_of("table-5.1", ("u", u_))
+    assert actual["outcome"] == "compensated"
+    assert actual["final_speed"] == pytest.approx(2.0, rel=SEVEN_DIGITS)  # (5.7)
+    psi_, delta_ = psi_and_delta(actual)
     assert delta_ == pytest.approx(2.3728, abs=1e-4)  # the last digit
     assert delta_ == pytest.approx(2 * math.acos(0.75 / 2), abs=1e-6)  # exact; the approach decays as exp(-0.0018 phi)
     assert psi_ == pytest.approx(math.pi, abs=1e-6)
-    assert found["final_amplitude"] == pytest.approx(0, abs=1e-6)
+    assert actual["final_amplitude"] == pytest.approx(0, abs=1e-6)
 
 
 @pytest.mark.parametrize("u_", [1.0, 2.5, 5.0])
 def test_energy_of_the_printed_set_is_balanced(u_: float):
     """Booked apart, the printed dampers leave no residual; what they create from nothing is reported beside it."""
-    found, _ = result_of("table-5.1", ("u", u_))
-    assert found["energy_residual"] < 1e-9  # the quadratures are integrated with the states, to 1e-12 a step
-    assert abs(found["damper_mismatch"]) > 1
+    actual, _ = result_of("table-5.1", ("u", u_))
+    assert actual["energy_residual"] < 1e-9  # the quadratures are integrated with the states, to 1e-12 a step
+    assert abs(actual["damper_mismatch"]) > 1
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -542,23 +542,23 @@ def real_machine(name: str, u_: float) -> tuple[dict[str, Any], Any]:
 
 
 def test_r1_with_u_1_is_captured():
-    found, _ = real_machine("r1", 1.0)
-    assert found["outcome"] == "captured"
-    assert found["final_speed"] == pytest.approx(70.2895, abs=1e-4)  # rad/s, the last digit
-    assert found["final_amplitude"] == pytest.approx(3.00e-3, abs=1e-5)  # m, the last digit
+    actual, _ = real_machine("r1", 1.0)
+    assert actual["outcome"] == "captured"
+    assert actual["final_speed"] == pytest.approx(70.2895, abs=1e-4)  # rad/s, the last digit
+    assert actual["final_amplitude"] == pytest.approx(3.00e-3, abs=1e-5)  # m, the last digit
 
 
 def test_r1_with_u_20_is_captured_and_beats():
     """Above and below the natural frequency of 100 rad/s in each period, the pendulums together and slipping behind."""
-    found, result = real_machine("r1", 20.0)
-    assert found["outcome"] == "captured-modulated"
-    assert found["min_speed"] == pytest.approx(88.340, abs=1e-3)
-    assert found["max_speed"] == pytest.approx(116.146, abs=1e-3)
-    assert found["max_amplitude"] == pytest.approx(10.97e-3, abs=1e-5)
+    actual, result = real_machine("r1", 20.0)
+    assert actual["outcome"] == "captured-modulated"
+    assert actual["min_speed"] == pytest.approx(88.340, abs=1e-3)
+    assert actual["max_speed"] == pytest.approx(116.146, abs=1e-3)
+    assert actual["max_amplitude"] == pytest.approx(10.97e-3, abs=1e-5)
     late = result.time > 50
     rotor, *pendulums = result.speed[:, late].values
     # Mean over many periods of the modulation (1.29 s): each pendulum loses one turn a period on the rotor, 2 pi/1.29 s.
-    slip = 2 * math.pi / found["modulation_period"]
+    slip = 2 * math.pi / actual["modulation_period"]
     for pendulum in pendulums:
         assert rotor.mean() - pendulum.mean() == pytest.approx(slip, rel=0.03)  # 10 s are not a whole number of periods
     together = result.phase.dropna("body", how="all")[:, late].values
@@ -575,32 +575,32 @@ def test_r1_with_u_20_radius_of_the_orbit():
 
 def test_r1_with_u_20_smallest_amplitude_in_the_summary():
     """The envelope that the summary takes its numbers from does not fill the bottom of the modulation."""
-    found, _ = real_machine("r1", 20.0)
-    assert found["min_amplitude"] == pytest.approx(8.81e-3, abs=1e-5)
+    actual, _ = real_machine("r1", 20.0)
+    assert actual["min_amplitude"] == pytest.approx(8.81e-3, abs=1e-5)
 
 
 @pytest.mark.parametrize("u_", [40.0, 80.0])
 def test_r1_with_a_strong_motor_is_compensated(u_: float):
-    found, _ = real_machine("r1", u_)
-    assert found["outcome"] == "compensated"
-    assert found["final_speed"] == pytest.approx(200.0, rel=SEVEN_DIGITS)
+    actual, _ = real_machine("r1", u_)
+    assert actual["outcome"] == "compensated"
+    assert actual["final_speed"] == pytest.approx(200.0, rel=SEVEN_DIGITS)
     # Which pendulum goes to which side depends on the start; both sides must be taken.
-    phases = sorted(math.degrees(found["final_phases"][p]) for p in ("p1", "p2"))
+    phases = sorted(math.degrees(actual["final_phases"][p]) for p in ("p1", "p2"))
     assert phases == pytest.approx([112.024, 247.976], abs=1e-3)  # pi -+ arccos(s/2)
 
 
 @pytest.mark.parametrize("u_, outcome", [(20.0, "captured-modulated"), (80.0, "compensated")])
 def test_r2(u_: float, outcome: str):
     """The heavy rotor: beta_r = 0.1 as in Table 5.1, epsilon = 2.88462e-4."""
-    found, _ = real_machine("r2", u_)
-    assert found["outcome"] == outcome
+    actual, _ = real_machine("r2", u_)
+    assert actual["outcome"] == outcome
 
 
 @pytest.mark.parametrize("name, u_", [("r1", 1.0), ("r1", 20.0), ("r1", 40.0), ("r2", 20.0)])
 def test_energy_of_the_real_machines_is_balanced(name: str, u_: float):
-    found, _ = real_machine(name, u_)
-    assert found["energy_residual"] < 1e-9  # as above
-    assert found["damper_mismatch"] is None
+    actual, _ = real_machine(name, u_)
+    assert actual["energy_residual"] < 1e-9  # as above
+    assert actual["damper_mismatch"] is None
 
 
 # ----------------------------------------------------------------------------------------------------------------------

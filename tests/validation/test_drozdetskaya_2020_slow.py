@@ -27,8 +27,8 @@ START = {"psi": 0.0, "delta": 0.5}
 @cache
 def both(u: float, until: float) -> tuple[xr.Dataset, dict[str, Any]]:
     machine = load_machine(TABLE_5_1).with_values({"u": u})
-    found = run(RunUp.read({"kind": "run-up", "until": until, "start": START, "model": "both"}), machine)
-    return found, summary_of(found)
+    actual = run(RunUp.read({"kind": "run-up", "until": until, "start": START, "model": "both"}), machine)
+    return actual, summary_of(actual)
 
 
 OUTCOMES = {
@@ -77,9 +77,9 @@ def test_over_the_phase_the_models_are_nearer_than_over_the_angle() -> None:
 
 
 def test_the_largest_difference_of_the_speed_at_u_1() -> None:
-    found, _ = both(1.0, 6000.0)
-    inside = found.compared.values <= 100
-    assert float(np.abs(found.speed_deviation.values[inside]).max()) == pytest.approx(0.011, abs=0.0005)
+    actual, _ = both(1.0, 6000.0)
+    inside = actual.compared.values <= 100
+    assert float(np.abs(actual.speed_deviation.values[inside]).max()) == pytest.approx(0.011, abs=0.0005)
 
 
 DEVIATIONS = {
@@ -101,11 +101,11 @@ def section_5_6(along: tuple[str, ...], value: float) -> dict[str, Any]:
 def test_how_far_the_models_part_in_section_5_6(case: str) -> None:
     along, value, expected, tolerance = DEVIATIONS[case]
     if value is None:
-        found = section_5_6(("sigma",), 0.01)["own"]
+        actual = section_5_6(("sigma",), 0.01)["own"]
     else:
-        [found] = section_5_6(along, value)["deviations"]
-        assert found["factor" if len(along) > 1 else along[0]] == value
-    assert found["speed"] == pytest.approx(expected, abs=tolerance)
+        [actual] = section_5_6(along, value)["deviations"]
+        assert actual["factor" if len(along) > 1 else along[0]] == value
+    assert actual["speed"] == pytest.approx(expected, abs=tolerance)
 
 
 REAL = {  # outcomes of both models: the full ones are those of cases.md

@@ -100,8 +100,8 @@ class Steady:
         """The complex amplitude of an order of the speed in a signal, by least squares on orders 0 to 2."""
         turn = np.exp(1j * self.speed * self.time[:, None] * np.arange(3))
         basis = np.concatenate([turn.real, turn.imag[:, 1:]], axis=1)
-        found = np.linalg.lstsq(basis, signal, rcond=None)[0]
-        return complex(found[order], -found[order + 2]) if order else complex(found[0])
+        actual = np.linalg.lstsq(basis, signal, rcond=None)[0]
+        return complex(actual[order], -actual[order + 2]) if order else complex(actual[0])
 
 
 # Transients decay with c/2M = 2 and 6 1/s, to exp(-24) = 4e-11 after 12 s; the integration adds 1e-12 a step.
@@ -274,12 +274,12 @@ def test_balanced_rotor_runs_up_exponentially():
             "drive": {"kind": "linear", "slope": slope, "no_load_speed": no_load},
         }
     )
-    found, result = summary_and_motion(machine, until=10.0)
+    actual, result = summary_and_motion(machine, until=10.0)
     final = slope * no_load / (slope + bearing)
-    assert found["free_speed"] == pytest.approx(final, rel=1e-14)
+    assert actual["free_speed"] == pytest.approx(final, rel=1e-14)
     expected = final * -np.expm1(-(slope + bearing) / inertia * result.time.values)
     np.testing.assert_allclose(result.speed.values[0], expected, rtol=0, atol=1e-10 * final)  # 1e-12 a step
-    assert found["peak_amplitude"] == 0.0
+    assert actual["peak_amplitude"] == 0.0
 
 
 def test_pendulum_is_dragged_along_exponentially():

@@ -186,8 +186,8 @@ def final_phases(table: int, speed: float, start: tuple[float, float], **options
     options.setdefault("beta", 2e-5 if speed == 40.0 else 5e-5)
     driven = machine(*UNBALANCES[table], {"kind": "constant-speed", "speed": speed}, **options)
     begin = {"r1": math.radians(start[0] + 3), "r2": math.radians(start[1] - 4)}
-    found = summary_of(run(RunUp.read({"until": RUN_TIME[speed], "start": begin}), driven))
-    return np.degrees([found["final_phases"]["r1"], found["final_phases"]["r2"]]), found
+    actual = summary_of(run(RunUp.read({"until": RUN_TIME[speed], "start": begin}), driven))
+    return np.degrees([actual["final_phases"]["r1"], actual["final_phases"]["r2"]]), actual
 
 
 def apart(first: np.ndarray | tuple[float, float], second: np.ndarray | tuple[float, float]) -> float:
@@ -240,15 +240,15 @@ def test_compensating_phases_of_table_1_do_not_depend_on_damping(speed: float):
     """(43), (44): with all centrifugal forces in balance nothing vibrates, so a damped support shifts nothing."""
     for damping in (0.01, 0.005):
         for state in (COMPENSATED_43, COMPENSATED_44):
-            reached, found = final_phases(1, speed, state, damping=damping)
-            assert found["outcome"] == "compensated"
+            reached, actual = final_phases(1, speed, state, damping=damping)
+            assert actual["outcome"] == "compensated"
             # The last digit of cases.md. What is left of the approach after the run time is less.
             assert apart(reached, state) < 0.01
             # (42): exactly.
             exact = np.degrees([math.acos((1 + 1.44 - 0.64) / 2.4), math.acos((1 - 1.44 + 0.64) / 1.6)])
             expected = (180 - exact[0], 180 + exact[1]) if state == COMPENSATED_43 else (180 + exact[0], 180 - exact[1])
             assert apart(reached, expected) < 1e-3
-            assert found["final_residual_unbalance"] < 1e-5
+            assert actual["final_residual_unbalance"] < 1e-5
 
 
 @pytest.mark.parametrize(
@@ -289,7 +289,7 @@ def test_shift_by_damping_vanishes_with_damping(table: int, speed: float, state:
 )
 def test_motion_to_the_stable_position_bild_7_to_10(figure: int, phases: tuple[float, float], tolerance: float) -> None:
     study = read_study(f"sperling-rollers/figure-{figure}")
-    found = summary_of(run(study.spec, study.subject))
+    actual = summary_of(run(study.spec, study.subject))
     for name, phase in zip(("r1", "r2"), phases, strict=True):
-        assert math.remainder(math.degrees(found["final_phases"][name]) - phase, 360.0) == pytest.approx(0.0, abs=tolerance)
-    assert found["energy_residual"] < 1e-9
+        assert math.remainder(math.degrees(actual["final_phases"][name]) - phase, 360.0) == pytest.approx(0.0, abs=tolerance)
+    assert actual["energy_residual"] < 1e-9

@@ -59,7 +59,7 @@ def exciters(count: int = 2, directions: str = "x", **carrier: Any) -> Machine:
 
 
 def test_translational_oscillator_with_rotors_equations_8_9() -> None:
-    found = left_minus_right(exciters())
+    actual = left_minus_right(exciters())
     x_2 = symbol("carrier.x.acceleration")
     total = symbol("carrier.mass") + symbol("e1.mass") + symbol("e2.mass")
     force = -symbol("carrier.damping") * symbol("carrier.vx") - symbol("carrier.stiffness") * symbol("carrier.x")
@@ -69,9 +69,9 @@ def test_translational_oscillator_with_rotors_equations_8_9() -> None:
         u = symbol(f"{i}.mass") * symbol(f"{i}.eccentricity")
         torque = symbol(f"drives.{i}.slope") * (symbol(f"drives.{i}.no_load_speed") - speed)
         torque -= symbol(f"{i}.bearing_damping") * speed
-        assert sp.expand(found[f"{i}.angle"] - (symbol(f"{i}.inertia") * phi_2 - torque - u * x_2 * sp.sin(phi))) == 0  # (8)
+        assert sp.expand(actual[f"{i}.angle"] - (symbol(f"{i}.inertia") * phi_2 - torque - u * x_2 * sp.sin(phi))) == 0  # (8)
         excitation += u * (speed**2 * sp.cos(phi) + phi_2 * sp.sin(phi))
-    assert sp.expand(found["carrier.x"] - (total * x_2 - force - excitation)) == 0  # (9)
+    assert sp.expand(actual["carrier.x"] - (total * x_2 - force - excitation)) == 0  # (9)
 
 
 def test_rocking_oscillator_with_couple_unbalances_equations_10_11() -> None:
@@ -83,7 +83,7 @@ def test_rocking_oscillator_with_couple_unbalances_equations_10_11() -> None:
             "drives": [{"on": n, "kind": "linear", "slope": 3e-5, "no_load_speed": 12.0} for n in ("e1", "e2")],
         }
     )
-    found = left_minus_right(machine)
+    actual = left_minus_right(machine)
     chi_2 = symbol("carrier.r.acceleration")
     moment = -symbol("carrier.rotation_damping") * symbol("carrier.vr") - symbol("carrier.rotation_stiffness") * symbol(
         "carrier.r"
@@ -94,20 +94,22 @@ def test_rocking_oscillator_with_couple_unbalances_equations_10_11() -> None:
         d = symbol(f"{i}.couple_unbalance")  # m eps a; the inertia is 2 J, the torque 2 L of the paper
         torque = symbol(f"drives.{i}.slope") * (symbol(f"drives.{i}.no_load_speed") - speed)
         torque -= symbol(f"{i}.bearing_damping") * speed
-        assert sp.expand(found[f"{i}.angle"] - (symbol(f"{i}.inertia") * phi_2 - torque - d * chi_2 * sp.sin(phi))) == 0  # (10)
+        assert (
+            sp.expand(actual[f"{i}.angle"] - (symbol(f"{i}.inertia") * phi_2 - torque - d * chi_2 * sp.sin(phi))) == 0
+        )  # (10)
         excitation += d * (speed**2 * sp.cos(phi) + phi_2 * sp.sin(phi))
-    assert sp.expand(found["carrier.r"] - (symbol("carrier.inertia") * chi_2 - moment - excitation)) == 0  # (11)
+    assert sp.expand(actual["carrier.r"] - (symbol("carrier.inertia") * chi_2 - moment - excitation)) == 0  # (11)
 
 
 def test_rotor_on_a_prescribed_motion_equations_12_13() -> None:
     machine = load_machine("sperling-vibration/figure-2a")
-    found = left_minus_right(machine)["rotor.angle"]
+    actual = left_minus_right(machine)["rotor.angle"]
     t, phi, speed = symbol("t"), symbol("rotor.angle"), symbol("rotor.speed")
     u = symbol("rotor.mass") * symbol("rotor.eccentricity")
     x_2 = symbol("carrier.x.acceleration")
     loss = symbol("drive.slope") * (speed - symbol("drive.no_load_speed")) + symbol("rotor.bearing_damping") * speed
     expected = symbol("rotor.inertia") * symbol("rotor.angle.acceleration") + loss - u * x_2 * sp.sin(phi)
-    assert sp.expand(found - expected) == 0  # (12), with k_1 Omega_1 = L_1
+    assert sp.expand(actual - expected) == 0  # (12), with k_1 Omega_1 = L_1
     (carrier,) = machine.carrier
     assert carrier.prescribed is not None
     x = symbol("carrier.motion.amplitude") * sp.cos(symbol("carrier.motion.frequency") * t)
@@ -116,7 +118,7 @@ def test_rotor_on_a_prescribed_motion_equations_12_13() -> None:
 
 def test_balancing_equations_42_43() -> None:
     machine = load_machine("sperling-vibration/figure-4")
-    found = left_minus_right(machine)
+    actual = left_minus_right(machine)
     x_2, y_2 = symbol("carrier.x.acceleration"), symbol("carrier.y.acceleration")
     sums = {"x": symbol("rotor.unbalance") * _centrifugal("rotor", sp.cos, sp.sin, 1), "y": sp.S.Zero}
     sums["y"] = symbol("rotor.unbalance") * _centrifugal("rotor", sp.sin, sp.cos, -1)
@@ -126,14 +128,14 @@ def test_balancing_equations_42_43() -> None:
         inertia, k = symbol(f"{i}.mass") * symbol(f"{i}.length") ** 2, symbol(f"{i}.damping")
         right = k * symbol("rotor.speed") + u * (x_2 * sp.sin(phi) - y_2 * sp.cos(phi))
         left = inertia * symbol(f"{i}.angle.acceleration") + k * w
-        assert sp.expand(found[f"{i}.angle"] - (left - right)) == 0  # (42)
+        assert sp.expand(actual[f"{i}.angle"] - (left - right)) == 0  # (42)
         sums["x"] += u * _centrifugal(i, sp.cos, sp.sin, 1)
         sums["y"] += u * _centrifugal(i, sp.sin, sp.cos, -1)
     mass = sum(symbol(f"{n}.mass") for n in ("carrier", "rotor", "b1", "b2"))
     for d, a in (("x", x_2), ("y", y_2)):
         q, v = symbol(f"carrier.{d}"), symbol(f"carrier.v{d}")
         left = mass * a + symbol("carrier.damping") * v + symbol("carrier.stiffness") * q
-        assert sp.expand(found[f"carrier.{d}"] - (left - sums[d])) == 0  # (43), with b
+        assert sp.expand(actual[f"carrier.{d}"] - (left - sums[d])) == 0  # (43), with b
 
 
 def _centrifugal(body: str, along: Any, across: Any, sign: int) -> sp.Expr:
@@ -152,10 +154,10 @@ def entrained(no_load_speed: float, until: float = 200.0, **settings: Any) -> di
 
 
 def test_entrainment_bild_2a() -> None:
-    found = entrained(5.5)
-    assert found["outcome"] == "entrained"
-    assert found["final_speed"] == pytest.approx(OMEGA, rel=1e-9)
-    phase = math.remainder(found["rotor_phases"]["vibration"], 2 * math.pi)
+    actual = entrained(5.5)
+    assert actual["outcome"] == "entrained"
+    assert actual["final_speed"] == pytest.approx(OMEGA, rel=1e-9)
+    phase = math.remainder(actual["rotor_phases"]["vibration"], 2 * math.pi)
     assert phase == pytest.approx(-0.40856, abs=5e-6)  # cases.md, last digit
     averaged = math.asin(2 * K_1 * (5.5 - OMEGA) / (F_1 * X_0))  # (22)
     assert averaged == pytest.approx(-0.40799, abs=5e-6)
@@ -164,9 +166,9 @@ def test_entrainment_bild_2a() -> None:
 
 
 def test_no_entrainment_bild_2b() -> None:
-    found = entrained(4.0)
-    assert found["outcome"] == "not-entrained"
-    assert found["final_speed"] == pytest.approx(4.1508, abs=5e-5)  # mean over 100 ... 200 s, cases.md
+    actual = entrained(4.0)
+    assert actual["outcome"] == "not-entrained"
+    assert actual["final_speed"] == pytest.approx(4.1508, abs=5e-5)  # mean over 100 ... 200 s, cases.md
 
 
 @pytest.mark.parametrize(("slower", "faster", "inside"), [(4.717, 4.719, "faster"), (7.853, 7.856, "slower")])
@@ -188,8 +190,8 @@ def test_band_of_existence_equation_21(speed: float, outcome: str) -> None:
     ratio = (speed - OMEGA) / edge
     phase = math.copysign(math.pi / 2, ratio) if abs(ratio) >= 1 else math.asin(ratio)
     machine = load_machine("sperling-vibration/figure-2a", {"drive.no_load_speed": speed})
-    found = summary_of(run(RunUp(until=1500.0, start={"rotor": {"angle": phase, "speed": OMEGA}}), machine))
-    assert found["outcome"] == outcome  # the edges are met to 3e-3: the averaging's own error
+    actual = summary_of(run(RunUp(until=1500.0, start={"rotor": {"angle": phase, "speed": OMEGA}}), machine))
+    assert actual["outcome"] == outcome  # the edges are met to 3e-3: the averaging's own error
 
 
 def test_rotation_sustained_by_vibration_equation_25() -> None:
@@ -200,17 +202,17 @@ def test_rotation_sustained_by_vibration_equation_25() -> None:
     for factor, outcome in ((1.002, "entrained"), (0.998, "oscillating")):
         machine = load_machine("sperling-vibration/sustained-rotation", {"carrier.motion.amplitude": factor * threshold})
         start = {"rotor": {"angle": -math.asin(min(1.0, 1 / factor)), "speed": OMEGA}}
-        found = summary_of(run(RunUp(until=400.0, start=start), machine))
-        assert found["outcome"] in (outcome, "stopped" if outcome == "oscillating" else outcome)
+        actual = summary_of(run(RunUp(until=400.0, start=start), machine))
+        assert actual["outcome"] in (outcome, "stopped" if outcome == "oscillating" else outcome)
 
 
 def test_rotation_against_the_drive() -> None:
     study = read_study("sperling-vibration/against-the-drive")
     result = run(study.spec, study.subject)
-    found = summary_of(result)
-    assert (found["outcome"], round(found["final_speed"], 6)) == ("entrained", round(OMEGA, 6))
-    assert float(result.motor_torque[-1]) * found["final_speed"] < 0  # it works as a generator
-    assert found["energy_residual"] < 1e-9
+    actual = summary_of(result)
+    assert (actual["outcome"], round(actual["final_speed"], 6)) == ("entrained", round(OMEGA, 6))
+    assert float(result.motor_torque[-1]) * actual["final_speed"] < 0  # it works as a generator
+    assert actual["energy_residual"] < 1e-9
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -222,18 +224,18 @@ def test_rotation_against_the_drive() -> None:
 def test_equal_exciters_equations_37_40(name: str, phase: float) -> None:
     """Beyond the resonance they work against each other, below it together."""
     study = read_study(f"sperling-vibration/self-synchronisation-{name}")
-    found = summary_of(run(study.spec, study.subject))
-    assert found["outcome"] == "synchronised"
-    assert abs(math.remainder(found["rotor_phases"]["e2"] - phase, 2 * math.pi)) < 1e-6
+    actual = summary_of(run(study.spec, study.subject))
+    assert actual["outcome"] == "synchronised"
+    assert abs(math.remainder(actual["rotor_phases"]["e2"] - phase, 2 * math.pi)) < 1e-6
     if name == "soft":  # (35): the carrier rests, nothing is lost
-        assert found["final_speed"] == pytest.approx(12.0, rel=1e-9)
+        assert actual["final_speed"] == pytest.approx(12.0, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["soft", "stiff"])
 def test_unequal_exciters_equations_33_35(name: str) -> None:
     """Speed and phase from (33) with the moments of the damped carrier, whose averaged form adds the k = i terms to (34)."""
     study = read_study(f"sperling-vibration/self-synchronisation-{name}-unequal")
-    found = summary_of(run(study.spec, study.subject))
+    actual = summary_of(run(study.spec, study.subject))
     values = study.subject.values
     k = 3e-5
     no_load = np.array([12.0, 12.5])
@@ -248,26 +250,26 @@ def test_unequal_exciters_equations_33_35(name: str) -> None:
     from scipy.optimize import fsolve
 
     w, alpha = fsolve(residual, [12.25, math.pi if name == "soft" else 0.0], xtol=1e-13)
-    assert found["outcome"] == "synchronised"
+    assert actual["outcome"] == "synchronised"
     # The ripple of the speed at 2 Omega is f^2 A/(4 J Omega) = 0.3 % of it; its square is the error of the averages.
-    assert found["final_speed"] == pytest.approx(w, rel=2e-4)
-    assert math.remainder(found["rotor_phases"]["e2"] - alpha, 2 * math.pi) == pytest.approx(0, abs=5e-3)
+    assert actual["final_speed"] == pytest.approx(w, rel=2e-4)
+    assert math.remainder(actual["rotor_phases"]["e2"] - alpha, 2 * math.pi) == pytest.approx(0, abs=5e-3)
 
 
 def test_motors_too_different_do_not_synchronise() -> None:
     study = read_study("sperling-vibration/self-synchronisation-lost")
-    found = summary_of(run(study.spec, study.subject))
-    assert found["outcome"] == "not-synchronised"
-    assert found["mean_speeds"]["e2"] - found["mean_speeds"]["e1"] > 7.0
+    actual = summary_of(run(study.spec, study.subject))
+    assert actual["outcome"] == "not-synchronised"
+    assert actual["mean_speeds"]["e2"] - actual["mean_speeds"]["e1"] > 7.0
 
 
 def test_exciters_that_turn_against_each_other_push_straight() -> None:
     """Opposite senses on a carrier free in x and y: they synchronise, and the sums of sines across the line cancel."""
     machine = exciters(directions="xy", stiffness=360.0)
     turned = load_document_with_sense(machine)
-    found = summary_of(run(RunUp(until=200.0, start={"e1": {"speed": 12.0}, "e2": {"angle": 0.7, "speed": -12.0}}), turned))
-    assert found["outcome"] == "synchronised"
-    assert found["mean_speeds"]["e1"] == pytest.approx(-found["mean_speeds"]["e2"], rel=1e-9)
+    actual = summary_of(run(RunUp(until=200.0, start={"e1": {"speed": 12.0}, "e2": {"angle": 0.7, "speed": -12.0}}), turned))
+    assert actual["outcome"] == "synchronised"
+    assert actual["mean_speeds"]["e1"] == pytest.approx(-actual["mean_speeds"]["e2"], rel=1e-9)
 
 
 def load_document_with_sense(machine: Machine) -> Machine:
@@ -283,14 +285,14 @@ def load_document_with_sense(machine: Machine) -> Machine:
 def test_balls_released_after_30_s_bild_4(name: str) -> None:
     study = read_study(f"sperling-vibration/{name}")
     result = run(study.spec, study.subject)
-    found = summary_of(result)
-    assert found["outcome"] == "compensated"
-    phases = sorted(math.degrees(p) for p in found["final_phases"].values())
+    actual = summary_of(result)
+    assert actual["outcome"] == "compensated"
+    phases = sorted(math.degrees(p) for p in actual["final_phases"].values())
     gamma = math.degrees(math.acos(0.01 / (2 * 0.08 * 0.1)))  # (49): f_0/(2 f)
     # With y blocked half the synchronising torque is left: after 60 s the last 0.01 degrees are still on their way.
     assert phases == pytest.approx([180 - gamma, 180 + gamma], abs=1e-3 if name == "figure-4" else 2e-2)
     assert phases == pytest.approx([128.68, 231.32], abs=5e-3 if name == "figure-4" else 2e-2)  # cases.md
-    assert found["energy_residual"] < 1e-9
+    assert actual["energy_residual"] < 1e-9
     # Until the release the balls turn with the rotor, opposite to each other, and it vibrates with its own unbalance.
     before = result.sel(time=slice(20, 29.99))
     assert float(np.ptp(before.phase.dropna("body", how="all").values, axis=1).max()) < 1e-9

@@ -32,10 +32,10 @@ class Claim:
 
     def left_over(self, expression: sp.Basic) -> sp.Basic:
         """The residual of an expression in normal form."""
-        found = self.residual(expression)
-        if isinstance(found, sp.MatrixBase):
-            return sp.ImmutableMatrix(found).applyfunc(lambda e: reduced(e.subs(self.put), self.relations))
-        return reduced(sp.sympify(found).subs(self.put), self.relations)
+        actual = self.residual(expression)
+        if isinstance(actual, sp.MatrixBase):
+            return sp.ImmutableMatrix(actual).applyfunc(lambda e: reduced(e.subs(self.put), self.relations))
+        return reduced(sp.sympify(actual).subs(self.put), self.relations)
 
 
 def equal(
@@ -85,8 +85,8 @@ def check(source: str, equation: str, left: str, says: str) -> Callable[[Callabl
 
 @cache
 def _left_over(claim: Callable[[], Claim], corrected: bool) -> sp.Basic:
-    found = claim()
-    return found.left_over(found.corrected if corrected else found.printed)
+    actual = claim()
+    return actual.left_over(actual.corrected if corrected else actual.printed)
 
 
 def is_zero(residual: sp.Basic) -> bool:
@@ -120,8 +120,8 @@ def single_angles(expression: sp.Expr) -> tuple[sp.Expr, dict[sp.Symbol, sp.Expr
     for wave in expression.atoms(sp.sin, sp.cos):
         halves |= {x for x in wave.args[0].free_symbols if sp.expand(wave.args[0]).coeff(x).q == 2}
     doubled = expression.xreplace({x: 2 * x for x in halves})
-    found = doubled.replace(lambda e: isinstance(e, (sp.sin, sp.cos)), lambda e: sp.expand_trig(e.func(sp.expand(e.args[0]))))
-    return found, {x: x / 2 for x in halves}
+    actual = doubled.replace(lambda e: isinstance(e, (sp.sin, sp.cos)), lambda e: sp.expand_trig(e.func(sp.expand(e.args[0]))))
+    return actual, {x: x / 2 for x in halves}
 
 
 def turned(expression: sp.Expr, angles: Mapping[sp.Symbol, tuple[sp.Expr, sp.Expr]]) -> sp.Expr:

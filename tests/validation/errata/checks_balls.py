@@ -81,8 +81,8 @@ def equation_49() -> Claim:
     states = sp.ImmutableMatrix([[sp.pi - gamma, sp.pi, 0, 0], [sp.pi + gamma, sp.pi, 0, sp.pi]])
 
     def at(e: sp.Matrix) -> sp.Matrix:
-        found = [torques().xreplace(ALIKE).subs(dict(zip(ALPHA, e[:, k], strict=True))) for k in range(e.shape[1])]
-        return sp.Matrix.hstack(*found).applyfunc(lambda v: turned(v, {gamma: (sine, F_0 / (2 * EQUAL))}))
+        actual = [torques().xreplace(ALIKE).subs(dict(zip(ALPHA, e[:, k], strict=True))) for k in range(e.shape[1])]
+        return sp.Matrix.hstack(*actual).applyfunc(lambda v: turned(v, {gamma: (sine, F_0 / (2 * EQUAL))}))
 
     return Claim(states, at)
 

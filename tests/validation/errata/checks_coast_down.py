@@ -44,14 +44,14 @@ def moving(displacements: tuple[sp.Expr, ...], row: str) -> sp.Expr:
 def displacements() -> tuple[sp.Expr, sp.Expr]:
     """The periodic solutions at a constant speed."""
     still, cosine, sine = real("X a b")
-    found = []
+    actual = []
     for name in SLIDERS:
         x = still + cosine * sp.cos(THETA) + sine * sp.sin(THETA)
         row = sp.expand(sp.expand_trig(moving((x, x), f"{name}.displacement")))
         waves = [row.coeff(f) for f in (sp.cos(THETA), sp.sin(THETA))]
         rest = sp.expand(row - waves[0] * sp.cos(THETA) - waves[1] * sp.sin(THETA))
-        found.append(x.xreplace(sp.solve([rest, *waves], [still, cosine, sine], dict=True)[0]))
-    return found[0], found[1]
+        actual.append(x.xreplace(sp.solve([rest, *waves], [still, cosine, sine], dict=True)[0]))
+    return actual[0], actual[1]
 
 
 DETUNED = (NATURAL**2 - 2 * SPEED**2) ** 2 + 4 * DELTA**2 * SPEED**2

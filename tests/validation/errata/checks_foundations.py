@@ -75,8 +75,8 @@ K_MOTOR, K_CAPITAL, K_FIELD = real("k_M K_M k_E")
 
 def motor(flux: sp.Expr, resistance: sp.Expr, current: sp.Symbol) -> sp.Expr:
     """T_M = k_M I_A Phi_E (2.85) with the current that solves U - k_M Phi_E phi' = R I_A (2.88), (2.90)."""
-    found = sp.solve(U - K_MOTOR * flux * SPEED - resistance * current, current)[0]
-    return (K_MOTOR * current * flux).subs(current, found)
+    actual = sp.solve(U - K_MOTOR * flux * SPEED - resistance * current, current)[0]
+    return (K_MOTOR * current * flux).subs(current, actual)
 
 
 @check(SOURCE, "(2.92)", "T_M", "The separately excited motor, from (2.85), (2.88), (2.90). There is no K_M.")
@@ -101,9 +101,9 @@ def equation_2_99() -> Claim:
 @check(SOURCE, "(2.104)", "T_M", "The series motor, Phi_E = L_E I_A (2.100). There is no k_E.")
 def equation_2_104() -> Claim:
     current, total = path("I_A"), path(r"R_{\Sigma}")
-    found = sp.solve(U - K_MOTOR * L_E * current * SPEED - total * current, current)[0]
+    actual = sp.solve(U - K_MOTOR * L_E * current * SPEED - total * current, current)[0]
     printed, right = (K_MOTOR * L_E * U**2 / (total + k * L_E * SPEED) ** 2 for k in (K_FIELD, K_MOTOR))
-    return equal(printed, K_MOTOR * L_E * found**2, right)
+    return equal(printed, K_MOTOR * L_E * actual**2, right)
 
 
 U_1, R_1, R_2, X_1, X_2, SLIP, SYNCHRONOUS = real(r"U_1 R_1 {R_2'} X_{1\sigma} {X_{2\sigma}'} s_A \dot{\phi}_{s}")
@@ -120,8 +120,8 @@ def current_squared(sign: int) -> sp.Expr:
         U_1 - induced - (sp.I * X_1 + R_1) * first,
         induced - (sp.I * X_2 + R_2 / SLIP) * second,
     ]
-    found = sp.together(sp.solve(equations, [first, second, induced], dict=True)[0][second])
-    top, bottom = sp.fraction(found)
+    actual = sp.together(sp.solve(equations, [first, second, induced], dict=True)[0][second])
+    top, bottom = sp.fraction(actual)
     return sp.expand(top * sp.conjugate(top)) / sp.expand(bottom * sp.conjugate(bottom))
 
 

@@ -88,8 +88,8 @@ def pull_out() -> sp.Expr:
 )
 def equation_22() -> Claim:
     sine = real("sine")[0]
-    found = sp.solve(turned(pull_out(), {ALPHA[0]: (sine, sp.S.One)}), sine)[0]
-    return equal(2 * DAMPING[0] * (PARTIAL[0] - SPEED) / (F[0] * X_0), found)
+    actual = sp.solve(turned(pull_out(), {ALPHA[0]: (sine, sp.S.One)}), sine)[0]
+    return equal(2 * DAMPING[0] * (PARTIAL[0] - SPEED) / (F[0] * X_0), actual)
 
 
 @check(SOURCE, "(24)", "c", "The stiffness in J_1 d''+ k_1 d' + c d = 0 of a small disturbance d.")

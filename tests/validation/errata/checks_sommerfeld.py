@@ -37,8 +37,8 @@ def acceleration_of_rotor(directions: str) -> sp.Expr:
     put = {path("rotor.angle"): PHI, path("rotor.speed"): OMEGA}
     put |= {path(f"carrier.{n}.acceleration"): -(OMEGA**2) * d.carrier(n, PHI) for n in directions}
     row = full_rows(machine, put)["rotor.angle"]
-    found: sp.Expr = sp.solve(row, path("rotor.angle.acceleration"))[0]
-    return found
+    actual: sp.Expr = sp.solve(row, path("rotor.angle.acceleration"))[0]
+    return actual
 
 
 @check(

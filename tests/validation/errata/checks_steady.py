@@ -128,8 +128,8 @@ def equation_5_8_condition() -> Claim:
 def discriminant() -> sp.Expr:
     """Of the quadratic in sin(psi) that the condition of type II is, over 4 s^2 B^2: R^2."""
     sine, cosine = real("sine cosine")
-    found = sp.solve(at(sine, cosine, pulled_together()), cosine)[0]
-    top = sp.fraction(sp.together(sine**2 + found**2 - 1))[0]
+    actual = sp.solve(at(sine, cosine, pulled_together()), cosine)[0]
+    top = sp.fraction(sp.together(sine**2 + actual**2 - 1))[0]
     return sp.cancel(sp.discriminant(top, sine) / (4 * S**2 * B**2))
 
 
@@ -137,11 +137,11 @@ def discriminant() -> sp.Expr:
 def equation_5_10() -> Claim:
     sine, cosine = real("sine cosine")
     conditions = [at(sine, cosine, r) for r in rates()[:2]]
-    found = sp.solve(conditions, [sine, cosine], dict=True)[0]
+    actual = sp.solve(conditions, [sine, cosine], dict=True)[0]
     motor, swing = U * S * D * (LAMBDA - OMEGA), B * OMEGA**4 * W
     printed = (swing * (S**2 + 4) - motor) ** 2 / (16 * B**2 * OMEGA**8 * W**2 * S**2)
     printed += (swing * (S**2 - 4) - motor) ** 2 / (16 * A**2 * OMEGA**8 * W**2 * S**2)
-    return equal(printed, found[sine] ** 2 + found[cosine] ** 2)
+    return equal(printed, actual[sine] ** 2 + actual[cosine] ** 2)
 
 
 @check(

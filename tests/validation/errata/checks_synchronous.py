@@ -129,8 +129,8 @@ def equations_49_and_50() -> Claim:
     conditions = [1 / influence[0], influence[0] + influence[1], 1 / influence[1]]
     printed = sp.ImmutableMatrix([OMEGA_X**2, (OMEGA_X**2 + OMEGA_Y**2) / 2, OMEGA_Y**2])
     size = sp.Symbol("size", positive=True)
-    found = [sp.cancel(c).subs(SPEED, sp.sqrt(size)) for c in conditions]
-    return Claim(printed, lambda e: sp.Matrix([c.subs(size, v) for c, v in zip(found, e, strict=True)]))
+    actual = [sp.cancel(c).subs(SPEED, sp.sqrt(size)) for c in conditions]
+    return Claim(printed, lambda e: sp.Matrix([c.subs(size, v) for c, v in zip(actual, e, strict=True)]))
 
 
 COSINE = sp.cos(FIRST - SECOND)
@@ -183,8 +183,8 @@ def on_a_line(
         return equal(sp.ImmutableMatrix(TOGETHER * matrix), stiffness().subs(at))
 
     def of_minors() -> Claim:
-        found = stiffness().subs(at)
-        return equal(sp.ImmutableMatrix(minors), sp.Matrix([found[0, 0], found.det()]))
+        actual = stiffness().subs(at)
+        return equal(sp.ImmutableMatrix(minors), sp.Matrix([actual[0, 0], actual.det()]))
 
     return (
         check(SOURCE, numbers[0], "K", f"(52) in the state {state}.")(of_matrix),
@@ -245,9 +245,9 @@ def table_3() -> Claim:
     below = (-stiffness() / TOGETHER).applyfunc(reduced).subs(unbalances)
 
     def stable(state: sp.Matrix) -> bool:
-        found = below.subs({FIRST: state[0], SECOND: state[1]})
-        return bool(found[0, 0] > 0 and found.det() > 0)
+        actual = below.subs({FIRST: state[0], SECOND: state[1]})
+        return bool(actual[0, 0] > 0 and actual.det() > 0)
 
     states = [sp.ImmutableMatrix([a, b]) for a in (0, sp.pi) for b in (0, sp.pi)]
-    (found,) = (state for state in states if stable(state))
-    return equal(sp.ImmutableMatrix([0, sp.pi]), found, sp.ImmutableMatrix([sp.pi, 0]))
+    (actual,) = (state for state in states if stable(state))
+    return equal(sp.ImmutableMatrix([0, sp.pi]), actual, sp.ImmutableMatrix([sp.pi, 0]))

@@ -35,8 +35,8 @@ def _from_definitions(n: dict[str, sp.Rational]) -> sp.Expr:
         m / e - n["w"],
         b_r / J_P - n["beta_p"],
     ]
-    found = sp.solve(equations, [b_r, J_R, J_P, e, M], dict=True)[0]
-    return sp.simplify((2 * b_r / J_R).subs(found))
+    actual = sp.solve(equations, [b_r, J_R, J_P, e, M], dict=True)[0]
+    return sp.simplify((2 * b_r / J_R).subs(actual))
 
 
 @check(
@@ -65,8 +65,8 @@ def pendulums_of_table_a_1() -> Claim:
     M, m, e, r, J_P, mu, s, w = sp.symbols("M m e r J_P mu s w", positive=True)
     total = M + 2 * m
     equations = [m**2 * r**2 / (J_P * total) - mu, M * e / (m * r) - s, m * r / (total * e) - w]  # mu, s, w of (4.8)
-    found = sp.solve(equations, [J_P, M, e], dict=True)[0]
-    derived = sp.simplify((m * r**2 / J_P).subs(found)).subs({mu: n["mu"], s: n["s"], w: n["w"]})
+    actual = sp.solve(equations, [J_P, M, e], dict=True)[0]
+    derived = sp.simplify((m * r**2 / J_P).subs(actual)).subs({mu: n["mu"], s: n["s"], w: n["w"]})
     return equal(sp.S.One, derived, sp.Integer(2))
 
 
@@ -91,5 +91,5 @@ def motor_parameter(omega: sp.Rational) -> sp.Expr:
     """(5.11) corrected, upper sign, for Table A.1, where sigma = 0.1 and lambda = 2."""
     n, sigma = exact("A.1"), sp.Rational(1, 10)
     root = sp.sqrt(S**2 * D - 4 * B**2)
-    found = 2 * sigma * n["w"] * omega**5 * (A**2 * (S**2 + 4) + B**2 * (S**2 - 4) + 4 * A * root) / (S * (2 - omega) * D**2)
-    return found.subs({S: n["s"], A: 1 - omega**2, B: 2 * sigma * omega})
+    actual = 2 * sigma * n["w"] * omega**5 * (A**2 * (S**2 + 4) + B**2 * (S**2 - 4) + 4 * A * root) / (S * (2 - omega) * D**2)
+    return actual.subs({S: n["s"], A: 1 - omega**2, B: 2 * sigma * omega})

@@ -39,10 +39,10 @@ class Derived:
     def __call__(self, expression: sp.Expr) -> sp.Expr:
         """An expression of the system with all definitions put in, in the paper's symbols."""
         pairs = [(s, self.named.get(s.name, e)) for s, e in self.slow.system.definitions]
-        found = substitute_definitions(expression, pairs)
+        actual = substitute_definitions(expression, pairs)
         for mapping in self.put:
-            found = found.xreplace(mapping)
-        return found
+            actual = actual.xreplace(mapping)
+        return actual
 
     def rate(self, state: str) -> sp.Expr:
         """The right-hand side of a state."""
