@@ -1,6 +1,6 @@
 """From the command line: `import wucht` (asked: 0.3 s) and `wucht run` of R1 over 20 s, cold (4 s) and warm (2.5 s).
 
-Cold: heyoka's cache of compiled code empty. The ratio to the imports of five libraries alone tells what is ours (asked: 1.5).
+Cold: the caches of compiled code and derived equations empty. The ratio to the imports of five libraries alone tells what is ours (asked: 1.5).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def measure() -> Iterator[tuple[str, str]]:
         environment = {"XDG_CACHE_HOME": folder}
         yield "wucht run, cold", f"{_time([*_RUN, '-o', folder], 1, environment):8.2f} s"
         warm = _time([*_RUN, "-o", folder], 5, environment)
-        yield f"wucht run, warm ({warm / peer:.1f} times those imports)", f"{warm:8.2f} s"
+        yield f"wucht run, warm ({warm / peer:.2f} times those imports)", f"{warm:8.2f} s"
 
 
 def _time(arguments: list[str], repetitions: int = 5, environment: dict[str, str] | None = None) -> float:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,6 +55,14 @@ kind = "run-up"
 until = "0.5 s"
 start = { p1 = "0.3 rad", p2 = "-0.5 rad" }
 """
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Tests derive everything anew: they share a cache folder of their own, which all workers and commands inherit."""
+    if not hasattr(config, "workerinput"):
+        folder = tempfile.TemporaryDirectory(prefix="wucht-tests-")
+        os.environ["WUCHT_CACHE_DIR"] = folder.name
+        config.add_cleanup(folder.cleanup)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from wucht import quantities
 from wucht.quantities import Unit
 
 
@@ -12,6 +13,13 @@ from wucht.quantities import Unit
 )
 def test_a_frequency_counts_turns(given):
     assert Unit("Hz", "frequency").parse(given) == pytest.approx(50, rel=1e-14)
+
+
+@pytest.mark.parametrize(("unit", "si"), quantities.COMMON)
+def test_common_units_have_the_bits_of_pint(unit, si, monkeypatch):
+    known = quantities.COMMON[unit, si]
+    monkeypatch.setattr(quantities, "COMMON", {})
+    assert Unit(si, "quantity").parse(f"1 {unit}") == known
 
 
 @pytest.mark.parametrize("given", ["50 Hz", "3000 rpm", "314.1592653589793 rad/s", 100 * math.pi])

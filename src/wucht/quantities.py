@@ -68,6 +68,10 @@ def _factor(unit: str, si: str, allowed: str) -> float:
     """How many SI units a unit is. Raises ``ValueError`` for an unknown one, or one of another dimension."""
     if si == "Hz":
         return _factor(unit, "rad/s", allowed) / (2 * math.pi)
+    if unit == si:
+        return 1.0
+    if (unit, si) in COMMON:
+        return COMMON[unit, si]
     import pint as pint_
 
     try:
@@ -92,6 +96,11 @@ def _factor(unit: str, si: str, allowed: str) -> float:
     return factor
 
 
+# To load Pint takes as long as a run: a file with no other units than these does without.
+COMMON = {
+    ("g", "kg"): 1e-3, ("mm", "m"): 1e-3, ("deg", "rad"): math.pi / 180, ("rpm", "rad/s"): 2 * math.pi / 60,
+    ("Hz", "rad/s"): 2 * math.pi,
+}  # fmt: skip
 _DIMENSIONS = {
     "kg": "mass", "m": "length", "s": "time", "1/s": "rate or angular speed", "": "number or angle", "N/m": "stiffness",
     "N s/m": "damping", "kg m^2": "moment of inertia", "kg m": "unbalance", "N": "force", "N m": "torque",

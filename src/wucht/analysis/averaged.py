@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 import sympy as sp
 
+from wucht.disk_cache import derived_once
 from wucht.errors import InputError, WuchtError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import SPEED, relative_damping, sense_of
@@ -135,6 +136,7 @@ class _Question:
 
 
 @lru_cache(maxsize=64)
+@derived_once
 def _equations(q: _Question) -> AveragedSystem:
     senses = {b.name: sign for b, sign in zip(q.ordered, q.signs, strict=True)}
     return averaged_equations(_bodies(q.machine, q.ordered, senses, q.held), q.inertia, q.order)

@@ -8,6 +8,7 @@ from functools import cached_property, lru_cache
 
 import sympy as sp
 
+from wucht.disk_cache import derived_once
 from wucht.machines.schedules import Schedule, with_schedules
 from wucht.machines.tree import Bodies
 from wucht.mechanics import lagrange
@@ -63,18 +64,9 @@ class Structure(Bodies):
     @cached_property
     def system(self) -> System:
         """The equations of motion, with outputs and with the quadratures of the energy balance."""
-        energies, coordinates, unit = self.energies, self.coordinates, self.units.energy
-        quadratures = [
-            Output(SUPPLIED, lagrange.supplied_power(energies, coordinates), unit, "work of the drives"),
-            Output(LOST, lagrange.dissipated_power(energies, coordinates), unit, "energy dissipated"),
-        ]
-        if self.mismatch is not None:
-            quadratures.append(Output(MISMATCH, self.mismatch, unit, "work created by dampers that are not reciprocal"))
-        motion = lagrange.equations_of_motion(energies, coordinates)
-        system = lagrange.first_order(motion, coordinates, self.symbols, self._outputs(), quadratures, self._locks())
-        return with_schedules(system, self.schedules, self._stored(), unit)
+        return _system(self)
 
-    def _locks(self) -> list[lagrange.Lock]:
+    def locks(self) -> list[lagrange.Lock]:
         """The locks, the outermost first."""
         index = {b.name: len(self.carrier) + k for k, b in enumerate(self.bodies)}
         turning = None if self.turning is None else self.carrier.index(self.turning)
@@ -85,16 +77,19 @@ class Structure(Bodies):
             if b.release is not None
         ]
 
-    def _stored(self) -> sp.Expr:
+    @property
+    def stored(self) -> sp.Expr:
+        """The stored energy, kinetic and potential."""
         return sp.Add(*(e.kinetic for e in self.energies), *(e.potential for e in self.energies))
 
-    def _outputs(self) -> list[Output]:
+    def outputs(self) -> list[Output]:
+        """Energy, torque and power, prescribed speeds, bearing forces and the orbit of the axis."""
         u = self.units
         given = [c for c in self.coordinates if c.prescribed is not None]
         driven = [b.coordinate for b in self.bodies if b.coordinate.prescribed is not None]
         motors = [a.force for e in self.energies for a in e.applied if a.booked == "supplied"]
         outputs = [
-            Output("stored_energy", self._stored(), u.energy, "stored energy"),
+            Output("stored_energy", self.stored, u.energy, "stored energy"),
             Output("motor_torque", sp.Add(*motors, *map(lagrange.reaction, driven)), u.torque, "motor torque"),
             Output("motor_power", lagrange.supplied_power(self.energies, self.coordinates), u.power, "motor power"),
             *(Output(c.velocity.name, c.velocity, u.speed, "speed") for c in given),
@@ -139,7 +134,22 @@ def shared(structure: Structure) -> Structure:
     return structure
 
 
+@derived_once
+def _system(structure: Structure) -> System:
+    energies, coordinates, unit = structure.energies, structure.coordinates, structure.units.energy
+    quadratures = [
+        Output(SUPPLIED, lagrange.supplied_power(energies, coordinates), unit, "work of the drives"),
+        Output(LOST, lagrange.dissipated_power(energies, coordinates), unit, "energy dissipated"),
+    ]
+    if structure.mismatch is not None:
+        quadratures.append(Output(MISMATCH, structure.mismatch, unit, "work created by dampers that are not reciprocal"))
+    motion = lagrange.equations_of_motion(energies, coordinates)
+    system = lagrange.first_order(motion, coordinates, structure.symbols, structure.outputs(), quadratures, structure.locks())
+    return with_schedules(system, structure.schedules, structure.stored, unit)
+
+
 @lru_cache(maxsize=256)
+@derived_once
 def _shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, sp.Expr]:
     torques = [(a.booked, a.force * sp.diff(a.rate, v)) for v in velocities for e in structure.energies for a in e.applied]
     losses = [sp.diff(e.dissipation, v) for v in velocities for e in structure.energies]

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from wucht.disk_cache import derived_once
 from wucht.errors import WuchtError
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
@@ -32,6 +33,7 @@ class LinearCarrier:
     load: sp.ImmutableMatrix
 
 
+@derived_once
 def linear_carrier(
     parts: Sequence[Energies], carrier: Sequence[Coordinate], bodies: Sequence[Coordinate], at_rest: Sequence[Coordinate] = ()
 ) -> LinearCarrier:

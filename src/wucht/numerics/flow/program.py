@@ -6,20 +6,25 @@ number instead of convolving two series, and an interpreted right-hand side does
 
 from __future__ import annotations
 
+import cmath
+import inspect
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
+from wucht.disk_cache import derived_once
 from wucht.errors import RunError
-from wucht.piecewise import PiecewiseCubic
+from wucht.piecewise import Pieces, PiecewiseCubic
 from wucht.system import TIME, System
 
 Numbers = Sequence[float] | np.ndarray
+# Given by its name, SymPy would load all of a library: "from numpy import *" takes as long as ten functions.
+_LIBRARIES = {"numpy": np, "math": math, "cmath": cmath}
 Assignments = tuple[tuple[sp.Symbol, sp.Expr], ...]
 
 
@@ -92,10 +97,17 @@ def needed_definitions(system: System, results: Sequence[sp.Expr]) -> list[tuple
 
 def lower(system: System, results: Sequence[sp.Expr]) -> Program:
     """The program that computes ``results`` from a System's states and parameters, with the definitions they need."""
-    results = [sp.sympify(r) for r in results]
-    folder, lines = _Folder({*system.states, TIME}), []
+    wanted = tuple(map(sp.sympify, results))
+    return _lowered(system.states, system.parameters, tuple(needed_definitions(system, wanted)), wanted)
+
+
+@derived_once
+def _lowered(
+    states: tuple[sp.Symbol, ...], parameters: tuple[sp.Symbol, ...], definitions: Assignments, results: tuple[sp.Expr, ...]
+) -> Program:
+    folder, lines = _Folder({*states, TIME}), []
     fixed: dict[sp.Symbol, sp.Expr] = {}  # definitions that are constant are put into the constants that use them
-    for symbol, expression in needed_definitions(system, results):
+    for symbol, expression in definitions:
         if expression.free_symbols & folder.varying:
             folder.varying.add(symbol)
             lines.append((symbol, folder.fold(expression.xreplace(fixed))))
@@ -103,7 +115,7 @@ def lower(system: System, results: Sequence[sp.Expr]) -> Program:
             fixed[symbol] = expression.xreplace(fixed)
     folded = tuple(folder.fold(r.xreplace(fixed)) for r in results)
     constants = tuple((symbol, expression) for expression, symbol in folder.constants.items())
-    return Program(system.states, system.parameters, constants, tuple(lines), folded)
+    return Program(states, parameters, constants, tuple(lines), folded)
 
 
 def python_function(
@@ -113,18 +125,30 @@ def python_function(
 
     modules: ``"math"`` for numbers, ``"cmath"`` for complex ones, ``"numpy"`` for arrays.
     """
+    source, tables = _source(tuple(arguments), tuple(lines), tuple(map(sp.sympify, results)), modules)
+    names = vars(_LIBRARIES[modules]) | {"reduce": reduce} | {f"table_{k}": table for k, table in enumerate(tables)}
+    exec(source, names)
+    function: Callable[..., Any] = names["_lambdifygenerated"]
+    return function
+
+
+@derived_once
+def _source(
+    arguments: tuple[Any, ...], lines: Assignments, results: tuple[sp.Expr, ...], modules: str
+) -> tuple[str, tuple[Pieces, ...]]:
+    """The text of the function, and the piecewise functions that it calls ``table_0``, ``table_1``, ..."""
     expressions = [sp.sympify(e) for e in (*(e for _, e in lines), *results)]
-    tables = {p.args[1]: f"table_{k}" for k, p in enumerate(set().union(*(e.atoms(PiecewiseCubic) for e in expressions)))}
-    if tables:  # each piecewise function is called by name
-        shown = {table: sp.Function(name) for table, name in tables.items()}
+    tables = tuple({p.args[1]: None for e in expressions for p in sp.preorder_traversal(e) if isinstance(p, PiecewiseCubic)})
+    shown = {table: sp.Function(f"table_{k}") for k, table in enumerate(tables)}
+    if tables:
         expressions = [e.replace(PiecewiseCubic, lambda argument, table: shown[table](argument)) for e in expressions]
     symbols = {s for a in arguments for s in (a if isinstance(a, tuple) else (a,))} | {s for s, _ in lines}
     short = {s: sp.Symbol(f"v{k}", real=True) for k, s in enumerate(sorted(symbols, key=lambda s: s.name))}
     renamed = [tuple(short[s] for s in a) if isinstance(a, tuple) else short[a] for a in arguments]
     body = [(short[s], e.xreplace(short)) for (s, _), e in zip(lines, expressions, strict=False)]
-    wanted, called = [e.xreplace(short) for e in expressions[len(lines) :]], {name: table for table, name in tables.items()}
-    function: Callable[..., Any] = sp.lambdify(renamed, wanted, modules=[called, modules], cse=lambda e: (body, e))
-    return function
+    wanted, called = [e.xreplace(short) for e in expressions[len(lines) :]], {str(f): len for f in shown.values()}
+    function = sp.lambdify(renamed, wanted, modules=[called, _LIBRARIES[modules]], cse=lambda e: (body, e))
+    return inspect.getsource(function), tables
 
 
 @lru_cache(maxsize=1024)

@@ -1,0 +1,149 @@
+"""What is derived once: found again by its inputs and in another process, derived anew where it is not there."""
+
+import os
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import pytest
+import sympy as sp
+
+from wucht import disk_cache
+from wucht.machines.parts.base import Release
+
+
+@dataclass(frozen=True)
+class Question:
+    expression: sp.Expr
+    release: Release | None = None
+    label: str = field(default="", compare=False)
+
+    @cached_property
+    def own(self) -> str:
+        return f"computed by process {os.getpid()}"
+
+
+calls: list[object] = []
+
+
+def itself(question: Question) -> Question:
+    return question
+
+
+def squared(question: Question, factor: float) -> Question:
+    calls.append(question)
+    if factor < 0:
+        raise ValueError("negative")
+    return Question(factor * question.expression**2, label=question.label)
+
+
+derived = disk_cache.derived_once(squared)
+x = sp.Symbol("x", real=True)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    calls.clear()
+    monkeypatch.setenv("WUCHT_CACHE_DIR", str(tmp_path / "cache"))
+    disk_cache._folder.cache_clear()
+    yield tmp_path / "cache"
+    disk_cache._folder.cache_clear()
+
+
+def test_it_is_derived_once_for_equal_inputs():
+    release = Release(time=1.0)
+    first = derived(Question(x + 1, release, "a"), 2.0)
+    assert derived(Question(1 + x, Release(time=1.0), "b"), 2.0) == first == Question(2.0 * (x + 1) ** 2)
+    assert len(calls) == 1
+    for other in ((Question(x + 2, release), 2.0), (Question(x + 1), 2.0), (Question(x + 1, release), 2.5)):
+        assert derived(*other) == squared(*other)
+    assert len(calls) == 1 + 2 * 3
+    assert derived(Question(x + 1, release), 2.0).label == "a"  # the result of the first call, whole
+
+
+def test_what_an_object_has_computed_of_itself_is_neither_key_nor_kept(folder):
+    question = Question(x)
+    derived(question, 1.0)
+    assert question.own
+    derived(question, 1.0)
+    assert len(calls) == 1
+    disk_cache.derived_once(itself)(question)
+    assert "own" in vars(question)
+    assert "own" not in vars(disk_cache.derived_once(itself)(question))
+    assert all(b"computed by" not in file.read_bytes() for file in folder.rglob("*") if file.is_file())
+
+
+def test_an_error_is_not_kept(folder):
+    for _ in range(2):
+        with pytest.raises(ValueError, match="negative"):
+            derived(Question(x), -1.0)
+    assert len(calls) == 2
+    assert not [p for p in folder.rglob("*") if p.is_file()]
+
+
+def test_a_damaged_file_is_derived_again(folder):
+    derived(Question(x), 1.0)
+    (file,) = (p for p in folder.rglob("*") if p.is_file())
+    whole = file.read_bytes()
+    for damaged in (b"", whole[: len(whole) // 2], b"no pickle"):
+        file.write_bytes(damaged)
+        assert derived(Question(x), 1.0) == Question(x**2 * 1.0)
+        assert file.read_bytes() == whole
+    assert len(calls) == 4
+
+
+def test_without_a_place_to_write_it_is_derived_each_time(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("no folder")
+    monkeypatch.setenv("WUCHT_CACHE_DIR", str(tmp_path / "file"))
+    disk_cache._folder.cache_clear()
+    assert derived(Question(x), 3.0) == derived(Question(x), 3.0)
+    assert len(calls) == 2
+
+
+def test_a_changed_program_derives_anew_and_only_the_last_are_kept(folder, tmp_path, monkeypatch):
+    folder.mkdir()
+    (folder / "mine").mkdir()  # what is not ours stays
+    for change in range(6):
+        program = tmp_path / "program" / "disk_cache.py"
+        program.parent.mkdir(exist_ok=True)
+        program.write_text("")
+        os.utime(program, (change, change))
+        monkeypatch.setattr(disk_cache, "__file__", str(program))
+        disk_cache._folder.cache_clear()
+        derived(Question(x), 1.0)
+        derived(Question(x), 1.0)
+    assert len(calls) == 6
+    assert len(list(folder.glob("derived-*"))) == disk_cache._PROGRAMS
+    assert (folder / "mine").is_dir()
+
+
+RUN = """
+import sys, sympy
+import wucht.mechanics.lagrange, wucht.mechanics.averaged.averaged_system, wucht.analysis.averaged
+def symbolic(*a, **k): raise AssertionError("symbolic work in a second process")
+if sys.argv[1] == "second":
+    sympy.lambdify = wucht.mechanics.lagrange.equations_of_motion = wucht.analysis.averaged.averaged_equations = symbolic
+import wucht
+run = wucht.run_file("drozdetskaya-2020/r1", {"study.until": 2.0, "study.model": "both"})
+print(run.wucht.summary["outcome"], repr(float(run.speed[0, -1])), repr(float(run.slow_speed[0, -1])))
+"""
+
+
+def test_a_second_process_derives_nothing_and_computes_the_same(folder):
+    """Whatever order its sets have: another hash seed in each process."""
+    said = []
+    for seed, which in ((1, "first"), (2, "second"), (77, "second")):
+        environment = os.environ | {"PYTHONHASHSEED": str(seed), "WUCHT_CACHE_DIR": str(folder)}
+        run = subprocess.run([sys.executable, "-c", RUN, which], capture_output=True, text=True, env=environment, check=False)
+        assert run.returncode == 0, run.stderr
+        said.append(run.stdout)
+    assert said[0]
+    assert said[1:] == said[:1] * 2
+
+
+def test_by_default_it_lies_in_the_users_cache_folder(monkeypatch):
+    monkeypatch.delenv("WUCHT_CACHE_DIR")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(Path("/somewhere")))
+    assert disk_cache._top().name == "wucht"
