@@ -32,7 +32,7 @@ def measure() -> Iterator[tuple[str, str]]:
         with tempfile.TemporaryDirectory() as cache:
             out = subprocess.run(
                 [sys.executable, "-c", _SCRIPT, str(n)],
-                capture_output=True, text=True, check=True, env=os.environ | {"XDG_CACHE_HOME": cache},
+                capture_output=True, text=True, check=True, env=os.environ | {"XDG_CACHE_HOME": cache, "WUCHT_CACHE_DIR": cache},
             )  # fmt: skip
         derive, compile_ = map(float, out.stdout.split())
         yield f"{n} pendulums: derive {derive:.2f} s, compile {compile_:.2f} s, together", f"{derive + compile_:8.2f} s"

@@ -24,8 +24,7 @@ def measure() -> Iterator[tuple[str, str]]:
     plan = prepare(asked, machine)
     motion, case = _motion(plan), plan.cases[0]
     initial, values, grid = case.models[0].initial, case.models[0].values, motion.trajectory.time
-    integrator = motion.compiled.engine.integrator()
-    alone = best(lambda: integrate(motion.compiled, initial, values, grid, None, case.horizon.energy, integrator), 9)
+    alone = best(lambda: integrate(motion.compiled, initial, values, grid, None, case.horizon.energy), 9)
     yield "integration alone", f"{1e3 * alone:8.2f} ms"
     judged = best(lambda: _motion(prepare(asked, machine)).verdict, 9)
     yield "checked, integrated and judged, times the integration", f"{judged / alone:8.1f}"

@@ -1,6 +1,7 @@
 """From the command line: `import wucht` (asked: 0.3 s) and `wucht run` of R1 over 20 s, cold (4 s) and warm (2.5 s).
 
-Cold: the caches of compiled code and derived equations empty. The ratio to the imports of five libraries alone tells what is ours (asked: 1.5).
+Cold: the caches of compiled code and derived equations empty. The ratio to the imports of five libraries alone tells what is
+ours (asked: 1.5).
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ def measure() -> Iterator[tuple[str, str]]:
     peer = _time(["-c", "import numpy, sympy, heyoka, matplotlib.figure, xarray"])
     yield "importing NumPy, SymPy, heyoka, matplotlib and xarray alone", f"{peer:8.2f} s"
     with tempfile.TemporaryDirectory() as folder:
-        environment = {"XDG_CACHE_HOME": folder}
+        environment = {"XDG_CACHE_HOME": folder, "WUCHT_CACHE_DIR": folder}
         yield "wucht run, cold", f"{_time([*_RUN, '-o', folder], 1, environment):8.2f} s"
         warm = _time([*_RUN, "-o", folder], 5, environment)
         yield f"wucht run, warm ({warm / peer:.2f} times those imports)", f"{warm:8.2f} s"

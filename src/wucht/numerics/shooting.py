@@ -17,7 +17,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.flow.compiled import CompiledSystem, Integrator, compile_system
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator, Numbers
 from wucht.numerics.flow.trajectory import Trajectory
@@ -47,12 +47,12 @@ def variational(system: System) -> System:
 class Shooting:
     """The boundary value problem: what stays the same in all steps of Newton's method.
 
-    plain, linearisation: the System, and its variational equations, compiled, and the integrator of this problem for each.
+    plain, linearisation: the System, and its variational equations, compiled.
     """
 
     system: System
-    plain: tuple[CompiledSystem, Integrator]
-    linearisation: tuple[CompiledSystem, Integrator]
+    plain: CompiledSystem
+    linearisation: CompiledSystem
     parameters: np.ndarray
     advance: np.ndarray
     time: float
@@ -63,15 +63,15 @@ class Shooting:
     ) -> Shooting:
         """The problem of a System without its outputs, quadratures and events."""
         bare = replace(compiled.system, outputs=(), quadratures=())
-        both = (compile_system(s, compiled.tolerance, (), compiled.engine_name) for s in (bare, variational(bare)))
-        plain, linearisation = ((flow, flow.engine.integrator()) for flow in both)
+        both = (bare, variational(bare))
+        plain, linearisation = (compile_system(s, compiled.tolerance, (), compiled.engine_name) for s in both)
         values = np.array(bare.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
         return cls(bare, plain, linearisation, values, advance, time)
 
-    def _run(self, equations: tuple[CompiledSystem, Integrator], x: np.ndarray, duration: float, count: int = 1) -> Trajectory:
+    def _run(self, equations: CompiledSystem, x: np.ndarray, duration: float, count: int = 1) -> Trajectory:
         """From x over a period. Raises ``WuchtError`` where the integration fails."""
         grid = self.time + np.linspace(0.0, duration, count + 1)
-        run = integrate(equations[0], x, self.parameters, grid, integrator=equations[1])
+        run = integrate(equations, x, self.parameters, grid)
         if run.interrupted:
             raise KeyboardInterrupt
         if run.failure is not None:

@@ -89,4 +89,38 @@ def test_what_is_compiled_is_hashable_and_cannot_be_changed(engine: str) -> None
     assert compiled != compile_system(SPRING, 1e-8, (PASSING,), engine)
     with pytest.raises(AttributeError):
         compiled.tolerance = 1.0  # type: ignore[misc]
-    assert compiled.engine.integrator() is not compiled.engine.integrator()
+
+
+def test_an_integrator_is_lent_to_one_run_at_a_time_and_used_again() -> None:
+    engine = compile_system(SPRING, 1e-9, (PASSING,), "heyoka").engine
+    lent = [engine.lend() for _ in range(3)]
+    assert len({id(i) for i in lent}) == 3
+    for integrator in lent:
+        engine.give_back(integrator)
+    assert any(engine.lend() is i for i in lent)
+
+
+STOPPING = Event("stop", x - 0.5, -1, terminal=True)
+DIVERGING = System((x, v), (x**2, k * x), (k,))
+
+
+@pytest.mark.parametrize(
+    ("system", "events"), [(SPRING, (PASSING, ACTING)), (SPRING, (STOPPING,)), (DRIVEN, ()), (DIVERGING, ())]
+)
+def test_a_run_leaves_nothing_to_the_next(engine: str, system: System, events: tuple[Event, ...]) -> None:
+    """After Ctrl-C, a state that is not finite, or an end at an event, a run has the bits of one with new integrators."""
+
+    def once(begin: float, progress: object = None) -> Trajectory:
+        compiled = compile_system(system, 1e-6, events, engine)
+        return integrate(compiled, [begin, 0.0], [1.0] * len(system.parameters), GRID[:801], progress)
+
+    def ctrl_c(_time: float) -> None:
+        raise KeyboardInterrupt
+
+    compile_system.cache_clear()
+    first = once(-1.0)
+    spoilt = [once(2.0, ctrl_c), once(1.0), once(0.5), once(1e150)]
+    assert spoilt[0].interrupted or spoilt[0].failure
+    assert spoilt[3].failure or system is not DIVERGING
+    for _ in range(3):
+        assert same(once(-1.0), first)

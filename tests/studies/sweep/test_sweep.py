@@ -279,7 +279,7 @@ def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypa
 def test_a_long_leg_asks_often_whether_to_stop(machine: Machine) -> None:
     compiled, times = compile_system(moving_system(machine, OMEGA_1)), list[float]()
     plan = prepare(Sweep(along=OMEGA_1, range=(5.0, 10.0)), machine)
-    mover = Mover(plan, compiled, compiled.engine.integrator(), times.append)
+    mover = Mover(plan, compiled, times.append)
     place = mover.leg(mover.begin(), 5000.0).place
     assert place.time == times[-1] == 5000.0
     assert max(np.diff([0.0, *times])) * plan.pace.fastest <= 201 * 2 * math.pi

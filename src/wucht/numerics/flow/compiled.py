@@ -1,11 +1,11 @@
-"""System -> compiled System: immutable, made once per structure and shared; each run makes an integrator of its own from it."""
+"""System -> compiled System: immutable, made once per structure and shared; each run has an integrator of its own."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.util import find_spec
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import sympy as sp
@@ -24,7 +24,7 @@ _PER_UNIT = sp.Symbol("_per_unit", real=True)
 
 
 class Integrator(Protocol):
-    """What advances one run, leg by leg. It belongs to that run and its thread."""
+    """What advances a run, leg by leg. It belongs to that run, and its thread, until it is given back."""
 
     @property
     def time(self) -> float: ...  # noqa: D102
@@ -36,11 +36,12 @@ class Integrator(Protocol):
 
 
 class Engine(Protocol):
-    """Compiled code. It never changes: any thread may ask it for an integrator."""
+    """Compiled code. Its integrators are lent, each to one run at a time: any thread may ask for one."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
-    def integrator(self) -> Integrator: ...  # noqa: D102
+    def lend(self) -> Integrator: ...  # noqa: D102
+    def give_back(self, integrator: Any) -> None: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class CompiledSystem:
         Relative and absolute error allowed per step.
     engine_name : str
     engine : Engine
-        The compiled code, which makes an integrator for each run.
+        The compiled code, which lends an integrator to each run.
     outputs : Evaluator
         Of the System's outputs, over arrays.
     locator : SegmentLocator, optional

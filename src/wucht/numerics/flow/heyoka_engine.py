@@ -7,6 +7,7 @@ Monthly Notices of the Royal Astronomical Society 504 (2021) 2614-2628.
 from __future__ import annotations
 
 import copy
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -22,6 +23,7 @@ from wucht.system import TIME
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
 # five times faster to compile and half as fast to run.
 _COMPACT_ABOVE = 80
+_IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once
 _MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
 _NOT_FINITE = ("the state ceases to be finite", "Look for a parameter that is off by a factor of thousands")
 _TOO_STIFF = (
@@ -115,7 +117,10 @@ class _Recorder:
 
 
 class HeyokaEngine:
-    """Compiled equations: an integrator at rest, which is copied for each run. LLVM's result is cached on disk by heyoka."""
+    """Compiled equations: an integrator that is copied for each run, and copies that wait for the next one.
+
+    LLVM's result is cached on disk by heyoka.
+    """
 
     name = "heyoka"
 
@@ -144,13 +149,21 @@ class HeyokaEngine:
         extra |= {"nt_events": passing} if passing else {}
         self.program, self.event_program, self.events = program, event_program, tuple(events)
         self.interrupting = tuple(interrupting)
-        self._at_rest = hy.taylor_adaptive(
+        self._idle: deque[HeyokaIntegrator] = deque(maxlen=_IDLE)
+        self._original = hy.taylor_adaptive(
             system, [0.0] * len(variables), tol=tolerance, compact_mode=len(program.lines) > _COMPACT_ABOVE, **extra
         )
 
-    def integrator(self) -> HeyokaIntegrator:
-        """A new integrator, for one run."""
-        return HeyokaIntegrator(self, copy.deepcopy(self._at_rest))
+    def lend(self) -> HeyokaIntegrator:
+        """An integrator that nobody else has: to make one takes as long as a short run."""
+        try:
+            return self._idle.pop()
+        except IndexError:
+            return HeyokaIntegrator(self, copy.deepcopy(self._original))
+
+    def give_back(self, integrator: HeyokaIntegrator) -> None:
+        """The run is over: another one may have it. ``start`` and ``forget_events`` leave nothing of the run before."""
+        self._idle.append(integrator)
 
 
 class HeyokaIntegrator:

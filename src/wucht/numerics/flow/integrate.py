@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.flow.compiled import CompiledSystem, Integrator
+from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.events import LegError
 from wucht.numerics.flow.legs import Integration
 from wucht.numerics.flow.program import Numbers
@@ -24,7 +24,6 @@ def integrate(
     grid: np.ndarray,
     progress: TimeCallback | None = None,
     unit: float = 1.0,
-    integrator: Integrator | None = None,
 ) -> Trajectory:
     """Integrate from ``grid[0]`` and sample at the grid's points.
 
@@ -42,8 +41,6 @@ def integrate(
         Called with the time reached.
     unit : float
         The size that the quadratures have, for their accuracy.
-    integrator : Integrator, optional
-        One made from ``compiled`` for an earlier part of the same run, which saves making another; the numbers are the same.
 
     Returns
     -------
@@ -67,7 +64,7 @@ def integrate(
     if len(grid) < 1 or not (np.isfinite(grid).all() and (np.diff(grid) > 0).all()):
         raise RunError("the times at which to sample must increase, and be finite")
     # The unit is a power of two, so that a run which is continued has the same numbers to the last bit.
-    run = Integration(compiled, integrator or compiled.engine.integrator(), state, pars, grid, 2.0 ** round(math.log2(unit)))
+    run = Integration(compiled, compiled.engine.lend(), state, pars, grid, 2.0 ** round(math.log2(unit)))
     failure, interrupted = None, False
     try:
         run.start()
@@ -80,4 +77,7 @@ def integrate(
         interrupted = True
     except LegError as error:
         failure = run.failed(error)
-    return run.trajectory(failure, interrupted)
+    trajectory = run.trajectory(failure, interrupted)
+    if failure is None and not interrupted:  # else it may have stopped anywhere
+        compiled.engine.give_back(run.integrator)
+    return trajectory

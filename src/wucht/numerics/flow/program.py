@@ -126,7 +126,8 @@ def python_function(
     modules: ``"math"`` for numbers, ``"cmath"`` for complex ones, ``"numpy"`` for arrays.
     """
     source, tables = _source(tuple(arguments), tuple(lines), tuple(map(sp.sympify, results)), modules)
-    names = vars(_LIBRARIES[modules]) | {"reduce": reduce} | {f"table_{k}": table for k, table in enumerate(tables)}
+    library = _LIBRARIES[modules]  # SymPy calls some functions with its name, most without
+    names = vars(library) | {modules: library, "reduce": reduce} | {f"table_{k}": table for k, table in enumerate(tables)}
     exec(source, names)
     function: Callable[..., Any] = names["_lambdifygenerated"]
     return function

@@ -17,6 +17,8 @@ _COOL_DOWN = 1e-9
 _NOT_ZERO = 1e-300
 _AT_BREAKPOINT = 1e-12
 _SMALLEST_TOLERANCE = 1e-13  # solve_ivp refuses less than 100 units of rounding
+_NOT_FINITE = "the state ceases to be finite"
+_REMEDY = "Look for a parameter that is off by a factor of thousands, or try another engine"
 
 
 class ScipyEngine:
@@ -32,9 +34,12 @@ class ScipyEngine:
         self.rhs = program.function("math")
         self.watched = event_program.function("math")
 
-    def integrator(self) -> ScipyIntegrator:
-        """A new integrator, for one run."""
+    def lend(self) -> ScipyIntegrator:
+        """A new integrator, which costs nothing."""
         return ScipyIntegrator(self)
+
+    def give_back(self, integrator: ScipyIntegrator) -> None:
+        """Nothing is kept."""
 
 
 class ScipyIntegrator:
@@ -84,6 +89,13 @@ class ScipyIntegrator:
         value = float(self._watched(state.tolist(), self.time + soon, self._event_constants)[index])
         return self.time + soon, float(np.sign(value))
 
+    def _rates(self, t: float, y: np.ndarray) -> Sequence[float]:
+        try:
+            rates: Sequence[float] = self._rhs(y.tolist(), t, self._constants)
+        except (OverflowError, ValueError, ZeroDivisionError):  # SciPy would look for a step without end if these were NaN
+            raise LegError(_NOT_FINITE, _REMEDY, np.empty((len(y), 0))) from None
+        return rates
+
     def leg(self, grid: np.ndarray) -> LegResult:
         """Advance over the grid (m,). Raises ``LegError`` when the integration fails."""
         from scipy.integrate import solve_ivp
@@ -93,7 +105,7 @@ class ScipyIntegrator:
         if end <= self.time:
             return LegResult(np.tile(self.state, (len(grid), 1)).T, self.time, self.state, (), None)
         solution = solve_ivp(
-            lambda t, y: self._rhs(y.tolist(), t, self._constants),
+            self._rates,
             (self.time, end),
             self.state,
             method=self._engine.method,
@@ -107,9 +119,8 @@ class ScipyIntegrator:
         if solution.status < 0 or not np.isfinite(samples).all():
             self.time = float(solution.t[-1]) if len(solution.t) else self.time
             self.state = samples[:, -1] if samples.size else self.state
-            reason = str(solution.message).rstrip(".") if solution.status < 0 else "the state ceases to be finite"
-            remedy = "Look for a parameter that is off by a factor of thousands, or try another engine"
-            raise LegError(reason, remedy, samples[:, np.isfinite(samples).all(axis=0)])
+            reason = str(solution.message).rstrip(".") if solution.status < 0 else _NOT_FINITE
+            raise LegError(reason, _REMEDY, samples[:, np.isfinite(samples).all(axis=0)])
         hits, stopped_by = [], None
         for i, event in enumerate(self._events):
             for t, y in zip(solution.t_events[i], solution.y_events[i], strict=True):

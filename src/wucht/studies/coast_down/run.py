@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from wucht.numerics.flow.compiled import CompiledSystem, Integrator, compile_system
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.studies.coast_down.prepare import Plan
 from wucht.studies.coast_down.record import Descent, Record, reduced
@@ -24,16 +24,15 @@ Findings = tuple[Record, CompiledSystem]  # the record so far, and what was inte
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Integrate; what is recorded after each leg."""
     compiled = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
-    integrator = compiled.engine.integrator()
-    start = integrate(compiled, plan.initial, plan.machine.values, np.zeros(1), integrator=integrator)
+    start = integrate(compiled, plan.initial, plan.machine.values, np.zeros(1))
     record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start)
     yield record.after(reduced(plan, compiled, record, start)), compiled
     while not _ended(plan, record):
-        record = record.after(work.unit(f"leg {record.legs + 1}", partial(_leg, plan, compiled, integrator, record, work)))
+        record = record.after(work.unit(f"leg {record.legs + 1}", partial(_leg, plan, compiled, record, work)))
         yield record, compiled
 
 
-def _leg(plan: Plan, compiled: CompiledSystem, integrator: Integrator, before: Record, work: Work) -> Descent:
+def _leg(plan: Plan, compiled: CompiledSystem, before: Record, work: Work) -> Descent:
     """The leg that begins where the one before ended."""
     last = before.end
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
@@ -42,7 +41,7 @@ def _leg(plan: Plan, compiled: CompiledSystem, integrator: Integrator, before: R
     def report(time: float) -> None:
         work.report(time / plan.limit)
 
-    t = integrate(compiled, last.end_state, last.parameters, grid, report, plan.energy, integrator)
+    t = integrate(compiled, last.end_state, last.parameters, grid, report, plan.energy)
     if t.interrupted:
         raise KeyboardInterrupt
     return reduced(plan, compiled, before, t)

@@ -96,12 +96,12 @@ class RunsFromStart:
         Raises ``KeyboardInterrupt`` where the user has stopped it.
         """
         machine, state = placed_at_start(self.plan.swept.at(self.plan.machine, value), self.plan.spec.start)
-        integrator, step = self.flow.engine.integrator(), self.period / _SAMPLES
         parameters: Any = machine.system.values(machine.values)
+        step = self.period / _SAMPLES
         trajectory, means, begin, end = None, None, 0.0, self.duration
         for _ in range(_DOUBLINGS + 1):
             grid = np.linspace(begin, end, max(2, math.ceil((end - begin) / step)) + 1)
-            leg = integrate(self.flow, state, parameters, grid, progress, integrator=integrator)
+            leg = integrate(self.flow, state, parameters, grid, progress)
             if leg.interrupted:
                 raise KeyboardInterrupt
             trajectory = leg if trajectory is None else trajectory.joined(leg)

@@ -114,12 +114,11 @@ def _motions(
 ) -> Iterator[tuple[Motion]]:
     """A model's motion after each leg, as far as the legs, an event, or the verdict let it go."""
     compiled = compile_system(model.system, spec.tolerance, model.events(events), spec.engine)
-    integrator, energy = compiled.engine.integrator(), case.horizon.energy
 
     def leg(before: Trajectory, grid: np.ndarray, end: float) -> Trajectory:
         """The part over a grid that begins at the last sample of the part before. end: of the whole, for progress."""
         state, values = before.end_state, before.parameters
-        part = integrate(compiled, state, values, grid, lambda t: work.report(t / end), energy, integrator)
+        part = integrate(compiled, state, values, grid, lambda t: work.report(t / end), case.horizon.energy)
         if part.interrupted:
             raise KeyboardInterrupt
         return part

@@ -21,7 +21,7 @@ from wucht.fields import Parameter
 from wucht.machines.machine import Machine
 from wucht.machines.schedules import SCHEDULED
 from wucht.mechanics.lagrange import Coordinate
-from wucht.numerics.flow.compiled import CompiledSystem, Integrator
+from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.turns import PER_TURN, turns
@@ -109,14 +109,13 @@ def _along_the_line(system: System, symbol: sp.Symbol, energy_unit: str) -> Syst
 
 @dataclass(frozen=True)
 class Mover:
-    """Moves the machine of a plan along. compiled: its ``moving_system``. integrator: of this run alone.
+    """Moves the machine of a plan along. compiled: its ``moving_system``.
 
     report: called often, with the time reached; it may raise ``KeyboardInterrupt``.
     """
 
     plan: Plan
     compiled: CompiledSystem
-    integrator: Integrator
     report: Callable[[float], None]
 
     def begin(self) -> Place:
@@ -189,7 +188,7 @@ class Mover:
         return state
 
     def _run(self, grid: np.ndarray, state: np.ndarray, parameters: np.ndarray) -> Trajectory:
-        t = integrate(self.compiled, state, parameters, grid, self.report, self.plan.energy, self.integrator)
+        t = integrate(self.compiled, state, parameters, grid, self.report, self.plan.energy)
         if t.interrupted:
             raise KeyboardInterrupt
         if t.failure:

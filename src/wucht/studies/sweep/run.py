@@ -47,7 +47,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     machine = plan.machine
     events = tuple(release_event(machine, b) for b in machine.bodies if b.release is not None)
     compiled = compile_system(moving_system(machine, plan.swept.path), plan.spec.tolerance, events, plan.spec.engine)
-    mover = Mover(plan, compiled, compiled.engine.integrator(), _at(work, 0.0, "settling"))
+    mover = Mover(plan, compiled, _at(work, 0.0, "settling"))
     begun = findings = Findings(compiled.engine.name, plan.pace.warnings)
     yield begun
     try:
