@@ -30,9 +30,10 @@ c = time.perf_counter(); print(b - a, c - b)
 def measure() -> Iterator[tuple[str, str]]:
     for n in (2, 4, 8, 16):
         with tempfile.TemporaryDirectory() as cache:
+            environment = os.environ | {"XDG_CACHE_HOME": cache, "WUCHT_CACHE_DIR": cache}
             out = subprocess.run(
                 [sys.executable, "-c", _SCRIPT, str(n)],
-                capture_output=True, text=True, check=True, env=os.environ | {"XDG_CACHE_HOME": cache, "WUCHT_CACHE_DIR": cache},
+                capture_output=True, text=True, check=True, env=environment,
             )  # fmt: skip
         derive, compile_ = map(float, out.stdout.split())
         yield f"{n} pendulums: derive {derive:.2f} s, compile {compile_:.2f} s, together", f"{derive + compile_:8.2f} s"
