@@ -168,3 +168,15 @@ def substitute_definitions(expression: sp.Expr, definitions: Iterable[tuple[sp.S
         if symbol in expression.free_symbols:
             expression = expression.xreplace({symbol: meaning})
     return expression
+
+
+def needed_definitions(
+    definitions: Iterable[tuple[sp.Symbol, sp.Expr]], expressions: Iterable[sp.Expr]
+) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Those definitions that the expressions use, themselves or through one another, in order."""
+    used, needed = set[sp.Basic]().union(*(e.free_symbols for e in expressions)), list[tuple[sp.Symbol, sp.Expr]]()
+    for symbol, meaning in reversed(tuple(definitions)):
+        if symbol in used:
+            needed.append((symbol, sp.sympify(meaning)))
+            used |= needed[-1][1].free_symbols
+    return needed[::-1]

@@ -7,11 +7,13 @@ may have any number of coordinates.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 import sympy as sp
+
+from wucht.system import needed_definitions
 
 
 @dataclass(frozen=True)
@@ -111,21 +113,11 @@ class Lines:
         def rate(e: sp.Expr) -> sp.Expr:
             return sp.Add(*(sp.diff(e, s) * known[s] for s in sorted(e.free_symbols & known.keys(), key=str)))
 
-        for symbol, expression in needed_for(expressions, pairs):
+        for symbol, expression in needed_definitions(pairs, expressions):
             change = rate(expression)
             if change != 0:
                 known[symbol] = self.name(change, f"{symbol.name}{suffix}")
         return [rate(e) for e in expressions]
-
-
-def needed_for(expressions: Iterable[sp.Expr], pairs: Sequence[tuple[sp.Symbol, sp.Expr]]) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Those of these definitions that the expressions use, in order."""
-    used, needed = set().union(*(e.free_symbols for e in expressions)), list[tuple[sp.Symbol, sp.Expr]]()
-    for symbol, expression in reversed(pairs):
-        if symbol in used:
-            needed.append((symbol, expression))
-            used |= expression.free_symbols
-    return needed[::-1]
 
 
 class HarmonicResponse:

@@ -17,9 +17,9 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.numerics.flow.compiled import available_engine
-from wucht.numerics.flow.program import Numbers, Program, lower, needed_definitions
+from wucht.numerics.flow.program import Numbers, Program, lower
 from wucht.piecewise import PiecewiseCubic
-from wucht.system import System
+from wucht.system import System, needed_definitions
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Jacobian:
         directions = [*system.states, *(system.parameters[system.parameter_names.index(name)] for name in along)]
         n = len(system.states)
         rates = tuple(sp.sympify(d) for d in system.derivatives)
-        tangent = Tangent({s: {j: sp.S.One} for j, s in enumerate(directions)}, needed_definitions(system, rates))
+        tangent = Tangent({s: {j: sp.S.One} for j, s in enumerate(directions)}, needed_definitions(system.definitions, rates))
         entries = {(i, j): e for i, r in enumerate(rates) for j, e in tangent.of(r, f"f{i}").items() if e != 0}
         known = System(system.states, (sp.S.Zero,) * n, system.parameters, tuple(tangent.lines))
         return cls(system, tuple(along), lower(known, (*rates, *entries.values())), tuple(entries))

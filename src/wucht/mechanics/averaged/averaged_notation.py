@@ -9,7 +9,7 @@ import sympy as sp
 
 from wucht.mechanics.averaged.averaged_system import AveragedSystem
 from wucht.mechanics.notation import Notation, equation, latex_name
-from wucht.mechanics.phasors import needed_for
+from wucht.system import needed_definitions
 
 _PART = re.compile(r"^(?P<head>[^\[]+)\[(?P<index>[^\]]+)\](\.(?P<part>re|im))?$")
 _LATEX_HEADS = {"|D|^2": "\\left|D\\right|^2", "nu": "\\nu"}
@@ -36,7 +36,7 @@ def written_averaged(
         for left, right in equations.rows
         if not str(right).endswith(".slip")
     ]
-    needed = needed_for([e for row in rows for e in row], definitions)
+    needed = needed_definitions(definitions, [e for row in rows for e in row])
     shown = _names(equations, notation, set().union(*(e.free_symbols for pair in (*rows, *needed) for e in pair)), latex)
     return (
         [

@@ -20,7 +20,7 @@ import sympy as sp
 from wucht.disk_cache import derived_once
 from wucht.errors import RunError
 from wucht.piecewise import Pieces, PiecewiseCubic
-from wucht.system import TIME, System
+from wucht.system import TIME, System, needed_definitions
 
 Numbers = Sequence[float] | np.ndarray
 # Given by its name, SymPy would load all of a library: "from numpy import *" takes as long as ten functions.
@@ -85,20 +85,10 @@ class _Folder:
         return e.func(*(self.fold(a) for a in e.args))
 
 
-def needed_definitions(system: System, results: Sequence[sp.Expr]) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """A System's definitions that results use, themselves or through one another, in order."""
-    used, needed = set[sp.Basic]().union(*(r.free_symbols for r in results)), []
-    for symbol, expression in reversed(system.definitions):
-        if symbol in used:
-            needed.append((symbol, sp.sympify(expression)))
-            used |= needed[-1][1].free_symbols
-    return needed[::-1]
-
-
 def lower(system: System, results: Sequence[sp.Expr]) -> Program:
     """The program that computes ``results`` from a System's states and parameters, with the definitions they need."""
     wanted = tuple(map(sp.sympify, results))
-    return _lowered(system.states, system.parameters, tuple(needed_definitions(system, wanted)), wanted)
+    return _lowered(system.states, system.parameters, tuple(needed_definitions(system.definitions, wanted)), wanted)
 
 
 @derived_once
