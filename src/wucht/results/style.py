@@ -27,8 +27,7 @@ def new_figure(rows: int, height: float, title: str, subtitle: str = "") -> tupl
     # Set by hand: matplotlib's automatic layout draws everything twice, which takes as long as the whole run.
     margins = {"left": 0.1, "right": 0.74, "bottom": 0.45 / height, "top": 1 - 0.55 / height, "hspace": 0.12}
     figure, axes = _panels(rows, 1, height, f"{title}\n{subtitle}", margins)
-    for axis in axes:  # one beneath the other; to look for the place measures every tick twice
-        axis.yaxis.set_label_coords(-0.085, 0.5)
+    figure.align_ylabels(axes)
     return figure, axes
 
 
