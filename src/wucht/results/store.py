@@ -40,7 +40,8 @@ def save(result: xr.Dataset, path: Path) -> Path:
 
 def save_figure(figure: Figure, path: Path) -> Path:
     """Write a figure in the format of the path's ending."""
-    packing = {"pil_kwargs": {"compress_level": 1}} if path.suffix == ".png" else {}  # a third faster, a tenth larger
+    # Packed a third faster than by default, and a tenth larger.
+    packing: dict[str, Any] = {"pil_kwargs": {"compress_level": 1}} if path.suffix == ".png" else {}
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph", UserWarning)  # a title in a script that the font lacks
         return replacing(path, lambda beside: figure.savefig(beside, format=path.suffix[1:], **packing))
