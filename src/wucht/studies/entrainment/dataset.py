@@ -51,7 +51,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     )  # fmt: skip
 
 
-def _in_a_turn(machine: Machine, phases: np.ndarray) -> np.ndarray:
+def _in_a_turn(machine: Machine, phases: Any) -> np.ndarray:
     """Phases to a vibration in (-pi, pi], as 001 (22) has them, to a rotor in [0, 2 pi)."""
     return math.pi - wrapped(math.pi - phases) if machine.shaken is not None else wrapped(phases)
 
@@ -61,14 +61,13 @@ def _angle_unit(machine: Machine) -> str:
 
 
 def _of_branches(plan: Plan, findings: Findings, names: list[str]) -> dict[str, Variable]:
-    machine, swept, existing = plan.machine, plan.swept, findings.existing
-    branches = existing.branches if existing is not None else ()
+    machine, swept, equations, branches = plan.machine, plan.swept, findings.existing.equations, findings.existing.branches
     sizes = [len(b.values) for b in branches]
     phases, speeds = np.full((len(names), sum(sizes)), np.nan), np.empty(0)
-    if existing is not None and branches:
+    if equations is not None and branches:
         states = np.concatenate([b.states for b in branches], axis=1)
-        speeds = existing.equations.speed(states)
-        for name, row in existing.equations.phase_rows.items():
+        speeds = equations.speed(states)
+        for name, row in equations.phase_rows.items():
             phases[names.index(name)] = _in_a_turn(machine, states[row])
     return {
         "value": variable("point", np.concatenate([np.empty(0), *(b.values for b in branches)]), swept.what, swept.unit),
@@ -122,13 +121,10 @@ def _of_runs(plan: Plan, runs: Sequence[RunFromStart]) -> dict[str, Variable]:
 
 def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
     """The summary of the contract."""
-    own, motion, existing, capture = findings.own, findings.own_motion, findings.existing, findings.band
-    band = existing.band if existing is not None else None
-    phases, averaged = _phases(plan, findings), {}
-    if existing is not None:
-        averaged = {name: float(_in_a_turn(plan.machine, np.array(phase))) for name, phase in existing.phases.items()}
+    own, motion, band, capture = findings.own, findings.own_motion, findings.existing.band, findings.band
+    phases, outcome = _phases(plan, findings), _outcome(plan, findings)
+    averaged = {name: float(_in_a_turn(plan.machine, phase)) for name, phase in findings.existing.phases.items()}
     mean = None if own is None else own.mean_speed
-    outcome = _outcome(plan, findings)
     return {
         "sentence": _sentence(plan, findings, outcome),
         "outcome": str(outcome),
@@ -164,7 +160,7 @@ def _phases(plan: Plan, findings: Findings) -> dict[str, float]:
     if own is None or not own.entrained:
         return {}
     if "vibration" in own.phases:
-        return {names[0]: float(_in_a_turn(plan.machine, np.array(own.phases["vibration"])))}
+        return {names[0]: float(_in_a_turn(plan.machine, own.phases["vibration"]))}
     return dict(own.phases)
 
 
@@ -188,20 +184,17 @@ def _sentence(plan: Plan, findings: Findings, outcome: Outcome) -> str:
         return findings.failure
     if findings.band is None:
         interrupted = "the study was interrupted before its band was found"
-        return (
-            f"{outcome.sentence}; {'nowhere in the range is it reached from the start' if findings.complete else interrupted}"
-        )
+        nowhere = "nowhere in the range is it reached from the start"
+        return f"{outcome.sentence}; {nowhere if findings.complete else interrupted}"
     band = band_in_words(findings.band.edges, plan.swept.unit, f"{plan.swept.name} = ")
     return f"{outcome.sentence}; from the start that is reached {band}"
 
 
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
     """What is doubtful, left out, or not yet done."""
-    swept, existing, runs = plan.swept, findings.existing, findings.runs
+    swept, runs = plan.swept, findings.runs
     unit = f" {swept.unit}" if swept.unit else ""
-    lines = [findings.left_out] if findings.left_out is not None else []
-    lines += existing.equations.averaged.warnings if existing is not None else ()
-    lines += [f"at {swept.name} = {r.value:.6g}: {r.failure}" for r in runs if r.failure is not None]
+    lines = [*findings.existing.warnings, *(f"at {swept.name} = {r.value:.6g}: {r.failure}" for r in runs if r.failure)]
     lines += [findings.no_motion] if findings.no_motion is not None else []
     if not findings.complete and findings.failure is None:
         lines.append(f"{len(runs)} runs from the start are finished; the search is not")

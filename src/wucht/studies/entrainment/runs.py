@@ -154,8 +154,8 @@ def _mean(machine: Machine, trajectory: Trajectory, body: RotatingBody, window: 
     share = (trajectory.time[inside] - window[0]) / max(window[1] - window[0], 1e-300)
     with np.errstate(all="ignore"):
         weight = np.nan_to_num(np.exp(-1 / (share * (1 - share))))
-    _, speed = motion_of(machine, trajectory, body)
-    return float(np.sum(weight * speed[inside]) / np.sum(weight)) if weight.any() else float(speed[-1])
+    speed = motion_of(machine, trajectory, body)[1]
+    return float(np.average(speed[inside], weights=weight) if weight.any() else speed[-1])
 
 
 def senses_of(machine: Machine, initial: np.ndarray, own: RunFromStart) -> dict[str, float]:
