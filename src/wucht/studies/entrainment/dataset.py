@@ -115,7 +115,7 @@ def _of_runs(plan: Plan, runs: Sequence[RunFromStart]) -> dict[str, Variable]:
         "run_rotor_speed": variable("rotor run", speeds, "mean speed", units.speed),
         "run_rotor_phase": variable("rotor run", phases, "phase", angle),
         "run_end_state": variable("state run", states, "state at the end"),
-        "free_speed": variable("run", [r.free_speed for r in runs], "speed without vibration", units.speed),
+        "free_speed": variable("run", np.array([r.free_speed for r in runs], float), "speed without vibration", units.speed),
     }
 
 

@@ -73,7 +73,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         existing = Existence(warnings=(f"the averaged equations are left out: {error.allowed}",))
     low, high = plan.range or range_around(plan, existing.band)
     resolution = plan.resolution or _RESOLUTION * (high - low)
-    runs = replace(runs, senses=senses, rate=existing.slowest_rate)
+    runs = RunsFromStart(plan, senses, existing.slowest_rate)
     if runs.duration > _TOO_SHORT * own.end_time:
         own = _run(runs, plan.swept.own, work.part("own, longer", 0.1, 0.1))
     yield (findings := Findings(own, (low, high), resolution, existing))

@@ -63,7 +63,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     summary = {
         "sentence": sentence,
         "speed": None if t.given is None else sense * t.given,
-        "range": None if plan.speeds is None else [sense * w for w in (plan.speeds.low, plan.speeds.high)],
+        "range": None if plan.speeds is None else [sense * w for w in plan.speeds],
         "full": plan.spec.full,
         "states": entries,
         "complete": findings.search.complete,
@@ -99,14 +99,14 @@ def _of_states(machine: Machine, entries: Sequence[Mapping[str, Any]]) -> dict[s
 
 
 def _of_bodies(plan: Plan, states: Sequence[Configuration]) -> dict[str, Variable]:
-    machine, t, angle = plan.machine, plan.torques, "rad" if plan.machine.units.time else ""
-    own = dict(zip((b.name for b in machine.bodies), np.abs(unbalances(t.machine)), strict=True))
+    t, angle = plan.torques, "rad" if plan.machine.units.time else ""
+    own = dict(zip((b.name for b in t.machine.bodies), np.abs(unbalances(t.machine)), strict=True))
     turned = np.array([c.state.phases for c in states]).reshape(len(states), t.size)
     phases = np.array([[c.phases.get(n, 0.0) for n in t.names] for c in states]).reshape(len(states), t.size)
     return {
         "phase": variable("state body", phases, "phase", angle),
         "force_angle": variable("state body", turned, "direction of the centrifugal force to the rotor's", angle),
-        "unbalance": variable("body", [own[n] for n in t.names], "unbalance", _moment(machine)),
+        "unbalance": variable("body", [own[n] for n in t.names], "unbalance", _moment(plan.machine)),
     }
 
 
