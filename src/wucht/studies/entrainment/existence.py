@@ -96,13 +96,10 @@ def _values(plan: Plan, senses: Mapping[str, float]) -> list[float]:
 def range_around(plan: Plan, band: StableRange | None) -> tuple[float, float]:
     """The range to be looked at where none is given: the band of existence and a margin, the machine's own value included."""
     own, (least, most) = plan.swept.own, plan.limits
-    if band is None:
-        reach = max(abs(own), (most - least) / 100)
-        return max(own - reach, least), min(own + reach, most)
-    if plan.swept.name == AMPLITUDE:
+    if band is not None and plan.swept.name == AMPLITUDE:
         return _FIRST * band.low.value, _LARGEST * max(own, band.low.value if band.low.kind != "range" else 0.0)
-    ends = [band.low.value, band.high.value, own]
-    margin = _MARGIN * (max(ends) - min(ends))
+    ends = [own] if band is None else [band.low.value, band.high.value, own]
+    margin = max(abs(own), (most - least) / 100) if band is None else _MARGIN * (max(ends) - min(ends))
     return max(min(ends) - margin, least), min(max(ends) + margin, most)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, line_style, new_figure
+from wucht.results.style import COLOURS, GREY, label, line_style, new_figure, with_unit
 from wucht.studies.entrainment.report import band_in_words
 
 if TYPE_CHECKING:
@@ -26,16 +26,13 @@ def figure(result: xr.Dataset) -> Figure:
     summary, unit = summary_of(result), result.attrs["along_unit"]
     subtitle, exists, reached = str(result.attrs["sentence"]), summary["existence_band"], summary["band_from_rest"]
     if result.attrs["finished"] and exists is not None:
-        from_start = (
-            "not reached from the start" if reached is None else f"reached from the start {band_in_words(reached, unit)}"
-        )
-        subtitle = f"exists {band_in_words(exists, unit)} (averaged equations); {from_start}"
-    drawn, axes = new_figure(2, 6.4, result.attrs["title"], subtitle)
-    phase, speed = axes
+        start = "not reached from the start" if reached is None else f"reached from the start {band_in_words(reached, unit)}"
+        subtitle = f"exists {band_in_words(exists, unit)} (averaged equations); {start}"
+    drawn, (phase, speed) = new_figure(2, 6.4, result.attrs["title"], subtitle)
     _phases(phase, result, summary["branch"])
     _speeds(speed, result, summary["branch"])
     low, high = summary["range"] or _limits(result, summary["value"])
-    for axis in axes:
+    for axis in (phase, speed):
         axis.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
         _bands(axis, summary, low, high, named=axis is phase)
         axis.axvline(summary["value"], color=GREY, linestyle=":", linewidth=1.0, zorder=1)
@@ -43,7 +40,7 @@ def figure(result: xr.Dataset) -> Figure:
             axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
     speed.annotate("this machine", (summary["value"], 0.02), xycoords=("data", "axes fraction"), color=GREY, fontsize=7,
                    rotation=90, ha="right", va="bottom")  # fmt: skip
-    speed.set_xlabel(result.attrs["along"] + (f" ({unit})" if unit else ""))
+    speed.set_xlabel(with_unit(result.attrs["along"], unit))
     return drawn
 
 
@@ -91,7 +88,8 @@ def _phases(axis: Axes, result: xr.Dataset, own: int | None) -> None:
                 result.orbit_value, scale * _wrapped(result.orbit_phase.sel(body=name).values, top), "o", color=COLOURS[6],
                 markersize=3.5, markerfacecolor="white", label=f"{body}full{'' if body else ' equations'}, periodic", zorder=4,
             )  # fmt: skip
-    axis.set_ylabel(f"phase{' to the vibration' if shaken and len(names) == 1 else ''}" + (" (°)" if dimensional else ""))
+    to = " to the vibration" if shaken and len(names) == 1 else ""
+    axis.set_ylabel(with_unit(f"phase{to}", "°" if dimensional else ""))
     high = scale * top
     axis.set_ylim(high - turn, high)
     if dimensional:
@@ -120,10 +118,9 @@ def _part(x: np.ndarray, y: np.ndarray, stable: np.ndarray, wanted: bool, top: f
     leaving, entering = np.where(upward, top, top - 2 * math.pi), np.where(upward, top - 2 * math.pi, top)
     way = (leaving - y[k - 1]) + (y[k] - entering)
     at = x[k - 1] + (leaving - y[k - 1]) / np.where(way == 0, 1.0, way) * (x[k] - x[k - 1])
-    border = np.where(chosen[k - 1] & chosen[k], [leaving, np.full(len(k), math.nan), entering], math.nan)
-    return np.insert(x, np.repeat(k, 3), np.repeat(at, 3)), np.insert(
-        np.where(chosen, y, np.nan), np.repeat(k, 3), border.T.ravel()
-    )
+    border = np.where(chosen[k - 1] & chosen[k], [leaving, np.full(len(k), math.nan), entering], math.nan).T.ravel()
+    thrice = np.repeat(k, 3)
+    return np.insert(x, thrice, np.repeat(at, 3)), np.insert(np.where(chosen, y, np.nan), thrice, border)
 
 
 def _speeds(axis: Axes, result: xr.Dataset, own: int | None) -> None:
@@ -144,5 +141,4 @@ def _speeds(axis: Axes, result: xr.Dataset, own: int | None) -> None:
         axis.axhline(frequency, color=COLOURS[0], linewidth=1.0, label="frequency of the vibration", zorder=1)
     if np.isfinite(free).any() and np.ptp(free[np.isfinite(free)]) > 0:
         axis.plot(x, free, color=GREY, linestyle="--", linewidth=0.9, label="speed without vibration", zorder=1)
-    unit = result.run_speed.attrs["units"]
-    axis.set_ylabel(f"mean speed ({unit})" if unit else "mean speed")
+    axis.set_ylabel(label(result, "run_speed"))

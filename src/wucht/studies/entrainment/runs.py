@@ -109,10 +109,8 @@ class RunsFromStart:
             self.senses is None or all(self.senses[r.name] * means.speeds[r.name] > 0 for r in machine.rotors)
         )
         mean = means.mean_speed if entrained else _mean(machine, trajectory, machine.rotor, means.window)
-        return replace(
-            run, entrained=entrained, mean_speed=mean, window=means.window, speeds=means.speeds, phases=means.phases,
-            creep=means.evidence.creep,
-        )  # fmt: skip
+        run = replace(run, entrained=entrained, mean_speed=mean, window=means.window, creep=means.evidence.creep)
+        return replace(run, speeds=means.speeds, phases=means.phases)
 
     def _decided(self, machine: Machine, trajectory: Trajectory, means: Locked) -> bool:
         if trajectory.end_time >= _MOST_PERIODS * self.period:

@@ -51,8 +51,8 @@ def figure(result: xr.Dataset) -> Figure:
     height = above + balances + (_MAP if mapped else 0.0)
     drawn = Figure(figsize=(_WIDTH, height), dpi=150)
     FigureCanvasAgg(drawn)
-    title = drawn.suptitle("\n".join([result.attrs["title"], *heading]), fontsize=10, y=1 - 0.12 / height, va="top")
-    title.set_parse_math(False)
+    title = "\n".join([result.attrs["title"], *heading])
+    drawn.suptitle(title, fontsize=10, y=1 - 0.12 / height, va="top").set_parse_math(False)
     for place, k in enumerate(shown):
         row, column = divmod(place, _COLUMNS)
         top = height - above + 0.2 - row * _ROW
@@ -62,8 +62,7 @@ def figure(result: xr.Dataset) -> Figure:
         _legend(drawn, result, height, above)
     if mapped:
         _draw_map(drawn.add_axes((0.75 / _WIDTH, 0.5 / height, 4.9 / _WIDTH, (_MAP - 0.8) / height)), result)
-    rest = result.sizes["state"] - len(shown)
-    if rest:
+    if rest := result.sizes["state"] - len(shown):
         drawn.text(0.99, 0.01, f"and {rest} more", ha="right", fontsize=8, color=GREY)
     return drawn
 
@@ -163,11 +162,9 @@ def _draw_map(axis: Axes, result: xr.Dataset) -> None:
     unique, index = np.unique(code, return_inverse=True)
     present: list[int] = unique.tolist()
     colours = {c: _REGIONS[_place(c, present)] if c else "white" for c in present}
-    norm = BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
-    axis.pcolormesh(
-        result.map_speed.values, result.map_ratio.values, index.reshape(code.shape), norm=norm,
-        cmap=ListedColormap([colours[c] for c in present]), shading="nearest", rasterized=True,
-    )  # fmt: skip
+    at = result.map_speed.values, result.map_ratio.values, index.reshape(code.shape)
+    cmap, norm = ListedColormap(list(colours.values())), BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
+    axis.pcolormesh(*at, cmap=cmap, norm=norm, shading="nearest", rasterized=True)
     words = {c: " and ".join(n for k, n in enumerate(names) if c >> k & 1) or "none" for c in present}
     handles: list[Any] = [Patch(facecolor=colours[c], edgecolor=GREY, linewidth=0.5, label=words[c]) for c in present]
     frequencies = np.unique(np.round(np.abs(result.natural_frequency.values), 9))
