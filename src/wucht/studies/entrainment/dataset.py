@@ -40,7 +40,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     names, swept, frequency = bodies_with_phase(plan.machine), plan.swept, plan.machine.shaking_frequency
     runs = findings.runs or (() if findings.own is None else (findings.own,))
     result = xr_.Dataset(
-        _of_branches(plan, findings, names) | _of_motions(plan, findings, names) | _of_runs(plan, runs),
+        _of_motions(plan, findings, names) | _of_runs(plan, runs),
         coords={"body": variable("body", names or np.empty(0, "U1"), "body")},
     )
     answer = _summary(plan, findings)
@@ -56,35 +56,28 @@ def _in_a_turn(machine: Machine, phases: Any) -> np.ndarray:
     return math.pi - wrapped(math.pi - phases) if machine.shaken is not None else wrapped(phases)
 
 
-def _angle_unit(machine: Machine) -> str:
-    return "rad" if machine.units.time else ""
-
-
-def _of_branches(plan: Plan, findings: Findings, names: list[str]) -> dict[str, Variable]:
-    machine, swept, equations, branches = plan.machine, plan.swept, findings.existing.equations, findings.existing.branches
-    sizes = [len(b.values) for b in branches]
-    phases, speeds = np.full((len(names), sum(sizes)), np.nan), np.empty(0)
-    if equations is not None and branches:
-        states = np.concatenate([b.states for b in branches], axis=1)
-        speeds = equations.speed(states)
-        for name, row in equations.phase_rows.items():
-            phases[names.index(name)] = _in_a_turn(machine, states[row])
-    return {
-        "value": variable("point", np.concatenate([np.empty(0), *(b.values for b in branches)]), swept.what, swept.unit),
-        "phase": variable("body point", phases, "phase", _angle_unit(machine)),
-        "speed": variable("point", speeds, "speed", machine.units.speed),
-        "stable": variable("point", np.concatenate([np.empty(0), *(b.stable for b in branches)]).astype(np.int8), "stable"),
-        "branch": variable("point", np.repeat(np.arange(len(branches)), sizes), "branch"),
-    }
-
-
 def _of_motions(plan: Plan, findings: Findings, names: list[str]) -> dict[str, Variable]:
-    machine, swept, motions = plan.machine, plan.swept, findings.motions
-    phases = np.array([_in_a_turn(machine, m.phases) for m in motions]).reshape(len(motions), len(names)).T
+    """Of the averaged equations (point), and of locked motions of the full ones (orbit)."""
+    machine, swept, motions, existing = plan.machine, plan.swept, findings.motions, findings.existing
+    angle, speed = "rad" if machine.units.time else "", machine.units.speed
+    sizes = [len(b.values) for b in existing.branches]
+    values, stable = (np.concatenate([np.empty(0), *(getattr(b, n) for b in existing.branches)]) for n in ("values", "stable"))
+    phases, speeds = np.full((len(names), sum(sizes)), np.nan), np.empty(0)
+    if existing.equations is not None and existing.branches:
+        states = np.concatenate([b.states for b in existing.branches], axis=1)
+        speeds = existing.equations.speed(states)
+        for name, row in existing.equations.phase_rows.items():
+            phases[names.index(name)] = _in_a_turn(machine, states[row])
+    locked = np.array([_in_a_turn(machine, m.phases) for m in motions]).reshape(len(motions), len(names)).T
     return {
+        "value": variable("point", values, swept.what, swept.unit),
+        "phase": variable("body point", phases, "phase", angle),
+        "speed": variable("point", speeds, "speed", speed),
+        "stable": variable("point", stable.astype(np.int8), "stable"),
+        "branch": variable("point", np.repeat(np.arange(len(sizes)), sizes), "branch"),
         "orbit_value": variable("orbit", [m.value for m in motions], swept.what, swept.unit),
-        "orbit_phase": variable("body orbit", phases, "phase", _angle_unit(machine)),
-        "orbit_speed": variable("orbit", [m.speed for m in motions], "speed", machine.units.speed),
+        "orbit_phase": variable("body orbit", locked, "phase", angle),
+        "orbit_speed": variable("orbit", [m.speed for m in motions], "speed", speed),
         "orbit_stable": variable("orbit", np.array([m.stable for m in motions], np.int8), "stable"),
         "orbit_multiplier": variable("orbit", [m.multiplier for m in motions], "largest multiplier"),
     }
@@ -92,7 +85,7 @@ def _of_motions(plan: Plan, findings: Findings, names: list[str]) -> dict[str, V
 
 def _of_runs(plan: Plan, runs: Sequence[RunFromStart]) -> dict[str, Variable]:
     machine, swept, units = plan.machine, plan.swept, plan.machine.units
-    names, angle = [r.name for r in machine.rotors], _angle_unit(machine)
+    names, angle = [r.name for r in machine.rotors], "rad" if units.time else ""
     keys = ["vibration", *names[1:]]  # of phases
 
     def rows(count: int, of_runs: Sequence[Any]) -> np.ndarray:
