@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _MARGIN = 0.03  # of the range, so that what lies at its ends is seen whole
 _SHADE, _REACHED = COLOURS[4], COLOURS[2]
+_OTHERS: dict[str, Any] = {"color": GREY, "linewidth": 0.8}  # branches other than that which the question is about
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -77,10 +78,9 @@ def _phases(axis: Axes, result: xr.Dataset, own: int | None) -> None:
             if np.isfinite(y).any():
                 kind = "others" if other else "averaged" if body else "averaged equations"
                 title = f"{body}{kind}, {'stable' if stable else 'unstable'}"
-                axis.plot(
-                    x, scale * y, "-" if stable else "--", color=GREY if other else line_style(i)["color"],
-                    linewidth=0.8 if other else 1.3, label=None if title in titles else title,
-                )  # fmt: skip
+                style = _OTHERS if other else line_style(i) | {"linewidth": 1.3}
+                label_once = None if title in titles else title
+                axis.plot(x, scale * y, **style | {"linestyle": "-" if stable else "--", "label": label_once})
                 titles.add(title)
         if result.sizes["orbit"]:
             # the averaged equations are an approximation: marks that lie beside their lines show its error
@@ -129,14 +129,11 @@ def _speeds(axis: Axes, result: xr.Dataset, own: int | None) -> None:
     frequency, free = result.attrs.get("frequency"), np.abs(result.free_speed.values)
     for k in np.unique(result.branch.values[result.stable.values == 1]) if frequency is None else ():
         branch = result.isel(point=result.branch.values == k)
-        axis.plot(
-            branch.value.values, branch.speed.where(branch.stable == 1).values, color=COLOURS[0] if k == own else GREY,
-            linewidth=1.2 if k == own else 0.8, label="averaged equations, stable" if k == own else None, zorder=2,
-        )  # fmt: skip
-    for chosen, face, name in ((entrained, COLOURS[1], "entrained"), (~entrained, "white", "not entrained")):
+        style = {"color": COLOURS[0], "linewidth": 1.2, "label": "averaged equations, stable"} if k == own else _OTHERS
+        axis.plot(branch.value.values, branch.speed.where(branch.stable == 1).values, zorder=2, **style)
+    for chosen, face, name in ((entrained, COLOURS[1], "run: entrained"), (~entrained, "white", "run: not entrained")):
         if chosen.any():
-            axis.plot(x[chosen], y[chosen], "o", color=COLOURS[1], markersize=4, markerfacecolor=face, zorder=4,
-                      label=f"run: {name}")  # fmt: skip
+            axis.plot(x[chosen], y[chosen], "o", color=COLOURS[1], markersize=4, markerfacecolor=face, zorder=4, label=name)
     if frequency is not None:
         axis.axhline(frequency, color=COLOURS[0], linewidth=1.0, label="frequency of the vibration", zorder=1)
     if np.isfinite(free).any() and np.ptp(free[np.isfinite(free)]) > 0:

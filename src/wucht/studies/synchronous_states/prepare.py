@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -123,8 +122,8 @@ def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tupl
         if not least < high <= most:
             raise InputError("study.range", list(given), f"must be speeds {_between(machine, least, most)}")
         speeds, chosen = (max(low, min(least, _LOWEST * high)), high), False
-    at = np.linspace(*speeds, _SAMPLES)
-    if not at.any() or not any(torque(sense * float(w)) for torque, sense in _net_torques(machine) for w in at):
+    at, rotors = np.linspace(*speeds, _SAMPLES), [(net_torque(machine, r), sense_of(machine, r)) for r in machine.rotors]
+    if not at.any() or not any(torque(sense * float(w)) for torque, sense in rotors for w in at):
         where = "" if given is None else " at these speeds"
         raise InputError("study.speed", None, f"nothing drives the machine{where}: needed is the speed of the main rotor")
     return speeds, chosen
@@ -139,17 +138,12 @@ def _limits(machine: Machine) -> tuple[float, float]:
 
 def _of_drives(machine: Machine) -> tuple[tuple[float, float], bool]:
     """Up to the highest speed without vibration, and whether a drive runs away without load: then there is no such speed."""
-    free = [free_speed(machine, r) for r in machine.rotors]
-    top = max((abs(w) for w in free if w is not None), default=0.0)
-    runaway = any(w is None and torque(0.0) for w, (torque, _) in zip(free, _net_torques(machine), strict=True))
+    free = {r: free_speed(machine, r) for r in machine.rotors}
+    top = max((abs(w) for w in free.values() if w is not None), default=0.0)
+    runaway = any(w is None and net_torque(machine, r)(0.0) for r, w in free.items())
     if runaway:
         top = max(top, _RUNAWAY * max((f for f in natural_frequencies(machine).values() if f > 0), default=_UNKNOWN))
     return (_LOWEST * top, top if runaway else _ABOVE * top), runaway
-
-
-def _net_torques(machine: Machine) -> list[tuple[Callable[[float], float], float]]:
-    """Of each rotor what drives it less what brakes it, and the sense in which it turns."""
-    return [(net_torque(machine, r), sense_of(machine, r)) for r in machine.rotors]
 
 
 def _between(machine: Machine, low: float, high: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -52,11 +52,10 @@ def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str) -
 
 def _points(axis: Axes, result: xr.Dataset, torque: np.ndarray) -> None:
     """Filled where stable, open where not."""
-    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 6, "color": COLOURS[6], "zorder": 5}
-    for stable, face, name in ((True, COLOURS[6], "stable"), (False, "white", "not stable")):
+    for stable, face, name in ((True, COLOURS[6], "working point, stable"), (False, "white", "working point, not stable")):
         at = result.point_speed.values[chosen := result.point_stable.values.astype(bool) == stable]
         if len(at):
-            axis.plot(at, torque[chosen], markerfacecolor=face, label=f"working point, {name}", **style)
+            axis.plot(at, torque[chosen], "o", color=COLOURS[6], markersize=6, markerfacecolor=face, label=name, zorder=5)
 
 
 def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray) -> None:
