@@ -58,22 +58,21 @@ def _in_a_turn(machine: Machine, phases: Any) -> np.ndarray:
 
 def _of_motions(plan: Plan, findings: Findings, names: list[str]) -> dict[str, Variable]:
     """Of the averaged equations (point), and of locked motions of the full ones (orbit)."""
-    machine, swept, motions, existing = plan.machine, plan.swept, findings.motions, findings.existing
-    angle, speed = "rad" if machine.units.time else "", machine.units.speed
-    sizes = [len(b.values) for b in existing.branches]
-    values, stable = (np.concatenate([np.empty(0), *(getattr(b, n) for b in existing.branches)]) for n in ("values", "stable"))
+    machine, swept, motions, branches = plan.machine, plan.swept, findings.motions, findings.existing.branches
+    angle, speed, equations = "rad" if machine.units.time else "", machine.units.speed, findings.existing.equations
+    sizes = [len(b.values) for b in branches]
     phases, speeds = np.full((len(names), sum(sizes)), np.nan), np.empty(0)
-    if existing.equations is not None and existing.branches:
-        states = np.concatenate([b.states for b in existing.branches], axis=1)
-        speeds = existing.equations.speed(states)
-        for name, row in existing.equations.phase_rows.items():
+    if equations is not None and branches:
+        states = np.concatenate([b.states for b in branches], axis=1)
+        speeds = equations.speed(states)
+        for name, row in equations.phase_rows.items():
             phases[names.index(name)] = _in_a_turn(machine, states[row])
     locked = np.array([_in_a_turn(machine, m.phases) for m in motions]).reshape(len(motions), len(names)).T
     return {
-        "value": variable("point", values, swept.what, swept.unit),
+        "value": variable("point", np.concatenate([np.empty(0), *(b.values for b in branches)]), swept.what, swept.unit),
         "phase": variable("body point", phases, "phase", angle),
         "speed": variable("point", speeds, "speed", speed),
-        "stable": variable("point", stable.astype(np.int8), "stable"),
+        "stable": variable("point", np.concatenate([np.empty(0), *(b.stable for b in branches)]).astype(np.int8), "stable"),
         "branch": variable("point", np.repeat(np.arange(len(sizes)), sizes), "branch"),
         "orbit_value": variable("orbit", [m.value for m in motions], swept.what, swept.unit),
         "orbit_phase": variable("body orbit", locked, "phase", angle),

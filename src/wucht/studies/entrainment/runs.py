@@ -69,6 +69,7 @@ class RunsFromStart:
         machine = plan.machine
         self.plan, self.senses = plan, senses
         events = tuple(release_event(machine, b) for b in machine.bodies if b.release is not None)
+        # Without the balance of energy, which nothing here asks for.
         self.flow = compile_system(replace(machine.system, quadratures=(), outputs=()), events=events)
         self.period = 2 * math.pi / (machine.shaking_frequency or operating_speed(machine))
         wanted = _PERIODS * self.period + (_TIMES / rate if rate else 0.0)
