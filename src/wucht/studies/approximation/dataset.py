@@ -22,6 +22,11 @@ TRUSTED = 0.05  # of the largest speed up to until_phi: a deviation beyond it is
 AMPLITUDE_TRUSTED = 0.25  # of the largest amplitude: that of a carrier that starts at rest is not in the averaged equations
 LEAST_ORDER = 0.7  # of the nominal order: below, epsilon is not small enough for the error to fall with it
 _AS_NUMBER = {True: 1, False: 0, None: -1}
+_ANSWERS = {
+    True: "the averaged equations may be trusted for this machine",
+    False: "the averaged equations are not to be trusted for this machine",
+    None: "not decided whether the averaged equations may be trusted",
+}
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
@@ -38,7 +43,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     name, unit = f"factor of {' and '.join(along)}" if along else "value", ""
     if len(along) == 1:
         name, unit = along[0], machine.parameters[along[0]].unit
-    shown = [*findings.along, *([] if findings.own is None else [findings.own])]
+    shown = [*findings.compared[1:], *findings.compared[:1]]
     factors, error = ([], []) if findings.measured is None else (findings.measured.factors, findings.measured.speed)
     curves = np.array([c.curves for c in shown]).reshape(-1, 2, CURVE)
     largest, relative = np.array([(c.largest, c.relative) for c in shown]).reshape(-1, 2, 2).transpose(1, 2, 0)
@@ -61,14 +66,15 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "angle": variable("angle", angles(plan.spec.until_phi), "angle of the rotor", "rad"),
         "factor": variable("factor", factors, "factor of epsilon"),
     }
-    failed = [c for c in (findings.own, *findings.along) if c is not None and c.failure]
+    failed = [c for c in findings.compared if c.failure]
     warnings = [c.failure if math.isnan(c.value) else f"{name} = {c.value:.6g}: {c.failure}" for c in failed]
     if findings.unmeasured:
         warnings.append(f"the order of the error could not be measured: {findings.unmeasured}")
     if not findings.complete:
-        warnings.append(f"{len(findings.along)} of {len(plan.values) - 1} values are compared")
+        warnings.append(f"{max(len(findings.compared) - 1, 0)} of {len(plan.values) - 1} values are compared")
     summary = _summary(plan, findings)
-    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, _sentence(summary), warnings)
+    sentence = ": ".join(filter(None, (_ANSWERS[summary["trusted"]], "; ".join(summary["reasons"]))))
+    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, sentence, warnings)
 
 
 def _speeds_of(plan: Plan) -> str:
@@ -77,29 +83,29 @@ def _speeds_of(plan: Plan) -> str:
 
 
 def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
-    """The summary. ``trusted`` is None where nothing speaks against it but not all is known."""
-    machine, along, measured, own = plan.machine, plan.spec.along, findings.measured, findings.own
-    single, order = along[0] if len(along) == 1 else None, math.inf if measured is None else measured.order
-    reasons, undecided = _reasons(plan, findings), _undecided(findings)
+    """The summary."""
+    along, measured = plan.spec.along, findings.measured
+    own, others, single = findings.compared[:1], findings.compared[1:], along[0] if len(along) == 1 else None
+    trusted, reasons = _trusted(plan, findings)
     return {
         "along": single or list(along),
-        "deviations": [{single or "factor": c.value} | _short(c) for c in findings.along],
-        "own": None if own is None else _short(own),
-        "disagreement": regions(findings.along),
+        "deviations": [{single or "factor": c.value} | _short(c) for c in others],
+        "own": _short(own[0]) if own else None,
+        "disagreement": regions(others),
         "errors": None if measured is None else dict(zip(map(str, measured.factors), measured.speed, strict=True)),
-        "order_of_error": order if math.isfinite(order) else None,
+        "order_of_error": None if measured is None else measured.order,
         "nominal_order": None if measured is None else measured.nominal,
         "speeds_of": _speeds_of(plan),
-        "along_unit": machine.parameters[single].unit if single else "",
-        "amplitude_unit": machine.orbit_unit,
+        "along_unit": plan.machine.parameters[single].unit if single else "",
+        "amplitude_unit": plan.machine.orbit_unit,
         "until_phi": plan.spec.until_phi,
-        "trusted": False if reasons else None if undecided else True,
-        "reasons": reasons or undecided,
+        "trusted": trusted,
+        "reasons": reasons,
     }
 
 
 def _short(c: Comparison) -> dict[str, Any]:
-    deviations = dict(zip(("speed", "amplitude"), (x if math.isfinite(x) else None for x in c.largest), strict=True))
+    deviations = dict(zip(("speed", "amplitude"), c.largest, strict=True))
     return deviations | {name: getattr(c, name) for name in ("same_outcome", "outcome", "slow_outcome")}
 
 
@@ -109,11 +115,11 @@ def regions(compared: Sequence[Comparison]) -> list[list[float]]:
     return [[row[0], row[-1]] for row in rows]
 
 
-def _reasons(plan: Plan, findings: Findings) -> list[str]:
-    """Why the averaged equations may not be trusted for the machine as it is."""
-    own, measured, reasons = findings.own, findings.measured, list[str]()
-    if own is None or not findings.complete:
-        return reasons
+def _trusted(plan: Plan, findings: Findings) -> tuple[bool | None, list[str]]:
+    """Whether the averaged equations may be trusted for the machine as it is, None where not all is known; and why not."""
+    if not findings.complete:
+        return None, ["it was interrupted before this was decided"]
+    own, measured, reasons = findings.compared[0], findings.measured, list[str]()
     if own.same_outcome is False:
         reasons.append(f"the full equations end {own.outcome}, the slow ones {own.slow_outcome}")
     if math.isnan(own.relative[0]):
@@ -125,25 +131,10 @@ def _reasons(plan: Plan, findings: Findings) -> list[str]:
     if measured is not None and measured.order < LEAST_ORDER * measured.nominal:
         power = f"{measured.order:.2g}, not {measured.nominal:g}"
         reasons.append(f"their error falls with epsilon to the power {power}: epsilon is not small")
-    return reasons
-
-
-def _undecided(findings: Findings) -> list[str]:
-    """Why it cannot be decided."""
-    if not findings.complete:
-        return ["it was interrupted before this was decided"]
-    reasons = []
-    if findings.own is not None and findings.own.same_outcome is None:
+    if reasons:
+        return False, reasons
+    if own.same_outcome is None:
         reasons.append("the runs are too short to tell an outcome; give a longer study.until")
     if findings.unmeasured:
         reasons.append(f"whether the error falls with epsilon could not be measured: {findings.unmeasured}")
-    return reasons
-
-
-def _sentence(summary: dict[str, Any]) -> str:
-    """The answer in words."""
-    if summary["trusted"]:
-        return "the averaged equations may be trusted for this machine"
-    if summary["trusted"] is None:
-        return f"not decided whether the averaged equations may be trusted: {'; '.join(summary['reasons'])}"
-    return f"the averaged equations are not to be trusted for this machine: {'; '.join(summary['reasons'])}"
+    return None if reasons else True, reasons

@@ -19,7 +19,6 @@ _SMALLEST = 1e-6  # of the largest deviation: nothing below is shown
 _MOST_NAMED = 9
 _LINE = 100  # characters of a heading
 _REASON: dict[str, Any] = {"ha": "center", "va": "center", "color": GREY}  # why a panel is empty
-_MARKER: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 6, "color": COLOURS[0]}
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -62,7 +61,7 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
     axis.plot(at, deviation, color=COLOURS[0], linewidth=1.0)
     for code, face, name in ((1, COLOURS[0], "same outcome"), (0, "white", "outcomes differ"), (-1, GREY, "no outcome yet")):
         if (chosen := same == code).any():
-            axis.plot(at[chosen], deviation[chosen], markerfacecolor=face, label=name, **_MARKER)
+            axis.plot(at[chosen], deviation[chosen], "o", color=COLOURS[0], markersize=6, markerfacecolor=face, label=name)
     if (deviation > 0).any():
         axis.set_yscale("log")
     if at[0] > 0 and at[-1] / at[0] >= 10:

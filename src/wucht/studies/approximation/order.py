@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -81,15 +82,13 @@ def errors(spec: Approximation, machine: Machine, work: Work) -> Errors:
         model = replace(slow, machine=weak, slow=replace(slow.slow, machine=weak))
         return _largest(model, flows, min(spec.until_phi, _LONGEST * FACTORS[-1]) / factor, part)
 
-    speeds, begin = list[float](), 0.0
-    for factor in FACTORS:
-        end = begin + 1 / factor / sum(1 / f for f in FACTORS)
+    speeds, lengths = list[float](), np.cumsum([0.0, *(1 / f for f in FACTORS)])
+    for factor, (begin, end) in zip(FACTORS, pairwise((lengths / lengths[-1]).tolist()), strict=True):
         part = work.part(f"factor {factor:g}", begin, end)
         try:
             speeds.append(part.unit("error", partial(error, factor, part)))
         except UnmeasuredError as reason:
             raise UnmeasuredError(f"at {factor:g} epsilon {reason}") from None
-        begin = end
     return Errors(np.array(FACTORS), np.array(speeds), nominal(machine, spec.order))
 
 

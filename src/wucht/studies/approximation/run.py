@@ -14,10 +14,9 @@ from wucht.studies.work import Work
 
 @dataclass(frozen=True)
 class Findings:
-    """own: the machine as it is, compared. along: of each value, in order. unmeasured: why there is no order of the error."""
+    """compared: the machine as it is, then each value in order. unmeasured: why there is no order of the error."""
 
-    own: Comparison | None = None
-    along: tuple[Comparison, ...] = ()
+    compared: tuple[Comparison, ...] = ()
     measured: Errors | None = None
     unmeasured: str = ""
 
@@ -34,8 +33,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     for k in range(len(plan.cases)):
         part = work.part(f"comparison {k + 1}", k / count, (k + 1) / count)
         part.report(0.0)
-        compared = part.unit("both models", partial(comparison, plan, k, part))
-        findings = replace(findings, along=(*findings.along, compared)) if k else Findings(compared)
+        findings = Findings((*findings.compared, part.unit("both models", partial(comparison, plan, k, part))))
         yield findings
     part = work.part("order", 1 - 1 / count, 1.0)
     part.report(0.0)

@@ -52,7 +52,7 @@ class AveragedEquations:
         self.sizes = np.where(self.phases, 1.0, self.pace)
         # The parameter's size is that of the machine's own value, or the pace of speeds: limits may lie far beyond any band.
         width = limits[1] - limits[0]
-        self.unit = min(width, max(abs(swept.own), *map(abs, swept.means)) or width)
+        self.unit = min(width, swept.size or width)
 
     def rates(self, states: np.ndarray, value: float) -> tuple[np.ndarray, np.ndarray]:
         """dx/dt (n, N) at states (n, N), each by its size, and their derivatives (N, n, n) by the states in their sizes."""

@@ -11,7 +11,7 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
@@ -53,23 +53,12 @@ class StableRange:
     points: np.ndarray
 
 
-@dataclass(frozen=True)
 class Continuation:
     """Equilibria of averaged equations, followed with the parameter. Points (n + 1,) are state and value by their sizes."""
 
-    equations: AveragedEquations
-
-    @cached_property
-    def sizes(self) -> np.ndarray:
-        """Of the states and of the parameter (n + 1,)."""
-        return np.append(self.equations.sizes, self.equations.unit)
-
-    @cached_property
-    def _parameter_axis(self) -> np.ndarray:
-        return np.append(np.zeros(self.equations.n), 1.0)
-
-    def _point(self, state: np.ndarray, value: float) -> np.ndarray:
-        return np.asarray(np.append(state, value) / self.sizes)
+    def __init__(self, equations: AveragedEquations) -> None:
+        self.equations, self.sizes = equations, np.append(equations.sizes, equations.unit)
+        self._axes = np.eye(equations.n + 1)  # the parameter's is the last one
 
     def _dimensional(self, at: np.ndarray) -> tuple[np.ndarray, float]:
         return at[:-1] * self.sizes[:-1], float(at[-1] * self.sizes[-1])
@@ -93,8 +82,8 @@ class Continuation:
 
     def branch(self, state: np.ndarray, value: float) -> Branch:
         """The branch through an equilibrium, both ways, up to the limits or until it returns."""
-        start = self._point(state, value)
-        away = self._tangent(start, self._parameter_axis)
+        start = np.append(state, value) / self.sizes
+        away = self._tangent(start, self._axes[-1])
         points, closed = self._followed(start, away)
         if not closed:
             points = [*reversed(self._followed(start, -away)[0][1:]), *points]
@@ -158,7 +147,7 @@ class Continuation:
     def _tangent(self, at: np.ndarray, before: np.ndarray) -> np.ndarray:
         """The unit tangent (n + 1,) that continues in the direction ``before``."""
         matrix = np.vstack([self._linearised(at)[1], before])
-        along = np.linalg.lstsq(matrix, self._parameter_axis, rcond=None)[0]
+        along = np.linalg.lstsq(matrix, self._axes[-1], rcond=None)[0]
         return np.asarray(along / np.linalg.norm(along))
 
     def _followed(self, start: np.ndarray, tangent: np.ndarray) -> tuple[list[np.ndarray], bool]:
@@ -199,27 +188,21 @@ class Continuation:
         low, high = self.equations.limits
         limit = (low if beyond[-1] * self.equations.unit < low else high) / self.equations.unit
         guess = inside + (limit - inside[-1]) / (beyond[-1] - inside[-1]) * (beyond - inside)
-        return guess if (exact := self._corrected(guess, self._parameter_axis)) is None else exact
+        return guess if (exact := self._corrected(guess, self._axes[-1])) is None else exact
 
     def _anywhere(self, value: float) -> list[tuple[np.ndarray, float]]:
         """Equilibria at other values than those asked for: one phase is held, and the value that it needs is found."""
-        held = np.zeros(self.equations.n + 1)
-        held[int(np.flatnonzero(self.equations.phases)[0])] = 1.0
-        low, high = self.equations.limits
-        equilibria = []
-        for start in self.equations.starts().T[:_ANYWHERE]:
-            at = self._corrected(self._point(start, value), held, far=True)
-            if at is not None:
-                state, needed = self._dimensional(at)
-                if low <= needed <= high and self.equations.turning(state):
-                    equilibria.append((self.equations.wrapped(state), needed))
-        return equilibria
+        held, (low, high) = self._axes[int(self.equations.phases.argmax())], self.equations.limits
+        starts = (np.append(start, value) / self.sizes for start in self.equations.starts().T[:_ANYWHERE])
+        found = (self._corrected(start, held, far=True) for start in starts)
+        equilibria = [self._dimensional(at) for at in found if at is not None]
+        return [(self.equations.wrapped(x), v) for x, v in equilibria if low <= v <= high and self.equations.turning(x)]
 
     def _edge(self, b: Branch, inside: int, outside: int | None) -> Edge:
         """Where stability is lost between two neighbouring points, by bisection of the arc."""
         if outside is None:
             return Edge(float(b.values[inside]), "range")
-        good, bad = (self._point(b.states[:, k], b.values[k]) for k in (inside, outside))
+        good, bad = (np.append(b.states[:, k], b.values[k]) / self.sizes for k in (inside, outside))
         bad = bad + self._turns(good, bad)
         way = (bad - good) / np.linalg.norm(bad - good)
         for _ in range(_BISECTIONS):

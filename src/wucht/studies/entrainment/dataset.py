@@ -40,7 +40,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     names, swept, frequency = bodies_with_phase(plan.machine), plan.swept, plan.machine.shaking_frequency
     runs = findings.runs or (() if findings.own is None else (findings.own,))
     result = xr_.Dataset(
-        _of_branches(plan, findings, names) | _of_motions(plan, findings, names) | _of_runs(plan, runs),
+        _of_motions(plan, findings, names) | _of_runs(plan, runs),
         coords={"body": variable("body", names or np.empty(0, "U1"), "body")},
     )
     answer = _summary(plan, findings)
@@ -51,41 +51,32 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     )  # fmt: skip
 
 
-def _in_a_turn(machine: Machine, phases: np.ndarray) -> np.ndarray:
+def _in_a_turn(machine: Machine, phases: Any) -> np.ndarray:
     """Phases to a vibration in (-pi, pi], as 001 (22) has them, to a rotor in [0, 2 pi)."""
     return math.pi - wrapped(math.pi - phases) if machine.shaken is not None else wrapped(phases)
 
 
-def _angle_unit(machine: Machine) -> str:
-    return "rad" if machine.units.time else ""
-
-
-def _of_branches(plan: Plan, findings: Findings, names: list[str]) -> dict[str, Variable]:
-    machine, swept, existing = plan.machine, plan.swept, findings.existing
-    branches = existing.branches if existing is not None else ()
+def _of_motions(plan: Plan, findings: Findings, names: list[str]) -> dict[str, Variable]:
+    """Of the averaged equations (point), and of locked motions of the full ones (orbit)."""
+    machine, swept, motions, branches = plan.machine, plan.swept, findings.motions, findings.existing.branches
+    angle, speed, equations = "rad" if machine.units.time else "", machine.units.speed, findings.existing.equations
     sizes = [len(b.values) for b in branches]
     phases, speeds = np.full((len(names), sum(sizes)), np.nan), np.empty(0)
-    if existing is not None and branches:
+    if equations is not None and branches:
         states = np.concatenate([b.states for b in branches], axis=1)
-        speeds = existing.equations.speed(states)
-        for name, row in existing.equations.phase_rows.items():
+        speeds = equations.speed(states)
+        for name, row in equations.phase_rows.items():
             phases[names.index(name)] = _in_a_turn(machine, states[row])
+    locked = np.array([_in_a_turn(machine, m.phases) for m in motions]).reshape(len(motions), len(names)).T
     return {
         "value": variable("point", np.concatenate([np.empty(0), *(b.values for b in branches)]), swept.what, swept.unit),
-        "phase": variable("body point", phases, "phase", _angle_unit(machine)),
-        "speed": variable("point", speeds, "speed", machine.units.speed),
+        "phase": variable("body point", phases, "phase", angle),
+        "speed": variable("point", speeds, "speed", speed),
         "stable": variable("point", np.concatenate([np.empty(0), *(b.stable for b in branches)]).astype(np.int8), "stable"),
-        "branch": variable("point", np.repeat(np.arange(len(branches)), sizes), "branch"),
-    }
-
-
-def _of_motions(plan: Plan, findings: Findings, names: list[str]) -> dict[str, Variable]:
-    machine, swept, motions = plan.machine, plan.swept, findings.motions
-    phases = np.array([_in_a_turn(machine, m.phases) for m in motions]).reshape(len(motions), len(names)).T
-    return {
+        "branch": variable("point", np.repeat(np.arange(len(sizes)), sizes), "branch"),
         "orbit_value": variable("orbit", [m.value for m in motions], swept.what, swept.unit),
-        "orbit_phase": variable("body orbit", phases, "phase", _angle_unit(machine)),
-        "orbit_speed": variable("orbit", [m.speed for m in motions], "speed", machine.units.speed),
+        "orbit_phase": variable("body orbit", locked, "phase", angle),
+        "orbit_speed": variable("orbit", [m.speed for m in motions], "speed", speed),
         "orbit_stable": variable("orbit", np.array([m.stable for m in motions], np.int8), "stable"),
         "orbit_multiplier": variable("orbit", [m.multiplier for m in motions], "largest multiplier"),
     }
@@ -93,7 +84,7 @@ def _of_motions(plan: Plan, findings: Findings, names: list[str]) -> dict[str, V
 
 def _of_runs(plan: Plan, runs: Sequence[RunFromStart]) -> dict[str, Variable]:
     machine, swept, units = plan.machine, plan.swept, plan.machine.units
-    names, angle = [r.name for r in machine.rotors], _angle_unit(machine)
+    names, angle = [r.name for r in machine.rotors], "rad" if units.time else ""
     keys = ["vibration", *names[1:]]  # of phases
 
     def rows(count: int, of_runs: Sequence[Any]) -> np.ndarray:
@@ -116,19 +107,16 @@ def _of_runs(plan: Plan, runs: Sequence[RunFromStart]) -> dict[str, Variable]:
         "run_rotor_speed": variable("rotor run", speeds, "mean speed", units.speed),
         "run_rotor_phase": variable("rotor run", phases, "phase", angle),
         "run_end_state": variable("state run", states, "state at the end"),
-        "free_speed": variable("run", [r.free_speed for r in runs], "speed without vibration", units.speed),
+        "free_speed": variable("run", np.array([r.free_speed for r in runs], float), "speed without vibration", units.speed),
     }
 
 
 def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
     """The summary of the contract."""
-    own, motion, existing, capture = findings.own, findings.own_motion, findings.existing, findings.band
-    band = existing.band if existing is not None else None
-    phases, averaged = _phases(plan, findings), {}
-    if existing is not None:
-        averaged = {name: float(_in_a_turn(plan.machine, np.array(phase))) for name, phase in existing.phases.items()}
+    own, motion, band, capture = findings.own, findings.own_motion, findings.existing.band, findings.band
+    phases, outcome = _phases(plan, findings), _outcome(plan, findings)
+    averaged = {name: float(_in_a_turn(plan.machine, phase)) for name, phase in findings.existing.phases.items()}
     mean = None if own is None else own.mean_speed
-    outcome = _outcome(plan, findings)
     return {
         "sentence": _sentence(plan, findings, outcome),
         "outcome": str(outcome),
@@ -164,7 +152,7 @@ def _phases(plan: Plan, findings: Findings) -> dict[str, float]:
     if own is None or not own.entrained:
         return {}
     if "vibration" in own.phases:
-        return {names[0]: float(_in_a_turn(plan.machine, np.array(own.phases["vibration"])))}
+        return {names[0]: float(_in_a_turn(plan.machine, own.phases["vibration"]))}
     return dict(own.phases)
 
 
@@ -188,20 +176,17 @@ def _sentence(plan: Plan, findings: Findings, outcome: Outcome) -> str:
         return findings.failure
     if findings.band is None:
         interrupted = "the study was interrupted before its band was found"
-        return (
-            f"{outcome.sentence}; {'nowhere in the range is it reached from the start' if findings.complete else interrupted}"
-        )
+        nowhere = "nowhere in the range is it reached from the start"
+        return f"{outcome.sentence}; {nowhere if findings.complete else interrupted}"
     band = band_in_words(findings.band.edges, plan.swept.unit, f"{plan.swept.name} = ")
     return f"{outcome.sentence}; from the start that is reached {band}"
 
 
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
     """What is doubtful, left out, or not yet done."""
-    swept, existing, runs = plan.swept, findings.existing, findings.runs
+    swept, runs = plan.swept, findings.runs
     unit = f" {swept.unit}" if swept.unit else ""
-    lines = [findings.left_out] if findings.left_out is not None else []
-    lines += existing.equations.averaged.warnings if existing is not None else ()
-    lines += [f"at {swept.name} = {r.value:.6g}: {r.failure}" for r in runs if r.failure is not None]
+    lines = [*findings.existing.warnings, *(f"at {swept.name} = {r.value:.6g}: {r.failure}" for r in runs if r.failure)]
     lines += [findings.no_motion] if findings.no_motion is not None else []
     if not findings.complete and findings.failure is None:
         lines.append(f"{len(runs)} runs from the start are finished; the search is not")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,17 +22,18 @@ _GRID = 9  # values of a given range at which equilibria are looked for
 
 @dataclass(frozen=True)
 class Existence:
-    """What the averaged equations answer. band: the stable range that the question is about.
+    """What the averaged equations answer: nothing where there are none. band: the stable range that the question is about.
 
     slowest_rate: at which the slowest disturbance decays in it (1/time), at the machine's own value or the nearest one well
-    inside. phases: there by body, if the machine's own value lies in the band.
+    inside. phases: there by body, if the machine's own value lies in the band. warnings: what is left out.
     """
 
-    equations: AveragedEquations
-    branches: tuple[Branch, ...]
+    equations: AveragedEquations | None = None
+    warnings: tuple[str, ...] = ()
+    branches: tuple[Branch, ...] = ()
     band: StableRange | None = None
     slowest_rate: float | None = None
-    phases: dict[str, float] = field(default_factory=dict)
+    phases: Mapping[str, float] = field(default_factory=dict)
 
 
 def existence(plan: Plan, own: RunFromStart, senses: Mapping[str, float], work: Work) -> Existence:
@@ -59,8 +60,9 @@ def existence(plan: Plan, own: RunFromStart, senses: Mapping[str, float], work: 
         apart = 0.0 if reached is None else float(equations.distance(nearest(r), reached))
         return away, round(apart, 3), r.low.value - r.high.value
 
+    existing = Existence(equations, equations.averaged.warnings, branches)
     if not ranges:
-        return Existence(equations, branches)
+        return existing
     band = min(ranges, key=order)
     low, high, near = band.low.value, band.high.value, nearest(band)
     inside = low < value < high
@@ -68,7 +70,8 @@ def existence(plan: Plan, own: RunFromStart, senses: Mapping[str, float], work: 
     stable = [s for s in equations.equilibria(value_inside, near[:, None]) if equations.stable(s, value_inside)]
     state = min(stable, key=lambda s: equations.distance(s, near), default=near)
     phases = {name: float(state[row]) for name, row in equations.phase_rows.items()} if inside else {}
-    return Existence(equations, branches, band, -float(equations.eigenvalues(state, value_inside).real.max()), phases)
+    rate = -float(equations.eigenvalues(state, value_inside).real.max())
+    return replace(existing, band=band, slowest_rate=rate, phases=phases)
 
 
 def _values(plan: Plan, senses: Mapping[str, float]) -> list[float]:
@@ -93,28 +96,23 @@ def _values(plan: Plan, senses: Mapping[str, float]) -> list[float]:
 def range_around(plan: Plan, band: StableRange | None) -> tuple[float, float]:
     """The range to be looked at where none is given: the band of existence and a margin, the machine's own value included."""
     own, (least, most) = plan.swept.own, plan.limits
-    if band is None:
-        reach = max(abs(own), (most - least) / 100)
-        return max(own - reach, least), min(own + reach, most)
-    if plan.swept.name == AMPLITUDE:
+    if band is not None and plan.swept.name == AMPLITUDE:
         return _FIRST * band.low.value, _LARGEST * max(own, band.low.value if band.low.kind != "range" else 0.0)
-    ends = [band.low.value, band.high.value, own]
-    margin = _MARGIN * (max(ends) - min(ends))
+    ends = [own] if band is None else [band.low.value, band.high.value, own]
+    margin = max(abs(own), (most - least) / 100) if band is None else _MARGIN * (max(ends) - min(ends))
     return max(min(ends) - margin, least), min(max(ends) + margin, most)
 
 
-def threshold(plan: Plan, existing: Existence | None, work: Work) -> float | None:
+def threshold(plan: Plan, existing: Existence, work: Work) -> float | None:
     """The least amplitude of the vibration that entrains the main rotor against its drive and its bearing: 001 (25)."""
-    if existing is None or plan.machine.shaken is None:
+    if existing.equations is None or plan.machine.shaken is None:
         return None
     if plan.swept.name == AMPLITUDE:
         return existing.band.low.value if existing.band is not None and existing.band.low.kind != "range" else None
-    amplitude = swept_parameter(plan.steady, AMPLITUDE)
+    amplitude, senses = swept_parameter(plan.steady, AMPLITUDE), existing.equations.averaged.senses
     for k in range(_DOUBLINGS if amplitude.own > 0 else 0):
         largest = amplitude.own * 2.0**k
-        continuation = Continuation(
-            AveragedEquations(plan.steady, amplitude, existing.equations.averaged.senses, (0.0, largest * 1.001))
-        )
+        continuation = Continuation(AveragedEquations(plan.steady, amplitude, senses, (0.0, largest * 1.001)))
         branches = continuation.branches([largest], None, work.part(f"amplitude {k}", k / _DOUBLINGS, (k + 1) / _DOUBLINGS))
         reached = [r.low.value for r in continuation.stable_ranges(branches) if r.high.kind == "range"]
         if reached:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, line_style, new_figure
+from wucht.results.style import COLOURS, GREY, label, line_style, new_figure, with_unit
 from wucht.studies.entrainment.report import band_in_words
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _MARGIN = 0.03  # of the range, so that what lies at its ends is seen whole
 _SHADE, _REACHED = COLOURS[4], COLOURS[2]
+_OTHERS: dict[str, Any] = {"color": GREY, "linewidth": 0.8}  # branches other than that which the question is about
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -26,16 +27,13 @@ def figure(result: xr.Dataset) -> Figure:
     summary, unit = summary_of(result), result.attrs["along_unit"]
     subtitle, exists, reached = str(result.attrs["sentence"]), summary["existence_band"], summary["band_from_rest"]
     if result.attrs["finished"] and exists is not None:
-        from_start = (
-            "not reached from the start" if reached is None else f"reached from the start {band_in_words(reached, unit)}"
-        )
-        subtitle = f"exists {band_in_words(exists, unit)} (averaged equations); {from_start}"
-    drawn, axes = new_figure(2, 6.4, result.attrs["title"], subtitle)
-    phase, speed = axes
+        start = "not reached from the start" if reached is None else f"reached from the start {band_in_words(reached, unit)}"
+        subtitle = f"exists {band_in_words(exists, unit)} (averaged equations); {start}"
+    drawn, (phase, speed) = new_figure(2, 6.4, result.attrs["title"], subtitle)
     _phases(phase, result, summary["branch"])
     _speeds(speed, result, summary["branch"])
     low, high = summary["range"] or _limits(result, summary["value"])
-    for axis in axes:
+    for axis in (phase, speed):
         axis.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
         _bands(axis, summary, low, high, named=axis is phase)
         axis.axvline(summary["value"], color=GREY, linestyle=":", linewidth=1.0, zorder=1)
@@ -43,7 +41,7 @@ def figure(result: xr.Dataset) -> Figure:
             axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
     speed.annotate("this machine", (summary["value"], 0.02), xycoords=("data", "axes fraction"), color=GREY, fontsize=7,
                    rotation=90, ha="right", va="bottom")  # fmt: skip
-    speed.set_xlabel(result.attrs["along"] + (f" ({unit})" if unit else ""))
+    speed.set_xlabel(with_unit(result.attrs["along"], unit))
     return drawn
 
 
@@ -80,10 +78,9 @@ def _phases(axis: Axes, result: xr.Dataset, own: int | None) -> None:
             if np.isfinite(y).any():
                 kind = "others" if other else "averaged" if body else "averaged equations"
                 title = f"{body}{kind}, {'stable' if stable else 'unstable'}"
-                axis.plot(
-                    x, scale * y, "-" if stable else "--", color=GREY if other else line_style(i)["color"],
-                    linewidth=0.8 if other else 1.3, label=None if title in titles else title,
-                )  # fmt: skip
+                style = _OTHERS if other else line_style(i) | {"linewidth": 1.3}
+                label_once = None if title in titles else title
+                axis.plot(x, scale * y, **style | {"linestyle": "-" if stable else "--", "label": label_once})
                 titles.add(title)
         if result.sizes["orbit"]:
             # the averaged equations are an approximation: marks that lie beside their lines show its error
@@ -91,7 +88,8 @@ def _phases(axis: Axes, result: xr.Dataset, own: int | None) -> None:
                 result.orbit_value, scale * _wrapped(result.orbit_phase.sel(body=name).values, top), "o", color=COLOURS[6],
                 markersize=3.5, markerfacecolor="white", label=f"{body}full{'' if body else ' equations'}, periodic", zorder=4,
             )  # fmt: skip
-    axis.set_ylabel(f"phase{' to the vibration' if shaken and len(names) == 1 else ''}" + (" (°)" if dimensional else ""))
+    to = " to the vibration" if shaken and len(names) == 1 else ""
+    axis.set_ylabel(with_unit(f"phase{to}", "°" if dimensional else ""))
     high = scale * top
     axis.set_ylim(high - turn, high)
     if dimensional:
@@ -120,10 +118,9 @@ def _part(x: np.ndarray, y: np.ndarray, stable: np.ndarray, wanted: bool, top: f
     leaving, entering = np.where(upward, top, top - 2 * math.pi), np.where(upward, top - 2 * math.pi, top)
     way = (leaving - y[k - 1]) + (y[k] - entering)
     at = x[k - 1] + (leaving - y[k - 1]) / np.where(way == 0, 1.0, way) * (x[k] - x[k - 1])
-    border = np.where(chosen[k - 1] & chosen[k], [leaving, np.full(len(k), math.nan), entering], math.nan)
-    return np.insert(x, np.repeat(k, 3), np.repeat(at, 3)), np.insert(
-        np.where(chosen, y, np.nan), np.repeat(k, 3), border.T.ravel()
-    )
+    border = np.where(chosen[k - 1] & chosen[k], [leaving, np.full(len(k), math.nan), entering], math.nan).T.ravel()
+    thrice = np.repeat(k, 3)
+    return np.insert(x, thrice, np.repeat(at, 3)), np.insert(np.where(chosen, y, np.nan), thrice, border)
 
 
 def _speeds(axis: Axes, result: xr.Dataset, own: int | None) -> None:
@@ -132,17 +129,13 @@ def _speeds(axis: Axes, result: xr.Dataset, own: int | None) -> None:
     frequency, free = result.attrs.get("frequency"), np.abs(result.free_speed.values)
     for k in np.unique(result.branch.values[result.stable.values == 1]) if frequency is None else ():
         branch = result.isel(point=result.branch.values == k)
-        axis.plot(
-            branch.value.values, branch.speed.where(branch.stable == 1).values, color=COLOURS[0] if k == own else GREY,
-            linewidth=1.2 if k == own else 0.8, label="averaged equations, stable" if k == own else None, zorder=2,
-        )  # fmt: skip
-    for chosen, face, name in ((entrained, COLOURS[1], "entrained"), (~entrained, "white", "not entrained")):
+        style = {"color": COLOURS[0], "linewidth": 1.2, "label": "averaged equations, stable"} if k == own else _OTHERS
+        axis.plot(branch.value.values, branch.speed.where(branch.stable == 1).values, zorder=2, **style)
+    for chosen, face, name in ((entrained, COLOURS[1], "run: entrained"), (~entrained, "white", "run: not entrained")):
         if chosen.any():
-            axis.plot(x[chosen], y[chosen], "o", color=COLOURS[1], markersize=4, markerfacecolor=face, zorder=4,
-                      label=f"run: {name}")  # fmt: skip
+            axis.plot(x[chosen], y[chosen], "o", color=COLOURS[1], markersize=4, markerfacecolor=face, zorder=4, label=name)
     if frequency is not None:
         axis.axhline(frequency, color=COLOURS[0], linewidth=1.0, label="frequency of the vibration", zorder=1)
     if np.isfinite(free).any() and np.ptp(free[np.isfinite(free)]) > 0:
         axis.plot(x, free, color=GREY, linestyle="--", linewidth=0.9, label="speed without vibration", zorder=1)
-    unit = result.run_speed.attrs["units"]
-    axis.set_ylabel(f"mean speed ({unit})" if unit else "mean speed")
+    axis.set_ylabel(label(result, "run_speed"))

@@ -65,8 +65,7 @@ class LockedMotions:
         self.flow = compile_system(replace(self.machine.system, quadratures=(), outputs=()))
         self.angles = {b.name: machine.row(b.coordinate.position) for b in machine.bodies}
         self.advance = np.zeros(len(machine.state_names))
-        for name, row in self.angles.items():
-            self.advance[row] = 2 * math.pi * senses[name]
+        self.advance[list(self.angles.values())] = [2 * math.pi * senses[name] for name in self.angles]
 
     def motion(self, value: float, guess: np.ndarray, speed: float, most_steps: int = _MOST_STEPS) -> LockedMotion:
         """The motion at a value near a state (n,). Raises ``WuchtError`` where there is none."""

@@ -71,10 +71,8 @@ def prepare(spec: Entrainment, machine: Machine) -> Plan:
 def _refuse_others(machine: Machine) -> None:
     """Raises ``InputError`` for machines in which nothing can be entrained."""
     if not is_locking(machine):
-        raise InputError(
-            "machine", None, "nothing can be entrained: needed is a carrier.motion of amplitude and frequency, or two rotors "
-            "or more whose speed no drive prescribes",
-        )  # fmt: skip
+        needed = "a carrier.motion of amplitude and frequency, or two rotors or more whose speed no drive prescribes"
+        raise InputError("machine", None, f"nothing can be entrained: needed is {needed}")
     prescribed = next((r.name for r in machine.rotors if r.coordinate.prescribed is not None), None)
     if prescribed is not None:
         raise InputError("machine.drive", None, f"the drive prescribes the speed of {prescribed!r}: it cannot be entrained")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from wucht.results.conventions import summary_of
@@ -20,18 +21,15 @@ def report(result: xr.Dataset) -> list[str]:
     unit = f" {s['along_unit']}" if s["along_unit"] else ""
     lines = [result.attrs["title"], f"verdict: {s['outcome'].upper()}: {s['sentence']}"]
     lines.append(f"  looked at    {s['along']} = {s['value']:.6g}{unit}")
-    bands = {
-        name: band_in_words(s[name], s["along_unit"], digits=7)
-        for name in ("existence_band", "existence_band_full", "band_from_rest") if s[name] is not None
-    }  # fmt: skip
-    if "existence_band" in bands:
+    words = partial(band_in_words, unit=s["along_unit"], digits=7)
+    if s["existence_band"] is not None:
         kinds = dict.fromkeys(k for k in s["existence_edges"] if k != "range")
         how = f", ends: {', '.join(kinds)}" if kinds else ""
-        lines.append(f"  existence    {bands['existence_band']} (averaged equations{how})")
-    if "existence_band_full" in bands:
-        lines.append(f"               {bands['existence_band_full']} (full equations)")
-    if "band_from_rest" in bands:
-        lines.append(f"  from start   {bands['band_from_rest']}, edges to {s['resolution']:.1e}{unit}")
+        lines.append(f"  existence    {words(s['existence_band'])} (averaged equations{how})")
+    if s["existence_band_full"] is not None:
+        lines.append(f"               {words(s['existence_band_full'])} (full equations)")
+    if s["band_from_rest"] is not None:
+        lines.append(f"  from start   {words(s['band_from_rest'])}, edges to {s['resolution']:.1e}{unit}")
     lines += [f"  also         {low:.6g} to {high:.6g}{unit}" for low, high in s["islands"]]
     for body, phase in s["phases"].items():
         averaged = s["phases_slow"].get(body)
@@ -43,9 +41,8 @@ def report(result: xr.Dataset) -> list[str]:
         kind = "stable" if s["stable"] else "not stable"
         lines.append(f"  stability    {kind}: largest multiplier of a period {s['multiplier']:.4g}")
     if s["threshold_amplitude"] is not None:
-        lines.append(
-            f"  threshold    the vibration must be larger than {length(s['threshold_amplitude'])} (averaged equations)"
-        )
+        least = length(s["threshold_amplitude"])
+        lines.append(f"  threshold    the vibration must be larger than {least} (averaged equations)")
     return lines
 
 

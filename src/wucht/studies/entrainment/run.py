@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import insort
 from collections.abc import Generator, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain
 
@@ -29,17 +29,15 @@ Stage = Generator["Findings", None, "Findings"]  # each more complete than that 
 class Findings:
     """All so far. own: the run of the machine as it is. range, resolution: what is looked at, and how finely.
 
-    existing: of the averaged equations; left_out: why there are none. runs: from the start, in increasing order of
-    their value; band: reached by them. motions: locked ones, likewise in order; ends: where they end below and above, None
-    where beyond the range; no_motion: why there are none. threshold: the least amplitude of the vibration. complete: nothing
-    is left to do.
+    existing: of the averaged equations. runs: from the start, in increasing order of their value; band: reached by them.
+    motions: locked ones, likewise in order; ends: where they end below and above, None where beyond the range; no_motion: why
+    there are none. threshold: the least amplitude of the vibration. complete: nothing is left to do.
     """
 
     own: RunFromStart | None = None
     range: tuple[float, float] | None = None
     resolution: float = 0.0
-    existing: Existence | None = None
-    left_out: str | None = None
+    existing: Existence = field(default_factory=Existence)
     runs: tuple[RunFromStart, ...] = ()
     band: CaptureBand | None = None
     motions: tuple[LockedMotion, ...] = ()
@@ -69,18 +67,16 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     if own.failure is not None:
         return
     senses = senses_of(plan.machine, plan.initial, own)
-    existing, left_out, part = None, None, work.part("existence", 0.03, 0.1)
     try:
-        existing = existence(plan, own, senses, part)
+        existing = existence(plan, own, senses, work.part("existence", 0.03, 0.1))
     except InputError as error:
-        left_out = f"the averaged equations are left out: {error.allowed}"
-    low, high = plan.range or range_around(plan, None if existing is None else existing.band)
+        existing = Existence(warnings=(f"the averaged equations are left out: {error.allowed}",))
+    low, high = plan.range or range_around(plan, existing.band)
     resolution = plan.resolution or _RESOLUTION * (high - low)
-    runs = replace(runs, senses=senses, rate=None if existing is None else existing.slowest_rate)
+    runs = RunsFromStart(plan, senses, existing.slowest_rate)
     if runs.duration > _TOO_SHORT * own.end_time:
         own = _run(runs, plan.swept.own, work.part("own, longer", 0.1, 0.1))
-    findings = Findings(own, (low, high), resolution, existing, left_out)
-    yield findings
+    yield (findings := Findings(own, (low, high), resolution, existing))
     findings = yield from _with_band(plan, runs, findings, own, work.part("runs", 0.1, 0.8))
     findings = yield from _with_motions(plan, senses, findings, work)
     least = threshold(plan, existing, work.part("threshold", 0.95, 1.0))
@@ -116,7 +112,7 @@ def _with_motions(plan: Plan, senses: Mapping[str, float], findings: Findings, w
         return replace(findings, no_motion=f"at {plan.swept.name} = {nearest.value:.6g}: {seed}")
     yield (findings := replace(findings, motions=(seed,)))
     low, high = edges = findings.range or plan.limits
-    if findings.existing is not None and (band := findings.existing.band) is not None:
+    if (band := findings.existing.band) is not None:
         edges = max(low, band.low.value), min(high, band.high.value)
     for side, (limit, edge) in enumerate(zip((low, high), edges, strict=True)):
         inside = np.linspace(seed.value, edge, _MOTIONS + 1)[1:-1].tolist()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed, sense_of
 from wucht.machines.tree import RotatingBody
-from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
@@ -49,7 +48,7 @@ class RunFromStart:
     until: float
     end_time: float
     end_state: np.ndarray
-    free_speed: float = math.nan
+    free_speed: float | None = None
     failure: str | None = None
     entrained: bool = False
     mean_speed: float = math.nan
@@ -59,36 +58,22 @@ class RunFromStart:
     creep: float = math.nan
 
 
-@dataclass(frozen=True)
 class RunsFromStart:
     """Runs of a machine from its start along a parameter.
 
-    senses: in which rotors must turn to count as entrained; None: in any. rate: of the slowest disturbance (1/time).
+    senses: in which rotors must turn to count as entrained; None: in any. rate: of the slowest disturbance (1/time). period:
+    of the vibration, or of the fastest rotor. duration: how long a run lasts at least, as asked, or as that disturbance needs.
     """
 
-    plan: Plan
-    senses: Mapping[str, float] | None = None
-    rate: float | None = None
-
-    @cached_property
-    def flow(self) -> CompiledSystem:
-        """The equations without the balance of energy, which nothing here asks for."""
-        machine = self.plan.machine
+    def __init__(self, plan: Plan, senses: Mapping[str, float] | None = None, rate: float | None = None) -> None:
+        machine = plan.machine
+        self.plan, self.senses = plan, senses
         events = tuple(release_event(machine, b) for b in machine.bodies if b.release is not None)
-        return compile_system(replace(machine.system, quadratures=(), outputs=()), events=events)
-
-    @cached_property
-    def period(self) -> float:
-        """Of the vibration, or of the fastest rotor."""
-        return 2 * math.pi / (self.plan.machine.shaking_frequency or operating_speed(self.plan.machine))
-
-    @property
-    def duration(self) -> float:
-        """How long a run lasts at least: as asked, or as long as the slowest disturbance needs."""
-        if self.plan.spec.until is not None:
-            return self.plan.spec.until
-        wanted = _PERIODS * self.period + (_TIMES / self.rate if self.rate else 0.0)
-        return min(wanted, _MOST_PERIODS * self.period) + self.plan.machine.breakpoints[-1]
+        # Without the balance of energy, which nothing here asks for.
+        self.flow = compile_system(replace(machine.system, quadratures=(), outputs=()), events=events)
+        self.period = 2 * math.pi / (machine.shaking_frequency or operating_speed(machine))
+        wanted = _PERIODS * self.period + (_TIMES / rate if rate else 0.0)
+        self.duration = plan.spec.until or min(wanted, _MOST_PERIODS * self.period) + machine.breakpoints[-1]
 
     def __call__(self, value: float, progress: Callable[[float], None]) -> RunFromStart:
         """The run with a value of the parameter, prolonged while it cannot be decided. progress: called with the time reached.
@@ -115,8 +100,7 @@ class RunsFromStart:
 
     def _judged(self, machine: Machine, value: float, trajectory: Trajectory, means: Locked | None) -> RunFromStart:
         end, ended = machine.breakpoints[-1], (trajectory.end_time, trajectory.end_state)
-        free = free_speed(machine.at(end), machine.rotor, end)
-        run = RunFromStart(value, self.duration, *ended, math.nan if free is None else free, trajectory.failure)
+        run = RunFromStart(value, self.duration, *ended, free_speed(machine.at(end), machine.rotor, end), trajectory.failure)
         if run.failure is not None:
             return run
         if means is None:
@@ -126,10 +110,8 @@ class RunsFromStart:
             self.senses is None or all(self.senses[r.name] * means.speeds[r.name] > 0 for r in machine.rotors)
         )
         mean = means.mean_speed if entrained else _mean(machine, trajectory, machine.rotor, means.window)
-        return replace(
-            run, entrained=entrained, mean_speed=mean, window=means.window, speeds=means.speeds, phases=means.phases,
-            creep=means.evidence.creep,
-        )  # fmt: skip
+        run = replace(run, entrained=entrained, mean_speed=mean, window=means.window, creep=means.evidence.creep)
+        return replace(run, speeds=means.speeds, phases=means.phases)
 
     def _decided(self, machine: Machine, trajectory: Trajectory, means: Locked) -> bool:
         if trajectory.end_time >= _MOST_PERIODS * self.period:
@@ -154,8 +136,8 @@ def _mean(machine: Machine, trajectory: Trajectory, body: RotatingBody, window: 
     share = (trajectory.time[inside] - window[0]) / max(window[1] - window[0], 1e-300)
     with np.errstate(all="ignore"):
         weight = np.nan_to_num(np.exp(-1 / (share * (1 - share))))
-    _, speed = motion_of(machine, trajectory, body)
-    return float(np.sum(weight * speed[inside]) / np.sum(weight)) if weight.any() else float(speed[-1])
+    speed = motion_of(machine, trajectory, body)[1]
+    return float(np.average(speed[inside], weights=weight) if weight.any() else speed[-1])
 
 
 def senses_of(machine: Machine, initial: np.ndarray, own: RunFromStart) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,22 +23,25 @@ _LARGEST_AMPLITUDE = 10  # times the machine's own
 
 @dataclass(frozen=True)
 class SweptParameter:
-    """What is swept. paths: a parameter, or the no-load speeds of two motors whose mean stays (``detuning``).
+    """What is swept: a parameter, or the no-load speeds of two motors whose mean stays (``detuning``).
 
-    own: the machine's own value. means, shares: parameter = mean + share * value.
+    own: the machine's own value. shares: of each parameter, by path, what it is at 0, and how it changes with the value.
     """
 
     name: str
     unit: str
     what: str
     own: float
-    paths: tuple[str, ...]
-    means: tuple[float, ...] = (0.0,)
-    shares: tuple[float, ...] = (1.0,)
+    shares: Mapping[str, tuple[float, float]]
+
+    @property
+    def size(self) -> float:
+        """The largest of the machine's own value and of what the parameters are at 0."""
+        return max(abs(self.own), *(abs(mean) for mean, _ in self.shares.values()))
 
     def values(self, value: float) -> dict[str, float]:
         """The parameters' values, by path."""
-        return {p: m + s * value for p, m, s in zip(self.paths, self.means, self.shares, strict=True)}
+        return {path: mean + share * value for path, (mean, share) in self.shares.items()}
 
     def at(self, machine: Machine, value: float) -> Machine:
         """The machine with this value."""
@@ -48,8 +51,7 @@ class SweptParameter:
         """Raises ``InputError`` where a part does not allow a value."""
         if self.name == AMPLITUDE and value < 0:
             raise InputError(where, value, "must be an amplitude from 0 on")
-        for path, changed in self.values(value).items():
-            check_values(machine.parts, {path: changed}, where, machine.values)
+        check_values(machine.parts, self.values(value), where, machine.values)
 
     def widest(self, machine: Machine) -> tuple[float, float] | None:
         """Limits far beyond any band, within which it is looked for; None where nothing tells how far that is."""
@@ -57,7 +59,7 @@ class SweptParameter:
             return 0.0, _LARGEST_AMPLITUDE * self.own
         if self.name != DETUNING and not self.name.endswith(".no_load_speed"):
             return None
-        reach = _REACH * max(abs(machine.shaking_frequency or 0.0), *map(abs, self.means), abs(self.own))
+        reach = _REACH * max(abs(machine.shaking_frequency or 0.0), self.size)
         return (-reach, reach) if math.isfinite(reach) and reach > 0 else None
 
 
@@ -76,7 +78,7 @@ def swept_parameter(machine: Machine, name: str | None = None) -> SweptParameter
         needed = "the main rotor's drive has no no_load_speed: needed is the path of a parameter"
         raise InputError("study.along", None, f"this key is missing; {needed}")
     p = parameter_of(machine, name)
-    return SweptParameter(name, p.unit, p.what or name, p.value, (name,))
+    return SweptParameter(name, p.unit, p.what or name, p.value, {name: (0.0, 1.0)})
 
 
 def no_load_speed(machine: Machine, rotor: RotatingBody) -> str | None:
@@ -98,13 +100,10 @@ def _detuning(machine: Machine) -> SweptParameter:
     motors = _two_motors(machine)
     if not motors:
         raise InputError("study.along", DETUNING, "allowed for a machine with two rotors on drives with a no_load_speed each")
-    senses = tuple(motors.values())
     first, second = (sense * machine.values[path] for path, sense in motors.items())
-    mean = (first + second) / 2
-    return SweptParameter(
-        DETUNING, machine.units.speed, "difference of the no-load speeds", second - first, tuple(motors),
-        (senses[0] * mean, senses[1] * mean), (-senses[0] / 2, senses[1] / 2),
-    )  # fmt: skip
+    mean, halves = (first + second) / 2, (-0.5, 0.5)
+    shares = {path: (sense * mean, sense * half) for (path, sense), half in zip(motors.items(), halves, strict=True)}
+    return SweptParameter(DETUNING, machine.units.speed, "difference of the no-load speeds", second - first, shares)
 
 
 def stretches(flags: Sequence[bool] | np.ndarray) -> list[tuple[int, int]]:

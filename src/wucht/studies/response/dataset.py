@@ -37,9 +37,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
     f, machine, forced, w = findings, plan.steady.machine, plan.steady.forced, findings.speeds
     units, length, natural = machine.units, machine.orbit_unit, natural_frequencies(machine)
-    free, eccentricity = free_speed(machine, machine.rotor), eccentricity_of(machine)
+    free, eccentricity, excited = free_speed(machine, machine.rotor), eccentricity_of(machine), bool(forced.force.any())
     z, amplitude = forced.displacement(w)[0].T, forced.amplitude(w)[0]
-    vibration, losses = forced.torque(w)[0], losses_of(machine, w)
+    vibration, losses, centre = forced.torque(w)[0], losses_of(machine, w), centre_distance(plan.steady, eccentricity, w)
     on_bodies = np.array([forced.torque_on(w, [i])[0] for i in range(len(machine.bodies))])
     peaks = np.array([amplitude_at(forced, f.undamped, at) for at in f.peaks.tolist()])
     coordinates = {
@@ -56,9 +56,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "lag": variable(along, lag_of(machine, forced, z), "phase lag behind the unbalance", "rad"),
         "amplitude": variable("speed", amplitude, "amplitude of the axis", length),
         "minor_axis": variable("speed", forced.minor(w), "semi-minor axis of the orbit", length),
-        "centre_distance": variable(
-            "speed", centre_distance(plan.steady, eccentricity, w), "distance of the centre of mass", units.length
-        ),
+        "centre_distance": variable("speed", centre, "distance of the centre of mass", units.length),
         "vibration_torque": variable("speed", vibration, "torque of the vibration", units.torque),
         "loss_torque": variable("speed", losses, "torque of loads and bearings", units.torque),
         "required_torque": variable("speed", vibration + losses, "torque required", units.torque),
@@ -71,7 +69,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     }
     inside = sorted(x for x in natural.values() if x > 0 and plan.range[0] <= x <= plan.range[1])
     critical = [x for x, below in zip(inside, [0.0, *inside], strict=False) if not math.isclose(x, below, rel_tol=1e-9)]
-    sentence, hardest, infinite = _sentence(f, critical, free), vibration.argmax(), f.peaks[np.isinf(peaks)]
+    sentence, hardest, infinite = _sentence(excited, critical, free), vibration.argmax(), f.peaks[np.isinf(peaks)]
     summary = {
         "sentence": sentence,
         "range": list(plan.range),
@@ -86,7 +84,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "free_speed": free,
         "amplitude_at_free_speed": None if free is None else amplitude_at(forced, f.undamped, abs(free)),
         "eccentricity": eccentricity,
-        "self_centring_speed": self_centring_speed(plan.steady, eccentricity, w) if f.excited else None,
+        "self_centring_speed": self_centring_speed(plan.steady, eccentricity, w) if excited else None,
     }
     resonances = [f"{x:.6g} {units.speed}".rstrip() for x in f.undamped]
     warnings = [f"nothing damps the resonance at {at}: there the amplitude is infinite" for at in resonances]
@@ -97,8 +95,8 @@ def _pairs(name: str, speeds: np.ndarray, values: np.ndarray) -> list[dict[str, 
     return [{"speed": w, name: value} for w, value in zip(speeds.tolist(), values.tolist(), strict=True)]
 
 
-def _sentence(f: Findings, critical: list[float], free: float | None) -> str:
-    if not f.excited:
+def _sentence(excited: bool, critical: list[float], free: float | None) -> str:
+    if not excited:
         return "nothing excites the carrier: the unbalances are zero or cancel"
     count = len(critical)
     sentence = f"{count or 'no'} critical speed{'' if count == 1 else 's'} in the range"

@@ -25,10 +25,8 @@ def prepare(spec: Response, machine: Machine) -> Plan:
     if not machine.units.time:
         spec.refuse_units()
     if not machine.free_carrier:
-        raise InputError(
-            "machine.carrier", None, "nothing here is free to vibrate: a response needs a carrier on springs, and this one "
-            f"is {'fixed' if machine.shaken is None else 'moved as prescribed'}",
-        )  # fmt: skip
+        needed = "nothing here is free to vibrate: a response needs a carrier on springs, and this one is"
+        raise InputError("machine.carrier", None, f"{needed} {'fixed' if machine.shaken is None else 'moved as prescribed'}")
     steady = SteadyPhases.of(machine, spec.start)
     return Plan(steady, spec.range or _speed_range(steady.machine), spec.points)
 

@@ -25,28 +25,25 @@ class Findings:
     """speeds: (N,), the maxima among them, without those at which the amplitude is infinite.
 
     peaks, torque_peaks: speeds of local maxima of the amplitude and of the vibration torque. undamped: resonances in the range
-    that nothing damps. excited: whether the unbalances do not cancel.
+    that nothing damps.
     """
 
     speeds: np.ndarray
     peaks: np.ndarray
     torque_peaks: np.ndarray
     undamped: tuple[float, ...]
-    excited: bool
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """The speeds that matter; the vibration at them takes milliseconds, and comes at once."""
     work.report(0.0, "steady vibration")
     forced = plan.steady.forced
-    grid, excited, undamped = forced.grid(*plan.range, plan.points), bool(forced.force.any()), forced.undamped(*plan.range)
-    peaks, torque_peaks = grid[:0], grid[:0]
-    if excited:
-        peaks, torque_peaks = (_maxima(curve, grid) for curve in (forced.amplitude, forced.torque))
+    grid, undamped = forced.grid(*plan.range, plan.points), forced.undamped(*plan.range)
+    peaks, torque_peaks = (_maxima(curve, grid) for curve in (forced.amplitude, forced.torque))
     speeds = np.unique(np.concatenate([grid, peaks, torque_peaks]))
     for infinite in undamped:
         speeds = speeds[np.abs(speeds - infinite) > 1e-9 * infinite]
-    yield Findings(speeds, peaks, torque_peaks, tuple(undamped), excited)
+    yield Findings(speeds, peaks, torque_peaks, tuple(undamped))
 
 
 def _maxima(curve: Callable[[np.ndarray], WithSlope], grid: np.ndarray) -> np.ndarray:

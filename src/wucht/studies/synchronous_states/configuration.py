@@ -10,16 +10,14 @@ import numpy as np
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.force_balance import members
 from wucht.analysis.configurations.slow_stability import SlowStability, Stability
-from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.forced import Forced
 from wucht.analysis.vibration import unbalances
 from wucht.errors import InputError
-from wucht.machines.machine import Machine
 from wucht.machines.tracks import arranged
 from wucht.results.conventions import wrapped
 
 NAMES = ("compensating", "together", "opposed")
-_TYPES = dict(zip(NAMES, ("I", "II", "III"), strict=True))  # of 002, section 5.1
+_TYPES: dict[str | None, str] = dict(zip(NAMES, ("I", "II", "III"), strict=True))  # of 002, section 5.1
 _NOTHING_LEFT = 1e-9  # of all unbalances: what is left where they compensate
 _SAMPLES = 64  # members of a family
 _IN_LINE = math.cos(math.pi / 4)  # two bodies further than that from one direction have no name
@@ -71,41 +69,29 @@ class Configuration:
         return (*NAMES, None).index(self.name), -1.0 if self.residual is None else self.residual, self.speed
 
 
-@dataclass(frozen=True)
 class Describer:
-    """Describes a machine's states without the full equations.
+    """Describes the states of a machine's averaged equations, without the full ones.
 
     own: unbalances (n,) in the order of the torques; order: place of each body of the machine among these.
     """
 
-    machine: Machine
-    torques: SteadyTorques
-    slow: SlowStability
-    forced: Forced
-    own: np.ndarray
-    order: list[int]
-
-    @classmethod
-    def of(cls, slow: SlowStability) -> Describer:
-        """The same for the states of averaged equations."""
-        torques, machine = slow.torques, slow.torques.machine
-        order = [torques.names.index(b.name) for b in machine.bodies]
-        forced = Forced.of(machine, np.zeros(len(order)))
-        return cls(machine, torques, slow, forced, unbalances(machine)[np.argsort(order)], order)
+    def __init__(self, slow: SlowStability) -> None:
+        self.slow, self.torques, self.machine = slow, slow.torques, slow.torques.machine
+        self.order = [self.torques.names.index(b.name) for b in self.machine.bodies]
+        self.own = unbalances(self.machine)[np.argsort(self.order)]
+        self.forced = Forced.of(self.machine, np.zeros(len(self.order)))
 
     def described(self, state: State, full: Stability) -> Configuration:
         """The configuration of a state. full: what is known from the full equations."""
-        t, left = self.torques, self._residual(state)
-        slow, share = self._stability(state)
+        t, left, (slow, share) = self.torques, self._residual(state), self._stability(state)
         name, equal_pair = self._name(state, left), t.in_line and t.size == 3 and len(t.classes) == 1
         forced = replace(self.forced, phases=state.phases[self.order])
         return Configuration(
             state=state, slow=slow, full=full, stable_share=share, name=name,
-            type=_TYPES[name] if name is not None and equal_pair else None,
+            type=_TYPES.get(name) if equal_pair else None,
             speed=float(t.senses[0]) * state.speed, phases=self._phases(state), residual=left,
             share=float(left / abs(self.own[0])) if left is not None and self.own[0] else None,
-            amplitude=float(forced.amplitude(np.array([state.speed]))[0][0]),
-            overlapping=bool(self.machine.tracks) and self._overlapping(state),
+            amplitude=float(forced.amplitude(np.array([state.speed]))[0][0]), overlapping=self._overlapping(state),
         )  # fmt: skip
 
     def _residual(self, state: State) -> float | None:
@@ -153,7 +139,7 @@ class Describer:
 
     def _overlapping(self, state: State) -> bool:
         t = self.torques
-        try:
+        try:  # a machine without tracks is returned as it is
             arranged(self.machine, dict(zip(t.names, (t.senses * state.phases).tolist(), strict=True)))
         except InputError:
             return True

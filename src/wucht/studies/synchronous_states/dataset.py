@@ -63,7 +63,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     summary = {
         "sentence": sentence,
         "speed": None if t.given is None else sense * t.given,
-        "range": None if plan.speeds is None else [sense * w for w in (plan.speeds.low, plan.speeds.high)],
+        "range": None if plan.speeds is None else [sense * w for w in plan.speeds],
         "full": plan.spec.full,
         "states": entries,
         "complete": findings.search.complete,
@@ -99,14 +99,14 @@ def _of_states(machine: Machine, entries: Sequence[Mapping[str, Any]]) -> dict[s
 
 
 def _of_bodies(plan: Plan, states: Sequence[Configuration]) -> dict[str, Variable]:
-    machine, t, angle = plan.machine, plan.torques, "rad" if plan.machine.units.time else ""
-    own = dict(zip((b.name for b in machine.bodies), np.abs(unbalances(t.machine)), strict=True))
+    t, angle = plan.torques, "rad" if plan.machine.units.time else ""
+    own = dict(zip((b.name for b in t.machine.bodies), np.abs(unbalances(t.machine)), strict=True))
     turned = np.array([c.state.phases for c in states]).reshape(len(states), t.size)
     phases = np.array([[c.phases.get(n, 0.0) for n in t.names] for c in states]).reshape(len(states), t.size)
     return {
         "phase": variable("state body", phases, "phase", angle),
         "force_angle": variable("state body", turned, "direction of the centrifugal force to the rotor's", angle),
-        "unbalance": variable("body", [own[n] for n in t.names], "unbalance", _moment(machine)),
+        "unbalance": variable("body", [own[n] for n in t.names], "unbalance", _moment(plan.machine)),
     }
 
 
@@ -139,12 +139,8 @@ def _sentence(plan: Plan, states: Sequence[Configuration]) -> str:
     if not states:
         return "no steady phase configurations: the bodies do not turn in step here"
     full, apart = plan.spec.full, [c for c in states if not c.overlapping]
-    words = {
-        STABLE: STABLE,
-        STABLE_SLOW: "stable in the averaged equations only, undecided in the full ones" if full
-        else "stable in the averaged equations (the full ones were not asked)",
-        UNDECIDED: UNDECIDED,
-    }  # fmt: skip
+    of_full = " only, undecided in the full ones" if full else " (the full ones were not asked)"
+    words = {STABLE: STABLE, STABLE_SLOW: f"stable in the averaged equations{of_full}", UNDECIDED: UNDECIDED}
     present = {verdict: [c for c in apart if c.verdict == verdict] for verdict in words}
     clauses = [f"{words[verdict]}: {_counted(some)}" for verdict, some in present.items() if some]
     if not present[STABLE] and not present[STABLE_SLOW]:
@@ -167,8 +163,8 @@ def _counted(states: Sequence[Configuration]) -> str:
 def _warnings(plan: Plan, findings: Findings, states: Sequence[Configuration]) -> list[str]:
     machine, search, regions = plan.machine, findings.search, findings.map
     warnings = [f"{b.name} is taken as released" for b in machine.bodies if b.release is not None]
-    for track in machine.tracks:
-        warnings.append(f"contacts on the track {track.name} are left out: states in which its bodies overlap are marked")
+    overlap = "are left out: states in which its bodies overlap are marked"
+    warnings += [f"contacts on the track {track.name} {overlap}" for track in machine.tracks]
     if not search.complete:
         warnings.append(f"not shown to be all states: {search.shown}")
     for c in states:

@@ -51,8 +51,8 @@ def figure(result: xr.Dataset) -> Figure:
     height = above + balances + (_MAP if mapped else 0.0)
     drawn = Figure(figsize=(_WIDTH, height), dpi=150)
     FigureCanvasAgg(drawn)
-    title = drawn.suptitle("\n".join([result.attrs["title"], *heading]), fontsize=10, y=1 - 0.12 / height, va="top")
-    title.set_parse_math(False)
+    title = "\n".join([result.attrs["title"], *heading])
+    drawn.suptitle(title, fontsize=10, y=1 - 0.12 / height, va="top").set_parse_math(False)
     for place, k in enumerate(shown):
         row, column = divmod(place, _COLUMNS)
         top = height - above + 0.2 - row * _ROW
@@ -62,8 +62,7 @@ def figure(result: xr.Dataset) -> Figure:
         _legend(drawn, result, height, above)
     if mapped:
         _draw_map(drawn.add_axes((0.75 / _WIDTH, 0.5 / height, 4.9 / _WIDTH, (_MAP - 0.8) / height)), result)
-    rest = result.sizes["state"] - len(shown)
-    if rest:
+    if rest := result.sizes["state"] - len(shown):
         drawn.text(0.99, 0.01, f"and {rest} more", ha="right", fontsize=8, color=GREY)
     return drawn
 
@@ -77,7 +76,7 @@ def _force_balance(axis: Axes, result: xr.Dataset, k: int) -> None:
     flat = bool((np.abs(sides.imag) <= 0.25 * np.abs(sides)).all())  # in line the arrows would lie on each other
     shift = -1j * min(0.06, 0.3 / len(sides)) * whole * np.arange(len(sides)) * flat
     for i, (start, side) in enumerate(zip(ends[:-1] + shift, sides, strict=True)):
-        _arrow(axis, start, start + side, color=_colour(i), path_effects=_hollow(i))
+        _arrow(axis, start, start + side, **_appearance(i))
     left, aside = ends[-1], 0.09j * whole if flat else 0.0
     if abs(left) > 1e-6 * whole and result.attrs["comparable"]:
         _arrow(axis, aside, left + aside, color=_LEFT, linestyle=_DASHED)
@@ -91,16 +90,13 @@ def _arrow(axis: Axes, start: complex, end: complex, **style: Any) -> None:
     axis.annotate("", xy=(end.real, end.imag), xytext=(start.real, start.imag), arrowprops=style)
 
 
-def _colour(i: int) -> str:
-    return _ROTOR if i == 0 else _BODIES[(i - 1) % len(_BODIES)]
-
-
-def _hollow(i: int) -> list[Any] | None:
-    """How bodies beyond the fifth, whose colours come again, are drawn."""
+def _appearance(i: int) -> dict[str, Any]:
+    """How a body's force is drawn: hollow beyond the fifth body, where colours come again."""
     from matplotlib.patheffects import Stroke
 
-    thin = Stroke(linewidth=1.4, foreground="white")
-    return [Stroke(linewidth=3.2, foreground=_colour(i)), thin] if i > len(_BODIES) else None
+    colour = _ROTOR if i == 0 else _BODIES[(i - 1) % len(_BODIES)]
+    hollow = [Stroke(linewidth=3.2, foreground=colour), Stroke(linewidth=1.4, foreground="white")]
+    return {"color": colour, "path_effects": hollow if i > len(_BODIES) else None}
 
 
 def _frame(axis: Axes, result: xr.Dataset, k: int, points: np.ndarray, whole: float) -> None:
@@ -143,15 +139,12 @@ def _legend(drawn: Figure, result: xr.Dataset, height: float, above: float) -> N
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles: list[Any] = [
-        Line2D([], [], color=_colour(i), linewidth=2, label=str(n), path_effects=_hollow(i))
-        for i, n in enumerate(result.body_name.values)
-    ]
+    names = map(str, result.body_name.values)
+    handles: list[Any] = [Line2D([], [], linewidth=2, label=n, **_appearance(i)) for i, n in enumerate(names)]
     if result.attrs["comparable"]:
         handles.append(Line2D([], [], color=_LEFT, linewidth=2, linestyle=_DASHED, label="what is left"))
     present = {_framed(result, k) for k in range(min(result.sizes["state"], _MOST))}
-    for name in (n for n in _FRAMES if n in present):
-        colour, line, width, words = _FRAMES[name]
+    for colour, line, width, words in (frame for name, frame in _FRAMES.items() if name in present):
         handles.append(Patch(facecolor="none", edgecolor=colour, linestyle=line, linewidth=width, label=words))
     place = (6.62 / _WIDTH, (height - above + 0.08) / height)
     title = "centrifugal forces" if result.attrs["comparable"] else "forces, each turned\nin its body's sense"
@@ -164,25 +157,21 @@ def _draw_map(axis: Axes, result: xr.Dataset) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    stable = result.map_stable.values.astype(int)
-    code = (stable * (2 ** np.arange(len(stable)))[:, None, None]).sum(axis=0)
+    names = [str(n) for n in result.region.values]
+    code = np.tensordot(2 ** np.arange(len(names)), result.map_stable.values.astype(int), 1)
     unique, index = np.unique(code, return_inverse=True)
     present: list[int] = unique.tolist()
     colours = {c: _REGIONS[_place(c, present)] if c else "white" for c in present}
-    norm = BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
-    axis.pcolormesh(
-        result.map_speed.values, result.map_ratio.values, index.reshape(code.shape), norm=norm,
-        cmap=ListedColormap([colours[c] for c in present]), shading="nearest", rasterized=True,
-    )  # fmt: skip
-    names = [str(n) for n in result.region.values]
+    at = result.map_speed.values, result.map_ratio.values, index.reshape(code.shape)
+    cmap, norm = ListedColormap(list(colours.values())), BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
+    axis.pcolormesh(*at, cmap=cmap, norm=norm, shading="nearest", rasterized=True)
     words = {c: " and ".join(n for k, n in enumerate(names) if c >> k & 1) or "none" for c in present}
     handles: list[Any] = [Patch(facecolor=colours[c], edgecolor=GREY, linewidth=0.5, label=words[c]) for c in present]
-    low, high = float(result.map_speed[0]), float(result.map_speed[-1])
-    for f in np.unique(np.round(np.abs(result.natural_frequency.values), 9)):
-        if low <= f <= high:
-            axis.axvline(float(f), color=GREY, linestyle=":", linewidth=1.0)
+    frequencies = np.unique(np.round(np.abs(result.natural_frequency.values), 9))
+    for f in frequencies[(frequencies >= float(result.map_speed[0])) & (frequencies <= float(result.map_speed[-1]))]:
+        axis.axvline(float(f), color=GREY, linestyle=":", linewidth=1.0)
     handles.append(Line2D([], [], color=GREY, linestyle=":", label="natural frequencies"))
-    _this_machine(axis, result, handles)
+    handles += _this_machine(axis, result)
     axis.set(xlabel=label(result, "map_speed"), ylabel="unbalance of the balancing\nbodies over that of the rotor")
     axis.legend(
         handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.02), frameon=False, fontsize=8,
@@ -198,15 +187,12 @@ def _place(code: int, present: list[int]) -> int:
     return min(4 + several.index(code), len(_REGIONS) - 1)
 
 
-def _this_machine(axis: Axes, result: xr.Dataset, handles: list[Any]) -> None:
+def _this_machine(axis: Axes, result: xr.Dataset) -> list[Any]:
     """The machine's own place, where it has one on the map."""
-    from matplotlib.lines import Line2D
-
     own, (low, high), (first, last) = result.unbalance.values, axis.get_ylim(), axis.get_xlim()
     ratio = own[1:].sum() / own[0] if own[0] else math.inf
     speeds = np.unique(np.round(np.abs(result.speed.values), 6))
     inside = speeds[(speeds >= first) & (speeds <= last)]
-    if low <= ratio <= high and len(inside):
-        style: dict[str, Any] = {"marker": "o", "color": "black", "markerfacecolor": "white", "linestyle": "none"}
-        axis.plot(inside, np.full(len(inside), ratio), markersize=5, **style)
-        handles.append(Line2D([], [], label="states above", markersize=5, **style))
+    shown = low <= ratio <= high and len(inside)
+    style: dict[str, Any] = {"color": "black", "markerfacecolor": "white", "markersize": 5, "label": "states above"}
+    return axis.plot(inside, np.full(len(inside), ratio), "o", **style) if shown else []

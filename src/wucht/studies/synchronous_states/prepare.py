@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,26 +28,20 @@ _SAMPLES = 1001
 
 
 @dataclass(frozen=True)
-class SpeedRange:
-    """Speeds to be searched, in the main rotor's own sense. chosen: the upper end is the program's choice."""
-
-    low: float
-    high: float
-    chosen: bool = False
-
-
-@dataclass(frozen=True)
 class Plan:
-    """machine: as it was given; that of the torques turns in step. speeds: to be searched, None where the speed is given.
+    """machine: as it was given; that of the torques turns in step.
 
-    map: the centres of the cells of a stability map: speeds (N,) in the main rotor's own sense, and ratios (M,).
+    speeds: lowest and highest one to be searched, in the main rotor's own sense, None where the speed is given. chosen: whether
+    the highest is the program's choice. map: the centres of the cells of a stability map: speeds (N,), likewise, and ratios
+    (M,).
     """
 
     spec: SynchronousStates
     machine: Machine
     slow: AveragedMachine
     torques: SteadyTorques
-    speeds: SpeedRange | None
+    speeds: tuple[float, float] | None
+    chosen: bool
     map: tuple[np.ndarray, np.ndarray] | None
 
 
@@ -66,13 +59,13 @@ def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
     if not spec.inertia and not damped(steady):
         raise InputError("study.inertia", False, "must be true: a balancing body is not damped against its rotor")
     slow = averaged_machine(steady, spec.inertia)
-    torques, speeds = SteadyTorques.from_slow(slow), None
+    torques, speeds, chosen = SteadyTorques.from_slow(slow), None, False
     if torques.given is None:
-        speeds = _searched(steady, spec.range)
+        speeds, chosen = _searched(steady, spec.range)
     else:
         _check_speed(spec, unheld, torques, torques.given)
-    in_closed_form(torques, *((0.0, 0.0) if speeds is None else (speeds.low, speeds.high)))
-    return Plan(spec, machine, slow, torques, speeds, _map(spec, unheld, torques))
+    in_closed_form(torques, *speeds or (0.0, 0.0))
+    return Plan(spec, machine, slow, torques, speeds, chosen, _map(spec, unheld, torques))
 
 
 def turning(machine: Machine, speed: float | None) -> Machine:
@@ -87,21 +80,18 @@ def turning(machine: Machine, speed: float | None) -> Machine:
 
 def _refuse_single(machine: Machine) -> None:
     """Why a machine with one body that turns has no phases. Raises ``InputError``."""
-    rotor = machine.rotor
+    rotor, single = machine.rotor, "a single body has no phases"
     if machine.shaken is not None:
-        raise InputError(
-            "machine.carrier.motion", None, "a single body has no phases; whether the carrier's motion entrains it is "
-            "study.kind = 'entrainment'",
-        )  # fmt: skip
+        why = f"{single}; whether the carrier's motion entrains it is study.kind = 'entrainment'"
+        raise InputError("machine.carrier.motion", None, why)
     if machine.sliders:
-        raise InputError(
-            "machine.bodies", None, f"only {rotor.name!r} turns freely: {machine.sliders[0].name!r} slides in a guide that "
-            "turns with it, and has no phase of its own; study.kind = 'run-up' shows its motion",
-        )  # fmt: skip
+        why = f"{machine.sliders[0].name!r} slides in a guide that turns with it, and has no phase of its own"
+        advice = "study.kind = 'run-up' shows its motion"
+        raise InputError("machine.bodies", None, f"only {rotor.name!r} turns freely: {why}; {advice}")
     advice = "at which speeds it can turn is study.kind = 'torque-balance'"
     if not machine.drives or rotor.coordinate.prescribed is not None:
         advice = "how it makes the carrier vibrate is study.kind = 'response'"
-    raise InputError("machine.bodies", None, f"a single body has no phases; {advice}")
+    raise InputError("machine.bodies", None, f"{single}; {advice}")
 
 
 def _check_speed(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques, speed: float) -> None:
@@ -113,15 +103,17 @@ def _check_speed(spec: SynchronousStates, unheld: Machine, torques: SteadyTorque
         if not low <= abs(spec.speed) <= high:
             raise InputError("study.speed", spec.speed, f"must be a speed {_between(unheld, low, high)}")
     if torques.poles(speed, speed):
-        raise InputError(
-            "machine.drive" if spec.speed is None else "study.speed", speed, "must be another speed: this is "
-            "the natural frequency of a vibration without damping, which is infinite there",
-        )  # fmt: skip
+        where = "machine.drive" if spec.speed is None else "study.speed"
+        why = "this is the natural frequency of a vibration without damping, which is infinite there"
+        raise InputError(where, speed, f"must be another speed: {why}")
 
 
-def _searched(machine: Machine, given: tuple[float, float] | None) -> SpeedRange:
-    """The range of speeds to search. Raises ``InputError`` where nothing drives the machine, or the given one does not fit."""
-    speeds = _of_drives(machine)
+def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tuple[float, float], bool]:
+    """The range of speeds to search, and whether its end is chosen.
+
+    Raises ``InputError`` where nothing drives the machine, or the given range does not fit.
+    """
+    speeds, chosen = _of_drives(machine)
     if given is not None:
         low, high = sorted(sense_of(machine, machine.rotor) * w for w in given)
         if low < 0:
@@ -129,12 +121,12 @@ def _searched(machine: Machine, given: tuple[float, float] | None) -> SpeedRange
         least, most = _limits(machine)
         if not least < high <= most:
             raise InputError("study.range", list(given), f"must be speeds {_between(machine, least, most)}")
-        speeds = SpeedRange(max(low, min(least, _LOWEST * high)), high)
-    at = np.linspace(speeds.low, speeds.high, _SAMPLES) if speeds is not None else np.empty(0)
-    if speeds is None or not any(torque(sense * float(w)) for torque, sense in _net_torques(machine) for w in at):
+        speeds, chosen = (max(low, min(least, _LOWEST * high)), high), False
+    at, rotors = np.linspace(*speeds, _SAMPLES), [(net_torque(machine, r), sense_of(machine, r)) for r in machine.rotors]
+    if not at.any() or not any(torque(sense * float(w)) for torque, sense in rotors for w in at):
         where = "" if given is None else " at these speeds"
         raise InputError("study.speed", None, f"nothing drives the machine{where}: needed is the speed of the main rotor")
-    return speeds
+    return speeds, chosen
 
 
 def _limits(machine: Machine) -> tuple[float, float]:
@@ -144,19 +136,14 @@ def _limits(machine: Machine) -> tuple[float, float]:
     return _SLOWER * min(own), _FASTER * max(own)
 
 
-def _of_drives(machine: Machine) -> SpeedRange | None:
-    """Up to the highest speed without vibration; a drive that runs away without load has none. None: nothing drives."""
-    free = [free_speed(machine, r) for r in machine.rotors]
-    top = max((abs(w) for w in free if w is not None), default=0.0)
-    runaway = any(w is None and torque(0.0) for w, (torque, _) in zip(free, _net_torques(machine), strict=True))
+def _of_drives(machine: Machine) -> tuple[tuple[float, float], bool]:
+    """Up to the highest speed without vibration, and whether a drive runs away without load: then there is no such speed."""
+    free = {r: free_speed(machine, r) for r in machine.rotors}
+    top = max((abs(w) for w in free.values() if w is not None), default=0.0)
+    runaway = any(w is None and net_torque(machine, r)(0.0) for r, w in free.items())
     if runaway:
         top = max(top, _RUNAWAY * max((f for f in natural_frequencies(machine).values() if f > 0), default=_UNKNOWN))
-    return SpeedRange(_LOWEST * top, top if runaway else _ABOVE * top, runaway) if top else None
-
-
-def _net_torques(machine: Machine) -> list[tuple[Callable[[float], float], float]]:
-    """Of each rotor what drives it less what brakes it, and the sense in which it turns."""
-    return [(net_torque(machine, r), sense_of(machine, r)) for r in machine.rotors]
+    return (_LOWEST * top, top if runaway else _ABOVE * top), runaway
 
 
 def _between(machine: Machine, low: float, high: float) -> str:
@@ -174,9 +161,8 @@ def _map(spec: SynchronousStates, unheld: Machine, torques: SteadyTorques) -> tu
     unit, c = unheld.units.speed, torques.coefficients
     axes, highest = spec.axes_in(unit), _limits(unheld)[1]
     if c is None or torques.size < 3 or any(h != 0 for h in torques.heads):
-        raise InputError(
-            "study.axes", None, "allowed for a rotor with at least two balancing bodies and nothing else that turns"
-        )
+        allowed = "allowed for a rotor with at least two balancing bodies and nothing else that turns"
+        raise InputError("study.axes", None, allowed)
     if not abs(c[0]):
         raise InputError("study.axes", None, "the rotor has no unbalance, so there is no ratio to it")
     if (patterns := pattern_count(torques)) > _MOST_PATTERNS:

@@ -39,8 +39,8 @@ class Findings:
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """The states as the averaged equations have them, then one by one as the full ones have them, then the map."""
-    search = work.unit("search", partial(searched, plan, work))
-    describer = Describer.of(SlowStability(plan.torques, plan.slow))
+    search = work.unit("search", partial(_searched, plan, work))
+    describer = Describer(SlowStability(plan.torques, plan.slow))
     full = [_NOT_ASKED if not plan.spec.full else _NOT_YET if k < MOST_FULL else _TOO_MANY for k in range(len(search.states))]
     each = [describer.described(state, known) for state, known in zip(search.states, full, strict=True)]
     yield Findings(search, tuple(each))
@@ -54,12 +54,11 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
             yield Findings(search, tuple(each), tiles)
 
 
-def searched(plan: Plan, work: Work) -> Search:
+def _searched(plan: Plan, work: Work) -> Search:
     """All states."""
     work.report(0.0, "searching")
-    ends = (0.0, 0.0) if plan.speeds is None else (plan.speeds.low, plan.speeds.high)
-    search = all_states(plan.torques, *ends, partial(work.report, 0.0, "searching"))
-    if plan.speeds is None or not plan.speeds.chosen:
+    search = all_states(plan.torques, *plan.speeds or (0.0, 0.0), partial(work.report, 0.0, "searching"))
+    if not plan.chosen:
         return search
     which = "these are all in this range, but its" if search.complete else "the"
     end = "upper end is the program's choice, as the drive runs away without load: study.range sets another"

@@ -67,9 +67,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 def _sentence(points: Findings, runaway: bool) -> str:
     stable = sum(p.stable for p in points)
-    count = f"{len(points)} working points, {stable} of them stable"
-    if len(points) == 1:
-        count = f"one working point, {'stable' if stable else 'not stable'}"
+    one, several = f"one working point, {'stable' if stable else 'not stable'}", f"{len(points)} working points"
+    count = one if len(points) == 1 else f"{several}, {stable} of them stable"
     if runaway:
         away = "without vibration the drive's torque never meets the load: the rotor would run away"
         return f"{away}; with it {'are' if len(points) > 1 else 'is'} {count}" if points else away

@@ -44,21 +44,18 @@ def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str) -
     speed, stable = result.speed.values, result.stable.values.astype(bool)
     unstable = ~stable
     unstable[1:] |= ~stable[:-1]  # so that the two kinds of line meet
-    solid, dashed = np.where(stable, torque, np.nan), np.where(unstable, torque, np.nan)
-    axis.plot(speed, solid, color=COLOURS[0], linewidth=1.2, label=name)
+    axis.plot(speed, np.where(stable, torque, np.nan), color=COLOURS[0], linewidth=1.2, label=name)
     if unstable.any():
+        dashed = np.where(unstable, torque, np.nan)
         axis.plot(speed, dashed, color=COLOURS[0], linewidth=1.2, linestyle="--", label=f"{name}, unstable")
 
 
 def _points(axis: Axes, result: xr.Dataset, torque: np.ndarray) -> None:
     """Filled where stable, open where not."""
-    for stable, face, name in ((True, COLOURS[6], "stable"), (False, "white", "not stable")):
-        chosen = result.point_stable.values.astype(bool) == stable
-        if chosen.any():
-            axis.plot(
-                result.point_speed.values[chosen], torque[chosen], linestyle="none", marker="o", markersize=6, color=COLOURS[6],
-                markerfacecolor=face, label=f"working point, {name}", zorder=5,
-            )  # fmt: skip
+    for stable, face, name in ((True, COLOURS[6], "working point, stable"), (False, "white", "working point, not stable")):
+        at = result.point_speed.values[chosen := result.point_stable.values.astype(bool) == stable]
+        if len(at):
+            axis.plot(at, torque[chosen], "o", color=COLOURS[6], markersize=6, markerfacecolor=face, label=name, zorder=5)
 
 
 def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray) -> None:

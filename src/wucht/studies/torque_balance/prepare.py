@@ -31,10 +31,8 @@ def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
     rotor = machine.rotor if spec.on is None else by_name[spec.on]
     steady = SteadyPhases.of(machine, spec.start)
     if rotor.coordinate.prescribed is not None:
-        raise InputError(
-            "machine.drive", None, f"the drive gives {rotor.name!r} its speed, whatever torque that takes: nothing is to "
-            "be balanced; study.kind = 'response' shows the torque that it takes",
-        )  # fmt: skip
+        why = f"the drive gives {rotor.name!r} its speed, whatever torque that takes: nothing is to be balanced"
+        raise InputError("machine.drive", None, f"{why}; study.kind = 'response' shows the torque that it takes")
     turning = {b.name for b in machine.group(rotor)}
     if not machine.dimensionless and not any(d.on in turning for d in machine.drives):
         raise InputError("machine.drive", None, f"nothing drives {rotor.name!r}: there is no torque to balance")
