@@ -100,6 +100,31 @@ def test_the_map(rollers: xr.Dataset) -> None:
     assert [float(marked[0].get_xdata()[0]), float(marked[0].get_ydata()[0])] == pytest.approx([80.0, 2.0])  # type: ignore[index]
 
 
+def test_each_combination_of_stable_states_has_a_colour_of_its_own(rollers: xr.Dataset) -> None:
+    """Nine states, and each two neighbours together: more than there are colours chosen by hand."""
+    names = [f"state {k}" for k in range(9)]
+    combinations = [*(1 << k for k in range(9)), *(3 << k for k in range(8)), 0]
+    stable = np.array([[c >> k & 1 for c in combinations] for k in range(9)], np.int8)[:, None, :]
+    stable = np.tile(stable, (1, rollers.sizes["map_ratio"], 1))
+    speed = ("map_speed", rollers.map_speed.values[: len(combinations)], rollers.map_speed.attrs)
+    many_regions = rollers.drop_dims(["region", "map_speed"]).assign_coords(region=names, map_speed=speed)
+    for name in ("map_exists", "map_stable"):
+        many_regions[name] = (("region", "map_ratio", "map_speed"), stable, rollers[name].attrs)
+    (mesh,) = draw(many_regions).axes[-1].collections
+    shown = mesh.cmap(mesh.norm(np.asarray(mesh.get_array()).reshape(rollers.sizes["map_ratio"], -1)[0]))
+    assert len({tuple(c) for c in shown.tolist()}) == len(combinations)
+    assert shown[-1].tolist() == [1.0, 1.0, 1.0, 1.0]
+
+
+def test_the_legend_explains_the_frames_that_are_drawn() -> None:
+    """The only stable one of seventeen is the last: it is shown first, and named."""
+    result = many(4)
+    verdict = np.array(["unstable"] * 17, dtype=object)
+    verdict[-1] = "stable"
+    last = result.assign(verdict=("state", verdict.astype(str), result.verdict.attrs))
+    assert {"stable", "not stable"} <= set(legends(draw(last)))
+
+
 def test_no_more_than_twelve() -> None:
     result = many(4)
     assert result.sizes["state"] == 17

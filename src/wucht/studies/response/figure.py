@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_NAMES = 7  # bodies named one by one in a legend
-_CLIPPED = 30.0  # an infinite amplitude is cut at this many times that at the end of the range
+_CLIPPED = 7.5  # times the median: there an infinite amplitude is cut
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -34,7 +34,7 @@ def figure(result: xr.Dataset) -> Figure:
 def _limit(axis: Axes, result: xr.Dataset, scale: float) -> None:
     """From zero up to the largest value that is finite at a resonance."""
     peaks = scale * result.peak_amplitude.values
-    clipped = _CLIPPED * float(np.median(scale * result.amplitude.values)) / 4
+    clipped = _CLIPPED * float(np.median(scale * result.amplitude.values))
     axis.set_ylim(0, 1.1 * max([*peaks[np.isfinite(peaks)], clipped]) if np.isinf(peaks).any() else None)
 
 

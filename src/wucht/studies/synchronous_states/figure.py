@@ -59,7 +59,7 @@ def figure(result: xr.Dataset) -> Figure:
         where = ((0.1 + 1.62 * column) / _WIDTH, (top - _ROW + 0.05) / height, 1.5 / _WIDTH, 1.5 / height)
         _force_balance(drawn.add_axes(where), result, k)
     if shown:
-        _legend(drawn, result, height, above)
+        _legend(drawn, result, {_framed(result, k) for k in shown}, (height - above + 0.08) / height)
     if mapped:
         _draw_map(drawn.add_axes((0.75 / _WIDTH, 0.5 / height, 4.9 / _WIDTH, (_MAP - 0.8) / height)), result)
     if rest := result.sizes["state"] - len(shown):
@@ -135,7 +135,8 @@ def _title(result: xr.Dataset, k: int) -> str:
     return f"{name}: {word}\n{angles}{speed}"
 
 
-def _legend(drawn: Figure, result: xr.Dataset, height: float, above: float) -> None:
+def _legend(drawn: Figure, result: xr.Dataset, frames: set[str], top: float) -> None:
+    """Of the bodies and of the frames that are drawn, from ``top`` down."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -143,10 +144,9 @@ def _legend(drawn: Figure, result: xr.Dataset, height: float, above: float) -> N
     handles: list[Any] = [Line2D([], [], linewidth=2, label=n, **_appearance(i)) for i, n in enumerate(names)]
     if result.attrs["comparable"]:
         handles.append(Line2D([], [], color=_LEFT, linewidth=2, linestyle=_DASHED, label="what is left"))
-    present = {_framed(result, k) for k in range(min(result.sizes["state"], _MOST))}
-    for colour, line, width, words in (frame for name, frame in _FRAMES.items() if name in present):
+    for colour, line, width, words in (frame for name, frame in _FRAMES.items() if name in frames):
         handles.append(Patch(facecolor="none", edgecolor=colour, linestyle=line, linewidth=width, label=words))
-    place = (6.62 / _WIDTH, (height - above + 0.08) / height)
+    place = (6.62 / _WIDTH, top)
     title = "centrifugal forces" if result.attrs["comparable"] else "forces, each turned\nin its body's sense"
     drawn.legend(handles=handles, loc="upper left", bbox_to_anchor=place, frameon=False, fontsize=8, title=title)
 
@@ -161,7 +161,7 @@ def _draw_map(axis: Axes, result: xr.Dataset) -> None:
     code = np.tensordot(2 ** np.arange(len(names)), result.map_stable.values.astype(int), 1)
     unique, index = np.unique(code, return_inverse=True)
     present: list[int] = unique.tolist()
-    colours = {c: _REGIONS[_place(c, present)] if c else "white" for c in present}
+    colours = _colours(present)
     at = result.map_speed.values, result.map_ratio.values, index.reshape(code.shape)
     cmap, norm = ListedColormap(list(colours.values())), BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
     axis.pcolormesh(*at, cmap=cmap, norm=norm, shading="nearest", rasterized=True)
@@ -179,12 +179,17 @@ def _draw_map(axis: Axes, result: xr.Dataset) -> None:
     )  # fmt: skip
 
 
-def _place(code: int, present: list[int]) -> int:
-    """A colour for a combination: single regions keep theirs, others take those that are left."""
-    if code & (code - 1) == 0:
-        return min(code.bit_length() - 1, len(_REGIONS) - 1)
-    several = [c for c in present if c & (c - 1)]
-    return min(4 + several.index(code), len(_REGIONS) - 1)
+def _colours(present: list[int]) -> dict[int, str]:
+    """A colour for each combination of states, a bit each: of a single state always the same, of others one that is left."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    single = {c: _REGIONS[c.bit_length() - 1] for c in present if c.bit_count() == 1 and c.bit_length() <= len(_REGIONS)}
+    others = [c for c in present if c and c not in single]
+    further = map(to_hex, colormaps["viridis"](np.linspace(0.35, 1.0, len(others))))
+    left = [*(c for c in reversed(_REGIONS) if c not in single.values()), *further]
+    table = {0: "white"} | single | dict(zip(others, left, strict=False))
+    return {c: table[c] for c in present}
 
 
 def _this_machine(axis: Axes, result: xr.Dataset) -> list[Any]:
