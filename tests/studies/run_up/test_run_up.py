@@ -98,7 +98,7 @@ def test_a_dimensionless_time_has_no_unit() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1")
     assert RunUp.read({"until": 100}).until == 100.0
     with pytest.raises(InputError, match="without unit"):
-        prepare(RunUp.read({"until": "100 s"}), machine)
+        run(RunUp.read({"until": "100 s"}), machine)
 
 
 # Where a run ends

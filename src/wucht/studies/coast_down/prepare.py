@@ -48,8 +48,6 @@ class Plan:
 
 def prepare(spec: CoastDown, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn."""
-    if not machine.units.time:
-        spec.refuse_units()
     coasting = _without_drives(machine)
     initial = _initial(spec, machine, coasting)
     coasting, velocity = placed(coasting, initial), coasting.rotor.coordinate.velocity

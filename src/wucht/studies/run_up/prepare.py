@@ -45,8 +45,6 @@ class Plan:
 
 def prepare(spec: RunUp, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine."""
-    if not machine.units.time:
-        spec.refuse_units()
     if spec.over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
         raise InputError("study.over", spec.over, "must be 'time' or 'phi': no body turns about the rotor")
     cases, starts = [], spec.starts or (spec.start,)
