@@ -16,7 +16,6 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
 from wucht.results.conventions import summary_of
-from wucht.studies.run_up.prepare import prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
