@@ -22,13 +22,12 @@ _PER_PERIOD = 64
 class Locked:
     """The evidence, and what goes into the summary.
 
-    mean_speed: of the main rotor over whole periods, with its sign. speeds: of all rotors. phases: of the other rotors to
-    the main one, or of the main rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods,
-    wrapped to [0, 2 pi). window: begin and end time.
+    speeds: of all rotors over whole periods, with their signs. phases: of the other rotors to the main one, or of the main
+    rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods, wrapped to [0, 2 pi). window:
+    begin and end time.
     """
 
     evidence: Locking
-    mean_speed: float
     speeds: dict[str, float]
     phases: dict[str, float]
     window: tuple[float, float]
@@ -67,7 +66,7 @@ def locked(machine: Machine, trajectory: Trajectory) -> Locked | None:
     creep = max((float(abs(m[-1] - m[periods // 2])) for m in means.values()), default=0.0)
     last = {name: float(wrapped(m[-max(1, periods // 10) :].mean())) for name, m in means.items()}
     evidence = Locking(tuple(map(abs, speeds.values())), frequency, periods, creep)
-    return Locked(evidence, speeds[main], speeds, last, (begin, end))
+    return Locked(evidence, speeds, last, (begin, end))
 
 
 def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> tuple[np.ndarray, np.ndarray]:

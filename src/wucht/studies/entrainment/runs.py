@@ -20,7 +20,7 @@ from wucht.results.outcomes import Outcome
 from wucht.studies.entrainment.prepare import Plan
 from wucht.studies.entrainment.swept_parameter import stretches
 from wucht.studies.locking import Locked, locked, motion_of
-from wucht.studies.release_events import release_event
+from wucht.studies.release_events import release_events
 from wucht.studies.run_up.prepare import placed_at_start
 
 _SAMPLES = 24  # a period
@@ -74,7 +74,7 @@ class RunsFromStart:
     def flow(self) -> CompiledSystem:
         """The equations without the balance of energy, which nothing here asks for."""
         machine = self.plan.machine
-        events = tuple(release_event(machine, b) for b in machine.bodies if b.release is not None)
+        events = release_events(machine)
         return compile_system(replace(machine.system, quadratures=(), outputs=()), events=events)
 
     @cached_property
@@ -125,7 +125,7 @@ class RunsFromStart:
         entrained = means.evidence.outcome() in _ENTRAINED and (
             self.senses is None or all(self.senses[r.name] * means.speeds[r.name] > 0 for r in machine.rotors)
         )
-        mean = means.mean_speed if entrained else _mean(machine, trajectory, machine.rotor, means.window)
+        mean = means.speeds[machine.rotor.name] if entrained else _mean(machine, trajectory, machine.rotor, means.window)
         return replace(
             run, entrained=entrained, mean_speed=mean, window=means.window, speeds=means.speeds, phases=means.phases,
             creep=means.evidence.creep,

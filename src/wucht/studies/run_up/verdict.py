@@ -98,7 +98,7 @@ def _by_locking(machine: Machine, trajectory: Trajectory, verdict: Verdict) -> V
     if outcome is Outcome.UNIDENTIFIED:
         needed = 2 * (FEWEST_PERIODS + 1) * (end - begin) / max(means.evidence.periods, 1)
         advice = _longer(machine, f"fewer than {FEWEST_PERIODS} whole periods were made in the last half", needed)
-    evidence = replace(verdict.evidence, mean_speed=abs(means.mean_speed), turning=True)
+    evidence = replace(verdict.evidence, mean_speed=abs(means.speeds[machine.rotor.name]), turning=True)
     return replace(verdict, outcome=outcome, evidence=evidence, window=means.window, locked=means, advice=advice)
 
 

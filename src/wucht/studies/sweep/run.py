@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from wucht.numerics.flow.compiled import compile_system
-from wucht.studies.release_events import release_event
+from wucht.studies.release_events import release_events
 from wucht.studies.sweep.jumps import Jump, candidates, find_jump
 from wucht.studies.sweep.moving import IntegrationError, Leg, Mover, Place, moving_system
 from wucht.studies.sweep.prepare import Plan
@@ -45,8 +45,8 @@ class Findings:
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Move the machine; what was found after each part of a ramp and each search. A failure ends the sweep, with a sentence."""
     machine = plan.machine
-    events = tuple(release_event(machine, b) for b in machine.bodies if b.release is not None)
-    compiled = compile_system(moving_system(machine, plan.swept.path), plan.spec.tolerance, events, plan.spec.engine)
+    moving, events = moving_system(machine, plan.swept.path), release_events(machine)
+    compiled = compile_system(moving, plan.spec.tolerance, events, plan.spec.engine)
     mover = Mover(plan, compiled, _at(work, 0.0, "settling"))
     begun = findings = Findings(compiled.engine.name, plan.pace.warnings)
     yield begun
