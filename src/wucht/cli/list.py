@@ -17,14 +17,8 @@ def list_all(import_: Imports = None) -> None:
     from wucht.machines.parts import bodies, carriers, drives, loads
     from wucht.studies.registry import studies
 
-    kinds = {
-        "carriers": carriers(),
-        "bodies": bodies(),
-        "drives": drives(),
-        "loads": loads(),
-        "dimensionless machines": models(),
-    }
-    kinds["studies"] = {kind: s.spec for kind, s in studies().items()}
+    kinds: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
+    kinds |= {"dimensionless machines": models(), "studies": {kind: s.spec for kind, s in studies().items()}}
     listed = {title: _first(of_kind) for title, of_kind in kinds.items()}
     listed["catalogue"] = {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}
     for title, entries in listed.items():
