@@ -19,8 +19,8 @@ Variable = tuple[tuple[str, ...], Any, dict[str, str]]
 
 
 def variable(dimensions: str, values: Any, long_name: str, units: str = "") -> Variable:
-    """A Dataset variable: dimensions (names in one string), values, what it is, in which units."""
-    return tuple(dimensions.split()), np.asarray(values), {"long_name": long_name, "units": units}
+    """A Dataset variable: dimensions (names in one string), values (None: not a number), what it is, in which units."""
+    return tuple(dimensions.split()), np.asarray(np.nan if values is None else values), {"long_name": long_name, "units": units}
 
 
 def wrapped(angle: Any) -> np.ndarray:

@@ -48,11 +48,21 @@ def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
     over = json.loads(result.attrs["input"])["study"].get("over", "time")
     if over == "time":
         return result.time.values, style.abscissa_label(result, "time")
-    angle = result[f"{model}angle"].values
-    rotor = angle[0]
     if over == "phi":
-        return rotor - rotor[0], "angle of the rotor $\\varphi$ (rad)"
-    return angle[_with_a_phase(result.phase)].mean(axis=0) - rotor, "mean phase of the bodies $\\psi$ (rad)"
+        return rotor_angle(result, model), "angle of the rotor $\\varphi$ (rad)"
+    return mean_phase(result, model), "mean phase of the bodies $\\psi$ (rad)"
+
+
+def rotor_angle(result: xr.Dataset, model: str) -> np.ndarray:
+    """By how much (N,) the rotor has turned."""
+    rotor = result[f"{model}angle"].values[0]
+    return np.asarray(rotor - rotor[0])
+
+
+def mean_phase(result: xr.Dataset, model: str) -> np.ndarray:
+    """The mean angle (N,) of the bodies about the rotor, to the rotor."""
+    angle = result[f"{model}angle"].values
+    return np.asarray(angle[_with_a_phase(result.phase)].mean(axis=0) - angle[0])
 
 
 def _with_a_phase(phase: xr.DataArray) -> np.ndarray:

@@ -7,9 +7,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from wucht.results.conventions import answered, summary_of, variable
+from wucht.studies.run_up.figure import mean_phase, rotor_angle
 from wucht.studies.run_up.prepare import Plan
 
 if TYPE_CHECKING:
@@ -46,15 +45,10 @@ def gathered(plan: Plan, runs: Sequence[xr.Dataset], finished: int) -> xr.Datase
 
 def _reduced(run: xr.Dataset, over: str) -> xr.Dataset:
     """What is kept of a run: a few variables, sampled no more densely than a figure shows, and the figure's abscissa."""
+    abscissae = {"phi": ("angle of the rotor", rotor_angle), "psi": ("mean phase of the bodies", mean_phase)}
     for model in ("", "slow_") if "slow_angle" in run else ("",):
-        angle = run[f"{model}angle"]
-        rotor = angle.isel(body=0, drop=True)
-        if over == "phi":
-            turned = (rotor - rotor[0]).assign_attrs(long_name="angle of the rotor", units="rad")
-            run = run.assign({f"{model}abscissa": turned})
-        if over == "psi":
-            about = np.isfinite(run.phase.values).any(axis=1)
-            mean = angle.isel(body=about).mean(dim="body") - rotor
-            run = run.assign({f"{model}abscissa": mean.assign_attrs(long_name="mean phase of the bodies", units="rad")})
+        if over in abscissae:
+            name, at = abscissae[over]
+            run[f"{model}abscissa"] = variable("time", at(run, model), name, "rad")
     shown = run[[n for n in _SHOWN if n in run]].isel(time=slice(None, None, -(-run.sizes["time"] // _MOST_SAMPLES)))
     return shown.rename_dims(time="sample").reset_index("time").reset_coords("time")
