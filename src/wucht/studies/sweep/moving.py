@@ -36,7 +36,7 @@ _MOST_TURNS_SEEN = 200  # of a leg: what is sampled densely, at its end
 _TURNS_UNSEEN = 200  # before that, between two questions whether to stop
 SETTLED = 1e-6  # relative change of the speed; ten times as much of the amplitude
 _MODULATED = 2e-3  # range of the speed, relative
-_MOST_WINDOWS = 60
+_MOST_WINDOWS = 61
 
 
 class IntegrationError(WuchtError):
@@ -136,12 +136,10 @@ class Mover:
         also at a standstill.
         """
         window, quiet = max(5 * self.plan.pace.answer, 8 * self.plan.pace.turn), 0
-        leg = self.leg(place, window)
-        motion = np.array([leg.speed, leg.amplitude])
-        scale = np.maximum(largest, np.abs(motion))
+        motion, scale = np.full(2, np.inf), np.array(largest)
         for _ in range(_MOST_WINDOWS):
-            leg, before = self.leg(leg.place, window), motion
-            motion = np.array([leg.speed, leg.amplitude])
+            leg, before = self.leg(place, window), motion
+            place, motion = leg.place, np.array([leg.speed, leg.amplitude])
             scale = np.maximum(scale, np.abs(motion))
             still = (np.abs(motion - before) <= np.array([SETTLED, 10 * SETTLED]) * scale).all()
             quiet = quiet + 1 if still else 0

@@ -48,35 +48,30 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     moving, events = moving_system(machine, plan.swept.path), release_events(machine)
     compiled = compile_system(moving, plan.spec.tolerance, events, plan.spec.engine)
     mover = Mover(plan, compiled, _at(work, 0.0, "settling"))
-    begun = findings = Findings(compiled.engine.name, plan.pace.warnings)
-    yield begun
+    driven, ways = (plan.pace.driven, 0.0), len(plan.ways)
+    findings = Findings(compiled.engine.name, plan.pace.warnings)
+    yield findings
     try:
-        for findings in _there_and_back(plan, mover, begun, work):
+        settled, steady = work.unit("settling", partial(mover.settle, mover.begin(), driven))
+        findings = replace(findings, warnings=findings.warnings + _unsettled(plan, settled, steady, "before the sweep"))
+        for k, way in enumerate(plan.ways):
+            part = work.part(way, k / ways, (k + 1) / ways)
+            for legs in _ramp(plan, mover, settled.place, way, part):
+                findings = replace(findings, ramps=findings.ramps | {way: legs})
+                yield findings
+            speed, amplitude = np.abs([driven, *((leg.speed, leg.amplitude) for leg in findings.all_legs)]).max(axis=0)
+            at_end = replace(mover, report=_at(part, _RAMP_SHARE, "settling"))
+            settled, steady = part.unit("settling", partial(at_end.settle, legs[-1].place, (speed, amplitude)))
+            doubts = _unsettled(plan, settled, steady, f"after the way {way}") + _too_fast(plan, way, settled, findings)
+            findings = replace(findings, warnings=findings.warnings + doubts)
             yield findings
+            for jump in _jumps(mover, legs, part.part("jump", _JUMPS_SHARE, 1.0)):
+                findings = replace(findings, jumps=(*findings.jumps, jump))
+                yield findings
+        work.report(1.0)
+        yield replace(findings, complete=True)
     except IntegrationError as error:
         yield replace(findings, failure=str(error))
-
-
-def _there_and_back(plan: Plan, mover: Mover, findings: Findings, work: Work) -> Iterator[Findings]:
-    driven = plan.pace.driven, 0.0
-    settled, steady = work.unit("settling", partial(mover.settle, mover.begin(), driven))
-    findings = replace(findings, warnings=findings.warnings + _unsettled(plan, settled, steady, "before the sweep"))
-    for k, way in enumerate(plan.ways):
-        part = work.part(way, k / len(plan.ways), (k + 1) / len(plan.ways))
-        for legs in _ramp(plan, mover, settled.place, way, part):
-            findings = replace(findings, ramps=findings.ramps | {way: legs})
-            yield findings
-        speed, amplitude = np.abs([driven, *((leg.speed, leg.amplitude) for leg in findings.all_legs)]).max(axis=0)
-        at_end = replace(mover, report=_at(part, _RAMP_SHARE, "settling"))
-        settled, steady = part.unit("settling", partial(at_end.settle, legs[-1].place, (speed, amplitude)))
-        warnings = findings.warnings + _unsettled(plan, settled, steady, f"after the way {way}")
-        findings = replace(findings, warnings=warnings + _too_fast(plan, way, settled, findings))
-        yield findings
-        for jump in _jumps(mover, legs, part.part("jump", _JUMPS_SHARE, 1.0)):
-            findings = replace(findings, jumps=(*findings.jumps, jump))
-            yield findings
-    work.report(1.0)
-    yield replace(findings, complete=True)
 
 
 def _ramp(plan: Plan, mover: Mover, place: Place, way: str, work: Work) -> Iterator[tuple[Leg, ...]]:
