@@ -22,7 +22,7 @@ def run(
     import_: Imports = None,
 ) -> None:
     """Run a study and say what becomes of the machine."""
-    from wucht.cli.interruption import Interruption
+    from wucht.cli.interruption import interruptible
     from wucht.cli.progress import Progress
     from wucht.cli.set_option import parse_settings
     from wucht.results.store import save_figure, save_summary, to_json
@@ -34,11 +34,11 @@ def run(
     asked = read_study(study, parse_settings(set_ or []))
     names = _, figure, summary = RESULT, f"{asked.spec.kind}.png", "summary.json"
     folder = out or Path("results") / Path(study).name.removesuffix(".toml")
-    with Interruption() as interruption, Progress(study) as progress:
+    with interruptible() as check, Progress(study) as progress:
 
         def report(share: float, what: str) -> None:
             progress.update(share, what)
-            interruption.check()
+            check()
 
         result = answer(asked, folder=folder, files=names, resume=resume, progress=report)
     save_figure(draw(result), folder / figure)
