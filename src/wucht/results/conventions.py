@@ -29,6 +29,11 @@ def wrapped(angle: Any) -> np.ndarray:
     return np.where(2 * np.pi - angles > _ROUNDING, angles, 0.0)
 
 
+def within_half_a_turn(angle: Any) -> np.ndarray:
+    """Angles in [-pi, pi), of any shape."""
+    return np.asarray(np.remainder(angle + np.pi, 2 * np.pi) - np.pi)
+
+
 def answered(
     dataset: xr.Dataset,
     summary: Mapping[str, Any],

@@ -97,6 +97,12 @@ def legend_beside(axis: Axes, lines: Sequence[Line2D] = (), right: float = 1.01)
         axis.legend(handles=handles, loc="center left", bbox_to_anchor=(right, 0.5), frameon=False, fontsize=8)
 
 
+def mark_levels(axis: Axes, values: Iterable[float], name: str) -> None:
+    """Dotted lines across a panel, the first of which has the name."""
+    for k, value in enumerate(values):
+        axis.axhline(value, color=GREY, linestyle=":", linewidth=0.9, label=None if k else name)
+
+
 def mark_speeds(axes: Sequence[Axes], result: Any, natural: tuple[str, str], free: tuple[float, str], named: int) -> None:
     """Finish panels over the speed: mark speeds that lie in the range, set the range, write legends and the abscissa's name.
 

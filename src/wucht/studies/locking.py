@@ -40,11 +40,6 @@ def is_locking(machine: Machine) -> bool:
     return free > 1 or (free == 1 and machine.shaken is not None and machine.shaking_frequency is not None)
 
 
-def within_half_a_turn(angles: np.ndarray) -> np.ndarray:
-    """Angles (...) in [-pi, pi)."""
-    return np.asarray(np.remainder(angles + math.pi, 2 * math.pi) - math.pi)
-
-
 def locked(machine: Machine, trajectory: Trajectory) -> Locked | None:
     """Mean speeds and phases of a run; None where the main rotor does not make a single period in its last half."""
     motion = {r.name: motion_of(machine, trajectory, r) for r in machine.rotors}

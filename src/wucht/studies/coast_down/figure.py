@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, abscissa_label, label, legend_beside, new_figure, printed_unit
+from wucht.results.style import COLOURS, GREY, abscissa_label, label, legend_beside, mark_levels, new_figure, printed_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,10 +47,8 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
         axis.plot(result.turn_time, result.mean_speed, color=blue, linewidth=1.3, label="mean over a turn")
     else:
         axis.plot(time, result.speed, color=blue, linewidth=1.3, label="speed")
-    for k, frequency in enumerate(sorted(set(np.round(result.natural_frequency.values, 9)))):
-        if abs(frequency) <= 1.05 * abs(start):
-            name = "natural frequency" if k == 0 else None
-            axis.axhline(np.sign(start) * frequency, color=GREY, linestyle=":", linewidth=0.9, label=name)
+    natural = np.unique(np.round(result.natural_frequency.values, 9))
+    mark_levels(axis, np.sign(start) * natural[np.abs(natural) <= 1.05 * abs(start)], "natural frequency")
     if half_time is not None:
         axis.plot([half_time], [start / 2], "o", color=COLOURS[1], markersize=5, zorder=4, label="speed halved")
     if reversal_time is not None:

@@ -32,6 +32,8 @@ def figure(result: xr.Dataset) -> Figure:
     _amplitude(axes[1], result, at, slow)
     for axis, of in zip(axes[2:], angles, strict=False):
         _phases(axis, result, of, at, slow)
+    for axis in axes[:-1]:
+        style.legend_beside(axis)
     _power(axes[-1], result, at)
     low, high = float(at.min()), float(at.max())
     for axis in axes if high > low else ():
@@ -83,12 +85,9 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | 
         driven = float(result.vibration_frequency)
         axis.axhline(driven, color=style.COLOURS[3], linestyle="-.", linewidth=0.9, label="frequency of the vibration")
     natural = sorted({round(f, 9) for f in summary_of(result)["natural_frequencies"].values() if f is not None})
-    sense = -1.0 if free < 0 else 1.0
-    for k, frequency in enumerate(natural):
-        name = ("natural frequencies" if len(natural) > 1 else "natural frequency") if k == 0 else None
-        axis.axhline(sense * frequency, color=style.GREY, linestyle=":", linewidth=0.9, label=name)
+    signed = [-f if free < 0 else f for f in natural]
+    style.mark_levels(axis, signed, "natural frequencies" if len(natural) > 1 else "natural frequency")
     axis.set_ylabel(style.label(result, "speed"))
-    style.legend_beside(axis)
 
 
 def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
@@ -100,7 +99,6 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
         axis.plot(*style.thinned(slow, scale * result.slow_amplitude.values), label="averaged equations", **style.SLOW)
     axis.set_ylabel(style.label(result, "amplitude", unit))
     axis.set_ylim(bottom=0)
-    style.legend_beside(axis)
 
 
 def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: np.ndarray | None) -> None:
@@ -118,7 +116,6 @@ def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: n
         styles = [style.SLOW | ({} if i else {"label": "averaged equations"}) for i in range(len(styles))]
         style.draw_angles(axis, slow, np.degrees(result[f"slow_{name}"].values[bodies]), begin, styles)
     axis.set_ylabel(f"phase to {reference} (°)")
-    style.legend_beside(axis)
 
 
 def _power(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
@@ -153,8 +150,7 @@ def _figure_of_many(result: xr.Dataset) -> Figure:
             speed.plot(*style.thinned(slow, run.slow_speed.values[0][inside]), label=named, **style.SLOW)
             amplitude.plot(*style.thinned(slow, scale * run.slow_amplitude.values[inside]), **style.SLOW)
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
-    for k, value in enumerate(sorted(free) if len(free) <= 2 else ()):
-        speed.axhline(value, color=style.GREY, linestyle=":", linewidth=0.9, label="no-load speed" if k == 0 else None)
+    style.mark_levels(speed, sorted(free) if len(free) <= 2 else (), "no-load speed")
     speed.set_ylabel(style.label(result, "speed"))
     amplitude.set_ylabel(style.label(result, "amplitude", unit))
     amplitude.set_ylim(bottom=0)
