@@ -22,22 +22,21 @@ def gathered(plan: Plan, runs: Sequence[xr.Dataset], finished: int) -> xr.Datase
     """The runs as one Dataset with the dimension ``case``; its summary has a list ``cases``. finished: how many runs are."""
     import xarray as xr_
 
-    cases, summaries = plan.cases[: len(runs)], [summary_of(r) for r in runs]
+    pairs = list(zip(plan.cases, runs, strict=False))  # a run may be missing
+    cases = [{"label": c.label, "start": dict(c.start), "value": c.value} | summary_of(r) for c, r in pairs]
     reduced = [_reduced(run, plan.spec.over) for run in runs]
     longest = max(r.sizes["sample"] for r in reduced)
     padded = [r.pad(sample=(0, longest - r.sizes["sample"])) for r in reduced]
     result = xr_.concat(padded, dim="case", combine_attrs="override")
     result.attrs = {}
     result["time"].attrs = {"long_name": "time", "units": plan.machine.units.time}
-    result = result.assign_coords(case=variable("case", [c.label for c in cases], "case"))
-    count = Counter(s["outcome"] for s in summaries)
-    warnings = [f"{c.label}: {w}" for c, r in zip(cases, runs, strict=True) for w in json.loads(r.attrs["warnings"])]
+    result = result.assign_coords(case=variable("case", [c["label"] for c in cases], "case"))
+    count = Counter(c["outcome"] for c in cases)
+    warnings = [f"{c.label}: {w}" for c, r in pairs for w in json.loads(r.attrs["warnings"])]
     if finished < len(plan.cases):
         warnings.append(f"{finished} of {len(plan.cases)} runs are finished")
     outcome = next(iter(count)) if len(count) == 1 and finished == len(plan.cases) else None
-    own = [{"label": c.label, "start": dict(c.start), "value": c.value} for c in cases]
-    summary = {"outcome": outcome, "outcomes": dict(count), "along": plan.spec.along}
-    summary["cases"] = [o | s for o, s in zip(own, summaries, strict=True)]
+    summary = {"outcome": outcome, "outcomes": dict(count), "along": plan.spec.along, "cases": cases}
     sentence = ", ".join(f"{n} {name}" for name, n in count.most_common())
     failure = next((r.attrs["failure"] for r in runs if r.attrs["failure"]), None)
     return answered(result, summary, sentence, warnings, failure, outcome=outcome or "several")
