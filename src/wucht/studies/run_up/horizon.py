@@ -108,9 +108,8 @@ def runaway_limit(machine: Machine) -> float | None:
     Such are a series motor without load, 002 (2.105), and a constant torque without losses.
     """
     rotor = machine.rotor
-    if not machine.units.time or rotor.coordinate.prescribed is not None or machine.schedules:
-        return None
-    if free_speed(machine, rotor) is not None or net_torque(machine, rotor)(0.0) == 0.0:
+    held = rotor.coordinate.prescribed is not None or free_speed(machine, rotor) is not None
+    if held or not machine.units.time or machine.schedules or net_torque(machine, rotor)(0.0) == 0.0:
         return None
     return _RUNAWAY * max([*natural_frequencies(machine).values(), _SLOWEST_RUNAWAY])
 

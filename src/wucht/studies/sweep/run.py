@@ -53,7 +53,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     yield findings
     try:
         settled, steady = work.unit("settling", partial(mover.settle, mover.begin(), driven))
-        findings = replace(findings, warnings=findings.warnings + _unsettled(plan, settled, steady, "before the sweep"))
+        findings = replace(findings, warnings=findings.warnings + _doubts(plan, settled, steady, "before the sweep"))
         for k, way in enumerate(plan.ways):
             part = work.part(way, k / ways, (k + 1) / ways)
             for legs in _ramp(plan, mover, settled.place, way, part):
@@ -62,7 +62,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
             speed, amplitude = np.abs([driven, *((leg.speed, leg.amplitude) for leg in findings.all_legs)]).max(axis=0)
             at_end = replace(mover, report=_at(part, _RAMP_SHARE, "settling"))
             settled, steady = part.unit("settling", partial(at_end.settle, legs[-1].place, (speed, amplitude)))
-            doubts = _unsettled(plan, settled, steady, f"after the way {way}") + _too_fast(plan, way, settled, findings)
+            doubts = _doubts(plan, settled, steady, f"after the way {way}", findings.all_legs)
             findings = replace(findings, warnings=findings.warnings + doubts)
             yield findings
             for jump in _jumps(mover, legs, part.part("jump", _JUMPS_SHARE, 1.0)):
@@ -122,20 +122,15 @@ def _at(work: Work, share: float, what: str) -> Callable[[float], None]:
     return lambda _: work.report(share, what)
 
 
-def _unsettled(plan: Plan, settled: Leg, steady: bool, when: str) -> tuple[str, ...]:
-    """A warning where the machine did not settle."""
-    speed = f"{settled.speed:.5g} {plan.machine.units.speed}".strip()
-    return () if steady else (f"the machine did not settle {when}: its speed was still changing at {speed}",)
-
-
-def _too_fast(plan: Plan, way: str, settled: Leg, findings: Findings) -> tuple[str, ...]:
-    """A warning where the machine did not follow to the end of a ramp."""
-    last = findings.all_legs[-1]
-    largest = max(abs(leg.speed) for leg in (settled, *findings.all_legs))
-    if last.modulation >= _TOO_FAST or abs(settled.speed - last.speed) <= _TOO_FAST * largest:
-        return ()
-    speed = f"{settled.speed:.5g} {plan.machine.units.speed}".strip()
-    return (
-        f"the sweep is too fast: after the way {way} the speed still changed from {last.speed:.5g} to {speed}; "
-        f"give a rate below {plan.pace.rate:.3g} {plan.pace.rate_unit}",
-    )
+def _doubts(plan: Plan, settled: Leg, steady: bool, when: str, legs: Sequence[Leg] = ()) -> tuple[str, ...]:
+    """Warnings where the machine did not settle, or did not follow to the end of a ramp. legs: of all ramps so far."""
+    doubts, speed = list[str](), f"{settled.speed:.5g} {plan.machine.units.speed}".strip()
+    if not steady:
+        doubts.append(f"the machine did not settle {when}: its speed was still changing at {speed}")
+    largest = max(abs(leg.speed) for leg in (settled, *legs))
+    if legs and legs[-1].modulation < _TOO_FAST and abs(settled.speed - legs[-1].speed) > _TOO_FAST * largest:
+        doubts.append(
+            f"the sweep is too fast: {when} the speed still changed from {legs[-1].speed:.5g} to {speed}; "
+            f"give a rate below {plan.pace.rate:.3g} {plan.pace.rate_unit}"
+        )
+    return tuple(doubts)
