@@ -12,6 +12,7 @@ from wucht.studies.response.prepare import prepare
 from wucht.studies.response.spec import Response
 from wucht.studies.run_up.prepare import prepare as prepare_run_up
 from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
 
 DIMENSIONLESS = "drozdetskaya-2020/table-5.1"
 
@@ -37,10 +38,12 @@ def test_units_are_refused_where_the_machine_has_none() -> None:
     machine = load_machine(DIMENSIONLESS)
     assert prepare(Response.read({"range": [0.5, 2]}), machine).range == (0.5, 2.0)
     with pytest.raises(InputError, match=r"^study\.range\[1\]: given '2 rad/s'"):
-        prepare(Response.read({"range": [0.5, "2 rad/s"]}), machine)
+        run(Response.read({"range": [0.5, "2 rad/s"]}), machine)
 
 
 @pytest.mark.parametrize("until", ["settled", {"turns": 3}, {"settled": True}])
 def test_words_for_another_key_are_no_quantities(until: Any) -> None:
-    (case,) = prepare_run_up(RunUp.read({"until": until}), load_machine(DIMENSIONLESS)).cases
+    spec = RunUp.read({"until": until})
+    spec.refuse_units()
+    (case,) = prepare_run_up(spec, load_machine(DIMENSIONLESS)).cases
     assert case.horizon.until_settled == ("turns" not in dict.fromkeys(until))

@@ -51,12 +51,9 @@ def _register() -> None:
     from wucht.cli.run import run
 
     app.registered_commands.clear()
-    app.command("run")(_saying(run))
-    app.command("list")(_saying(list_all))
-    app.command("new")(_saying(new))
-    app.command("equations")(_saying(equations))
-    app.command("plot")(_saying(plot))
-    app.command("app", hidden=True)(_saying(explorer))
+    commands: dict[str, Callable[..., None]] = {"run": run, "list": list_all, "new": new, "equations": equations, "plot": plot}
+    for name, command in (commands | {"app": explorer}).items():
+        app.command(name, hidden=command is explorer)(_saying(command))
 
 
 def _saying(command: Callable[..., None]) -> Callable[..., None]:

@@ -45,11 +45,8 @@ def equations(
             typer.echo(f"{comment}{heading}")
         _print(lines, latex)
     for path, p in machine.parameters.items():
-        typer.echo(
-            f"{comment}{notation.names[path]} = {p.value:g} {p.unit}".rstrip()
-            + f"   {path}: {p.what}"
-            + (", left out" if not p.value else "")
-        )
+        value = f"{notation.names[path]} = {p.value:g} {p.unit}".rstrip()
+        typer.echo(f"{comment}{value}   {path}: {p.what}{'' if p.value else ', left out'}")
 
 
 def _print(lines: list[str], latex: bool) -> None:
@@ -79,5 +76,5 @@ def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | Non
         raise InputError("--no-inertia", None, "not allowed here: a balancing body is not damped against its rotor")
     zero = [s for s, value in machine.numbers.items() if value == 0]
     rows, definitions = written_averaged(averaged_machine(machine, kept, order).equations, notation, zero, latex)
-    what = "with the inertia of the balancing bodies" if kept else "without the inertia of the balancing bodies"
+    what = f"{'with' if kept else 'without'} the inertia of the balancing bodies"
     return [(f"averaged equations of order {order}, {what}:", rows), ("with", definitions)]

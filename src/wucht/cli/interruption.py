@@ -3,31 +3,30 @@
 from __future__ import annotations
 
 import signal
-from types import FrameType
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
-class Interruption:
-    """While active, the first signal is remembered and raised by ``check``; a second one acts at once."""
+@contextmanager
+def interruptible() -> Iterator[Callable[[], None]]:
+    """While active, the first signal is remembered, and raised as ``KeyboardInterrupt`` by the function that is given; a second
+    one acts at once."""
+    asked: list[int] = []
 
-    _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-
-    def __init__(self) -> None:
-        self._asked = False
-
-    def __enter__(self) -> Interruption:
-        self._before = {s: signal.signal(s, self._remember) for s in self._SIGNALS}
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for s, handler in self._before.items():
-            signal.signal(s, handler)
-
-    def _remember(self, _signal: int, _frame: FrameType | None) -> None:
-        self._asked = True
+    def remember(number: int, _frame: object) -> None:
+        asked.append(number)
         signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
-    def check(self) -> None:
-        """Raises ``KeyboardInterrupt`` if the run was asked to stop."""
-        if self._asked:
+    def check() -> None:
+        if asked:
             raise KeyboardInterrupt
+
+    before = {s: signal.signal(s, remember) for s in _SIGNALS}
+    try:
+        yield check
+    finally:
+        for s, handler in before.items():
+            signal.signal(s, handler)

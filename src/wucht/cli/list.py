@@ -17,15 +17,11 @@ def list_all(import_: Imports = None) -> None:
     from wucht.machines.parts import bodies, carriers, drives, loads
     from wucht.studies.registry import studies
 
-    for title, entries in (
-        ("carriers", _first(carriers())),
-        ("bodies", _first(bodies())),
-        ("drives", _first(drives())),
-        ("loads", _first(loads())),
-        ("dimensionless machines", _first(models())),
-        ("studies", _first({kind: s.spec for kind, s in studies().items()})),
-        ("catalogue", {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}),
-    ):
+    kinds: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
+    kinds |= {"dimensionless machines": models(), "studies": {kind: s.spec for kind, s in studies().items()}}
+    listed = {title: _first(of_kind) for title, of_kind in kinds.items()}
+    listed["catalogue"] = {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}
+    for title, entries in listed.items():
         typer.echo(f"{title}:")
         width = max(map(len, entries))
         for name, line in entries.items():

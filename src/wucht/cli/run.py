@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 import wucht
 from wucht.cli.importing import Imports
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def run(
@@ -26,58 +22,48 @@ def run(
     import_: Imports = None,
 ) -> None:
     """Run a study and say what becomes of the machine."""
-    from wucht.cli.interruption import Interruption
+    from wucht.cli.interruption import interruptible
     from wucht.cli.progress import Progress
     from wucht.cli.set_option import parse_settings
     from wucht.results.store import save_figure, save_summary, to_json
     from wucht.studies.runner import RESULT, draw
+    from wucht.studies.runner import report as report_of
     from wucht.studies.study_file import answer, read_study
 
     begun = time.perf_counter()
     asked = read_study(study, parse_settings(set_ or []))
-    names = (RESULT, f"{asked.spec.kind}.png", "summary.json")
+    names = _, figure, summary = RESULT, f"{asked.spec.kind}.png", "summary.json"
     folder = out or Path("results") / Path(study).name.removesuffix(".toml")
-    target, figure, short = (folder / name for name in names)
-    with Interruption() as interruption, Progress(study) as progress:
+    with interruptible() as check, Progress(study) as progress:
 
         def report(share: float, what: str) -> None:
             progress.update(share, what)
-            interruption.check()
+            check()
 
         result = answer(asked, folder=folder, files=names, resume=resume, progress=report)
-    save_figure(draw(result), figure)
-    document = _document(result, [target, figure, short], time.perf_counter() - begun)
-    save_summary(document, short)
+    save_figure(draw(result), folder / figure)
+    answered = result.wucht
+    document = {
+        "study": answered.study,
+        "machine": result.attrs["title"],
+        "summary": answered.summary,
+        "warnings": answered.warnings,
+        "files": [str(folder / name) for name in names],
+        "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
+        "version": wucht.__version__,
+        "elapsed_s": round(time.perf_counter() - begun, 3),
+    }
+    save_summary(document, folder / summary)
     if as_json:
         sys.stdout.write(to_json(document) + "\n")
     else:
-        _print(result, document)
+        for line in report_of(result):
+            typer.echo(line)
+        for warning in answered.warnings:
+            typer.echo(f"warning: {warning}", err=True)
+        typer.echo(f"files: {folder}/{', '.join(names)}")
     if result.attrs["failure"]:
         sys.stderr.write(f"wucht: {result.attrs['failure']}. What was computed is kept in {folder}\n")
         raise typer.Exit(1)
     if not result.attrs["finished"]:
         raise typer.Exit(130)
-
-
-def _document(result: xr.Dataset, files: list[Path], elapsed: float) -> dict[str, Any]:
-    return {
-        "study": result.attrs["study"],
-        "machine": result.attrs["title"],
-        "summary": json.loads(result.attrs["summary"]),
-        "warnings": json.loads(result.attrs["warnings"]),
-        "files": [str(f) for f in files],
-        "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
-        "version": wucht.__version__,
-        "elapsed_s": round(elapsed, 3),
-    }
-
-
-def _print(result: xr.Dataset, document: dict[str, Any]) -> None:
-    from wucht.studies.runner import report
-
-    for line in report(result):
-        typer.echo(line)
-    for warning in document["warnings"]:
-        typer.echo(f"warning: {warning}", err=True)
-    files = [Path(f) for f in document["files"]]
-    typer.echo(f"files: {files[0].parent}/" + ", ".join(f.name for f in files))

@@ -40,10 +40,8 @@ def _packed(value: Any, arrays: dict[str, np.ndarray]) -> Any:  # noqa: PLR0911
         return value
     if isinstance(value, np.generic):
         return _packed(value.item(), arrays)
-    if isinstance(value, complex):
-        return _packed(np.array(value), arrays)
-    if isinstance(value, np.ndarray):
-        arrays[name := f"a{len(arrays)}"] = value
+    if isinstance(value, np.ndarray | complex):
+        arrays[name := f"a{len(arrays)}"] = np.asarray(value)
         return {"array": name}
     if isinstance(value, Enum):
         return {"enum": _name(type(value)), "value": value.value}

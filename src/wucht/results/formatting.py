@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -19,6 +19,11 @@ def formats(result: xr.Dataset, amplitude_unit: str = "m") -> tuple[Format, Form
     if result.attrs["dimensionless"]:
         return (_or_none("{:.5g}".format),) * 2
     return _or_none(_speed), _or_none(_angle if amplitude_unit == "rad" else _length)
+
+
+def in_lines(result: xr.Dataset, verdict: str, named: Iterable[tuple[str, str]]) -> list[str]:
+    """The lines of a report: the title, the verdict, and what has a name each in a column beside it."""
+    return [result.attrs["title"], f"verdict: {verdict}", *(f"  {name:13}{line}" for name, line in named)]
 
 
 def _or_none(written: Callable[[float], str]) -> Format:

@@ -11,12 +11,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 # M. Okabe, K. Ito, "Color Universal Design", 2008: distinguishable with every kind of colour vision (less its pale yellow).
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 DASHES = ("-", "--", "-.", ":")
 GREY = "#666666"
 SLOW: dict[str, Any] = {"color": "#000000", "linestyle": (0, (6, 2)), "linewidth": 0.8, "zorder": 4}  # averaged equations
+_SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machine
 _WIDTH, _MOST_POINTS = 8.0, 4000
 _NEAR_ZERO = 45.0  # degrees: angles that end so near to 0 are not drawn at the edge of the panel
 _STRIPS, _PALE, _FEW = 100, 0.15, 2
@@ -83,6 +85,23 @@ def printed_unit(result: Any, name: str) -> tuple[float, str]:
     return (1e3, "mm") if unit == "m" else (1.0, unit)
 
 
+def abscissa_label(result: Any, name: str) -> str:
+    """``time (s)``, and with its symbol where there is no unit."""
+    return label(result, name) if result[name].attrs["units"] else f"{name} {_SYMBOLS[name]}"
+
+
+def legend_beside(axis: Axes, lines: Sequence[Line2D] = (), right: float = 1.01) -> None:
+    """Name what is drawn beside its panel: some lines, or all that have a name."""
+    if handles := lines or axis.get_legend_handles_labels()[0]:
+        axis.legend(handles=handles, loc="center left", bbox_to_anchor=(right, 0.5), frameon=False, fontsize=8)
+
+
+def mark_levels(axis: Axes, values: Iterable[float], name: str) -> None:
+    """Dotted lines across a panel, the first of which has the name."""
+    for k, value in enumerate(values):
+        axis.axhline(value, color=GREY, linestyle=":", linewidth=0.9, label=None if k else name)
+
+
 def mark_speeds(axes: Sequence[Axes], result: Any, natural: tuple[str, str], free: tuple[float, str], named: int) -> None:
     """Finish panels over the speed: mark speeds that lie in the range, set the range, write legends and the abscissa's name.
 
@@ -99,9 +118,8 @@ def mark_speeds(axes: Sequence[Axes], result: Any, natural: tuple[str, str], fre
             shown_name = name if axis is axes[named] else None
             axis.axvline(speed, color=GREY, linestyle=dashes, linewidth=0.9, label=shown_name, zorder=1)
         axis.set_xlim(low, high)
-        if axis.get_legend_handles_labels()[0]:
-            axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
-    axes[-1].set_xlabel(label(result, "speed") if result.speed.attrs["units"] else "speed $\\omega$")
+        legend_beside(axis)
+    axes[-1].set_xlabel(abscissa_label(result, "speed"))
 
 
 def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

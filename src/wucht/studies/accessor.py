@@ -64,15 +64,11 @@ class ResultAccessor:
         return "\n".join([*lines, *(f"warning: {w}" for w in self.warnings)])
 
     def _repr_html_(self) -> str:
-        numbers = {k: v for k, v in self.summary.items() if isinstance(v, int | float | str) and not isinstance(v, bool)}
-        rows = "".join(f"<tr><th>{escape(k)}</th><td>{escape(_shown(v))}</td></tr>" for k, v in list(numbers.items())[:_FEW])
+        shown = [(k, v if isinstance(v, str) else f"{v:.6g}") for k, v in self.summary.items() if type(v) in (int, float, str)]
+        rows = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in shown[:_FEW])
         notes = "".join(f"<li>{escape(w)}</li>" for w in self.warnings)
         heading = f"{escape(self.study)} of {escape(str(self._result.attrs['title']))}"
         return f"<b>{heading}</b><p>{escape(self.sentence)}</p><table>{rows}</table><ul>{notes}</ul>"
-
-
-def _shown(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:.6g}"
 
 
 @cache

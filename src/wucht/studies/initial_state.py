@@ -58,11 +58,9 @@ def placed(machine: Machine, state: np.ndarray) -> Machine:
     """
     free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
     machine = arranged(machine, angles_in(machine, state), float(np.abs(state[free]).max(initial=0.0)))
-    speeds, released = speeds_in(machine, state), {}
-    for body in machine.bodies:
-        limit = None if body.release is None else body.release.speed
-        if limit is not None and abs(speeds[leader_of(machine, body).name]) >= limit:
-            released[body.locked.name] = 0.0
+    speeds = speeds_in(machine, state)
+    locked = [(b, b.release.speed) for b in machine.bodies if b.release is not None and b.release.speed is not None]
+    released = {b.locked.name: 0.0 for b, limit in locked if abs(speeds[leader_of(machine, b).name]) >= limit}
     return machine.with_unchecked(released)
 
 

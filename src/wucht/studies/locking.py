@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,13 +23,12 @@ _PER_PERIOD = 64
 class Locked:
     """The evidence, and what goes into the summary.
 
-    mean_speed: of the main rotor over whole periods, with its sign. speeds: of all rotors. phases: of the other rotors to
-    the main one, or of the main rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods,
-    wrapped to [0, 2 pi). window: begin and end time.
+    speeds: of all rotors over whole periods, with their signs. phases: of the other rotors to the main one, or of the main
+    rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods, wrapped to [0, 2 pi). window:
+    begin and end time.
     """
 
     evidence: Locking
-    mean_speed: float
     speeds: dict[str, float]
     phases: dict[str, float]
     window: tuple[float, float]
@@ -38,11 +38,6 @@ def is_locking(machine: Machine) -> bool:
     """Whether a machine is judged by locking: its carrier is shaken harmonically, or several of its rotors are free to turn."""
     free = sum(r.coordinate.prescribed is None for r in machine.rotors)
     return free > 1 or (free == 1 and machine.shaken is not None and machine.shaking_frequency is not None)
-
-
-def within_half_a_turn(angles: np.ndarray) -> np.ndarray:
-    """Angles (...) in [-pi, pi)."""
-    return np.asarray(np.remainder(angles + math.pi, 2 * math.pi) - math.pi)
 
 
 def locked(machine: Machine, trajectory: Trajectory) -> Locked | None:
@@ -60,14 +55,19 @@ def locked(machine: Machine, trajectory: Trajectory) -> Locked | None:
     at = begin + (end - begin) * np.arange(periods * _PER_PERIOD + 1) / (periods * _PER_PERIOD)
     angles = {name: hermite(at, time, *of_body) for name, of_body in motion.items()}
     speeds = {name: float((a[-1] - a[0]) / (end - begin)) for name, a in angles.items()}
-    turned = {name: math.copysign(1.0, speeds[name]) * a for name, a in angles.items()}
-    origin = turned.pop(main)
-    phases = {"vibration": origin - frequency * at} if frequency is not None else {n: a - origin for n, a in turned.items()}
+    phases = rotor_phases(machine, at, angles)
     means = {name: p[:-1].reshape(periods, _PER_PERIOD).mean(axis=1) for name, p in phases.items()}
     creep = max((float(abs(m[-1] - m[periods // 2])) for m in means.values()), default=0.0)
     last = {name: float(wrapped(m[-max(1, periods // 10) :].mean())) for name, m in means.items()}
     evidence = Locking(tuple(map(abs, speeds.values())), frequency, periods, creep)
-    return Locked(evidence, speeds[main], speeds, last, (begin, end))
+    return Locked(evidence, speeds, last, (begin, end))
+
+
+def rotor_phases(machine: Machine, time: np.ndarray, angles: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """As sigma phi (N,), of the main rotor to the vibration (``vibration``), or of the others to it. angles: of all of them."""
+    turned = {name: math.copysign(1.0, angle[-1] - angle[0]) * angle for name, angle in angles.items()}
+    origin, frequency = turned.pop(machine.rotor.name), machine.shaking_frequency
+    return {n: a - origin for n, a in turned.items()} if frequency is None else {"vibration": origin - frequency * time}
 
 
 def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> tuple[np.ndarray, np.ndarray]:

@@ -28,6 +28,18 @@ NOT_YET = (
 )  # fmt: skip
 
 
+def _part(name: str, what: str) -> property:
+    """The function of a study that bears this name."""
+
+    def part(study: Study) -> Any:
+        try:
+            return getattr(study._module(name), name)
+        except AttributeError:
+            raise WuchtError(f"the study {study.kind!r} ({study.package}) has no function {name!r}") from None
+
+    return property(part, doc=what)
+
+
 @dataclass(frozen=True)
 class Study:
     """A kind of study, and the package or module that it is. Its parts are loaded when they are used."""
@@ -40,12 +52,6 @@ class Study:
         inside = hasattr(whole, "__path__") and find_spec(f"{self.package}.{part}") is not None
         return import_module(f"{self.package}.{part}") if inside else whole
 
-    def _part(self, name: str) -> Any:
-        try:
-            return getattr(self._module(name), name)
-        except AttributeError:
-            raise WuchtError(f"the study {self.kind!r} ({self.package}) has no function {name!r}") from None
-
     @cached_property
     def spec(self) -> type[Spec]:
         """The class of its questions."""
@@ -55,30 +61,11 @@ class Study:
                 return candidate
         raise WuchtError(f"the study {self.kind!r} ({self.package}) has no spec of that kind")
 
-    @property
-    def prepare(self) -> Any:
-        """(spec, subject) -> plan."""
-        return self._part("prepare")
-
-    @property
-    def run(self) -> Any:
-        """(plan, work) -> iterator of findings, each more complete than that before."""
-        return self._part("run")
-
-    @property
-    def dataset(self) -> Any:
-        """(plan, findings) -> Dataset."""
-        return self._part("dataset")
-
-    @property
-    def figure(self) -> Any:
-        """Dataset -> Figure."""
-        return self._part("figure")
-
-    @property
-    def report(self) -> Any:
-        """Dataset -> lines of text."""
-        return self._part("report")
+    prepare = _part("prepare", "(spec, subject) -> plan.")
+    run = _part("run", "(plan, work) -> iterator of findings, each more complete than that before.")
+    dataset = _part("dataset", "(plan, findings) -> Dataset.")
+    figure = _part("figure", "Dataset -> Figure.")
+    report = _part("report", "Dataset -> lines of text.")
 
     @property
     def template(self) -> str | None:

@@ -6,21 +6,25 @@ import numpy as np
 import sympy as sp
 
 from wucht.machines.machine import Machine
+from wucht.machines.parts.base import Release
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.events import Event
 from wucht.system import TIME
 
 
-def release_event(machine: Machine, body: RotatingBody) -> Event:
-    """The event at which a locked body is released: its parameter ``locked`` becomes 0."""
-    assert body.release is not None
+def release_events(machine: Machine) -> tuple[Event, ...]:
+    """The events at which the locked bodies of a machine are released: their parameter ``locked`` becomes 0."""
+    return tuple(_release_event(machine, b, b.release) for b in machine.bodies if b.release is not None)
+
+
+def _release_event(machine: Machine, body: RotatingBody, release: Release) -> Event:
     locked = machine.system.parameter_names.index(body.locked.name)
 
     def let_go(_time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         parameters[locked] = 0.0
         return state, parameters
 
-    if body.release.time is not None:
+    if release.time is not None:
         rising = TIME / sp.Symbol(f"{body.name}.release.time", real=True) - 1
     else:
         rising = (leader_of(machine, body).coordinate.velocity / sp.Symbol(f"{body.name}.release.speed", real=True)) ** 2 - 1

@@ -22,7 +22,7 @@ from wucht.studies.accessor import register
 from wucht.studies.memory import Memory, forget, question_of
 from wucht.studies.registry import Study, studies, study_of
 from wucht.studies.spec import Spec
-from wucht.studies.subjects import Description, subject_of
+from wucht.studies.subjects import subject_of
 from wucht.studies.work import Report, Work
 
 if TYPE_CHECKING:
@@ -75,6 +75,8 @@ def run(
     """
     begun, study = clock.perf_counter(), study_of(spec.kind)
     subject_is = subject_of(spec).describe(subject)
+    if subject_is.dimensionless:
+        spec.refuse_units()
     plan = study.prepare(spec, subject)
     solve = study.run  # loaded before units are read back, which are of its classes
     question: dict[str, Any] = json.loads(to_json({"study": spec.asked(), "machine": subject_is.facts}))
@@ -88,58 +90,43 @@ def run(
         resumed = resume and question_of(folder) == question
         memory = Memory.resumed(folder) if resumed else Memory.begun(folder, question)
 
-    def result(findings: Any, finished: bool, notes: list[str]) -> xr.Dataset:
+    def result(findings: Any, finished: bool) -> xr.Dataset:
+        """The Dataset with the attributes that every result has."""
         made: xr.Dataset = study.dataset(plan, findings)
-        return _labelled(made, spec, subject_is, question, document, notes, finished, begun)
+        own = [w for w in json.loads(made.attrs["warnings"]) if w not in subject_is.warnings]
+        made.attrs |= {
+            "study": spec.kind,
+            "contents": to_json([str(name) for name in made.variables], indent=None),
+            "title": subject_is.title,
+            "dimensionless": int(subject_is.dimensionless),
+            "finished": int(finished and not made.attrs["failure"]),
+            "warnings": to_json([*subject_is.warnings, *own, *notes], indent=None),
+            **provenance(question, clock.perf_counter() - begun),
+        }
+        return made if document is None else made.assign_attrs(document=json.dumps(document, default=str))
 
+    register()
     findings, interrupted = None, False
     saved, pause = clock.perf_counter(), _SAVE_EVERY_S
     try:
         for findings in solve(plan, Work(memory, progress)):
             if folder is not None and clock.perf_counter() - saved > pause:
                 looked = clock.perf_counter()
-                save(result(findings, False, notes), folder / RESULT)
+                save(result(findings, False), folder / RESULT)
                 saved = clock.perf_counter()
                 pause = max(_SAVE_EVERY_S, 9 * (saved - looked))
     except KeyboardInterrupt:
         if findings is None:
             raise
         interrupted = True
-        notes = [*notes, "interrupted: this is what was found until then; --resume continues from there"]
+        notes.append("interrupted: this is what was found until then; --resume continues from there")
     memory.flush()
-    final = result(findings, not interrupted, notes)
+    final = result(findings, not interrupted)
     if folder is not None:
         save(final, folder / RESULT)
         if not interrupted:
             forget(folder)
     return final
-
-
-def _labelled(
-    dataset: xr.Dataset,
-    spec: Spec,
-    subject: Description,
-    question: Mapping[str, Any],
-    document: Mapping[str, Any] | None,
-    notes: list[str],
-    finished: bool,
-    begun: float,
-) -> xr.Dataset:
-    """The Dataset with the attributes that every result has."""
-    register()
-    warnings = [*subject.warnings, *(w for w in json.loads(dataset.attrs["warnings"]) if w not in subject.warnings), *notes]
-    dataset.attrs |= {
-        "study": spec.kind,
-        "contents": to_json([str(name) for name in dataset.variables], indent=None),
-        "title": subject.title,
-        "dimensionless": int(subject.dimensionless),
-        "finished": int(finished and not dataset.attrs["failure"]),
-        "warnings": to_json(warnings, indent=None),
-        **provenance(question, clock.perf_counter() - begun),
-    }
-    if document is not None:
-        dataset.attrs["document"] = json.dumps(document, default=str)
-    return dataset
 
 
 def _resumable(folder: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:

@@ -6,7 +6,7 @@ subject is checked once, in the study's ``prepare``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_validator
@@ -84,40 +84,36 @@ class Spec(Described):
                 yield f"study.{key}", given, unit
 
 
-def _quantity(given: Any) -> Any:
-    if isinstance(given, bool):
-        raise ValueError("must be a number, or a string with a unit")
-    return given
+def _must(allowed: Callable[[Any], bool], sentence: str, read: Callable[[Any], Any] = lambda given: given) -> BeforeValidator:
+    """A check of what is given, and the sentence for what is not allowed. read: what is made of the rest."""
+
+    def checked(given: Any) -> Any:
+        if not allowed(given):
+            raise ValueError(sentence)
+        return read(given)
+
+    return BeforeValidator(checked)
 
 
-def _start(given: Any) -> Any:
-    if not isinstance(given, Mapping):
-        raise ValueError("must be a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }")
-    return dict(given)
+def _is_bool(given: Any) -> bool:
+    return isinstance(given, bool)
 
 
-def _several_starts(given: Any) -> Any:
-    if not isinstance(given, list | tuple) or not all(isinstance(s, Mapping) for s in given):
-        raise ValueError("must be a list of tables: starts = [{ BODY = ANGLE }, ...]")
-    return tuple(dict(s) for s in given)
+def _is_list(given: Any, of: type = object) -> bool:
+    return isinstance(given, list | tuple) and all(isinstance(one, of) for one in given)
 
 
-def _path(given: Any) -> Any:
-    if not isinstance(given, str) or not given.strip():
-        raise ValueError("needed is the path of a parameter, such as drive.slope")
-    return given
+def _is_whole(given: Any) -> bool:
+    # 5.0, as ``--set`` has it, is a whole number.
+    return not _is_bool(given) and (isinstance(given, int) or (isinstance(given, float) and given.is_integer()))
 
 
-def _list_of_values(given: Any) -> Any:
-    if not isinstance(given, list | tuple):
-        raise ValueError("must be a list of values of the parameter that along names")
-    return tuple(given)
+def _is_path(given: Any) -> bool:
+    return isinstance(given, str) and given.strip() != ""
 
 
-def _pair(given: Any) -> Any:
-    if not isinstance(given, list | tuple) or len(given) != 2:
-        raise ValueError("must be a pair [low, high]")
-    return tuple(given)
+def _tables(given: list[Mapping[str, Any]]) -> tuple[dict[str, Any], ...]:
+    return tuple(map(dict, given))
 
 
 def _low_below_high(given: tuple[float, float]) -> tuple[float, float]:
@@ -126,44 +122,31 @@ def _low_below_high(given: tuple[float, float]) -> tuple[float, float]:
     return given
 
 
-def _whole(given: Any) -> Any:
-    # 5.0, as ``--set`` has it, is a whole number.
-    if isinstance(given, bool) or not (isinstance(given, int) or (isinstance(given, float) and given.is_integer())):
-        raise ValueError("must be a whole number")
-    return int(given)
+_quantity = _must(lambda given: not _is_bool(given), "must be a number, or a string with a unit")
+_start = _must(
+    lambda given: isinstance(given, Mapping), "must be a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }", dict
+)
+_starts = _must(lambda given: _is_list(given, Mapping), "must be a list of tables: starts = [{ BODY = ANGLE }, ...]", _tables)
+_path = _must(_is_path, "needed is the path of a parameter, such as drive.slope")
+_values = _must(_is_list, "must be a list of values of the parameter that along names", tuple)
+_pair = _must(lambda given: _is_list(given) and len(given) == 2, "must be a pair [low, high]", tuple)
+_whole = _must(_is_whole, "must be a whole number", int)
+_order = _must(
+    lambda given: not _is_bool(given) and given in (1, 2), "must be 1 or 2: the order of the averaged equations", int
+)
+_inertia = _must(_is_bool, "must be true or false: whether the averaged equations keep it")
 
-
-def _order(given: Any) -> Any:
-    if isinstance(given, bool) or given not in (1, 2):
-        raise ValueError("must be 1 or 2: the order of the averaged equations")
-    return int(given)
-
-
-def _true_or_false(given: Any) -> Any:
-    if not isinstance(given, bool):
-        raise ValueError("must be true or false")
-    return given
-
-
-def _inertia(given: Any) -> Any:
-    if not isinstance(given, bool):
-        raise ValueError("must be true or false: whether the averaged equations keep it")
-    return given
-
-
-Quantity = Annotated[float | str, BeforeValidator(_quantity)]  # in the unit of a parameter of the subject
-Start = Annotated[dict[str, Any], BeforeValidator(_start), Field(description="initial state")]
-Starts = Annotated[tuple[dict[str, Any], ...], BeforeValidator(_several_starts), Field(description="initial states")]
-Path = Annotated[str, BeforeValidator(_path), Field(description="path of a parameter")]
-Values = Annotated[tuple[Quantity, ...], BeforeValidator(_list_of_values), Field(description="values of the parameter")]
-Pair = Annotated[tuple[Quantity, Quantity], BeforeValidator(_pair), Field(description="pair [low, high] of the parameter")]
-Interval = Annotated[tuple[float, float], BeforeValidator(_pair), AfterValidator(_low_below_high)]  # of a quantity by ``si``
-Whole = Annotated[int, BeforeValidator(_whole)]
-Order = Annotated[Literal[1, 2], BeforeValidator(_order), Field(description="order of the averaged equations")]
-Inertia = Annotated[
-    bool, BeforeValidator(_inertia), Field(description="whether the averaged equations keep the bodies' inertia")
-]
-TrueOrFalse = Annotated[bool, BeforeValidator(_true_or_false)]
+Quantity = Annotated[float | str, _quantity]  # in the unit of a parameter of the subject
+Start = Annotated[dict[str, Any], _start, Field(description="initial state")]
+Starts = Annotated[tuple[dict[str, Any], ...], _starts, Field(description="initial states")]
+Path = Annotated[str, _path, Field(description="path of a parameter")]
+Values = Annotated[tuple[Quantity, ...], _values, Field(description="values of the parameter")]
+Pair = Annotated[tuple[Quantity, Quantity], _pair, Field(description="pair [low, high] of the parameter")]
+Interval = Annotated[tuple[float, float], _pair, AfterValidator(_low_below_high)]  # of a quantity by ``si``
+Whole = Annotated[int, _whole]
+Order = Annotated[Literal[1, 2], _order, Field(description="order of the averaged equations")]
+Inertia = Annotated[bool, _inertia, Field(description="whether the averaged equations keep the bodies' inertia")]
+TrueOrFalse = Annotated[bool, _must(_is_bool, "must be true or false")]
 Tolerance = Annotated[
     float, BeforeValidator(Unit("", "tolerance").parse), Field(ge=1e-16, le=1e-2, description="tolerance of the integration")
 ]

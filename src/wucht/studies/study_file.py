@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,8 +11,8 @@ from wucht.checking import table
 from wucht.errors import InputError
 from wucht.files.catalogue import load_document
 from wucht.files.documents import Document, flatten
-from wucht.studies.registry import Study, asked_study, studies
-from wucht.studies.runner import RESULT, run
+from wucht.studies.registry import asked_study, studies
+from wucht.studies.runner import run
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import subject_of
 from wucht.studies.work import Report
@@ -26,7 +26,6 @@ class StudyFile:
     """A study file read: the question, its subject, and the whole input as written."""
 
     path: Path
-    name: str
     spec: Spec
     subject: Any
     document: Document
@@ -40,15 +39,14 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
     """
     document, path = load_document(name)
     own = flatten(settings or {})
+    of_subject = {k: v for k, v in own.items() if not k.startswith("study.")}
     try:
         asked = _asked(document, own)
-        study = asked_study(asked)
-        of_subject = {k: v for k, v in own.items() if not k.startswith("study.")}
-        subject, described = subject_of(study.spec).read(document, path, name, of_subject)
-        spec = study.spec.read(asked)
+        spec = asked_study(asked).spec
+        subject, described = subject_of(spec).read(document, path, name, of_subject)
+        return StudyFile(path, spec.read(asked), subject, {"study": asked, **described})
     except InputError as error:
         raise error.within(str(path), ": ") from None
-    return StudyFile(path, name, spec, subject, {"study": asked, **described})
 
 
 def run_file(
@@ -86,44 +84,30 @@ def run_file(
     return answer(read_study(str(name), settings), folder=folder, resume=resume, progress=progress)
 
 
-def answer(
-    asked: StudyFile,
-    *,
-    folder: Path | None = None,
-    files: Sequence[str] = (RESULT,),
-    resume: bool = False,
-    progress: Report | None = None,
-) -> xr.Dataset:
-    """Answer a study file that was read: ``run``, whose errors name the file."""
+def answer(asked: StudyFile, **options: Any) -> xr.Dataset:
+    """Answer a study file that was read: ``run`` with its options, whose errors name the file."""
     try:
-        return run(
-            asked.spec, asked.subject, folder=folder, files=files, resume=resume, progress=progress, document=asked.document
-        )
+        return run(asked.spec, asked.subject, document=asked.document, **options)
     except InputError as error:
         option = error.where.startswith("-")  # -o, --resume: the file is not at fault
         raise error if option else error.within(str(asked.path), ": ") from None
 
 
 def _asked(document: Document, settings: Mapping[str, Any]) -> Document:
-    """The table ``[study]`` with what is set in it; without one a run-up is asked for."""
-    written = dict(table(document, "study", "study")) if "study" in document else {"kind": "run-up"}
-    known = studies()
-    asked = _of_kind(written, settings.get("study.kind", written.get("kind")), known)
-    kind = settings.get("study.kind", asked.get("kind"))
-    one_of = known[kind].spec.one_of if isinstance(kind, str) and kind in known else ()
+    """The table ``[study]`` with what is set in it; without one a run-up is asked for.
+
+    Of a file written for another kind only what this kind knows too.
+    """
+    asked = dict(table(document, "study", "study")) if "study" in document else {"kind": "run-up"}
+    kind, known = settings.get("study.kind", asked.get("kind")), studies()
+    spec = known[kind].spec if isinstance(kind, str) and kind in known else Spec
+    if kind != asked.get("kind") and spec is not Spec:
+        allowed = set(spec.keys()) - set(spec.meaning)
+        asked = {k: v for k, v in asked.items() if k in allowed}
     for key, value in settings.items():
         if key.startswith("study."):
-            _set(asked, key.removeprefix("study.").split("."), value, one_of)
+            _set(asked, key.removeprefix("study.").split("."), value, spec.one_of)
     return asked
-
-
-def _of_kind(written: Document, kind: Any, known: Mapping[str, Study]) -> Document:
-    """The table ``[study]``; of a file written for another kind only what this kind knows too."""
-    if kind == written.get("kind") or not isinstance(kind, str) or kind not in known:
-        return dict(written)
-    spec = known[kind].spec
-    allowed = set(spec.keys()) - set(spec.meaning)
-    return {k: v for k, v in written.items() if k in allowed}
 
 
 def _set(asked: Document, keys: list[str], value: Any, one_of: tuple[tuple[str, ...], ...]) -> None:

@@ -16,7 +16,6 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
 from wucht.results.conventions import summary_of
-from wucht.studies.run_up.prepare import prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -98,7 +97,7 @@ def test_a_dimensionless_time_has_no_unit() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1")
     assert RunUp.read({"until": 100}).until == 100.0
     with pytest.raises(InputError, match="without unit"):
-        prepare(RunUp.read({"until": "100 s"}), machine)
+        run(RunUp.read({"until": "100 s"}), machine)
 
 
 # Where a run ends

@@ -668,7 +668,7 @@ def test_refused_questions(table: dict[str, Any], says: str) -> None:
 )
 def test_a_dimensionless_machine_has_no_units(table: dict[str, Any], where: str) -> None:
     with pytest.raises(InputError, match=f"{where}.*without unit"):
-        prepare(SynchronousStates.read(table), load_machine("drozdetskaya-2020/table-5.1"))
+        run(SynchronousStates.read(table), load_machine("drozdetskaya-2020/table-5.1"))
 
 
 def test_a_body_without_unbalance_is_refused_beforehand() -> None:

@@ -36,8 +36,6 @@ class Plan:
 
 def prepare(spec: Approximation, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine, or it has no averaged equations."""
-    if not machine.units.time:
-        spec.refuse_units()
     values, run_up = (OWN, *_values(spec, machine)), spec.run_up()
     where = "study.values" if spec.values else "study.range"
     changes = [changes_at(machine, spec.along, value) for value in values]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, label, new_figure
+from wucht.results.style import COLOURS, GREY, abscissa_label, label, legend_beside, mark_levels, new_figure, printed_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,7 +21,7 @@ def figure(result: xr.Dataset) -> Figure:
     drawn, axes = new_figure(3 if moves else 2, 6.6 if moves else 5.2, result.attrs["title"], result.attrs["sentence"])
     _speed(axes[0], result)
     if moves:
-        scale, unit = (1e3, "mm") if result.amplitude.attrs["units"] == "m" else (1.0, None)
+        scale, unit = printed_unit(result, "amplitude")
         axes[1].plot(result.time, scale * result.amplitude, color=COLOURS[0], linewidth=1.1, label="amplitude")
         axes[1].set_ylabel(label(result, "amplitude", unit))
         axes[1].set_ylim(bottom=0)
@@ -31,9 +31,9 @@ def figure(result: xr.Dataset) -> Figure:
     last.set_ylabel("energy residual (1)")
     if result.sizes["time"] > 1:
         last.set_xlim(float(result.time[0]), float(result.time[-1]))
-    last.set_xlabel(label(result, "time") if result.time.attrs["units"] else "time $\\tau$")
+    last.set_xlabel(abscissa_label(result, "time"))
     for axis in axes:
-        axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
+        legend_beside(axis)
     return drawn
 
 
@@ -47,10 +47,8 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
         axis.plot(result.turn_time, result.mean_speed, color=blue, linewidth=1.3, label="mean over a turn")
     else:
         axis.plot(time, result.speed, color=blue, linewidth=1.3, label="speed")
-    for k, frequency in enumerate(sorted(set(np.round(result.natural_frequency.values, 9)))):
-        if abs(frequency) <= 1.05 * abs(start):
-            name = "natural frequency" if k == 0 else None
-            axis.axhline(np.sign(start) * frequency, color=GREY, linestyle=":", linewidth=0.9, label=name)
+    natural = np.unique(np.round(result.natural_frequency.values, 9))
+    mark_levels(axis, np.sign(start) * natural[np.abs(natural) <= 1.05 * abs(start)], "natural frequency")
     if half_time is not None:
         axis.plot([half_time], [start / 2], "o", color=COLOURS[1], markersize=5, zorder=4, label="speed halved")
     if reversal_time is not None:

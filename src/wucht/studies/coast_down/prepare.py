@@ -18,7 +18,7 @@ from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.events import Event
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.initial_state import initial_state, placed
-from wucht.studies.release_events import release_event
+from wucht.studies.release_events import release_events
 
 REVERSAL = "reversal"
 SAMPLES_PER_TURN, _FEWEST_SAMPLES, _ROWS = 24, 64, 4000
@@ -48,8 +48,6 @@ class Plan:
 
 def prepare(spec: CoastDown, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn."""
-    if not machine.units.time:
-        spec.refuse_units()
     coasting = _without_drives(machine)
     initial = _initial(spec, machine, coasting)
     coasting, velocity = placed(coasting, initial), coasting.rotor.coordinate.velocity
@@ -58,8 +56,7 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     limit = spec.until or _MOST_TURNS * turn
     step = limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn))  # a whole number of them until the end
     stride, energy, at_rest = turn if spec.until is None else limit / _ROWS, energy_scale(coasting), axis_at_rest(coasting)
-    releases = (release_event(coasting, b) for b in coasting.bodies if b.release is not None)
-    events = (Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *releases)
+    events = (Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting))
     return Plan(spec, coasting, initial, start_speed, limit, step, stride, energy, at_rest, events)
 
 

@@ -52,12 +52,9 @@ class Record(Descent):
         rows, stride = {name: np.append(self.rows[name], leg.rows[name]) for name in ROW}, self.stride
         if len(rows["time"]) > MOST_ROWS:
             rows, stride = {name: _thinned(name, column) for name, column in rows.items()}, 2 * stride
-        joined = {
-            "rows": rows,
-            "turns": np.concatenate([self.turns, leg.turns], axis=1),
-            "reversals": self.reversals + leg.reversals,
-        }
-        return replace(self, **vars(leg) | joined, stride=stride, legs=self.legs + 1)
+        turns, reversals = np.append(self.turns, leg.turns, axis=1), self.reversals + leg.reversals
+        joined = vars(leg) | {"rows": rows, "turns": turns, "reversals": reversals}
+        return replace(self, **joined, stride=stride, legs=self.legs + 1)
 
 
 def _thinned(name: str, column: np.ndarray) -> np.ndarray:
@@ -107,9 +104,8 @@ def _averaged(before: Record, samples: np.ndarray) -> tuple[np.ndarray, float | 
     averaged = turns(joined[0], joined[1], joined[2], {})
     half_time, half, whole = before.half_time, abs(before.start_speed) / 2, len(averaged.time) > 0
     if half_time is None:
-        half_time = (
-            _halved(averaged.time, averaged.speed, half, 2 * PER_TURN) if whole else _halved(joined[0], joined[2], half, 2)
-        )
+        time, speed, reach = (averaged.time, averaged.speed, 2 * PER_TURN) if whole else (joined[0], joined[2], 2)
+        half_time = _halved(time, speed, half, reach)
     if not whole:
         return np.empty((2, 0)), half_time, joined
     mean = np.array([averaged.time[::PER_TURN], averaged.speed[::PER_TURN]])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wucht.results.conventions import summary_of
-from wucht.results.formatting import formats
+from wucht.results.formatting import formats, in_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,15 +18,14 @@ def report(result: xr.Dataset) -> list[str]:
     speed, length = formats(result, result.amplitude.attrs["units"])
     label = "" if s["outcome"] is None else f"{s['outcome'].upper()}: "
     half = "not within this time" if s["half_time"] is None else f"after {s['half_time']:.5g}{second}"
-    lines = [
-        result.attrs["title"],
-        f"verdict: {label}{s['sentence']}",
-        f"  speed        {speed(s['start_speed'])} at the start, {speed(s['final_speed'])} on average at the end",
-        f"  halved       {half}",
-    ]
+    lines = {
+        "speed": f"{speed(s['start_speed'])} at the start, {speed(s['final_speed'])} on average at the end",
+        "halved": half,
+    }
     if s["reversal_time"] is not None:
-        lines.append(f"  turns back   at {s['reversal_time']:.6g}{second}")
-    lines.append(f"  turned       {s['turns']:.5g} times in {s['end_time']:.5g}{second}")
+        lines["turns back"] = f"at {s['reversal_time']:.6g}{second}"
+    lines["turned"] = f"{s['turns']:.5g} times in {s['end_time']:.5g}{second}"
     if s["peak_amplitude"]:
-        lines.append(f"  amplitude    {length(s['peak_amplitude'])} at most")
-    return [*lines, f"  energy       balance closed to {s['energy_residual']:.1e}"]
+        lines["amplitude"] = f"{length(s['peak_amplitude'])} at most"
+    lines["energy"] = f"balance closed to {s['energy_residual']:.1e}"
+    return in_lines(result, f"{label}{s['sentence']}", lines.items())

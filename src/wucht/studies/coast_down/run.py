@@ -37,11 +37,7 @@ def _leg(plan: Plan, compiled: CompiledSystem, before: Record, work: Work) -> De
     last = before.end
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
     grid = last.end_time + plan.step * np.arange(count + 1)
-
-    def report(time: float) -> None:
-        work.report(time / plan.limit)
-
-    t = integrate(compiled, last.end_state, last.parameters, grid, report, plan.energy)
+    t = integrate(compiled, last.end_state, last.parameters, grid, lambda time: work.report(time / plan.limit), plan.energy)
     if t.interrupted:
         raise KeyboardInterrupt
     return reduced(plan, compiled, before, t)

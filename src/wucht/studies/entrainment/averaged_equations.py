@@ -18,9 +18,9 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.shooting import variational
+from wucht.results.conventions import within_half_a_turn
 from wucht.studies.entrainment.swept_parameter import SweptParameter
 from wucht.studies.initial_state import angles_in
-from wucht.studies.locking import within_half_a_turn
 
 _NEWTON_STEPS = 40
 _LONGEST_STEP = 0.5  # of Newton's method, in the states' sizes

@@ -14,8 +14,8 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
+from wucht.results.conventions import within_half_a_turn
 from wucht.studies.entrainment.prepare import Plan
-from wucht.studies.locking import within_half_a_turn
 from wucht.studies.work import Work
 
 _SAMPLES = 256  # of a period: the mean of a periodic function over even samples is exact but for the orders above

@@ -42,8 +42,6 @@ class Plan:
 
 def prepare(spec: Entrainment, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine."""
-    if not machine.units.time:
-        spec.refuse_units()
     _refuse_others(machine)
     swept = swept_parameter(machine, spec.along)
     unit = Unit(swept.unit, swept.what)

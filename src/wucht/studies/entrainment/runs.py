@@ -19,7 +19,7 @@ from wucht.results.outcomes import Outcome
 from wucht.studies.entrainment.prepare import Plan
 from wucht.studies.entrainment.swept_parameter import stretches
 from wucht.studies.locking import Locked, locked, motion_of
-from wucht.studies.release_events import release_event
+from wucht.studies.release_events import release_events
 from wucht.studies.run_up.prepare import placed_at_start
 
 _SAMPLES = 24  # a period
@@ -68,9 +68,8 @@ class RunsFromStart:
     def __init__(self, plan: Plan, senses: Mapping[str, float] | None = None, rate: float | None = None) -> None:
         machine = plan.machine
         self.plan, self.senses = plan, senses
-        events = tuple(release_event(machine, b) for b in machine.bodies if b.release is not None)
         # Without the balance of energy, which nothing here asks for.
-        self.flow = compile_system(replace(machine.system, quadratures=(), outputs=()), events=events)
+        self.flow = compile_system(replace(machine.system, quadratures=(), outputs=()), events=release_events(machine))
         self.period = 2 * math.pi / (machine.shaking_frequency or operating_speed(machine))
         wanted = _PERIODS * self.period + (_TIMES / rate if rate else 0.0)
         self.duration = plan.spec.until or min(wanted, _MOST_PERIODS * self.period) + machine.breakpoints[-1]
@@ -109,7 +108,7 @@ class RunsFromStart:
         entrained = means.evidence.outcome() in _ENTRAINED and (
             self.senses is None or all(self.senses[r.name] * means.speeds[r.name] > 0 for r in machine.rotors)
         )
-        mean = means.mean_speed if entrained else _mean(machine, trajectory, machine.rotor, means.window)
+        mean = means.speeds[machine.rotor.name] if entrained else _mean(machine, trajectory, machine.rotor, means.window)
         run = replace(run, entrained=entrained, mean_speed=mean, window=means.window, creep=means.evidence.creep)
         return replace(run, speeds=means.speeds, phases=means.phases)
 

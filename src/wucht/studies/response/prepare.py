@@ -22,8 +22,6 @@ class Plan:
 
 def prepare(spec: Response, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the start does not fit the machine, or nothing is free to vibrate."""
-    if not machine.units.time:
-        spec.refuse_units()
     if not machine.free_carrier:
         needed = "nothing here is free to vibrate: a response needs a carrier on springs, and this one is"
         raise InputError("machine.carrier", None, f"{needed} {'fixed' if machine.shaken is None else 'moved as prescribed'}")

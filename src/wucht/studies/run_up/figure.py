@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
 _MOST_NAMES = 7  # bodies with a name each in a legend
 _MOST_NAMED, _LONG, _HEIGHT = 14, 40, 6.4  # of many runs
@@ -34,6 +32,8 @@ def figure(result: xr.Dataset) -> Figure:
     _amplitude(axes[1], result, at, slow)
     for axis, of in zip(axes[2:], angles, strict=False):
         _phases(axis, result, of, at, slow)
+    for axis in axes[:-1]:
+        style.legend_beside(axis)
     _power(axes[-1], result, at)
     low, high = float(at.min()), float(at.max())
     for axis in axes if high > low else ():
@@ -49,33 +49,27 @@ def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
     """
     over = json.loads(result.attrs["input"])["study"].get("over", "time")
     if over == "time":
-        return result.time.values, _time_label(result)
-    angle = result[f"{model}angle"].values
-    rotor = angle[0]
+        return result.time.values, style.abscissa_label(result, "time")
     if over == "phi":
-        return rotor - rotor[0], "angle of the rotor $\\varphi$ (rad)"
-    return angle[_with_a_phase(result.phase)].mean(axis=0) - rotor, "mean phase of the bodies $\\psi$ (rad)"
+        return rotor_angle(result, model), "angle of the rotor $\\varphi$ (rad)"
+    return mean_phase(result, model), "mean phase of the bodies $\\psi$ (rad)"
+
+
+def rotor_angle(result: xr.Dataset, model: str) -> np.ndarray:
+    """By how much (N,) the rotor has turned."""
+    rotor = result[f"{model}angle"].values[0]
+    return np.asarray(rotor - rotor[0])
+
+
+def mean_phase(result: xr.Dataset, model: str) -> np.ndarray:
+    """The mean angle (N,) of the bodies about the rotor, to the rotor."""
+    angle = result[f"{model}angle"].values
+    return np.asarray(angle[_with_a_phase(result.phase)].mean(axis=0) - angle[0])
 
 
 def _with_a_phase(phase: xr.DataArray) -> np.ndarray:
     """Which bodies (n,) have a phase."""
     return np.asarray(np.isfinite(phase.values).any(axis=1))
-
-
-def _time_label(result: xr.Dataset) -> str:
-    return style.label(result, "time") if result.time.attrs["units"] else "time $\\tau$"
-
-
-def _length(result: xr.Dataset) -> tuple[float, str]:
-    """The unit in which lengths are drawn, and its factor."""
-    units = result.amplitude.attrs["units"]
-    return (1e3, "mm") if units == "m" else (1.0, units)
-
-
-def _legend(axis: Axes, lines: Sequence[Line2D] = (), right: float = 1.01) -> None:
-    """Beside the panel, of some lines or of all that are in it."""
-    given = {"handles": lines} if lines else {}
-    axis.legend(loc="center left", bbox_to_anchor=(right, 0.5), frameon=False, fontsize=8, **given)
 
 
 def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
@@ -91,16 +85,13 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | 
         driven = float(result.vibration_frequency)
         axis.axhline(driven, color=style.COLOURS[3], linestyle="-.", linewidth=0.9, label="frequency of the vibration")
     natural = sorted({round(f, 9) for f in summary_of(result)["natural_frequencies"].values() if f is not None})
-    sense = -1.0 if free < 0 else 1.0
-    for k, frequency in enumerate(natural):
-        name = ("natural frequencies" if len(natural) > 1 else "natural frequency") if k == 0 else None
-        axis.axhline(sense * frequency, color=style.GREY, linestyle=":", linewidth=0.9, label=name)
+    signed = [-f if free < 0 else f for f in natural]
+    style.mark_levels(axis, signed, "natural frequencies" if len(natural) > 1 else "natural frequency")
     axis.set_ylabel(style.label(result, "speed"))
-    _legend(axis)
 
 
 def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
-    scale, unit = _length(result)
+    scale, unit = style.printed_unit(result, "amplitude")
     if (np.abs(result.amplitude - result.radius) > 2e-2 * result.peak_amplitude).any():
         axis.plot(*style.thinned(time, scale * result.radius.values), color=style.COLOURS[4], linewidth=0.4, label="distance")
     axis.plot(*style.thinned(time, scale * result.amplitude.values), color=style.COLOURS[0], linewidth=1.1, label="amplitude")
@@ -108,7 +99,6 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
         axis.plot(*style.thinned(slow, scale * result.slow_amplitude.values), label="averaged equations", **style.SLOW)
     axis.set_ylabel(style.label(result, "amplitude", unit))
     axis.set_ylim(bottom=0)
-    _legend(axis)
 
 
 def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: np.ndarray | None) -> None:
@@ -126,7 +116,6 @@ def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: n
         styles = [style.SLOW | ({} if i else {"label": "averaged equations"}) for i in range(len(styles))]
         style.draw_angles(axis, slow, np.degrees(result[f"slow_{name}"].values[bodies]), begin, styles)
     axis.set_ylabel(f"phase to {reference} (°)")
-    _legend(axis)
 
 
 def _power(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
@@ -139,13 +128,13 @@ def _power(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
     other.set_ylim(1e-18, max(1e-8, 10 * float(residual.max(initial=0.0))))
     style.plain_decades(other.yaxis)
     other.set_ylabel("energy residual (1)")
-    _legend(axis, [*axis.get_lines(), *other.get_lines()], right=1.14)
+    style.legend_beside(axis, [*axis.get_lines(), *other.get_lines()], right=1.14)
 
 
 def _figure_of_many(result: xr.Dataset) -> Figure:
     """Two panels of many run-ups: speed and amplitude of each case."""
     drawn, (speed, amplitude) = style.new_figure(2, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
-    cases, over, (scale, unit) = summary_of(result)["cases"], "abscissa" in result, _length(result)
+    cases, over, (scale, unit) = summary_of(result)["cases"], "abscissa" in result, style.printed_unit(result, "amplitude")
     for k, case in enumerate(cases):
         run = result.isel(case=k)
         inside = np.isfinite(run.time.values)
@@ -161,12 +150,11 @@ def _figure_of_many(result: xr.Dataset) -> Figure:
             speed.plot(*style.thinned(slow, run.slow_speed.values[0][inside]), label=named, **style.SLOW)
             amplitude.plot(*style.thinned(slow, scale * run.slow_amplitude.values[inside]), **style.SLOW)
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
-    for k, value in enumerate(sorted(free) if len(free) <= 2 else ()):
-        speed.axhline(value, color=style.GREY, linestyle=":", linewidth=0.9, label="no-load speed" if k == 0 else None)
+    style.mark_levels(speed, sorted(free) if len(free) <= 2 else (), "no-load speed")
     speed.set_ylabel(style.label(result, "speed"))
     amplitude.set_ylabel(style.label(result, "amplitude", unit))
     amplitude.set_ylim(bottom=0)
-    amplitude.set_xlabel(style.label(result, "abscissa") if over else _time_label(result))
+    amplitude.set_xlabel(style.label(result, "abscissa") if over else style.abscissa_label(result, "time"))
     columns = 1 if max(len(c["label"]) for c in cases) > _LONG else 2
     rows = -(-min(len(cases) + 1, _MOST_NAMED) // columns)
     drawn.subplots_adjust(right=0.97, bottom=(0.55 + 0.17 * rows) / _HEIGHT)

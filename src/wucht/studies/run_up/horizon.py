@@ -13,7 +13,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies, net_torque
 from wucht.numerics.flow.events import Event
 from wucht.studies.initial_state import speeds_in
-from wucht.studies.release_events import release_event
+from wucht.studies.release_events import release_events
 from wucht.studies.run_up.spec import RunUp
 
 SAMPLES_PER_TURN = 24
@@ -99,8 +99,7 @@ def _events(machine: Machine, spec: RunUp, initial: np.ndarray) -> tuple[Event, 
     limit = spec.speed_limit or runaway_limit(machine)
     if limit is not None and rotor.prescribed is None:
         ends[SPEED_LIMIT] = rotor.velocity / limit
-    releases = (release_event(machine, b) for b in machine.bodies if b.release is not None)
-    return (*(Event(name, share**2 - 1, +1, terminal=True) for name, share in ends.items()), *releases)
+    return (*(Event(name, share**2 - 1, +1, terminal=True) for name, share in ends.items()), *release_events(machine))
 
 
 def runaway_limit(machine: Machine) -> float | None:
@@ -109,9 +108,8 @@ def runaway_limit(machine: Machine) -> float | None:
     Such are a series motor without load, 002 (2.105), and a constant torque without losses.
     """
     rotor = machine.rotor
-    if not machine.units.time or rotor.coordinate.prescribed is not None or machine.schedules:
-        return None
-    if free_speed(machine, rotor) is not None or net_torque(machine, rotor)(0.0) == 0.0:
+    held = rotor.coordinate.prescribed is not None or free_speed(machine, rotor) is not None
+    if held or not machine.units.time or machine.schedules or net_torque(machine, rotor)(0.0) == 0.0:
         return None
     return _RUNAWAY * max([*natural_frequencies(machine).values(), _SLOWEST_RUNAWAY])
 

@@ -7,9 +7,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from wucht.results.conventions import answered, summary_of, variable
+from wucht.studies.run_up.figure import mean_phase, rotor_angle
 from wucht.studies.run_up.prepare import Plan
 
 if TYPE_CHECKING:
@@ -23,22 +22,21 @@ def gathered(plan: Plan, runs: Sequence[xr.Dataset], finished: int) -> xr.Datase
     """The runs as one Dataset with the dimension ``case``; its summary has a list ``cases``. finished: how many runs are."""
     import xarray as xr_
 
-    cases, summaries = plan.cases[: len(runs)], [summary_of(r) for r in runs]
+    pairs = list(zip(plan.cases, runs, strict=False))  # a run may be missing
+    cases = [{"label": c.label, "start": dict(c.start), "value": c.value} | summary_of(r) for c, r in pairs]
     reduced = [_reduced(run, plan.spec.over) for run in runs]
     longest = max(r.sizes["sample"] for r in reduced)
     padded = [r.pad(sample=(0, longest - r.sizes["sample"])) for r in reduced]
     result = xr_.concat(padded, dim="case", combine_attrs="override")
     result.attrs = {}
     result["time"].attrs = {"long_name": "time", "units": plan.machine.units.time}
-    result = result.assign_coords(case=variable("case", [c.label for c in cases], "case"))
-    count = Counter(s["outcome"] for s in summaries)
-    warnings = [f"{c.label}: {w}" for c, r in zip(cases, runs, strict=True) for w in json.loads(r.attrs["warnings"])]
+    result = result.assign_coords(case=variable("case", [c["label"] for c in cases], "case"))
+    count = Counter(c["outcome"] for c in cases)
+    warnings = [f"{c.label}: {w}" for c, r in pairs for w in json.loads(r.attrs["warnings"])]
     if finished < len(plan.cases):
         warnings.append(f"{finished} of {len(plan.cases)} runs are finished")
     outcome = next(iter(count)) if len(count) == 1 and finished == len(plan.cases) else None
-    own = [{"label": c.label, "start": dict(c.start), "value": c.value} for c in cases]
-    summary = {"outcome": outcome, "outcomes": dict(count), "along": plan.spec.along}
-    summary["cases"] = [o | s for o, s in zip(own, summaries, strict=True)]
+    summary = {"outcome": outcome, "outcomes": dict(count), "along": plan.spec.along, "cases": cases}
     sentence = ", ".join(f"{n} {name}" for name, n in count.most_common())
     failure = next((r.attrs["failure"] for r in runs if r.attrs["failure"]), None)
     return answered(result, summary, sentence, warnings, failure, outcome=outcome or "several")
@@ -46,15 +44,10 @@ def gathered(plan: Plan, runs: Sequence[xr.Dataset], finished: int) -> xr.Datase
 
 def _reduced(run: xr.Dataset, over: str) -> xr.Dataset:
     """What is kept of a run: a few variables, sampled no more densely than a figure shows, and the figure's abscissa."""
+    abscissae = {"phi": ("angle of the rotor", rotor_angle), "psi": ("mean phase of the bodies", mean_phase)}
     for model in ("", "slow_") if "slow_angle" in run else ("",):
-        angle = run[f"{model}angle"]
-        rotor = angle.isel(body=0, drop=True)
-        if over == "phi":
-            turned = (rotor - rotor[0]).assign_attrs(long_name="angle of the rotor", units="rad")
-            run = run.assign({f"{model}abscissa": turned})
-        if over == "psi":
-            about = np.isfinite(run.phase.values).any(axis=1)
-            mean = angle.isel(body=about).mean(dim="body") - rotor
-            run = run.assign({f"{model}abscissa": mean.assign_attrs(long_name="mean phase of the bodies", units="rad")})
+        if over in abscissae:
+            name, at = abscissae[over]
+            run[f"{model}abscissa"] = variable("time", at(run, model), name, "rad")
     shown = run[[n for n in _SHOWN if n in run]].isel(time=slice(None, None, -(-run.sizes["time"] // _MOST_SAMPLES)))
     return shown.rename_dims(time="sample").reset_index("time").reset_coords("time")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -28,10 +28,16 @@ _ANGLE = sp.Symbol(ROTOR_ANGLE, real=True)
 
 @dataclass(frozen=True)
 class FullModel:
-    """The full equations, and how their trajectory is seen as one of the machine. start: the machine's initial state (n,)."""
+    """The full equations, and how their trajectory is seen as one of the machine.
+
+    initial: the state (k,) of their System to start from. warnings: what of the start they leave out. remedies: what to try
+    where the run failed.
+    """
 
     machine: Machine
-    start: np.ndarray
+    initial: np.ndarray
+    warnings: tuple[str, ...] = ()
+    remedies: tuple[str, ...] = ()
     name: ClassVar[str] = "full"
 
     @property
@@ -40,24 +46,9 @@ class FullModel:
         return self.machine.system
 
     @property
-    def initial(self) -> np.ndarray:
-        """Its initial state."""
-        return self.start
-
-    @property
     def values(self) -> tuple[float, ...]:
         """Parameter values in order."""
         return self.system.values(self.machine.values)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What of the start these equations leave out."""
-        return ()
-
-    @property
-    def remedies(self) -> tuple[str, ...]:
-        """What to try where the run failed."""
-        return ()
 
     def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
         """Events of the machine in these equations."""
@@ -77,7 +68,7 @@ class FullModel:
 class SlowModel(FullModel):
     """The averaged equations."""
 
-    slow: AveragedMachine
+    slow: AveragedMachine = field(kw_only=True)
     name: ClassVar[str] = "slow"
 
     @cached_property
@@ -87,28 +78,6 @@ class SlowModel(FullModel):
         turning = s.output(ROTOR_ANGLE).expression
         works = tuple(q for q in s.quadratures if q.name != ROTOR_ANGLE)
         return replace(s, states=(*s.states, _ANGLE), derivatives=(*s.derivatives, turning), quadratures=works)
-
-    @cached_property
-    def initial(self) -> np.ndarray:
-        """The averaged state from which the same motion follows."""
-        angles, main = angles_in(self.machine, self.start), self.machine.rotor.name
-        state = self.slow.state(angles, speeds_in(self.machine, self.start))
-        return np.append(state, self.slow.senses[main] * angles[main])
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What of the start these equations leave out."""
-        positions = zip(self.machine.carrier, static_position(self.machine), strict=True)
-        at_rest = {s: x for c, rest in positions if c.prescribed is None for s, x in ((c.position, rest), (c.velocity, 0.0))}
-        moved = any(abs(self.start[self.machine.row(s)] - x) > _AT_REST for s, x in at_rest.items())
-        left_out = ("the averaged equations have no free vibration of the carrier: its start is left out",) if moved else ()
-        return (*left_out, *self.slow.warnings)
-
-    @property
-    def remedies(self) -> tuple[str, ...]:
-        """What to try where the run failed."""
-        advice = "the terms of the next order may have become as large as those of the first: try order = 1"
-        return () if self.slow.order == 1 else (advice,)
 
     def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
         """Those of the main rotor's angle and speed, in its own sense."""
@@ -157,7 +126,14 @@ def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order:
     with_inertia = not damped(machine) if inertia is None else inertia
     if not with_inertia and not damped(machine):
         raise InputError("study.inertia", inertia, "must be true: a balancing body is not damped against its rotor")
-    speeds = speeds_in(machine, start)
+    angles, speeds, main = angles_in(machine, start), speeds_in(machine, start), machine.rotor.name
     undriven = [r.name for r in machine.rotors if r.coordinate.prescribed is None and not free_speed(machine, r)]
     senses = {name: int(np.sign(speeds[name])) for name in undriven if speeds[name]}
-    return SlowModel(machine, start, averaged_machine(machine, with_inertia, order, turning=senses))
+    slow = averaged_machine(machine, with_inertia, order, turning=senses)
+    initial = np.append(slow.state(angles, speeds), slow.senses[main] * angles[main])
+    positions = zip(machine.carrier, static_position(machine), strict=True)
+    at_rest = {s: x for c, rest in positions if c.prescribed is None for s, x in ((c.position, rest), (c.velocity, 0.0))}
+    moved = any(abs(start[machine.row(s)] - x) > _AT_REST for s, x in at_rest.items())
+    left_out = ("the averaged equations have no free vibration of the carrier: its start is left out",) if moved else ()
+    advice = "the terms of the next order may have become as large as those of the first: try order = 1"
+    return SlowModel(machine, initial, (*left_out, *slow.warnings), (advice,) if order > 1 else (), slow=slow)

@@ -45,17 +45,13 @@ class Plan:
 
 def prepare(spec: RunUp, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine."""
-    if not machine.units.time:
-        spec.refuse_units()
     if spec.over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
         raise InputError("study.over", spec.over, "must be 'time' or 'phi': no body turns about the rotor")
     cases, starts = [], spec.starts or (spec.start,)
-    if spec.along is None:
-        cases = [prepare_case(spec, machine, start) for start in starts]
-    else:
-        for value in values_of(machine, parameter_of(machine, spec.along), spec.values):
-            changed = machine.with_values({spec.along: value})
-            cases += [prepare_case(spec, changed, start, value) for start in starts]
+    values = (None,) if spec.along is None else values_of(machine, parameter_of(machine, spec.along), spec.values)
+    for value in values:
+        changed = machine if spec.along is None or value is None else machine.with_values({spec.along: value})
+        cases += [prepare_case(spec, changed, start, value) for start in starts]
     return Plan(spec, machine, tuple(cases), bool(spec.starts or spec.values))
 
 

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from wucht.results.conventions import summary_of
-from wucht.results.formatting import Format, formats
+from wucht.results.formatting import Format, formats, in_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,12 +47,11 @@ def report(result: xr.Dataset) -> list[str]:
     if "slow" in s:
         lines["slow"] = f"{s['slow']['outcome']}, {_end(s['slow'], speed, length)}"
     apart = [
-        f"  {'apart':13}speed {speed(d['speed'])}, amplitude {length(d['amplitude'])} at most, {name.replace('_', ' ')}"
+        ("apart", f"speed {speed(d['speed'])}, amplitude {length(d['amplitude'])} at most, {name.replace('_', ' ')}")
         for name, d in s.get("deviations", {}).items()
         if d is not None
     ]
-    heading = [result.attrs["title"], f"verdict: {s['outcome'].upper()}: {s['sentence']}"]
-    return [*heading, *(f"  {name:13}{line}" for name, line in lines.items()), *apart]
+    return in_lines(result, f"{s['outcome'].upper()}: {s['sentence']}", [*lines.items(), *apart])
 
 
 def _angles(phases: dict[str, float]) -> str:

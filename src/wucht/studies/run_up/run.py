@@ -95,23 +95,21 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 def run_case(spec: RunUp, case: Case, work: Work) -> Iterator[tuple[Motion, ...]]:
     """The motions of one run, after each leg; a second model goes as far as the first did."""
     first, *others = case.models
-    share, motions = _FULL_SHARE if others else 1.0, tuple[Motion, ...]()
-    part = work.part(first.name, 0.0, share)
-    for motions in _motions(spec, case, first, case.horizon.events, case.horizon.legs(), part):
-        yield motions
-    [motion] = motions
+    share = _FULL_SHARE if others else 1.0
+    for motion in _motions(spec, case, first, case.horizon.events, case.horizon.legs(), work.part(first.name, 0.0, share)):
+        yield (motion,)
     time = motion.trajectory.time
     if motion.legs[-1].failure or len(time) < 2:
         return
     for other in others:
         legs = ((time[i : i + _SAMPLES_A_LEG + 1], time[-1], False) for i in range(0, len(time) - 1, _SAMPLES_A_LEG))
         for second in _motions(spec, case, other, (), legs, work.part(other.name, share, 1.0)):
-            yield motion, *second
+            yield motion, second
 
 
 def _motions(
     spec: RunUp, case: Case, model: FullModel, events: tuple[Event, ...], grids: Iterable[Grid], work: Work
-) -> Iterator[tuple[Motion]]:
+) -> Iterator[Motion]:
     """A model's motion after each leg, as far as the legs, an event, or the verdict let it go."""
     compiled = compile_system(model.system, spec.tolerance, model.events(events), spec.engine)
 
@@ -123,14 +121,11 @@ def _motions(
             raise KeyboardInterrupt
         return part
 
-    works = {q.name: np.zeros(1) for q in compiled.system.quadratures}
-    state = np.concatenate([model.initial, np.zeros(len(works))])
-    start = Trajectory(np.zeros(1), model.initial[:, None], works, np.array(model.values, float), 0.0, state)
-    legs: tuple[Trajectory, ...] = (start,)
-    yield (Motion(case, model, compiled, legs),)
+    legs: tuple[Trajectory, ...] = (integrate(compiled, model.initial, model.values, np.zeros(1)),)
+    yield Motion(case, model, compiled, legs)
     for grid, end, judged in grids:
         legs = (*legs, work.unit(f"leg {len(legs)}", partial(leg, legs[-1], grid, end)))
         motion = Motion(case, model, compiled, legs)
-        yield (motion,)
+        yield motion
         if legs[-1].ended or (judged and motion.decided):
             return

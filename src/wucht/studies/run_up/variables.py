@@ -14,7 +14,7 @@ from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.peaks import envelope
 from wucht.results.conventions import Variable, variable
-from wucht.studies.locking import is_locking
+from wucht.studies.locking import is_locking, rotor_phases
 from wucht.studies.observables import EnergyBalance, Orbit, Rows
 
 Variables = dict[str, Variable]
@@ -42,11 +42,9 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory) -> tuple[Vari
 
 def _motion(coordinates: Sequence[Coordinate], row: Rows, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions and velocities (n, N) of coordinates."""
-    names = [(c.position.name, c.velocity.name) for c in coordinates]
-    positions, velocities = (
-        np.array([[row[n] for n in pair] for pair in names]).reshape(len(names), 2, len(time)).swapaxes(0, 1)
-    )
-    return positions, velocities
+    pairs = [(row[c.position.name], row[c.velocity.name]) for c in coordinates]
+    motion: np.ndarray = np.array(pairs).reshape(len(pairs), 2, len(time))
+    return motion[:, 0], motion[:, 1]
 
 
 def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> Variables:
@@ -62,21 +60,17 @@ def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> Variables:
     data = {
         "angle": variable("body time", angles, "angle", "rad"),
         "speed": variable("body time", speeds, "speed", units.speed),
-        "free_speed": variable("", math.nan if free is None else free, "speed reached without vibration", units.speed),
+        "free_speed": variable("", free, "speed reached without vibration", units.speed),
         "motor_torque": variable("time", row["motor_torque"], "motor torque", units.torque),
         "motor_power": variable("time", row["motor_power"], "motor power", units.power),
         "residual_unbalance": variable("time", _residual(machine, angle, end), "share of the unbalance that is left"),
     }
     if is_locking(machine):
-        main, frequency = machine.rotor.name, machine.shaking_frequency
-        turned = {r.name: math.copysign(1.0, angle[r.name][-1] - angle[r.name][0]) * angle[r.name] for r in machine.rotors}
-        if frequency is None:
-            other = {name: a - turned[main] for name, a in turned.items() if name != main}
-            data["rotor_phase"] = phases(other, "phase of a rotor to the first")
-        else:
-            data["rotor_phase"] = phases({main: turned[main] - frequency * time}, "phase of a rotor to the vibration")
-        driven = math.nan if frequency is None else frequency
-        data["vibration_frequency"] = variable("", driven, "frequency of the vibration", units.speed)
+        frequency, to = machine.shaking_frequency, rotor_phases(machine, time, {r.name: angle[r.name] for r in machine.rotors})
+        if frequency is not None:
+            to[machine.rotor.name] = to.pop("vibration")
+        data["rotor_phase"] = phases(to, f"phase of a rotor to the {'first' if frequency is None else 'vibration'}")
+        data["vibration_frequency"] = variable("", frequency, "frequency of the vibration", units.speed)
     if machine.sliders:
         displacement, velocity = _motion([x.coordinate for x in machine.sliders], row, time)
         data["slider_displacement"] = variable("slider time", displacement, "displacement in the guide", units.length)

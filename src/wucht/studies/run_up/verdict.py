@@ -98,7 +98,7 @@ def _by_locking(machine: Machine, trajectory: Trajectory, verdict: Verdict) -> V
     if outcome is Outcome.UNIDENTIFIED:
         needed = 2 * (FEWEST_PERIODS + 1) * (end - begin) / max(means.evidence.periods, 1)
         advice = _longer(machine, f"fewer than {FEWEST_PERIODS} whole periods were made in the last half", needed)
-    evidence = replace(verdict.evidence, mean_speed=abs(means.mean_speed), turning=True)
+    evidence = replace(verdict.evidence, mean_speed=abs(means.speeds[machine.rotor.name]), turning=True)
     return replace(verdict, outcome=outcome, evidence=evidence, window=means.window, locked=means, advice=advice)
 
 
@@ -121,14 +121,12 @@ def _turning(machine: Machine, end: float, averaged: Turns, bodies: list[Rotatin
     asynchronous = slip > SLIP_TOLERANCE * mean
     reference = expected or mean
     heading = trend(np.array([speed / reference] if asynchronous else [speed / reference, residual]), STEADY_TOLERANCE)
-    quiet = float(np.ptp(speed[late])) <= MODULATION_THRESHOLD * mean
-    if asynchronous:
-        quiet = quiet and creep(averaged.followers) <= SLIP_CREEP_TOLERANCE * slip
+    wandering = asynchronous and creep(averaged.followers) > SLIP_CREEP_TOLERANCE * slip
+    quiet = not wandering and float(np.ptp(speed[late])) <= MODULATION_THRESHOLD * mean
     observed = modulation(averaged.time, averaged.angle, speed, MODULATION_THRESHOLD * mean)
     sustained = observed if observed is not None and observed.sustained else None
-    window = averaged.last(max(_LAST_SHARE, 2 * PER_TURN / len(speed)))
-    if sustained is not None:
-        window = slice(sustained.begin, sustained.end)
+    last = averaged.last(max(_LAST_SHARE, 2 * PER_TURN / len(speed)))
+    window = last if sustained is None else slice(sustained.begin, sustained.end)
     phases = {b.name: float(wrapped(np.angle(p[-1]))) for b, p in zip(bodies[1:], averaged.phases, strict=True)}
     final = np.array([0.0, *(0.0 if asynchronous else sense * phase for phase in phases.values())])
     time, angle = averaged.time[window], averaged.angle[window]

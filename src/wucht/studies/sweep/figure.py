@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, label, line_style, new_figure
+from wucht.results.style import COLOURS, GREY, label, legend_beside, line_style, new_figure, printed_unit, with_unit
 from wucht.studies.sweep.report import SENSE
 
 if TYPE_CHECKING:
@@ -21,8 +21,7 @@ _MODULATED = 2e-3  # range of the speed, relative: less is not drawn as a band
 def figure(result: xr.Dataset) -> Figure:
     """Two panels from a sweep's Dataset alone."""
     drawn, (speed, amplitude) = new_figure(2, 6.4, result.attrs["title"], _subtitle(result))
-    unit, swept_unit = str(result.amplitude.attrs["units"]), result.attrs["along_unit"]
-    scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
+    scale, unit = printed_unit(result, "amplitude")
     for i, way in enumerate(str(d) for d in result.direction.values):
         ramp = result.sel(direction=way)
         style = line_style(i) | {"linewidth": 1.4, "label": SENSE[way], "zorder": 3 - 0.1 * i}
@@ -40,10 +39,9 @@ def figure(result: xr.Dataset) -> Figure:
     amplitude.set_ylabel(label(result, "amplitude", unit))
     amplitude.set_ylim(bottom=0)
     amplitude.set_xlim(float(result.grid[0]), float(result.grid[-1]))
-    amplitude.set_xlabel(result.attrs["along"] + (f" ({swept_unit})" if swept_unit else ""))
+    amplitude.set_xlabel(with_unit(result.attrs["along"], result.attrs["along_unit"]))
     for axis in (speed, amplitude):
-        if axis.get_legend_handles_labels()[0]:
-            axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
+        legend_beside(axis)
     return drawn
 
 

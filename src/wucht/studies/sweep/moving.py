@@ -36,7 +36,7 @@ _MOST_TURNS_SEEN = 200  # of a leg: what is sampled densely, at its end
 _TURNS_UNSEEN = 200  # before that, between two questions whether to stop
 SETTLED = 1e-6  # relative change of the speed; ten times as much of the amplitude
 _MODULATED = 2e-3  # range of the speed, relative
-_MOST_WINDOWS = 60
+_MOST_WINDOWS = 61
 
 
 class IntegrationError(WuchtError):
@@ -136,12 +136,10 @@ class Mover:
         also at a standstill.
         """
         window, quiet = max(5 * self.plan.pace.answer, 8 * self.plan.pace.turn), 0
-        leg = self.leg(place, window)
-        motion = np.array([leg.speed, leg.amplitude])
-        scale = np.maximum(largest, np.abs(motion))
+        motion, scale = np.full(2, np.inf), np.array(largest)
         for _ in range(_MOST_WINDOWS):
-            leg, before = self.leg(leg.place, window), motion
-            motion = np.array([leg.speed, leg.amplitude])
+            leg, before = self.leg(place, window), motion
+            place, motion = leg.place, np.array([leg.speed, leg.amplitude])
             scale = np.maximum(scale, np.abs(motion))
             still = (np.abs(motion - before) <= np.array([SETTLED, 10 * SETTLED]) * scale).all()
             quiet = quiet + 1 if still else 0
@@ -158,19 +156,19 @@ class Mover:
         parameters = np.array([*place.parameters, place.value, rate, place.time])  # those of the line come last
         state, end, fastest = self._without_turns(place), place.time + duration, self.plan.pace.fastest
         seen = min(duration, _MOST_TURNS_SEEN * 2 * math.pi / fastest)
+        grids = [np.linspace(end - seen, end, 1 + max(8, math.ceil(seen * fastest / (2 * math.pi) * SAMPLES_PER_TURN)))]
         if seen < duration:  # in pieces: between them the user may stop the run
             count = 1 + math.ceil((end - seen - place.time) * fastest / (2 * math.pi * _TURNS_UNSEEN))
-            for piece in pairwise(np.linspace(place.time, end - seen, count)):
-                t = self._run(np.array(piece), state, parameters)
-                state, parameters = t.end_state, t.parameters
-        count = max(8, math.ceil(seen * fastest / (2 * math.pi) * SAMPLES_PER_TURN))
-        t = self._run(np.linspace(end - seen, end, count + 1), state, parameters)
+            grids = [*map(np.array, pairwise(np.linspace(place.time, end - seen, count))), *grids]
+        for grid in grids:
+            t = self._run(grid, state, parameters)
+            state, parameters = t.end_state, t.parameters
         rows, system = rows_of(self.compiled, t), self.compiled.system
         n, done = len(system.states), np.array(place.state)
         done[:n] = 0.0
         works = {q.name: w + t.quadratures[q.name] for q, w in zip(system.quadratures, done[n:], strict=True)}
         balance, residual = place.balance.after(rows["stored_energy"], works)
-        reached, others = tuple((t.end_state + done).tolist()), tuple(t.parameters[: -len(_LINE)].tolist())
+        reached, others = tuple((state + done).tolist()), tuple(parameters[: -len(_LINE)].tolist())
         ended = Place(end, place.value if to is None else to, reached, others, balance)
         return self._read(t, rows, place, ended, rate, float(residual[-1]))
 

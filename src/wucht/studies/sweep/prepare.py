@@ -70,8 +70,6 @@ class Plan:
 
 def prepare(spec: Sweep, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine."""
-    if not machine.units.time:
-        spec.refuse_units()
     swept = parameter_of(machine, spec.along)
     low, high = range_of(Unit(swept.unit, swept.what), spec.range)
     rate = _rate(spec, machine, swept)

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from wucht.numerics.flow.compiled import compile_system
-from wucht.studies.release_events import release_event
+from wucht.studies.release_events import release_events
 from wucht.studies.sweep.jumps import Jump, candidates, find_jump
 from wucht.studies.sweep.moving import IntegrationError, Leg, Mover, Place, moving_system
 from wucht.studies.sweep.prepare import Plan
@@ -45,38 +45,33 @@ class Findings:
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Move the machine; what was found after each part of a ramp and each search. A failure ends the sweep, with a sentence."""
     machine = plan.machine
-    events = tuple(release_event(machine, b) for b in machine.bodies if b.release is not None)
-    compiled = compile_system(moving_system(machine, plan.swept.path), plan.spec.tolerance, events, plan.spec.engine)
+    moving, events = moving_system(machine, plan.swept.path), release_events(machine)
+    compiled = compile_system(moving, plan.spec.tolerance, events, plan.spec.engine)
     mover = Mover(plan, compiled, _at(work, 0.0, "settling"))
-    begun = findings = Findings(compiled.engine.name, plan.pace.warnings)
-    yield begun
+    driven, ways = (plan.pace.driven, 0.0), len(plan.ways)
+    findings = Findings(compiled.engine.name, plan.pace.warnings)
+    yield findings
     try:
-        for findings in _there_and_back(plan, mover, begun, work):
+        settled, steady = work.unit("settling", partial(mover.settle, mover.begin(), driven))
+        findings = replace(findings, warnings=findings.warnings + _doubts(plan, settled, steady, "before the sweep"))
+        for k, way in enumerate(plan.ways):
+            part = work.part(way, k / ways, (k + 1) / ways)
+            for legs in _ramp(plan, mover, settled.place, way, part):
+                findings = replace(findings, ramps=findings.ramps | {way: legs})
+                yield findings
+            speed, amplitude = np.abs([driven, *((leg.speed, leg.amplitude) for leg in findings.all_legs)]).max(axis=0)
+            at_end = replace(mover, report=_at(part, _RAMP_SHARE, "settling"))
+            settled, steady = part.unit("settling", partial(at_end.settle, legs[-1].place, (speed, amplitude)))
+            doubts = _doubts(plan, settled, steady, f"after the way {way}", findings.all_legs)
+            findings = replace(findings, warnings=findings.warnings + doubts)
             yield findings
+            for jump in _jumps(mover, legs, part.part("jump", _JUMPS_SHARE, 1.0)):
+                findings = replace(findings, jumps=(*findings.jumps, jump))
+                yield findings
+        work.report(1.0)
+        yield replace(findings, complete=True)
     except IntegrationError as error:
         yield replace(findings, failure=str(error))
-
-
-def _there_and_back(plan: Plan, mover: Mover, findings: Findings, work: Work) -> Iterator[Findings]:
-    driven = plan.pace.driven, 0.0
-    settled, steady = work.unit("settling", partial(mover.settle, mover.begin(), driven))
-    findings = replace(findings, warnings=findings.warnings + _unsettled(plan, settled, steady, "before the sweep"))
-    for k, way in enumerate(plan.ways):
-        part = work.part(way, k / len(plan.ways), (k + 1) / len(plan.ways))
-        for legs in _ramp(plan, mover, settled.place, way, part):
-            findings = replace(findings, ramps=findings.ramps | {way: legs})
-            yield findings
-        speed, amplitude = np.abs([driven, *((leg.speed, leg.amplitude) for leg in findings.all_legs)]).max(axis=0)
-        at_end = replace(mover, report=_at(part, _RAMP_SHARE, "settling"))
-        settled, steady = part.unit("settling", partial(at_end.settle, legs[-1].place, (speed, amplitude)))
-        warnings = findings.warnings + _unsettled(plan, settled, steady, f"after the way {way}")
-        findings = replace(findings, warnings=warnings + _too_fast(plan, way, settled, findings))
-        yield findings
-        for jump in _jumps(mover, legs, part.part("jump", _JUMPS_SHARE, 1.0)):
-            findings = replace(findings, jumps=(*findings.jumps, jump))
-            yield findings
-    work.report(1.0)
-    yield replace(findings, complete=True)
 
 
 def _ramp(plan: Plan, mover: Mover, place: Place, way: str, work: Work) -> Iterator[tuple[Leg, ...]]:
@@ -127,20 +122,15 @@ def _at(work: Work, share: float, what: str) -> Callable[[float], None]:
     return lambda _: work.report(share, what)
 
 
-def _unsettled(plan: Plan, settled: Leg, steady: bool, when: str) -> tuple[str, ...]:
-    """A warning where the machine did not settle."""
-    speed = f"{settled.speed:.5g} {plan.machine.units.speed}".strip()
-    return () if steady else (f"the machine did not settle {when}: its speed was still changing at {speed}",)
-
-
-def _too_fast(plan: Plan, way: str, settled: Leg, findings: Findings) -> tuple[str, ...]:
-    """A warning where the machine did not follow to the end of a ramp."""
-    last = findings.all_legs[-1]
-    largest = max(abs(leg.speed) for leg in (settled, *findings.all_legs))
-    if last.modulation >= _TOO_FAST or abs(settled.speed - last.speed) <= _TOO_FAST * largest:
-        return ()
-    speed = f"{settled.speed:.5g} {plan.machine.units.speed}".strip()
-    return (
-        f"the sweep is too fast: after the way {way} the speed still changed from {last.speed:.5g} to {speed}; "
-        f"give a rate below {plan.pace.rate:.3g} {plan.pace.rate_unit}",
-    )
+def _doubts(plan: Plan, settled: Leg, steady: bool, when: str, legs: Sequence[Leg] = ()) -> tuple[str, ...]:
+    """Warnings where the machine did not settle, or did not follow to the end of a ramp. legs: of all ramps so far."""
+    doubts, speed = list[str](), f"{settled.speed:.5g} {plan.machine.units.speed}".strip()
+    if not steady:
+        doubts.append(f"the machine did not settle {when}: its speed was still changing at {speed}")
+    largest = max(abs(leg.speed) for leg in (settled, *legs))
+    if legs and legs[-1].modulation < _TOO_FAST and abs(settled.speed - legs[-1].speed) > _TOO_FAST * largest:
+        doubts.append(
+            f"the sweep is too fast: {when} the speed still changed from {legs[-1].speed:.5g} to {speed}; "
+            f"give a rate below {plan.pace.rate:.3g} {plan.pace.rate_unit}"
+        )
+    return tuple(doubts)

@@ -47,8 +47,6 @@ class Plan:
 
 def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the machine has no phases, or is outside the class of the averaged equations."""
-    if not machine.units.time:
-        spec.refuse_units()
     if len(machine.bodies) < 2:
         _refuse_single(machine)
     if len(machine.bodies) > MOST_BODIES:

@@ -23,8 +23,6 @@ class Plan:
 
 def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the start does not fit the machine, or the shaft has no drive with a torque."""
-    if not machine.units.time:
-        spec.refuse_units()
     by_name = {r.name: r for r in machine.rotors}
     if spec.on is not None and spec.on not in by_name:
         raise InputError("study.on", spec.on, f"must be a rotor: {', '.join(by_name)}")
