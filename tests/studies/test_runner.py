@@ -18,14 +18,16 @@ from wucht.errors import InputError, RunError
 from wucht.fields import si
 from wucht.files.catalogue import load_machine
 from wucht.results.conventions import answered, summary_of, variable
-from wucht.results.store import load
+from wucht.results.store import load, save_figure
 from wucht.studies import memory as memory_module
 from wucht.studies import runner
 from wucht.studies.memory import Memory
 from wucht.studies.registry import studies
+from wucht.studies.response.spec import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description
+from wucht.studies.synchronous_states.spec import SynchronousStates
 from wucht.studies.work import Work
 
 
@@ -230,6 +232,28 @@ def test_without_resume_a_folder_is_begun_anew(tmp_path: Path) -> None:
     computed.clear()
     ask(Squares(), [1.0, 2.0], folder=tmp_path)
     assert computed == ["square 0", "square 1"]
+
+
+def test_what_is_no_question_is_refused() -> None:
+    with pytest.raises(InputError, match=r"study: given 'run-up'; must be what is asked, such as wucht.RunUp\("):
+        runner.run("run-up", load_machine("drozdetskaya-2020/r1"))  # type: ignore[arg-type]
+
+
+def test_figures_do_not_depend_on_each_other_nor_on_the_users_settings(tmp_path: Path) -> None:
+    """A figure is the same whatever was drawn before it, and changes no setting of matplotlib."""
+    import matplotlib as mpl
+
+    machine = load_machine("sperling-rollers/table-1")
+    states = runner.run(
+        SynchronousStates(speed=80.0, axes={"speed": [60.0, 100.0, 4], "ratio": [0.5, 2.0, 3]}, full=False), machine
+    )
+    response = runner.run(Response(), load_machine("drozdetskaya-2020/r1"))
+    before = dict(mpl.rcParams)
+    alone = save_figure(runner.draw(states), tmp_path / "alone.png").read_bytes()
+    runner.draw(response)
+    assert dict(mpl.rcParams) == before
+    with mpl.rc_context({"font.size": 20, "axes.linewidth": 3}):
+        assert save_figure(runner.draw(states), tmp_path / "after.png").read_bytes() == alone
 
 
 def test_bad_input_makes_no_folder(tmp_path: Path) -> None:

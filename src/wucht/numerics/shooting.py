@@ -71,9 +71,7 @@ class Shooting:
     def _run(self, equations: CompiledSystem, x: np.ndarray, duration: float, count: int = 1) -> Trajectory:
         """From x over a period. Raises ``WuchtError`` where the integration fails."""
         grid = self.time + np.linspace(0.0, duration, count + 1)
-        run = integrate(equations, x, self.parameters, grid)
-        if run.interrupted:
-            raise KeyboardInterrupt
+        run = integrate(equations, x, self.parameters, grid).uninterrupted()
         if run.failure is not None:
             raise WuchtError(f"no periodic motion was found: {run.failure}")
         return run

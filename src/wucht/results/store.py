@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wucht.errors import InputError, RunError
+from wucht.results.style import SETTINGS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,7 +43,9 @@ def save_figure(figure: Figure, path: Path) -> Path:
     """Write a figure in the format of the path's ending."""
     # Packed a third faster than by default, and a tenth larger.
     packing: dict[str, Any] = {"pil_kwargs": {"compress_level": 1}} if path.suffix == ".png" else {}
-    with warnings.catch_warnings():
+    from matplotlib import rc_context
+
+    with warnings.catch_warnings(), rc_context(SETTINGS):
         warnings.filterwarnings("ignore", "Glyph", UserWarning)  # a title in a script that the font lacks
         return replacing(path, lambda beside: figure.savefig(beside, format=path.suffix[1:], **packing))
 

@@ -20,6 +20,8 @@ GREY = "#666666"
 SLOW: dict[str, Any] = {"color": "#000000", "linestyle": (0, (6, 2)), "linewidth": 0.8, "zorder": 4}  # averaged equations
 _SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machine
 _WIDTH, _MOST_POINTS = 8.0, 4000
+# What matplotlib takes from its settings while a figure is made, and, of ticks, when it is written.
+SETTINGS: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7}
 _NEAR_ZERO = 45.0  # degrees: angles that end so near to 0 are not drawn at the edge of the panel
 _STRIPS, _PALE, _FEW = 100, 0.15, 2
 
@@ -41,11 +43,9 @@ def new_grid(rows: int, columns: int, height: float, title: str, subtitle: str =
 
 
 def _panels(rows: int, columns: int, height: float, heading: str, margins: dict[str, float]) -> tuple[Figure, list[Axes]]:
-    import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7})
     figure = Figure(figsize=(_WIDTH, height), dpi=150)
     FigureCanvasAgg(figure)
     axes: list[Axes] = list(figure.subplots(rows, columns, sharex=columns == 1, squeeze=False).ravel())

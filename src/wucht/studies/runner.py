@@ -18,6 +18,7 @@ from wucht.errors import InputError
 from wucht.results.provenance import provenance
 from wucht.results.store import load as read_result
 from wucht.results.store import prepare_folder, save, to_json
+from wucht.results.style import SETTINGS
 from wucht.studies.accessor import register
 from wucht.studies.memory import Memory, forget, question_of
 from wucht.studies.registry import Study, studies, study_of
@@ -73,6 +74,8 @@ def run(
     InputError
         Where the question does not fit the subject, or the folder has the units of another question.
     """
+    if not isinstance(spec, Spec):
+        raise InputError("study", str(spec), 'must be what is asked, such as wucht.RunUp(until="20 s")')
     begun, study = clock.perf_counter(), study_of(spec.kind)
     subject_is = subject_of(spec).describe(subject)
     if subject_is.dimensionless:
@@ -205,7 +208,11 @@ def draw(result: xr.Dataset) -> Figure:
     InputError
         For a study that is not known here, or a Dataset that lacks variables which the result had.
     """
-    drawn: Figure = _study_of_result(result).figure(result)
+    from matplotlib import rc_context
+
+    study = _study_of_result(result)
+    with rc_context(SETTINGS):
+        drawn: Figure = study.figure(result)
     return drawn
 
 

@@ -54,6 +54,12 @@ class Trajectory:
         """Whether the run cannot or should not be continued: an event, a failure, or the user stopped it."""
         return self.stopped_by is not None or self.failure is not None or self.interrupted
 
+    def uninterrupted(self) -> Trajectory:
+        """Itself. Raises ``KeyboardInterrupt`` again where the user stopped it: for a run that is part of something."""
+        if self.interrupted:
+            raise KeyboardInterrupt
+        return self
+
     def tail(self, count: int) -> Trajectory:
         """The last ``count`` samples."""
         first = max(len(self.time) - count, 0)

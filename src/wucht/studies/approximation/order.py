@@ -128,9 +128,7 @@ def _complete(
     which: str, flow: CompiledSystem, initial: np.ndarray, values: Sequence[float], time: np.ndarray, work: Work
 ) -> Trajectory:
     """A run over all times (N,). Raises ``UnmeasuredError`` where it fails; Ctrl-C, which it stores, is raised again."""
-    run = integrate(flow, initial, values, time, lambda t: work.report(t / time[-1]))
-    if run.interrupted:
-        raise KeyboardInterrupt
+    run = integrate(flow, initial, values, time, lambda t: work.report(t / time[-1])).uninterrupted()
     if run.failure:
         raise UnmeasuredError(f"the {which} equations fail: {run.failure}")
     return run

@@ -38,9 +38,7 @@ def _leg(plan: Plan, compiled: CompiledSystem, before: Record, work: Work) -> De
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
     grid = last.end_time + plan.step * np.arange(count + 1)
     t = integrate(compiled, last.end_state, last.parameters, grid, lambda time: work.report(time / plan.limit), plan.energy)
-    if t.interrupted:
-        raise KeyboardInterrupt
-    return reduced(plan, compiled, before, t)
+    return reduced(plan, compiled, before, t.uninterrupted())
 
 
 def _ended(plan: Plan, record: Record) -> bool:

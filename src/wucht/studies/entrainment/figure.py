@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, label, line_style, new_figure, with_unit
+from wucht.results.style import COLOURS, GREY, label, legend_beside, line_style, new_figure, with_unit
 from wucht.studies.entrainment.report import band_in_words
 
 if TYPE_CHECKING:
@@ -37,8 +37,7 @@ def figure(result: xr.Dataset) -> Figure:
         axis.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
         _bands(axis, summary, low, high, named=axis is phase)
         axis.axvline(summary["value"], color=GREY, linestyle=":", linewidth=1.0, zorder=1)
-        if axis.get_legend_handles_labels()[0]:
-            axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize=8)
+        legend_beside(axis)
     speed.annotate("this machine", (summary["value"], 0.02), xycoords=("data", "axes fraction"), color=GREY, fontsize=7,
                    rotation=90, ha="right", va="bottom")  # fmt: skip
     speed.set_xlabel(with_unit(result.attrs["along"], unit))

@@ -75,9 +75,8 @@ class LockedMotions:
             self.flow, values, guess, 2 * math.pi / (frequency or speed), self.advance, free_period=frequency is None,
             phase_state=None if frequency else self.angles[machine.rotor.name], time=self.time, most_steps=most_steps,
         )  # fmt: skip
-        run = integrate(self.flow, orbit.state, values, self.time + np.linspace(0.0, orbit.period, _SAMPLES + 1))
-        if run.interrupted:
-            raise KeyboardInterrupt
+        grid = self.time + np.linspace(0.0, orbit.period, _SAMPLES + 1)
+        run = integrate(self.flow, orbit.state, values, grid).uninterrupted()
         turned = {n: self.senses[n] * run.states[i, :-1] for n, i in self.angles.items()}
         phases = []
         for body in map(machine.body, bodies_with_phase(machine)):

@@ -85,9 +85,7 @@ class RunsFromStart:
         trajectory, means, begin, end = None, None, 0.0, self.duration
         for _ in range(_DOUBLINGS + 1):
             grid = np.linspace(begin, end, max(2, math.ceil((end - begin) / step)) + 1)
-            leg = integrate(self.flow, state, parameters, grid, progress)
-            if leg.interrupted:
-                raise KeyboardInterrupt
+            leg = integrate(self.flow, state, parameters, grid, progress).uninterrupted()
             trajectory = leg if trajectory is None else trajectory.joined(leg)
             means = locked(machine, trajectory) if trajectory.failure is None else None
             if means is None or self._decided(machine, trajectory, means):

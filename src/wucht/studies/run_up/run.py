@@ -117,9 +117,7 @@ def _motions(
         """The part over a grid that begins at the last sample of the part before. end: of the whole, for progress."""
         state, values = before.end_state, before.parameters
         part = integrate(compiled, state, values, grid, lambda t: work.report(t / end), case.horizon.energy)
-        if part.interrupted:
-            raise KeyboardInterrupt
-        return part
+        return part.uninterrupted()
 
     legs: tuple[Trajectory, ...] = (integrate(compiled, model.initial, model.values, np.zeros(1)),)
     yield Motion(case, model, compiled, legs)

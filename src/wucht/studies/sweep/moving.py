@@ -186,9 +186,7 @@ class Mover:
         return state
 
     def _run(self, grid: np.ndarray, state: np.ndarray, parameters: np.ndarray) -> Trajectory:
-        t = integrate(self.compiled, state, parameters, grid, self.report, self.plan.energy)
-        if t.interrupted:
-            raise KeyboardInterrupt
+        t = integrate(self.compiled, state, parameters, grid, self.report, self.plan.energy).uninterrupted()
         if t.failure:
             raise IntegrationError(t.failure)
         return t

@@ -38,11 +38,9 @@ _LINE = 100  # characters of the heading
 
 def figure(result: xr.Dataset) -> Figure:
     """The force balances of up to 12 states, and below them the stability map if there is one: from the Dataset alone."""
-    import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    mpl.rcParams.update({"font.size": 9, "axes.linewidth": 0.7})
     shown, mapped = chosen(result.verdict.values.tolist(), _MOST), "map_stable" in result
     rows = math.ceil(len(shown) / _COLUMNS)
     heading = textwrap.wrap(result.attrs["sentence"], _LINE)
