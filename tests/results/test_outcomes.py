@@ -60,8 +60,8 @@ def test_without_unbalance_nothing_is_compensated():
 
 
 def test_compensated_needs_bodies_that_do_not_lag():
-    assert case(AT_SPEED, slip=0.2) is Outcome.COMPENSATED  # 0.1 % of 200 rad/s
-    assert case(AT_SPEED, slip=just_above(0.2)) is Outcome.BALANCER_CAPTURED
+    assert case(AT_SPEED, lag=0.2) is Outcome.COMPENSATED  # 0.1 % of 200 rad/s
+    assert case(AT_SPEED, lag=just_above(0.2)) is Outcome.BALANCER_CAPTURED
 
 
 def test_compensated_holds_before_the_last_decimals_have_settled():
@@ -108,23 +108,23 @@ def test_steady_and_modulated_is_modulated():
 
 
 def test_bodies_that_lag_behind_a_rotor_at_speed():
-    assert case(AT_SPEED, residual=1.0, slip=100.0) is Outcome.BALANCER_CAPTURED
+    assert case(AT_SPEED, residual=1.0, lag=100.0) is Outcome.BALANCER_CAPTURED
 
 
 def test_lagging_at_or_before_the_resonance_is_captured():
-    assert case(CAPTURED, slip=10.0) is Outcome.CAPTURED
-    assert case(MODULATED, slip=10.0) is Outcome.CAPTURED_MODULATED
+    assert case(CAPTURED, lag=10.0) is Outcome.CAPTURED
+    assert case(MODULATED, lag=10.0) is Outcome.CAPTURED_MODULATED
 
 
 def test_lagging_beyond_the_resonance_but_off_the_free_speed():
-    assert case(AT_SPEED, mean_speed=180.0, lowest_speed=180.0, residual=1.0, slip=80.0) is Outcome.BALANCER_CAPTURED
+    assert case(AT_SPEED, mean_speed=180.0, lowest_speed=180.0, residual=1.0, lag=80.0) is Outcome.BALANCER_CAPTURED
 
 
-def test_slip_of_a_thousandth_of_the_speed_is_none():
+def test_lag_of_a_thousandth_of_the_speed_is_none():
     limit = 0.001 * 180.0
     at_180 = replace(AT_SPEED, mean_speed=180.0, lowest_speed=180.0, residual=1.0)
-    assert case(at_180, slip=limit) is Outcome.PASSED
-    assert case(at_180, slip=just_above(limit)) is Outcome.BALANCER_CAPTURED
+    assert case(at_180, lag=limit) is Outcome.PASSED
+    assert case(at_180, lag=just_above(limit)) is Outcome.BALANCER_CAPTURED
 
 
 # --- the others ---
@@ -152,7 +152,7 @@ def test_too_short_a_run_is_unidentified():
     assert classify(Evidence(turning=False)) is Outcome.UNIDENTIFIED
     assert case(CAPTURED, steady=False) is Outcome.UNIDENTIFIED
     assert case(AT_SPEED, residual=1.0, steady=False) is Outcome.UNIDENTIFIED
-    assert case(AT_SPEED, residual=1.0, slip=100.0, steady=False) is Outcome.UNIDENTIFIED
+    assert case(AT_SPEED, residual=1.0, lag=100.0, steady=False) is Outcome.UNIDENTIFIED
 
 
 # --- entrained, synchronised: by the mean speed over whole periods ---

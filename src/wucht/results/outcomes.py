@@ -9,7 +9,7 @@ from typing import Self
 
 SPEED_TOLERANCE = 0.005  # of what the drive reaches without vibration: contract, "compensated"
 UNBALANCE_TOLERANCE = 0.01  # of the rotor's unbalance: contract, "compensated"
-SLIP_TOLERANCE = 0.001  # of the rotor's mean speed; more is another motion than a synchronous one
+LAG_TOLERANCE = 0.001  # of the rotor's mean speed; more is another motion than a synchronous one
 
 
 class Outcome(StrEnum):
@@ -46,7 +46,7 @@ class Evidence:
     mean_speed, lowest_speed: of the rotor, averaged over turns (mean and least). free_speed: what the drive reaches without
     vibration, None if that is not determined. resonance: speed of the last maximum of the vibration torque below it, None if
     there is none. residual: largest share of the rotor's unbalance that is left (1: as without balancers), None without
-    unbalance. slip: the largest amount by which a body lags behind the rotor, in speed. steady: nothing changes any more.
+    unbalance. lag: the largest amount by which a body lags behind the rotor, in speed. steady: nothing changes any more.
     modulated: with a range that neither grows nor decays. turning: at least a few turns were made. moving: an oscillation is
     left.
     """
@@ -57,7 +57,7 @@ class Evidence:
     free_speed: float | None = None
     resonance: float | None = None
     residual: float | None = None
-    slip: float = 0.0
+    lag: float = 0.0
     steady: bool = False
     modulated: bool = False
     moving: bool = False
@@ -70,7 +70,7 @@ def classify(e: Evidence) -> Outcome:
 
     1. ``runaway``: beyond the given limit.
     2. not turning: ``oscillating`` if a steady oscillation is left, ``stopped`` if nothing moves, else ``unidentified``.
-    3. ``compensated``: mean and lowest speed within 0.5 % of the free speed, less than 1 % of the unbalance left, no slip.
+    3. ``compensated``: mean and lowest speed within 0.5 % of the free speed, less than 1 % of the unbalance left, no lag.
     4. ``balancer-captured``: a body lags, while the rotor holds its free speed within 0.5 % or stays beyond the resonance.
     5. ``captured``: steady, at or before the resonance.
     6. ``captured-modulated``: modulated, and at or before the resonance at least once a period.
@@ -85,7 +85,7 @@ def classify(e: Evidence) -> Outcome:
     at_speed = e.free_speed is not None and all(
         abs(w - e.free_speed) <= SPEED_TOLERANCE * abs(e.free_speed) for w in (e.mean_speed, e.lowest_speed)
     )
-    asynchronous = e.slip > SLIP_TOLERANCE * abs(e.mean_speed)
+    asynchronous = e.lag > LAG_TOLERANCE * abs(e.mean_speed)
     if at_speed and not asynchronous and e.residual is not None and e.residual < UNBALANCE_TOLERANCE:
         return Outcome.COMPENSATED
     if not (e.steady or e.modulated):

@@ -17,7 +17,7 @@ from wucht.numerics.turns import PER_TURN, Turns, turns
 from wucht.results.conventions import wrapped
 from wucht.results.outcomes import (
     FEWEST_PERIODS,
-    SLIP_TOLERANCE,
+    LAG_TOLERANCE,
     SPEED_TOLERANCE,
     UNBALANCE_TOLERANCE,
     Evidence,
@@ -29,7 +29,7 @@ from wucht.studies.run_up.horizon import SPEED_LIMIT
 
 STEADY_TOLERANCE = 1e-3  # of the free speed and of the rotor's unbalance
 MODULATION_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: less is not called a modulation
-SLIP_CREEP_TOLERANCE = 0.02  # of the slip: by how much the mean speed of a body that lags may wander between windows
+LAG_CREEP_TOLERANCE = 0.02  # of the lag: by how much the mean speed of a body that lags may wander between windows
 _FEWEST_TURNS = 6
 _LAST_SHARE = 0.05
 _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
@@ -117,11 +117,11 @@ def _turning(machine: Machine, end: float, averaged: Turns, bodies: list[Rotatin
     late = averaged.last(0.2)
     mean = float(speed[late].mean())
     lag = float(np.abs(averaged.followers[:, late].mean(axis=1) - averaged.speed[late].mean()).max(initial=0.0))
-    slip = lag if lag * (averaged.time[-1] - averaged.time[late][0]) > 2 * math.pi else 0.0
-    asynchronous = slip > SLIP_TOLERANCE * mean
+    lag = lag if lag * (averaged.time[-1] - averaged.time[late][0]) > 2 * math.pi else 0.0
+    asynchronous = lag > LAG_TOLERANCE * mean
     reference = expected or mean
     heading = trend(np.array([speed / reference] if asynchronous else [speed / reference, residual]), STEADY_TOLERANCE)
-    wandering = asynchronous and creep(averaged.followers) > SLIP_CREEP_TOLERANCE * slip
+    wandering = asynchronous and creep(averaged.followers) > LAG_CREEP_TOLERANCE * lag
     quiet = not wandering and float(np.ptp(speed[late])) <= MODULATION_THRESHOLD * mean
     observed = modulation(averaged.time, averaged.angle, speed, MODULATION_THRESHOLD * mean)
     sustained = observed if observed is not None and observed.sustained else None
@@ -137,7 +137,7 @@ def _turning(machine: Machine, end: float, averaged: Turns, bodies: list[Rotatin
         free_speed=expected,
         resonance=vibration.last_maximum(expected, final) if expected else None,
         residual=float(np.abs(residual[window]).max()) if scale else None,
-        slip=slip,
+        lag=lag,
         steady=heading.steady(STEADY_TOLERANCE) and quiet,
         modulated=sustained is not None,
     )
