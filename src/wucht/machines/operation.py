@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
+from wucht.machines import structure
 from wucht.machines.mechanism import Mechanism
 from wucht.machines.structure import SPEED
 from wucht.machines.tree import RotatingBody
@@ -33,7 +34,7 @@ def shaft_torques(machine: Mechanism, rotor: RotatingBody) -> tuple[sp.Expr, sp.
     Expressions in ``SPEED`` and the parameters: of all drives, in the direction of positive speeds; of loads and bearings,
     against it.
     """
-    return machine.structure.shaft_torques([b.coordinate.velocity for b in machine.group(rotor)])
+    return structure.shaft_torques(machine.structure, tuple(b.coordinate.velocity for b in machine.group(rotor)))
 
 
 def relative_damping(machine: Mechanism, body: RotatingBody) -> sp.Expr:
@@ -43,14 +44,12 @@ def relative_damping(machine: Mechanism, body: RotatingBody) -> sp.Expr:
     """
     assert body.about is not None
     own, other = body.coordinate.velocity, machine.body(body.about).coordinate.velocity
-    return sp.sympify(_relative_damping(machine.energies, len(machine.tracks), own, other).xreplace(machine.numbers))
+    return sp.sympify(_relative_damping(machine.without_contacts, own, other).xreplace(machine.numbers))
 
 
 @lru_cache(maxsize=256)
-def _relative_damping(energies: tuple[Energies, ...], contacts: int, own: sp.Symbol, other: sp.Symbol) -> sp.Expr:
-    losses = [sp.diff(e.dissipation, own) for e in energies[: len(energies) - contacts]]
-    losses += [-a.force * sp.diff(a.rate, own) for e in energies for a in e.applied if a.booked != "supplied"]
-    return -sp.diff(sp.Add(*losses), other)
+def _relative_damping(energies: tuple[Energies, ...], own: sp.Symbol, other: sp.Symbol) -> sp.Expr:
+    return -sp.diff(structure.torques_on(energies, own)[1], other)
 
 
 def net_torque(machine: Mechanism, rotor: RotatingBody) -> Callable[[float], float]:

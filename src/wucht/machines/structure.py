@@ -12,6 +12,7 @@ from wucht.disk_cache import derived_once
 from wucht.machines.schedules import Schedule, with_schedules
 from wucht.machines.tree import Bodies
 from wucht.mechanics import lagrange
+from wucht.mechanics.energies import Energies
 from wucht.mechanics.linear_carrier import LinearCarrier, linear_carrier
 from wucht.system import Output, System
 
@@ -62,9 +63,19 @@ class Structure(Bodies):
         return linear_carrier(self.energies, self.free_carrier, [b.coordinate for b in self.bodies], still)
 
     @cached_property
+    @derived_once
     def system(self) -> System:
         """The equations of motion, with outputs and with the quadratures of the energy balance."""
-        return _system(self)
+        energies, coordinates, unit = self.energies, self.coordinates, self.units.energy
+        quadratures = [
+            Output(SUPPLIED, lagrange.supplied_power(energies, coordinates), unit, "work of the drives"),
+            Output(LOST, lagrange.dissipated_power(energies, coordinates), unit, "energy dissipated"),
+        ]
+        if self.mismatch is not None:
+            quadratures.append(Output(MISMATCH, self.mismatch, unit, "work created by dampers that are not reciprocal"))
+        motion = lagrange.equations_of_motion(energies, coordinates)
+        system = lagrange.first_order(motion, coordinates, self.symbols, self.outputs(), quadratures, self.locks())
+        return with_schedules(system, self.schedules, self.stored, unit)
 
     def locks(self) -> list[lagrange.Lock]:
         """The locks, the outermost first."""
@@ -120,13 +131,6 @@ class Structure(Bodies):
         speed = dict.fromkeys((b.coordinate.velocity for b in self.bodies), SPEED)
         return sp.sympify(sp.Add(*(e.kinetic for e in self.energies)).xreplace(rest | speed))
 
-    def shaft_torques(self, velocities: Sequence[sp.Symbol]) -> tuple[sp.Expr, sp.Expr]:
-        """What drives bodies of these velocities that turn with ``SPEED``, and what brakes them, the carrier at rest.
-
-        Of all drives, in the direction of positive speeds; of loads and bearings, against it.
-        """
-        return _shaft_torques(self, tuple(velocities))
-
 
 @lru_cache(maxsize=256)
 def shared(structure: Structure) -> Structure:
@@ -134,28 +138,22 @@ def shared(structure: Structure) -> Structure:
     return structure
 
 
-@derived_once
-def _system(structure: Structure) -> System:
-    energies, coordinates, unit = structure.energies, structure.coordinates, structure.units.energy
-    quadratures = [
-        Output(SUPPLIED, lagrange.supplied_power(energies, coordinates), unit, "work of the drives"),
-        Output(LOST, lagrange.dissipated_power(energies, coordinates), unit, "energy dissipated"),
-    ]
-    if structure.mismatch is not None:
-        quadratures.append(Output(MISMATCH, structure.mismatch, unit, "work created by dampers that are not reciprocal"))
-    motion = lagrange.equations_of_motion(energies, coordinates)
-    system = lagrange.first_order(motion, coordinates, structure.symbols, structure.outputs(), quadratures, structure.locks())
-    return with_schedules(system, structure.schedules, structure.stored, unit)
+def torques_on(energies: Sequence[Energies], velocity: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
+    """The torques of drives on a body of this velocity, and against them those of loads and dampers."""
+    applied = [(a.booked == "supplied", a.force * sp.diff(a.rate, velocity)) for e in energies for a in e.applied]
+    losses = [*(sp.diff(e.dissipation, velocity) for e in energies), *(-t for supplied, t in applied if not supplied)]
+    return sp.Add(*(t for supplied, t in applied if supplied)), sp.Add(*losses)
 
 
 @lru_cache(maxsize=256)
 @derived_once
-def _shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, sp.Expr]:
-    torques = [(a.booked, a.force * sp.diff(a.rate, v)) for v in velocities for e in structure.energies for a in e.applied]
-    losses = [sp.diff(e.dissipation, v) for v in velocities for e in structure.energies]
+def shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, sp.Expr]:
+    """What drives bodies of these velocities that turn with ``SPEED``, and what brakes them, the carrier at rest.
+
+    Of all drives, in the direction of positive speeds; of loads and bearings, against it.
+    """
     resting = (*structure.carrier, *(x.coordinate for x in structure.sliders))
     still = dict.fromkeys((s for c in resting for s in (c.position, c.velocity)), sp.S.Zero)
     still |= {b.coordinate.velocity: SPEED for b in structure.bodies}
-    drive = sp.Add(*(torque for booked, torque in torques if booked == "supplied"))
-    braking = sp.Add(*losses, *(-torque for booked, torque in torques if booked != "supplied"))
-    return sp.sympify(drive.xreplace(still)), sp.sympify(braking.xreplace(still))
+    drive, losses = zip(*(torques_on(structure.energies, v) for v in velocities), strict=True)
+    return sp.sympify(sp.Add(*drive).xreplace(still)), sp.sympify(sp.Add(*losses).xreplace(still))

@@ -91,6 +91,11 @@ class Bodies:
         return tuple(c for c in self.carrier if c.prescribed is None)
 
     @cached_property
+    def shaken(self) -> Coordinate | None:
+        """The carrier's coordinate whose motion is prescribed, if one is."""
+        return next((c for c in self.carrier if c.prescribed is not None), None)
+
+    @cached_property
     def turning(self) -> Coordinate | None:
         """The carrier's turning about the normal of the plane, with which a locked rotor turns; None where it does not turn."""
         return next((c for c in self.carrier if c.velocity == self.frame.rotation), None)

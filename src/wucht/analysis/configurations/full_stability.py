@@ -15,8 +15,8 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
 from wucht.analysis.configurations.closed_form import State
-from wucht.analysis.configurations.slow_stability import SlowStability, Stability
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.static import static_position
 from wucht.errors import WuchtError
@@ -129,10 +129,10 @@ class Disagreement:
         return self.torques.vibration.poles
 
     @cached_property
-    def _second_order(self) -> SlowStability | None:
+    def _second_order(self) -> AveragedStability | None:
         """The averaged equations of the next order, None where they are not to be had."""
         try:
-            return SlowStability(self.torques, averaged_machine(self.torques.machine, self.inertia, 2))
+            return AveragedStability(self.torques, averaged_machine(self.torques.machine, self.inertia, 2))
         except WuchtError:
             return None
 

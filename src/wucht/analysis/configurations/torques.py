@@ -86,6 +86,13 @@ class SteadyTorques:
         """The same with the main rotor at a given speed."""
         return replace(self, given=speed)
 
+    def with_ratio(self, ratio: float) -> SteadyTorques:
+        """The same with another unbalance of the main rotor. ratio: of that of all other bodies together to it."""
+        assert self.coefficients is not None
+        excitation = self.vibration.excitation.copy()
+        excitation[0] *= np.abs(self.coefficients[1:]).sum() / ratio / np.linalg.norm(excitation[0])
+        return replace(self, vibration=replace(self.vibration, excitation=excitation), felt=excitation)
+
     @cached_property
     def alone(self) -> Curve:
         """tau (n, N) and its slope as a function of speeds (N,)."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.force_balance import members
-from wucht.analysis.configurations.slow_stability import SlowStability, Stability
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.forced import Forced
 from wucht.analysis.vibration import unbalances
@@ -80,13 +80,13 @@ class Describer:
 
     machine: Machine
     torques: SteadyTorques
-    slow: SlowStability
+    slow: AveragedStability
     forced: Forced
     own: np.ndarray
     order: list[int]
 
     @classmethod
-    def of(cls, slow: SlowStability) -> Describer:
+    def of(cls, slow: AveragedStability) -> Describer:
         """The same for the states of averaged equations."""
         torques, machine = slow.torques, slow.torques.machine
         order = [torques.names.index(b.name) for b in machine.bodies]
