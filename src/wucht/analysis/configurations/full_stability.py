@@ -101,7 +101,7 @@ class FullStability:
     def start(self, state: State) -> np.ndarray:
         """The state of the full equations (n,) that the slow ones have, when the main rotor's own angle is zero."""
         t, w = self.torques, state.speed
-        z = t.vibration.response(np.array([w]), state.phases)[0]
+        z = t.vibration.response(np.array([w]), state.phases)[0][0]
         values: dict[str, float] = {}
         for c, x0, x in zip(self.machine.carrier, static_position(self.machine), z, strict=True):
             values |= {c.position.name: float(x0) + x.real, c.velocity.name: float((1j * w * x).real)}

@@ -18,9 +18,9 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.averaged import AveragedMachine, averaged_machine
-from wucht.analysis.forced import UNDAMPED, WithSlope
+from wucht.analysis.forced import UNDAMPED, Forced
 from wucht.analysis.shaft import Curve, curves
-from wucht.analysis.vibration import Vibration
+from wucht.analysis.vibration import Vibration, WithSlope
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import SPEED
@@ -108,22 +108,15 @@ class SteadyTorques:
         """The bodies whose torques must balance: all but a main rotor whose speed is given."""
         return tuple(range(1 if self.given is not None else 0, self.size))
 
-    def _response(self, speeds: np.ndarray) -> WithSlope:
-        """H E^T (N, m, n) at speeds (N, 1, 1), and its slope."""
-        v, e = self.vibration, self.vibration.excitation.T
-        dynamic = v.dynamic(speeds)
-        response = np.linalg.solve(dynamic, np.broadcast_to(e, (len(speeds), *e.shape)))
-        return response, np.linalg.solve(dynamic, (2 * speeds * v.mass - 1j * v.damping) @ response)
-
     def influence(self, speeds: np.ndarray) -> WithSlope:
         """a_ik (N, n, n) at speeds (N,), and da/dw."""
-        response, slope = self._response(np.reshape(np.asarray(speeds, float), (-1, 1, 1)))
+        response, slope = self.vibration.solved(np.reshape(speeds, (-1, 1, 1)), self.vibration.excitation.T)
         return self.felt.conj() @ response, self.felt.conj() @ slope
 
     def brake(self, speeds: np.ndarray) -> WithSlope:
         """B_ik (N, n, n) = (w^5/2) (E^H H^H C H E)_ik at speeds (N,), and dB/dw: all V_i together are -s^H B s."""
-        w = np.reshape(np.asarray(speeds, float), (-1, 1, 1))
-        z, dz = self._response(w)
+        w = np.reshape(speeds, (-1, 1, 1))
+        z, dz = self.vibration.solved(w, self.vibration.excitation.T)
         back, rate = (np.moveaxis(x, 1, 2).conj() @ self.vibration.damping for x in (z, dz))
         power = back @ z
         return w**5 / 2 * power, 5 * w**4 / 2 * power + w**5 / 2 * (rate @ z + back @ dz)
@@ -140,8 +133,7 @@ class SteadyTorques:
         undamped = np.unique(values.imag[(np.abs(values.real) < UNDAMPED * np.abs(values)) & (values.imag > 0)])
         poles: list[float] = []
         for at in undamped[(undamped >= low * (1 - _AT_THE_POLE)) & (undamped <= high * (1 + _AT_THE_POLE))]:
-            near, far = (np.abs(self.influence(np.array([at * (1 + d)]))[0]) for d in (1e-7, 1e-4))
-            if (near > 100 * far).any() and not any(abs(at - other) < _AT_THE_POLE * at for other in poles):
+            if Forced.grows(self.influence, at) and not any(abs(at - other) < _AT_THE_POLE * at for other in poles):
                 poles.append(float(at))
         return poles
 
