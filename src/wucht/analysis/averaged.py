@@ -13,10 +13,10 @@ import sympy as sp
 from wucht.disk_cache import derived_once
 from wucht.errors import InputError, WuchtError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import SPEED, relative_damping, sense_of
+from wucht.machines.operation import relative_damping, sense_of
 from wucht.machines.parts.base import Body
 from wucht.machines.schedules import with_schedules
-from wucht.machines.structure import Structure, torques_on
+from wucht.machines.structure import SPEED, Structure, torques_on
 from wucht.mechanics.averaged.averaged_system import AveragedSystem, averaged_equations
 from wucht.mechanics.averaged.bodies import RotatingBodies, Shaking
 from wucht.mechanics.energies import Energies

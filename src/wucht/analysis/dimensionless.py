@@ -9,8 +9,9 @@ import sympy as sp
 
 from wucht.analysis.shaft import slopes
 from wucht.machines.machine import Machine
-from wucht.machines.operation import SPEED, relative_damping
+from wucht.machines.operation import relative_damping
 from wucht.machines.parts.base import Body
+from wucht.machines.structure import SPEED
 
 
 def numbers(machine: Machine) -> dict[str, float]:

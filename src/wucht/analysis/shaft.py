@@ -10,7 +10,8 @@ import numpy as np
 import sympy as sp
 
 from wucht.machines.machine import Machine
-from wucht.machines.operation import SPEED, operating_speed
+from wucht.machines.operation import operating_speed
+from wucht.machines.structure import SPEED
 
 Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 

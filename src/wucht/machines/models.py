@@ -18,7 +18,7 @@ from typing import ClassVar
 import sympy as sp
 
 from wucht.machines.parts import known
-from wucht.machines.parts.base import Frame, Parameter, Part, Point, si
+from wucht.machines.parts.base import Frame, Part, Point, si
 from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import Coordinate
 
@@ -34,14 +34,6 @@ class Model(Part):
     def path(self) -> str:
         """Nothing: parameters are addressed by their bare names."""
         return ""
-
-    def symbol(self, name: str) -> sp.Symbol:
-        """The symbol of a parameter."""
-        return sp.Symbol(name, real=True)
-
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The parameters by bare name."""
-        return tuple(Parameter(p.path.removeprefix("."), p.value, p.unit, p.symbol, p.what) for p in super().parameters())
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The carrier's coordinates."""

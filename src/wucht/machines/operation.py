@@ -14,11 +14,7 @@ from wucht.machines.mechanism import Mechanism
 from wucht.machines.structure import SPEED
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.energies import Energies
-
-__all__ = [
-    "SPEED", "free_speed", "natural_frequencies", "net_torque", "operating_speed", "relative_damping", "sense_of",
-    "shaft_torques",
-]  # fmt: skip
+from wucht.numerics.zeros import first_where
 
 _FASTEST = 1e9  # rad/s: a drive whose net torque is still positive there has no equilibrium
 
@@ -79,7 +75,7 @@ def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> fl
     low, high = 0.0, math.copysign(1e-3, start)
     while abs(high) < _FASTEST:
         if torque(high) * start <= 0:
-            return _first_without(torque, start, low, high)
+            return first_where(lambda w: not torque(w) * start > 0, low, high)
         low, high = high, 1.5 * high
     return None
 
@@ -96,13 +92,6 @@ def _constant_slope(machine: Mechanism, rotor: RotatingBody) -> float | None:
 def _slopes(drive: sp.Expr, losses: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     net = drive - losses
     return sp.diff(net, SPEED), sp.diff(net, SPEED, 2)
-
-
-def _first_without(torque: Callable[[float], float], start: float, low: float, high: float) -> float:
-    """The lowest speed between two at which the torque no longer has the sign of ``start``, to the last bit."""
-    while (middle := (low + high) / 2) not in (low, high):
-        low, high = (middle, high) if torque(middle) * start > 0 else (low, middle)
-    return high
 
 
 def natural_frequencies(machine: Mechanism) -> dict[str, float]:

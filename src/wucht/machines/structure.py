@@ -81,10 +81,10 @@ class Structure(Bodies):
         """The locks, the outermost first."""
         index = {b.name: len(self.carrier) + k for k, b in enumerate(self.bodies)}
         turning = None if self.turning is None else self.carrier.index(self.turning)
-        depth = {b.name: len(self.tree.path(b.name)) for b in self.bodies}
+        outermost_first = sorted(self.bodies, key=lambda b: -len(self.tree.path(b.name)))
         return [
             lagrange.Lock(index[b.name], turning if b.about is None else index[b.about], b.locked)
-            for b in sorted(self.bodies, key=lambda b: -depth[b.name])
+            for b in outermost_first
             if b.release is not None
         ]
 
@@ -118,11 +118,9 @@ class Structure(Bodies):
     @cached_property
     def orbit_shape(self) -> sp.ImmutableMatrix:
         """By how much the axis moves with each free coordinate of the carrier (2, m): x and y, or its angle and nothing."""
-        names = "r" if "r" in self.orbit else "xy"
+        names, free = ("r", "") if "r" in self.orbit else ("x", "y"), [c.position for c in self.free_carrier]
         places = [self.orbit[n][0] if n in self.orbit else sp.S.Zero for n in names]
-        free = [c.position for c in self.free_carrier]
-        rows = [[sp.diff(place, q) for q in free] for place in (*places, sp.S.Zero)[:2]]
-        return sp.ImmutableMatrix(2, len(free), [x for row in rows for x in row])
+        return sp.ImmutableMatrix(2, len(free), lambda i, k: sp.diff(places[i], free[k]))
 
     @cached_property
     def kinetic_in_operation(self) -> sp.Expr:

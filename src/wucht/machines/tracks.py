@@ -71,14 +71,10 @@ def angular_width(a: Tracked, b: Tracked) -> float:
     return 2 * math.asin(min(half, 1.0))
 
 
-def contacts(
-    track: Track, order: Sequence[Tracked], turns: Sequence[int], play: Sequence[float], angles: Mapping[str, Coordinate]
+def _contacts(
+    track: Track, order: Sequence[Tracked], offsets: Sequence[float], angles: Mapping[str, Coordinate]
 ) -> tuple[Energies, tuple[Parameter, ...]]:
-    """The energies of a track's contacts, and their parameters.
-
-    order: the bodies counter-clockwise; turns: whole turns by which the angle of each body's next is to be increased to lie
-    ahead of it; play: what is added to each gap.
-    """
+    """The energies of a track's contacts, and their parameters. order: the bodies counter-clockwise. offsets: of each gap."""
     frequency, potential, dissipation = track.symbol("contact_frequency"), [], []
     parameters = [Parameter(frequency.name, track.frequency, "rad/s", "omega_c", "frequency of the contacts")]
     for k, (a, b) in enumerate(_neighbours(order)):
@@ -91,9 +87,8 @@ def contacts(
         zeta = -bounce / sp.sqrt(sp.pi**2 + bounce**2)
         potential.append(on * inertia * frequency**2 * gap**2 / 2)
         dissipation.append(on * zeta * inertia * frequency * rate**2)
-        value = 2 * math.pi * turns[k] - angular_width(a, b) + play[k]
         what = f"angle added to the gap {a.name} to {b.name}"
-        parameters.append(Parameter(offset.name, value, "rad", f"delta_{k + 1}", what))
+        parameters.append(Parameter(offset.name, offsets[k], "rad", f"delta_{k + 1}", what))
     parameters += [
         Parameter(f"{body.name}.restitution", RESTITUTION, "", "e", "coefficient of restitution")
         for body in track.bodies
@@ -120,7 +115,7 @@ def arranged(machine: MechanismT, angles: Mapping[str, float], fastest: float = 
     for track in machine.tracks:
         first = angles[track.bodies[0].name]
         order = sorted(track.bodies, key=lambda b: (angles[b.name] - first) % (2 * math.pi))  # counter-clockwise
-        contact, more = contacts(track, order, *_gaps(track, order, angles, where), coordinates)
+        contact, more = _contacts(track, order, _offsets(track, order, angles, where), coordinates)
         energies.append(contact)
         tracks.append(replace(track, order=tuple(b.name for b in order)))
         offsets |= {p.path: p.value for p in more if "offset" in p.path}
@@ -133,21 +128,23 @@ def arranged(machine: MechanismT, angles: Mapping[str, float], fastest: float = 
     return contacted.with_unchecked(offsets)
 
 
-def _gaps(track: Track, order: Sequence[Tracked], angles: Mapping[str, float], where: str) -> tuple[list[int], list[float]]:
-    """The whole turns to each body's next, and the play of those that just touch."""
-    turns, play = [], []
+def _offsets(track: Track, order: Sequence[Tracked], angles: Mapping[str, float], where: str) -> list[float]:
+    """What is added to the difference of two neighbours' angles to make it the gap between them.
+
+    Whole turns, by which a body's next lies ahead of it, less the angle that both fill; a play where they just touch.
+    """
+    offsets = []
     for a, b in _neighbours(order):
-        apart = angles[b.name] - angles[a.name]
+        apart, width = angles[b.name] - angles[a.name], angular_width(a, b)
         ahead = apart % (2 * math.pi)
-        gap = ahead - angular_width(a, b)
+        gap = ahead - width
         if gap < -_PLAY:
             raise InputError(
                 f"{where}.{b.name}", math.degrees(angles[b.name]), f"{a.name!r} and {b.name!r} of the track {track.name!r} "
-                f"overlap: their centres must be {math.degrees(angular_width(a, b)):.4g} degrees apart"
+                f"overlap: their centres must be {math.degrees(width):.4g} degrees apart"
             )  # fmt: skip
-        turns.append(round((ahead - apart) / (2 * math.pi)))
-        play.append(_PLAY - gap if gap < _PLAY else 0.0)
-    return turns, play
+        offsets.append(2 * math.pi * round((ahead - apart) / (2 * math.pi)) - width + (_PLAY - gap if gap < _PLAY else 0.0))
+    return offsets
 
 
 def evenly(bodies: Sequence[Tracked]) -> dict[str, float]:

@@ -25,7 +25,8 @@ from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.operation import SPEED, natural_frequencies
+from wucht.machines.operation import natural_frequencies
+from wucht.machines.structure import SPEED
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.jacobian import Jacobian
 from wucht.piecewise import PiecewiseCubic, step

@@ -16,7 +16,7 @@ import sympy as sp
 
 from wucht.analysis.configurations import closed_form
 from wucht.analysis.configurations.closed_form import State
-from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.analysis.configurations.torques import SteadyTorques, separation
 from wucht.analysis.configurations.torus import OnTheTorus, bounded
 from wucht.analysis.forced import Forced
 from wucht.analysis.working_points import TorqueCurves
@@ -59,10 +59,9 @@ def all_states(torques: SteadyTorques, low: float, high: float, watch: Watch = N
     else:
         searched = _over_speeds(torques, low, high, watch)
     verified = [s for s in searched.states if torques.balanced(s.speed, s.phases)]
-    missed = len(searched.states) - len(verified)
-    if not missed:
-        return searched
-    return Search(verified, False, f"{searched.shown}; {missed} more do not fulfil the balance of the torques")
+    if missed := len(searched.states) - len(verified):
+        return Search(verified, False, f"{searched.shown}; {missed} more do not fulfil the balance of the torques")
+    return searched
 
 
 def in_closed_form(torques: SteadyTorques, low: float, high: float) -> bool:
@@ -97,9 +96,8 @@ def _proved_speeds(torques: SteadyTorques, low: float, high: float, watch: Watch
     if torques.size == 2:
         searched = by_subdivision(torques, low, high, watch=watch)
         return sorted(s.speed for s in searched.states) if searched.complete else None
-    if not torques.classes or closed_form.pattern_count(torques) > _PATTERNS:
-        return None
-    return speeds_in_line(torques, low, high, watch)
+    provable = torques.classes and closed_form.pattern_count(torques) <= _PATTERNS
+    return speeds_in_line(torques, low, high, watch) if provable else None
 
 
 def search(torques: SteadyTorques, low: float, high: float, watch: Watch = None) -> Search:
@@ -109,15 +107,17 @@ def search(torques: SteadyTorques, low: float, high: float, watch: Watch = None)
         if searched.complete:
             return searched
         return Search(from_many_starts(torques, low, high, searched.states, watch=watch), False, searched.shown)
-    states, rounds = from_many_starts(torques, low, high, [], watch=watch), 1
-    while torques.given is not None and index(torques, states) != 0 and rounds < _AGAIN:
-        states, rounds = from_many_starts(torques, low, high, states, rounds, watch), rounds + 1
+    states, given = list[State](), torques.given is not None
+    for rounds in range(1, _AGAIN + 1):
+        states = from_many_starts(torques, low, high, states, rounds - 1, watch)
+        total = index(torques, states) if given else 0
+        if not total:
+            break
     shown = f"Newton's method from {_STARTS * _ROUNDS * rounds} starts: it is not shown that no state is missing"
-    if torques.given is not None:
-        shown += (
-            f"; their indices add up to {total} and not to 0: at least one is missing" if (total := index(torques, states))
-            else ", but their indices add up to 0, as they must"
-        )  # fmt: skip
+    if given and total:
+        shown += f"; their indices add up to {total} and not to 0: at least one is missing"
+    elif given:
+        shown += ", but their indices add up to 0, as they must"
     return Search(states, False, shown)
 
 
@@ -228,10 +228,6 @@ def _newton(problem: OnTheTorus, x: np.ndarray, low: float, high: float) -> np.n
     return np.asarray(x[:, good])
 
 
-def _apart(angles: np.ndarray, other: np.ndarray | float) -> np.ndarray:
-    return np.abs((angles - other + math.pi) % (2 * math.pi) - math.pi)
-
-
 def _same(torques: SteadyTorques, state: tuple[float, np.ndarray], other: tuple[float, np.ndarray]) -> bool:
     """Whether two states are one, equal bodies being exchanged."""
     if abs(state[0] - other[0]) > _SAME * abs(state[0]):
@@ -239,7 +235,7 @@ def _same(torques: SteadyTorques, state: tuple[float, np.ndarray], other: tuple[
     for members in torques.classes:
         left = other[1][list(members)]
         for i in members:
-            apart = _apart(left, state[1][i])
+            apart = separation(left, state[1][i])
             if apart.min() > _SAME:
                 return False
             left = np.delete(left, apart.argmin())
@@ -255,7 +251,7 @@ def _grouped(torques: SteadyTorques, states: Sequence[tuple[float, np.ndarray]])
         ordered, many = phases % (2 * math.pi), 1
         for members in torques.classes:
             angles = ordered[list(members)] = np.sort(ordered[list(members)])
-            near = np.unique(_apart(angles[:, None], angles) < _SAME, axis=0, return_counts=True)[1]
+            near = np.unique(separation(angles[:, None], angles) < _SAME, axis=0, return_counts=True)[1]
             many *= math.factorial(len(members)) // math.prod(math.factorial(k) for k in near.tolist())
         different.append(State(w, ordered, 0, many))
     return sorted(different, key=lambda s: (s.speed, s.phases.tolist()))

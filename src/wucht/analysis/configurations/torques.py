@@ -23,7 +23,7 @@ from wucht.analysis.shaft import Curve, curves
 from wucht.analysis.vibration import Vibration, WithSlope
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import SPEED
+from wucht.machines.structure import SPEED
 from wucht.mechanics.averaged.bodies import absolute
 
 _PARALLEL = 1e-12  # relative: below it the excitation of a body has the shape of another's
@@ -224,6 +224,11 @@ class SteadyTorques:
         pairs = [(e[i], e[k]), (own[i], own[k])]
         pairs += [(m[np.ix_(order, order)], m) for m in (self.inertia, self.relative)]
         return all(np.allclose(a, b, rtol=1e-12, atol=1e-14 * np.abs(b).max(initial=0.0)) for a, b in pairs)
+
+
+def separation(angles: np.ndarray, other: np.ndarray | float) -> np.ndarray:
+    """The angle between directions, at most pi."""
+    return np.abs((angles - other + np.pi) % (2 * np.pi) - np.pi)
 
 
 def _vibration_torque(influence: np.ndarray, factor: np.ndarray, phases: np.ndarray) -> np.ndarray:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 
 import sympy as sp
-from pydantic import Field
 
 from wucht.machines.parts.base import Frame, si
 from wucht.machines.parts.track import Tracked
@@ -18,8 +17,6 @@ class Pendulum(Tracked):
 
     kind = "pendulum"
 
-    about: str = Field(description="name of the body turned about")
-    mass: float = si("kg", "mass", "m", gt=0)
     length: float = si("m", "length", "l", gt=0)
     inertia: float | None = si("kg m^2", "moment of inertia about its axis of rotation", "J", None, gt=0)
     damping: float = si("N m s", "damping", "b", 0.0, ge=0)

@@ -80,6 +80,6 @@ class PlanarCarrier(Support):
             return [((sp.S.Zero, sp.S.Zero), c, b)]
         springs = []
         for i in range(1, len(self.mounts) + 1):
-            at, c, b = (tuple(self.symbol(f"mounts.{i}.{name}.{d}") for d in "xy") for name in ("at", "stiffness", "damping"))
-            springs.append(((at[0], at[1]), c, b))
+            place, c, b = (self.symbols(f"mounts.{i}.{n}.x", f"mounts.{i}.{n}.y") for n in ("at", "stiffness", "damping"))
+            springs.append((place, c, b))
         return springs
