@@ -61,11 +61,9 @@ class TorqueCurves:
     @cached_property
     def drives(self) -> list[Drive]:
         """On the rotor and what turns with it, with the parameters' present values."""
-        names, drives = {b.name for b in self.machine.group(self.rotor)}, list[Drive]()
-        for d in (d for d in self.machine.drives if d.on in names):
-            present = {p.path.removeprefix(f"{d.path}."): self.machine.values[p.path] for p in d.parameters()}
-            drives.append(d.model_copy(update={k: v for k, v in present.items() if k in type(d).model_fields}))
-        return drives
+        names, present = {b.name for b in self.machine.group(self.rotor)}, self.machine.values
+        drives = [d for d in self.machine.drives if d.on in names]
+        return [d.model_copy(update={key: present.get(f"{d.path}.{key}", given) for key, given in d}) for d in drives]
 
     def torques(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of the drives, of loads and bearings, and of the vibration (3, N), and their slopes.

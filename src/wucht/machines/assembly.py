@@ -102,14 +102,10 @@ def _fault_of_reference(body: Body, bodies: Sequence[Body]) -> str:
     if not about.on_axis():
         return f"must be a body on the axis; this {about.kind} has a suspension off it"
     try:
-        _tree(bodies).path(body.name)
+        Tree({b.name: b.reference for b in bodies}).path(body.name)
     except WuchtError as error:
         return str(error)
     return ""
-
-
-def _tree(bodies: Iterable[Body]) -> Tree:
-    return Tree({b.name: b.reference for b in bodies})
 
 
 def _check_carrier(carrier: Support, bodies: Iterable[Body], at: Places) -> None:
@@ -188,7 +184,7 @@ def _of_parts(
         return replace(coordinate, prescribed=None if speed is None else speed.xreplace(values))
 
     turning = {b.name: scheduled(b.coordinates()[0], prescribed.get(b.name)) for b in bodies if b.turns()}
-    by_name, tree = {b.name: b for b in bodies}, _tree(bodies)
+    by_name, tree = {b.name: b for b in bodies}, Tree({b.name: b.reference for b in bodies})
     axes = {b.name: carrier.axis_at(by_name[tree.root(b.name)].place() or (sp.S.Zero, sp.S.Zero)) for b in bodies}
     frame = replace(carrier.placed(), bodies=turning, axes=axes)
     changed = any(s.parameter.startswith(f"{b.name}.") for s in over_time for b in bodies)

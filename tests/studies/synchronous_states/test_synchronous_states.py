@@ -470,7 +470,7 @@ def test_a_family_that_gravity_breaks_against_a_long_run() -> None:
     m = turning(machine(0.006, 0.006, 0.006, 0.006, carrier={"gravity": 9.81, "damping": [300.0, 400.0]}), None)
     torques = SteadyTorques.of(m)
     state = next(s for s in at_speed(torques, 100.0) if s.dimension)
-    full, turns = FullStability.of(torques), 200
+    full, turns = FullStability(torques, True), 200
     orbit = full.orbit(state)
     names = full.flow.system.state_names
     angles = [names.index(b.coordinate.position.name) for b in m.bodies]

@@ -34,17 +34,23 @@ _OWN = 0.05  # relative: a multiplier's frequency this near to that of the carri
 
 @dataclass(frozen=True)
 class FullStability:
-    """The full equations of a machine, compiled once for all its states."""
+    """The full equations of a machine, compiled once for all its states, and why averaged ones disagree with them.
 
-    machine: Machine
+    inertia: whether the averaged equations have that of the balancing bodies. Contacts on tracks are left out, as in those.
+    """
+
     torques: SteadyTorques
-    flow: CompiledSystem
+    inertia: bool
 
-    @classmethod
-    def of(cls, torques: SteadyTorques) -> FullStability:
-        """Contacts on tracks are left out, as in the averaged equations."""
-        bare = torques.machine.changed(energies=torques.machine.without_contacts, tracks=())
-        return cls(bare, torques, compile_system(replace(bare.system, outputs=(), quadratures=())))
+    @cached_property
+    def machine(self) -> Machine:
+        """Without contacts."""
+        return self.torques.machine.changed(energies=self.torques.machine.without_contacts, tracks=())
+
+    @cached_property
+    def flow(self) -> CompiledSystem:
+        """Its equations of motion."""
+        return compile_system(replace(self.machine.system, outputs=(), quadratures=()))
 
     def stability(self, state: State) -> Stability:
         """Stability from the multipliers of the periodic motion near a state of the averaged equations."""
@@ -109,14 +115,6 @@ class FullStability:
             values |= {body.position.name: sense * phase, body.velocity.name: sense * w}
         return np.array([values[name] for name in self.machine.state_names])
 
-
-@dataclass(frozen=True)
-class Disagreement:
-    """Why a machine's averaged equations, with or without inertia, and its full ones disagree on the stability of a state."""
-
-    torques: SteadyTorques
-    inertia: bool
-
     @cached_property
     def _second_order(self) -> AveragedStability | None:
         """The averaged equations of the next order, None where they are not to be had."""
@@ -134,7 +132,7 @@ class Disagreement:
             return False
 
     def why(self, state: State, slow: Stability, full: Stability) -> str | None:
-        """A sentence, None where they agree or one of them is undecided."""
+        """Why the averaged and the full equations disagree: a sentence, None where they agree or one of them is undecided."""
         if full.stable is None or slow.stable is None or full.stable == slow.stable or full.leading is None:
             return None
         rate, frequency = full.leading.real, abs(full.leading.imag)

@@ -11,7 +11,7 @@ import numpy as np
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Regions, Stability, regions
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.force_balance import members
-from wucht.analysis.configurations.full_stability import Disagreement, FullStability
+from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import Search, all_states
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.studies.synchronous_states.configuration import Configuration, Describer
@@ -67,12 +67,11 @@ def searched(plan: Plan, work: Work) -> Search:
 
 def _in_full_equations(plan: Plan, states: Sequence[Configuration], work: Work) -> Iterator[Configuration]:
     """Each state with its stability in the full equations, and why the slow ones disagree."""
-    full = FullStability.of(plan.torques)
-    disagreement, count = Disagreement(plan.torques, plan.spec.inertia), len(states)
+    full, count = FullStability(plan.torques, plan.spec.inertia), len(states)
     for k, c in enumerate(states):
         part = work.part(f"{k + 1}", k / count, (k + 1) / count)
         stability = _stability(plan, full, c.state, part)
-        why = part.unit("disagreement", partial(disagreement.why, c.state, c.slow, stability))
+        why = part.unit("disagreement", partial(full.why, c.state, c.slow, stability))
         yield replace(c, full=stability, disagreement=why)
 
 
