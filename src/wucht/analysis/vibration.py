@@ -17,6 +17,7 @@ import numpy as np
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.machines.parts.base import Body
+from wucht.numerics.zeros import crossings
 
 CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
 WithSlope = tuple[np.ndarray, np.ndarray]  # a function of the speed, and its derivative
@@ -94,16 +95,8 @@ class Vibration:
         near = 1 + np.concatenate([-np.geomspace(1e-6, 0.5, 60), [0.0], np.geomspace(1e-6, 0.5, 60)])
         grid = np.concatenate([np.linspace(below * 1e-3, below, 800), *(math.sqrt(s) * near for s in squares)])
         grid = np.unique(grid[(grid > 0) & (grid <= below)])
-        torque = self.torque(grid, phases)[0]
-        inside = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:])) + 1
-        if not len(inside) or not torque.max() > 0:
-            return None
-        low, high = grid[inside[-1] - 1], grid[inside[-1] + 1]
-        while high - low > 1e-10 * high:  # SciPy's minimiser takes longer to import than this takes to run
-            fine = np.linspace(low, high, 41)
-            best = min(max(int(self.torque(fine, phases)[0].argmax()), 1), 39)
-            low, high = fine[best - 1], fine[best + 1]
-        return float((low + high) / 2)
+        maxima = crossings(lambda w: self.torque(w, phases)[1], grid, -1)
+        return float(maxima[-1]) if len(maxima) else None
 
 
 def unbalances(machine: Machine) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, TypeVar
+from typing import Any
 
 from wucht.checking import checked, choice, refuse_unknown, table, text
 from wucht.errors import InputError
@@ -14,14 +14,11 @@ from wucht.machines.machine import Machine
 from wucht.machines.models import models
 from wucht.machines.parts import bodies as body_kinds
 from wucht.machines.parts import carriers, drives, loads
-from wucht.machines.parts.base import Body, OnShaft
+from wucht.machines.parts.base import Body
 
 _PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "tracks")
 _KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")
 _LATER_BODIES = ("switchable-pendulum",)
-
-ShaftT = TypeVar("ShaftT", bound=OnShaft)
-Places = dict[str, str]
 
 
 def machine_from(document: Document, title: str = "") -> Machine:
@@ -59,7 +56,7 @@ def _from_parts(document: Document, title: str) -> Machine:
     return _built(document, carrier, bodies, of_drives, of_loads, tracks=document.get("tracks"), title=title, where=where)
 
 
-def _bodies(document: Document) -> tuple[list[Body], Places]:
+def _bodies(document: Document) -> tuple[list[Body], dict[str, str]]:
     """The bodies in ``[[machine.bodies]]``, and the places of all by path, seen from ``machine``."""
     tables = document.get("bodies", [])
     if not isinstance(tables, list) or not all(isinstance(b, dict) for b in tables):
@@ -72,7 +69,7 @@ def _bodies(document: Document) -> tuple[list[Body], Places]:
     return bodies, {b.path: f"bodies[{i}] ({b.name})" for i, b in enumerate(bodies)}
 
 
-def _shafts(document: Document, group: str, kinds: dict[str, type[ShaftT]]) -> tuple[list[ShaftT], Places]:
+def _shafts(document: Document, group: str, kinds: dict[str, type[Any]]) -> tuple[list[Any], dict[str, str]]:
     """Drives or loads, and the places of all by path, seen from ``machine``."""
     tables = shaft_tables(document, group)
     places = [group if group in document else f"{group}s[{i}]" for i in range(len(tables))]

@@ -57,12 +57,12 @@ def with_tables(described: Document, folder: Path) -> Document:
     on, for a file that cannot be used, and where there are points beside it. What else is wrong is reported by the machine.
     """
     document = dict(described)
-    for key in ("drive", "load", "drives", "loads"):
-        shafts = document.get(key)
+    for key in [k for k in ("drive", "load", "drives", "loads") if k in document]:
+        shafts, where = document[key], f"machine.{key}"
         if isinstance(shafts, list):
-            document[key] = [_characteristic(d, folder, f"machine.{key}[{i}]") for i, d in enumerate(shafts)]
+            document[key] = [_characteristic(d, folder, f"{where}[{i}]") for i, d in enumerate(shafts)]
         else:
-            document |= {key: _characteristic(shafts, folder, f"machine.{key}")} if key in document else {}
+            document[key] = _characteristic(shafts, folder, where)
     carrier = document.get("carrier")
     if isinstance(carrier, dict) and isinstance(carrier.get("motion"), dict):
         motion = carrier["motion"]
@@ -98,13 +98,9 @@ def _lines(path: Path) -> list[tuple[int, str]]:
     return [(i, line) for i, line in stripped if line]
 
 
-def _separator(line: str) -> str:
-    return next((s for s in ";,\t" if s in line), " ")
-
-
 def _cells(line: str) -> list[str]:
-    separator = _separator(line)
-    cells = _BLANK_OUTSIDE_BRACKETS.split(line) if separator == " " else line.split(separator)
+    separator = next((s for s in ";,\t" if s in line), None)
+    cells = line.split(separator) if separator else _BLANK_OUTSIDE_BRACKETS.split(line)
     return [c.strip().strip('"').strip() for c in cells]
 
 
@@ -116,8 +112,7 @@ def _row(line: str, units: list[Unit]) -> list[float]:
     cells = _cells(line)
     if len(cells) != 2:
         raise ValueError(f"there must be two numbers, {_both(units)}; these are {len(cells)} columns")
-    decimal_comma = _separator(line) == ";"
-    return [_number(c.replace(",", ".") if decimal_comma else c, u) for c, u in zip(cells, units, strict=True)]
+    return [_number(c.replace(",", ".") if ";" in line else c, u) for c, u in zip(cells, units, strict=True)]
 
 
 def _number(cell: str, unit: Unit) -> float:

@@ -35,7 +35,6 @@ RESERVED = (
 BESIDE_A_MODEL = "not allowed beside model = {!r}, which brings its own parts"
 
 ShaftT = TypeVar("ShaftT", bound=OnShaft)
-T = TypeVar("T")
 
 
 def assembled(
@@ -62,7 +61,7 @@ def assembled(
     return _of_parts(carrier.bearing(bodies), bodies, drives, loads, schedules, title, at)
 
 
-def _repeated(names: Iterable[T]) -> T | None:
+def _repeated(names: Iterable[Any]) -> Any:
     """The first that occurs twice."""
     return next((name for name, count in Counter(names).items() if count > 1), None)
 
