@@ -87,8 +87,7 @@ class Forced:
     def torque_on(self, speeds: np.ndarray, members: Sequence[int]) -> WithSlope:
         """That on some of the bodies, positive where it brakes: -w^2/2 sum Im[conj(U_i e_i exp(i alpha_i)) z]."""
         e = self.vibration.excitation
-        rest = [i for i in range(len(e)) if i not in members]
-        if not np.abs(e[rest]).any():
+        if not np.delete(e, list(members), axis=0).any():
             return self.torque(speeds)  # the same, without the difference of large numbers
         w, (z, dz) = np.asarray(speeds, float), self.displacement(speeds)
         own = (e * np.exp(1j * self.phases)[:, None])[list(members)].sum(axis=0).conj()

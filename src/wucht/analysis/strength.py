@@ -21,10 +21,9 @@ STRENGTH = "kappa"
 
 def weakened(machine: Machine, kappa: float) -> Machine:
     """The machine with epsilon times ``kappa``, which is a parameter of it: the structure is derived once for all values."""
-    factor = sp.Symbol(STRENGTH, real=True)
     given = Parameter(STRENGTH, kappa, "", STRENGTH, "factor of epsilon")
     own = machine.without_contacts  # which stay as hard as they are
-    energies = (*(_weakened(machine, e, factor) for e in own), *machine.energies[len(own) :])
+    energies = (*(_weakened(machine, e, sp.Symbol(given.path, real=True)) for e in own), *machine.energies[len(own) :])
     return machine.changed(energies=energies, parameters={**machine.parameters, STRENGTH: given}, mismatch=None)
 
 

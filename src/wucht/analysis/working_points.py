@@ -135,8 +135,7 @@ class TorqueCurves:
     @property
     def runaway(self) -> bool:
         """Whether the drive's torque exceeds the load at every speed, without vibration: the series motor, 002 (2.105)."""
-        if free_speed(self.machine, self.rotor) is not None:
-            return False
         fast = np.concatenate([[0.0], np.geomspace(1e-3, _FAST, 400)])
         torques = (sense * self._shaft(sense * fast)[0] for sense in (1, -1))
-        return any(bool((drive - losses > 0).all()) for drive, losses in torques)
+        exceeds = any(bool((drive - losses > 0).all()) for drive, losses in torques)
+        return exceeds and free_speed(self.machine, self.rotor) is None

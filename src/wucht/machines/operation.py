@@ -61,17 +61,18 @@ def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> fl
     Prescribed speeds are returned as they are at a time; a motor without load reaches its no-load speed, less what bearings
     cost. Where schedules change the drive, give the machine ``at`` that time.
     """
-    prescribed = rotor.coordinate.prescribed
-    if prescribed is not None:
+    if rotor.coordinate.prescribed is not None:
         return float(machine.prescribed_speed(rotor.coordinate, time)[0])
     torque = net_torque(machine, rotor)
     start = torque(0.0)
     if start == 0.0:
         return 0.0 if torque(1.0) < 0 else None
     slope = _constant_slope(machine, rotor)
-    if slope is not None:
-        rough = -start / slope if slope else None
-        return None if rough is None else rough - torque(rough) / slope  # the second step removes the rounding of the first
+    if slope:
+        rough = -start / slope
+        return rough - torque(rough) / slope  # the second step removes the rounding of the first
+    if slope == 0:
+        return None
     low, high = 0.0, math.copysign(1e-3, start)
     while abs(high) < _FASTEST:
         if torque(high) * start <= 0:

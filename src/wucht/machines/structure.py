@@ -81,10 +81,9 @@ class Structure(Bodies):
         """The locks, the outermost first."""
         index = {b.name: len(self.carrier) + k for k, b in enumerate(self.bodies)}
         turning = None if self.turning is None else self.carrier.index(self.turning)
-        outermost_first = sorted(self.bodies, key=lambda b: -len(self.tree.path(b.name)))
         return [
             lagrange.Lock(index[b.name], turning if b.about is None else index[b.about], b.locked)
-            for b in outermost_first
+            for b in sorted(self.bodies, key=lambda b: -len(self.tree.path(b.name)))
             if b.release is not None
         ]
 

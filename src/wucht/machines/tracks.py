@@ -56,8 +56,7 @@ def tracks_of(
                 circle = f"the centre of {first.name!r} of this track runs on a circle of {first.centre_radius():g} m"
                 raise InputError(place, b.track, f"{circle}, that of this body on {b.centre_radius():g} m")
         if len(together) > 1 and sum(angular_width(a, b) for a, b in _neighbours(together)) > 2 * math.pi:
-            sentence = f"{len(together)} bodies of this size do not fit on it"
-            raise InputError(f"{at[first.path]}.track", first.track, sentence)
+            raise InputError(f"{at[first.path]}.track", first.track, f"{len(together)} bodies of this size do not fit on it")
     return tuple(Track(name, tuple(ts), frequency[name], name in given) for name, ts in by_track.items() if len(ts) > 1)
 
 

@@ -125,8 +125,7 @@ def index(torques: SteadyTorques, states: Sequence[State]) -> int:
     """The sum of the signs of det(df/dx): 0 if these are all states at a given speed (Poincare and Hopf, on the torus)."""
     if not states:
         return 0
-    phases = np.array([s.phases[1:] for s in states]).T
-    matrices = np.moveaxis(OnTheTorus(torques).jacobian(phases), -1, 0)
+    matrices = np.moveaxis(OnTheTorus(torques).jacobian(np.array([s.phases[1:] for s in states]).T), -1, 0)
     return int(sum(s.multiplicity * np.sign(np.linalg.det(m)) for s, m in zip(states, matrices, strict=True)))
 
 

@@ -233,5 +233,4 @@ def separation(angles: np.ndarray, other: np.ndarray | float) -> np.ndarray:
 
 def _vibration_torque(influence: np.ndarray, factor: np.ndarray, phases: np.ndarray) -> np.ndarray:
     turning = np.exp(1j * phases)
-    field = np.einsum("Nik,kN->iN", influence, turning)
-    return np.asarray(-factor * (turning * field.conj()).imag)
+    return np.asarray(-factor * (turning * np.einsum("Nik,kN->iN", influence, turning).conj()).imag)

@@ -28,8 +28,7 @@ class Rotor(Body):
 
     def check(self) -> None:
         """One of eccentricity, unbalance and couple_unbalance; the inertia about the axis is at least m e^2."""
-        given = [u for u in (self.eccentricity, self.unbalance, self.couple_unbalance) if u is not None]
-        if len(given) != 1:
+        if (self.eccentricity, self.unbalance, self.couple_unbalance).count(None) != 2:
             raise ValueError(
                 "eccentricity",
                 "needed is either eccentricity or unbalance (0 for a balanced rotor), or couple_unbalance on a carrier 'r'",
