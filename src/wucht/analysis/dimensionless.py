@@ -7,9 +7,8 @@ import math
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.shaft import slopes
 from wucht.machines.machine import Machine
-from wucht.machines.operation import relative_damping
+from wucht.machines.operation import relative_damping, slopes
 from wucht.machines.parts.base import Body
 from wucht.machines.structure import SPEED
 

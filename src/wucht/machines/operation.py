@@ -83,16 +83,18 @@ def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> fl
 
 def _constant_slope(machine: Mechanism, rotor: RotatingBody) -> float | None:
     """The slope of the net torque over the speed where that is a straight line, else None."""
-    slope, bend = _slopes(*shaft_torques(machine, rotor))
+    drive, losses = shaft_torques(machine, rotor)
+    (slope,) = slopes((drive - losses,))
+    (bend,) = slopes((slope,))
     if bend.has(SPEED) or (bend != 0 and machine.evaluate(bend)[0] != 0):
         return None
     return float(machine.evaluate(slope.xreplace({SPEED: sp.S.Zero}))[0])
 
 
 @lru_cache(maxsize=256)
-def _slopes(drive: sp.Expr, losses: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    net = drive - losses
-    return sp.diff(net, SPEED), sp.diff(net, SPEED, 2)
+def slopes(torques: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
+    """The derivatives of torques by the speed."""
+    return tuple(sp.diff(t, SPEED) for t in torques)
 
 
 def natural_frequencies(machine: Mechanism) -> dict[str, float]:

@@ -137,7 +137,7 @@ def by_subdivision(
         return Search([], False, "a drive or load has a characteristic that jumps: it is not shown that no state is missing")
     searched = _zeros(torques, low, high, most_boxes or _BOXES[torques.size], watch)
     speeds, phases = OnTheTorus(torques).parted(np.concatenate([zeros.points for zeros in searched], axis=1))
-    states = _grouped(torques, [(float(w), phases[:, k]) for k, w in enumerate(speeds)])
+    states = _grouped(torques, [State(w, at) for w, at in zip(speeds.tolist(), phases.T, strict=True)])
     what = "the phases" if torques.given is not None else f"the phases and {speeds_in_words(torques, low, high)}"
     boxes = sum(zeros.boxes for zeros in searched)
     if all(zeros.complete for zeros in searched):
@@ -195,8 +195,7 @@ def from_many_starts(
     torques: SteadyTorques, low: float, high: float, known: Sequence[State], seed: int = 0, watch: Watch = None
 ) -> list[State]:
     """The states that Newton's method finds, with those that are known. Other seeds give other starts."""
-    problem, draw, n = OnTheTorus(torques), np.random.default_rng(seed), torques.size
-    states = [(s.speed, s.phases) for s in known]
+    problem, draw, n, states = OnTheTorus(torques), np.random.default_rng(seed), torques.size, list(known)
     for _ in range(_ROUNDS):
         if watch is not None:
             watch()
@@ -204,8 +203,8 @@ def from_many_starts(
         if torques.given is None:
             x = np.concatenate([x, draw.uniform(low, high, (1, _STARTS))])
         speeds, phases = problem.parted(_newton(problem, x, low, high))
-        for state in zip(speeds.tolist(), phases.T, strict=True):
-            if not any(_same(torques, state, other) for other in states) and torques.balanced(*state):
+        for state in (State(w, at) for w, at in zip(speeds.tolist(), phases.T, strict=True)):
+            if not any(_same(torques, state, s) for s in states) and torques.balanced(state.speed, state.phases):
                 states.append(state)
     return _grouped(torques, states)
 
@@ -227,30 +226,30 @@ def _newton(problem: OnTheTorus, x: np.ndarray, low: float, high: float) -> np.n
     return np.asarray(x[:, good])
 
 
-def _same(torques: SteadyTorques, state: tuple[float, np.ndarray], other: tuple[float, np.ndarray]) -> bool:
+def _same(torques: SteadyTorques, state: State, other: State) -> bool:
     """Whether two states are one, equal bodies being exchanged."""
-    if abs(state[0] - other[0]) > _SAME * abs(state[0]):
+    if abs(state.speed - other.speed) > _SAME * abs(state.speed):
         return False
     for members in torques.classes:
-        left = other[1][list(members)]
+        left = other.phases[list(members)]
         for i in members:
-            apart = separation(left, state[1][i])
+            apart = separation(left, state.phases[i])
             if apart.min() > _SAME:
                 return False
             left = np.delete(left, apart.argmin())
     return True
 
 
-def _grouped(torques: SteadyTorques, states: Sequence[tuple[float, np.ndarray]]) -> list[State]:
+def _grouped(torques: SteadyTorques, states: Sequence[State]) -> list[State]:
     """Each state once, with the number of those that exchanging equal bodies makes of it."""
     different: list[State] = []
-    for w, phases in states:
-        if any(_same(torques, (w, phases), (s.speed, s.phases)) for s in different):
+    for state in states:
+        if any(_same(torques, state, s) for s in different):
             continue
-        ordered, many = phases % (2 * math.pi), 1
+        ordered, many = state.phases % (2 * math.pi), 1
         for members in torques.classes:
             angles = ordered[list(members)] = np.sort(ordered[list(members)])
             near = np.unique(separation(angles[:, None], angles) < _SAME, axis=0, return_counts=True)[1]
             many *= math.factorial(len(members)) // math.prod(math.factorial(k) for k in near.tolist())
-        different.append(State(w, ordered, 0, many))
+        different.append(State(state.speed, ordered, 0, many))
     return sorted(different, key=lambda s: (s.speed, s.phases.tolist()))
