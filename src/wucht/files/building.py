@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from typing import Any
 
 from wucht.checking import checked, choice, refuse_unknown, table, text
@@ -40,7 +41,7 @@ def _from_model(document: Document, title: str) -> Machine:
     if beside := [key for key in _PARTS if key in document]:
         raise InputError(f"machine.{beside[0]}", None, BESIDE_A_MODEL.format(name))
     model = checked(models()[name], table(document, "parameters", "machine.parameters"), "machine.parameters")
-    return _built(document, model, title=title)
+    return _built(document, model, title=title, places={})
 
 
 def _from_parts(document: Document, title: str) -> Machine:
@@ -49,11 +50,11 @@ def _from_parts(document: Document, title: str) -> Machine:
     described, kinds = table(document, "carrier", "machine.carrier"), carriers()
     directions = choice({"directions": "xy"} | described, "directions", "machine.carrier", kinds)
     carrier = checked(kinds[directions], described, "machine.carrier")
-    bodies, where = _bodies(document)
+    bodies, places = _bodies(document)
     of_drives, at_drives = _shafts(document, "drive", drives())
     of_loads, at_loads = _shafts(document, "load", loads())
-    where |= at_drives | at_loads
-    return _built(document, carrier, bodies, of_drives, of_loads, tracks=document.get("tracks"), title=title, where=where)
+    places |= at_drives | at_loads
+    return _built(document, carrier, bodies, of_drives, of_loads, tracks=document.get("tracks"), title=title, places=places)
 
 
 def _bodies(document: Document) -> tuple[list[Body], dict[str, str]]:
@@ -83,9 +84,11 @@ def _of_kind(kinds: dict[str, type[Any]], described: Document, where: str, later
     return checked(kinds[kind], {k: v for k, v in described.items() if k != "kind"}, where)
 
 
-def _built(document: Document, *parts: Any, **others: Any) -> Machine:
-    """The machine of these parts. Raises ``InputError``, seen from the file."""
+def _built(document: Document, *parts: Any, places: Mapping[str, str], **others: Any) -> Machine:
+    """The machine of these parts. Raises ``InputError``, seen from the file: at the places of parts, not at their paths."""
     try:
         return Machine(*parts, schedules=document.get("schedules", ()), **others)
     except InputError as error:
-        raise error.within("machine") from None
+        path = next((p for p in places if error.where.startswith(f"{p}.")), "")
+        seen = f"{places.get(path, path)}{error.where.removeprefix(path)}"
+        raise InputError(seen, error.given, error.allowed).within("machine") from None

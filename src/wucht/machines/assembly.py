@@ -1,6 +1,6 @@
 """Parts -> machine: what concerns several parts is checked and put together here, whether they come from a file or from Python.
 
-Faults lie where the parts are: at their paths (``p1.about``, ``drives.e1.on``), or where ``where`` places a path.
+Faults lie where the parts are: at their paths (``p1.about``, ``drives.e1.on``).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import Tracked
 from wucht.machines.schedules import Schedule, schedules_of
 from wucht.machines.structure import Units
-from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, Places, arranged, evenly, tracks_of
+from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arranged, evenly, tracks_of
 from wucht.machines.tree import RotatingBody, SlidingBody, Tree
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
@@ -37,9 +37,7 @@ BESIDE_A_MODEL = "not allowed beside model = {!r}, which brings its own parts"
 ShaftT = TypeVar("ShaftT", bound=OnShaft)
 
 
-def assembled(
-    carrier: Any, bodies: Any, drives: Any, loads: Any, schedules: Any, tracks: Any, title: str, where: Mapping[str, str]
-) -> dict[str, Any]:
+def assembled(carrier: Any, bodies: Any, drives: Any, loads: Any, schedules: Any, tracks: Any, title: str) -> dict[str, Any]:
     """The fields of a ``Machine`` without contacts, from its parts. See there. Raises ``InputError``."""
     if isinstance(carrier, Model):
         for key, given in {"bodies": bodies, "drives": drives, "loads": loads, "tracks": tracks}.items():
@@ -48,17 +46,16 @@ def assembled(
         return _of_model(carrier, schedules, title)
     if not isinstance(carrier, Support):
         raise InputError("carrier", carrier, "must be a carrier, or a dimensionless model")
-    at = Places(where)
     bodies = _parts_of(Body, bodies, "bodies")
-    _check_bodies(bodies, at)
-    _check_carrier(carrier, bodies, at)
-    drives = _on_shafts(_parts_of(Drive, drives, "drives"), bodies, at)
+    _check_bodies(bodies)
+    _check_carrier(carrier, bodies)
+    drives = _on_shafts(_parts_of(Drive, drives, "drives"), bodies)
     if name := _repeated(d.on for d in drives):
         raise InputError("drives", name, "two drives act on this body; there must be at most one a body")
-    loads = _on_shafts(_parts_of(Load, loads, "loads"), bodies, at)
+    loads = _on_shafts(_parts_of(Load, loads, "loads"), bodies)
     if load := _repeated((x.on, x.kind) for x in loads):
         raise InputError("loads", load[0], f"two {load[1]} loads act on this body; there must be at most one of each kind")
-    return _of_parts(carrier.bearing(bodies), bodies, drives, loads, schedules, title, at)
+    return _of_parts(carrier.bearing(bodies), bodies, drives, loads, schedules, title)
 
 
 def _repeated(names: Iterable[Any]) -> Any:
@@ -76,7 +73,7 @@ def _parts_of(family: Any, given: Any, key: str) -> tuple[Any, ...]:
     return tuple(given)
 
 
-def _check_bodies(bodies: Sequence[Body], at: Places) -> None:
+def _check_bodies(bodies: Sequence[Body]) -> None:
     """Each has a name of its own, and turns about one that is there. Raises ``InputError``."""
     if not bodies:
         raise InputError("bodies", None, "a machine needs at least one body: [[machine.bodies]]")
@@ -87,7 +84,7 @@ def _check_bodies(bodies: Sequence[Body], at: Places) -> None:
         raise InputError("bodies", name, "two bodies have this name; each needs its own")
     for body in (b for b in bodies if b.reference is not None):
         if fault := _fault_of_reference(body, bodies):
-            raise InputError(f"{at[body.path]}.about", body.reference, fault)
+            raise InputError(f"{body.path}.about", body.reference, fault)
     if all(b.reference is not None for b in bodies):
         raise InputError("bodies", None, "a machine needs a body that turns on the carrier, such as a rotor")
 
@@ -107,14 +104,14 @@ def _fault_of_reference(body: Body, bodies: Sequence[Body]) -> str:
     return ""
 
 
-def _check_carrier(carrier: Support, bodies: Iterable[Body], at: Places) -> None:
+def _check_carrier(carrier: Support, bodies: Iterable[Body]) -> None:
     for body in bodies:
         try:
             carrier.check_body(body)
         except ValueError as error:
             key, sentence = error.args
             given = getattr(body, key, None)
-            raise InputError(f"{at[body.path]}.{key}", list(given) if isinstance(given, tuple) else given, sentence) from None
+            raise InputError(f"{body.path}.{key}", list(given) if isinstance(given, tuple) else given, sentence) from None
 
 
 def shaft_labels(shafts: Sequence[tuple[str, str]]) -> list[str]:
@@ -128,14 +125,14 @@ def shaft_labels(shafts: Sequence[tuple[str, str]]) -> list[str]:
     return [on if count[on] == 1 else f"{on}.{kind}" for on, kind in shafts]
 
 
-def _on_shafts(shafts: tuple[ShaftT, ...], bodies: Sequence[Body], at: Places) -> tuple[ShaftT, ...]:
+def _on_shafts(shafts: tuple[ShaftT, ...], bodies: Sequence[Body]) -> tuple[ShaftT, ...]:
     """Drives or loads, each with its body and its label. Raises ``InputError``."""
     names, rotors = [b.name for b in bodies if b.turns()], [b.name for b in bodies if b.turns() and b.reference is None]
     on = [rotors[0] if len(rotors) == 1 and "on" not in s.model_fields_set else s.on for s in shafts]
     labels = shaft_labels([(body, s.kind) for body, s in zip(on, shafts, strict=True)])
     labelled = tuple(s.model_copy(update={"on": o, "label": x}) for s, o, x in zip(shafts, on, labels, strict=True))
     for i, shaft in enumerate(labelled):
-        place = at[shaft.path if shaft.on or len(shafts) == 1 else f"{shaft.group}s[{i}]"]
+        place = shaft.path if shaft.on or len(shafts) == 1 else f"{shaft.group}s[{i}]"
         if not shaft.on and "on" not in shafts[i].model_fields_set:
             raise InputError(f"{place}.on", None, "this key is missing; needed is the name of the body")
         if shaft.on not in names:
@@ -166,11 +163,10 @@ def _of_model(model: Model, schedules: Any, title: str) -> dict[str, Any]:
 
 
 def _of_parts(
-    carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load], schedules: Any, title: str,
-    at: Places,
-) -> dict[str, Any]:  # fmt: skip
+    carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load], schedules: Any, title: str
+) -> dict[str, Any]:
     prescribed = {d.on: speed for d in drives if (speed := d.prescribed()) is not None}
-    _check_releases(bodies, prescribed, at)
+    _check_releases(bodies, prescribed)
     parts: tuple[Part, ...] = (carrier, *bodies, *drives, *loads)
     parameters = {p.path: p for part in parts for p in part.parameters()}
     for b in (b for b in bodies if b.release is not None):
@@ -205,16 +201,15 @@ def _of_parts(
     }
 
 
-def _check_releases(bodies: Sequence[Body], prescribed: Mapping[str, sp.Expr], at: Places) -> None:
+def _check_releases(bodies: Sequence[Body], prescribed: Mapping[str, sp.Expr]) -> None:
     on_carrier = [b.name for b in bodies if b.reference is None]
     for b in bodies:
         if b.release is None:
             continue
         if b.name in prescribed:
-            raise InputError(f"{at[b.path]}.release", None, "not allowed: the drive prescribes this body's motion")
+            raise InputError(f"{b.path}.release", None, "not allowed: the drive prescribes this body's motion")
         if b.release.speed is not None and on_carrier == [b.name]:
-            sentence = "must be { time = ... }: no other body's speed can release it"
-            raise InputError(f"{at[b.path]}.release", None, sentence)
+            raise InputError(f"{b.path}.release", None, "must be { time = ... }: no other body's speed can release it")
 
 
 def _no_jump(schedules: tuple[Schedule, ...], prescribed: Mapping[str, sp.Expr]) -> None:
@@ -253,7 +248,7 @@ def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
     return tuple(warnings)
 
 
-def with_tracks(machine: MechanismT, given: Any, where: Mapping[str, str]) -> MechanismT:
+def with_tracks(machine: MechanismT, given: Any) -> MechanismT:
     """The machine with the contacts of its tracks, their bodies evenly spaced until a start arranges them.
 
     given: tables with the key ``contact_frequency`` by the name of the track. Raises ``InputError``.
@@ -273,7 +268,7 @@ def with_tracks(machine: MechanismT, given: Any, where: Mapping[str, str]) -> Me
         frequency[name] = read_quantity(Unit("rad/s", "contact frequency"), wanted, at)
         if frequency[name] <= 0:
             raise InputError(at, wanted, "must be a contact frequency greater than 0")
-    tracks = tracks_of(bodies, Places(where), frequency, [n for n, t in given.items() if t])
+    tracks = tracks_of(bodies, frequency, [n for n, t in given.items() if t])
     if not tracks:
         return machine
     blank = machine.changed(tracks=tracks, energies=(*machine.energies, *(Energies() for _ in tracks)))

@@ -60,7 +60,9 @@ def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequen
         if schedule.parameter in schedules:
             raise InputError(f"schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
         schedules[schedule.parameter] = schedule
-    _check_values(tuple(schedules.values()), parts)
+    for at in sorted({t for s in schedules.values() for t in s.pieces.breakpoints}):
+        first = next(i for i, s in enumerate(schedules.values()) if at in s.pieces.breakpoints)
+        check_values(parts, {p: float(s.pieces(at)) for p, s in schedules.items()}, f"schedules[{first}].points (t = {at:g})")
     return tuple(schedules.values())
 
 
@@ -89,14 +91,6 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
         raise InputError(f"{where}.points", points, "must be points whose times increase")
     kind = choice({"interpolation": "linear"} | dict(described), "interpolation", where, _INTERPOLATIONS)
     return Schedule(path, interpolated(path, times, values, kind))
-
-
-def _check_values(schedules: Sequence[Schedule], parts: Sequence[Part]) -> None:
-    """Raises ``InputError`` where the parts do not allow the values that schedules give them, at the points of any of them."""
-    for time in sorted({t for s in schedules for t in s.pieces.breakpoints}):
-        values = {s.parameter: float(s.pieces(time)) for s in schedules}
-        first = next(i for i, s in enumerate(schedules) if time in s.pieces.breakpoints)
-        check_values(parts, values, f"schedules[{first}].points (t = {time:g})")
 
 
 def with_schedules(system: System, schedules: Sequence[Schedule], stored: sp.Expr, unit: str) -> System:

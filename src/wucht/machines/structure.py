@@ -95,14 +95,13 @@ class Structure(Bodies):
     def outputs(self) -> list[Output]:
         """Energy, torque and power, prescribed speeds, bearing forces and the orbit of the axis."""
         u = self.units
-        given = [c for c in self.coordinates if c.prescribed is not None]
         driven = [b.coordinate for b in self.bodies if b.coordinate.prescribed is not None]
         motors = [a.force for e in self.energies for a in e.applied if a.booked == "supplied"]
         outputs = [
             Output("stored_energy", self.stored, u.energy, "stored energy"),
             Output("motor_torque", sp.Add(*motors, *map(lagrange.reaction, driven)), u.torque, "motor torque"),
             Output("motor_power", lagrange.supplied_power(self.energies, self.coordinates), u.power, "motor power"),
-            *(Output(c.velocity.name, c.velocity, u.speed, "speed") for c in given),
+            *(Output(c.velocity.name, c.velocity, u.speed, "speed") for c in self.coordinates if c.prescribed is not None),
         ]
         alone = lagrange.equations_of_motion(self.energies[:1], self.carrier)
         inertial = alone.mass * sp.Matrix([lagrange.acceleration(c) for c in self.carrier]) if self.carrier else []

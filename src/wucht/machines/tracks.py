@@ -28,16 +28,7 @@ FREQUENCY_RATIO = 20.0  # of the contact to the operating speed
 _PLAY = 1e-9  # rad: given to bodies that start just touching
 
 
-class Places(dict[str, str]):
-    """Where parts are: at their paths, but for those of which another place is known."""
-
-    def __missing__(self, path: str) -> str:
-        return path
-
-
-def tracks_of(
-    bodies: Sequence[Tracked], at: Places, frequency: Mapping[str, float], given: Collection[str]
-) -> tuple[Track, ...]:
+def tracks_of(bodies: Sequence[Tracked], frequency: Mapping[str, float], given: Collection[str]) -> tuple[Track, ...]:
     """The tracks of a machine. frequency: of the contacts by track; given: the tracks whose frequency was asked for.
 
     Raises ``InputError``: bodies of one track on different circles or about different bodies, or too many for it.
@@ -49,14 +40,14 @@ def tracks_of(
     for together in by_track.values():
         first = together[0]
         for b in together[1:]:
-            place = f"{at[b.path]}.track"
+            place = f"{b.path}.track"
             if b.reference != first.reference:
                 raise InputError(place, b.track, f"{first.name!r} of this track turns about {first.reference!r}")
             if abs(b.centre_radius() - first.centre_radius()) > 1e-9 * first.centre_radius():
                 circle = f"the centre of {first.name!r} of this track runs on a circle of {first.centre_radius():g} m"
                 raise InputError(place, b.track, f"{circle}, that of this body on {b.centre_radius():g} m")
         if len(together) > 1 and sum(angular_width(a, b) for a, b in _neighbours(together)) > 2 * math.pi:
-            raise InputError(f"{at[first.path]}.track", first.track, f"{len(together)} bodies of this size do not fit on it")
+            raise InputError(f"{first.path}.track", first.track, f"{len(together)} bodies of this size do not fit on it")
     return tuple(Track(name, tuple(ts), frequency[name], name in given) for name, ts in by_track.items() if len(ts) > 1)
 
 

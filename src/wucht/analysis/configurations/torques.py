@@ -206,13 +206,11 @@ class SteadyTorques:
     @cached_property
     def classes(self) -> tuple[tuple[int, ...], ...]:
         """The bodies other than the main rotor, equal ones together: exchanging them changes no torque, inertia or damper."""
-        classes: list[list[int]] = []
+        classes: dict[int, list[int]] = {}
         for i in range(1, self.size):
-            alike = next((members for members in classes if self._alike(members[0], i)), None)
-            if alike is None:
-                classes.append(alike := [])
-            alike.append(i)
-        return tuple(tuple(members) for members in classes)
+            first = next((k for k in classes if self._alike(k, i)), i)
+            classes.setdefault(first, []).append(i)
+        return tuple(map(tuple, classes.values()))
 
     def _alike(self, i: int, k: int) -> bool:
         if self.heads[i] != self.heads[k] or self.heads[i] == i or self.senses[i] != self.senses[k]:
