@@ -204,11 +204,9 @@ def _of_parts(
 def _check_releases(bodies: Sequence[Body], prescribed: Mapping[str, sp.Expr]) -> None:
     on_carrier = [b.name for b in bodies if b.reference is None]
     for b in bodies:
-        if b.release is None:
-            continue
-        if b.name in prescribed:
+        if b.release and b.name in prescribed:
             raise InputError(f"{b.path}.release", None, "not allowed: the drive prescribes this body's motion")
-        if b.release.speed is not None and on_carrier == [b.name]:
+        if b.release and b.release.speed is not None and on_carrier == [b.name]:
             raise InputError(f"{b.path}.release", None, "must be { time = ... }: no other body's speed can release it")
 
 
@@ -216,10 +214,8 @@ def _no_jump(schedules: tuple[Schedule, ...], prescribed: Mapping[str, sp.Expr])
     used = {s for e in prescribed.values() for s in e.free_symbols}
     for i, schedule in enumerate(schedules):
         if schedule.symbol in used and schedule.pieces.jumps():
-            raise InputError(
-                f"schedules[{i}].interpolation", "steps",
-                f"allowed for {schedule.parameter} is 'linear' or 'smooth': a prescribed motion cannot jump",
-            )  # fmt: skip
+            sentence = f"allowed for {schedule.parameter} is 'linear' or 'smooth': a prescribed motion cannot jump"
+            raise InputError(f"schedules[{i}].interpolation", "steps", sentence)
 
 
 def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
@@ -230,21 +226,15 @@ def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
         own = rotor.number(rotor.moment())
         balancers = [b.number(b.moment()) for b in bodies if b.reference == rotor.name]
         if balancers and own > sum(balancers):
-            warnings.append(
-                f"the unbalance of {rotor.name!r} is {own:.4g} kg m, more than the {sum(balancers):.4g} kg m that its "
-                "balancers can compensate together; they can only reduce it"
-            )
+            together = f"the {sum(balancers):.4g} kg m that its balancers can compensate together; they can only reduce it"
+            warnings.append(f"the unbalance of {rotor.name!r} is {own:.4g} kg m, more than {together}")
         largest = max(balancers, default=0.0)
         if len(balancers) > 1 and largest > own + sum(balancers) - largest:
-            warnings.append(
-                f"one balancer of {rotor.name!r} has {largest:.4g} kg m, more than the rotor and all other balancers "
-                "together: they cannot compensate each other"
-            )
+            others = "the rotor and all other balancers together: they cannot compensate each other"
+            warnings.append(f"one balancer of {rotor.name!r} has {largest:.4g} kg m, more than {others}")
         if len(balancers) == 1 and own > 0 and abs(largest - own) > 0.01 * own:
-            warnings.append(
-                f"{rotor.name!r} has one balancer, of {largest:.4g} kg m: one body compensates only an unbalance equal "
-                f"to its own, and the rotor's is {own:.4g} kg m"
-            )
+            only = f"one body compensates only an unbalance equal to its own, and the rotor's is {own:.4g} kg m"
+            warnings.append(f"{rotor.name!r} has one balancer, of {largest:.4g} kg m: {only}")
     return tuple(warnings)
 
 

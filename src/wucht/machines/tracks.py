@@ -129,10 +129,9 @@ def _offsets(track: Track, order: Sequence[Tracked], angles: Mapping[str, float]
         ahead = apart % (2 * math.pi)
         gap = ahead - width
         if gap < -_PLAY:
-            raise InputError(
-                f"{where}.{b.name}", math.degrees(angles[b.name]), f"{a.name!r} and {b.name!r} of the track {track.name!r} "
-                f"overlap: their centres must be {math.degrees(width):.4g} degrees apart"
-            )  # fmt: skip
+            needed = f"their centres must be {math.degrees(width):.4g} degrees apart"
+            sentence = f"{a.name!r} and {b.name!r} of the track {track.name!r} overlap: {needed}"
+            raise InputError(f"{where}.{b.name}", math.degrees(angles[b.name]), sentence)
         offsets.append(2 * math.pi * round((ahead - apart) / (2 * math.pi)) - width + (_PLAY - gap if gap < _PLAY else 0.0))
     return offsets
 

@@ -62,9 +62,8 @@ class FullStability:
         angles = self._angles(orbit.state)
         away = float(separation(angles - angles[0], state.phases).max())
         if away > _ELSEWHERE and not state.dimension:
-            return Stability.undecided(
-                f"the nearest periodic motion of the full equations has phases up to {math.degrees(away):.0f} degrees away"
-            )
+            apart = f"phases up to {math.degrees(away):.0f} degrees away"
+            return Stability.undecided(f"the nearest periodic motion of the full equations has {apart}")
         with np.errstate(divide="ignore"):
             exponents = np.log(orbit.nontrivial(1 + state.neutral).astype(complex)) / orbit.period
         reason = "a multiplier lies on the unit circle"

@@ -64,10 +64,8 @@ class SteadyTorques:
         """The same from averaged equations that are there."""
         b = slow.equations.bodies
         if b.shaking is not None:
-            raise InputError(
-                "machine.carrier.motion", None, "the carrier's motion is prescribed: whether it entrains the rotor is "
-                "study.kind = 'entrainment'",
-            )  # fmt: skip
+            sentence = "the carrier's motion is prescribed: whether it entrains the rotor is study.kind = 'entrainment'"
+            raise InputError("machine.carrier.motion", None, sentence)
 
         def matrix(m: sp.ImmutableMatrix) -> np.ndarray:
             return np.array(slow.machine.evaluate(*m), float).reshape(m.shape)

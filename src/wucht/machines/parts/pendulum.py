@@ -28,9 +28,8 @@ class Pendulum(Tracked):
         if not math.isfinite(least):
             raise ValueError("length", "must be a length with which m l^2 can still be computed")
         if self.inertia is not None and self.inertia < least * (1 - 1e-12):
-            raise ValueError(
-                "inertia", f"must be at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default"
-            )
+            sentence = f"must be at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default"
+            raise ValueError("inertia", sentence)
         if self.track is not None and not self.on_axis():
             raise ValueError("suspension", "not allowed on a track: its bodies turn about one axis")
         self.check_track()
