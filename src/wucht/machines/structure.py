@@ -81,11 +81,8 @@ class Structure(Bodies):
         """The locks, the outermost first."""
         index = {b.name: len(self.carrier) + k for k, b in enumerate(self.bodies)}
         turning = None if self.turning is None else self.carrier.index(self.turning)
-        return [
-            lagrange.Lock(index[b.name], turning if b.about is None else index[b.about], b.locked)
-            for b in sorted(self.bodies, key=lambda b: -len(self.tree.path(b.name)))
-            if b.release is not None
-        ]
+        locked = sorted((b for b in self.bodies if b.release), key=lambda b: -len(self.tree.path(b.name)))
+        return [lagrange.Lock(index[b.name], turning if b.about is None else index[b.about], b.locked) for b in locked]
 
     @property
     def stored(self) -> sp.Expr:

@@ -79,11 +79,8 @@ def _contacts(
         dissipation.append(on * zeta * inertia * frequency * rate**2)
         what = f"angle added to the gap {a.name} to {b.name}"
         parameters.append(Parameter(offset.name, offsets[k], "rad", f"delta_{k + 1}", what))
-    parameters += [
-        Parameter(f"{body.name}.restitution", RESTITUTION, "", "e", "coefficient of restitution")
-        for body in track.bodies
-        if body.restitution is None
-    ]
+    for name in (b.name for b in track.bodies if b.restitution is None):
+        parameters.append(Parameter(f"{name}.restitution", RESTITUTION, "", "e", "coefficient of restitution"))
     return Energies(potential=sp.Add(*potential), dissipation=sp.Add(*dissipation)), tuple(parameters)
 
 
