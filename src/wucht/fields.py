@@ -84,26 +84,24 @@ class Described(BaseModel, metaclass=_Located):
         return described
 
     def parameters_at(self, path: str) -> tuple[Parameter, ...]:
-        """The quantities given, as parameters ``path.field``; pairs by component ``.x``, ``.y``; tables inside likewise."""
+        """The quantities given, as parameters ``path.field``, or ``field`` without a path.
+
+        Pairs by component ``.x``, ``.y``; tables inside likewise.
+        """
         parameters: list[Parameter] = []
         for name, described in type(self).model_fields.items():
             unit, value = unit_of(type(self), name), getattr(self, name)
-            key = f"{path}.{described.alias or name}"
+            key = f"{path}.{described.alias or name}".removeprefix(".")
             if isinstance(value, Described):
                 parameters += value.parameters_at(key)
             elif unit is None:
-                tables = enumerate(value, 1) if isinstance(value, tuple) else ()
-                parameters += [
-                    p for i, table in tables if isinstance(table, Described) for p in table.parameters_at(f"{key}.{i}")
-                ]
+                for i, table in enumerate(value if isinstance(value, tuple) else (), 1):
+                    parameters += table.parameters_at(f"{key}.{i}") if isinstance(table, Described) else ()
+            elif isinstance(value, tuple):
+                for c, x in zip("xy", value, strict=True):
+                    parameters.append(Parameter(f"{key}.{c}", float(x), unit.si, f"{unit.symbol}_{c}", unit.what))
             elif value is not None:
-                numbers = dict(zip(("x", "y"), value, strict=True)) if isinstance(value, tuple) else {"": value}
-                parameters += [
-                    Parameter(
-                        f"{key}.{c}" if c else key, float(x), unit.si, f"{unit.symbol}_{c}" if c else unit.symbol, unit.what
-                    )
-                    for c, x in numbers.items()
-                ]
+                parameters.append(Parameter(key, float(value), unit.si, unit.symbol, unit.what))
         return tuple(parameters)
 
 

@@ -359,7 +359,7 @@ def result_of(name: str, *settings: tuple[str, Any], **start: Any) -> tuple[dict
 def motor_less_vibration(machine: Machine, speed: float) -> float:
     """The averaged equation (3.50), (3.67): motor torque less vibration torque at a speed."""
     values = machine.values
-    return values["u"] * (values["lambda"] - speed) - float(Vibration.of(machine).torque(np.array([speed]), np.zeros(1))[0])
+    return values["u"] * (values["lambda"] - speed) - float(Vibration.of(machine).torque(np.array([speed]), np.zeros(1))[0][0])
 
 
 @pytest.mark.parametrize("name, factor", [("table-3.1-carrier", 1), ("table-3.1-laval", 2)])
@@ -371,7 +371,7 @@ def test_folds_of_the_averaged_equation_figure_3_2(name: str, factor: int):
     vibration, no_load = Vibration.of(machine), machine.values["lambda"]
 
     def slope_needed(speed: float) -> float:
-        return float(vibration.torque(np.array([speed]), np.zeros(1))[0]) / (no_load - speed)
+        return float(vibration.torque(np.array([speed]), np.zeros(1))[0][0]) / (no_load - speed)
 
     for (speed, u_fold), sign in zip([(1.0213376, 2.6053860), (1.4239669, 0.8937191)], (-1, 1), strict=True):
         actual = minimize_scalar(

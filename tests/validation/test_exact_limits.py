@@ -134,7 +134,7 @@ def test_motor_makes_up_for_what_the_dampers_take(steady: Steady):
     """Mean torque: sum c (w X)^2/2 / w, by the closed form, by ``Vibration.torque``, and in the run."""
     speed = steady.speed
     expected = float((DAMPING * (speed * steady.amplitudes) ** 2).sum()) / 2 / speed
-    from_vibration = float(Vibration.of(steady.machine).torque(np.array([speed]), np.zeros(1))[0])
+    from_vibration = float(Vibration.of(steady.machine).torque(np.array([speed]), np.zeros(1))[0][0])
     assert from_vibration == pytest.approx(expected, rel=1e-12)
     torque = steady.samples.motor_torque.values
     # The torque alternates with up to a hundred times its mean, and so do the errors.

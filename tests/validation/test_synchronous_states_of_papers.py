@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
-from wucht.analysis.configurations.slow_stability import SlowStability
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled import compile_system
@@ -261,7 +261,7 @@ def exponents_per_angle(u: float, state: Entry) -> np.ndarray:
     machine = load_machine("drozdetskaya-2020/table-5.1", {"u": u})
     slow = averaged_machine(machine, inertia=False)
     at = State(state["speed"], np.array([0.0, state["phases"]["p1"], state["phases"]["p2"]]))
-    exponents: np.ndarray = SlowStability(SteadyTorques.from_slow(slow), slow).stability(at).exponents / state["speed"]
+    exponents: np.ndarray = AveragedStability(SteadyTorques.from_slow(slow), slow).stability(at).exponents / state["speed"]
     return exponents
 
 

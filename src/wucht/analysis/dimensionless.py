@@ -7,10 +7,10 @@ import math
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.shaft import slopes
 from wucht.machines.machine import Machine
-from wucht.machines.operation import SPEED, relative_damping
+from wucht.machines.operation import relative_damping, slopes
 from wucht.machines.parts.base import Body
+from wucht.machines.structure import SPEED
 
 
 def numbers(machine: Machine) -> dict[str, float]:
@@ -39,11 +39,9 @@ def numbers(machine: Machine) -> dict[str, float]:
             at_rest = float(torque.xreplace({SPEED: sp.S.Zero} | machine.numbers))
             results |= {"lambda": at_rest / slope / frequency, "u": slope / (frequency * own * e)}
     pendulums = {_of_pendulum(machine, parts[b.name]) for b in machine.bodies if b.about == rotor.name}
-    count = len(machine.bodies) - 1
-    if len(pendulums) != 1 or None in pendulums or any(b.about not in (None, rotor.name) for b in machine.bodies):
+    pendulum = pendulums.pop() if len(pendulums) == 1 else None
+    if pendulum is None or any(b.about not in (None, rotor.name) for b in machine.bodies):
         return results
-    (pendulum,) = pendulums
-    assert pendulum is not None
     moment, length, inertia_, b = pendulum
     p = moment * length / inertia_
     return results | {
@@ -52,7 +50,7 @@ def numbers(machine: Machine) -> dict[str, float]:
         "p": p,
         "mu": p * moment / length / mass,
         "beta_p": b / (frequency * inertia_),
-        "beta_r": count * b / (frequency * j),
+        "beta_r": (len(machine.bodies) - 1) * b / (frequency * j),
     }
 
 

@@ -1,7 +1,6 @@
 """Forced vibration at a steady speed, the unbalance fixed, in closed form: 002 (2.74)-(2.79) for any linear carrier.
 
-All bodies turn with the speed w, each in its sense: phi_k = sigma_k (w t + alpha_k). With D(w) = K - w^2 M + i w C and the
-force F = sum U_k e_k exp(i alpha_k) the carrier moves by q = Re[z exp(i w t)], D z = w^2 F; then D z' = 2 w F - D' z.
+All bodies turn with the speed w, each in its sense: phi_k = sigma_k (w t + alpha_k).
 """
 
 from __future__ import annotations
@@ -12,15 +11,13 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.analysis.vibration import Vibration
+from wucht.analysis.vibration import Vibration, WithSlope
 from wucht.errors import InputError, WuchtError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 
 UNDAMPED = 1e-10  # damping ratio below which a resonance counts as undamped
-CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
 _EQUAL = 1e-9  # relative difference of poles that are one, as those of x and y on an isotropic carrier
-WithSlope = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -51,17 +48,11 @@ class Forced:
     @cached_property
     def force(self) -> np.ndarray:
         """F (m,), zero where the bodies' unbalances cancel."""
-        each = self.vibration.excitation * np.exp(1j * self.phases)[:, None]
-        total = each.sum(axis=0)
-        return np.asarray(np.where(np.abs(total) > CANCELLED * np.abs(each).sum(axis=0), total, 0.0))
+        return self.vibration.force(self.phases)
 
     def displacement(self, speeds: np.ndarray) -> WithSlope:
         """z (N, m), complex."""
-        v, w = self.vibration, np.asarray(speeds, float)[:, None, None]
-        dynamic = v.dynamic(w)
-        z = np.linalg.solve(dynamic, w**2 * self.force[None, :, None])
-        slope = np.linalg.solve(dynamic, 2 * w * self.force[None, :, None] - (1j * v.damping - 2 * w * v.mass) @ z)
-        return z[..., 0], slope[..., 0]
+        return self.vibration.response(speeds, self.phases)
 
     def _circles(self, z: np.ndarray, offset: np.ndarray | float = 0.0) -> np.ndarray:
         """The circles (2, N) of an orbit x, y = axis z + offset: run through counter-clockwise, and clockwise."""
@@ -90,16 +81,13 @@ class Forced:
         return np.asarray(np.abs(self._circles(self.displacement(speeds)[0], offset)).sum(axis=0))
 
     def torque(self, speeds: np.ndarray) -> WithSlope:
-        """The vibration torque on all bodies together, positive where it brakes, w z^H C z/2: 002 (2.79) with its factor M."""
-        w, (z, dz), c = np.asarray(speeds, float), self.displacement(speeds), self.vibration.damping
-        square, cross = (np.einsum("ni,ij,nj->n", z.conj(), c, other).real for other in (z, dz))
-        return w * square / 2, square / 2 + w * cross
+        """The vibration torque on all bodies together, positive where it brakes."""
+        return self.vibration.torque(speeds, self.phases)
 
     def torque_on(self, speeds: np.ndarray, members: Sequence[int]) -> WithSlope:
         """That on some of the bodies, positive where it brakes: -w^2/2 sum Im[conj(U_i e_i exp(i alpha_i)) z]."""
         e = self.vibration.excitation
-        rest = [i for i in range(len(e)) if i not in members]
-        if not np.abs(e[rest]).any():
+        if not np.delete(e, list(members), axis=0).any():
             return self.torque(speeds)  # the same, without the difference of large numbers
         w, (z, dz) = np.asarray(speeds, float), self.displacement(speeds)
         own = (e * np.exp(1j * self.phases)[:, None])[list(members)].sum(axis=0).conj()

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
 from wucht.machines.machine import Machine
-from wucht.machines.operation import SPEED, operating_speed
+from wucht.machines.operation import operating_speed, slopes
+from wucht.machines.structure import SPEED
 
 Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
@@ -25,12 +25,6 @@ def curves(machine: Machine, torques: Sequence[sp.Expr]) -> Curve:
         return every[: len(torques)], every[len(torques) :]
 
     return values
-
-
-@lru_cache(maxsize=256)
-def slopes(torques: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
-    """The derivatives of torques by the speed."""
-    return tuple(sp.diff(t, SPEED) for t in torques)
 
 
 def energy_scale(machine: Machine) -> float:

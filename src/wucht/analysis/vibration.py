@@ -1,8 +1,8 @@
 """What the vibration does to the rotation at a steady speed: harmonic influence coefficients, in numbers.
 
-With z = H(w) sum_k U_k e_k w^2 exp(i alpha_k), H(w) = (K - w^2 M + i w C)^-1, the carrier takes the power
-w^2 z^H C z / 2 out of the rotation: the vibration torque is w z^H C z / 2. For one rotor on an isotropic carrier this is
-the second term of 002 (3.67).
+With D(w) = K - w^2 M + i w C and the force F = sum_k U_k e_k exp(i alpha_k) the carrier moves by q = Re[z exp(i w t)],
+D z = w^2 F; then D z' = 2 w F - D' z. It takes the power w^2 z^H C z / 2 out of the rotation: the vibration torque is
+w z^H C z / 2. For one rotor on an isotropic carrier this is the second term of 002 (3.67).
 """
 
 from __future__ import annotations
@@ -17,6 +17,10 @@ import numpy as np
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.machines.parts.base import Body
+from wucht.numerics.zeros import crossings
+
+CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
+WithSlope = tuple[np.ndarray, np.ndarray]  # a function of the speed, and its derivative
 
 
 @dataclass(frozen=True)
@@ -36,8 +40,8 @@ class Vibration:
         """The vibration of a machine at its parameter values."""
         shapes = machine.linear_carrier.excitation
         e = np.array(machine.evaluate(*(x for a in shapes for x in a)), complex).reshape(len(shapes), -1)
-        clockwise = [sense_of(machine, body) < 0 for body in machine.bodies]
-        return cls(*machine.matrices, np.array([v.conj() if turned else v for v, turned in zip(e, clockwise, strict=True)]))
+        clockwise = np.array([[sense_of(machine, body) < 0] for body in machine.bodies])
+        return cls(*machine.matrices, np.where(clockwise, e.conj(), e))
 
     def only(self, index: Sequence[int]) -> Vibration:
         """The vibration that some of the bodies excite."""
@@ -58,16 +62,29 @@ class Vibration:
         below = -np.linalg.solve(self.mass, np.hstack([self.stiffness, self.damping]))
         return np.linalg.eigvals(np.vstack([np.eye(size, 2 * size, size), below]))
 
-    def response(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
-        """The complex displacements z (N, m) at speeds (N,) with the bodies at phases (n,): q = Re[z exp(i w t)]."""
-        w = np.atleast_1d(np.asarray(speeds, float))[:, None, None]
-        force = (self.excitation * np.exp(1j * phases)[:, None]).sum(axis=0)
-        return np.linalg.solve(self.dynamic(w), w**2 * force[None, :, None])[..., 0]
+    def solved(self, w: np.ndarray, right: np.ndarray, rise: np.ndarray | float = 0.0) -> WithSlope:
+        """z (N, m, k) with D(w) z = right at speeds (N, 1, 1), and dz/dw. rise: d right/dw."""
+        dynamic = self.dynamic(w)
+        z = np.linalg.solve(dynamic, right)
+        return z, np.linalg.solve(dynamic, rise - (1j * self.damping - 2 * w * self.mass) @ z)
 
-    def torque(self, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
-        """The vibration torque on all bodies together at speeds (N,), positive where it brakes: w z^H C z/2."""
-        w, z = np.atleast_1d(np.asarray(speeds, float)), self.response(speeds, phases)
-        return np.asarray(w * np.einsum("ni,ij,nj->n", z.conj(), self.damping, z).real / 2)
+    def force(self, phases: np.ndarray) -> np.ndarray:
+        """F (m,) with the bodies at phases (n,), zero where their unbalances cancel."""
+        each = self.excitation * np.exp(1j * phases)[:, None]
+        total = each.sum(axis=0)
+        return np.asarray(np.where(np.abs(total) > CANCELLED * np.abs(each).sum(axis=0), total, 0.0))
+
+    def response(self, speeds: np.ndarray, phases: np.ndarray) -> WithSlope:
+        """The complex displacements z (N, m) at speeds (N,) with the bodies at phases (n,): q = Re[z exp(i w t)]."""
+        w, force = np.reshape(np.asarray(speeds, float), (-1, 1, 1)), self.force(phases)[None, :, None]
+        z, slope = self.solved(w, w**2 * force, 2 * w * force)
+        return z[..., 0], slope[..., 0]
+
+    def torque(self, speeds: np.ndarray, phases: np.ndarray) -> WithSlope:
+        """The vibration torque on all bodies together, positive where it brakes, w z^H C z/2: 002 (2.79) with its factor M."""
+        w, (z, dz) = np.asarray(speeds, float), self.response(speeds, phases)
+        square, cross = (np.einsum("ni,ij,nj->n", z.conj(), self.damping, other).real for other in (z, dz))
+        return w * square / 2, square / 2 + w * cross
 
     def last_maximum(self, below: float, phases: np.ndarray) -> float | None:
         """The speed of the last maximum of the vibration torque below a speed, None if it has none there."""
@@ -78,16 +95,8 @@ class Vibration:
         near = 1 + np.concatenate([-np.geomspace(1e-6, 0.5, 60), [0.0], np.geomspace(1e-6, 0.5, 60)])
         grid = np.concatenate([np.linspace(below * 1e-3, below, 800), *(math.sqrt(s) * near for s in squares)])
         grid = np.unique(grid[(grid > 0) & (grid <= below)])
-        torque = self.torque(grid, phases)
-        inside = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:])) + 1
-        if not len(inside) or not torque.max() > 0:
-            return None
-        low, high = grid[inside[-1] - 1], grid[inside[-1] + 1]
-        while high - low > 1e-10 * high:  # SciPy's minimiser takes longer to import than this takes to run
-            fine = np.linspace(low, high, 41)
-            best = min(max(int(self.torque(fine, phases).argmax()), 1), 39)
-            low, high = fine[best - 1], fine[best + 1]
-        return float((low + high) / 2)
+        maxima = crossings(lambda w: self.torque(w, phases)[1], grid, -1)
+        return float(maxima[-1]) if len(maxima) else None
 
 
 def unbalances(machine: Machine) -> np.ndarray:

@@ -61,11 +61,9 @@ class TorqueCurves:
     @cached_property
     def drives(self) -> list[Drive]:
         """On the rotor and what turns with it, with the parameters' present values."""
-        names, drives = {b.name for b in self.machine.group(self.rotor)}, list[Drive]()
-        for d in (d for d in self.machine.drives if d.on in names):
-            present = {p.path.removeprefix(f"{d.path}."): self.machine.values[p.path] for p in d.parameters()}
-            drives.append(d.model_copy(update={k: v for k, v in present.items() if k in type(d).model_fields}))
-        return drives
+        names, present = {b.name for b in self.machine.group(self.rotor)}, self.machine.values
+        drives = [d for d in self.machine.drives if d.on in names]
+        return [d.model_copy(update={key: present.get(f"{d.path}.{key}", given) for key, given in d}) for d in drives]
 
     def torques(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of the drives, of loads and bearings, and of the vibration (3, N), and their slopes.
@@ -137,8 +135,7 @@ class TorqueCurves:
     @property
     def runaway(self) -> bool:
         """Whether the drive's torque exceeds the load at every speed, without vibration: the series motor, 002 (2.105)."""
-        if free_speed(self.machine, self.rotor) is not None:
-            return False
         fast = np.concatenate([[0.0], np.geomspace(1e-3, _FAST, 400)])
         torques = (sense * self._shaft(sense * fast)[0] for sense in (1, -1))
-        return any(bool((drive - losses > 0).all()) for drive, losses in torques)
+        exceeds = any(bool((drive - losses > 0).all()) for drive, losses in torques)
+        return exceeds and free_speed(self.machine, self.rotor) is None

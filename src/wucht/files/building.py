@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, TypeVar
+from collections.abc import Mapping
+from typing import Any
 
 from wucht.checking import checked, choice, refuse_unknown, table, text
 from wucht.errors import InputError
@@ -14,14 +15,11 @@ from wucht.machines.machine import Machine
 from wucht.machines.models import models
 from wucht.machines.parts import bodies as body_kinds
 from wucht.machines.parts import carriers, drives, loads
-from wucht.machines.parts.base import Body, OnShaft
+from wucht.machines.parts.base import Body
 
 _PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "tracks")
 _KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")
 _LATER_BODIES = ("switchable-pendulum",)
-
-ShaftT = TypeVar("ShaftT", bound=OnShaft)
-Places = dict[str, str]
 
 
 def machine_from(document: Document, title: str = "") -> Machine:
@@ -43,7 +41,7 @@ def _from_model(document: Document, title: str) -> Machine:
     if beside := [key for key in _PARTS if key in document]:
         raise InputError(f"machine.{beside[0]}", None, BESIDE_A_MODEL.format(name))
     model = checked(models()[name], table(document, "parameters", "machine.parameters"), "machine.parameters")
-    return _built(document, model, title=title)
+    return _built(document, model, title=title, places={})
 
 
 def _from_parts(document: Document, title: str) -> Machine:
@@ -52,14 +50,14 @@ def _from_parts(document: Document, title: str) -> Machine:
     described, kinds = table(document, "carrier", "machine.carrier"), carriers()
     directions = choice({"directions": "xy"} | described, "directions", "machine.carrier", kinds)
     carrier = checked(kinds[directions], described, "machine.carrier")
-    bodies, where = _bodies(document)
+    bodies, places = _bodies(document)
     of_drives, at_drives = _shafts(document, "drive", drives())
     of_loads, at_loads = _shafts(document, "load", loads())
-    where |= at_drives | at_loads
-    return _built(document, carrier, bodies, of_drives, of_loads, tracks=document.get("tracks"), title=title, where=where)
+    places |= at_drives | at_loads
+    return _built(document, carrier, bodies, of_drives, of_loads, tracks=document.get("tracks"), title=title, places=places)
 
 
-def _bodies(document: Document) -> tuple[list[Body], Places]:
+def _bodies(document: Document) -> tuple[list[Body], dict[str, str]]:
     """The bodies in ``[[machine.bodies]]``, and the places of all by path, seen from ``machine``."""
     tables = document.get("bodies", [])
     if not isinstance(tables, list) or not all(isinstance(b, dict) for b in tables):
@@ -72,7 +70,7 @@ def _bodies(document: Document) -> tuple[list[Body], Places]:
     return bodies, {b.path: f"bodies[{i}] ({b.name})" for i, b in enumerate(bodies)}
 
 
-def _shafts(document: Document, group: str, kinds: dict[str, type[ShaftT]]) -> tuple[list[ShaftT], Places]:
+def _shafts(document: Document, group: str, kinds: dict[str, type[Any]]) -> tuple[list[Any], dict[str, str]]:
     """Drives or loads, and the places of all by path, seen from ``machine``."""
     tables = shaft_tables(document, group)
     places = [group if group in document else f"{group}s[{i}]" for i in range(len(tables))]
@@ -86,9 +84,11 @@ def _of_kind(kinds: dict[str, type[Any]], described: Document, where: str, later
     return checked(kinds[kind], {k: v for k, v in described.items() if k != "kind"}, where)
 
 
-def _built(document: Document, *parts: Any, **others: Any) -> Machine:
-    """The machine of these parts. Raises ``InputError``, seen from the file."""
+def _built(document: Document, *parts: Any, places: Mapping[str, str], **others: Any) -> Machine:
+    """The machine of these parts. Raises ``InputError``, seen from the file: at the places of parts, not at their paths."""
     try:
         return Machine(*parts, schedules=document.get("schedules", ()), **others)
     except InputError as error:
-        raise error.within("machine") from None
+        path = next((p for p in places if error.where.startswith(f"{p}.")), "")
+        seen = f"{places.get(path, path)}{error.where.removeprefix(path)}"
+        raise InputError(seen, error.given, error.allowed).within("machine") from None

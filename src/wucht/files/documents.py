@@ -40,8 +40,7 @@ def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """``{"drive": {"slope": 1}}`` and ``{"drive.slope": 1}`` both become ``{"drive.slope": 1}``."""
     flat: dict[str, Any] = {}
     for key, value in settings.items():
-        inside = isinstance(value, Mapping) and value
-        flat |= flatten(value, f"{prefix}{key}.") if inside else {prefix + key: value}
+        flat |= flatten(value, f"{prefix}{key}.") if isinstance(value, Mapping) and value else {prefix + key: value}
     return flat
 
 

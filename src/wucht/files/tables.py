@@ -5,32 +5,29 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from wucht.errors import InputError
 from wucht.files.documents import Document, read_text
+from wucht.machines.parts.characteristic import SPEED_TORQUE
 from wucht.quantities import Unit, article
 
-Columns: TypeAlias = tuple[tuple[str, str], tuple[str, str]]
-
-SPEED_TORQUE: Columns = (("speed", "rad/s"), ("torque", "N m"))
-TIME_DISPLACEMENT: Columns = (("time", "s"), ("displacement", "m"))
-TIME_ANGLE: Columns = (("time", "s"), ("angle", "rad"))
+TIME_DISPLACEMENT = (Unit("s", "time"), Unit("m", "displacement"))
+TIME_ANGLE = (Unit("s", "time"), Unit("rad", "angle"))
 
 _HEADING = re.compile(r"([^\[(]+?)\s*(?:\[(.*)\]|\((.*)\))?")  # name, name [unit] or name (unit)
 _BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
 
 
-def read_table(path: Path, columns: Columns) -> list[list[float]]:
+def read_table(path: Path, units: tuple[Unit, Unit]) -> list[list[float]]:
     """The rows of a text file of two columns, in SI.
 
-    columns: what each holds and its SI unit. They are separated by commas, semicolons, tabs or blanks; between semicolons a
-    decimal comma is understood. ``#`` begins a comment. The first line may be a heading whose columns carry units, as in
-    ``speed (rpm), torque [N m]`` or ``rpm, N m``; without units numbers are SI. Raises ``InputError``, with the line, for a
-    file that cannot be read, a line that is no row of two numbers, a first column that does not increase, and fewer than two
-    rows.
+    units: what each column holds and its SI unit. Columns are separated by commas, semicolons, tabs or blanks; between
+    semicolons a decimal comma is understood. ``#`` begins a comment. The first line may be a heading whose columns carry
+    units, as in ``speed (rpm), torque [N m]`` or ``rpm, N m``; without units numbers are SI. Raises ``InputError``, with the
+    line, for a file that cannot be read, a line that is no row of two numbers, a first column that does not increase, and
+    fewer than two rows.
     """
-    units = [Unit(si, what) for what, si in columns]
     scale, headed = [1.0, 1.0], False
     rows: list[list[float]] = []
     for number, line in _lines(path):
@@ -57,17 +54,17 @@ def with_tables(described: Document, folder: Path) -> Document:
     on, for a file that cannot be used, and where there are points beside it. What else is wrong is reported by the machine.
     """
     document = dict(described)
-    for key in ("drive", "load", "drives", "loads"):
-        shafts = document.get(key)
+    for key in [k for k in ("drive", "load", "drives", "loads") if k in document]:
+        shafts, where = document[key], f"machine.{key}"
         if isinstance(shafts, list):
-            document[key] = [_characteristic(d, folder, f"machine.{key}[{i}]") for i, d in enumerate(shafts)]
+            document[key] = [_characteristic(d, folder, f"{where}[{i}]") for i, d in enumerate(shafts)]
         else:
-            document |= {key: _characteristic(shafts, folder, f"machine.{key}")} if key in document else {}
+            document[key] = _characteristic(shafts, folder, where)
     carrier = document.get("carrier")
     if isinstance(carrier, dict) and isinstance(carrier.get("motion"), dict):
         motion = carrier["motion"]
-        columns = TIME_ANGLE if "r" in (carrier.get("directions"), motion.get("direction")) else TIME_DISPLACEMENT
-        document["carrier"] = {**carrier, "motion": _replaced(motion, "table", columns, folder, "machine.carrier.motion")}
+        units = TIME_ANGLE if "r" in (carrier.get("directions"), motion.get("direction")) else TIME_DISPLACEMENT
+        document["carrier"] = {**carrier, "motion": _replaced(motion, "table", units, folder, "machine.carrier.motion")}
     return document
 
 
@@ -76,7 +73,7 @@ def _characteristic(described: Any, folder: Path, where: str) -> Any:
     return _replaced(described, "file", SPEED_TORQUE, folder, where) if measured else described
 
 
-def _replaced(described: Document, key: str, columns: Columns, folder: Path, where: str) -> Document:
+def _replaced(described: Document, key: str, units: tuple[Unit, Unit], folder: Path, where: str) -> Document:
     if key not in described:
         return described
     name = described[key]
@@ -85,7 +82,7 @@ def _replaced(described: Document, key: str, columns: Columns, folder: Path, whe
     if "points" in described:
         raise InputError(f"{where}.{key}", name, f"give either {key} or points")
     try:
-        points = read_table(folder / name, columns)
+        points = read_table(folder / name, units)
     except InputError as error:
         raise InputError(f"{where}.{key}", name, error.allowed) from None
     return {**{k: v for k, v in described.items() if k != key}, "points": points}
@@ -98,26 +95,21 @@ def _lines(path: Path) -> list[tuple[int, str]]:
     return [(i, line) for i, line in stripped if line]
 
 
-def _separator(line: str) -> str:
-    return next((s for s in ";,\t" if s in line), " ")
-
-
 def _cells(line: str) -> list[str]:
-    separator = _separator(line)
-    cells = _BLANK_OUTSIDE_BRACKETS.split(line) if separator == " " else line.split(separator)
+    separator = next((s for s in ";,\t" if s in line), None)
+    cells = line.split(separator) if separator else _BLANK_OUTSIDE_BRACKETS.split(line)
     return [c.strip().strip('"').strip() for c in cells]
 
 
-def _both(units: list[Unit]) -> str:
+def _both(units: tuple[Unit, Unit]) -> str:
     return " and ".join(u.what for u in units)
 
 
-def _row(line: str, units: list[Unit]) -> list[float]:
+def _row(line: str, units: tuple[Unit, Unit]) -> list[float]:
     cells = _cells(line)
     if len(cells) != 2:
         raise ValueError(f"there must be two numbers, {_both(units)}; these are {len(cells)} columns")
-    decimal_comma = _separator(line) == ";"
-    return [_number(c.replace(",", ".") if decimal_comma else c, u) for c, u in zip(cells, units, strict=True)]
+    return [_number(c.replace(",", ".") if ";" in line else c, u) for c, u in zip(cells, units, strict=True)]
 
 
 def _number(cell: str, unit: Unit) -> float:
@@ -136,7 +128,7 @@ def _is_heading(line: str) -> bool:
     return all(n[:1].isalpha() and n not in ("nan", "inf", "infinity") for n in names)
 
 
-def _scales(line: str, units: list[Unit]) -> list[float]:
+def _scales(line: str, units: tuple[Unit, Unit]) -> list[float]:
     """How many SI units the unit of each column is."""
     cells = _cells(line)
     if len(cells) != 2:

@@ -1,6 +1,6 @@
 """Parts -> machine: what concerns several parts is checked and put together here, whether they come from a file or from Python.
 
-Faults lie where the parts are: at their paths (``p1.about``, ``drives.e1.on``), or where ``where`` places a path.
+Faults lie where the parts are: at their paths (``p1.about``, ``drives.e1.on``).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import Tracked
 from wucht.machines.schedules import Schedule, schedules_of
 from wucht.machines.structure import Units
-from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, Places, arranged, evenly, tracks_of
+from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arranged, evenly, tracks_of
 from wucht.machines.tree import RotatingBody, SlidingBody, Tree
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
@@ -35,12 +35,9 @@ RESERVED = (
 BESIDE_A_MODEL = "not allowed beside model = {!r}, which brings its own parts"
 
 ShaftT = TypeVar("ShaftT", bound=OnShaft)
-T = TypeVar("T")
 
 
-def assembled(
-    carrier: Any, bodies: Any, drives: Any, loads: Any, schedules: Any, tracks: Any, title: str, where: Mapping[str, str]
-) -> dict[str, Any]:
+def assembled(carrier: Any, bodies: Any, drives: Any, loads: Any, schedules: Any, tracks: Any, title: str) -> dict[str, Any]:
     """The fields of a ``Machine`` without contacts, from its parts. See there. Raises ``InputError``."""
     if isinstance(carrier, Model):
         for key, given in {"bodies": bodies, "drives": drives, "loads": loads, "tracks": tracks}.items():
@@ -49,20 +46,19 @@ def assembled(
         return _of_model(carrier, schedules, title)
     if not isinstance(carrier, Support):
         raise InputError("carrier", carrier, "must be a carrier, or a dimensionless model")
-    at = Places(where)
     bodies = _parts_of(Body, bodies, "bodies")
-    _check_bodies(bodies, at)
-    _check_carrier(carrier, bodies, at)
-    drives = _on_shafts(_parts_of(Drive, drives, "drives"), bodies, at)
+    _check_bodies(bodies)
+    _check_carrier(carrier, bodies)
+    drives = _on_shafts(_parts_of(Drive, drives, "drives"), bodies)
     if name := _repeated(d.on for d in drives):
         raise InputError("drives", name, "two drives act on this body; there must be at most one a body")
-    loads = _on_shafts(_parts_of(Load, loads, "loads"), bodies, at)
+    loads = _on_shafts(_parts_of(Load, loads, "loads"), bodies)
     if load := _repeated((x.on, x.kind) for x in loads):
         raise InputError("loads", load[0], f"two {load[1]} loads act on this body; there must be at most one of each kind")
-    return _of_parts(carrier.bearing(bodies), bodies, drives, loads, schedules, title, at)
+    return _of_parts(carrier.bearing(bodies), bodies, drives, loads, schedules, title)
 
 
-def _repeated(names: Iterable[T]) -> T | None:
+def _repeated(names: Iterable[Any]) -> Any:
     """The first that occurs twice."""
     return next((name for name, count in Counter(names).items() if count > 1), None)
 
@@ -77,7 +73,7 @@ def _parts_of(family: Any, given: Any, key: str) -> tuple[Any, ...]:
     return tuple(given)
 
 
-def _check_bodies(bodies: Sequence[Body], at: Places) -> None:
+def _check_bodies(bodies: Sequence[Body]) -> None:
     """Each has a name of its own, and turns about one that is there. Raises ``InputError``."""
     if not bodies:
         raise InputError("bodies", None, "a machine needs at least one body: [[machine.bodies]]")
@@ -88,7 +84,7 @@ def _check_bodies(bodies: Sequence[Body], at: Places) -> None:
         raise InputError("bodies", name, "two bodies have this name; each needs its own")
     for body in (b for b in bodies if b.reference is not None):
         if fault := _fault_of_reference(body, bodies):
-            raise InputError(f"{at[body.path]}.about", body.reference, fault)
+            raise InputError(f"{body.path}.about", body.reference, fault)
     if all(b.reference is not None for b in bodies):
         raise InputError("bodies", None, "a machine needs a body that turns on the carrier, such as a rotor")
 
@@ -102,24 +98,20 @@ def _fault_of_reference(body: Body, bodies: Sequence[Body]) -> str:
     if not about.on_axis():
         return f"must be a body on the axis; this {about.kind} has a suspension off it"
     try:
-        _tree(bodies).path(body.name)
+        Tree({b.name: b.reference for b in bodies}).path(body.name)
     except WuchtError as error:
         return str(error)
     return ""
 
 
-def _tree(bodies: Iterable[Body]) -> Tree:
-    return Tree({b.name: b.reference for b in bodies})
-
-
-def _check_carrier(carrier: Support, bodies: Iterable[Body], at: Places) -> None:
+def _check_carrier(carrier: Support, bodies: Iterable[Body]) -> None:
     for body in bodies:
         try:
             carrier.check_body(body)
         except ValueError as error:
             key, sentence = error.args
             given = getattr(body, key, None)
-            raise InputError(f"{at[body.path]}.{key}", list(given) if isinstance(given, tuple) else given, sentence) from None
+            raise InputError(f"{body.path}.{key}", list(given) if isinstance(given, tuple) else given, sentence) from None
 
 
 def shaft_labels(shafts: Sequence[tuple[str, str]]) -> list[str]:
@@ -133,14 +125,14 @@ def shaft_labels(shafts: Sequence[tuple[str, str]]) -> list[str]:
     return [on if count[on] == 1 else f"{on}.{kind}" for on, kind in shafts]
 
 
-def _on_shafts(shafts: tuple[ShaftT, ...], bodies: Sequence[Body], at: Places) -> tuple[ShaftT, ...]:
+def _on_shafts(shafts: tuple[ShaftT, ...], bodies: Sequence[Body]) -> tuple[ShaftT, ...]:
     """Drives or loads, each with its body and its label. Raises ``InputError``."""
     names, rotors = [b.name for b in bodies if b.turns()], [b.name for b in bodies if b.turns() and b.reference is None]
     on = [rotors[0] if len(rotors) == 1 and "on" not in s.model_fields_set else s.on for s in shafts]
     labels = shaft_labels([(body, s.kind) for body, s in zip(on, shafts, strict=True)])
     labelled = tuple(s.model_copy(update={"on": o, "label": x}) for s, o, x in zip(shafts, on, labels, strict=True))
     for i, shaft in enumerate(labelled):
-        place = at[shaft.path if shaft.on or len(shafts) == 1 else f"{shaft.group}s[{i}]"]
+        place = shaft.path if shaft.on or len(shafts) == 1 else f"{shaft.group}s[{i}]"
         if not shaft.on and "on" not in shafts[i].model_fields_set:
             raise InputError(f"{place}.on", None, "this key is missing; needed is the name of the body")
         if shaft.on not in names:
@@ -171,11 +163,10 @@ def _of_model(model: Model, schedules: Any, title: str) -> dict[str, Any]:
 
 
 def _of_parts(
-    carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load], schedules: Any, title: str,
-    at: Places,
-) -> dict[str, Any]:  # fmt: skip
+    carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load], schedules: Any, title: str
+) -> dict[str, Any]:
     prescribed = {d.on: speed for d in drives if (speed := d.prescribed()) is not None}
-    _check_releases(bodies, prescribed, at)
+    _check_releases(bodies, prescribed)
     parts: tuple[Part, ...] = (carrier, *bodies, *drives, *loads)
     parameters = {p.path: p for part in parts for p in part.parameters()}
     for b in (b for b in bodies if b.release is not None):
@@ -188,7 +179,7 @@ def _of_parts(
         return replace(coordinate, prescribed=None if speed is None else speed.xreplace(values))
 
     turning = {b.name: scheduled(b.coordinates()[0], prescribed.get(b.name)) for b in bodies if b.turns()}
-    by_name, tree = {b.name: b for b in bodies}, _tree(bodies)
+    by_name, tree = {b.name: b for b in bodies}, Tree({b.name: b.reference for b in bodies})
     axes = {b.name: carrier.axis_at(by_name[tree.root(b.name)].place() or (sp.S.Zero, sp.S.Zero)) for b in bodies}
     frame = replace(carrier.placed(), bodies=turning, axes=axes)
     changed = any(s.parameter.startswith(f"{b.name}.") for s in over_time for b in bodies)
@@ -210,26 +201,21 @@ def _of_parts(
     }
 
 
-def _check_releases(bodies: Sequence[Body], prescribed: Mapping[str, sp.Expr], at: Places) -> None:
+def _check_releases(bodies: Sequence[Body], prescribed: Mapping[str, sp.Expr]) -> None:
     on_carrier = [b.name for b in bodies if b.reference is None]
     for b in bodies:
-        if b.release is None:
-            continue
-        if b.name in prescribed:
-            raise InputError(f"{at[b.path]}.release", None, "not allowed: the drive prescribes this body's motion")
-        if b.release.speed is not None and on_carrier == [b.name]:
-            sentence = "must be { time = ... }: no other body's speed can release it"
-            raise InputError(f"{at[b.path]}.release", None, sentence)
+        if b.release and b.name in prescribed:
+            raise InputError(f"{b.path}.release", None, "not allowed: the drive prescribes this body's motion")
+        if b.release and b.release.speed is not None and on_carrier == [b.name]:
+            raise InputError(f"{b.path}.release", None, "must be { time = ... }: no other body's speed can release it")
 
 
 def _no_jump(schedules: tuple[Schedule, ...], prescribed: Mapping[str, sp.Expr]) -> None:
     used = {s for e in prescribed.values() for s in e.free_symbols}
     for i, schedule in enumerate(schedules):
         if schedule.symbol in used and schedule.pieces.jumps():
-            raise InputError(
-                f"schedules[{i}].interpolation", "steps",
-                f"allowed for {schedule.parameter} is 'linear' or 'smooth': a prescribed motion cannot jump",
-            )  # fmt: skip
+            sentence = f"allowed for {schedule.parameter} is 'linear' or 'smooth': a prescribed motion cannot jump"
+            raise InputError(f"schedules[{i}].interpolation", "steps", sentence)
 
 
 def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
@@ -240,25 +226,19 @@ def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
         own = rotor.number(rotor.moment())
         balancers = [b.number(b.moment()) for b in bodies if b.reference == rotor.name]
         if balancers and own > sum(balancers):
-            warnings.append(
-                f"the unbalance of {rotor.name!r} is {own:.4g} kg m, more than the {sum(balancers):.4g} kg m that its "
-                "balancers can compensate together; they can only reduce it"
-            )
+            together = f"the {sum(balancers):.4g} kg m that its balancers can compensate together; they can only reduce it"
+            warnings.append(f"the unbalance of {rotor.name!r} is {own:.4g} kg m, more than {together}")
         largest = max(balancers, default=0.0)
         if len(balancers) > 1 and largest > own + sum(balancers) - largest:
-            warnings.append(
-                f"one balancer of {rotor.name!r} has {largest:.4g} kg m, more than the rotor and all other balancers "
-                "together: they cannot compensate each other"
-            )
+            others = "the rotor and all other balancers together: they cannot compensate each other"
+            warnings.append(f"one balancer of {rotor.name!r} has {largest:.4g} kg m, more than {others}")
         if len(balancers) == 1 and own > 0 and abs(largest - own) > 0.01 * own:
-            warnings.append(
-                f"{rotor.name!r} has one balancer, of {largest:.4g} kg m: one body compensates only an unbalance equal "
-                f"to its own, and the rotor's is {own:.4g} kg m"
-            )
+            only = f"one body compensates only an unbalance equal to its own, and the rotor's is {own:.4g} kg m"
+            warnings.append(f"{rotor.name!r} has one balancer, of {largest:.4g} kg m: {only}")
     return tuple(warnings)
 
 
-def with_tracks(machine: MechanismT, given: Any, where: Mapping[str, str]) -> MechanismT:
+def with_tracks(machine: MechanismT, given: Any) -> MechanismT:
     """The machine with the contacts of its tracks, their bodies evenly spaced until a start arranges them.
 
     given: tables with the key ``contact_frequency`` by the name of the track. Raises ``InputError``.
@@ -278,7 +258,7 @@ def with_tracks(machine: MechanismT, given: Any, where: Mapping[str, str]) -> Me
         frequency[name] = read_quantity(Unit("rad/s", "contact frequency"), wanted, at)
         if frequency[name] <= 0:
             raise InputError(at, wanted, "must be a contact frequency greater than 0")
-    tracks = tracks_of(bodies, Places(where), frequency, [n for n, t in given.items() if t])
+    tracks = tracks_of(bodies, frequency, [n for n, t in given.items() if t])
     if not tracks:
         return machine
     blank = machine.changed(tracks=tracks, energies=(*machine.energies, *(Energies() for _ in tracks)))

@@ -37,9 +37,8 @@ def check_values(
 def _changed(part: Part, described: Any, values: Mapping[str, float], prefix: str) -> dict[str, float]:
     """Set those values in a part's table that are its own, and return them."""
     keys = {path: path.removeprefix(prefix).split(".") for path in values if path.startswith(prefix)}
-    return {
-        path: values[path] for path, k in keys.items() if k[0] in fields_of(type(part)) and _set(described, k, values[path])
-    }
+    own = fields_of(type(part))
+    return {path: values[path] for path, k in keys.items() if k[0] in own and _set(described, k, values[path])}
 
 
 def _set(described: Any, keys: Sequence[str], value: float) -> bool:

@@ -37,8 +37,6 @@ class Machine(Mechanism):
         Tables ``{"contact_frequency": ...}`` by the name of a track that bodies share.
     title
         What the machine is called in results.
-    where
-        Places that errors name instead of the paths of parts, by path: a file's own.
 
     Attributes
     ----------
@@ -82,12 +80,11 @@ class Machine(Mechanism):
         schedules: Sequence[Mapping[str, Any]] = (),
         tracks: Mapping[str, Mapping[str, Any]] | None = None,
         title: str = "",
-        where: Mapping[str, str] | None = None,
     ) -> None:
-        given, at = {} if tracks is None else tracks, where or {}
+        given = {} if tracks is None else tracks
         # A frozen class sets its fields past its own lock.
-        self.__dict__.update(assembled(carrier, bodies, drives, loads, schedules, given, title, at))
-        self.__dict__.update(vars(with_tracks(self.changed().at(0.0), given, at)))
+        self.__dict__.update(assembled(carrier, bodies, drives, loads, schedules, given, title))
+        self.__dict__.update(vars(with_tracks(self.changed().at(0.0), given)))
 
     @property
     def _everything(self) -> tuple[RotatingBody | SlidingBody, ...]:

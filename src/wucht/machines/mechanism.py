@@ -87,11 +87,6 @@ class Mechanism(Bodies):
         return tuple(n for n, c in zip(self.labels, self.carrier, strict=True) if c.prescribed is None)
 
     @cached_property
-    def shaken(self) -> Coordinate | None:
-        """The carrier's coordinate whose motion is prescribed, if one is."""
-        return next((c for c in self.carrier if c.prescribed is not None), None)
-
-    @cached_property
     def shaking(self) -> tuple[sp.Symbol, sp.Symbol] | None:
         """Amplitude and angular frequency of the carrier's prescribed harmonic motion, None where it has none."""
         return next((s for p in self.parts if (s := p.shaking()) is not None), None)

@@ -18,7 +18,7 @@ from typing import ClassVar
 import sympy as sp
 
 from wucht.machines.parts import known
-from wucht.machines.parts.base import Frame, Parameter, Part, Point, si
+from wucht.machines.parts.base import Frame, Part, Point, si
 from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import Coordinate
 
@@ -34,14 +34,6 @@ class Model(Part):
     def path(self) -> str:
         """Nothing: parameters are addressed by their bare names."""
         return ""
-
-    def symbol(self, name: str) -> sp.Symbol:
-        """The symbol of a parameter."""
-        return sp.Symbol(name, real=True)
-
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The parameters by bare name."""
-        return tuple(Parameter(p.path.removeprefix("."), p.value, p.unit, p.symbol, p.what) for p in super().parameters())
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The carrier's coordinates."""
@@ -154,21 +146,17 @@ class SelfBalancingRotor(Model):
 
     def warnings(self) -> tuple[str, ...]:
         """The parameters may violate the identities that follow from their definitions (4.8)."""
-        sentences = []
+        none, sentences = "no machine has these parameters", []
         reaction = 2 * self.epsilon * self.w * self.beta_p
         right = reaction / (self.mu * self.s)
         if abs(self.beta_r - right) > 1e-6 * right:
-            sentences.append(
-                "no machine has these parameters: the dampers' torque on the rotor is not the reaction of that on the "
-                f"pendulums (mu s beta_r = {self.mu * self.s * self.beta_r:.4g}, 2 epsilon w beta_p = {reaction:.4g}); "
-                f"beta_r = {right:.6g} would be right"
-            )
+            sides = f"mu s beta_r = {self.mu * self.s * self.beta_r:.4g}, 2 epsilon w beta_p = {reaction:.4g}"
+            reason = "the dampers' torque on the rotor is not the reaction of that on the pendulums"
+            sentences.append(f"{none}: {reason} ({sides}); beta_r = {right:.6g} would be right")
         rest = 1 - self.s * self.w
         if rest <= 0 or 2 * self.mu / rest > 1 + 1e-9:
             p = f"{2 * self.mu / rest:.4g}" if rest > 0 else "none"
-            sentences.append(
-                f"no machine has these parameters: s w = 1 - 2 mu/p asks for p = {p}, but p = m r^2/J_P lies between 0 and 1"
-            )
+            sentences.append(f"{none}: s w = 1 - 2 mu/p asks for p = {p}, but p = m r^2/J_P lies between 0 and 1")
         return tuple(sentences)
 
 

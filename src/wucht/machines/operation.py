@@ -9,15 +9,12 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
+from wucht.machines import structure
 from wucht.machines.mechanism import Mechanism
 from wucht.machines.structure import SPEED
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.energies import Energies
-
-__all__ = [
-    "SPEED", "free_speed", "natural_frequencies", "net_torque", "operating_speed", "relative_damping", "sense_of",
-    "shaft_torques",
-]  # fmt: skip
+from wucht.numerics.zeros import first_where
 
 _FASTEST = 1e9  # rad/s: a drive whose net torque is still positive there has no equilibrium
 
@@ -33,7 +30,7 @@ def shaft_torques(machine: Mechanism, rotor: RotatingBody) -> tuple[sp.Expr, sp.
     Expressions in ``SPEED`` and the parameters: of all drives, in the direction of positive speeds; of loads and bearings,
     against it.
     """
-    return machine.structure.shaft_torques([b.coordinate.velocity for b in machine.group(rotor)])
+    return structure.shaft_torques(machine.structure, tuple(b.coordinate.velocity for b in machine.group(rotor)))
 
 
 def relative_damping(machine: Mechanism, body: RotatingBody) -> sp.Expr:
@@ -43,14 +40,12 @@ def relative_damping(machine: Mechanism, body: RotatingBody) -> sp.Expr:
     """
     assert body.about is not None
     own, other = body.coordinate.velocity, machine.body(body.about).coordinate.velocity
-    return sp.sympify(_relative_damping(machine.energies, len(machine.tracks), own, other).xreplace(machine.numbers))
+    return sp.sympify(_relative_damping(machine.without_contacts, own, other).xreplace(machine.numbers))
 
 
 @lru_cache(maxsize=256)
-def _relative_damping(energies: tuple[Energies, ...], contacts: int, own: sp.Symbol, other: sp.Symbol) -> sp.Expr:
-    losses = [sp.diff(e.dissipation, own) for e in energies[: len(energies) - contacts]]
-    losses += [-a.force * sp.diff(a.rate, own) for e in energies for a in e.applied if a.booked != "supplied"]
-    return -sp.diff(sp.Add(*losses), other)
+def _relative_damping(energies: tuple[Energies, ...], own: sp.Symbol, other: sp.Symbol) -> sp.Expr:
+    return -sp.diff(structure.torques_on(energies, own)[1], other)
 
 
 def net_torque(machine: Mechanism, rotor: RotatingBody) -> Callable[[float], float]:
@@ -66,44 +61,40 @@ def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> fl
     Prescribed speeds are returned as they are at a time; a motor without load reaches its no-load speed, less what bearings
     cost. Where schedules change the drive, give the machine ``at`` that time.
     """
-    prescribed = rotor.coordinate.prescribed
-    if prescribed is not None:
+    if rotor.coordinate.prescribed is not None:
         return float(machine.prescribed_speed(rotor.coordinate, time)[0])
     torque = net_torque(machine, rotor)
     start = torque(0.0)
     if start == 0.0:
         return 0.0 if torque(1.0) < 0 else None
     slope = _constant_slope(machine, rotor)
-    if slope is not None:
-        rough = -start / slope if slope else None
-        return None if rough is None else rough - torque(rough) / slope  # the second step removes the rounding of the first
+    if slope:
+        rough = -start / slope
+        return rough - torque(rough) / slope  # the second step removes the rounding of the first
+    if slope == 0:
+        return None
     low, high = 0.0, math.copysign(1e-3, start)
     while abs(high) < _FASTEST:
         if torque(high) * start <= 0:
-            return _first_without(torque, start, low, high)
+            return first_where(lambda w: not torque(w) * start > 0, low, high)
         low, high = high, 1.5 * high
     return None
 
 
 def _constant_slope(machine: Mechanism, rotor: RotatingBody) -> float | None:
     """The slope of the net torque over the speed where that is a straight line, else None."""
-    slope, bend = _slopes(*shaft_torques(machine, rotor))
+    drive, losses = shaft_torques(machine, rotor)
+    (slope,) = slopes((drive - losses,))
+    (bend,) = slopes((slope,))
     if bend.has(SPEED) or (bend != 0 and machine.evaluate(bend)[0] != 0):
         return None
     return float(machine.evaluate(slope.xreplace({SPEED: sp.S.Zero}))[0])
 
 
 @lru_cache(maxsize=256)
-def _slopes(drive: sp.Expr, losses: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    net = drive - losses
-    return sp.diff(net, SPEED), sp.diff(net, SPEED, 2)
-
-
-def _first_without(torque: Callable[[float], float], start: float, low: float, high: float) -> float:
-    """The lowest speed between two at which the torque no longer has the sign of ``start``, to the last bit."""
-    while (middle := (low + high) / 2) not in (low, high):
-        low, high = (middle, high) if torque(middle) * start > 0 else (low, middle)
-    return high
+def slopes(torques: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
+    """The derivatives of torques by the speed."""
+    return tuple(sp.diff(t, SPEED) for t in torques)
 
 
 def natural_frequencies(machine: Mechanism) -> dict[str, float]:

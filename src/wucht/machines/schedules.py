@@ -46,11 +46,6 @@ class Schedule:
         """The value over time."""
         return PiecewiseCubic(TIME, self.pieces)
 
-    @property
-    def span(self) -> tuple[float, float]:
-        """The times of the first and the last point."""
-        return self.pieces.breakpoints[0], self.pieces.breakpoints[-1]
-
 
 def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequence[Part], time: str) -> tuple[Schedule, ...]:
     """The schedules of a machine, from tables with the keys ``parameter``, ``points``, ``interpolation``.
@@ -65,7 +60,9 @@ def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequen
         if schedule.parameter in schedules:
             raise InputError(f"schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
         schedules[schedule.parameter] = schedule
-    _check_values(tuple(schedules.values()), parts)
+    for at in sorted({t for s in schedules.values() for t in s.pieces.breakpoints}):
+        first = next(i for i, s in enumerate(schedules.values()) if at in s.pieces.breakpoints)
+        check_values(parts, {p: float(s.pieces(at)) for p, s in schedules.items()}, f"schedules[{first}].points (t = {at:g})")
     return tuple(schedules.values())
 
 
@@ -84,8 +81,7 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
     if not points or not is_pairs(points):
         sentence = 'must be a list of pairs [time, value], such as [["0 s", 0], ["5 s", 1]]'
         raise InputError(f"{where}.points", points, sentence)
-    parameter = parameters[path]
-    units = (Unit(time, "time"), Unit(parameter.unit, parameter.what))
+    units = (Unit(time, "time"), Unit(parameters[path].unit, parameters[path].what))
     numbers = [
         [read_quantity(u, x, f"{where}.points[{k}][{j}]") for j, (u, x) in enumerate(zip(units, point, strict=True))]
         for k, point in enumerate(points)
@@ -97,14 +93,6 @@ def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter],
     return Schedule(path, interpolated(path, times, values, kind))
 
 
-def _check_values(schedules: Sequence[Schedule], parts: Sequence[Part]) -> None:
-    """Raises ``InputError`` where the parts do not allow the values that schedules give them, at the points of any of them."""
-    for time in sorted({t for s in schedules for t in s.pieces.breakpoints}):
-        values = {s.parameter: float(s.pieces(time)) for s in schedules}
-        first = next(i for i, s in enumerate(schedules) if time in s.pieces.breakpoints)
-        check_values(parts, values, f"schedules[{first}].points (t = {time:g})")
-
-
 def with_schedules(system: System, schedules: Sequence[Schedule], stored: sp.Expr, unit: str) -> System:
     """The System in which scheduled parameters are functions of time; its quadrature ``schedule_work``: what they carry in."""
     if not schedules:
@@ -112,9 +100,6 @@ def with_schedules(system: System, schedules: Sequence[Schedule], stored: sp.Exp
     rates = [sp.diff(stored, s.symbol) * sp.diff(s.expression, TIME) for s in schedules]
     work = Output(SCHEDULED, sp.Add(*rates), unit, "work of the schedules", jump=stored)
     given = {s.symbol for s in schedules}
-    return replace(
-        system,
-        parameters=tuple(p for p in system.parameters if p not in given),
-        definitions=(*((s.symbol, s.expression) for s in schedules), *system.definitions),
-        quadratures=(*system.quadratures, work),
-    )
+    parameters = tuple(p for p in system.parameters if p not in given)
+    definitions = (*((s.symbol, s.expression) for s in schedules), *system.definitions)
+    return replace(system, parameters=parameters, definitions=definitions, quadratures=(*system.quadratures, work))

@@ -12,6 +12,7 @@ from wucht.disk_cache import derived_once
 from wucht.machines.schedules import Schedule, with_schedules
 from wucht.machines.tree import Bodies
 from wucht.mechanics import lagrange
+from wucht.mechanics.energies import Energies
 from wucht.mechanics.linear_carrier import LinearCarrier, linear_carrier
 from wucht.system import Output, System
 
@@ -62,20 +63,26 @@ class Structure(Bodies):
         return linear_carrier(self.energies, self.free_carrier, [b.coordinate for b in self.bodies], still)
 
     @cached_property
+    @derived_once
     def system(self) -> System:
         """The equations of motion, with outputs and with the quadratures of the energy balance."""
-        return _system(self)
+        energies, coordinates, unit = self.energies, self.coordinates, self.units.energy
+        quadratures = [
+            Output(SUPPLIED, lagrange.supplied_power(energies, coordinates), unit, "work of the drives"),
+            Output(LOST, lagrange.dissipated_power(energies, coordinates), unit, "energy dissipated"),
+        ]
+        if self.mismatch is not None:
+            quadratures.append(Output(MISMATCH, self.mismatch, unit, "work created by dampers that are not reciprocal"))
+        motion = lagrange.equations_of_motion(energies, coordinates)
+        system = lagrange.first_order(motion, coordinates, self.symbols, self.outputs(), quadratures, self.locks())
+        return with_schedules(system, self.schedules, self.stored, unit)
 
     def locks(self) -> list[lagrange.Lock]:
         """The locks, the outermost first."""
         index = {b.name: len(self.carrier) + k for k, b in enumerate(self.bodies)}
         turning = None if self.turning is None else self.carrier.index(self.turning)
-        depth = {b.name: len(self.tree.path(b.name)) for b in self.bodies}
-        return [
-            lagrange.Lock(index[b.name], turning if b.about is None else index[b.about], b.locked)
-            for b in sorted(self.bodies, key=lambda b: -depth[b.name])
-            if b.release is not None
-        ]
+        locked = sorted((b for b in self.bodies if b.release), key=lambda b: -len(self.tree.path(b.name)))
+        return [lagrange.Lock(index[b.name], turning if b.about is None else index[b.about], b.locked) for b in locked]
 
     @property
     def stored(self) -> sp.Expr:
@@ -85,14 +92,13 @@ class Structure(Bodies):
     def outputs(self) -> list[Output]:
         """Energy, torque and power, prescribed speeds, bearing forces and the orbit of the axis."""
         u = self.units
-        given = [c for c in self.coordinates if c.prescribed is not None]
         driven = [b.coordinate for b in self.bodies if b.coordinate.prescribed is not None]
         motors = [a.force for e in self.energies for a in e.applied if a.booked == "supplied"]
         outputs = [
             Output("stored_energy", self.stored, u.energy, "stored energy"),
             Output("motor_torque", sp.Add(*motors, *map(lagrange.reaction, driven)), u.torque, "motor torque"),
             Output("motor_power", lagrange.supplied_power(self.energies, self.coordinates), u.power, "motor power"),
-            *(Output(c.velocity.name, c.velocity, u.speed, "speed") for c in given),
+            *(Output(c.velocity.name, c.velocity, u.speed, "speed") for c in self.coordinates if c.prescribed is not None),
         ]
         alone = lagrange.equations_of_motion(self.energies[:1], self.carrier)
         inertial = alone.mass * sp.Matrix([lagrange.acceleration(c) for c in self.carrier]) if self.carrier else []
@@ -107,11 +113,9 @@ class Structure(Bodies):
     @cached_property
     def orbit_shape(self) -> sp.ImmutableMatrix:
         """By how much the axis moves with each free coordinate of the carrier (2, m): x and y, or its angle and nothing."""
-        names = "r" if "r" in self.orbit else "xy"
+        names, free = ("r", "") if "r" in self.orbit else ("x", "y"), [c.position for c in self.free_carrier]
         places = [self.orbit[n][0] if n in self.orbit else sp.S.Zero for n in names]
-        free = [c.position for c in self.free_carrier]
-        rows = [[sp.diff(place, q) for q in free] for place in (*places, sp.S.Zero)[:2]]
-        return sp.ImmutableMatrix(2, len(free), [x for row in rows for x in row])
+        return sp.ImmutableMatrix(2, len(free), lambda i, k: sp.diff(places[i], free[k]))
 
     @cached_property
     def kinetic_in_operation(self) -> sp.Expr:
@@ -120,13 +124,6 @@ class Structure(Bodies):
         speed = dict.fromkeys((b.coordinate.velocity for b in self.bodies), SPEED)
         return sp.sympify(sp.Add(*(e.kinetic for e in self.energies)).xreplace(rest | speed))
 
-    def shaft_torques(self, velocities: Sequence[sp.Symbol]) -> tuple[sp.Expr, sp.Expr]:
-        """What drives bodies of these velocities that turn with ``SPEED``, and what brakes them, the carrier at rest.
-
-        Of all drives, in the direction of positive speeds; of loads and bearings, against it.
-        """
-        return _shaft_torques(self, tuple(velocities))
-
 
 @lru_cache(maxsize=256)
 def shared(structure: Structure) -> Structure:
@@ -134,28 +131,22 @@ def shared(structure: Structure) -> Structure:
     return structure
 
 
-@derived_once
-def _system(structure: Structure) -> System:
-    energies, coordinates, unit = structure.energies, structure.coordinates, structure.units.energy
-    quadratures = [
-        Output(SUPPLIED, lagrange.supplied_power(energies, coordinates), unit, "work of the drives"),
-        Output(LOST, lagrange.dissipated_power(energies, coordinates), unit, "energy dissipated"),
-    ]
-    if structure.mismatch is not None:
-        quadratures.append(Output(MISMATCH, structure.mismatch, unit, "work created by dampers that are not reciprocal"))
-    motion = lagrange.equations_of_motion(energies, coordinates)
-    system = lagrange.first_order(motion, coordinates, structure.symbols, structure.outputs(), quadratures, structure.locks())
-    return with_schedules(system, structure.schedules, structure.stored, unit)
+def torques_on(energies: Sequence[Energies], velocity: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
+    """The torques of drives on a body of this velocity, and against them those of loads and dampers."""
+    applied = [(a.booked == "supplied", a.force * sp.diff(a.rate, velocity)) for e in energies for a in e.applied]
+    losses = [*(sp.diff(e.dissipation, velocity) for e in energies), *(-t for supplied, t in applied if not supplied)]
+    return sp.Add(*(t for supplied, t in applied if supplied)), sp.Add(*losses)
 
 
 @lru_cache(maxsize=256)
 @derived_once
-def _shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, sp.Expr]:
-    torques = [(a.booked, a.force * sp.diff(a.rate, v)) for v in velocities for e in structure.energies for a in e.applied]
-    losses = [sp.diff(e.dissipation, v) for v in velocities for e in structure.energies]
+def shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, sp.Expr]:
+    """What drives bodies of these velocities that turn with ``SPEED``, and what brakes them, the carrier at rest.
+
+    Of all drives, in the direction of positive speeds; of loads and bearings, against it.
+    """
     resting = (*structure.carrier, *(x.coordinate for x in structure.sliders))
     still = dict.fromkeys((s for c in resting for s in (c.position, c.velocity)), sp.S.Zero)
     still |= {b.coordinate.velocity: SPEED for b in structure.bodies}
-    drive = sp.Add(*(torque for booked, torque in torques if booked == "supplied"))
-    braking = sp.Add(*losses, *(-torque for booked, torque in torques if booked != "supplied"))
-    return sp.sympify(drive.xreplace(still)), sp.sympify(braking.xreplace(still))
+    drive, losses = zip(*(torques_on(structure.energies, v) for v in velocities), strict=True)
+    return sp.sympify(sp.Add(*drive).xreplace(still)), sp.sympify(sp.Add(*losses).xreplace(still))

@@ -28,16 +28,7 @@ FREQUENCY_RATIO = 20.0  # of the contact to the operating speed
 _PLAY = 1e-9  # rad: given to bodies that start just touching
 
 
-class Places(dict[str, str]):
-    """Where parts are: at their paths, but for those of which another place is known."""
-
-    def __missing__(self, path: str) -> str:
-        return path
-
-
-def tracks_of(
-    bodies: Sequence[Tracked], at: Places, frequency: Mapping[str, float], given: Collection[str]
-) -> tuple[Track, ...]:
+def tracks_of(bodies: Sequence[Tracked], frequency: Mapping[str, float], given: Collection[str]) -> tuple[Track, ...]:
     """The tracks of a machine. frequency: of the contacts by track; given: the tracks whose frequency was asked for.
 
     Raises ``InputError``: bodies of one track on different circles or about different bodies, or too many for it.
@@ -49,15 +40,14 @@ def tracks_of(
     for together in by_track.values():
         first = together[0]
         for b in together[1:]:
-            place = f"{at[b.path]}.track"
+            place = f"{b.path}.track"
             if b.reference != first.reference:
                 raise InputError(place, b.track, f"{first.name!r} of this track turns about {first.reference!r}")
             if abs(b.centre_radius() - first.centre_radius()) > 1e-9 * first.centre_radius():
                 circle = f"the centre of {first.name!r} of this track runs on a circle of {first.centre_radius():g} m"
                 raise InputError(place, b.track, f"{circle}, that of this body on {b.centre_radius():g} m")
         if len(together) > 1 and sum(angular_width(a, b) for a, b in _neighbours(together)) > 2 * math.pi:
-            sentence = f"{len(together)} bodies of this size do not fit on it"
-            raise InputError(f"{at[first.path]}.track", first.track, sentence)
+            raise InputError(f"{first.path}.track", first.track, f"{len(together)} bodies of this size do not fit on it")
     return tuple(Track(name, tuple(ts), frequency[name], name in given) for name, ts in by_track.items() if len(ts) > 1)
 
 
@@ -71,14 +61,10 @@ def angular_width(a: Tracked, b: Tracked) -> float:
     return 2 * math.asin(min(half, 1.0))
 
 
-def contacts(
-    track: Track, order: Sequence[Tracked], turns: Sequence[int], play: Sequence[float], angles: Mapping[str, Coordinate]
+def _contacts(
+    track: Track, order: Sequence[Tracked], offsets: Sequence[float], angles: Mapping[str, Coordinate]
 ) -> tuple[Energies, tuple[Parameter, ...]]:
-    """The energies of a track's contacts, and their parameters.
-
-    order: the bodies counter-clockwise; turns: whole turns by which the angle of each body's next is to be increased to lie
-    ahead of it; play: what is added to each gap.
-    """
+    """The energies of a track's contacts, and their parameters. order: the bodies counter-clockwise. offsets: of each gap."""
     frequency, potential, dissipation = track.symbol("contact_frequency"), [], []
     parameters = [Parameter(frequency.name, track.frequency, "rad/s", "omega_c", "frequency of the contacts")]
     for k, (a, b) in enumerate(_neighbours(order)):
@@ -91,14 +77,10 @@ def contacts(
         zeta = -bounce / sp.sqrt(sp.pi**2 + bounce**2)
         potential.append(on * inertia * frequency**2 * gap**2 / 2)
         dissipation.append(on * zeta * inertia * frequency * rate**2)
-        value = 2 * math.pi * turns[k] - angular_width(a, b) + play[k]
         what = f"angle added to the gap {a.name} to {b.name}"
-        parameters.append(Parameter(offset.name, value, "rad", f"delta_{k + 1}", what))
-    parameters += [
-        Parameter(f"{body.name}.restitution", RESTITUTION, "", "e", "coefficient of restitution")
-        for body in track.bodies
-        if body.restitution is None
-    ]
+        parameters.append(Parameter(offset.name, offsets[k], "rad", f"delta_{k + 1}", what))
+    for name in (b.name for b in track.bodies if b.restitution is None):
+        parameters.append(Parameter(f"{name}.restitution", RESTITUTION, "", "e", "coefficient of restitution"))
     return Energies(potential=sp.Add(*potential), dissipation=sp.Add(*dissipation)), tuple(parameters)
 
 
@@ -120,7 +102,7 @@ def arranged(machine: MechanismT, angles: Mapping[str, float], fastest: float = 
     for track in machine.tracks:
         first = angles[track.bodies[0].name]
         order = sorted(track.bodies, key=lambda b: (angles[b.name] - first) % (2 * math.pi))  # counter-clockwise
-        contact, more = contacts(track, order, *_gaps(track, order, angles, where), coordinates)
+        contact, more = _contacts(track, order, _offsets(track, order, angles, where), coordinates)
         energies.append(contact)
         tracks.append(replace(track, order=tuple(b.name for b in order)))
         offsets |= {p.path: p.value for p in more if "offset" in p.path}
@@ -133,21 +115,22 @@ def arranged(machine: MechanismT, angles: Mapping[str, float], fastest: float = 
     return contacted.with_unchecked(offsets)
 
 
-def _gaps(track: Track, order: Sequence[Tracked], angles: Mapping[str, float], where: str) -> tuple[list[int], list[float]]:
-    """The whole turns to each body's next, and the play of those that just touch."""
-    turns, play = [], []
+def _offsets(track: Track, order: Sequence[Tracked], angles: Mapping[str, float], where: str) -> list[float]:
+    """What is added to the difference of two neighbours' angles to make it the gap between them.
+
+    Whole turns, by which a body's next lies ahead of it, less the angle that both fill; a play where they just touch.
+    """
+    offsets = []
     for a, b in _neighbours(order):
-        apart = angles[b.name] - angles[a.name]
+        apart, width = angles[b.name] - angles[a.name], angular_width(a, b)
         ahead = apart % (2 * math.pi)
-        gap = ahead - angular_width(a, b)
+        gap = ahead - width
         if gap < -_PLAY:
-            raise InputError(
-                f"{where}.{b.name}", math.degrees(angles[b.name]), f"{a.name!r} and {b.name!r} of the track {track.name!r} "
-                f"overlap: their centres must be {math.degrees(angular_width(a, b)):.4g} degrees apart"
-            )  # fmt: skip
-        turns.append(round((ahead - apart) / (2 * math.pi)))
-        play.append(_PLAY - gap if gap < _PLAY else 0.0)
-    return turns, play
+            needed = f"their centres must be {math.degrees(width):.4g} degrees apart"
+            sentence = f"{a.name!r} and {b.name!r} of the track {track.name!r} overlap: {needed}"
+            raise InputError(f"{where}.{b.name}", math.degrees(angles[b.name]), sentence)
+        offsets.append(2 * math.pi * round((ahead - apart) / (2 * math.pi)) - width + (_PLAY - gap if gap < _PLAY else 0.0))
+    return offsets
 
 
 def evenly(bodies: Sequence[Tracked]) -> dict[str, float]:

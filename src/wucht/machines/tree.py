@@ -91,6 +91,11 @@ class Bodies:
         return tuple(c for c in self.carrier if c.prescribed is None)
 
     @cached_property
+    def shaken(self) -> Coordinate | None:
+        """The carrier's coordinate whose motion is prescribed, if one is."""
+        return next((c for c in self.carrier if c.prescribed is not None), None)
+
+    @cached_property
     def turning(self) -> Coordinate | None:
         """The carrier's turning about the normal of the plane, with which a locked rotor turns; None where it does not turn."""
         return next((c for c in self.carrier if c.velocity == self.frame.rotation), None)
@@ -99,8 +104,7 @@ class Bodies:
     def orbit(self) -> dict[str, tuple[sp.Expr, sp.Expr]]:
         """The motion whose amplitude is looked at: x, y of the main rotor's axis, or the angle of a carrier that only turns."""
         if self.labels == ("r",):
-            (c,) = self.carrier
-            return {"r": (c.position, c.velocity)}
+            return {"r": (self.carrier[0].position, self.carrier[0].velocity)}
         axis = self.frame.axes.get(self.rotor.name, Point())
         return {n: motion for n, motion in {"x": (axis.x, axis.vx), "y": (axis.y, axis.vy)}.items() if motion[0] != 0}
 

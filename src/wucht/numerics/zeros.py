@@ -28,3 +28,10 @@ def crossings(function: RealFunction, grid: np.ndarray, direction: int = 0) -> n
         before = np.sign(function(middle)) == left
         low, high = np.where(before, middle, low), np.where(before, high, middle)
     return np.asarray((low + high) / 2)
+
+
+def first_where(holds: Callable[[float], bool], low: float, high: float) -> float:
+    """The lowest number between two from which on a condition holds, which does at ``high``, to the last bit."""
+    while (middle := (low + high) / 2) not in (low, high):
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high

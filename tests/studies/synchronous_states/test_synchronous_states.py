@@ -15,18 +15,18 @@ import pytest
 import xarray as xr
 
 from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.configurations.averaged_stability import REGIONS, AveragedStability, averaged_matrices
 from wucht.analysis.configurations.closed_form import State, at_speed
 from wucht.analysis.configurations.force_balance import members
 from wucht.analysis.configurations.full_stability import FullStability
-from wucht.analysis.configurations.regions import REGIONS
 from wucht.analysis.configurations.search import by_subdivision, from_many_starts, index, speeds_in_line
-from wucht.analysis.configurations.slow_stability import SlowStability, slow_matrices, slow_state
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.operation import SPEED, natural_frequencies
+from wucht.machines.operation import natural_frequencies
+from wucht.machines.structure import SPEED
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.jacobian import Jacobian
 from wucht.piecewise import PiecewiseCubic, step
@@ -276,10 +276,10 @@ def test_the_members_of_a_family_are_all_judged_without_inertia_too() -> None:
     torques, slow = SteadyTorques.of(m), averaged_machine(m, inertia=False)
     state = next(s for s in at_speed(torques, 100.0) if s.dimension)
     at = members(torques, 5)
-    of_members = SlowStability(torques, slow).exponents(state, at)
+    of_members = AveragedStability(torques, slow).exponents(state, at)
     linear, h = Jacobian.of(slow.system), 1e-6
     for k, phases in enumerate(at.T):
-        x = slow_state(slow, replace(state, phases=phases))
+        x = slow.steady_state(state.speed, phases)
         ahead, behind = (np.array([linear.at(x + s * h * e, slow.values())[0] for e in np.eye(len(x))]).T for s in (1, -1))
         exponents = np.linalg.eigvals((ahead - behind) / (2 * h))
         rest = np.sort(exponents[np.argsort(np.abs(exponents))][state.dimension :].real)
@@ -384,8 +384,8 @@ def test_the_slow_matrix_is_that_of_the_slow_equations(given: float | None) -> N
         torques = SteadyTorques.from_slow(averaged_machine(m))
         torques = torques if given is None else torques.held(given)
         state = State(given or 97.0, np.array([0.0, 1.0, 2.5, 4.0][: torques.size]))
-        matrix = slow_matrices(torques, np.array([state.speed]), state.phases[:, None])[0]
-        jacobian = Jacobian.of(slow.system).at(slow_state(slow, state), slow.values(given))[1]
+        matrix = averaged_matrices(torques, np.array([state.speed]), state.phases[:, None])[0]
+        jacobian = Jacobian.of(slow.system).at(slow.steady_state(state.speed, state.phases), slow.values(given))[1]
         assert np.sort_complex(np.linalg.eigvals(matrix)) == pytest.approx(
             np.sort_complex(np.linalg.eigvals(jacobian)), rel=1e-9
         )
@@ -405,7 +405,7 @@ def test_an_exponent_that_is_zero_is_not_decided() -> None:
     torques = SteadyTorques.of(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
     free = replace(torques, relative=np.zeros((3, 3)))
     slow = averaged_machine(machine(0.012, 0.008, carrier={"damping": [0.0, 0.0]}))
-    stability = SlowStability(free, slow).stability(at_speed(free, 200.0)[0])
+    stability = AveragedStability(free, slow).stability(at_speed(free, 200.0)[0])
     assert stability.stable is None
     assert stability.reason == "neither grows nor decays"
 
@@ -470,7 +470,7 @@ def test_a_family_that_gravity_breaks_against_a_long_run() -> None:
     m = turning(machine(0.006, 0.006, 0.006, 0.006, carrier={"gravity": 9.81, "damping": [300.0, 400.0]}), None)
     torques = SteadyTorques.of(m)
     state = next(s for s in at_speed(torques, 100.0) if s.dimension)
-    full, turns = FullStability.of(torques), 200
+    full, turns = FullStability(torques, True), 200
     orbit = full.orbit(state)
     names = full.flow.system.state_names
     angles = [names.index(b.coordinate.position.name) for b in m.bodies]

@@ -54,7 +54,7 @@ def test_an_induction_motor_drives_a_fan_through_a_resonance() -> None:
     assert [p["stable"] for p in points] == [True, False, True]
 
     def surplus(w: float) -> float:
-        return left(w) - float(vibration.torque(np.array([w]), np.zeros(1))[0])
+        return left(w) - float(vibration.torque(np.array([w]), np.zeros(1))[0][0])
 
     (motor,) = m.drives
     grid = np.linspace(1.0, s["range"][1], 20_001)

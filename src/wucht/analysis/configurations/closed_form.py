@@ -24,7 +24,7 @@ import numpy as np
 from wucht.analysis.configurations.force_balance import EVEN, compensating
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.errors import InputError
-from wucht.numerics.zeros import RealFunction, crossings
+from wucht.numerics.zeros import RealFunction, crossings, first_where
 
 _CLOSE = np.geomspace(1e-13, 0.3, 60)  # of a range of speeds: how near its ends the torques are looked at
 _ZOOM, _LEVELS = 41, 8  # points and number of the looks at an extremum that comes near zero
@@ -170,23 +170,19 @@ def resting_speeds(torques: SteadyTorques, grid: np.ndarray) -> list[tuple[float
     def left(w: np.ndarray) -> np.ndarray:
         return np.asarray(torques.alone(w)[0].sum(axis=0))
 
+    def gone(w: float) -> bool:
+        return bool(left(np.array([w]))[0] == 0)
+
     touched = grid[left(grid) == 0]
     beside = np.concatenate([touched * (1 - _BESIDE), touched * (1 + _BESIDE)])
     grid = np.unique(np.concatenate([grid, beside[(beside > grid[0]) & (beside < grid[-1])]]))
     zero = left(grid) == 0
     begins = np.flatnonzero(zero[:-1] & zero[1:] & ~np.concatenate([[True], zero[:-2]]))
     intervals = [  # without torque: from the first speed on, to the next sample that has one
-        (_first_zero(left, float(grid[i - 1]), float(grid[i])), float(grid[i:][~zero[i:]].min(initial=np.inf))) for i in begins
+        (first_where(gone, float(grid[i - 1]), float(grid[i])), float(grid[i:][~zero[i:]].min(initial=np.inf))) for i in begins
     ]
     single = [w for w in zeros_of(left, grid).tolist() if not any(a * (1 - _BESIDE) <= w <= b for a, b in intervals)]
     return sorted([*((w, True) for w, _ in intervals), *((w, False) for w in single)])
-
-
-def _first_zero(function: RealFunction, low: float, high: float) -> float:
-    """The lowest speed between two from which on a function is zero, to the last bit."""
-    while (middle := (low + high) / 2) not in (low, high):
-        low, high = (low, middle) if function(np.array([middle]))[0] == 0 else (middle, high)
-    return high
 
 
 def _speeds_of(torques: SteadyTorques, branch: PhaseBranch, grid: np.ndarray) -> np.ndarray:

@@ -15,9 +15,9 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.averaged import averaged_machine
+from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
 from wucht.analysis.configurations.closed_form import State
-from wucht.analysis.configurations.slow_stability import SlowStability, Stability
-from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.analysis.configurations.torques import SteadyTorques, separation
 from wucht.analysis.static import static_position
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
@@ -34,17 +34,23 @@ _OWN = 0.05  # relative: a multiplier's frequency this near to that of the carri
 
 @dataclass(frozen=True)
 class FullStability:
-    """The full equations of a machine, compiled once for all its states."""
+    """The full equations of a machine, compiled once for all its states, and why averaged ones disagree with them.
 
-    machine: Machine
+    inertia: whether the averaged equations have that of the balancing bodies. Contacts on tracks are left out, as in those.
+    """
+
     torques: SteadyTorques
-    flow: CompiledSystem
+    inertia: bool
 
-    @classmethod
-    def of(cls, torques: SteadyTorques) -> FullStability:
-        """Contacts on tracks are left out, as in the averaged equations."""
-        bare = torques.machine.changed(energies=torques.machine.without_contacts, tracks=())
-        return cls(bare, torques, compile_system(replace(bare.system, outputs=(), quadratures=())))
+    @cached_property
+    def machine(self) -> Machine:
+        """Without contacts."""
+        return self.torques.machine.changed(energies=self.torques.machine.without_contacts, tracks=())
+
+    @cached_property
+    def flow(self) -> CompiledSystem:
+        """Its equations of motion."""
+        return compile_system(replace(self.machine.system, outputs=(), quadratures=()))
 
     def stability(self, state: State) -> Stability:
         """Stability from the multipliers of the periodic motion near a state of the averaged equations."""
@@ -53,20 +59,18 @@ class FullStability:
             orbit = self.orbit(state)
         except WuchtError as error:
             return Stability.undecided(str(error))
-        away = self._away(orbit, state)
+        angles = self._angles(orbit.state)
+        away = float(separation(angles - angles[0], state.phases).max())
         if away > _ELSEWHERE and not state.dimension:
-            return Stability.undecided(
-                f"the nearest periodic motion of the full equations has phases up to {math.degrees(away):.0f} degrees away"
-            )
-        multipliers = orbit.nontrivial(1 + state.neutral)
+            apart = f"phases up to {math.degrees(away):.0f} degrees away"
+            return Stability.undecided(f"the nearest periodic motion of the full equations has {apart}")
         with np.errstate(divide="ignore"):
-            exponents = np.log(multipliers.astype(complex)) / orbit.period
-        undamped = (np.diag(self.machine.matrices[1]) == 0).any()
-        across = Stability.of_exponents(
-            exponents[np.argsort(-exponents.real, kind="stable")], NEUTRAL / orbit.period,
-            "the carrier is not damped: its own vibration neither grows nor decays" if undamped
-            else "a multiplier lies on the unit circle",
-        )  # fmt: skip
+            exponents = np.log(orbit.nontrivial(1 + state.neutral).astype(complex)) / orbit.period
+        reason = "a multiplier lies on the unit circle"
+        if (np.diag(self.machine.matrices[1]) == 0).any():
+            reason = "the carrier is not damped: its own vibration neither grows nor decays"
+        in_order = exponents[np.argsort(-exponents.real, kind="stable")]
+        across = Stability.of_exponents(in_order, NEUTRAL / orbit.period, reason)
         return self._creeping(orbit, state, across) if orbit.residual > _REPEATS else across
 
     def _creeping(self, orbit: PeriodicOrbit, state: State, across: Stability) -> Stability:
@@ -101,7 +105,7 @@ class FullStability:
     def start(self, state: State) -> np.ndarray:
         """The state of the full equations (n,) that the slow ones have, when the main rotor's own angle is zero."""
         t, w = self.torques, state.speed
-        z = t.vibration.response(np.array([w]), state.phases)[0]
+        z = t.vibration.response(np.array([w]), state.phases)[0][0]
         values: dict[str, float] = {}
         for c, x0, x in zip(self.machine.carrier, static_position(self.machine), z, strict=True):
             values |= {c.position.name: float(x0) + x.real, c.velocity.name: float((1j * w * x).real)}
@@ -110,42 +114,24 @@ class FullStability:
             values |= {body.position.name: sense * phase, body.velocity.name: sense * w}
         return np.array([values[name] for name in self.machine.state_names])
 
-    def _away(self, orbit: PeriodicOrbit, state: State) -> float:
-        """How far the phases of a periodic motion are from those of a state, at most."""
-        angles = self._angles(orbit.state)
-        apart = angles - angles[0] - state.phases
-        return float(np.abs((apart + np.pi) % (2 * np.pi) - np.pi).max())
-
-
-@dataclass(frozen=True)
-class Disagreement:
-    """Why a machine's averaged equations, with or without inertia, and its full ones disagree on the stability of a state."""
-
-    torques: SteadyTorques
-    inertia: bool
-
     @cached_property
-    def _poles(self) -> np.ndarray:
-        return self.torques.vibration.poles
-
-    @cached_property
-    def _second_order(self) -> SlowStability | None:
+    def _second_order(self) -> AveragedStability | None:
         """The averaged equations of the next order, None where they are not to be had."""
+        if self.torques.size > _NEXT_ORDER:
+            return None
         try:
-            return SlowStability(self.torques, averaged_machine(self.torques.machine, self.inertia, 2))
+            return AveragedStability(self.torques, averaged_machine(self.torques.machine, self.inertia, 2))
         except WuchtError:
             return None
 
     def _agrees_in_second_order(self, state: State, full: Stability) -> bool:
-        if len(self.torques.names) > _NEXT_ORDER or self._second_order is None:
-            return False
         try:
-            return self._second_order.stability(state).stable == full.stable
+            return self._second_order is not None and self._second_order.stability(state).stable == full.stable
         except WuchtError:
             return False
 
     def why(self, state: State, slow: Stability, full: Stability) -> str | None:
-        """A sentence, None where they agree or one of them is undecided."""
+        """Why the averaged and the full equations disagree: a sentence, None where they agree or one of them is undecided."""
         if full.stable is None or slow.stable is None or full.stable == slow.stable or full.leading is None:
             return None
         rate, frequency = full.leading.real, abs(full.leading.imag)
@@ -158,11 +144,9 @@ class Disagreement:
             exact = f"{what} leaves the unit circle (growth {rate:.3g} {of_time})"
         if self._agrees_in_second_order(state, full):
             return f"{exact}: the averaged equations take the carrier's vibration as steady; those of second order agree"
-        moving, slowest = float(np.abs(slow.exponents).max(initial=0.0)), float(-self._poles.real.max())
-        decay = (
-            f"decay with no more than {slowest:.3g} {of_time}" if slowest > 0
-            else "are not damped by anything outside the rotor"
-        )  # fmt: skip
+        moving, slowest = float(np.abs(slow.exponents).max(initial=0.0)), float(-self.torques.vibration.poles.real.max())
+        undamped = "are not damped by anything outside the rotor"
+        decay = f"decay with no more than {slowest:.3g} {of_time}" if slowest > 0 else undamped
         return (
             f"{exact}: the averaged equations take the carrier's vibration as steady, but its transients {decay}, while the "
             f"phases move with up to {moving:.3g} {of_time}"
@@ -170,7 +154,7 @@ class Disagreement:
 
     def _whose(self, speed: float, frequency: float) -> str:
         """Whose multipliers they are: once a turn a frequency of the carrier is seen less whole multiples of the speed."""
-        unit, own = self.torques.machine.units.speed, np.abs(self._poles.imag)
+        unit, own = self.torques.machine.units.speed, np.abs(self.torques.vibration.poles.imag)
         seen = np.abs(own - speed * np.round(own / speed))
         nearest = int(np.abs(seen - frequency).argmin())
         if abs(seen[nearest] - frequency) < _OWN * own[nearest]:

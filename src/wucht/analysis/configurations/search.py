@@ -16,7 +16,7 @@ import sympy as sp
 
 from wucht.analysis.configurations import closed_form
 from wucht.analysis.configurations.closed_form import State
-from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.analysis.configurations.torques import SteadyTorques, separation
 from wucht.analysis.configurations.torus import OnTheTorus, bounded
 from wucht.analysis.forced import Forced
 from wucht.analysis.working_points import TorqueCurves
@@ -59,10 +59,9 @@ def all_states(torques: SteadyTorques, low: float, high: float, watch: Watch = N
     else:
         searched = _over_speeds(torques, low, high, watch)
     verified = [s for s in searched.states if torques.balanced(s.speed, s.phases)]
-    missed = len(searched.states) - len(verified)
-    if not missed:
-        return searched
-    return Search(verified, False, f"{searched.shown}; {missed} more do not fulfil the balance of the torques")
+    if missed := len(searched.states) - len(verified):
+        return Search(verified, False, f"{searched.shown}; {missed} more do not fulfil the balance of the torques")
+    return searched
 
 
 def in_closed_form(torques: SteadyTorques, low: float, high: float) -> bool:
@@ -97,9 +96,8 @@ def _proved_speeds(torques: SteadyTorques, low: float, high: float, watch: Watch
     if torques.size == 2:
         searched = by_subdivision(torques, low, high, watch=watch)
         return sorted(s.speed for s in searched.states) if searched.complete else None
-    if not torques.classes or closed_form.pattern_count(torques) > _PATTERNS:
-        return None
-    return speeds_in_line(torques, low, high, watch)
+    provable = torques.classes and closed_form.pattern_count(torques) <= _PATTERNS
+    return speeds_in_line(torques, low, high, watch) if provable else None
 
 
 def search(torques: SteadyTorques, low: float, high: float, watch: Watch = None) -> Search:
@@ -109,15 +107,17 @@ def search(torques: SteadyTorques, low: float, high: float, watch: Watch = None)
         if searched.complete:
             return searched
         return Search(from_many_starts(torques, low, high, searched.states, watch=watch), False, searched.shown)
-    states, rounds = from_many_starts(torques, low, high, [], watch=watch), 1
-    while torques.given is not None and index(torques, states) != 0 and rounds < _AGAIN:
-        states, rounds = from_many_starts(torques, low, high, states, rounds, watch), rounds + 1
+    states, given = list[State](), torques.given is not None
+    for rounds in range(1, _AGAIN + 1):
+        states = from_many_starts(torques, low, high, states, rounds - 1, watch)
+        total = index(torques, states) if given else 0
+        if not total:
+            break
     shown = f"Newton's method from {_STARTS * _ROUNDS * rounds} starts: it is not shown that no state is missing"
-    if torques.given is not None:
-        shown += (
-            f"; their indices add up to {total} and not to 0: at least one is missing" if (total := index(torques, states))
-            else ", but their indices add up to 0, as they must"
-        )  # fmt: skip
+    if given and total:
+        shown += f"; their indices add up to {total} and not to 0: at least one is missing"
+    elif given:
+        shown += ", but their indices add up to 0, as they must"
     return Search(states, False, shown)
 
 
@@ -125,8 +125,7 @@ def index(torques: SteadyTorques, states: Sequence[State]) -> int:
     """The sum of the signs of det(df/dx): 0 if these are all states at a given speed (Poincare and Hopf, on the torus)."""
     if not states:
         return 0
-    phases = np.array([s.phases[1:] for s in states]).T
-    matrices = np.moveaxis(OnTheTorus(torques).jacobian(phases), -1, 0)
+    matrices = np.moveaxis(OnTheTorus(torques).jacobian(np.array([s.phases[1:] for s in states]).T), -1, 0)
     return int(sum(s.multiplicity * np.sign(np.linalg.det(m)) for s, m in zip(states, matrices, strict=True)))
 
 
@@ -138,7 +137,7 @@ def by_subdivision(
         return Search([], False, "a drive or load has a characteristic that jumps: it is not shown that no state is missing")
     searched = _zeros(torques, low, high, most_boxes or _BOXES[torques.size], watch)
     speeds, phases = OnTheTorus(torques).parted(np.concatenate([zeros.points for zeros in searched], axis=1))
-    states = _grouped(torques, [(float(w), phases[:, k]) for k, w in enumerate(speeds)])
+    states = _grouped(torques, [State(w, at) for w, at in zip(speeds.tolist(), phases.T, strict=True)])
     what = "the phases" if torques.given is not None else f"the phases and {speeds_in_words(torques, low, high)}"
     boxes = sum(zeros.boxes for zeros in searched)
     if all(zeros.complete for zeros in searched):
@@ -196,8 +195,7 @@ def from_many_starts(
     torques: SteadyTorques, low: float, high: float, known: Sequence[State], seed: int = 0, watch: Watch = None
 ) -> list[State]:
     """The states that Newton's method finds, with those that are known. Other seeds give other starts."""
-    problem, draw, n = OnTheTorus(torques), np.random.default_rng(seed), torques.size
-    states = [(s.speed, s.phases) for s in known]
+    problem, draw, n, states = OnTheTorus(torques), np.random.default_rng(seed), torques.size, list(known)
     for _ in range(_ROUNDS):
         if watch is not None:
             watch()
@@ -205,8 +203,8 @@ def from_many_starts(
         if torques.given is None:
             x = np.concatenate([x, draw.uniform(low, high, (1, _STARTS))])
         speeds, phases = problem.parted(_newton(problem, x, low, high))
-        for state in zip(speeds.tolist(), phases.T, strict=True):
-            if not any(_same(torques, state, other) for other in states) and torques.balanced(*state):
+        for state in (State(w, at) for w, at in zip(speeds.tolist(), phases.T, strict=True)):
+            if not any(_same(torques, state, s) for s in states) and torques.balanced(state.speed, state.phases):
                 states.append(state)
     return _grouped(torques, states)
 
@@ -228,34 +226,30 @@ def _newton(problem: OnTheTorus, x: np.ndarray, low: float, high: float) -> np.n
     return np.asarray(x[:, good])
 
 
-def _apart(angles: np.ndarray, other: np.ndarray | float) -> np.ndarray:
-    return np.abs((angles - other + math.pi) % (2 * math.pi) - math.pi)
-
-
-def _same(torques: SteadyTorques, state: tuple[float, np.ndarray], other: tuple[float, np.ndarray]) -> bool:
+def _same(torques: SteadyTorques, state: State, other: State) -> bool:
     """Whether two states are one, equal bodies being exchanged."""
-    if abs(state[0] - other[0]) > _SAME * abs(state[0]):
+    if abs(state.speed - other.speed) > _SAME * abs(state.speed):
         return False
     for members in torques.classes:
-        left = other[1][list(members)]
+        left = other.phases[list(members)]
         for i in members:
-            apart = _apart(left, state[1][i])
+            apart = separation(left, state.phases[i])
             if apart.min() > _SAME:
                 return False
             left = np.delete(left, apart.argmin())
     return True
 
 
-def _grouped(torques: SteadyTorques, states: Sequence[tuple[float, np.ndarray]]) -> list[State]:
+def _grouped(torques: SteadyTorques, states: Sequence[State]) -> list[State]:
     """Each state once, with the number of those that exchanging equal bodies makes of it."""
     different: list[State] = []
-    for w, phases in states:
-        if any(_same(torques, (w, phases), (s.speed, s.phases)) for s in different):
+    for state in states:
+        if any(_same(torques, state, s) for s in different):
             continue
-        ordered, many = phases % (2 * math.pi), 1
+        ordered, many = state.phases % (2 * math.pi), 1
         for members in torques.classes:
             angles = ordered[list(members)] = np.sort(ordered[list(members)])
-            near = np.unique(_apart(angles[:, None], angles) < _SAME, axis=0, return_counts=True)[1]
+            near = np.unique(separation(angles[:, None], angles) < _SAME, axis=0, return_counts=True)[1]
             many *= math.factorial(len(members)) // math.prod(math.factorial(k) for k in near.tolist())
-        different.append(State(w, ordered, 0, many))
+        different.append(State(state.speed, ordered, 0, many))
     return sorted(different, key=lambda s: (s.speed, s.phases.tolist()))

@@ -18,12 +18,12 @@ import numpy as np
 import sympy as sp
 
 from wucht.analysis.averaged import AveragedMachine, averaged_machine
-from wucht.analysis.forced import UNDAMPED, WithSlope
+from wucht.analysis.forced import UNDAMPED, Forced
 from wucht.analysis.shaft import Curve, curves
-from wucht.analysis.vibration import Vibration
+from wucht.analysis.vibration import Vibration, WithSlope
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import SPEED
+from wucht.machines.structure import SPEED
 from wucht.mechanics.averaged.bodies import absolute
 
 _PARALLEL = 1e-12  # relative: below it the excitation of a body has the shape of another's
@@ -64,10 +64,8 @@ class SteadyTorques:
         """The same from averaged equations that are there."""
         b = slow.equations.bodies
         if b.shaking is not None:
-            raise InputError(
-                "machine.carrier.motion", None, "the carrier's motion is prescribed: whether it entrains the rotor is "
-                "study.kind = 'entrainment'",
-            )  # fmt: skip
+            sentence = "the carrier's motion is prescribed: whether it entrains the rotor is study.kind = 'entrainment'"
+            raise InputError("machine.carrier.motion", None, sentence)
 
         def matrix(m: sp.ImmutableMatrix) -> np.ndarray:
             return np.array(slow.machine.evaluate(*m), float).reshape(m.shape)
@@ -86,6 +84,13 @@ class SteadyTorques:
         """The same with the main rotor at a given speed."""
         return replace(self, given=speed)
 
+    def with_ratio(self, ratio: float) -> SteadyTorques:
+        """The same with another unbalance of the main rotor. ratio: of that of all other bodies together to it."""
+        assert self.coefficients is not None
+        excitation = self.vibration.excitation.copy()
+        excitation[0] *= np.abs(self.coefficients[1:]).sum() / ratio / np.linalg.norm(excitation[0])
+        return replace(self, vibration=replace(self.vibration, excitation=excitation), felt=excitation)
+
     @cached_property
     def alone(self) -> Curve:
         """tau (n, N) and its slope as a function of speeds (N,)."""
@@ -101,22 +106,15 @@ class SteadyTorques:
         """The bodies whose torques must balance: all but a main rotor whose speed is given."""
         return tuple(range(1 if self.given is not None else 0, self.size))
 
-    def _response(self, speeds: np.ndarray) -> WithSlope:
-        """H E^T (N, m, n) at speeds (N, 1, 1), and its slope."""
-        v, e = self.vibration, self.vibration.excitation.T
-        dynamic = v.dynamic(speeds)
-        response = np.linalg.solve(dynamic, np.broadcast_to(e, (len(speeds), *e.shape)))
-        return response, np.linalg.solve(dynamic, (2 * speeds * v.mass - 1j * v.damping) @ response)
-
     def influence(self, speeds: np.ndarray) -> WithSlope:
         """a_ik (N, n, n) at speeds (N,), and da/dw."""
-        response, slope = self._response(np.reshape(np.asarray(speeds, float), (-1, 1, 1)))
+        response, slope = self.vibration.solved(np.reshape(speeds, (-1, 1, 1)), self.vibration.excitation.T)
         return self.felt.conj() @ response, self.felt.conj() @ slope
 
     def brake(self, speeds: np.ndarray) -> WithSlope:
         """B_ik (N, n, n) = (w^5/2) (E^H H^H C H E)_ik at speeds (N,), and dB/dw: all V_i together are -s^H B s."""
-        w = np.reshape(np.asarray(speeds, float), (-1, 1, 1))
-        z, dz = self._response(w)
+        w = np.reshape(speeds, (-1, 1, 1))
+        z, dz = self.vibration.solved(w, self.vibration.excitation.T)
         back, rate = (np.moveaxis(x, 1, 2).conj() @ self.vibration.damping for x in (z, dz))
         power = back @ z
         return w**5 / 2 * power, 5 * w**4 / 2 * power + w**5 / 2 * (rate @ z + back @ dz)
@@ -133,8 +131,7 @@ class SteadyTorques:
         undamped = np.unique(values.imag[(np.abs(values.real) < UNDAMPED * np.abs(values)) & (values.imag > 0)])
         poles: list[float] = []
         for at in undamped[(undamped >= low * (1 - _AT_THE_POLE)) & (undamped <= high * (1 + _AT_THE_POLE))]:
-            near, far = (np.abs(self.influence(np.array([at * (1 + d)]))[0]) for d in (1e-7, 1e-4))
-            if (near > 100 * far).any() and not any(abs(at - other) < _AT_THE_POLE * at for other in poles):
+            if Forced.grows(self.influence, at) and not any(abs(at - other) < _AT_THE_POLE * at for other in poles):
                 poles.append(float(at))
         return poles
 
@@ -207,13 +204,11 @@ class SteadyTorques:
     @cached_property
     def classes(self) -> tuple[tuple[int, ...], ...]:
         """The bodies other than the main rotor, equal ones together: exchanging them changes no torque, inertia or damper."""
-        classes: list[list[int]] = []
+        classes: dict[int, list[int]] = {}
         for i in range(1, self.size):
-            alike = next((members for members in classes if self._alike(members[0], i)), None)
-            if alike is None:
-                classes.append(alike := [])
-            alike.append(i)
-        return tuple(tuple(members) for members in classes)
+            first = next((k for k in classes if self._alike(k, i)), i)
+            classes.setdefault(first, []).append(i)
+        return tuple(map(tuple, classes.values()))
 
     def _alike(self, i: int, k: int) -> bool:
         if self.heads[i] != self.heads[k] or self.heads[i] == i or self.senses[i] != self.senses[k]:
@@ -227,7 +222,11 @@ class SteadyTorques:
         return all(np.allclose(a, b, rtol=1e-12, atol=1e-14 * np.abs(b).max(initial=0.0)) for a, b in pairs)
 
 
+def separation(angles: np.ndarray, other: np.ndarray | float) -> np.ndarray:
+    """The angle between directions, at most pi."""
+    return np.abs((angles - other + np.pi) % (2 * np.pi) - np.pi)
+
+
 def _vibration_torque(influence: np.ndarray, factor: np.ndarray, phases: np.ndarray) -> np.ndarray:
     turning = np.exp(1j * phases)
-    field = np.einsum("Nik,kN->iN", influence, turning)
-    return np.asarray(-factor * (turning * field.conj()).imag)
+    return np.asarray(-factor * (turning * np.einsum("Nik,kN->iN", influence, turning).conj()).imag)

@@ -13,7 +13,7 @@ import sympy as sp
 
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.errors import WuchtError
-from wucht.machines.operation import SPEED
+from wucht.machines.structure import SPEED
 from wucht.numerics.intervals import enclosure
 from wucht.piecewise import PiecewiseCubic
 

@@ -14,7 +14,7 @@ from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from pkgutil import iter_modules
-from typing import Any
+from typing import Any, get_args
 
 from wucht.checking import models_in
 from wucht.errors import WuchtError, nearest
@@ -52,8 +52,9 @@ def known(family: Any) -> dict[str, type[Any]]:
 
 
 def carriers() -> dict[str, type[Support]]:
-    """The carriers by their ``directions``."""
-    return {name: cls for cls in known(Support).values() for name in cls.spans()}
+    """The carriers by the values of ``directions`` for which a file means them: those of the field's Literal."""
+    every = known(Support).values()
+    return {name: cls for cls in every for name in get_args(cls.model_fields["directions"].annotation)}
 
 
 def bodies() -> dict[str, type[Body]]:

@@ -136,7 +136,7 @@ class Part(Described, ABC):
 
     def symbol(self, name: str) -> sp.Symbol:
         """The symbol of one of the part's parameters."""
-        return sp.Symbol(f"{self.path}.{name}", real=True)
+        return sp.Symbol(f"{self.path}.{name}" if self.path else name, real=True)
 
     def symbols(self, *names: str) -> tuple[sp.Symbol, ...]:
         """The symbols of several parameters."""
@@ -242,8 +242,8 @@ class Drive(OnShaft):
         return None
 
     def start_angle(self) -> float:
-        """The angle at t = 0 of a body whose motion is prescribed."""
-        return 0.0
+        """The angle at t = 0 of a body whose motion is prescribed: the field ``angle``, if there is one."""
+        return float(getattr(self, "angle", 0.0))
 
     def energies(self, frame: Frame) -> Energies:
         """The torque, on the speed of the body against the stator."""

@@ -94,6 +94,4 @@ class Carrier(Support):
             potential.append(self.component("stiffness", d) * x**2 / 2)
             dissipation.append(self.component("damping", d) * v**2 / 2)
         own = Energies(m * (at.vx**2 + at.vy**2) / 2, sp.Add(*potential), sp.Add(*dissipation))
-        if base is None or self.foundation is None:
-            return own
-        return own + self.foundation.energies(base, frame.gravity)
+        return own + self.foundation.energies(base, frame.gravity) if base and self.foundation else own

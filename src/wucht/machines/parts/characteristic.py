@@ -11,7 +11,7 @@ from wucht.checking import is_pairs
 from wucht.piecewise import Pieces, interpolated
 from wucht.quantities import Unit
 
-_COLUMNS = (Unit("rad/s", "speed"), Unit("N m", "torque"))
+SPEED_TORQUE = (Unit("rad/s", "speed"), Unit("N m", "torque"))
 
 
 def _read(given: Any) -> tuple[tuple[float, float], ...]:
@@ -20,7 +20,7 @@ def _read(given: Any) -> tuple[tuple[float, float], ...]:
         raise ValueError("must be pairs: [[speed, torque], ...]")
     if len(given) < 2:
         raise ValueError("must be at least 2 points [speed, torque]")
-    points = [(_COLUMNS[0].parse(w), _COLUMNS[1].parse(t)) for w, t in given]
+    points = [(SPEED_TORQUE[0].parse(w), SPEED_TORQUE[1].parse(t)) for w, t in given]
     for (before, _), (after, _) in pairwise(points):
         if after <= before:
             raise ValueError(f"must be increasing speeds; {after:g} rad/s follows {before:g} rad/s")

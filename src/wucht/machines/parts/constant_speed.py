@@ -18,7 +18,3 @@ class ConstantSpeed(Drive):
     def prescribed(self) -> sp.Expr:
         """The speed."""
         return self.symbol("speed")
-
-    def start_angle(self) -> float:
-        """The angle at t = 0."""
-        return self.angle

@@ -34,16 +34,14 @@ class PrescribedMotion(Described):
     @classmethod
     def _read_units(cls, given: Any, info: ValidationInfo) -> Any:
         """Amplitude and displacements are lengths, in direction r angles; points may have units."""
-        si_unit = "rad" if info.data.get("direction") == "r" else "m"
-        if given is None or info.field_name == "direction":
+        length, name = "rad" if info.data.get("direction") == "r" else "m", info.field_name
+        if given is None or name == "direction":
             return given
-        if info.field_name == "frequency":
-            return Unit("rad/s", "angular frequency").parse(given)
-        if info.field_name == "amplitude":
-            return Unit(si_unit, "amplitude").parse(given)
+        if name != "points":
+            return (Unit("rad/s", "angular frequency") if name == "frequency" else Unit(length, "amplitude")).parse(given)
         if not is_pairs(given):
             raise ValueError("must be points = [[time, displacement], ...]")
-        units = Unit("s", "time"), Unit(si_unit, "displacement")
+        units = Unit("s", "time"), Unit(length, "displacement")
         return [[u.parse(x) for u, x in zip(units, point, strict=True)] for point in given]
 
     @model_validator(mode="after")

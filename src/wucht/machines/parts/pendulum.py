@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 
 import sympy as sp
-from pydantic import Field
 
 from wucht.machines.parts.base import Frame, si
 from wucht.machines.parts.track import Tracked
@@ -18,8 +17,6 @@ class Pendulum(Tracked):
 
     kind = "pendulum"
 
-    about: str = Field(description="name of the body turned about")
-    mass: float = si("kg", "mass", "m", gt=0)
     length: float = si("m", "length", "l", gt=0)
     inertia: float | None = si("kg m^2", "moment of inertia about its axis of rotation", "J", None, gt=0)
     damping: float = si("N m s", "damping", "b", 0.0, ge=0)
@@ -31,9 +28,8 @@ class Pendulum(Tracked):
         if not math.isfinite(least):
             raise ValueError("length", "must be a length with which m l^2 can still be computed")
         if self.inertia is not None and self.inertia < least * (1 - 1e-12):
-            raise ValueError(
-                "inertia", f"must be at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default"
-            )
+            sentence = f"must be at least m l^2 = {least:.6g} kg m^2, that of a point ball, which is the default"
+            raise ValueError("inertia", sentence)
         if self.track is not None and not self.on_axis():
             raise ValueError("suspension", "not allowed on a track: its bodies turn about one axis")
         self.check_track()

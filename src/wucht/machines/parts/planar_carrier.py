@@ -70,8 +70,7 @@ class PlanarCarrier(Support):
             cr, br = self.symbols("rotation_stiffness", "rotation_damping")
             potential.append(cr * r.position**2 / 2 if self.rotation_stiffness is not None else sp.S.Zero)
             dissipation.append(br * r.velocity**2 / 2)
-        kinetic = m * (at.vx**2 + at.vy**2) / 2 + j * r.velocity**2 / 2
-        return Energies(kinetic, sp.Add(*potential), sp.Add(*dissipation))
+        return Energies(m * (at.vx**2 + at.vy**2) / 2 + j * r.velocity**2 / 2, sp.Add(*potential), sp.Add(*dissipation))
 
     def _springs(self) -> list[tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, ...], tuple[sp.Expr, ...]]]:
         """(place, (cx, cy), (bx, by)) of every spring."""
@@ -80,6 +79,6 @@ class PlanarCarrier(Support):
             return [((sp.S.Zero, sp.S.Zero), c, b)]
         springs = []
         for i in range(1, len(self.mounts) + 1):
-            at, c, b = (tuple(self.symbol(f"mounts.{i}.{name}.{d}") for d in "xy") for name in ("at", "stiffness", "damping"))
-            springs.append(((at[0], at[1]), c, b))
+            place, c, b = (self.symbols(f"mounts.{i}.{n}.x", f"mounts.{i}.{n}.y") for n in ("at", "stiffness", "damping"))
+            springs.append((place, c, b))
         return springs

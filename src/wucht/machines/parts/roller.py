@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sympy as sp
-from pydantic import Field
 
 from wucht.machines.parts.base import Frame, si
 from wucht.machines.parts.track import Tracked
@@ -18,8 +17,6 @@ class Roller(Tracked):
 
     kind = "roller"
 
-    about: str = Field(description="name of the body turned about")
-    mass: float = si("kg", "mass", "m", gt=0)
     track_radius: float = si("m", "track radius", "R", gt=0)
     radius: float = si("m", "radius", "r", gt=0)
     shape_factor: float = si("", "shape factor (2/5 ball, 1/2 cylinder, 1 tube)", "mu", 0.4, ge=0, le=1)

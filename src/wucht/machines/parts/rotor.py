@@ -28,20 +28,14 @@ class Rotor(Body):
 
     def check(self) -> None:
         """One of eccentricity, unbalance and couple_unbalance; the inertia about the axis is at least m e^2."""
-        given = [u for u in (self.eccentricity, self.unbalance, self.couple_unbalance) if u is not None]
-        if len(given) != 1:
-            raise ValueError(
-                "eccentricity",
-                "needed is either eccentricity or unbalance (0 for a balanced rotor), or couple_unbalance on a carrier 'r'",
-            )
+        if (self.eccentricity, self.unbalance, self.couple_unbalance).count(None) != 2:
+            given = "either eccentricity or unbalance (0 for a balanced rotor), or couple_unbalance on a carrier 'r'"
+            raise ValueError("eccentricity", f"needed is {given}")
         e = self.eccentricity if self.eccentricity is not None else (self.unbalance or 0.0) / self.mass
         least = self.mass * e * e
         if self.inertia < least * (1 - 1e-12):
-            raise ValueError(
-                "inertia",
-                f"must be at least m e^2 = {least:.6g} kg m^2, because it is the inertia about the axis of rotation, "
-                "not about the centre of mass",
-            )
+            reason = "because it is the inertia about the axis of rotation, not about the centre of mass"
+            raise ValueError("inertia", f"must be at least m e^2 = {least:.6g} kg m^2, {reason}")
 
     def moment(self) -> sp.Expr:
         """The unbalance U = m e."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Self, get_args
+from typing import Self
 
 import sympy as sp
 from pydantic import Field
@@ -19,11 +19,6 @@ class Support(Part):
     gravity: float = si("m/s^2", "acceleration of gravity", "g", 0.0)
     directions: str = "xy"
     motion: PrescribedMotion | None = Field(None, description="prescribed motion")
-
-    @classmethod
-    def spans(cls) -> tuple[str, ...]:
-        """The values of ``directions`` for which a file means this carrier: those of the field's Literal."""
-        return get_args(cls.model_fields["directions"].annotation)
 
     @property
     def path(self) -> str:

@@ -30,7 +30,3 @@ class Synchronous(Drive):
     def prescribed(self) -> sp.Expr:
         """The synchronous speed: below 002 (2.106)."""
         return self.sense * 2 * sp.pi * self.symbol("frequency") / self.symbol("pole_pairs")
-
-    def start_angle(self) -> float:
-        """The angle at t = 0."""
-        return self.angle

@@ -15,11 +15,13 @@ RESTITUTION = 0.5
 
 
 class Tracked(Body):
-    """A body that may share a circular track with others. Without ``track`` it can pass them."""
+    """A body that turns about another, and may share a circular track with others. Without ``track`` it can pass them."""
 
     track: str | None = Field(None, description="name of the track", pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")
     diameter: float | None = si("m", "diameter", "d", None, gt=0)
     restitution: float | None = si("", "coefficient of restitution", "e", None, ge=0.01, le=1)
+    about: str = Field(description="name of the body turned about")
+    mass: float = si("kg", "mass", "m", gt=0)
 
     @abstractmethod
     def centre_radius(self) -> float:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.forced import Forced, WithSlope
+from wucht.analysis.forced import Forced
 from wucht.analysis.shaft import curves
+from wucht.analysis.vibration import WithSlope
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of, shaft_torques
 from wucht.numerics.zeros import crossings

@@ -157,7 +157,7 @@ def _faster_branch(machine: Machine, vibration: Vibration, e: Evidence, sense: f
     torque = net_torque(machine, machine.rotor)
     speeds = np.linspace(e.mean_speed, e.free_speed, 402)[1:-1]
     drive = np.array([sense * torque(sense * w) for w in speeds])
-    balance = drive - vibration.torque(speeds, phases)
+    balance = drive - vibration.torque(speeds, phases)[0]
     # Between two branches the vibration takes more than the drive gives: without such a gap there is only one.
     small = 1e-3 * float(np.abs(drive).max())
     short = np.flatnonzero(balance < -small)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.force_balance import members
-from wucht.analysis.configurations.slow_stability import SlowStability, Stability
 from wucht.analysis.forced import Forced
 from wucht.analysis.vibration import unbalances
 from wucht.errors import InputError
@@ -75,7 +75,7 @@ class Describer:
     own: unbalances (n,) in the order of the torques; order: place of each body of the machine among these.
     """
 
-    def __init__(self, slow: SlowStability) -> None:
+    def __init__(self, slow: AveragedStability) -> None:
         self.slow, self.torques, self.machine = slow, slow.torques, slow.torques.machine
         self.order = [self.torques.names.index(b.name) for b in self.machine.bodies]
         self.own = unbalances(self.machine)[np.argsort(self.order)]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.analysis.configurations.regions import REGIONS, Regions
+from wucht.analysis.configurations.averaged_stability import REGIONS, Regions
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies

@@ -8,12 +8,11 @@ from functools import partial
 
 import numpy as np
 
+from wucht.analysis.configurations.averaged_stability import AveragedStability, Regions, Stability, regions
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.force_balance import members
-from wucht.analysis.configurations.full_stability import Disagreement, FullStability
-from wucht.analysis.configurations.regions import Regions, regions
+from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import Search, all_states
-from wucht.analysis.configurations.slow_stability import SlowStability, Stability
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.studies.synchronous_states.configuration import Configuration, Describer
 from wucht.studies.synchronous_states.prepare import Plan
@@ -40,7 +39,7 @@ class Findings:
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """The states as the averaged equations have them, then one by one as the full ones have them, then the map."""
     search = work.unit("search", partial(_searched, plan, work))
-    describer = Describer(SlowStability(plan.torques, plan.slow))
+    describer = Describer(AveragedStability(plan.torques, plan.slow))
     full = [_NOT_ASKED if not plan.spec.full else _NOT_YET if k < MOST_FULL else _TOO_MANY for k in range(len(search.states))]
     each = [describer.described(state, known) for state, known in zip(search.states, full, strict=True)]
     yield Findings(search, tuple(each))
@@ -67,12 +66,11 @@ def _searched(plan: Plan, work: Work) -> Search:
 
 def _in_full_equations(plan: Plan, states: Sequence[Configuration], work: Work) -> Iterator[Configuration]:
     """Each state with its stability in the full equations, and why the slow ones disagree."""
-    full = FullStability.of(plan.torques)
-    disagreement, count = Disagreement(plan.torques, plan.spec.inertia), len(states)
+    full, count = FullStability(plan.torques, plan.spec.inertia), len(states)
     for k, c in enumerate(states):
         part = work.part(f"{k + 1}", k / count, (k + 1) / count)
         stability = _stability(plan, full, c.state, part)
-        why = part.unit("disagreement", partial(disagreement.why, c.state, c.slow, stability))
+        why = part.unit("disagreement", partial(full.why, c.state, c.slow, stability))
         yield replace(c, full=stability, disagreement=why)
 
 

@@ -1,4 +1,4 @@
-"""Stability of steady phase configurations in the averaged equations.
+"""Stability of steady phase configurations in the averaged equations, of one state and over speed and unbalance ratio.
 
 J theta'' + B theta' = tau(theta') + V(theta_0', alpha), linearised about equal speeds and steady phases; or the equations
 without the inertia of the balancing bodies. What belongs to a family of states, or to an interval of speeds without torque,
@@ -7,17 +7,20 @@ neither grows nor decays and is left out.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from wucht.analysis.averaged import AveragedMachine
-from wucht.analysis.configurations.closed_form import State
+from wucht.analysis.configurations.closed_form import State, branches
+from wucht.analysis.configurations.force_balance import compensating
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.numerics.jacobian import Jacobian
 
 NEUTRAL = 1e-9  # of the fastest rate: an exponent whose real part is smaller neither grows nor decays
+REGIONS = ("compensating", "together, adding", "together, reducing", "opposed")
 
 
 @dataclass(frozen=True)
@@ -38,13 +41,11 @@ class Stability:
     @classmethod
     def of_exponents(cls, exponents: np.ndarray, neutral: float, reason: str) -> Stability:
         """By the largest real part. neutral: below it nothing grows or decays; reason: what is reported then."""
-        if not len(exponents):
-            return cls(True, exponents)
         if not np.isfinite(exponents).all():
             return cls(None, exponents, "it cannot be computed here")
-        if abs(exponents[0].real) <= neutral:
+        if len(exponents) and abs(exponents[0].real) <= neutral:
             return cls(None, exponents, reason)
-        return cls(bool(exponents[0].real < 0), exponents)
+        return cls(bool((exponents[:1].real < 0).all()), exponents)
 
     @property
     def leading(self) -> complex | None:
@@ -53,15 +54,15 @@ class Stability:
 
 
 @dataclass(frozen=True)
-class SlowStability:
+class AveragedStability:
     """The averaged equations of a machine, linearised about its steady phase configurations."""
 
     torques: SteadyTorques
-    slow: AveragedMachine
+    averaged: AveragedMachine
 
     @cached_property
     def _linear(self) -> Jacobian:
-        return Jacobian.of(self.slow.system)
+        return Jacobian.of(self.averaged.system)
 
     def stability(self, state: State) -> Stability:
         """Of a state, transverse to its family."""
@@ -74,19 +75,19 @@ class SlowStability:
 
         Not numbers where the equations are singular.
         """
-        state = state.inside
-        if self.slow.inertia and self.slow.order == 1:
-            matrices = slow_matrices(self.torques, np.full(phases.shape[1], state.speed), phases)
+        speed, averaged = state.inside.speed, self.averaged
+        if averaged.inertia and averaged.order == 1:
+            matrices = averaged_matrices(self.torques, np.full(phases.shape[1], speed), phases)
         else:
-            states = np.array([slow_state(self.slow, replace(state, phases=at)) for at in phases.T]).T
-            matrices = np.moveaxis(self._linear(states, self.slow.values())[1], -1, 0)
+            states = np.array([averaged.steady_state(speed, at) for at in phases.T]).T
+            matrices = np.moveaxis(self._linear(states, averaged.values())[1], -1, 0)
         regular = np.isfinite(matrices).all(axis=(1, 2))
         exponents = np.full(matrices.shape[:2], np.nan, complex)
         exponents[regular] = np.linalg.eigvals(matrices[regular])
         return transverse(exponents, state.neutral)
 
 
-def slow_matrices(torques: SteadyTorques, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
+def averaged_matrices(torques: SteadyTorques, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
     """The linearised averaged equations (N, k, k) at speeds (N,) and phases (n, N).
 
     Unknowns: the phases of all bodies to the main rotor, then the speeds of those whose speed is not given.
@@ -110,12 +111,46 @@ def transverse(eigenvalues: np.ndarray, dimension: int) -> np.ndarray:
     return np.asarray(np.take_along_axis(others, np.argsort(-others.real, axis=-1, kind="stable"), -1))
 
 
-def slow_state(slow: AveragedMachine, state: State) -> np.ndarray:
-    """The state (k,) of the averaged equations."""
-    alpha = dict(zip(slow.equations.bodies.names, state.phases, strict=True))
-    values = []
-    for symbol in slow.system.states:
-        body, _, what = symbol.name.rpartition(".")
-        reference = slow.references[body]
-        values.append(state.speed if what == "speed" else alpha[body] - (alpha[reference] if reference else 0.0))
-    return np.array(values)
+@dataclass(frozen=True)
+class Regions:
+    """speed (N,) in the main rotor's own sense, ratio (M,), and whether a state of each region is stable (4, M, N).
+
+    ratio: of the unbalance of all balancing bodies together to the rotor's. ``exists`` likewise: whether there is one.
+    """
+
+    speed: np.ndarray
+    ratio: np.ndarray
+    stable: np.ndarray
+    exists: np.ndarray
+
+    @classmethod
+    def joined(cls, tiles: Sequence[Regions]) -> Regions:
+        """Tiles of the same speeds, in the order of their ratios."""
+        stable, exists = (np.concatenate([getattr(t, name) for t in tiles], axis=1) for name in ("stable", "exists"))
+        return cls(tiles[0].speed, np.concatenate([t.ratio for t in tiles]), stable, exists)
+
+
+def regions(torques: SteadyTorques, speeds: np.ndarray, ratios: np.ndarray) -> Regions:
+    """The regions at speeds (N,) and ratios (M,), the main rotor held at each speed; the inertia of the bodies is kept."""
+    stable, exists = np.zeros((2, len(REGIONS), len(ratios), len(speeds)), bool)
+    for row, ratio in enumerate(ratios):
+        held = torques.held(float(speeds[0])).with_ratio(ratio)
+        for region, phases, valid, dimension in _states(held, speeds):
+            exists[region, row] |= valid
+            eigenvalues = np.linalg.eigvals(averaged_matrices(held, speeds[valid], phases[:, valid]))
+            exponents = transverse(eigenvalues, dimension)
+            stable[region, row, valid] |= exponents.real.max(axis=1) < -NEUTRAL * np.abs(exponents).max(axis=1)
+    return Regions(speeds, ratios, stable, exists)
+
+
+def _states(torques: SteadyTorques, speeds: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray, int]]:
+    """Region, phases (n, N), where there is such a state (N,), and the dimension of its family."""
+    for phases, dimension, _ in compensating(torques, spread=False)[:1]:
+        yield 0, np.repeat(phases[:, None], len(speeds), axis=1), np.ones(len(speeds), bool), dimension
+    c = torques.coefficients
+    assert c is not None
+    for branch in branches(torques, speeds):
+        phases = branch.phases(speeds)
+        exists, adding = np.isfinite(phases[0]), np.abs(c @ np.exp(1j * phases)) >= abs(c[0])
+        for region, valid in ((3, exists),) if len(set(branch.beside)) > 1 else ((1, exists & adding), (2, exists & ~adding)):
+            yield region, phases, valid, 0
