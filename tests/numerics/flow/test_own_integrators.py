@@ -104,6 +104,7 @@ STOPPING = Event("stop", x - 0.5, -1, terminal=True)
 DIVERGING = System((x, v), (x**2, k * x), (k,))
 
 
+@pytest.mark.filterwarnings("ignore:(overflow|invalid value):RuntimeWarning")  # SciPy's, of a state that grows without limit
 @pytest.mark.parametrize(
     ("system", "events"), [(SPRING, (PASSING, ACTING)), (SPRING, (STOPPING,)), (DRIVEN, ()), (DIVERGING, ())]
 )

@@ -25,6 +25,7 @@ from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.structure import SPEED
 from wucht.mechanics.averaged.bodies import absolute
+from wucht.results.conventions import within_half_a_turn
 
 _PARALLEL = 1e-12  # relative: below it the excitation of a body has the shape of another's
 _NOTHING = 1e-13  # of the largest torque coefficient: below it a torque counts as none
@@ -224,7 +225,7 @@ class SteadyTorques:
 
 def separation(angles: np.ndarray, other: np.ndarray | float) -> np.ndarray:
     """The angle between directions, at most pi."""
-    return np.abs((angles - other + np.pi) % (2 * np.pi) - np.pi)
+    return np.asarray(np.abs(within_half_a_turn(angles - other)))
 
 
 def _vibration_torque(influence: np.ndarray, factor: np.ndarray, phases: np.ndarray) -> np.ndarray:
