@@ -93,7 +93,7 @@ class Vibration:
             return None
         squares = np.abs(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)))
         near = 1 + np.concatenate([-np.geomspace(1e-6, 0.5, 60), [0.0], np.geomspace(1e-6, 0.5, 60)])
-        grid = np.concatenate([np.linspace(below * 1e-3, below, 800), *(math.sqrt(s) * near for s in squares)])
+        grid = np.concatenate([np.linspace(below * 1e-3, below, 400), *(math.sqrt(s) * near for s in squares)])
         grid = np.unique(grid[(grid > 0) & (grid <= below)])
         maxima = crossings(lambda w: self.torque(w, phases)[1], grid, -1)
         return float(maxima[-1]) if len(maxima) else None

@@ -16,7 +16,6 @@ from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.zeros import crossings
 from wucht.results.conventions import summary_of as summary
 from wucht.studies.response.prepare import prepare
 from wucht.studies.response.spec import Response
@@ -278,16 +277,6 @@ def test_stopped_at_once_and_asked_again(tmp_path: Path) -> None:
 
 
 # --- the root finder ---
-
-
-def test_crossings() -> None:
-    grid = np.linspace(0, 10, 41)
-    assert crossings(np.sin, grid) == pytest.approx([math.pi, 2 * math.pi, 3 * math.pi], rel=1e-15)
-    assert crossings(np.sin, grid, -1) == pytest.approx([math.pi, 3 * math.pi], rel=1e-15)
-    assert crossings(np.sin, grid, 1) == pytest.approx([2 * math.pi], rel=1e-15)
-    assert crossings(lambda x: x - 2.5, grid) == pytest.approx([2.5])  # a point of the grid
-    assert len(crossings(np.zeros_like, grid)) == len(crossings(np.ones_like, grid)) == 0
-    assert len(crossings(lambda x: (x - 2.5) ** 2, grid)) == 0
 
 
 # --- the command ---

@@ -174,6 +174,7 @@ class HeyokaIntegrator:
 
         self._engine, self._adaptive = engine, adaptive
         self._recorders: list[_Recorder] = [e.callback for e in adaptive.nt_events] if adaptive.with_events else []
+        self._parameters = np.empty(0)
         self._reached, self._bad_state = hy.taylor_outcome.time_limit, hy.taylor_outcome.err_nf_state
 
     def start(self, time: float, state: np.ndarray, parameters: Numbers) -> None:
@@ -181,8 +182,10 @@ class HeyokaIntegrator:
         ta, engine = self._adaptive, self._engine
         ta.time = time
         ta.state[:] = state
-        values = [*engine.program.constant_values(parameters), *engine.event_program.constant_values(parameters)]
-        ta.pars[:] = values[: len(ta.pars)]  # those of events that are not watched come last
+        if not np.array_equal(parameters, self._parameters):
+            values = [*engine.program.constant_values(parameters), *engine.event_program.constant_values(parameters)]
+            ta.pars[:] = values[: len(ta.pars)]  # those of events that are not watched come last
+            self._parameters = np.array(parameters, float)
 
     def forget_events(self) -> None:
         """Clear the cool-downs: another part of the run begins."""

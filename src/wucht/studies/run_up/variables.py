@@ -111,9 +111,10 @@ def _envelope(time: np.ndarray, peaks: np.ndarray, speed: np.ndarray, natural: M
 
 
 def _residual(machine: Machine, angle: Mapping[str, np.ndarray], end: float) -> np.ndarray:
-    own = dict(zip(angle, unbalances(machine.at(end)), strict=True))
-    vector = sum(own[b.name] * np.exp(1j * angle[b.name]) for b in machine.group(machine.rotor))
-    return np.asarray(np.abs(vector) / (abs(own[machine.rotor.name]) or max(map(abs, own.values())) or 1.0))
+    own, rotor = dict(zip(angle, unbalances(machine.at(end)), strict=True)), machine.rotor.name
+    others = [b.name for b in machine.group(machine.rotor) if b.name != rotor]
+    vector = own[rotor] + sum((own[n] * np.exp(1j * (angle[n] - angle[rotor])) for n in others), np.zeros_like(angle[rotor]))
+    return np.asarray(np.abs(vector) / (abs(own[rotor]) or max(map(abs, own.values())) or 1.0))
 
 
 def _energy(machine: Machine, row: Rows, trajectory: Trajectory) -> Variables:
