@@ -136,8 +136,14 @@ def _source(
     symbols = {s for a in arguments for s in (a if isinstance(a, tuple) else (a,))} | {s for s, _ in lines}
     short = {s: sp.Symbol(f"v{k}", real=True) for k, s in enumerate(sorted(symbols, key=lambda s: s.name))}
     renamed = [tuple(short[s] for s in a) if isinstance(a, tuple) else short[a] for a in arguments]
-    body = [(short[s], e.xreplace(short)) for (s, _), e in zip(lines, expressions, strict=False)]
-    wanted, called = [e.xreplace(short) for e in expressions[len(lines) :]], {str(f): len for f in shown.values()}
+    printed = [e.xreplace(short) for e in expressions]
+    # Sines and cosines of what is given are the dearest part of a mechanism's formulas: each is computed once.
+    given = {s for a in renamed for s in (a if isinstance(a, tuple) else (a,))}
+    waves = {a for e in printed for a in e.atoms(sp.sin, sp.cos) if a.free_symbols <= given}
+    once = {a: sp.Symbol(f"w{k}", real=True) for k, a in enumerate(sorted(waves, key=sp.default_sort_key))}
+    printed = [e.xreplace(once) for e in printed]
+    body = [*((w, a) for a, w in once.items()), *((short[s], e) for (s, _), e in zip(lines, printed, strict=False))]
+    wanted, called = printed[len(lines) :], {str(f): len for f in shown.values()}
     function = sp.lambdify(renamed, wanted, modules=[called, _LIBRARIES[modules]], cse=lambda e: (body, e))
     return inspect.getsource(function), tables
 
