@@ -13,6 +13,8 @@ import sympy as sp
 from wucht import disk_cache
 from wucht.machines.parts.base import Release
 
+disk_cache._KNOWN.add(__name__)  # as if the classes here were the program's
+
 
 @dataclass(frozen=True)
 class Question:
@@ -73,6 +75,19 @@ def test_what_an_object_has_computed_of_itself_is_neither_key_nor_kept(folder):
     assert "own" in vars(question)
     assert "own" not in vars(disk_cache.derived_once(itself)(question))
     assert all(b"computed by" not in file.read_bytes() for file in folder.rglob("*") if file.is_file())
+
+
+def test_what_the_users_own_classes_make_of_it_is_not_kept(folder):
+    """Their code may be another one in the next process, and those of a function cannot be pickled at all."""
+
+    class Stiffening(sp.Function):
+        pass
+
+    for cls in (Stiffening, type("Elsewhere", (sp.Function,), {"__module__": "notebook"})):
+        question = Question(cls(x))
+        assert derived(question, 2.0) == derived(question, 2.0) == Question(2.0 * cls(x) ** 2)
+    assert len(calls) == 4
+    assert not [p for p in folder.rglob("*") if p.is_file()]
 
 
 def test_an_error_is_not_kept(folder):

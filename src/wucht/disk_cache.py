@@ -22,23 +22,29 @@ from shutil import rmtree
 from typing import Any, TypeVar
 
 _Result = TypeVar("_Result")
+_KNOWN = {"wucht", "sympy", "builtins"}  # modules whose classes belong to the state of the program
 _PROGRAMS = 4  # states of the program whose results are kept: those used last
 
 
 def derived_once(function: Callable[..., _Result]) -> Callable[..., _Result]:
     """A pure function of frozen data, given by position, that is called once for all processes.
 
-    Inputs and results are frozen dataclasses, SymPy's expressions, sequences, text and numbers. What it raises is not kept.
+    Inputs and results are frozen dataclasses, SymPy's expressions, sequences, text and numbers. What it raises is not kept, nor
+    what it makes of the user's own classes: their code may change from one process to the next.
     """
 
     @wraps(function)
     def derived(*inputs: Any) -> _Result:
-        path = _folder() / f"{function.__module__}.{function.__name__}-{sha256(_written(inputs, True)).hexdigest()[:40]}"
+        try:
+            key = sha256(_written(inputs, True)).hexdigest()[:40]
+        except (pickle.PicklingError, TypeError, AttributeError):
+            return function(*inputs)
+        path = _folder() / f"{function.__module__}.{function.__name__}-{key}"
         with suppress(Exception):  # not there, or damaged: then pickle raises whatever it stumbles over
             kept: _Result = pickle.loads(path.read_bytes())
             return kept
         result = function(*inputs)
-        with suppress(OSError):  # no room, or no right to write there: the next process derives it again
+        with suppress(OSError):  # no room, or no right to write there: another process derives it again
             beside = path.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
             beside.write_bytes(_written(result, False))
             beside.replace(path)
@@ -57,6 +63,8 @@ class _Pickler(pickle.Pickler):
 
     def reducer_override(self, value: Any) -> Any:
         if isinstance(value, type):
+            if self._as_key and value.__module__.split(".")[0] not in _KNOWN:
+                raise pickle.PicklingError(f"{value.__qualname__} is a class of the user's own")
             return NotImplemented
         if is_dataclass(value):
             own = [f.name for f in fields(value) if f.compare or not self._as_key]
