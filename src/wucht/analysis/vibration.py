@@ -7,7 +7,6 @@ w z^H C z / 2. For one rotor on an isotropic carrier this is the second term of 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,6 +19,7 @@ from wucht.machines.parts.base import Body
 from wucht.numerics.zeros import crossings
 
 CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
+_BEYOND = 10.0  # times the highest natural frequency there are no maxima any more
 WithSlope = tuple[np.ndarray, np.ndarray]  # a function of the speed, and its derivative
 
 
@@ -86,16 +86,16 @@ class Vibration:
         square, cross = (np.einsum("ni,ij,nj->n", z.conj(), self.damping, other).real for other in (z, dz))
         return w * square / 2, square / 2 + w * cross
 
-    def last_maximum(self, below: float, phases: np.ndarray) -> float | None:
-        """The speed of the last maximum of the vibration torque below a speed, None if it has none there."""
-        below = abs(below)
-        if not len(self.mass) or not below:
+    def last_maximum(self, below: float | None, phases: np.ndarray) -> float | None:
+        """The speed of the last maximum of the vibration torque below a speed (None: of all), None if it has none there."""
+        if not len(self.mass):
             return None
-        squares = np.abs(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)))
+        natural = np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness))))
+        below = _BEYOND * float(natural.max()) if below is None else abs(below)
         near = 1 + np.concatenate([-np.geomspace(1e-6, 0.5, 60), [0.0], np.geomspace(1e-6, 0.5, 60)])
-        grid = np.concatenate([np.linspace(below * 1e-3, below, 400), *(math.sqrt(s) * near for s in squares)])
+        grid = np.concatenate([np.linspace(below * 1e-3, below, 400), *(w * near for w in natural)])
         grid = np.unique(grid[(grid > 0) & (grid <= below)])
-        maxima = crossings(lambda w: self.torque(w, phases)[1], grid, -1)
+        maxima = crossings(lambda w: self.torque(w, phases)[1], grid, -1) if len(grid) else grid
         return float(maxima[-1]) if len(maxima) else None
 
 

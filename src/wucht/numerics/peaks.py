@@ -6,13 +6,19 @@ import numpy as np
 
 
 def interval_peaks(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """The largest value that a signal reaches between each sample and its neighbours.
-
-    All (N,). Between samples the signal is the cubic with the given values and slopes; the error is of fourth order in the
-    sampling interval, where that of the largest sample is of second.
-    """
+    """The largest value that a signal reaches between each sample and its neighbours, all (N,)."""
     if len(time) < 2:
         return signal.copy()
+    maxima = between_samples(time, signal, slope)
+    return np.asarray(np.maximum(np.concatenate([maxima[:1], maxima]), np.concatenate([maxima, maxima[-1:]])))
+
+
+def between_samples(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """The largest value (N - 1,) that a signal (N,) reaches from each sample to the next.
+
+    Between samples the signal is the cubic with the given values and slopes; the error is of fourth order in the sampling
+    interval, where that of the largest sample is of second.
+    """
     h = np.diff(time)
     left, right, a, b = signal[:-1], signal[1:], slope[:-1] * h, slope[1:] * h
     # y(s) = left + a s + c s^2 + d s^3 on 0 <= s <= 1
@@ -26,8 +32,7 @@ def interval_peaks(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> n
     inside = np.isfinite(s) & (s > 0) & (s < 1)
     s = np.where(inside, s, 0.0)
     between = np.where(inside, left + s * (a + s * (c + s * d)), top)
-    maxima = np.maximum(top, between)
-    return np.asarray(np.maximum(np.concatenate([maxima[:1], maxima]), np.concatenate([maxima, maxima[-1:]])))
+    return np.asarray(np.maximum(top, between))
 
 
 def extremes(signal: np.ndarray) -> tuple[float, float]:

@@ -70,10 +70,10 @@ AT_100 = {"disc": {"speed": 100.0}}
 def test_exponential_decay() -> None:
     """omega = omega_0 exp(-b t/J): half after J ln 2/b.
 
-    Over the angle the speed is a straight line; its mean over a turn is less than that in the middle by (pi b/(J omega))^2/3.
+    The mean speed over a turn is more than that in the middle of its time, by (pi b/(J omega))^2/6.
     """
     result = run(CoastDown(until=20.0, start=AT_100), disc())
-    half = J / LOSS * (math.log(2) - (math.pi * LOSS / J / 50) ** 2 / 3)
+    half = J / LOSS * (math.log(2) + (math.pi * LOSS / J / 50) ** 2 / 6)
     assert summary_of(result)["half_time"] == pytest.approx(half, abs=1e-6)
     np.testing.assert_allclose(result.speed, 100 * np.exp(-LOSS / J * result.time), rtol=1e-9)
     assert summary_of(result)["outcome"] is None

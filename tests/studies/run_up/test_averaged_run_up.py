@@ -19,7 +19,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.results.conventions import summary_of
-from wucht.studies.run_up import run as run_up_run
+from wucht.studies.motion import watched
 from wucht.studies.run_up.prepare import prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -339,13 +339,13 @@ def test_ctrl_c_while_the_slow_run_of_both_is_under_way() -> None:
 def test_a_slow_run_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     from dataclasses import replace
 
-    genuine = run_up_run.integrate
+    genuine = watched.integrate
 
     def failing(compiled: Any, *words: Any) -> Any:
         averaged = len(compiled.system.states) < len(drum().system.states)
         return replace(genuine(compiled, *words), failure="the step became too small" if averaged else None)
 
-    monkeypatch.setattr(run_up_run, "integrate", failing)
+    monkeypatch.setattr(watched, "integrate", failing)
     result, summary = answer(drum(), until=1.0, start=START, model="both", order=2)
     assert "averaged equations: the step became too small" in json.loads(result.attrs["warnings"])
     assert not result.attrs["failure"], "the full run did not fail"

@@ -66,6 +66,11 @@ class Trajectory:
         quadratures = {name: values[first:] for name, values in self.quadratures.items()}
         return replace(self, time=self.time[first:], states=self.states[:, first:], quadratures=quadratures)
 
+    def every(self, count: int) -> Trajectory:
+        """Every so manyth sample, from the first on."""
+        quadratures = {name: values[::count] for name, values in self.quadratures.items()}
+        return replace(self, time=self.time[::count], states=self.states[:, ::count], quadratures=quadratures)
+
     def joined(self, later: Trajectory) -> Trajectory:
         """This trajectory followed by one that continued from its end."""
         return Trajectory.of([self, later])

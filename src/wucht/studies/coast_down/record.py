@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,14 +9,15 @@ import numpy as np
 from wucht.machines.machine import LOST
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.numerics.turns import PER_TURN, turns
+from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
 from wucht.studies.coast_down.prepare import REVERSAL, Plan
 from wucht.studies.observables import EnergyBalance, Orbit, rows_of
 
 MOST_ROWS = 8000
 ROW = ("time", "angle", "speed", "min_speed", "max_speed", "amplitude", "energy_residual", "dissipated_work")
 _OF_TWO = {"min_speed": np.minimum, "max_speed": np.maximum, "amplitude": np.maximum}  # rows; of others the second stays
-_TAIL_TURNS, _TAIL_SAMPLES_PER_TURN = 4, 3072  # more are thinned out: the error of interpolation is of fourth order
+_REACH = 2 * PER_TURN  # averages before and after the speed has halved, through which the time of that is found
+_SAMPLES_REACH = 2  # likewise, samples
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,17 +25,19 @@ class Descent:
     """A leg of the run, reduced: a unit of work.
 
     rows: columns (N,) by the names of ``ROW``; extremes are those since the row before. turns: the time in the middle of each
-    turn up to the first reversal, and the mean speed over it (2, K). reversals: when the rotor turns back. half_time: when the
-    speed averaged over a turn has fallen to half of that at the start. tail: time, angle and speed (3, k) of the last turns,
-    with which the average over the next ones begins. end: the last sample, from which the run continues.
+    turn up to the first reversal, and the mean speed over it (2, K). reversals: when the rotor turns back. observer: averages
+    over turns; averages: how many there were. halving: time and speed (2, k) of those around the moment at which the
+    speed has fallen to half of that at the start, or of the last ones; samples around it, as long as no turn is made. end: the
+    last sample, from which the run continues.
     """
 
     end: Trajectory
     rows: dict[str, np.ndarray] = field(default_factory=lambda: dict.fromkeys(ROW, np.empty(0)))
     turns: np.ndarray = field(default_factory=lambda: np.empty((2, 0)))
     reversals: tuple[float, ...] = ()
-    half_time: float | None = None
-    tail: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))
+    observer: TurnObserver = field(default_factory=TurnObserver)
+    averages: int = 0
+    halving: np.ndarray = field(default_factory=lambda: np.empty((2, 0)))
     balance: EnergyBalance = field(default_factory=EnergyBalance)
 
 
@@ -46,6 +48,11 @@ class Record(Descent):
     start_speed: float
     stride: float
     legs: int = 0
+
+    @property
+    def half_time(self) -> float | None:
+        """When the speed averaged over a turn (if there is no turn, the speed itself) has fallen to half of that at the start."""
+        return _halved(self.halving[0], self.halving[1], abs(self.start_speed) / 2)
 
     def after(self, leg: Descent) -> Record:
         """The record with the next leg; with too many rows each two become one."""
@@ -86,58 +93,43 @@ def reduced(plan: Plan, compiled: CompiledSystem, before: Record, t: Trajectory)
         "dissipated_work": t.quadratures[LOST][last],
     }
     reversals = tuple(h.time for h in t.hits if h.name == REVERSAL)
-    leg = Descent(end=replace(t.tail(1), hits=()), rows=rows, reversals=reversals, half_time=before.half_time, balance=balance)
+    leg = Descent(end=replace(t.tail(1), hits=()), rows=rows, reversals=reversals, balance=balance)
     if before.reversals:
-        return leg
-    mean, half_time, tail = _averaged(before, np.array([time, angle, speed]))
-    return replace(leg, turns=mean, half_time=half_time, tail=leg.tail if reversals else _sparse(tail))
+        return replace(leg, averages=before.averages, halving=before.halving)
+    observer, averaged = before.observer.after(Samples.of(time, (angle, speed)))
+    averaged = averaged.part(averaged.passage == 0)
+    number = before.averages + np.arange(len(averaged.time))
+    mean = np.array([averaged.middle, averaged.speed])
+    turns, averages, half = mean[:, number % PER_TURN == 0], before.averages + len(number), abs(before.start_speed) / 2
+    # Where it halves before there is a whole turn, the speed itself must do.
+    by_turns = bool(before.averages or (averages and abs(mean[1, 0]) > half))
+    known = before.halving if before.averages or not by_turns else np.empty((2, 0))
+    points = np.append(known, mean if by_turns else np.array([time, speed]), axis=1)
+    halving = _around(points, half, _REACH if by_turns else _SAMPLES_REACH)
+    return replace(leg, turns=turns, observer=observer, averages=averages, halving=halving)
 
 
-def _averaged(before: Record, samples: np.ndarray) -> tuple[np.ndarray, float | None, np.ndarray]:
-    """Turn by turn, with what the leg before left over: the turns, the half time, and what is left over.
-
-    samples: time, angle and speed (3, N).
-    """
-    joined = np.concatenate([before.tail, samples[:, int(before.tail.shape[1] > 0) :]], axis=1)
-    back = np.flatnonzero(math.copysign(1.0, before.start_speed) * joined[2] <= 0)
-    joined = joined[:, : back[0]] if len(back) else joined
-    averaged = turns(joined[0], joined[1], joined[2], {})
-    half_time, half, whole = before.half_time, abs(before.start_speed) / 2, len(averaged.time) > 0
-    if half_time is None:
-        time, speed, reach = (averaged.time, averaged.speed, 2 * PER_TURN) if whole else (joined[0], joined[2], 2)
-        half_time = _halved(time, speed, half, reach)
-    if not whole:
-        return np.empty((2, 0)), half_time, joined
-    mean = np.array([averaged.time[::PER_TURN], averaged.speed[::PER_TURN]])
-    last = before.turns[0, -1] if before.turns.size else -math.inf
-    new = mean[0] > last + 0.5 * 2 * math.pi / np.abs(mean[1])
-    return mean[:, new], half_time, joined[:, np.abs(joined[1, -1] - joined[1]) < 2 * math.pi * _TAIL_TURNS]
+def _around(points: np.ndarray, half: float, reach: int) -> np.ndarray:
+    """Of times and speeds (2, k) those around the moment at which the speed has halved, else the last ones."""
+    i = _crossing(points[1], half)
+    return points[:, -reach:] if i is None else points[:, max(0, i + 1 - reach) : i + 1 + reach]
 
 
-def _sparse(tail: np.ndarray) -> np.ndarray:
-    """A tail (3, k) that is not too dense, evenly over the angle, with its last sample: a rotor that creeps has many a turn."""
-    turned = np.abs(tail[1] - tail[1, :1])
-    count = 2 + math.ceil(_TAIL_SAMPLES_PER_TURN * turned.max(initial=0.0) / (2 * math.pi))
-    if tail.shape[1] <= count:
-        return tail
-    even = np.searchsorted(np.maximum.accumulate(turned), np.linspace(0.0, turned.max(), count))
-    return tail[:, np.unique(np.append(even, tail.shape[1] - 1))]
-
-
-def _halved(time: np.ndarray, speed: np.ndarray, half: float, reach: int) -> float | None:
-    """When the speed falls to half: the root of the cubic through the points before and after the crossing, ``reach`` each.
-
-    time, speed (N,): averages over a turn; before there is one whole turn, the speed itself. None where it does not.
-    """
+def _crossing(speed: np.ndarray, half: float) -> int | None:
+    """After which point the speed falls to half."""
     over = np.abs(speed) - half
     below = np.flatnonzero((over[:-1] > 0) & (over[1:] <= 0))
-    if not len(below):
+    return int(below[0]) if len(below) else None
+
+
+def _halved(time: np.ndarray, speed: np.ndarray, half: float) -> float | None:
+    """When the speed falls to half: the root of the cubic through the points around. None where it does not."""
+    i, over = _crossing(speed, half), np.abs(speed) - half
+    if i is None:
         return None
-    i = int(below[0])
-    near = slice(max(0, i - reach), i + reach + 2)
     straight = time[i] + over[i] / (over[i] - over[i + 1]) * (time[i + 1] - time[i])
-    if len(time[near]) < 4:
+    if len(time) < 4:
         return float(straight)
-    roots = np.polynomial.Polynomial.fit(time[near], over[near], 3).roots()
+    roots = np.polynomial.Polynomial.fit(time, over, 3).roots()
     real = roots[np.abs(roots.imag) < 1e-9 * np.abs(roots).max()].real
     return float(min(real, key=lambda r: abs(r - straight), default=straight))

@@ -13,7 +13,7 @@ from wucht.machines.machine import Machine
 from wucht.quantities import Unit, article
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.entrainment.swept_parameter import SweptParameter, swept_parameter
-from wucht.studies.locking import is_locking
+from wucht.studies.motion.locking import is_locking
 from wucht.studies.parameters import range_of
 from wucht.studies.run_up.prepare import placed_at_start
 

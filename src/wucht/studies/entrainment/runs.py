@@ -11,18 +11,16 @@ import numpy as np
 
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed, sense_of
-from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.compiled import compile_system
-from wucht.numerics.flow.integrate import integrate
-from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
 from wucht.studies.entrainment.prepare import Plan
 from wucht.studies.entrainment.swept_parameter import stretches
-from wucht.studies.locking import Locked, locked, motion_of
+from wucht.studies.motion.locking import Locked, locked
+from wucht.studies.motion.observation import Watch
+from wucht.studies.motion.watched import Leg, Watched
 from wucht.studies.release_events import release_events
 from wucht.studies.run_up.prepare import placed_at_start
 
-_SAMPLES = 24  # a period
 _PERIODS = 200  # of a run, if nothing says how long
 _TIMES = 25.0  # decay times of the slowest disturbance
 _MOST_PERIODS = 20_000
@@ -81,60 +79,44 @@ class RunsFromStart:
         """
         machine, state = placed_at_start(self.plan.swept.at(self.plan.machine, value), self.plan.spec.start)
         parameters: Any = machine.system.values(machine.values)
-        step = self.period / _SAMPLES
-        trajectory, means, begin, end = None, None, 0.0, self.duration
+        watched = Watched(Watch(machine, self.period), self.flow, lambda motion: motion, 2 * math.pi / self.period, 1.0)
+        leg, end = watched.begin(state, parameters), self.duration
         for _ in range(_DOUBLINGS + 1):
-            grid = np.linspace(begin, end, max(2, math.ceil((end - begin) / step)) + 1)
-            leg = integrate(self.flow, state, parameters, grid, progress).uninterrupted()
-            trajectory = leg if trajectory is None else trajectory.joined(leg)
-            means = locked(machine, trajectory) if trajectory.failure is None else None
-            if means is None or self._decided(machine, trajectory, means):
+            begin = leg.stored.end_time
+            grid = np.linspace(begin, end, math.ceil((end - begin) / (_PERIODS * self.period)) + 1)
+            leg = watched.leg(leg, grid, progress)
+            means = locked(machine, leg.observation) if leg.stored.failure is None else None
+            if means is None or self._decided(leg.stored.end_time, means):
                 break
-            state, parameters = trajectory.end_state, trajectory.parameters
-            begin, end = trajectory.end_time, 2 * trajectory.end_time
-        assert trajectory is not None
-        return self._judged(machine, value, trajectory, means)
+            end = 2 * end
+        return self._judged(machine, value, leg, means)
 
-    def _judged(self, machine: Machine, value: float, trajectory: Trajectory, means: Locked | None) -> RunFromStart:
-        end, ended = machine.breakpoints[-1], (trajectory.end_time, trajectory.end_state)
-        run = RunFromStart(value, self.duration, *ended, free_speed(machine.at(end), machine.rotor, end), trajectory.failure)
+    def _judged(self, machine: Machine, value: float, leg: Leg, means: Locked | None) -> RunFromStart:
+        end, ended, seen = machine.breakpoints[-1], (leg.stored.end_time, leg.stored.end_state), leg.observation
+        run = RunFromStart(value, self.duration, *ended, free_speed(machine.at(end), machine.rotor, end), leg.stored.failure)
         if run.failure is not None:
             return run
         if means is None:
-            window = float(trajectory.time[0] + trajectory.time[-1]) / 2, float(trajectory.time[-1])
-            return replace(run, window=window, mean_speed=_mean(machine, trajectory, machine.rotor, window))
+            half = seen.main.last(0.5)
+            window = float(half.time[0]), float(half.time[-1])
+            return replace(run, window=window, mean_speed=float(np.ptp(half.angle[[0, -1]])) / (window[1] - window[0]))
         entrained = means.evidence.outcome() in _ENTRAINED and (
             self.senses is None or all(self.senses[r.name] * means.speeds[r.name] > 0 for r in machine.rotors)
         )
-        mean = means.speeds[machine.rotor.name] if entrained else _mean(machine, trajectory, machine.rotor, means.window)
+        mean = (means.speeds if entrained else means.smooth_speeds)[machine.rotor.name]
         run = replace(run, entrained=entrained, mean_speed=mean, window=means.window, creep=means.evidence.creep)
         return replace(run, speeds=means.speeds, phases=means.phases)
 
-    def _decided(self, machine: Machine, trajectory: Trajectory, means: Locked) -> bool:
-        if trajectory.end_time >= _MOST_PERIODS * self.period:
+    def _decided(self, end: float, means: Locked) -> bool:
+        if end >= _MOST_PERIODS * self.period:
             return True
-        evidence, (begin, end) = means.evidence, means.window
+        evidence = means.evidence
         if evidence.outcome() in _ENTRAINED:
             return evidence.creep < _STEADY
         reference, *others = evidence.speeds if evidence.frequency is None else (evidence.frequency, evidence.speeds[0])
         if all(abs(w - reference) < _NEAR * reference for w in others) and evidence.creep < _ASYNCHRONOUS:
             return False
-        halves = (begin, (begin + end) / 2), ((begin + end) / 2, end)
-        changes = np.diff([[_mean(machine, trajectory, r, half) for half in halves] for r in machine.rotors])
-        return bool(np.abs(changes).max() < _CHANGING * max(*evidence.speeds, reference))
-
-
-def _mean(machine: Machine, trajectory: Trajectory, body: RotatingBody, window: tuple[float, float]) -> float:
-    """The mean speed over a window, weighted so that a modulation at its ends does not count.
-
-    J. Laskar, Physica D 67 (1993) 257-281; S. Das, Y. Saiki, E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111-4140.
-    """
-    inside = (trajectory.time >= window[0]) & (trajectory.time <= window[1])
-    share = (trajectory.time[inside] - window[0]) / max(window[1] - window[0], 1e-300)
-    with np.errstate(all="ignore"):
-        weight = np.nan_to_num(np.exp(-1 / (share * (1 - share))))
-    speed = motion_of(machine, trajectory, body)[1]
-    return float(np.average(speed[inside], weights=weight) if weight.any() else speed[-1])
+        return means.change < _CHANGING * max(*evidence.speeds, reference)
 
 
 def senses_of(machine: Machine, initial: np.ndarray, own: RunFromStart) -> dict[str, float]:

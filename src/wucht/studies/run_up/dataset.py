@@ -12,12 +12,12 @@ from wucht.machines.operation import natural_frequencies
 from wucht.numerics.peaks import extremes
 from wucht.results.conventions import answered
 from wucht.results.outcomes import Outcome
+from wucht.studies.motion.verdict import Verdict
 from wucht.studies.run_up.both_models import joined
 from wucht.studies.run_up.many_runs import gathered
 from wucht.studies.run_up.prepare import Plan
 from wucht.studies.run_up.run import Findings, Motion
 from wucht.studies.run_up.variables import variables
-from wucht.studies.run_up.verdict import Verdict
 
 if TYPE_CHECKING:
     import xarray as xr

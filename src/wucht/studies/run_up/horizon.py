@@ -30,11 +30,14 @@ Grid = tuple[np.ndarray, float, bool]  # samples, from the last of the leg befor
 
 @dataclass(frozen=True)
 class Horizon:
-    """step: between samples. first: the end of the first leg. expected_end: for the progress. samples_per_turn: at the highest
+    """step: between samples. turn: the shortest time of a turn, or of a vibration, that is expected. vibration: the highest
+    frequency. first: the end of the first leg. expected_end: for the progress. samples_per_turn: at the highest
     speed expected. until_settled: the verdict ends the run. energy: the size of the works. events: that end it. warnings: what
     is doubtful about the question."""
 
     step: float
+    turn: float
+    vibration: float
     first: float
     expected_end: float
     samples_per_turn: float
@@ -64,12 +67,8 @@ class Horizon:
         step = first / (_PARTS * math.ceil(first / max(turn / SAMPLES_PER_TURN, first / MOST_SAMPLES) / _PARTS))
         settled, events = spec.until is None and spec.turns is None, _events(machine, spec, initial)
         warnings = tuple(_warnings(machine, spec, free, turn / step))
-        return cls(step, first, end, turn / step, settled, energy_scale(machine), events, warnings)
-
-    @property
-    def too_coarse(self) -> bool:
-        """Whether the samples are too few a turn to judge by."""
-        return self.samples_per_turn < FEWEST_SAMPLES_PER_TURN
+        vibration = max([*natural, machine.shaking_frequency or 0.0])
+        return cls(step, turn, vibration, first, end, turn / step, settled, energy_scale(machine), events, warnings)
 
     def legs(self) -> Iterator[Grid]:
         """The legs of a run.
@@ -77,17 +76,18 @@ class Horizon:
         A given time is gone through in even parts; else the motion is judged at twice the time of the last look. Legs are short
         at first, so that a run which is cut off loses little.
         """
+        share = min(1.0, self.samples_per_turn / SAMPLES_PER_TURN)  # of all samples, those that are stored
         open_ended = self.until_settled or any(e.name == TURNS_DONE for e in self.events)
         given, doubled = range(1, _PARTS + 1), range(math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS)) + 1)
         goals = [self.first * 2**k for k in doubled] if open_ended else [self.first * k / _PARTS for k in given]
-        begin, size = 0.0, _FIRST_LEG
+        begin, size, longest = 0.0, max(1, int(_FIRST_LEG * share)), max(1, int(_LONGEST_LEG * share))
         for goal in goals:
             grid = np.linspace(begin, goal, max(1, round((goal - begin) / self.step)) + 1)
             left, last = 0, len(grid) - 1
             while left < last:
                 right = min(left + size, last)
                 yield grid[left : right + 1], max(self.expected_end, goal), open_ended and right == last
-                left, size = right, min(2 * size, _LONGEST_LEG)
+                left, size = right, min(2 * size, longest)
             begin = goal
 
 
@@ -130,6 +130,6 @@ def _warnings(machine: Machine, spec: RunUp, free: float | None, samples_per_tur
     if samples_per_turn < FEWEST_SAMPLES_PER_TURN:
         warnings.append(
             f"only {samples_per_turn:.1f} samples a turn are stored, to keep the result below {MOST_SAMPLES} samples: "
-            "amplitudes are too small and no outcome is given; run for a shorter time"
+            "its variables do not show the whole motion; what the summary says does not depend on them"
         )
     return warnings

@@ -13,6 +13,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import net_torque
 from wucht.numerics.flow.program import Evaluator
 from wucht.studies.initial_state import initial_state, placed
+from wucht.studies.motion.observation import Watch
 from wucht.studies.parameters import parameter_of, values_of
 from wucht.studies.run_up.horizon import Horizon
 from wucht.studies.run_up.model import FullModel, slow_model
@@ -31,6 +32,11 @@ class Case:
     machine: Machine
     horizon: Horizon
     models: tuple[FullModel, ...]
+
+    @property
+    def watch(self) -> Watch:
+        """What watches the motion."""
+        return Watch(self.machine, self.horizon.turn)
 
 
 @dataclass(frozen=True)

@@ -3,39 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
-
-import numpy as np
 
 from wucht.machines.operation import free_speed
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
-from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
+from wucht.studies.motion.observation import Observation
+from wucht.studies.motion.verdict import Verdict, judge
+from wucht.studies.motion.watched import Watched
 from wucht.studies.observables import Rows
-from wucht.studies.run_up.horizon import Grid
+from wucht.studies.run_up.horizon import SPEED_LIMIT, Grid
 from wucht.studies.run_up.model import FullModel
 from wucht.studies.run_up.prepare import Case, Plan
 from wucht.studies.run_up.spec import RunUp
-from wucht.studies.run_up.verdict import Verdict, judge
 from wucht.studies.work import Work
 
 _SETTLED_TOLERANCE = 1e-5
-_JUDGED_IF_COARSE = 10_000  # samples: no outcome comes of them, only phases and the like
 _SAMPLES_A_LEG = 2048
 _FULL_SHARE = 0.9  # of the time that a run of both models takes
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What one model did. legs: of the model's own System, ``trajectory`` all of them; ``seen``: as one of the machine."""
+    """What one model did. legs: what is stored, of the model's own System; ``trajectory`` is all of them, ``seen`` as one of the
+    machine. observation: what was seen of it on the way."""
 
     case: Case
     model: FullModel
     compiled: CompiledSystem
     legs: tuple[Trajectory, ...]
+    observation: Observation
 
     @cached_property
     def trajectory(self) -> Trajectory:
@@ -55,12 +55,9 @@ class Motion:
     @cached_property
     def verdict(self) -> Verdict:
         """What became of the machine."""
-        end, machine, coarse = self.seen.end_time, self.case.machine, self.case.horizon.too_coarse
-        free = free_speed(machine.at(end), machine.rotor, end)
-        verdict = judge(machine, self.seen.tail(_JUDGED_IF_COARSE) if coarse else self.seen, free)
-        if not coarse or verdict.outcome is Outcome.FAILED:
-            return verdict
-        return replace(verdict, outcome=Outcome.UNIDENTIFIED, advice="too few samples a turn are stored to tell")
+        machine, last = self.case.machine, self.legs[-1]
+        free = free_speed(machine.at(last.end_time), machine.rotor, last.end_time)
+        return judge(machine, self.observation, free, last.failure, last.stopped_by == SPEED_LIMIT)
 
     @property
     def decided(self) -> bool:
@@ -113,17 +110,21 @@ def _motions(
     """A model's motion after each leg, as far as the legs, an event, or the verdict let it go."""
     compiled = compile_system(model.system, spec.tolerance, model.events(events), spec.engine)
 
-    def leg(before: Trajectory, grid: np.ndarray, end: float) -> Trajectory:
-        """The part over a grid that begins at the last sample of the part before. end: of the whole, for progress."""
-        state, values = before.end_state, before.parameters
-        part = integrate(compiled, state, values, grid, lambda t: work.report(t / end), case.horizon.energy)
-        return part.uninterrupted()
-
-    legs: tuple[Trajectory, ...] = (integrate(compiled, model.initial, model.values, np.zeros(1)),)
-    yield Motion(case, model, compiled, legs)
+    watched = Watched(case.watch, compiled, model.seen, case.horizon.vibration, case.horizon.energy)
+    last = watched.begin(model.initial, model.values)
+    legs: tuple[Trajectory, ...] = (last.stored,)
+    yield Motion(case, model, compiled, legs, last.observation)
+    if last.stored.ended:
+        return
     for grid, end, judged in grids:
-        legs = (*legs, work.unit(f"leg {len(legs)}", partial(leg, legs[-1], grid, end)))
-        motion = Motion(case, model, compiled, legs)
+        report = partial(_report, work, end)
+        last = work.unit(f"leg {len(legs)}", partial(watched.leg, last, grid, report))
+        legs = (*legs, last.stored)
+        motion = Motion(case, model, compiled, legs, last.observation)
         yield motion
-        if legs[-1].ended or (judged and motion.decided):
+        if last.stored.ended or (judged and motion.decided):
             return
+
+
+def _report(work: Work, end: float, time: float) -> None:
+    work.report(time / end)

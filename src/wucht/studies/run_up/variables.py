@@ -14,7 +14,7 @@ from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.peaks import envelope
 from wucht.results.conventions import Variable, variable
-from wucht.studies.locking import is_locking, rotor_phases
+from wucht.studies.motion.locking import is_locking, rotor_phases
 from wucht.studies.observables import EnergyBalance, Orbit, Rows
 
 Variables = dict[str, Variable]

@@ -24,7 +24,7 @@ from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.numerics.turns import PER_TURN, turns
+from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
 from wucht.studies.observables import EnergyBalance, Orbit, rows_of
 from wucht.studies.sweep.prepare import Plan
 from wucht.system import TIME, Output, System
@@ -197,7 +197,8 @@ class Mover:
         """The averages over the whole turns at the end of a leg from one place to another."""
         machine, rotor = self.plan.machine, self.plan.machine.rotor.coordinate
         time, angle = t.time, rows[rotor.position.name]
-        averaged = turns(time, angle, rows[rotor.velocity.name], {})
+        _, averaged = TurnObserver().after(Samples.of(time, (angle, rows[rotor.velocity.name])))
+        averaged = averaged.part(averaged.passage == averaged.passage.max(initial=0))
         whole = (len(averaged.time) - 1) // PER_TURN * PER_TURN
         if whole > 0:
             time, angle = averaged.time[-1 - whole :], averaged.angle[-1 - whole :]

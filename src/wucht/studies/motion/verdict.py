@@ -1,4 +1,4 @@
-"""From a trajectory to the evidence, the outcome, and what goes into the summary."""
+"""From what was seen of a motion to the evidence, the outcome, and what goes into the summary."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from wucht.analysis.vibration import Vibration, unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.operation import net_torque
 from wucht.machines.tree import RotatingBody
-from wucht.numerics.flow.trajectory import Trajectory
-from wucht.numerics.steadiness import Modulation, Trend, creep, modulation, trend
-from wucht.numerics.turns import PER_TURN, Turns, turns
+from wucht.numerics.observers.modulation import Modulation, modulation
+from wucht.numerics.observers.turn_record import Blocks, TurnRecord
+from wucht.numerics.observers.trend import UNKNOWN, Trend, trend
 from wucht.results.conventions import wrapped
 from wucht.results.outcomes import (
     FEWEST_PERIODS,
@@ -24,8 +24,8 @@ from wucht.results.outcomes import (
     Outcome,
     classify,
 )
-from wucht.studies.locking import Locked, is_locking, locked, motion_of
-from wucht.studies.run_up.horizon import SPEED_LIMIT
+from wucht.studies.motion.locking import Locked, is_locking, locked
+from wucht.studies.motion.observation import Observation
 
 STEADY_TOLERANCE = 1e-3  # of the free speed and of the rotor's unbalance
 MODULATION_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: less is not called a modulation
@@ -33,7 +33,6 @@ LAG_CREEP_TOLERANCE = 0.02  # of the lag: by how much the mean speed of a body t
 _FEWEST_TURNS = 6
 _LAST_SHARE = 0.05
 _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
-_NO_TREND = Trend(math.inf, math.inf, math.inf)
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class Verdict:
     evidence: Evidence
     window: tuple[float, float]
     phases: dict[str, float] = field(default_factory=dict)
-    trend: Trend = _NO_TREND
+    trend: Trend = UNKNOWN
     modulation: Modulation | None = None
     settling_time: float | None = None
     advice: str | None = None
@@ -70,28 +69,31 @@ class Verdict:
         return self.evidence.modulated or not self.evidence.turning or self.trend.steady(tolerance)
 
 
-def judge(machine: Machine, trajectory: Trajectory, free: float | None) -> Verdict:
-    """Decide the outcome of a run. free: what the drive reaches without vibration, at the end of the run."""
-    machine = machine.at(trajectory.end_time)
-    bodies = machine.group(machine.rotor)
-    (angle, speed), *others = (motion_of(machine, trajectory, b) for b in bodies)
-    averaged = turns(trajectory.time, angle, speed, {b.name: m for b, m in zip(bodies[1:], others, strict=True)})
-    if averaged.count < _FEWEST_TURNS or np.ptp(angle[-(len(angle) // 4 + 1) :]) < 2 * math.pi:
-        verdict = _without_turning(machine, trajectory, speed, angle)
+def judge(machine: Machine, seen: Observation, free: float | None, failure: str | None = None, beyond: bool = False) -> Verdict:
+    """Decide the outcome of a run.
+
+    free: what the drive reaches without vibration, at the end of the run. failure: why the run failed, if it did. beyond: whether
+    it ended because it reached the speed limit.
+    """
+    machine = machine.at(seen.end_time)
+    bodies, record = machine.group(machine.rotor), seen.rotors[machine.rotor.name]
+    angle = seen.main.last(0.25)
+    if record.turns < _FEWEST_TURNS or angle.greatest_angle.max() - angle.least_angle.min() < 2 * math.pi:
+        verdict = _without_turning(machine, seen)
     else:
-        verdict = _turning(machine, trajectory.end_time, averaged, bodies, free)
-    if trajectory.failure:
+        verdict = _turning(machine, seen.end_time, record, bodies, free)
+    if failure:
         return replace(verdict, outcome=Outcome.FAILED, advice=None)
-    if trajectory.stopped_by == SPEED_LIMIT:
+    if beyond:
         evidence = replace(verdict.evidence, beyond_limit=True)
         return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None)
     turning = verdict.evidence.turning or verdict.outcome is Outcome.UNIDENTIFIED
-    return _by_locking(machine, trajectory, verdict) if is_locking(machine) and turning else verdict
+    return _by_locking(machine, seen, verdict) if is_locking(machine) and turning else verdict
 
 
-def _by_locking(machine: Machine, trajectory: Trajectory, verdict: Verdict) -> Verdict:
+def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdict:
     """The verdict on rotors that may be entrained: by their mean speeds over whole periods."""
-    means = locked(machine, trajectory)
+    means = locked(machine, seen)
     if means is None:
         return verdict
     outcome, advice, (begin, end) = means.evidence.outcome(), None, means.window
@@ -106,45 +108,51 @@ def _longer(machine: Machine, why: str, until: float) -> str:
     return f"{why}: run at least until {until:.3g} {machine.units.time}".rstrip()
 
 
-def _turning(machine: Machine, end: float, averaged: Turns, bodies: list[RotatingBody], free: float | None) -> Verdict:
-    index = [machine.bodies.index(b) for b in bodies]
+def _turning(machine: Machine, end: float, record: TurnRecord, bodies: list[RotatingBody], free: float | None) -> Verdict:
+    index, others = [machine.bodies.index(b) for b in bodies], [b for b in machine.bodies if b is not bodies[0]]
     own, vibration = unbalances(machine)[index], Vibration.of(machine).only(index)
-    sense = float(np.sign(averaged.speed[-1]))
-    speed, expected = sense * averaged.speed, None if free is None else sense * free
+    about, whole, sense = [others.index(b) for b in bodies[1:]], record.whole, record.sense
+    expected = None if free is None else sense * free
     scale = abs(own[0]) or float(np.abs(own).max())
-    residual = (own[0] + (own[1:, None] * averaged.phases).sum(axis=0)) / scale if scale else np.zeros(len(speed))
+
+    def unbalance(blocks: Blocks) -> np.ndarray:
+        """What is left of the rotor's unbalance, in its own frame: the share of it (K,), complex."""
+        return (own[0] + own[1:] @ blocks.phases[about]) / scale if scale else np.zeros(len(blocks))
+
     # A body lags that keeps falling back (or running ahead) over the last fifth of the run.
-    late = averaged.last(0.2)
-    mean = float(speed[late].mean())
-    lag = float(np.abs(averaged.followers[:, late].mean(axis=1) - averaged.speed[late].mean()).max(initial=0.0))
-    lag = lag if lag * (averaged.time[-1] - averaged.time[late][0]) > 2 * math.pi else 0.0
+    late = record.last(0.2)
+    mean, *followers = late.mean_speeds
+    lag = float(np.abs(np.array(followers)[about] - mean).max(initial=0.0))
+    lag = lag if lag * (late.time[-1] - late.time[0]) > 2 * math.pi else 0.0
     asynchronous = lag > LAG_TOLERANCE * mean
     reference = expected or mean
-    heading = trend(np.array([speed / reference] if asynchronous else [speed / reference, residual]), STEADY_TOLERANCE)
-    wandering = asynchronous and creep(averaged.followers) > LAG_CREEP_TOLERANCE * lag
-    quiet = not wandering and float(np.ptp(speed[late])) <= MODULATION_THRESHOLD * mean
-    observed = modulation(averaged.time, averaged.angle, speed, MODULATION_THRESHOLD * mean)
+    residual = unbalance(whole)
+    heading = trend(np.array([whole.speed / reference, *([] if asynchronous else [residual])]), STEADY_TOLERANCE)
+    if asynchronous:
+        slipping = trend(whole.followers[about] / lag, LAG_CREEP_TOLERANCE)
+        heading = heading if slipping.steady(LAG_CREEP_TOLERANCE) else slipping
+    quiet = float(late.highest.max() - late.lowest.min()) <= MODULATION_THRESHOLD * mean
+    observed = modulation(record, MODULATION_THRESHOLD * mean)
     sustained = observed if observed is not None and observed.sustained else None
-    last = averaged.last(max(_LAST_SHARE, 2 * PER_TURN / len(speed)))
-    window = last if sustained is None else slice(sustained.begin, sustained.end)
-    phases = {b.name: float(wrapped(np.angle(p[-1]))) for b, p in zip(bodies[1:], averaged.phases, strict=True)}
+    last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
+    window = last if sustained is None else sustained.window
+    phases = {b.name: float(wrapped(np.angle(p))) for b, p in zip(bodies[1:], last.phases[about, -1], strict=True)}
     final = np.array([0.0, *(0.0 if asynchronous else sense * phase for phase in phases.values())])
-    time, angle = averaged.time[window], averaged.angle[window]
     evidence = Evidence(
         turning=True,
-        mean_speed=float((angle[-1] - angle[0]) / (time[-1] - time[0])) * sense,  # over time, not over the turns
-        lowest_speed=float(speed[window].min()),
+        mean_speed=window.mean_speeds[0],
+        lowest_speed=float(window.lowest.min()),
         free_speed=expected,
-        resonance=vibration.last_maximum(expected, final) if expected else None,
-        residual=float(np.abs(residual[window]).max()) if scale else None,
+        resonance=None if expected == 0 else vibration.last_maximum(expected, final),
+        residual=float(np.abs(unbalance(window)).max()) if scale else None,
         lag=lag,
         steady=heading.steady(STEADY_TOLERANCE) and quiet,
         modulated=sustained is not None,
     )
-    verdict = Verdict(classify(evidence), evidence, (float(time[0]), float(time[-1])), phases, heading, sustained)
+    verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), phases, heading, sustained)
     if verdict.outcome is Outcome.UNIDENTIFIED:
         return replace(verdict, advice=_advice(machine, end, heading, observed))
-    settling = _settling_time(averaged.time, speed, residual, None if asynchronous else reference, window, sustained)
+    settling = _settling_time(whole, residual, window, unbalance(window), None if asynchronous else reference, sustained)
     passed = verdict.outcome is Outcome.PASSED and not asynchronous
     faster = passed and _faster_branch(machine, vibration, evidence, sense, final)
     return replace(verdict, settling_time=settling, faster_branch=faster)
@@ -165,23 +173,24 @@ def _faster_branch(machine: Machine, vibration: Vibration, e: Evidence, sense: f
 
 
 def _settling_time(
-    time: np.ndarray, speed: np.ndarray, residual: np.ndarray, reference: float | None, window: slice, cycle: Modulation | None
+    whole: Blocks, residual: np.ndarray, window: Blocks, final: np.ndarray, reference: float | None, cycle: Modulation | None
 ) -> float:
     """From when on the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of what they end with.
 
     With a modulation: from when on both stay within its range, widened by the same amounts.
     """
-    margin, period = SPEED_TOLERANCE * (reference or float(speed[window].mean())), 0.0
+    mean, period = float(window.speed.mean()), 0.0
+    margin = SPEED_TOLERANCE * (reference or mean)
     if cycle is not None:
-        off = (speed < cycle.low - margin) | (speed > cycle.high + margin)
+        off = (whole.lowest < cycle.low - margin) | (whole.highest > cycle.high + margin)
         # The approach may cross the range: settled is what has been seen to repeat, one period after the range is last left.
         period = cycle.period
     else:
-        off = np.abs(speed - speed[window].mean()) > margin
+        off = (whole.highest > mean + margin) | (whole.lowest < mean - margin)
         if reference is not None:
-            off |= np.abs(np.abs(residual) - np.abs(residual[window]).mean()) > UNBALANCE_TOLERANCE
+            off |= np.abs(np.abs(residual) - np.abs(final).mean()) > UNBALANCE_TOLERANCE
     first = int(np.flatnonzero(off).max(initial=-1)) + 1
-    return min(float(time[min(first, len(speed) - 1)]) + period, float(time[-1]))
+    return min(float(whole.middle[min(first, len(whole) - 1)]) + period, float(whole.time[-1]))
 
 
 def _advice(machine: Machine, end: float, heading: Trend, modulation: Modulation | None) -> str:
@@ -194,16 +203,19 @@ def _advice(machine: Machine, end: float, heading: Trend, modulation: Modulation
     return _longer(machine, "the motion is still under way", 2 * end)
 
 
-def _without_turning(machine: Machine, trajectory: Trajectory, speed: np.ndarray, angle: np.ndarray) -> Verdict:
-    n, end, evidence = len(speed) // 4, trajectory.end_time, Evidence(turning=False)
+def _without_turning(machine: Machine, seen: Observation) -> Verdict:
+    end, evidence, half = seen.end_time, Evidence(turning=False), seen.main.last(0.5)
+    n, speeds = len(half.time) // 2, np.maximum(np.abs(half.least_speed), np.abs(half.greatest_speed))
     # Otherwise some turning is left, but fewer turns than are needed to average over.
-    if n >= 2 and not np.ptp(angle[-2 * n :]) > 2 * math.pi:
-        earlier, later = np.abs(speed[-2 * n : -n]).max(), np.abs(speed[-n:]).max()
-        rest = not later > 1e-4 * np.abs(speed).max()
-        swings = bool((speed[-2 * n :] > 0).any() and (speed[-2 * n :] < 0).any())
+    if n >= 1 and not half.greatest_angle.max() - half.least_angle.min() > 2 * math.pi:
+        whole = seen.main.last(1.0)
+        greatest = max(float(np.abs(whole.least_speed).max()), float(whole.greatest_speed.max()))
+        earlier, later = float(speeds[:-n].max()), float(speeds[-n:].max())
+        rest = not later > 1e-4 * greatest
+        swings = bool(half.greatest_speed.max() > 0 and half.least_speed.min() < 0)
         steady = bool(later <= earlier * (1 + 1e-6))
         evidence = Evidence(turning=False, at_rest=rest, moving=swings and not rest, steady=steady)
-    verdict = Verdict(classify(evidence), evidence, (float(trajectory.time[-n]) if n else 0.0, end))
+    verdict = Verdict(classify(evidence), evidence, (float(half.time[-n]) if n else 0.0, end))
     if verdict.outcome is Outcome.UNIDENTIFIED:
         return replace(verdict, advice=_longer(machine, f"fewer than {_FEWEST_TURNS} turns were made", max(4 * end, 1e-9)))
     return replace(verdict, settling_time=end)

@@ -1,0 +1,155 @@
+"""The turns of a motion, in bounded memory."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from wucht.numerics.observers.pyramid import HIGH, LAST, LOW, MEAN, Pyramid
+from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
+
+
+_ROUNDING = 1e-9  # of a turn
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Averages over turns, or of equally many of these in a row (K blocks), with n bodies beside the leading one.
+
+    Speeds are positive in the sense in which that turns.
+
+    size: how many averages a block has. sense: +1 or -1. time, angle, angles (n, K): at the end of each block. speed: mean over
+    time. lowest, highest: of the mean over a turn. followers: mean speeds of the others (n, K).
+    phases: means of exp(i (other - leading)) (n, K). amplitude: the mean of the largest distance over a turn; least_amplitude,
+    greatest_amplitude: of that.
+    """
+
+    size: int
+    sense: int
+    time: np.ndarray
+    angle: np.ndarray
+    angles: np.ndarray
+    speed: np.ndarray
+    lowest: np.ndarray
+    highest: np.ndarray
+    followers: np.ndarray
+    phases: np.ndarray
+    amplitude: np.ndarray
+    least_amplitude: np.ndarray
+    greatest_amplitude: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def turns(self) -> float:
+        """How many turns they are."""
+        return len(self) * self.size / PER_TURN
+
+    @property
+    def middle(self) -> np.ndarray:
+        """The time in the middle of the last turn of each block (K,)."""
+        return np.asarray(self.time - math.pi / self.speed)
+
+    @property
+    def mean_speeds(self) -> np.ndarray:
+        """Mean speeds from the end of the first block to that of the last (1 + n,): of the leading body and of the others."""
+        if len(self) < 2:
+            return np.append(self.speed, self.followers)
+        turned = np.append(self.angle[-1] - self.angle[0], self.angles[:, -1] - self.angles[:, 0])
+        return np.asarray(self.sense * turned / (self.time[-1] - self.time[0]))
+
+    @property
+    def smooth_mean_speeds(self) -> np.ndarray:
+        """Mean speeds (1 + n,) weighted so that a modulation does not count that is cut at the ends.
+
+        J. Laskar, Physica D 67 (1993) 257-281; S. Das, Y. Saiki, E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111-4140.
+        """
+        if len(self) < 3:
+            return self.mean_speeds
+        share = (np.arange(len(self)) + 0.5) / len(self)
+        durations = np.exp(-1 / (share * (1 - share))) / self.speed
+        return np.asarray(np.append(self.speed @ durations, self.followers @ durations) / durations.sum())
+
+    def part(self, which: slice) -> Blocks:
+        """Some of the blocks."""
+        arrays: dict[str, Any] = {name: x[..., which] for name, x in vars(self).items() if isinstance(x, np.ndarray)}
+        return replace(self, **arrays)
+
+    def last(self, share: float) -> Blocks:
+        """The last share of them, at least one."""
+        return self.part(slice(len(self) - max(1, round(share * len(self))), None))
+
+
+@dataclass(frozen=True)
+class TurnRecord:
+    """A motion seen turn by turn: the turns since the leading body last turned back. others: how many bodies there are beside it."""
+
+    others: int
+    observer: TurnObserver = field(default_factory=TurnObserver)
+    passage: int = 0
+    sense: int = 1
+    kept: Pyramid = field(default_factory=lambda: Pyramid(()))
+
+    def after(self, samples: Samples) -> TurnRecord:
+        """The record after a part of the motion, which may begin with the last sample of the part before."""
+        observer, turns = self.observer.after(samples)
+        if not len(turns.time):
+            return replace(self, observer=observer)
+        passage, n = int(turns.passage[-1]), self.others
+        new = turns.part(turns.passage == passage)
+        speed, largest = np.abs(new.speed), new.largest
+        # Equal parts of a turn count alike: the mean speed over time is that of the turns' durations.
+        means = [largest, 2 * math.pi / speed, *new.advance, *new.phases.real, *new.phases.imag]
+        columns = np.array([new.time, new.angle, *new.angles, speed, speed, largest, largest, *means])
+        same = passage == self.passage and self.kept.kinds
+        kinds = (*(LAST,) * (2 + n), LOW, HIGH, LOW, HIGH, *(MEAN,) * (2 + 3 * n))
+        kept = self.kept if same else Pyramid(kinds)
+        return TurnRecord(n, observer, passage, 1 if new.speed[-1] > 0 else -1, kept.after(columns))
+
+    @property
+    def turns(self) -> float:
+        """How many turns were averaged."""
+        return self.kept.count / PER_TURN
+
+    @property
+    def whole(self) -> Blocks:
+        """All turns, in the finest blocks that reach back so far."""
+        return self.last(1.0)
+
+    def whole_turns(self, share: float) -> Blocks:
+        """The last share of all turns: the end of the first block and that of the last are whole turns apart."""
+        made = (self.kept.count + PER_TURN) / PER_TURN  # the first average ends after a turn
+        blocks = self.last(share * made * PER_TURN / self.kept.count if self.kept.count else share)
+        every = max(1, PER_TURN // blocks.size)
+        wanted = max(1, math.floor(share * made + _ROUNDING)) * PER_TURN // blocks.size
+        known = self.last(min(1.0, (wanted + 1) * blocks.size / max(self.kept.count, 1)))
+        return known.part(slice(-1 - min(wanted, (len(known) - 1) // every * every), None)) if len(known) > every else known
+
+    def last(self, share: float) -> Blocks:
+        """The last share of them, likewise."""
+        values, size = self.kept.last(share)
+        n, sense = self.others, self.sense
+        if not len(values):
+            values = np.empty((8 + 4 * n, 0))
+        time, angle, angles = values[0], values[1], values[2 : 2 + n]
+        lowest, highest, least, greatest, amplitude, duration = values[2 + n : 8 + n]
+        advance, real, imaginary = values[8 + n : 8 + 4 * n].reshape(3, n, values.shape[1])
+        return Blocks(
+            size,
+            sense,
+            time,
+            angle,
+            angles,
+            speed=2 * math.pi / duration,
+            lowest=lowest,
+            highest=highest,
+            followers=sense * advance / duration,
+            phases=real + 1j * imaginary,
+            amplitude=amplitude,
+            least_amplitude=least,
+            greatest_amplitude=greatest,
+        )

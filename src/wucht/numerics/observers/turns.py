@@ -1,0 +1,223 @@
+"""From the samples of a motion to its averages over turns of a leading angle, without the ripple within a turn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+
+from wucht.numerics.interpolation import hermite, intervals, where_reached
+from wucht.numerics.peaks import between_samples
+
+PER_TURN = 16  # a power of two, so that sums over a turn are made by doubling, the same whatever the parts
+_STEP = 2 * math.pi / PER_TURN
+_ROUNDING = 1e-9  # of a step: a sample so near before a mark is at it
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A part of a motion.
+
+    time: (N,), increasing. angles, speeds: of the leading body and of n others (1 + n, N). square, rate: of a distance, its
+    square and the derivative of that (N,); zero if none is of interest.
+    """
+
+    time: np.ndarray
+    angles: np.ndarray
+    speeds: np.ndarray
+    square: np.ndarray
+    rate: np.ndarray
+
+    @classmethod
+    def of(cls, time: np.ndarray, *motions: tuple[np.ndarray, np.ndarray]) -> Self:
+        """Angle and speed (N,) of the leading body and of the others."""
+        none = np.zeros(len(time))
+        return cls(time, np.array([angle for angle, _ in motions]), np.array([speed for _, speed in motions]), none, none)
+
+    def part(self, which: slice | np.ndarray) -> Self:
+        """Some of the samples."""
+        square, rate = self.square[which], self.rate[which]
+        return replace(
+            self, time=self.time[which], angles=self.angles[:, which], speeds=self.speeds[:, which], square=square, rate=rate
+        )
+
+    def after(self, before: Samples | None) -> Self:
+        """With the samples before these; one that both have counts once."""
+        if before is None or not len(before.time):
+            return self
+        new = self.part(self.time > before.time[-1])
+        joined = {name: np.concatenate([getattr(before, name), values], axis=-1) for name, values in vars(new).items()}
+        return replace(self, **joined)
+
+
+@dataclass(frozen=True)
+class Turns:
+    """Averages over one turn each, ``PER_TURN`` of them a turn, at fixed angles of the leading body.
+
+    time, angle, angles: at the end of each turn, (K,), of the leading body (K,) and of the others (n, K). speed: the mean of the
+    leading one, 2 pi over the time of the turn, with its sign. advance: by what the others turn in that time (n, K). phases:
+    exp(i (other - leading)) averaged over the turn's angle (n, K): of modulus 1 for a body that turns synchronously. largest:
+    the distance (K,). passage: how often the leading body had turned back before (K,).
+    """
+
+    time: np.ndarray
+    angle: np.ndarray
+    angles: np.ndarray
+    speed: np.ndarray
+    advance: np.ndarray
+    phases: np.ndarray
+    largest: np.ndarray
+    passage: np.ndarray
+
+    @classmethod
+    def none(cls, others: int) -> Self:
+        """No turns."""
+        one, many = np.empty(0), np.empty((others, 0))
+        return cls(one, one, many, one, many, many.astype(complex), one, one.astype(int))
+
+    @classmethod
+    def joined(cls, *parts: Turns) -> Self:
+        """Turns in a row."""
+        return cls(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
+
+    def part(self, which: slice | np.ndarray) -> Self:
+        """Some of them."""
+        return replace(self, **{name: values[..., which] for name, values in vars(self).items()})
+
+    @property
+    def middle(self) -> np.ndarray:
+        """The time in the middle of each turn (K,)."""
+        return np.asarray(self.time - math.pi / np.abs(self.speed))
+
+    @property
+    def count(self) -> float:
+        """The number of turns."""
+        return len(self.time) / PER_TURN
+
+
+@dataclass(frozen=True)
+class _Marks:
+    """Where the leading angle has reached a multiple of a sixteenth turn: time (K,), angles of the others (n, K), and the square
+    of the largest distance since the mark before (K,). The last ones: a turn begins at each."""
+
+    time: np.ndarray
+    angles: np.ndarray
+    square: np.ndarray
+
+    def then(self, later: _Marks) -> _Marks:
+        """Both in a row."""
+        return _Marks(
+            *(np.concatenate([a, b], axis=-1) for a, b in zip(vars(self).values(), vars(later).values(), strict=True))
+        )
+
+    def last(self, count: int) -> _Marks:
+        """The last ones."""
+        return _Marks(*(values[..., max(values.shape[-1] - count, 0) :] for values in vars(self).values()))
+
+
+@dataclass(frozen=True)
+class TurnObserver:
+    """What must be known of a motion to go on averaging.
+
+    sample: the last one. marks: the last turn's. mark: the number of the last one, in the sense of turning. sense: +1, -1, or 0
+    before anything has turned. passage: how often the leading body has turned back. square: of the largest distance since the
+    last mark.
+    """
+
+    sample: Samples | None = None
+    marks: _Marks = field(default_factory=lambda: _no_marks(0))
+    mark: int = 0
+    sense: int = 0
+    passage: int = 0
+    square: float = 0.0
+
+    def after(self, samples: Samples) -> tuple[TurnObserver, Turns]:
+        """What is known after a part of the motion, and the turns that were completed in it.
+
+        The part may begin with the last sample of the part before.
+        """
+        joined, others = samples.after(self.sample), len(samples.angles) - 1
+        if len(joined.time) < 2:
+            return replace(self, sample=joined if len(joined.time) else None), Turns.none(others)
+        senses = np.sign(np.diff(joined.angles[0])).astype(int)
+        turning = np.flatnonzero(senses)
+        if not len(turning):
+            return replace(self, sample=joined.part(slice(-1, None))), Turns.none(others)
+        # An interval in which nothing turns belongs to the stretch before it.
+        filled = senses[turning[np.maximum(np.searchsorted(turning, np.arange(len(senses)), side="right") - 1, 0)]]
+        ends = [0, *(np.flatnonzero(np.diff(filled)) + 1).tolist(), len(senses)]
+        turned = np.abs(np.diff(joined.angles[0, ends]))
+        observer, found = self, [Turns.none(others)]
+        for k, (first, last) in enumerate(zip(ends, ends[1:], strict=False)):
+            sense = int(filled[first])
+            if sense != observer.sense:
+                back = int(observer.sense != 0)
+                observer = TurnObserver(marks=_no_marks(others), sense=sense, passage=observer.passage + back)
+                observer = replace(observer, mark=_mark(sense * joined.angles[0, first]))
+            if k in (0, len(turned) - 1) or turned[k] > 2 * math.pi:
+                observer, turns = observer._along(joined.part(slice(first, last + 1)))
+                found.append(turns)
+        return replace(observer, sample=joined.part(slice(-1, None))), Turns.joined(*found)
+
+    def _along(self, s: Samples) -> tuple[TurnObserver, Turns]:
+        """After samples between which the leading body turns one way."""
+        leader, last = self.sense * s.angles[0], _mark(self.sense * s.angles[0, -1])
+        numbers = np.arange(self.mark + 1, last + 1)
+        squares = between_samples(s.time, s.square, s.rate)
+        if not len(numbers):
+            return replace(self, square=max(self.square, float(squares.max()))), Turns.none(len(s.angles) - 1)
+        at = numbers * _STEP
+        i = intervals(at - _ROUNDING * _STEP, leader)
+        time = where_reached(at, s.time, leader, self.sense * s.speeds[0], i)
+        angles = hermite(time, s.time, s.angles[1:], s.speeds[1:], i)
+        begin = np.append(0, i[:-1])
+        largest = np.maximum(np.maximum.reduceat(squares, begin), squares[i])
+        largest[0] = max(largest[0], self.square)
+        marks = self.marks.then(_Marks(time, angles, largest))
+        observer = replace(self, marks=marks.last(PER_TURN), mark=int(last), square=float(squares[i[-1] :].max()))
+        return observer, self._averaged(marks, last)
+
+    def _averaged(self, marks: _Marks, last: int) -> Turns:
+        """The averages over the turns between marks, the last of which has a number."""
+        count = len(marks.time) - PER_TURN
+        if count < 1:
+            return Turns.none(len(marks.angles))
+        begin, end = marks.time[:-PER_TURN], marks.time[PER_TURN:]
+        leading = self.sense * _STEP * (last - len(marks.time) + 1 + np.arange(len(marks.time)))
+        return Turns(
+            time=end,
+            angle=leading[PER_TURN:],
+            angles=marks.angles[:, PER_TURN:],
+            speed=self.sense * 2 * math.pi / (end - begin),
+            advance=marks.angles[:, PER_TURN:] - marks.angles[:, :-PER_TURN],
+            phases=_turn_means(np.exp(1j * (marks.angles - leading))),
+            largest=np.sqrt(_turn_maxima(marks.square[1:])),
+            passage=np.full(count, self.passage),
+        )
+
+
+def _mark(angle: float) -> int:
+    """The number of the last mark up to an angle."""
+    return math.floor(angle / _STEP + _ROUNDING)
+
+
+def _no_marks(others: int) -> _Marks:
+    return _Marks(np.empty(0), np.empty((others, 0)), np.empty(0))
+
+
+def _turn_means(signal: np.ndarray) -> np.ndarray:
+    """The means (..., K) over each turn of a signal (..., K + PER_TURN) at its marks, whose end points count half each."""
+    total, width = signal, 1
+    while width < PER_TURN:
+        total, width = total[..., :-width] + total[..., width:], 2 * width
+    return np.asarray((total[..., :-1] + (signal[..., PER_TURN:] - signal[..., :-PER_TURN]) / 2) / PER_TURN)
+
+
+def _turn_maxima(signal: np.ndarray) -> np.ndarray:
+    """The largest (K,) of each PER_TURN neighbours (K + PER_TURN - 1,)."""
+    largest, width = signal, 1
+    while width < PER_TURN:
+        largest, width = np.maximum(largest[:-width], largest[width:]), 2 * width
+    return largest

@@ -1,0 +1,1 @@
+"""What is seen of a motion while it runs, and what becomes of the machine."""

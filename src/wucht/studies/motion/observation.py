@@ -1,0 +1,93 @@
+"""What is seen of a machine's motion while it runs: a pure function of the motion, whatever of it is stored."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from wucht.analysis.static import axis_at_rest
+from wucht.machines.machine import Machine
+from wucht.machines.tree import RotatingBody
+from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.trajectory import Trajectory
+from wucht.numerics.observers.turn_record import TurnRecord
+from wucht.numerics.observers.span_record import SpanRecord
+from wucht.numerics.observers.turns import Samples
+from wucht.studies.observables import Orbit
+
+
+@dataclass(frozen=True)
+class Observation:
+    """A motion so far.
+
+    rotors: turn by turn of each rotor, by name; the others beside it are all other bodies in the machine's order. vibration:
+    by periods of a prescribed vibration, beside it all bodies. main: the main rotor over time. end_time: how far.
+    """
+
+    rotors: Mapping[str, TurnRecord]
+    vibration: TurnRecord | None
+    main: SpanRecord
+    end_time: float = 0.0
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Watches a machine. span: of time, in which the fastest motion is sampled several times."""
+
+    machine: Machine
+    span: float
+
+    def begin(self) -> Observation:
+        """Before anything has been seen."""
+        others = len(self.machine.bodies) - 1
+        shaken = self.machine.shaking_frequency is not None
+        rotors = {r.name: TurnRecord(others) for r in self.machine.rotors}
+        return Observation(rotors, TurnRecord(others + 1) if shaken else None, SpanRecord(self.span))
+
+    def after(self, seen: Observation, motion: Trajectory) -> Observation:
+        """After a part of the machine's motion, which may begin with the last sample of the part before."""
+        machine, time = self.machine, motion.time
+        bodies = {b.name: motion_of(machine, motion, b) for b in machine.bodies}
+        square, rate = self._distance(motion)
+        rotors = {}
+        for name, record in seen.rotors.items():
+            samples = Samples.of(time, bodies[name], *(m for n, m in bodies.items() if n != name))
+            if name == machine.rotor.name:
+                main = seen.main.after(replace(samples, angles=samples.angles[:1], speeds=samples.speeds[:1]))
+            rotors[name] = record.after(replace(samples, square=square, rate=rate))
+        vibration, frequency = seen.vibration, machine.shaking_frequency
+        if vibration is not None and frequency is not None:
+            of_motion = frequency * time, np.full(len(time), frequency)
+            vibration = vibration.after(replace(Samples.of(time, of_motion, *bodies.values()), square=square, rate=rate))
+        return Observation(rotors, vibration, main, float(time[-1]))
+
+    def _distance(self, motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+        """The square of the axis' distance from where it rests (N,), and its rate."""
+        orbit = Orbit.of(self.machine, motion.time, self._orbit(motion.time, motion.states, motion.parameters), self._rest)
+        return (orbit.offset**2).sum(axis=0), 2 * (orbit.offset * orbit.velocity).sum(axis=0)
+
+    @cached_property
+    def _rest(self) -> dict[str, float]:
+        return axis_at_rest(self.machine)
+
+    @cached_property
+    def _orbit(self) -> Evaluator:
+        outputs = [o for o in self.machine.system.outputs if o.name.startswith("orbit.")]
+        return Evaluator.of(self.machine.system, [o.expression for o in outputs], [o.name for o in outputs])
+
+
+def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> tuple[np.ndarray, np.ndarray]:
+    """Angle and speed of a body over a run, (N,) each."""
+    angle = trajectory.states[machine.row(body.coordinate.position)]
+    if body.coordinate.prescribed is not None:
+        return angle, machine.prescribed_speed(body.coordinate, trajectory.time)
+    return angle, trajectory.states[machine.row(body.coordinate.velocity)]
+
+
+def fastest_of(machine: Machine, states: np.ndarray) -> float:
+    """The largest speed (rad per time) at which a body of the machine turns in states (n, N)."""
+    free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
+    return float(np.abs(states[free]).max(initial=0.0)) if free else 0.0
