@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from enum import StrEnum
@@ -10,6 +11,8 @@ from typing import Self
 SPEED_TOLERANCE = 0.005  # of what the drive reaches without vibration: contract, "compensated"
 UNBALANCE_TOLERANCE = 0.01  # of the rotor's unbalance: contract, "compensated"
 LAG_TOLERANCE = 0.001  # of the rotor's mean speed; more is another motion than a synchronous one
+MODULATION_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: less is not called a modulation
+AT_REST = 1e-4  # of the largest speed
 
 
 class Outcome(StrEnum):
@@ -39,91 +42,149 @@ class Outcome(StrEnum):
     FAILED = "failed", "the run failed"
 
 
+Bounds = tuple[float, float]  # between which something will stay, as far as it can be told
+_NOTHING: Bounds = (0.0, 0.0)
+
+
 @dataclass(frozen=True)
 class Evidence:
-    """What the criteria need, all over the last window; speeds positive in the sense in which the drive turns.
+    """What the criteria need: of numbers the bounds between which they will stay. Speeds are positive as the rotor turns.
 
-    mean_speed, lowest_speed: of the rotor, averaged over turns (mean and least). free_speed: what the drive reaches without
-    vibration, None if that is not determined. resonance: speed of the last maximum of the vibration torque below it, None if
-    there is none. residual: largest share of the rotor's unbalance that is left (1: as without balancers), None without
-    unbalance. lag: the largest amount by which a body lags behind the rotor, in speed. steady: nothing changes any more.
-    modulated: with a range that neither grows nor decays. turning: at least a few turns were made. moving: an oscillation is
-    left.
+    turning: at least a few turns were made. mean_speed, lowest_speed: of the rotor, averaged over turns. settled: its mean speed
+    will not change by more than 0.5 % any more. free_speed: what the drive reaches without vibration, None if that is not
+    determined. resonance: speed of the last maximum of the vibration torque below it, None if there is none. residual: largest
+    share of the rotor's unbalance that is left (1: as without balancers), None without unbalance. lags: by how much each body
+    lags behind the rotor, as a share of its speed. modulation: the range of the speed, as a share of it. swing: of a rotor that
+    does not turn any more the largest speed, as a share of the largest there was.
     """
 
     turning: bool
-    mean_speed: float = 0.0
-    lowest_speed: float = 0.0
+    mean_speed: Bounds = _NOTHING
+    lowest_speed: Bounds = _NOTHING
+    settled: bool = True
     free_speed: float | None = None
     resonance: float | None = None
-    residual: float | None = None
-    lag: float = 0.0
-    steady: bool = False
-    modulated: bool = False
-    moving: bool = False
-    at_rest: bool = False
+    residual: Bounds | None = None
+    lags: tuple[Bounds, ...] = ()
+    modulation: Bounds = _NOTHING
+    swing: Bounds = (0.0, math.inf)
     beyond_limit: bool = False
+
+    @property
+    def at_speed(self) -> bool | None:
+        """Whether the rotor holds what the drive reaches without vibration, within 0.5 %; None: it cannot be told."""
+        if self.free_speed is None:
+            return False
+        reach = SPEED_TOLERANCE * abs(self.free_speed)
+        limits = self.free_speed - reach, self.free_speed + reach
+        each = [_within(bounds, *limits) for bounds in (self.mean_speed, self.lowest_speed)]
+        return False if False in each else None if None in each else True
+
+    @property
+    def balanced(self) -> bool | None:
+        """Whether less than 1 % of the unbalance is left, likewise."""
+        return False if self.residual is None else _not(_above(self.residual, UNBALANCE_TOLERANCE, or_at=True))
+
+    @property
+    def asynchronous(self) -> bool | None:
+        """Whether a body lags by more than 0.1 % of the speed, likewise."""
+        each = [_within(lag, -LAG_TOLERANCE, LAG_TOLERANCE) for lag in self.lags]
+        return True if False in each else None if None in each else False
+
+    @property
+    def beyond(self) -> bool | None:
+        """Whether the rotor stays beyond its resonance, likewise."""
+        return True if self.resonance is None else _above(self.lowest_speed, self.resonance)
+
+    @property
+    def modulated(self) -> bool | None:
+        """Whether the speed varies by more than 0.2 %, likewise."""
+        return _above(self.modulation, MODULATION_THRESHOLD)
+
+
+def _within(bounds: Bounds, low: float, high: float) -> bool | None:
+    """Whether what stays between bounds stays between limits."""
+    return True if low <= bounds[0] and bounds[1] <= high else False if bounds[1] < low or high < bounds[0] else None
+
+
+def _above(bounds: Bounds, limit: float, *, or_at: bool = False) -> bool | None:
+    """Whether it stays above a limit."""
+    above = bounds[0] >= limit if or_at else bounds[0] > limit
+    below = bounds[1] < limit if or_at else bounds[1] <= limit
+    return True if above else False if below else None
+
+
+def _not(fact: bool | None) -> bool | None:
+    return None if fact is None else not fact
 
 
 def classify(e: Evidence) -> Outcome:
-    """The outcome. The order of the criteria:
+    """The outcome, if all that can still come of the motion gives the same; else ``unidentified``. The order of the criteria:
 
     1. ``runaway``: beyond the given limit.
-    2. not turning: ``oscillating`` if a steady oscillation is left, ``stopped`` if nothing moves, else ``unidentified``.
-    3. ``compensated``: mean and lowest speed within 0.5 % of the free speed, less than 1 % of the unbalance left, no lag.
-    4. ``balancer-captured``: a body lags, while the rotor holds its free speed within 0.5 % or stays beyond the resonance.
-    5. ``captured``: steady, at or before the resonance.
-    6. ``captured-modulated``: modulated, and at or before the resonance at least once a period.
-    7. ``passed``: steady or modulated beyond the resonance, or there is no resonance below the free speed.
-    8. ``unidentified``: anything else.
+    2. not turning: ``stopped`` if no more than a ten-thousandth of the largest speed will be left, ``oscillating`` if more stays.
+    3. ``unidentified``: the mean speed is not settled.
+    4. ``compensated``: mean and lowest speed within 0.5 % of the free speed, less than 1 % of the unbalance left, no body lags.
+    5. ``balancer-captured``: a body lags, while the rotor holds its free speed within 0.5 % or stays beyond the resonance.
+    6. ``passed``: beyond the resonance, or there is none below the free speed.
+    7. ``captured-modulated``: modulated, and at or before the resonance at least once a period. ``captured``: not modulated.
     """
     if e.beyond_limit:
         return Outcome.RUNAWAY
     if not e.turning:
-        oscillating = e.moving and (e.steady or e.modulated)
-        return Outcome.STOPPED if e.at_rest else Outcome.OSCILLATING if oscillating else Outcome.UNIDENTIFIED
-    at_speed = e.free_speed is not None and all(
-        abs(w - e.free_speed) <= SPEED_TOLERANCE * abs(e.free_speed) for w in (e.mean_speed, e.lowest_speed)
-    )
-    asynchronous = e.lag > LAG_TOLERANCE * abs(e.mean_speed)
-    if at_speed and not asynchronous and e.residual is not None and e.residual < UNBALANCE_TOLERANCE:
-        return Outcome.COMPENSATED
-    if not (e.steady or e.modulated):
+        swings = _above(e.swing, AT_REST)
+        return Outcome.UNIDENTIFIED if swings is None else Outcome.OSCILLATING if swings else Outcome.STOPPED
+    if not e.settled:
         return Outcome.UNIDENTIFIED
-    beyond = e.resonance is None or e.lowest_speed > e.resonance
+    facts = (e.at_speed, e.balanced, e.asynchronous, e.beyond, e.modulated)
+    possible = {_outcome(*each) for each in itertools.product(*((True, False) if f is None else (f,) for f in facts))}
+    return possible.pop() if len(possible) == 1 else Outcome.UNIDENTIFIED
+
+
+def _outcome(at_speed: bool, balanced: bool, asynchronous: bool, beyond: bool, modulated: bool) -> Outcome:
+    """The outcome of a motion of which all is known."""
+    if at_speed and balanced and not asynchronous:
+        return Outcome.COMPENSATED
     if beyond or (asynchronous and at_speed):
         return Outcome.BALANCER_CAPTURED if asynchronous else Outcome.PASSED
-    return Outcome.CAPTURED_MODULATED if e.modulated else Outcome.CAPTURED
+    return Outcome.CAPTURED_MODULATED if modulated else Outcome.CAPTURED
 
 
 LOCK_TOLERANCE = 1e-3  # of the mean speed: contract, "by the mean speed over whole periods"
 FEWEST_PERIODS = 5
+PHASE_TOLERANCE = 0.2 * math.pi
 
 
 @dataclass(frozen=True)
 class Locking:
-    """Mean speeds over whole periods, in magnitude: of the rotors, and the frequency of a prescribed vibration if there is one.
+    """Of rotors that may be entrained. periods: how many whole ones were seen.
 
-    periods: how many. creep: by how much the slow phase moved in the second half of them, in rad.
+    apart: by how much the mean speed of each compared rotor differs from the reference, as a share of that; phases: the slow
+    phases to it, in rad; both the bounds between which they will stay. bounded: whether the speeds will.
     """
 
-    speeds: tuple[float, ...]
-    frequency: float | None
     periods: int
-    creep: float
+    apart: tuple[Bounds, ...]
+    phases: tuple[Bounds, ...]
+    bounded: bool = True
 
-    def outcome(self) -> Outcome:
-        """The outcome. Without enough periods it is ``unidentified``.
+    @property
+    def locked(self) -> bool | None:
+        """Whether all turn at one mean speed with phases at rest; None: it cannot be told.
 
-        With a prescribed vibration: ``entrained`` if the main rotor's mean speed is its frequency within 0.1 % and its phase
-        has come to rest (it moved by less than a tenth of a turn), else ``not-entrained``. With several rotors:
-        ``synchronised`` if all have the main rotor's mean speed within 0.1 %, likewise, else ``not-synchronised``.
+        Locked: within 0.1 %, with phases that will move by less than a tenth of a turn. Not: a rotor is further off for good.
         """
         if self.periods < FEWEST_PERIODS:
-            return Outcome.UNIDENTIFIED
-        reference = self.frequency if self.frequency is not None else self.speeds[0]
-        compared = self.speeds[:1] if self.frequency is not None else self.speeds[1:]
-        same = all(abs(w - reference) <= LOCK_TOLERANCE * reference for w in compared) and self.creep < 0.2 * math.pi
-        if self.frequency is not None:
-            return Outcome.ENTRAINED if same else Outcome.NOT_ENTRAINED
-        return Outcome.SYNCHRONISED if same else Outcome.NOT_SYNCHRONISED
+            return None
+        each = [_within(off, -LOCK_TOLERANCE, LOCK_TOLERANCE) for off in self.apart]
+        if False in each:
+            return False if self.bounded else None
+        at_rest = all(high - low < PHASE_TOLERANCE for low, high in self.phases)
+        return True if at_rest and None not in each else None
+
+    def outcome(self, *, by_vibration: bool) -> Outcome:
+        """``entrained`` or ``synchronised``, not so, or ``unidentified``. by_vibration: the reference is a prescribed vibration."""
+        yes, no = (
+            (Outcome.ENTRAINED, Outcome.NOT_ENTRAINED) if by_vibration else (Outcome.SYNCHRONISED, Outcome.NOT_SYNCHRONISED)
+        )
+        return Outcome.UNIDENTIFIED if self.locked is None else yes if self.locked else no

@@ -11,7 +11,6 @@ import numpy as np
 from wucht.numerics.observers.pyramid import HIGH, LAST, LOW, MEAN, Pyramid
 from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
 
-
 _ROUNDING = 1e-9  # of a turn
 
 

@@ -12,7 +12,6 @@ import numpy as np
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed, sense_of
 from wucht.numerics.flow.compiled import compile_system
-from wucht.results.outcomes import Outcome
 from wucht.studies.entrainment.prepare import Plan
 from wucht.studies.entrainment.swept_parameter import stretches
 from wucht.studies.motion.locking import Locked, locked
@@ -26,10 +25,7 @@ _TIMES = 25.0  # decay times of the slowest disturbance
 _MOST_PERIODS = 20_000
 _DOUBLINGS = 5
 _STEADY = 1e-4  # rad: a phase that moves more than this in the last quarter is not yet steady
-_NEAR = 0.01  # of the mean speed: a rotor so near the frequency may be modulated very slowly
-_ASYNCHRONOUS = 4 * math.pi  # rad: after two turns of the phase in the last quarter it is clear that it rotates asynchronously
 _CHANGING = 0.02  # of the mean speed: between the halves of the window, a run-up that continues
-_ENTRAINED = (Outcome.ENTRAINED, Outcome.SYNCHRONISED)
 _PROBES = 8  # runs to each side of an edge, over the distance of two values of the scan
 
 
@@ -100,23 +96,21 @@ class RunsFromStart:
             half = seen.main.last(0.5)
             window = float(half.time[0]), float(half.time[-1])
             return replace(run, window=window, mean_speed=float(np.ptp(half.angle[[0, -1]])) / (window[1] - window[0]))
-        entrained = means.evidence.outcome() in _ENTRAINED and (
+        entrained = means.evidence.locked is True and (
             self.senses is None or all(self.senses[r.name] * means.speeds[r.name] > 0 for r in machine.rotors)
         )
         mean = (means.speeds if entrained else means.smooth_speeds)[machine.rotor.name]
-        run = replace(run, entrained=entrained, mean_speed=mean, window=means.window, creep=means.evidence.creep)
+        run = replace(run, entrained=entrained, mean_speed=mean, window=means.window, creep=means.creep)
         return replace(run, speeds=means.speeds, phases=means.phases)
 
     def _decided(self, end: float, means: Locked) -> bool:
         if end >= _MOST_PERIODS * self.period:
             return True
-        evidence = means.evidence
-        if evidence.outcome() in _ENTRAINED:
-            return evidence.creep < _STEADY
-        reference, *others = evidence.speeds if evidence.frequency is None else (evidence.frequency, evidence.speeds[0])
-        if all(abs(w - reference) < _NEAR * reference for w in others) and evidence.creep < _ASYNCHRONOUS:
+        if means.evidence.locked is None:
             return False
-        return means.change < _CHANGING * max(*evidence.speeds, reference)
+        return (
+            means.creep < _STEADY if means.evidence.locked else means.change < _CHANGING * max(map(abs, means.speeds.values()))
+        )
 
 
 def senses_of(machine: Machine, initial: np.ndarray, own: RunFromStart) -> dict[str, float]:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from wucht.machines.machine import Machine
+from wucht.numerics.observers.projection import AHEAD, Projection, projected, windows_of
+from wucht.numerics.observers.turn_record import Blocks
 from wucht.numerics.observers.turns import PER_TURN
 from wucht.results.conventions import wrapped
 from wucht.results.outcomes import Locking
 from wucht.studies.motion.observation import Observation
 
+_AT_REST = 1e-4  # rad: a phase that moves less from window to window is at rest
+_BOUNDED = 0.2  # of the mean speed: it will not change by more where the rotors are not locked for good
 _SHARE = 0.5  # of the run: the last part, over which is averaged
 
 
@@ -25,7 +29,7 @@ class Locked:
     speeds: of all rotors over whole periods, with their signs. phases: of the other rotors to the main one, or of the main
     rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods, wrapped to [0, 2 pi). window:
     begin and end time. smooth_speeds: the same as ``speeds``, where a modulation is cut at the ends. change: the largest between
-    the halves of the window.
+    the halves of the window. creep: by how much the slow phases moved in the second half of it, in rad.
     """
 
     evidence: Locking
@@ -34,6 +38,7 @@ class Locked:
     window: tuple[float, float]
     smooth_speeds: dict[str, float]
     change: float
+    creep: float
 
 
 def is_locking(machine: Machine) -> bool:
@@ -60,15 +65,42 @@ def locked(machine: Machine, seen: Observation) -> Locked | None:
     speeds, smooth = (of_rotors((half.sense * x).tolist()) for x in (half.mean_speeds, half.smooth_mean_speeds))
     earlier, later = (of_rotors(part.smooth_mean_speeds) for part in (half.part(slice(len(half) // 2)), half.last(0.5)))
     phases = rotor_phases(machine, half.time, of_rotors(np.array([half.angle, *half.angles])))
-    creep = max((float(abs(p[-1] - p[len(half) // 2])) for p in phases.values()), default=0.0)
+    evidence = _evidence(machine, record.whole, periods, of_rotors)
+    # Rotors that turn at speeds of their own have no period in common.
+    apart = not by_vibration and evidence.locked is False
     return Locked(
-        evidence=Locking(tuple(map(abs, speeds.values())), frequency, periods, creep),
-        speeds=speeds,
+        evidence,
+        speeds=smooth if apart else speeds,
         phases={name: float(wrapped(p[-max(1, len(half) // 10) :].mean())) for name, p in phases.items()},
         window=(float(half.time[0]), float(half.time[-1])),
         smooth_speeds=smooth,
         change=max(float(abs(later[name] - earlier[name])) for name in speeds),
+        creep=max((float(abs(p[-1] - p[len(half) // 2])) for p in phases.values()), default=0.0),
     )
+
+
+def _evidence(machine: Machine, whole: Blocks, periods: int, of_rotors: Callable[[np.ndarray], dict[str, Any]]) -> Locking:
+    """What the criteria need. of_rotors: of values for the leading motion and those beside it, those of the rotors."""
+    phases = rotor_phases(machine, whole.time, of_rotors(np.array([whole.angle, *whole.angles])))
+    each = of_rotors(np.array([np.ones(len(whole)), *(whole.followers / whole.speed)]))
+    main, frequency = machine.rotor.name, machine.shaking_frequency
+    durations = windows_of(1 / whole.speed).mean(axis=1)
+    means = {name: np.abs(windows_of(x / whole.speed).mean(axis=1)) / durations for name, x in each.items()}
+    compared = [means[main]] if frequency is not None else [x for name, x in means.items() if name != main]
+    reference = abs(frequency) if frequency is not None else means[main]
+    if not durations.size or not np.isfinite(durations).all():
+        return Locking(0, (), ())
+    bounded = projected(means[main], AHEAD, 1e-9)
+    return Locking(
+        periods,
+        tuple(_bounds(projected(x / reference - 1, AHEAD, 1e-9)) for x in compared),
+        tuple(_bounds(projected(windows_of(p).mean(axis=1), AHEAD, _AT_REST)) for p in phases.values()),
+        bounded.width <= _BOUNDED * abs(bounded.last),
+    )
+
+
+def _bounds(p: Projection) -> tuple[float, float]:
+    return p.low, p.high
 
 
 def rotor_phases(machine: Machine, time: np.ndarray, angles: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

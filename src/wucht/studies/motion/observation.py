@@ -13,8 +13,8 @@ from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.numerics.observers.turn_record import TurnRecord
 from wucht.numerics.observers.span_record import SpanRecord
+from wucht.numerics.observers.turn_record import TurnRecord
 from wucht.numerics.observers.turns import Samples
 from wucht.studies.observables import Orbit
 

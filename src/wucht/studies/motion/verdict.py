@@ -1,4 +1,4 @@
-"""From what was seen of a motion to the evidence, the outcome, and what goes into the summary."""
+"""From what was seen of a motion to the outcome, and what goes into the summary."""
 
 from __future__ import annotations
 
@@ -7,58 +7,71 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wucht.analysis.vibration import Vibration, unbalances
 from wucht.machines.machine import Machine
-from wucht.machines.operation import net_torque
-from wucht.machines.tree import RotatingBody
-from wucht.numerics.observers.modulation import Modulation, modulation
-from wucht.numerics.observers.turn_record import Blocks, TurnRecord
-from wucht.numerics.observers.trend import UNKNOWN, Trend, trend
-from wucht.results.conventions import wrapped
+from wucht.machines.operation import free_speed, net_torque
+from wucht.numerics.observers.modulation import Modulation
+from wucht.numerics.observers.projection import AHEAD, Course, Projection, projected, windows_of
+from wucht.numerics.observers.turn_record import Blocks
 from wucht.results.outcomes import (
     FEWEST_PERIODS,
-    LAG_TOLERANCE,
     SPEED_TOLERANCE,
     UNBALANCE_TOLERANCE,
     Evidence,
     Outcome,
     classify,
 )
+from wucht.studies.motion.evidence import Standing, standing
 from wucht.studies.motion.locking import Locked, is_locking, locked
 from wucht.studies.motion.observation import Observation
 
-STEADY_TOLERANCE = 1e-3  # of the free speed and of the rotor's unbalance
-MODULATION_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: less is not called a modulation
-LAG_CREEP_TOLERANCE = 0.02  # of the lag: by how much the mean speed of a body that lags may wander between windows
 _FEWEST_TURNS = 6
-_LAST_SHARE = 0.05
+_LONGER = 8.0  # times the run, where nothing says how long
 _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a run. window: begin and end time of the last window. phases: circular means over the last turn.
+    """What became of a run.
 
-    settling_time, modulation, advice: None where they do not apply. faster_branch: the drive could hold a higher speed as well.
+    standing: where the main rotor stands, None if it does not turn. window: begin and end time of the last window. phases:
+    circular means over the last turn. settling_time, modulation, advice, needed: None where they do not apply; needed is the
+    time that decides. faster_branch: the drive could hold a higher speed as well. rotors: of several, what became of each.
     """
 
     outcome: Outcome
     evidence: Evidence
     window: tuple[float, float]
-    phases: dict[str, float] = field(default_factory=dict)
-    trend: Trend = UNKNOWN
-    modulation: Modulation | None = None
+    standing: Standing | None = None
+    speed: float = 0.0
     settling_time: float | None = None
     advice: str | None = None
+    needed: float | None = None
     faster_branch: bool = False
     locked: Locked | None = None
+    rotors: dict[str, Outcome] = field(default_factory=dict)
 
     @property
     def sentence(self) -> str:
         """The outcome in words."""
         if self.outcome is Outcome.PASSED and self.evidence.resonance is None:
             return "the rotor settles, and no resonance lies below the speed of its drive; unbalance is left"
-        return self.outcome.sentence
+        held = [name for name, o in self.rotors.items() if o in (Outcome.CAPTURED, Outcome.CAPTURED_MODULATED)]
+        return self.outcome.sentence + (f"; captured at the resonance: {', '.join(held)}" if held else "")
+
+    @property
+    def modulation(self) -> Modulation | None:
+        """Of the main rotor's speed."""
+        return None if self.standing is None else self.standing.modulation
+
+    @property
+    def phases(self) -> dict[str, float]:
+        """Of the bodies about the main rotor."""
+        return {} if self.standing is None else self.standing.phases
+
+    @property
+    def residual(self) -> float | None:
+        """The largest share of the unbalance that is left in the window."""
+        return None if self.standing is None else self.standing.residual
 
     def settled_within(self, tolerance: float) -> bool:
         """Whether the outcome is known and the numbers will change by less than the tolerance."""
@@ -66,27 +79,29 @@ class Verdict:
             return False
         if self.locked is not None:
             return self.locked.evidence.periods >= _LOCKED_PERIODS
-        return self.evidence.modulated or not self.evidence.turning or self.trend.steady(tolerance)
+        if self.standing is None or self.evidence.modulated or self.evidence.asynchronous:
+            return True
+        sizes = (self.evidence.free_speed or self.speed, 1.0)
+        return all(p.width <= tolerance * abs(size) for p, size in zip(self.standing.projections, sizes, strict=False))
 
 
 def judge(machine: Machine, seen: Observation, free: float | None, failure: str | None = None, beyond: bool = False) -> Verdict:
     """Decide the outcome of a run.
 
-    free: what the drive reaches without vibration, at the end of the run. failure: why the run failed, if it did. beyond: whether
-    it ended because it reached the speed limit.
+    free: what the drive reaches without vibration, at the end of the run. failure: why the run failed, if it did. beyond:
+    whether it ended because it reached the speed limit.
     """
     machine = machine.at(seen.end_time)
-    bodies, record = machine.group(machine.rotor), seen.rotors[machine.rotor.name]
-    angle = seen.main.last(0.25)
-    if record.turns < _FEWEST_TURNS or angle.greatest_angle.max() - angle.least_angle.min() < 2 * math.pi:
+    record, angle = seen.rotors[machine.rotor.name], seen.main.last(0.25)
+    if record.turns < _FEWEST_TURNS or not len(angle.time) or angle.greatest_angle.max() - angle.least_angle.min() < 2 * math.pi:
         verdict = _without_turning(machine, seen)
     else:
-        verdict = _turning(machine, seen.end_time, record, bodies, free)
+        verdict = _turning(machine, seen, free)
     if failure:
-        return replace(verdict, outcome=Outcome.FAILED, advice=None)
+        return replace(verdict, outcome=Outcome.FAILED, advice=None, needed=None)
     if beyond:
         evidence = replace(verdict.evidence, beyond_limit=True)
-        return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None)
+        return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None, needed=None)
     turning = verdict.evidence.turning or verdict.outcome is Outcome.UNIDENTIFIED
     return _by_locking(machine, seen, verdict) if is_locking(machine) and turning else verdict
 
@@ -96,126 +111,109 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
     means = locked(machine, seen)
     if means is None:
         return verdict
-    outcome, advice, (begin, end) = means.evidence.outcome(), None, means.window
+    outcome = means.evidence.outcome(by_vibration=seen.vibration is not None)
+    verdict = replace(verdict, outcome=outcome, window=means.window, locked=means, advice=None, needed=None)
+    verdict = replace(verdict, speed=abs(means.speeds[machine.rotor.name]), evidence=replace(verdict.evidence, turning=True))
     if outcome is Outcome.UNIDENTIFIED:
-        needed = 2 * (FEWEST_PERIODS + 1) * (end - begin) / max(means.evidence.periods, 1)
-        advice = _longer(machine, f"fewer than {FEWEST_PERIODS} whole periods were made in the last half", needed)
-    evidence = replace(verdict.evidence, mean_speed=abs(means.speeds[machine.rotor.name]), turning=True)
-    return replace(verdict, outcome=outcome, evidence=evidence, window=means.window, locked=means, advice=advice)
+        begin, end = means.window
+        if means.evidence.periods < FEWEST_PERIODS:
+            needed = 2 * (FEWEST_PERIODS + 1) * (end - begin) / max(means.evidence.periods, 1)
+            why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
+            return _undecided(machine, verdict, why, needed)
+        return _undecided(machine, verdict, "the phases still move", _LONGER * seen.end_time)
+    return replace(verdict, rotors=_of_several(machine, seen))
 
 
-def _longer(machine: Machine, why: str, until: float) -> str:
-    return f"{why}: run at least until {until:.3g} {machine.units.time}".rstrip()
+def _of_several(machine: Machine, seen: Observation) -> dict[str, Outcome]:
+    """What became of each of several rotors that are free to turn."""
+    free = [r for r in machine.rotors if r.coordinate.prescribed is None]
+    outcomes = {}
+    for rotor in free if len(free) > 1 else []:
+        record = seen.rotors[rotor.name]
+        if record.turns >= _FEWEST_TURNS:
+            stands = standing(machine, rotor, record, free_speed(machine, rotor, seen.end_time))
+            outcomes[rotor.name] = classify(stands.evidence)
+    return outcomes
 
 
-def _turning(machine: Machine, end: float, record: TurnRecord, bodies: list[RotatingBody], free: float | None) -> Verdict:
-    index, others = [machine.bodies.index(b) for b in bodies], [b for b in machine.bodies if b is not bodies[0]]
-    own, vibration = unbalances(machine)[index], Vibration.of(machine).only(index)
-    about, whole, sense = [others.index(b) for b in bodies[1:]], record.whole, record.sense
-    expected = None if free is None else sense * free
-    scale = abs(own[0]) or float(np.abs(own).max())
+def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Verdict:
+    advice = f"{why}: run at least until {until:.3g} {machine.units.time}".rstrip()
+    return replace(verdict, advice=advice, needed=until)
 
-    def unbalance(blocks: Blocks) -> np.ndarray:
-        """What is left of the rotor's unbalance, in its own frame: the share of it (K,), complex."""
-        return (own[0] + own[1:] @ blocks.phases[about]) / scale if scale else np.zeros(len(blocks))
 
-    # A body lags that keeps falling back (or running ahead) over the last fifth of the run.
-    late = record.last(0.2)
-    mean, *followers = late.mean_speeds
-    lag = float(np.abs(np.array(followers)[about] - mean).max(initial=0.0))
-    lag = lag if lag * (late.time[-1] - late.time[0]) > 2 * math.pi else 0.0
-    asynchronous = lag > LAG_TOLERANCE * mean
-    reference = expected or mean
-    residual = unbalance(whole)
-    heading = trend(np.array([whole.speed / reference, *([] if asynchronous else [residual])]), STEADY_TOLERANCE)
-    if asynchronous:
-        slipping = trend(whole.followers[about] / lag, LAG_CREEP_TOLERANCE)
-        heading = heading if slipping.steady(LAG_CREEP_TOLERANCE) else slipping
-    quiet = float(late.highest.max() - late.lowest.min()) <= MODULATION_THRESHOLD * mean
-    observed = modulation(record, MODULATION_THRESHOLD * mean)
-    sustained = observed if observed is not None and observed.sustained else None
-    last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
-    window = last if sustained is None else sustained.window
-    phases = {b.name: float(wrapped(np.angle(p))) for b, p in zip(bodies[1:], last.phases[about, -1], strict=True)}
-    final = np.array([0.0, *(0.0 if asynchronous else sense * phase for phase in phases.values())])
-    evidence = Evidence(
-        turning=True,
-        mean_speed=window.mean_speeds[0],
-        lowest_speed=float(window.lowest.min()),
-        free_speed=expected,
-        resonance=None if expected == 0 else vibration.last_maximum(expected, final),
-        residual=float(np.abs(unbalance(window)).max()) if scale else None,
-        lag=lag,
-        steady=heading.steady(STEADY_TOLERANCE) and quiet,
-        modulated=sustained is not None,
-    )
-    verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), phases, heading, sustained)
+def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
+    record = seen.rotors[machine.rotor.name]
+    stands = standing(machine, machine.rotor, record, free)
+    evidence, window = stands.evidence, stands.window
+    verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), stands, stands.speed)
     if verdict.outcome is Outcome.UNIDENTIFIED:
-        return replace(verdict, advice=_advice(machine, end, heading, observed))
-    settling = _settling_time(whole, residual, window, unbalance(window), None if asynchronous else reference, sustained)
-    passed = verdict.outcome is Outcome.PASSED and not asynchronous
-    faster = passed and _faster_branch(machine, vibration, evidence, sense, final)
-    return replace(verdict, settling_time=settling, faster_branch=faster)
+        return _undecided(machine, verdict, *_advice(seen.end_time, stands))
+    passed = verdict.outcome is Outcome.PASSED
+    return replace(
+        verdict, settling_time=_settling_time(record.whole, stands), faster_branch=passed and _faster_branch(machine, stands)
+    )
 
 
-def _faster_branch(machine: Machine, vibration: Vibration, e: Evidence, sense: float, phases: np.ndarray) -> bool:
+def _faster_branch(machine: Machine, stands: Standing) -> bool:
     """Whether the drive's torque exceeds the vibration torque again somewhere between the speed reached and the free speed."""
+    e, sense = stands.evidence, stands.sense
     if e.free_speed is None or e.resonance is None or machine.rotor.coordinate.prescribed is not None:
         return False
     torque = net_torque(machine, machine.rotor)
-    speeds = np.linspace(e.mean_speed, e.free_speed, 402)[1:-1]
+    speeds = np.linspace(stands.speed, e.free_speed, 402)[1:-1]
     drive = np.array([sense * torque(sense * w) for w in speeds])
-    balance = drive - vibration.torque(speeds, phases)[0]
+    balance = drive - stands.vibration.torque(speeds, stands.final_phases)[0]
     # Between two branches the vibration takes more than the drive gives: without such a gap there is only one.
     small = 1e-3 * float(np.abs(drive).max())
     short = np.flatnonzero(balance < -small)
     return bool(len(short) and (balance[short[0] :] > small).any())
 
 
-def _settling_time(
-    whole: Blocks, residual: np.ndarray, window: Blocks, final: np.ndarray, reference: float | None, cycle: Modulation | None
-) -> float:
+def _settling_time(whole: Blocks, stands: Standing) -> float:
     """From when on the speed stays within 0.5 % (of the free speed) and the unbalance within 1 % of what they end with.
 
     With a modulation: from when on both stay within its range, widened by the same amounts.
     """
-    mean, period = float(window.speed.mean()), 0.0
-    margin = SPEED_TOLERANCE * (reference or mean)
+    period, reference = 0.0, stands.evidence.free_speed or stands.speed
+    margin, low, high, cycle = SPEED_TOLERANCE * reference, stands.speed, stands.speed, stands.modulation
     if cycle is not None:
-        off = (whole.lowest < cycle.low - margin) | (whole.highest > cycle.high + margin)
         # The approach may cross the range: settled is what has been seen to repeat, one period after the range is last left.
-        period = cycle.period
-    else:
-        off = (whole.highest > mean + margin) | (whole.lowest < mean - margin)
-        if reference is not None:
-            off |= np.abs(np.abs(residual) - np.abs(final).mean()) > UNBALANCE_TOLERANCE
+        low, high, period = cycle.low, cycle.high, cycle.period
+    off = (whole.highest > high + margin) | (whole.lowest < low - margin)
+    if cycle is None and not stands.evidence.asynchronous:
+        left, final = stands.share_left(whole), stands.share_left(stands.window)
+        off |= np.abs(left - final.mean()) > UNBALANCE_TOLERANCE
     first = int(np.flatnonzero(off).max(initial=-1)) + 1
     return min(float(whole.middle[min(first, len(whole) - 1)]) + period, float(whole.time[-1]))
 
 
-def _advice(machine: Machine, end: float, heading: Trend, modulation: Modulation | None) -> str:
-    if modulation is not None:
-        needed = max(2 * end, end + 10 * modulation.period)
-        return _longer(machine, f"a modulation of period {modulation.period:.4g} still changes", needed)
-    if math.isfinite(heading.windows_needed):
-        needed = end + max(0.2 * end, (1 + heading.windows_needed) * 0.1 * end)
-        return _longer(machine, "the motion still approaches its end", needed)
-    return _longer(machine, "the motion is still under way", 2 * end)
+def _advice(end: float, stands: Standing) -> tuple[str, float]:
+    approaching = [p for p in stands.projections if p.course is Course.APPROACHING and math.isfinite(p.windows)]
+    if approaching:
+        return "the motion still approaches its end", end * max(2.0, 1 + 0.1 * max(_windows(p) for p in approaching)) * 1.5
+    return "the motion is still under way", _LONGER * end
+
+
+def _windows(p: Projection) -> float:
+    """In how many windows an approach will be over."""
+    return p.windows * math.log(max(p.width / max(abs(p.last), 1e-300), 1e-6) / 1e-6)
 
 
 def _without_turning(machine: Machine, seen: Observation) -> Verdict:
-    end, evidence, half = seen.end_time, Evidence(turning=False), seen.main.last(0.5)
-    n, speeds = len(half.time) // 2, np.maximum(np.abs(half.least_speed), np.abs(half.greatest_speed))
+    end, whole = seen.end_time, seen.main.last(1.0)
+    speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
+    each, evidence = windows_of(speeds), Evidence(turning=False)
+    half = seen.main.last(0.5)
     # Otherwise some turning is left, but fewer turns than are needed to average over.
-    if n >= 1 and not half.greatest_angle.max() - half.least_angle.min() > 2 * math.pi:
-        whole = seen.main.last(1.0)
-        greatest = max(float(np.abs(whole.least_speed).max()), float(whole.greatest_speed.max()))
-        earlier, later = float(speeds[:-n].max()), float(speeds[-n:].max())
-        rest = not later > 1e-4 * greatest
-        swings = bool(half.greatest_speed.max() > 0 and half.least_speed.min() < 0)
-        steady = bool(later <= earlier * (1 + 1e-6))
-        evidence = Evidence(turning=False, at_rest=rest, moving=swings and not rest, steady=steady)
-    verdict = Verdict(classify(evidence), evidence, (float(half.time[-n]) if n else 0.0, end))
+    if each.size and not half.greatest_angle.max() - half.least_angle.min() > 2 * math.pi:
+        with np.errstate(divide="ignore"):
+            swings = projected(np.log(each.max(axis=1) / speeds.max()), AHEAD, 1e-3)
+        # What does not swing, but creeps, comes to rest or begins to turn.
+        to_and_fro = half.greatest_speed.max() > 0 > half.least_speed.min()
+        low, high = math.exp(min(swings.low, 0.0)), math.exp(min(swings.high, 0.0))
+        evidence = Evidence(turning=False, swing=(low if to_and_fro else 0.0, high))
+    quarter = seen.main.last(0.25)
+    verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))
     if verdict.outcome is Outcome.UNIDENTIFIED:
-        return replace(verdict, advice=_longer(machine, f"fewer than {_FEWEST_TURNS} turns were made", max(4 * end, 1e-9)))
+        return _undecided(machine, verdict, f"fewer than {_FEWEST_TURNS} turns were made", max(_LONGER * end, 1e-9))
     return replace(verdict, settling_time=end)

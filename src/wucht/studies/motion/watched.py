@@ -54,6 +54,8 @@ class Watched:
         report: called with the time reached. Raises ``KeyboardInterrupt`` where the user has stopped it.
         """
         last, seen, stored = before.stored, before.observation, list[Trajectory]()
+        if last.ended:
+            return before
         while len(grid) > 1 and not last.ended:
             motion, fine = self._piece(last, grid, report)
             last = motion.every(fine)

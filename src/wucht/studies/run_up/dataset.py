@@ -56,7 +56,7 @@ def _warnings(motion: Motion, residual: float) -> list[str]:
     warnings = [*own, *motion.model.warnings, *((*motion.model.remedies, failure) if failure else ())]
     if verdict.outcome is Outcome.PASSED and verdict.faster_branch:
         warnings.append(
-            f"the rotor settled at {evidence.mean_speed:.4g}, just beyond the maximum of the vibration torque at "
+            f"the rotor settled at {verdict.speed:.4g}, just beyond the maximum of the vibration torque at "
             f"{evidence.resonance:.4g}, although the drive could hold a higher speed too: this is the branch of the "
             "captured states, close to its end"
         )
@@ -76,7 +76,7 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict) -> dict[str
     machine, rotor = machine.at(float(time[-1])), result.speed.sel(body=machine.rotor.name).values[inside]
     amplitude, (low, high) = result.amplitude.values[inside], extremes(rotor)
     if evidence.turning:
-        mean = (float(np.sign(rotor.mean())) or 1.0) * evidence.mean_speed
+        mean = (float(np.sign(rotor.mean())) or 1.0) * verdict.speed
     else:
         span = float(np.ptp(time[inside]))
         mean = float(np.trapezoid(rotor, time[inside])) / span if span > 0 else float(rotor[-1])
@@ -94,7 +94,7 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict) -> dict[str
         "peak_amplitude": float(result.peak_amplitude),
         "amplitude_unit": machine.orbit_unit,
         "final_phases": verdict.phases,
-        "final_residual_unbalance": evidence.residual,
+        "final_residual_unbalance": verdict.residual,
         "settling_time": verdict.settling_time,
         "modulation_period": modulation.period if modulation else None,
         "modulation_period_phi": modulation.period_angle if modulation else None,

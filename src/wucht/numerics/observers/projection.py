@@ -1,0 +1,91 @@
+"""Where a slow signal goes: between which values it will stay, estimated from its means over equal windows at its end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+LOOKAHEAD = 15.0  # times the length of the record: so long a drift or a growth is followed into the future
+WINDOWS = 5
+SHARE = 0.1  # of the record, each window
+AHEAD = LOOKAHEAD / SHARE
+_CONTRACTING = 0.98  # ratio of successive changes: above, it is taken for a drift
+_DIRECTED = 0.95  # of the sum of all changes: the whole change of a drift, which does not go to and fro
+_FARTHEST = 1e300
+
+
+class Course(Enum):
+    """What a signal does."""
+
+    APPROACHING = "approaching"  # a limit, ever more slowly
+    STATIONARY = "stationary"  # to and fro, or not at all
+    DRIFTING = "drifting"  # one way, or growing
+
+
+@dataclass(frozen=True)
+class Projection:
+    """A signal's last mean, and the bounds between which it will stay, as far as it can be told.
+
+    course: what it does. windows: in how many windows its distance from the limit falls (or grows) by the factor e; inf where
+    it does not.
+    """
+
+    last: float
+    low: float
+    high: float
+    course: Course
+    windows: float = math.inf
+
+    @property
+    def width(self) -> float:
+        """How far the bounds are apart."""
+        return self.high - self.low
+
+    def above(self, limit: float) -> bool | None:
+        """Whether it will stay above a limit; None: it cannot be told."""
+        return True if self.low > limit else False if self.high <= limit else None
+
+    def within(self, low: float, high: float) -> bool | None:
+        """Whether it will stay between limits, or outside; None: it cannot be told."""
+        return True if low <= self.low and self.high <= high else False if self.high < low or self.low > high else None
+
+
+def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wider: float = 0.25) -> Projection:
+    """The projection of the means (w,), w >= 2, over successive windows.
+
+    An approach contracts from change to change: of ratio rho it adds the last change times rho/(1 - rho), and half of that
+    again is allowed for. A drift goes on as it does for so many windows ``ahead``, a growth grows on. Changes to and fro stay
+    within their range, widened on both sides by a share ``wider`` of it. Changes below ``rounding`` are none.
+    """
+    changes = np.diff(means)
+    sizes, last = np.abs(changes), float(means[-1])
+    low, high = float(means.min()), float(means.max())
+    after = float(sizes[-1])
+    if high - low <= rounding:
+        return Projection(last, low, high, Course.STATIONARY)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = sizes[1:] / sizes[:-1]
+    if len(ratios) > 1 and (ratios < _CONTRACTING).all():
+        rho = float(ratios[-2:].max())
+        rest = after * rho / (1 - rho)
+        windows = -1 / math.log(rho) if rho > 0 else 0.0
+        toward = last + math.copysign(1.5 * rest, changes[-1])
+        return Projection(last, min(last, toward), max(last, toward), Course.APPROACHING, windows)
+    if after > rounding and abs(changes.sum()) >= _DIRECTED * sizes.sum():
+        growing = len(ratios) > 1 and bool((ratios > 1).all())
+        growth = math.log(float(ratios[-2:].min())) if growing else 0.0
+        count = math.expm1(min(ahead * growth, 600.0)) / math.expm1(growth) if growth > 1e-9 else ahead
+        toward = last + math.copysign(min(after * count, _FARTHEST), changes[-1])
+        windows = 1 / growth if growth > 0 else math.inf
+        return Projection(last, min(last, toward), max(last, toward), Course.DRIFTING, windows)
+    margin = wider * (high - low)
+    return Projection(last, low - margin, high + margin, Course.STATIONARY)
+
+
+def windows_of(signal: np.ndarray, count: int = WINDOWS, share: float = SHARE) -> np.ndarray:
+    """The last windows (..., count, n) of a signal (..., N), each a share of it; n may be 0."""
+    n = int(signal.shape[-1] * share)
+    return np.asarray(signal[..., signal.shape[-1] - count * n :].reshape(*signal.shape[:-1], count, n))

@@ -1,0 +1,141 @@
+"""From the turns of a rotor to the evidence of what becomes of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.analysis.vibration import Vibration, unbalances
+from wucht.machines.machine import Machine
+from wucht.machines.tree import RotatingBody
+from wucht.numerics.observers.modulation import Modulation, modulation
+from wucht.numerics.observers.projection import AHEAD, LOOKAHEAD, SHARE, Course, Projection, projected, windows_of
+from wucht.numerics.observers.turn_record import Blocks, TurnRecord
+from wucht.results.conventions import wrapped
+from wucht.results.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, Evidence
+
+_LAST_SHARE = 0.05
+_ROUNDING = 1e-10  # of the speed
+_CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycles are not known better
+_UNKNOWN = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where a rotor stands.
+
+    evidence: of what becomes of it. window: the last turns, whole ones, or whole periods of a modulation. speed, lowest: its
+    mean speed and the least over a turn there, with the sense of turning taken away. residual: the largest share of its
+    unbalance that is left there, None without unbalance. phases: of the bodies about it, circular means over the last turn.
+    final_phases: the same as sigma alpha, with that of the rotor, 0 where a body lags. vibration: what they excite.
+    weights: the unbalances of it and of the other bodies, as shares of its own.
+    projections: of what is still to change, each as a share of its size.
+    """
+
+    evidence: Evidence
+    sense: int
+    window: Blocks
+    speed: float
+    lowest: float
+    residual: float | None
+    phases: dict[str, float]
+    final_phases: np.ndarray
+    vibration: Vibration
+    weights: np.ndarray
+    modulation: Modulation | None
+    projections: tuple[Projection, ...]
+
+    def share_left(self, blocks: Blocks) -> np.ndarray:
+        """What is left of the rotor's unbalance: the share of it (K,)."""
+        return share_left(self.weights, blocks)
+
+
+def share_left(weights: np.ndarray, blocks: Blocks) -> np.ndarray:
+    """What is left of an unbalance (K,), where the leading body and the others have shares of it (1 + n,), complex."""
+    return np.asarray(np.abs(weights[0] + weights[1:] @ blocks.phases))
+
+
+def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: float | None) -> Standing:
+    """Where a rotor stands that has made some turns. free: what its drive reaches without vibration."""
+    bodies = machine.group(rotor)
+    index, others = [machine.bodies.index(b) for b in bodies], [b for b in machine.bodies if b is not rotor]
+    about, whole, sense = [others.index(b) for b in bodies[1:]], record.whole, record.sense
+    own, vibration = unbalances(machine)[index], Vibration.of(machine).only(index)
+    scale = abs(own[0]) or float(np.abs(own).max())
+
+    weights = np.zeros(1 + len(others), complex)
+    weights[[0, *(1 + i for i in about)]] = own / scale if scale else own
+
+    expected = None if free is None else sense * free
+    observed = modulation(record, MODULATION_THRESHOLD * float(record.last(SHARE).speed.mean()))
+    means, lows, highs, ahead, rounding = _series(whole, observed)
+    reference = expected or float(means[-1])
+    mean, lowest = (projected(x, ahead, max(rounding, _ROUNDING * abs(reference))) for x in (means, lows))
+    varied = projected((highs - lows) / means, ahead, max(rounding / abs(means[-1]), _ROUNDING))
+    lags = tuple(_lag(whole, i, means[-1]) for i in about)
+    left = projected(windows_of(share_left(weights, whole)).max(axis=1), AHEAD, _ROUNDING) if scale and about else None
+    evident = float(varied.low) > MODULATION_THRESHOLD and observed is None  # varies, but without cycles
+    asynchronous = any(low > 0 or high < 0 for low, high in lags)
+    last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
+    phases = {b.name: float(wrapped(np.angle(p))) for b, p in zip(bodies[1:], last.phases[about, -1], strict=True)}
+    final = np.array([0.0, *(0.0 if asynchronous else sense * phase for phase in phases.values())])
+    unbalanced = _bounds(left) if left is not None else (1.0, 1.0) if scale else None
+    evidence = Evidence(
+        turning=True,
+        mean_speed=_bounds(mean),
+        lowest_speed=_bounds(lowest),
+        settled=mean.course is Course.STATIONARY or mean.width <= SPEED_TOLERANCE * abs(reference),
+        free_speed=expected,
+        resonance=None if expected == 0 else vibration.last_maximum(expected, final),
+        residual=unbalanced,
+        lags=lags,
+        modulation=_UNKNOWN if evident else _bounds(varied),
+    )
+    window = observed.window if evidence.modulated and observed is not None else last
+    return Standing(
+        evidence,
+        sense,
+        window,
+        float(window.mean_speeds[0]),
+        float(window.lowest.min()),
+        float(share_left(weights, window).max()) if scale else None,
+        phases,
+        final,
+        vibration,
+        weights,
+        observed if evidence.modulated else None,
+        (mean,) if left is None else (mean, left),
+    )
+
+
+def _bounds(p: Projection) -> tuple[float, float]:
+    return p.low, p.high
+
+
+def _series(whole: Blocks, observed: Modulation | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, float]:
+    """Mean, least and greatest speed (w,) in successive windows, how many of these are looked ahead, and their rounding.
+
+    The windows are tenths of the record; where a modulation is slower than that, groups of its cycles.
+    """
+    duration = float(whole.time[-1] - whole.time[0])
+    if observed is not None and 2 * observed.period > SHARE * duration:
+        means, lows, highs = observed.groups
+        return means, lows, highs, LOOKAHEAD * duration / observed.span, _CYCLES_ROUNDING * (observed.high - observed.low)
+    means = 1 / windows_of(1 / whole.speed).mean(axis=1)
+    lows, highs = windows_of(whole.lowest).min(axis=1), windows_of(whole.highest).max(axis=1)
+    return means, lows, highs, AHEAD, _CYCLES_ROUNDING * float(highs[-1] - lows[-1])
+
+
+def _lag(whole: Blocks, i: int, speed: float) -> tuple[float, float]:
+    """By how much a body will lag, as a share of the speed: nothing as long as it goes to and fro within a turn."""
+    lag = whole.followers[i] - whole.speed
+    slip = np.cumsum(lag / whole.speed)[len(whole) // 2 :] * (2 * math.pi * whole.size / 16)
+    if np.ptp(slip) < 2 * math.pi:
+        moving = projected(windows_of(slip, share=0.2).mean(axis=1), LOOKAHEAD / 0.1, 1e-3)
+        return (0.0, 0.0) if moving.width < 2 * math.pi else _UNKNOWN
+    p = projected(
+        (windows_of(lag / whole.speed).sum(axis=1) / windows_of(1 / whole.speed).sum(axis=1)) / speed, AHEAD, 1e-6, 0.0
+    )
+    return p.low, p.high
