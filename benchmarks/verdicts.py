@@ -31,7 +31,7 @@ from wucht.studies.run_up.spec import RunUp
 Document = dict[str, Any]
 _STRUCTURES = 120  # machines that differ in more than numbers: each has to be compiled
 _TIMES = (1.0, 4.0, 16.0)
-_LONGEST = 64.0  # times T: advice beyond that is not followed
+_LONGEST = 300.0  # times T: advice beyond that is not followed
 _MOST_TURNS = 200_000.0
 
 
@@ -190,6 +190,7 @@ def course(number: int) -> Course:
             if advised < _LONGEST * until and motion.turns * advised / goal < _MOST_TURNS:
                 goals = sorted({*goals, advised})
         if verdict.outcome in (Outcome.FAILED, Outcome.RUNAWAY):
+            outcome = outcome or str(verdict.outcome)
             break
     at = None if advised is None else (advised / until, outcome or "")
     return Course(number, tuple(found), at, motion.turns, clock.perf_counter() - begun)

@@ -44,13 +44,11 @@ class Projection:
         """How far the bounds are apart."""
         return self.high - self.low
 
-    def above(self, limit: float) -> bool | None:
-        """Whether it will stay above a limit; None: it cannot be told."""
-        return True if self.low > limit else False if self.high <= limit else None
-
-    def within(self, low: float, high: float) -> bool | None:
-        """Whether it will stay between limits, or outside; None: it cannot be told."""
-        return True if low <= self.low and self.high <= high else False if self.high < low or self.low > high else None
+    def windows_until(self, width: float) -> float:
+        """In how many windows an approach will have come so near to its limit; inf where that cannot be told."""
+        if self.course is not Course.APPROACHING:
+            return math.inf if self.width > width else 0.0
+        return self.windows * max(0.0, math.log(self.width / width)) if self.width > 0 else 0.0
 
 
 def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wider: float = 0.25) -> Projection:

@@ -10,16 +10,18 @@ import numpy as np
 from wucht.analysis.vibration import Vibration, unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
-from wucht.numerics.observers.modulation import Modulation, modulation
+from wucht.numerics.observers.modulation import FEWEST_CYCLES, Modulation, modulation
 from wucht.numerics.observers.projection import AHEAD, LOOKAHEAD, SHARE, Course, Projection, projected, windows_of
 from wucht.numerics.observers.turn_record import Blocks, TurnRecord
+from wucht.numerics.observers.turns import PER_TURN
 from wucht.results.conventions import wrapped
-from wucht.results.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, Evidence
+from wucht.results.outcomes import LAG_TOLERANCE, MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Evidence
 
 _LAST_SHARE = 0.05
 _ROUNDING = 1e-10  # of the speed
 _CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycles are not known better
-_UNKNOWN = (-math.inf, math.inf)
+_FEWEST_IRREGULAR = 100  # cycles: fewer that are not alike may be the long way to another end
+_LASTING = 0.1  # of its range: a modulation lasts that is going to lose no more
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,8 @@ class Standing:
     unbalance that is left there, None without unbalance. phases: of the bodies about it, circular means over the last turn.
     final_phases: the same as sigma alpha, with that of the rotor, 0 where a body lags. vibration: what they excite.
     weights: the unbalances of it and of the other bodies, as shares of its own.
-    projections: of what is still to change, each as a share of its size.
+    projections: of the mean speed and of the residual. needed: for how many more times the length of the record it must be
+    watched; inf where nothing says so.
     """
 
     evidence: Evidence
@@ -46,6 +49,7 @@ class Standing:
     weights: np.ndarray
     modulation: Modulation | None
     projections: tuple[Projection, ...]
+    needed: float
 
     def share_left(self, blocks: Blocks) -> np.ndarray:
         """What is left of the rotor's unbalance: the share of it (K,)."""
@@ -76,23 +80,30 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     varied = projected((highs - lows) / means, ahead, max(rounding / abs(means[-1]), _ROUNDING))
     lags = tuple(_lag(whole, i, means[-1]) for i in about)
     left = projected(windows_of(share_left(weights, whole)).max(axis=1), AHEAD, _ROUNDING) if scale and about else None
-    evident = float(varied.low) > MODULATION_THRESHOLD and observed is None  # varies, but without cycles
-    asynchronous = any(low > 0 or high < 0 for low, high in lags)
+    asynchronous = any(lag.low > 0 or lag.high < 0 for lag in lags)
     last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
     phases = {b.name: float(wrapped(np.angle(p))) for b, p in zip(bodies[1:], last.phases[about, -1], strict=True)}
     final = np.array([0.0, *(0.0 if asynchronous else sense * phase for phase in phases.values())])
-    unbalanced = _bounds(left) if left is not None else (1.0, 1.0) if scale else None
+    growing = varied.course is Course.DRIFTING and varied.high > max(2 * varied.last, MODULATION_THRESHOLD)
+    approached = mean.course is Course.STATIONARY or mean.width <= SPEED_TOLERANCE * abs(reference)
     evidence = Evidence(
         turning=True,
         mean_speed=_bounds(mean),
         lowest_speed=_bounds(lowest),
-        settled=mean.course is Course.STATIONARY or mean.width <= SPEED_TOLERANCE * abs(reference),
+        settled=approached and not growing,
         free_speed=expected,
         resonance=None if expected == 0 else vibration.last_maximum(expected, final),
-        residual=unbalanced,
-        lags=lags,
-        modulation=_UNKNOWN if evident else _bounds(varied),
+        residual=_bounds(left) if left is not None else (1.0, 1.0) if scale else None,
+        lags=tuple(map(_bounds, lags)),
+        modulation=_lasting(varied, observed),
     )
+    waits = [
+        *([] if evidence.settled else [mean.windows_until(0.5 * SPEED_TOLERANCE * abs(reference))]),
+        *([] if left is None or evidence.balanced is not None else [left.windows_until(0.5 * UNBALANCE_TOLERANCE)]),
+        *([] if evidence.asynchronous is not None else [lag.windows_until(LAG_TOLERANCE) for lag in lags]),
+        *([] if evidence.beyond is not None else [lowest.windows_until(1e-3 * abs(reference))]),
+        *([] if evidence.modulated is not None else [varied.windows_until(0.5 * MODULATION_THRESHOLD)]),
+    ]
     window = observed.window if evidence.modulated and observed is not None else last
     return Standing(
         evidence,
@@ -107,7 +118,18 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         weights,
         observed if evidence.modulated else None,
         (mean,) if left is None else (mean, left),
+        max(waits, default=0.0) * LOOKAHEAD / ahead,
     )
+
+
+def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, float]:
+    """Between which bounds the range of a modulation will stay. It lasts if it is seen to: in cycles, even ones or many, whose
+    range hardly changes any more; else it may die out."""
+    if varied.high <= MODULATION_THRESHOLD:
+        return _bounds(varied)
+    seen = observed is not None and observed.cycles >= (FEWEST_CYCLES if observed.regular else _FEWEST_IRREGULAR)
+    lasts = seen and (varied.course is not Course.APPROACHING or varied.width <= 1.5 * _LASTING * varied.last)
+    return (varied.low, varied.high) if lasts else (0.0, math.inf if observed is None else varied.high)
 
 
 def _bounds(p: Projection) -> tuple[float, float]:
@@ -128,14 +150,14 @@ def _series(whole: Blocks, observed: Modulation | None) -> tuple[np.ndarray, np.
     return means, lows, highs, AHEAD, _CYCLES_ROUNDING * float(highs[-1] - lows[-1])
 
 
-def _lag(whole: Blocks, i: int, speed: float) -> tuple[float, float]:
+def _lag(whole: Blocks, i: int, speed: float) -> Projection:
     """By how much a body will lag, as a share of the speed: nothing as long as it goes to and fro within a turn."""
     lag = whole.followers[i] - whole.speed
-    slip = np.cumsum(lag / whole.speed)[len(whole) // 2 :] * (2 * math.pi * whole.size / 16)
+    slip = np.cumsum(lag / whole.speed)[len(whole) // 2 :] * (2 * math.pi * whole.size / PER_TURN)
     if np.ptp(slip) < 2 * math.pi:
         moving = projected(windows_of(slip, share=0.2).mean(axis=1), LOOKAHEAD / 0.1, 1e-3)
-        return (0.0, 0.0) if moving.width < 2 * math.pi else _UNKNOWN
-    p = projected(
-        (windows_of(lag / whole.speed).sum(axis=1) / windows_of(1 / whole.speed).sum(axis=1)) / speed, AHEAD, 1e-6, 0.0
-    )
-    return p.low, p.high
+        if moving.width < 2 * math.pi:
+            return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
+        return Projection(0.0, -math.inf, math.inf, Course.DRIFTING)
+    durations = 1 / whole.speed
+    return projected((windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1)) / speed, AHEAD, 1e-6, 0.0)

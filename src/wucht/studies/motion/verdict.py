@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wucht.analysis.vibration import Vibration
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, net_torque
 from wucht.numerics.observers.modulation import Modulation
-from wucht.numerics.observers.projection import AHEAD, Course, Projection, projected, windows_of
+from wucht.numerics.observers.projection import AHEAD, Course, projected, windows_of
 from wucht.numerics.observers.turn_record import Blocks
 from wucht.results.outcomes import (
     FEWEST_PERIODS,
@@ -25,7 +26,10 @@ from wucht.studies.motion.locking import Locked, is_locking, locked
 from wucht.studies.motion.observation import Observation
 
 _FEWEST_TURNS = 6
-_LONGER = 8.0  # times the run, where nothing says how long
+_LONGER = 10.0  # times the run, where nothing says how long
+_ALLOWANCE = 1.4  # for an approach that slows down
+_DECAYS = 12.0
+_EQUAL = 1e-3  # share by which swings differ that are taken for equal
 _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
 
 
@@ -93,7 +97,11 @@ def judge(machine: Machine, seen: Observation, free: float | None, failure: str 
     """
     machine = machine.at(seen.end_time)
     record, angle = seen.rotors[machine.rotor.name], seen.main.last(0.25)
-    if record.turns < _FEWEST_TURNS or not len(angle.time) or angle.greatest_angle.max() - angle.least_angle.min() < 2 * math.pi:
+    if (
+        record.turns < _FEWEST_TURNS
+        or not len(angle.time)
+        or angle.greatest_angle.max() - angle.least_angle.min() < 2 * math.pi
+    ):
         verdict = _without_turning(machine, seen)
     else:
         verdict = _turning(machine, seen, free)
@@ -147,7 +155,7 @@ def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict
     evidence, window = stands.evidence, stands.window
     verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), stands, stands.speed)
     if verdict.outcome is Outcome.UNIDENTIFIED:
-        return _undecided(machine, verdict, *_advice(seen.end_time, stands))
+        return _undecided(machine, verdict, *_advice(seen.end_time, _slowest(stands.vibration), stands))
     passed = verdict.outcome is Outcome.PASSED
     return replace(
         verdict, settling_time=_settling_time(record.whole, stands), faster_branch=passed and _faster_branch(machine, stands)
@@ -187,16 +195,19 @@ def _settling_time(whole: Blocks, stands: Standing) -> float:
     return min(float(whole.middle[min(first, len(whole) - 1)]) + period, float(whole.time[-1]))
 
 
-def _advice(end: float, stands: Standing) -> tuple[str, float]:
-    approaching = [p for p in stands.projections if p.course is Course.APPROACHING and math.isfinite(p.windows)]
-    if approaching:
-        return "the motion still approaches its end", end * max(2.0, 1 + 0.1 * max(_windows(p) for p in approaching)) * 1.5
-    return "the motion is still under way", _LONGER * end
+def _advice(end: float, slowest: float, stands: Standing) -> tuple[str, float]:
+    """Why nothing can be told yet, and when it can. slowest: in what time the slowest free vibration falls by the factor e."""
+    known = math.isfinite(stands.needed)
+    why = "the motion still approaches its end" if known else "the motion is still under way"
+    until = end * max(2.0, _ALLOWANCE * (1 + stands.needed) if known else _LONGER)
+    return why, max(until, _DECAYS * slowest)
 
 
-def _windows(p: Projection) -> float:
-    """In how many windows an approach will be over."""
-    return p.windows * math.log(max(p.width / max(abs(p.last), 1e-300), 1e-6) / 1e-6)
+def _slowest(vibration: Vibration) -> float:
+    """In what time the slowest free vibration of the carrier falls by the factor e; 0 where none does."""
+    rates = -vibration.poles.real
+    decaying = rates[rates > 1e-6 * np.abs(vibration.poles).max(initial=0.0)]
+    return 1 / float(decaying.min()) if len(decaying) else 0.0
 
 
 def _without_turning(machine: Machine, seen: Observation) -> Verdict:
@@ -206,14 +217,23 @@ def _without_turning(machine: Machine, seen: Observation) -> Verdict:
     half = seen.main.last(0.5)
     # Otherwise some turning is left, but fewer turns than are needed to average over.
     if each.size and not half.greatest_angle.max() - half.least_angle.min() > 2 * math.pi:
-        with np.errstate(divide="ignore"):
-            swings = projected(np.log(each.max(axis=1) / speeds.max()), AHEAD, 1e-3)
         # What does not swing, but creeps, comes to rest or begins to turn.
         to_and_fro = half.greatest_speed.max() > 0 > half.least_speed.min()
-        low, high = math.exp(min(swings.low, 0.0)), math.exp(min(swings.high, 0.0))
-        evidence = Evidence(turning=False, swing=(low if to_and_fro else 0.0, high))
+        evidence = Evidence(turning=False, swing=_swing(each.max(axis=1) / speeds.max(), to_and_fro))
     quarter = seen.main.last(0.25)
     verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))
     if verdict.outcome is Outcome.UNIDENTIFIED:
         return _undecided(machine, verdict, f"fewer than {_FEWEST_TURNS} turns were made", max(_LONGER * end, 1e-9))
     return replace(verdict, settling_time=end)
+
+
+def _swing(sizes: np.ndarray, to_and_fro: bool) -> tuple[float, float]:
+    """Between which bounds a swing will stay, of its sizes (w,) in successive windows."""
+    if not sizes[-1] > 0:
+        return 0.0, 0.0
+    logs = np.log(np.maximum(sizes, 1e-300))
+    p = projected(logs, AHEAD, _EQUAL)
+    # Even one that seems to stay may decay unseen.
+    hidden = 0.0 if p.course is Course.APPROACHING else float(np.ptp(logs)) / (len(logs) - 1) * AHEAD
+    lasts = to_and_fro and p.course is not Course.DRIFTING
+    return math.exp(p.low - hidden) if lasts else 0.0, math.exp(min(p.high, 0.0))
