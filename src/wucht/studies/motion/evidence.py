@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -160,4 +160,7 @@ def _lag(whole: Blocks, i: int, speed: float) -> Projection:
             return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
         return Projection(0.0, -math.inf, math.inf, Course.DRIFTING)
     durations = 1 / whole.speed
-    return projected((windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1)) / speed, AHEAD, 1e-6, 0.0)
+    p = projected((windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1)) / speed, AHEAD, 1e-6, 0.0)
+    # One that catches up, however slowly, will have done so.
+    catching_up = p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0)
+    return replace(p, low=min(p.low, 0.0), high=max(p.high, 0.0)) if catching_up else p

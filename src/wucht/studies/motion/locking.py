@@ -82,7 +82,7 @@ def locked(machine: Machine, seen: Observation) -> Locked | None:
 def _evidence(machine: Machine, whole: Blocks, periods: int, of_rotors: Callable[[np.ndarray], dict[str, Any]]) -> Locking:
     """What the criteria need. of_rotors: of values for the leading motion and those beside it, those of the rotors."""
     phases = rotor_phases(machine, whole.time, of_rotors(np.array([whole.angle, *whole.angles])))
-    each = of_rotors(np.array([np.ones(len(whole)), *(whole.followers / whole.speed)]))
+    each = of_rotors(np.array([whole.speed, *whole.followers]))
     main, frequency = machine.rotor.name, machine.shaking_frequency
     durations = windows_of(1 / whole.speed).mean(axis=1)
     means = {name: np.abs(windows_of(x / whole.speed).mean(axis=1)) / durations for name, x in each.items()}

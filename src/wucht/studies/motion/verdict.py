@@ -7,13 +7,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wucht.analysis.vibration import Vibration
+from wucht.analysis.time_constants import run_up_time, slowest_decay
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, net_torque
 from wucht.numerics.observers.modulation import Modulation
-from wucht.numerics.observers.projection import AHEAD, Course, projected, windows_of
+from wucht.numerics.observers.projection import AHEAD, SHARE, Course, projected, windows_of
 from wucht.numerics.observers.turn_record import Blocks
 from wucht.results.outcomes import (
+    AT_REST,
     FEWEST_PERIODS,
     SPEED_TOLERANCE,
     UNBALANCE_TOLERANCE,
@@ -28,7 +29,9 @@ from wucht.studies.motion.observation import Observation
 _FEWEST_TURNS = 6
 _LONGER = 10.0  # times the run, where nothing says how long
 _ALLOWANCE = 1.4  # for an approach that slows down
-_DECAYS = 12.0
+_RUN_UPS, _DECAYS = 3.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
+_EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
+_NEARLY = 0.1  # logarithm of a swing: so near its end an approach is known to have one
 _EQUAL = 1e-3  # share by which swings differ that are taken for equal
 _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
 
@@ -83,8 +86,10 @@ class Verdict:
             return False
         if self.locked is not None:
             return self.locked.evidence.periods >= _LOCKED_PERIODS
-        if self.standing is None or self.evidence.modulated or self.evidence.asynchronous:
+        if self.standing is None or self.evidence.modulated:
             return True
+        if self.evidence.asynchronous:
+            return all(high - low <= _EVEN_LAG * max(abs(low), abs(high)) for low, high in self.evidence.lags)
         sizes = (self.evidence.free_speed or self.speed, 1.0)
         return all(p.width <= tolerance * abs(size) for p, size in zip(self.standing.projections, sizes, strict=False))
 
@@ -128,7 +133,9 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
             needed = 2 * (FEWEST_PERIODS + 1) * (end - begin) / max(means.evidence.periods, 1)
             why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
             return _undecided(machine, verdict, why, needed)
-        return _undecided(machine, verdict, "the phases still move", _LONGER * seen.end_time)
+        return _undecided(
+            machine, verdict, "the phases still move", max(_LONGER * seen.end_time, _transients(machine, verdict.speed))
+        )
     return replace(verdict, rotors=_of_several(machine, seen))
 
 
@@ -155,7 +162,7 @@ def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict
     evidence, window = stands.evidence, stands.window
     verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), stands, stands.speed)
     if verdict.outcome is Outcome.UNIDENTIFIED:
-        return _undecided(machine, verdict, *_advice(seen.end_time, _slowest(stands.vibration), stands))
+        return _undecided(machine, verdict, *_advice(machine, seen.end_time, stands))
     passed = verdict.outcome is Outcome.PASSED
     return replace(
         verdict, settling_time=_settling_time(record.whole, stands), faster_branch=passed and _faster_branch(machine, stands)
@@ -195,36 +202,44 @@ def _settling_time(whole: Blocks, stands: Standing) -> float:
     return min(float(whole.middle[min(first, len(whole) - 1)]) + period, float(whole.time[-1]))
 
 
-def _advice(end: float, slowest: float, stands: Standing) -> tuple[str, float]:
-    """Why nothing can be told yet, and when it can. slowest: in what time the slowest free vibration falls by the factor e."""
+def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]:
+    """Why nothing can be told yet, and when it can."""
     known = math.isfinite(stands.needed)
     why = "the motion still approaches its end" if known else "the motion is still under way"
     until = end * max(2.0, _ALLOWANCE * (1 + stands.needed) if known else _LONGER)
-    return why, max(until, _DECAYS * slowest)
+    return why, max(until, _transients(machine, stands.sense * stands.speed))
 
 
-def _slowest(vibration: Vibration) -> float:
-    """In what time the slowest free vibration of the carrier falls by the factor e; 0 where none does."""
-    rates = -vibration.poles.real
-    decaying = rates[rates > 1e-6 * np.abs(vibration.poles).max(initial=0.0)]
-    return 1 / float(decaying.min()) if len(decaying) else 0.0
+def _transients(machine: Machine, speed: float) -> float:
+    """After what time transients are over that follow from the machine alone."""
+    return _RUN_UPS * run_up_time(machine) + _DECAYS * slowest_decay(machine, speed)
 
 
 def _without_turning(machine: Machine, seen: Observation) -> Verdict:
     end, whole = seen.end_time, seen.main.last(1.0)
     speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
-    each, evidence = windows_of(speeds), Evidence(turning=False)
+    each, evidence, needed = windows_of(speeds), Evidence(turning=False), 0.0
     half = seen.main.last(0.5)
     # Otherwise some turning is left, but fewer turns than are needed to average over.
     if each.size and not half.greatest_angle.max() - half.least_angle.min() > 2 * math.pi:
         # What does not swing, but creeps, comes to rest or begins to turn.
         to_and_fro = half.greatest_speed.max() > 0 > half.least_speed.min()
-        evidence = Evidence(turning=False, swing=_swing(each.max(axis=1) / speeds.max(), to_and_fro))
+        sizes = each.max(axis=1) / speeds.max()
+        evidence, needed = Evidence(turning=False, swing=_swing(sizes, to_and_fro)), end * _until_rest(sizes)
     quarter = seen.main.last(0.25)
     verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))
     if verdict.outcome is Outcome.UNIDENTIFIED:
-        return _undecided(machine, verdict, f"fewer than {_FEWEST_TURNS} turns were made", max(_LONGER * end, 1e-9))
+        needed = max(needed or _LONGER * end, _transients(machine, free_speed(machine, machine.rotor) or 0.0), 1e-9)
+        return _undecided(machine, verdict, f"fewer than {_FEWEST_TURNS} turns were made", needed)
     return replace(verdict, settling_time=end)
+
+
+def _until_rest(sizes: np.ndarray) -> float:
+    """How many times as long a swing must be watched until it is at rest, of its sizes (w,) in successive tenths; 0: unknown."""
+    if not 0 < sizes[-1] < sizes[0]:
+        return 0.0
+    windows = (len(sizes) - 1) * math.log(sizes[-1] / AT_REST) / math.log(sizes[0] / sizes[-1])
+    return _ALLOWANCE * (1 + SHARE * max(windows, 0.0))
 
 
 def _swing(sizes: np.ndarray, to_and_fro: bool) -> tuple[float, float]:
@@ -235,5 +250,5 @@ def _swing(sizes: np.ndarray, to_and_fro: bool) -> tuple[float, float]:
     p = projected(logs, AHEAD, _EQUAL)
     # Even one that seems to stay may decay unseen.
     hidden = 0.0 if p.course is Course.APPROACHING else float(np.ptp(logs)) / (len(logs) - 1) * AHEAD
-    lasts = to_and_fro and p.course is not Course.DRIFTING
+    lasts = to_and_fro and (p.course is Course.STATIONARY or (p.course is Course.APPROACHING and p.width <= _NEARLY))
     return math.exp(p.low - hidden) if lasts else 0.0, math.exp(min(p.high, 0.0))
