@@ -22,7 +22,7 @@ class Blocks:
 
     size: how many averages a block has. sense: +1 or -1. time, angle, angles (n, K): at the end of each block. speed: mean over
     time. lowest, highest: of the mean over a turn. followers: mean speeds of the others (n, K).
-    phases: means of exp(i (other - leading)) (n, K). amplitude: the mean of the largest distance over a turn; least_amplitude,
+    phases: means of exp(i (other - leading)) (n, K). least_sum, greatest_sum: of the magnitude of the weighted sum of these. amplitude: the mean of the largest distance over a turn; least_amplitude,
     greatest_amplitude: of that.
     """
 
@@ -36,6 +36,8 @@ class Blocks:
     highest: np.ndarray
     followers: np.ndarray
     phases: np.ndarray
+    least_sum: np.ndarray
+    greatest_sum: np.ndarray
     amplitude: np.ndarray
     least_amplitude: np.ndarray
     greatest_amplitude: np.ndarray
@@ -85,9 +87,14 @@ class Blocks:
 
 @dataclass(frozen=True)
 class TurnRecord:
-    """A motion seen turn by turn: the turns since the leading body last turned back. others: how many bodies there are beside it."""
+    """A motion seen turn by turn: the turns since the leading body last turned back.
+
+    others: how many bodies there are beside it. weights: of exp(i angle) of the leading body and of these, relative to the
+    leading one, whose sum is followed; none if that is of no interest.
+    """
 
     others: int
+    weights: tuple[complex, ...] = ()
     observer: TurnObserver = field(default_factory=TurnObserver)
     passage: int = 0
     sense: int = 1
@@ -103,11 +110,13 @@ class TurnRecord:
         speed, largest = np.abs(new.speed), new.largest
         # Equal parts of a turn count alike: the mean speed over time is that of the turns' durations.
         means = [largest, 2 * math.pi / speed, *new.advance, *new.phases.real, *new.phases.imag]
-        columns = np.array([new.time, new.angle, *new.angles, speed, speed, largest, largest, *means])
+        weights = np.array(self.weights or np.zeros(1 + n))
+        total = np.abs(weights[0] + weights[1:] @ new.phases)
+        columns = np.array([new.time, new.angle, *new.angles, speed, speed, largest, largest, total, total, *means])
         same = passage == self.passage and self.kept.kinds
-        kinds = (*(LAST,) * (2 + n), LOW, HIGH, LOW, HIGH, *(MEAN,) * (2 + 3 * n))
+        kinds = (*(LAST,) * (2 + n), *(LOW, HIGH) * 3, *(MEAN,) * (2 + 3 * n))
         kept = self.kept if same else Pyramid(kinds)
-        return TurnRecord(n, observer, passage, 1 if new.speed[-1] > 0 else -1, kept.after(columns))
+        return TurnRecord(n, self.weights, observer, passage, 1 if new.speed[-1] > 0 else -1, kept.after(columns))
 
     @property
     def turns(self) -> float:
@@ -133,10 +142,10 @@ class TurnRecord:
         values, size = self.kept.last(share)
         n, sense = self.others, self.sense
         if not len(values):
-            values = np.empty((8 + 4 * n, 0))
+            values = np.empty((10 + 4 * n, 0))
         time, angle, angles = values[0], values[1], values[2 : 2 + n]
-        lowest, highest, least, greatest, amplitude, duration = values[2 + n : 8 + n]
-        advance, real, imaginary = values[8 + n : 8 + 4 * n].reshape(3, n, values.shape[1])
+        lowest, highest, least, greatest, least_sum, greatest_sum, amplitude, duration = values[2 + n : 10 + n]
+        advance, real, imaginary = values[10 + n : 10 + 4 * n].reshape(3, n, values.shape[1])
         return Blocks(
             size,
             sense,
@@ -148,6 +157,8 @@ class TurnRecord:
             highest=highest,
             followers=sense * advance / duration,
             phases=real + 1j * imaginary,
+            least_sum=least_sum,
+            greatest_sum=greatest_sum,
             amplitude=amplitude,
             least_amplitude=least,
             greatest_amplitude=greatest,

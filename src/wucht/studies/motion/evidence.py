@@ -32,7 +32,6 @@ class Standing:
     mean speed and the least over a turn there, with the sense of turning taken away. residual: the largest share of its
     unbalance that is left there, None without unbalance. phases: of the bodies about it, circular means over the last turn.
     final_phases: the same as sigma alpha, with that of the rotor, 0 where a body lags. vibration: what they excite.
-    weights: the unbalances of it and of the other bodies, as shares of its own.
     projections: of the mean speed and of the residual. needed: for how many more times the length of the record it must be
     watched; inf where nothing says so.
     """
@@ -46,19 +45,9 @@ class Standing:
     phases: dict[str, float]
     final_phases: np.ndarray
     vibration: Vibration
-    weights: np.ndarray
     modulation: Modulation | None
     projections: tuple[Projection, ...]
     needed: float
-
-    def share_left(self, blocks: Blocks) -> np.ndarray:
-        """What is left of the rotor's unbalance: the share of it (K,)."""
-        return share_left(self.weights, blocks)
-
-
-def share_left(weights: np.ndarray, blocks: Blocks) -> np.ndarray:
-    """What is left of an unbalance (K,), where the leading body and the others have shares of it (1 + n,), complex."""
-    return np.asarray(np.abs(weights[0] + weights[1:] @ blocks.phases))
 
 
 def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: float | None) -> Standing:
@@ -69,9 +58,6 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     own, vibration = unbalances(machine)[index], Vibration.of(machine).only(index)
     scale = abs(own[0]) or float(np.abs(own).max())
 
-    weights = np.zeros(1 + len(others), complex)
-    weights[[0, *(1 + i for i in about)]] = own / scale if scale else own
-
     expected = None if free is None else sense * free
     observed = modulation(record, MODULATION_THRESHOLD * float(record.last(SHARE).speed.mean()))
     means, lows, highs, ahead, rounding = _series(whole, observed)
@@ -79,23 +65,28 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     mean, lowest = (projected(x, ahead, max(rounding, _ROUNDING * abs(reference))) for x in (means, lows))
     varied = projected((highs - lows) / means, ahead, max(rounding / abs(means[-1]), _ROUNDING))
     lags = tuple(_lag(whole, i, means[-1]) for i in about)
-    left = projected(windows_of(share_left(weights, whole)).max(axis=1), AHEAD, _ROUNDING) if scale and about else None
+    left = projected(windows_of(whole.greatest_sum).max(axis=1), AHEAD, _ROUNDING) if scale and about else None
     asynchronous = any(lag.low > 0 or lag.high < 0 for lag in lags)
     last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
     phases = {b.name: float(wrapped(np.angle(p))) for b, p in zip(bodies[1:], last.phases[about, -1], strict=True)}
     final = np.array([0.0, *(0.0 if asynchronous else sense * phase for phase in phases.values())])
     growing = varied.course is Course.DRIFTING and varied.high > max(2 * varied.last, MODULATION_THRESHOLD)
+    resonance = None if expected == 0 else vibration.last_maximum(expected, final)
+    lasting = _lasting(varied, observed)
+    lasts, ripple = lasting[0] > MODULATION_THRESHOLD or lasting[1] <= MODULATION_THRESHOLD, float(highs[-1] - lows[-1])
+    near = resonance is not None and lowest.low - resonance < 2 * ripple
+    catching_up = any(_undecided(lag) for lag in lags)
     approached = mean.course is Course.STATIONARY or mean.width <= SPEED_TOLERANCE * abs(reference)
     evidence = Evidence(
         turning=True,
         mean_speed=_bounds(mean),
         lowest_speed=_bounds(lowest),
-        settled=approached and not growing,
+        settled=approached and not growing and not catching_up and (lasts or not near),
         free_speed=expected,
-        resonance=None if expected == 0 else vibration.last_maximum(expected, final),
+        resonance=resonance,
         residual=_bounds(left) if left is not None else (1.0, 1.0) if scale else None,
         lags=tuple(map(_bounds, lags)),
-        modulation=_lasting(varied, observed),
+        modulation=lasting,
     )
     waits = [
         *([] if evidence.settled else [mean.windows_until(0.5 * SPEED_TOLERANCE * abs(reference))]),
@@ -111,15 +102,19 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         window,
         float(window.mean_speeds[0]),
         float(window.lowest.min()),
-        float(share_left(weights, window).max()) if scale else None,
+        float(window.greatest_sum.max()) if scale else None,
         phases,
         final,
         vibration,
-        weights,
         observed if evidence.modulated else None,
         (mean,) if left is None else (mean, left),
         max(waits, default=0.0) * LOOKAHEAD / ahead,
     )
+
+
+def _undecided(lag: Projection) -> bool:
+    """Whether it cannot be told if a body lags."""
+    return (lag.low < -LAG_TOLERANCE <= lag.high) or (lag.low <= LAG_TOLERANCE < lag.high)
 
 
 def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, float]:
@@ -160,7 +155,7 @@ def _lag(whole: Blocks, i: int, speed: float) -> Projection:
             return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
         return Projection(0.0, -math.inf, math.inf, Course.DRIFTING)
     durations = 1 / whole.speed
-    p = projected((windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1)) / speed, AHEAD, 1e-6, 0.0)
+    p = projected((windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1)) / speed, AHEAD, 1e-6, 1.0)
     # One that catches up, however slowly, will have done so.
     catching_up = p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0)
     return replace(p, low=min(p.low, 0.0), high=max(p.high, 0.0)) if catching_up else p

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from wucht.analysis.static import axis_at_rest
+from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.program import Evaluator
@@ -44,7 +45,8 @@ class Watch:
         """Before anything has been seen."""
         others = len(self.machine.bodies) - 1
         shaken = self.machine.shaking_frequency is not None
-        rotors = {r.name: TurnRecord(others) for r in self.machine.rotors}
+        machine = self.machine.at(self.machine.breakpoints[-1])
+        rotors = {r.name: TurnRecord(others, weights_of(machine, r)) for r in self.machine.rotors}
         return Observation(rotors, TurnRecord(others + 1) if shaken else None, SpanRecord(self.span))
 
     def after(self, seen: Observation, motion: Trajectory) -> Observation:
@@ -77,6 +79,15 @@ class Watch:
     def _orbit(self) -> Evaluator:
         outputs = [o for o in self.machine.system.outputs if o.name.startswith("orbit.")]
         return Evaluator.of(self.machine.system, [o.expression for o in outputs], [o.name for o in outputs])
+
+
+def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:
+    """The unbalances of a rotor and of all other bodies, zero of those of other rotors, as shares of its own."""
+    own, bodies = unbalances(machine), machine.bodies
+    group = [bodies.index(b) for b in machine.group(rotor)]
+    scale = abs(own[group[0]]) or float(np.abs(own[group]).max()) or 1.0
+    each = [own[i] / scale if i in group else 0.0 for i in range(len(bodies))]
+    return tuple(map(complex, [each.pop(group[0]), *each]))
 
 
 def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> tuple[np.ndarray, np.ndarray]:

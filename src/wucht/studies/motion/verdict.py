@@ -196,8 +196,8 @@ def _settling_time(whole: Blocks, stands: Standing) -> float:
         low, high, period = cycle.low, cycle.high, cycle.period
     off = (whole.highest > high + margin) | (whole.lowest < low - margin)
     if cycle is None and not stands.evidence.asynchronous:
-        left, final = stands.share_left(whole), stands.share_left(stands.window)
-        off |= np.abs(left - final.mean()) > UNBALANCE_TOLERANCE
+        final = (stands.window.greatest_sum.mean() + stands.window.least_sum.mean()) / 2
+        off |= (whole.greatest_sum > final + UNBALANCE_TOLERANCE) | (whole.least_sum < final - UNBALANCE_TOLERANCE)
     first = int(np.flatnonzero(off).max(initial=-1)) + 1
     return min(float(whole.middle[min(first, len(whole) - 1)]) + period, float(whole.time[-1]))
 

@@ -16,6 +16,7 @@ from wucht.studies.motion.observation import Observation, Watch, fastest_of
 
 _PER_TURN, _FEWEST_PER_TURN = 24, 12  # samples that are looked at
 _MOST_AT_ONCE = 32_768  # of these
+_SLOWER = 0.25  # of a turn a span: a body that swings or creeps is looked at as often as one that turns so slowly
 _FASTER = 20.0  # times the speed: vibrations faster than that are not followed, turns average over them
 
 
@@ -69,7 +70,8 @@ class Watched:
         step, fine = float(grid[1] - grid[0]), 0
         fastest = fastest_of(self.machine, self.seen(before.tail(1)).states)
         while True:
-            wanted = _PER_TURN * max(fastest, min(self.vibration, _FASTER * fastest)) * step / (2 * math.pi)
+            rate = max(fastest, min(self.vibration, _FASTER * fastest), _SLOWER * 2 * math.pi / self.watch.span)
+            wanted = _PER_TURN * rate * step / (2 * math.pi)
             fine = min(max(fine + 1, math.ceil(wanted * (1 - 1e-9))), _MOST_AT_ONCE)
             dense = _refined(grid[: max(1, _MOST_AT_ONCE // fine) + 1], fine)
             motion = integrate(self.compiled, before.end_state, before.parameters, dense, report, self.energy).uninterrupted()

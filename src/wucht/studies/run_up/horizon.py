@@ -23,6 +23,7 @@ _MOST_TURNS = 25_000
 FEWEST_SAMPLES_PER_TURN = 8
 _PARTS = 20  # of a given time: samples are a whole number of each
 _FIRST_LEG, _LONGEST_LEG = 64, 2048  # samples
+_FASTEST = 10.0  # times the highest natural frequency: so often at most a body is looked at that does not turn
 _RUNAWAY, _SLOWEST_RUNAWAY = 20.0, 150.0  # times the highest natural frequency, or this in rad/s: 30,000 rpm at least
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 Grid = tuple[np.ndarray, float, bool]  # samples, from the last of the leg before on; an end, for the progress; judge it then?
@@ -30,13 +31,13 @@ Grid = tuple[np.ndarray, float, bool]  # samples, from the last of the leg befor
 
 @dataclass(frozen=True)
 class Horizon:
-    """step: between samples. turn: the shortest time of a turn, or of a vibration, that is expected. vibration: the highest
+    """step: between samples. span: the time of a turn, or of a vibration, as it is expected. vibration: the highest
     frequency. first: the end of the first leg. expected_end: for the progress. samples_per_turn: at the highest
     speed expected. until_settled: the verdict ends the run. energy: the size of the works. events: that end it. warnings: what
     is doubtful about the question."""
 
     step: float
-    turn: float
+    span: float
     vibration: float
     first: float
     expected_end: float
@@ -68,7 +69,8 @@ class Horizon:
         settled, events = spec.until is None and spec.turns is None, _events(machine, spec, initial)
         warnings = tuple(_warnings(machine, spec, free, turn / step))
         vibration = max([*natural, machine.shaking_frequency or 0.0])
-        return cls(step, turn, vibration, first, end, turn / step, settled, energy_scale(machine), events, warnings)
+        span = 2 * math.pi / min(fastest, _FASTEST * max(natural)) if natural else turn
+        return cls(step, span, vibration, first, end, turn / step, settled, energy_scale(machine), events, warnings)
 
     def legs(self) -> Iterator[Grid]:
         """The legs of a run.

@@ -36,7 +36,7 @@ class Case:
     @property
     def watch(self) -> Watch:
         """What watches the motion."""
-        return Watch(self.machine, self.horizon.turn)
+        return Watch(self.machine, self.horizon.span)
 
 
 @dataclass(frozen=True)
