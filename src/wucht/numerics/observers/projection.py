@@ -14,6 +14,7 @@ SHARE = 0.1  # of the record, each window
 AHEAD = LOOKAHEAD / SHARE
 _CONTRACTING = 0.98  # ratio of successive changes: above, it is taken for a drift
 _DIRECTED = 0.95  # of the sum of all changes: the whole change of a drift, which does not go to and fro
+_ALIKE = 2.0  # times: rates of a growth differ by no more
 _FARTHEST = 1e300
 
 
@@ -73,14 +74,21 @@ def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wi
         toward = last + math.copysign(1.5 * rest, changes[-1])
         return Projection(last, min(last, toward), max(last, toward), Course.APPROACHING, windows)
     if after > rounding and abs(changes.sum()) >= _DIRECTED * sizes.sum():
-        growing = len(ratios) > 1 and bool((ratios > 1).all())
-        growth = math.log(float(ratios[-2:].min())) if growing else 0.0
+        growth = _growth(ratios)
         count = math.expm1(min(ahead * growth, 600.0)) / math.expm1(growth) if growth > 1e-9 else ahead
         toward = last + math.copysign(min(after * count, _FARTHEST), changes[-1])
         windows = 1 / growth if growth > 0 else math.inf
         return Projection(last, min(last, toward), max(last, toward), Course.DRIFTING, windows)
     margin = wider * (high - low)
     return Projection(last, low - margin, high + margin, Course.STATIONARY)
+
+
+def _growth(ratios: np.ndarray) -> float:
+    """The rate of growth a window, of the ratios of successive changes: 0 where they do not grow alike."""
+    if len(ratios) < 2 or not (ratios > 1).all():
+        return 0.0
+    logs = np.log(ratios)
+    return float(logs.min()) if logs.max() <= _ALIKE * logs.min() else 0.0
 
 
 def windows_of(signal: np.ndarray, count: int = WINDOWS, share: float = SHARE) -> np.ndarray:

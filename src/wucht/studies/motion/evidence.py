@@ -66,7 +66,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     varied = projected((highs - lows) / means, ahead, max(rounding / abs(means[-1]), _ROUNDING))
     lags = tuple(_lag(whole, i, means[-1]) for i in about)
     left = projected(windows_of(whole.greatest_sum).max(axis=1), AHEAD, _ROUNDING) if scale and about else None
-    asynchronous = any(lag.low > 0 or lag.high < 0 for lag in lags)
+    asynchronous = any(lag.low > LAG_TOLERANCE or lag.high < -LAG_TOLERANCE for lag in lags)
     last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
     phases = {b.name: float(wrapped(np.angle(p))) for b, p in zip(bodies[1:], last.phases[about, -1], strict=True)}
     final = np.array([0.0, *(0.0 if asynchronous else sense * phase for phase in phases.values())])
@@ -75,7 +75,11 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     lasting = _lasting(varied, observed)
     lasts, ripple = lasting[0] > MODULATION_THRESHOLD or lasting[1] <= MODULATION_THRESHOLD, float(highs[-1] - lows[-1])
     near = resonance is not None and lowest.low - resonance < 2 * ripple
-    catching_up = any(_undecided(lag) for lag in lags)
+    catching_up = not asynchronous and any(_undecided(lag) for lag in lags)
+    if left is None:
+        residual = (1.0, 1.0) if scale else None
+    else:  # without vibration nothing turns the bodies to where they compensate
+        residual = _bounds(left) if len(vibration.mass) else (left.last, left.last)
     approached = mean.course is Course.STATIONARY or mean.width <= SPEED_TOLERANCE * abs(reference)
     evidence = Evidence(
         turning=True,
@@ -84,7 +88,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         settled=approached and not growing and not catching_up and (lasts or not near),
         free_speed=expected,
         resonance=resonance,
-        residual=_bounds(left) if left is not None else (1.0, 1.0) if scale else None,
+        residual=residual,
         lags=tuple(map(_bounds, lags)),
         modulation=lasting,
     )
@@ -153,7 +157,6 @@ def _lag(whole: Blocks, i: int, speed: float) -> Projection:
         moving = projected(windows_of(slip, share=0.2).mean(axis=1), LOOKAHEAD / 0.1, 1e-3)
         if moving.width < 2 * math.pi:
             return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
-        return Projection(0.0, -math.inf, math.inf, Course.DRIFTING)
     durations = 1 / whole.speed
     p = projected((windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1)) / speed, AHEAD, 1e-6, 1.0)
     # One that catches up, however slowly, will have done so.
