@@ -20,7 +20,9 @@ from wucht.results.outcomes import LAG_TOLERANCE, MODULATION_THRESHOLD, SPEED_TO
 _LAST_SHARE = 0.05
 _ROUNDING = 1e-10  # of the speed
 _CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycles are not known better
-_FEWEST_IRREGULAR = 100  # cycles: fewer that are not alike may be the long way to another end
+_LONGEST_BEFORE = 2.0  # times the turns since the rotor last turned back: the run, of which they are to be the larger part
+_FEWEST_IRREGULAR = 50  # cycles: fewer that are not alike may be the long way to another end
+_AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
 _LASTING = 0.1  # of its range: a modulation lasts that is going to lose no more
 
 
@@ -50,8 +52,8 @@ class Standing:
     needed: float
 
 
-def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: float | None) -> Standing:
-    """Where a rotor stands that has made some turns. free: what its drive reaches without vibration."""
+def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: float | None, end: float) -> Standing:
+    """Where a rotor stands that has made some turns. free: what its drive reaches without vibration. end: of the run."""
     bodies = machine.group(rotor)
     index, others = [machine.bodies.index(b) for b in bodies], [b for b in machine.bodies if b is not rotor]
     about, whole, sense = [others.index(b) for b in bodies[1:]], record.whole, record.sense
@@ -60,12 +62,14 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
 
     expected = None if free is None else sense * free
     observed = modulation(record, MODULATION_THRESHOLD * float(record.last(SHARE).speed.mean()))
-    means, lows, highs, ahead, rounding = _series(whole, observed)
+    means, lows, highs, each, rounding = _series(whole, observed)
+    longer = max(1.0, end / max(float(whole.time[-1] - whole.time[0]), 1e-300))  # than its turns the run has lasted
+    ahead = each * longer
     reference = expected or float(means[-1])
     mean, lowest = (projected(x, ahead, max(rounding, _ROUNDING * abs(reference))) for x in (means, lows))
     varied = projected((highs - lows) / means, ahead, max(rounding / abs(means[-1]), _ROUNDING))
-    lags = tuple(_lag(whole, i, means[-1]) for i in about)
-    left = projected(windows_of(whole.greatest_sum).max(axis=1), AHEAD, _ROUNDING) if scale and about else None
+    lags = tuple(_lag(whole, i, means[-1], AHEAD * longer) for i in about)
+    left = projected(windows_of(whole.greatest_sum).max(axis=1), AHEAD * longer, _ROUNDING) if scale and about else None
     asynchronous = any(lag.low > LAG_TOLERANCE or lag.high < -LAG_TOLERANCE for lag in lags)
     last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
     phases = {b.name: float(wrapped(np.angle(p))) for b, p in zip(bodies[1:], last.phases[about, -1], strict=True)}
@@ -85,7 +89,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         turning=True,
         mean_speed=_bounds(mean),
         lowest_speed=_bounds(lowest),
-        settled=approached and not growing and not catching_up and (lasts or not near),
+        settled=approached and not growing and not catching_up and (lasts or not near) and longer <= _LONGEST_BEFORE,
         free_speed=expected,
         resonance=resonance,
         residual=residual,
@@ -112,7 +116,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         vibration,
         observed if evidence.modulated else None,
         (mean,) if left is None else (mean, left),
-        max(waits, default=0.0) * LOOKAHEAD / ahead,
+        _needed(waits, observed, each, end),
     )
 
 
@@ -129,6 +133,13 @@ def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, fl
     seen = observed is not None and observed.cycles >= (FEWEST_CYCLES if observed.regular else _FEWEST_IRREGULAR)
     lasts = seen and (varied.course is not Course.APPROACHING or varied.width <= 1.5 * _LASTING * varied.last)
     return (varied.low, varied.high) if lasts else (0.0, math.inf if observed is None else varied.high)
+
+
+def _needed(waits: list[float], observed: Modulation | None, ahead: float, end: float) -> float:
+    """For how many more times the length of the record it must be watched, if it needs so many windows."""
+    if observed is not None and not observed.regular and observed.cycles < _FEWEST_IRREGULAR:
+        return 2 * _FEWEST_IRREGULAR * observed.period / end
+    return max(waits, default=0.0) * LOOKAHEAD / ahead
 
 
 def _bounds(p: Projection) -> tuple[float, float]:
@@ -149,16 +160,17 @@ def _series(whole: Blocks, observed: Modulation | None) -> tuple[np.ndarray, np.
     return means, lows, highs, AHEAD, _CYCLES_ROUNDING * float(highs[-1] - lows[-1])
 
 
-def _lag(whole: Blocks, i: int, speed: float) -> Projection:
-    """By how much a body will lag, as a share of the speed: nothing as long as it goes to and fro within a turn."""
-    lag = whole.followers[i] - whole.speed
-    slip = np.cumsum(lag / whole.speed)[len(whole) // 2 :] * (2 * math.pi * whole.size / PER_TURN)
-    if np.ptp(slip) < 2 * math.pi:
-        moving = projected(windows_of(slip, share=0.2).mean(axis=1), LOOKAHEAD / 0.1, 1e-3)
-        if moving.width < 2 * math.pi:
-            return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
-    durations = 1 / whole.speed
-    p = projected((windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1)) / speed, AHEAD, 1e-6, 1.0)
-    # One that catches up, however slowly, will have done so.
+def _lag(whole: Blocks, i: int, speed: float, ahead: float) -> Projection:
+    """By how much a body will lag, as a share of the speed: not as long as it goes to and fro within a turn."""
+    lag, durations = whole.followers[i] - whole.speed, 1 / whole.speed
+    slip = np.cumsum(lag * durations) * (2 * math.pi * whole.size / PER_TURN)
+    moving = projected(windows_of(slip).mean(axis=1), ahead, _AT_REST)
+    if np.ptp(slip[len(slip) // 2 :]) < 2 * math.pi and moving.width < 2 * math.pi:
+        return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
+    means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
+    p = projected(means, ahead, _ROUNDING, 1.0)
+    p = replace(p, low=min(p.low, float(means.min())), high=max(p.high, float(means.max())))
+    # One that catches up, however slowly, will have done so; and one that has slipped by less than a turn may do so.
     catching_up = p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0)
-    return replace(p, low=min(p.low, 0.0), high=max(p.high, 0.0)) if catching_up else p
+    late = slip[-max(2, len(slip) // 5) :]
+    return replace(p, low=min(p.low, 0.0), high=max(p.high, 0.0)) if catching_up or np.ptp(late) < 2 * math.pi else p

@@ -125,7 +125,8 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
     if means is None:
         return verdict
     outcome = means.evidence.outcome(by_vibration=seen.vibration is not None)
-    verdict = replace(verdict, outcome=outcome, window=means.window, locked=means, advice=None, needed=None)
+    before, verdict = verdict.needed or 0.0, replace(verdict, outcome=outcome, window=means.window, locked=means)
+    verdict = replace(verdict, advice=None, needed=None)
     verdict = replace(verdict, speed=abs(means.speeds[machine.rotor.name]), evidence=replace(verdict.evidence, turning=True))
     if outcome is Outcome.UNIDENTIFIED:
         begin, end = means.window
@@ -134,7 +135,10 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
             why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
             return _undecided(machine, verdict, why, needed)
         return _undecided(
-            machine, verdict, "the phases still move", max(_LONGER * seen.end_time, _transients(machine, verdict.speed))
+            machine,
+            verdict,
+            "the phases still move",
+            max(before or _LONGER * seen.end_time, _transients(machine, verdict.speed)),
         )
     return replace(verdict, rotors=_of_several(machine, seen))
 
@@ -146,7 +150,7 @@ def _of_several(machine: Machine, seen: Observation) -> dict[str, Outcome]:
     for rotor in free if len(free) > 1 else []:
         record = seen.rotors[rotor.name]
         if record.turns >= _FEWEST_TURNS:
-            stands = standing(machine, rotor, record, free_speed(machine, rotor, seen.end_time))
+            stands = standing(machine, rotor, record, free_speed(machine, rotor, seen.end_time), seen.end_time)
             outcomes[rotor.name] = classify(stands.evidence)
     return outcomes
 
@@ -158,7 +162,7 @@ def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Ve
 
 def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
     record = seen.rotors[machine.rotor.name]
-    stands = standing(machine, machine.rotor, record, free)
+    stands = standing(machine, machine.rotor, record, free, seen.end_time)
     evidence, window = stands.evidence, stands.window
     verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), stands, stands.speed)
     if verdict.outcome is Outcome.UNIDENTIFIED:
@@ -250,5 +254,5 @@ def _swing(sizes: np.ndarray, to_and_fro: bool) -> tuple[float, float]:
     p = projected(logs, AHEAD, _EQUAL)
     # Even one that seems to stay may decay unseen.
     hidden = 0.0 if p.course is Course.APPROACHING else float(np.ptp(logs)) / (len(logs) - 1) * AHEAD
-    lasts = to_and_fro and (p.course is Course.STATIONARY or (p.course is Course.APPROACHING and p.width <= _NEARLY))
+    lasts = to_and_fro and p.course is not Course.DRIFTING and p.width <= _NEARLY
     return math.exp(p.low - hidden) if lasts else 0.0, math.exp(min(p.high, 0.0))
