@@ -23,6 +23,7 @@ _CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycl
 _LONGEST_BEFORE = 2.0  # times the turns since the rotor last turned back: the run, of which they are to be the larger part
 _FEWEST_IRREGULAR = 50  # cycles: fewer that are not alike may be the long way to another end
 _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
+_CATCHING_UP = 0.25  # of the lag: a drift that takes away less, as far as it is looked ahead, does not count
 _LASTING = 0.1  # of its range: a modulation lasts that is going to lose no more
 
 
@@ -99,7 +100,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     waits = [
         *([] if evidence.settled else [mean.windows_until(0.5 * SPEED_TOLERANCE * abs(reference))]),
         *([] if left is None or evidence.balanced is not None else [left.windows_until(0.5 * UNBALANCE_TOLERANCE)]),
-        *([] if evidence.asynchronous is not None else [lag.windows_until(LAG_TOLERANCE) for lag in lags]),
+        *([] if evidence.asynchronous is not None else [lag.windows * math.log(max(lag.width / LAG_TOLERANCE, 1.0)) for lag in lags if _undecided(lag)]),
         *([] if evidence.beyond is not None else [lowest.windows_until(1e-3 * abs(reference))]),
         *([] if evidence.modulated is not None else [varied.windows_until(0.5 * MODULATION_THRESHOLD)]),
     ]
@@ -169,8 +170,13 @@ def _lag(whole: Blocks, i: int, speed: float, ahead: float) -> Projection:
         return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
     means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
     p = projected(means, ahead, _ROUNDING, 1.0)
+    if abs(p.last) <= LAG_TOLERANCE:
+        return p
     p = replace(p, low=min(p.low, float(means.min())), high=max(p.high, float(means.max())))
     # One that catches up, however slowly, will have done so; and one that has slipped by less than a turn may do so.
-    catching_up = p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0)
+    change = abs(float(means[-1] - means[-2])) * ahead
+    catching_up = p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0) and change > _CATCHING_UP * abs(p.last)
     late = slip[-max(2, len(slip) // 5) :]
+    if catching_up:
+        p = replace(p, windows=abs(p.last) * ahead / change)
     return replace(p, low=min(p.low, 0.0), high=max(p.high, 0.0)) if catching_up or np.ptp(late) < 2 * math.pi else p
