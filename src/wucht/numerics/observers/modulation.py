@@ -10,7 +10,11 @@ import numpy as np
 from wucht.numerics.observers.turn_record import Blocks, TurnRecord
 
 FEWEST_CYCLES = 3
-_SHARE = 0.5  # of the record, in which cycles are looked for
+_SHARES = (
+    0.5,
+    0.8,
+    *(0.5**k for k in range(2, 40)),
+)  # of the record, in which cycles are looked for: slow ones, then fast ones
 _RESOLVED = 8  # blocks a cycle, at least
 _LAST = 3  # cycles, of which the period and the window are
 _GROUPS = 5  # of cycles, at most
@@ -23,7 +27,8 @@ class Modulation:
 
     period, period_angle: of the last cycles, in time and in angle. low, high: the range over the last cycle; over all that are
     seen where they are irregular. window: the last cycles. cycles: how many are seen. regular: whether the last ones take the
-    same time. groups: mean, least and greatest speed (3, g), each the mean over equally many successive cycles; span: of a group.
+    same time. groups: mean, least and greatest speed (3, g), each the mean over equally many successive cycles; borders: the
+    times (g + 1,) between these.
     """
 
     period: float
@@ -34,28 +39,32 @@ class Modulation:
     cycles: int
     regular: bool
     groups: np.ndarray
-    span: float
+    borders: np.ndarray
+
+    @property
+    def span(self) -> float:
+        """The mean duration of a group."""
+        return float(self.borders[-1] - self.borders[0]) / (len(self.borders) - 1)
 
 
 def modulation(record: TurnRecord, threshold: float) -> Modulation | None:
-    """The modulation in the last half of a record, None if its range is below the threshold or there are too few cycles.
+    """The modulation in the last part of a record, None if its range is below the threshold or there are too few cycles.
 
-    Cycles are counted between upward crossings of the middle, with hysteresis; where the record is long against them, in the
-    last part of it, which is known in more detail.
+    Cycles are counted between upward crossings of the middle, with hysteresis: in the last half of the record, if there are too
+    few in the last four fifths, and where the record is long against them in the last part that is known in more detail.
     """
-    late = record.last(_SHARE / 2)
+    late = record.last(_SHARES[0] / 2)
     if not len(late) or late.highest.max() - late.lowest.min() < threshold:
         return None
-    share = _SHARE
-    while True:
+    for share in _SHARES:
         part = record.last(share)
         crossings = _upward_crossings(part)
         resolved = part.size == 1 or (len(crossings) > 1 and np.diff(crossings).min() >= _RESOLVED)
         if len(crossings) > FEWEST_CYCLES and resolved:
             return _of_cycles(part, crossings)
-        if part.size == 1:
+        if part.size == 1 and share < _SHARES[0]:
             return None
-        share /= 2
+    return None
 
 
 def _of_cycles(part: Blocks, crossings: np.ndarray) -> Modulation:
@@ -68,10 +77,12 @@ def _of_cycles(part: Blocks, crossings: np.ndarray) -> Modulation:
     bounds = [(part.lowest[j : k + 1].min(), part.highest[j : k + 1].max()) for j, k in itertools.pairwise(i)]
     each = np.array([np.abs(turned) / periods, *np.transpose(bounds)])
     size = -(-len(periods) // _GROUPS)
-    groups = each[:, len(periods) % size :].reshape(3, -1, size).mean(axis=2)
+    skipped = len(periods) % size
+    groups = each[:, skipped:].reshape(3, -1, size).mean(axis=2)
+    borders = np.interp(crossings[skipped::size], np.arange(len(part)), part.time)
     period, angle = float(periods[-count:].mean()), float(np.abs(turned[-count:].mean()))
     low, high = float(last.lowest.min()), float(last.highest.max())
-    return Modulation(period, angle, low, high, window, len(periods), regular, groups, size * period)
+    return Modulation(period, angle, low, high, window, len(periods), regular, groups, borders)
 
 
 def _upward_crossings(part: Blocks) -> np.ndarray:

@@ -23,6 +23,7 @@ _CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycl
 _LONGEST_BEFORE = 2.0  # times the turns since the rotor last turned back: the run, of which they are to be the larger part
 _FEWEST_IRREGULAR = 50  # cycles: fewer that are not alike may be the long way to another end
 _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
+_TENTHS, _TENTHS_IRREGULAR = 20.0, 2.0  # cycles in a tenth of the record: more need not be whole ones
 _CATCHING_UP = 0.25  # of the lag: a drift that takes away less, as far as it is looked ahead, does not count
 _LASTING = 0.1  # of its range: a modulation lasts that is going to lose no more
 
@@ -69,7 +70,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     reference = expected or float(means[-1])
     mean, lowest = (projected(x, ahead, max(rounding, _ROUNDING * abs(reference))) for x in (means, lows))
     varied = projected((highs - lows) / means, ahead, max(rounding / abs(means[-1]), _ROUNDING))
-    lags = tuple(_lag(whole, i, means[-1], AHEAD * longer) for i in about)
+    lags = tuple(_lag(whole, i, means[-1], ahead, observed) for i in about)
     left = projected(windows_of(whole.greatest_sum).max(axis=1), AHEAD * longer, _ROUNDING) if scale and about else None
     asynchronous = any(lag.low > LAG_TOLERANCE or lag.high < -LAG_TOLERANCE for lag in lags)
     last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
@@ -100,7 +101,11 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     waits = [
         *([] if evidence.settled else [mean.windows_until(0.5 * SPEED_TOLERANCE * abs(reference))]),
         *([] if left is None or evidence.balanced is not None else [left.windows_until(0.5 * UNBALANCE_TOLERANCE)]),
-        *([] if evidence.asynchronous is not None else [lag.windows * math.log(max(lag.width / LAG_TOLERANCE, 1.0)) for lag in lags if _undecided(lag)]),
+        *(
+            []
+            if evidence.asynchronous is not None
+            else [lag.windows * math.log(max(lag.width / LAG_TOLERANCE, 1.0)) for lag in lags if _undecided(lag)]
+        ),
         *([] if evidence.beyond is not None else [lowest.windows_until(1e-3 * abs(reference))]),
         *([] if evidence.modulated is not None else [varied.windows_until(0.5 * MODULATION_THRESHOLD)]),
     ]
@@ -153,7 +158,7 @@ def _series(whole: Blocks, observed: Modulation | None) -> tuple[np.ndarray, np.
     The windows are tenths of the record; where a modulation is slower than that, groups of its cycles.
     """
     duration = float(whole.time[-1] - whole.time[0])
-    if observed is not None and 2 * observed.period > SHARE * duration:
+    if observed is not None and _by_cycles(whole, observed):
         means, lows, highs = observed.groups
         return means, lows, highs, LOOKAHEAD * duration / observed.span, _CYCLES_ROUNDING * (observed.high - observed.low)
     means = 1 / windows_of(1 / whole.speed).mean(axis=1)
@@ -161,14 +166,23 @@ def _series(whole: Blocks, observed: Modulation | None) -> tuple[np.ndarray, np.
     return means, lows, highs, AHEAD, _CYCLES_ROUNDING * float(highs[-1] - lows[-1])
 
 
-def _lag(whole: Blocks, i: int, speed: float, ahead: float) -> Projection:
+def _by_cycles(whole: Blocks, observed: Modulation) -> bool:
+    """Whether a modulation is so slow that means are to be taken over whole cycles of it."""
+    duration, most = float(whole.time[-1] - whole.time[0]), _TENTHS if observed.regular else _TENTHS_IRREGULAR
+    return most * observed.period > SHARE * duration
+
+
+def _lag(whole: Blocks, i: int, speed: float, ahead: float, observed: Modulation | None) -> Projection:
     """By how much a body will lag, as a share of the speed: not as long as it goes to and fro within a turn."""
     lag, durations = whole.followers[i] - whole.speed, 1 / whole.speed
     slip = np.cumsum(lag * durations) * (2 * math.pi * whole.size / PER_TURN)
     moving = projected(windows_of(slip).mean(axis=1), ahead, _AT_REST)
     if np.ptp(slip[len(slip) // 2 :]) < 2 * math.pi and moving.width < 2 * math.pi:
         return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
-    means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
+    if observed is not None and _by_cycles(whole, observed):
+        means = np.diff(np.interp(observed.borders, whole.time, slip)) / np.diff(observed.borders) / speed
+    else:
+        means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
     p = projected(means, ahead, _ROUNDING, 1.0)
     if abs(p.last) <= LAG_TOLERANCE:
         return p
