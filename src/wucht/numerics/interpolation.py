@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-_STEPS = 8  # of Newton's method, which doubles the digits at each; where the speed vanishes halves must do
+_STEPS, _MOST_STEPS = 3, 60  # of Newton's method, which doubles the digits at each; where the speed vanishes halves must do
+_DIGITS = 1e-14
 
 
 def intervals(at: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -15,30 +16,34 @@ def intervals(at: np.ndarray, x: np.ndarray) -> np.ndarray:
     return np.clip(np.searchsorted(x, at, side="left") - 1, 0, len(x) - 2)
 
 
-def hermite(at: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray, i: np.ndarray | None = None) -> np.ndarray:
-    """y (..., N) of x (N,) with its derivative, at points ``at`` (K,): (..., K). i: their ``intervals``, if they are known."""
-    i = intervals(at, x) if i is None else i
-    h = x[i + 1] - x[i]
-    s = (at - x[i]) / h
-    left = y[..., i]
+def hermite(at: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """y (..., N) of x (N,) with its derivative, at points ``at`` (K,): (..., K)."""
+    i = intervals(at, x)
+    return between((at - x[i]) / (x[i + 1] - x[i]), x, y, slope, i)
+
+
+def between(share: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray, i: np.ndarray) -> np.ndarray:
+    """y (..., N) of x (N,) with its derivative, at shares (K,) of the way from the samples i to the next: (..., K)."""
+    h, left = x[i + 1] - x[i], y[..., i]
     rise = y[..., i + 1] - left
     before, after = h * slope[..., i] - rise, rise - h * slope[..., i + 1]
-    return np.asarray(left + s * rise + s * (1 - s) * ((1 - s) * before + s * after))
+    return np.asarray(left + share * (rise + (1 - share) * ((1 - share) * before + share * after)))
 
 
 def where_reached(values: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray, i: np.ndarray) -> np.ndarray:
-    """The points at which the interpolated y reaches values (K,) between the samples i and i + 1, whose y are on both sides."""
+    """At which shares of the way from the samples i to the next, whose y are on both sides, the interpolated y has values (K,)."""
     h, left = x[i + 1] - x[i], y[i]
     rise, first, last = y[i + 1] - left, h * slope[i], h * slope[i + 1]
     wanted, cubic, square = values - left, first + last - 2 * rise, 3 * rise - 2 * first - last
     low, high = np.zeros(len(i)), np.ones(len(i))
     s = np.divide(wanted, rise, out=np.zeros(len(i)), where=rise != 0)
-    for _ in range(_STEPS):
+    for step in range(_MOST_STEPS):
         off = s * (first + s * (square + s * cubic)) - wanted
+        if step >= _STEPS and (np.abs(off) <= _DIGITS * np.abs(rise)).all():
+            break
         short = off * rise < 0
         low, high = np.where(short, s, low), np.where(short, high, s)
-        steepness = first + s * (2 * square + 3 * s * cubic)
         with np.errstate(all="ignore"):
-            s = s - off / steepness
+            s = s - off / (first + s * (2 * square + 3 * s * cubic))
         s = np.where((s >= low) & (s <= high), s, (low + high) / 2)
-    return np.asarray(x[i] + s * h)
+    return np.asarray(s)

@@ -54,6 +54,12 @@ def _levels(before: tuple[np.ndarray, ...], blocks: np.ndarray, count: int, kind
 
 def _paired(blocks: np.ndarray, kinds: Sequence[int]) -> np.ndarray:
     """Each two neighbouring blocks as one."""
-    first, second = blocks[:, ::2], blocks[:, 1::2]
-    ways = second, np.minimum(first, second), np.maximum(first, second), (first + second) / 2
-    return np.array([ways[kind][row] for row, kind in enumerate(kinds)])
+    first, second, merged = blocks[:, ::2], blocks[:, 1::2], blocks[:, 1::2].copy()
+    for kind, merge in ((LOW, np.minimum), (HIGH, np.maximum), (MEAN, _mean)):
+        rows = [row for row, k in enumerate(kinds) if k == kind]
+        merged[rows] = merge(first[rows], second[rows])
+    return merged
+
+
+def _mean(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    return np.asarray((first + second) / 2)

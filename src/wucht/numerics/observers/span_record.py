@@ -10,6 +10,7 @@ from wucht.numerics.observers.pyramid import HIGH, LAST, LOW, Pyramid
 from wucht.numerics.observers.turns import Samples
 from wucht.numerics.peaks import between_samples
 
+_PER_SPAN = 6  # samples are enough: more are left out
 _KINDS = (LAST, LAST, LOW, HIGH, LOW, HIGH)
 
 
@@ -37,7 +38,7 @@ class SpanRecord:
 
     def after(self, samples: Samples) -> SpanRecord:
         """The record after a part of the motion, which may begin with the last sample of the part before."""
-        s = samples.after(self.sample)
+        s = _sparse(samples.after(self.sample), self.span / _PER_SPAN)
         if len(s.time) < 2:
             return replace(self, sample=s if len(s.time) else None)
         angle, speed, end = s.angles[0], s.speeds[0], s.time[1:]
@@ -57,3 +58,9 @@ class SpanRecord:
         """The last share of the time so far, in the shortest spans that reach back so far, with the one that is not yet over."""
         values, _ = self.kept.last(share)
         return Spans(*np.concatenate([values, self.open], axis=1))
+
+
+def _sparse(s: Samples, every: float) -> Samples:
+    """The first sample in each of such spans of time."""
+    number = np.floor(s.time / every)
+    return s.part(np.append(True, number[1:] != number[:-1])[: len(number)])

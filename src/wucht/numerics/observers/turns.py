@@ -8,10 +8,10 @@ from typing import Self
 
 import numpy as np
 
-from wucht.numerics.interpolation import hermite, intervals, where_reached
+from wucht.numerics.interpolation import between, intervals, where_reached
 from wucht.numerics.peaks import between_samples
 
-PER_TURN = 16  # a power of two, so that sums over a turn are made by doubling, the same whatever the parts
+PER_TURN = 8  # a power of two, so that sums over a turn are made by doubling, the same whatever the parts
 _STEP = 2 * math.pi / PER_TURN
 _ROUNDING = 1e-9  # of a step: a sample so near before a mark is at it
 
@@ -47,7 +47,7 @@ class Samples:
         """With the samples before these; one that both have counts once."""
         if before is None or not len(before.time):
             return self
-        new = self.part(self.time > before.time[-1])
+        new = self.part(slice(int(np.searchsorted(self.time, before.time[-1], side="right")), None))
         joined = {name: np.concatenate([getattr(before, name), values], axis=-1) for name, values in vars(new).items()}
         return replace(self, **joined)
 
@@ -99,7 +99,7 @@ class Turns:
 
 @dataclass(frozen=True)
 class _Marks:
-    """Where the leading angle has reached a multiple of a sixteenth turn: time (K,), angles of the others (n, K), and the square
+    """Where the leading angle has reached a multiple of an eighth of a turn: time (K,), angles of the others (n, K), and the square
     of the largest distance since the mark before (K,). The last ones: a turn begins at each."""
 
     time: np.ndarray
@@ -170,8 +170,8 @@ class TurnObserver:
             return replace(self, square=max(self.square, float(squares.max()))), Turns.none(len(s.angles) - 1)
         at = numbers * _STEP
         i = intervals(at - _ROUNDING * _STEP, leader)
-        time = where_reached(at, s.time, leader, self.sense * s.speeds[0], i)
-        angles = hermite(time, s.time, s.angles[1:], s.speeds[1:], i)
+        share = where_reached(at, s.time, leader, self.sense * s.speeds[0], i)
+        time, angles = s.time[i] + share * (s.time[i + 1] - s.time[i]), between(share, s.time, s.angles[1:], s.speeds[1:], i)
         begin = np.append(0, i[:-1])
         largest = np.maximum(np.maximum.reduceat(squares, begin), squares[i])
         largest[0] = max(largest[0], self.square)

@@ -81,6 +81,7 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict) -> dict[str
         span = float(np.ptp(time[inside]))
         mean = float(np.trapezoid(rotor, time[inside])) / span if span > 0 else float(rotor[-1])
     locked = {} if verdict.locked is None else {"mean_speeds": verdict.locked.speeds, "rotor_phases": verdict.locked.phases}
+    locked |= {"rotor_outcomes": {name: str(o) for name, o in verdict.rotors.items()}} if verdict.rotors else {}
     return {
         "outcome": str(verdict.outcome),
         "sentence": verdict.sentence,
