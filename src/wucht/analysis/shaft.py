@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import sympy as sp
 
+from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.operation import operating_speed, slopes
 from wucht.machines.structure import SPEED
@@ -32,3 +33,13 @@ def energy_scale(machine: Machine) -> float:
     kinetic = machine.function(machine.structure.kinetic_in_operation, of=SPEED, modules="math")
     energy = float(kinetic(operating_speed(machine))[0])
     return energy if energy > 0 and math.isfinite(energy) else 1.0
+
+
+def swing_frequency(machine: Machine) -> float:
+    """The angular frequency at which the unbalanced bodies swing in the carrier's gravity, little and all alike; 0 without it."""
+    gravity = machine.values.get("carrier.gravity", 0.0)
+    if not gravity:
+        return 0.0
+    kinetic = machine.function(machine.structure.kinetic_in_operation, of=SPEED, modules="math")
+    square = gravity * float(np.abs(unbalances(machine)).sum()) / (2 * float(kinetic(1.0)[0]))
+    return math.sqrt(square) if math.isfinite(square) else 0.0

@@ -1,12 +1,16 @@
 """Verdicts on whole runs, each on a machine made to end that way."""
 
 import json
+import math
+from typing import Any
 
 import pytest
 
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
 from wucht.results.conventions import summary_of
+from wucht.studies.run_up import horizon
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -73,11 +77,19 @@ def test_a_rotor_without_drive_runs_down() -> None:
     assert turns.attrs["end_time"] < 1e4
 
 
-def test_a_rotor_that_its_motor_cannot_lift_swings() -> None:
+def test_a_rotor_that_its_motor_cannot_lift_comes_to_rest() -> None:
+    """It swings, ever less: that is no end, and the advice says how long it takes."""
     heavy = ALONE | {"set": {"carrier.gravity": 9.81, "d.unbalance": 0.2, "d.inertia": 0.1, "d.bearing_damping": 0.05}}
     machine = machine_from(heavy | {"drive": {"kind": "linear", "slope": 0.005, "no_load_speed": 100.0}})
-    result = run(RunUp(until=10.0, start={"d": -0.5}), machine)
+    assert _advised(machine, 10.0, {"d": -0.5}) == ["unidentified", "stopped"]
+
+
+def test_a_rotor_without_losses_swings_for_ever() -> None:
+    free = {"carrier": {"directions": "fixed", "gravity": 9.81},
+            "bodies": [{"kind": "rotor", "name": "d", "mass": 2.0, "unbalance": 0.05, "inertia": 0.01}]}  # fmt: skip
+    result = run(RunUp(until=30.0, start={"d": 0.5}), machine_from(free))
     assert result.attrs["outcome"] == "oscillating"
+    assert summary_of(result)["final_speed"] == pytest.approx(0.0, abs=0.3)
 
 
 def test_beyond_the_speed_limit_it_is_a_runaway() -> None:
@@ -85,3 +97,163 @@ def test_beyond_the_speed_limit_it_is_a_runaway() -> None:
     assert result.attrs["outcome"] == "runaway"
     assert float(result.speed.sel(body="drum")[-1]) == pytest.approx(150.0, rel=0.05)
     assert result.attrs["end_time"] < 10.0
+
+
+# --- machine T: a rotor of large unbalance on a light carrier, its torque does not depend on its speed ---
+
+T = {
+    "carrier": {"mass": 1.3608, "directions": "x", "stiffness": 186.3, "damping": 0.659},
+    "bodies": [{"kind": "rotor", "name": "r", "mass": 0.096, "eccentricity": 0.0592, "inertia": 5.5394e-4}],
+    "drive": {"kind": "constant-torque", "torque": 6.4e-3},
+}
+DOWN = {"r": -math.pi / 2}
+
+
+def _advised(machine: Machine, until: float, start: dict[str, Any], most: int = 5) -> list[str]:
+    """The outcomes of a run and of those that follow its advice."""
+    outcomes: list[str] = []
+    while len(outcomes) < most:
+        summary = summary_of(run(RunUp(until=until, start=start), machine))
+        outcomes.append(summary["outcome"])
+        if summary["advice"] is None:
+            break
+        until = float(summary["advice"].split("until ")[1].split()[0])
+    return outcomes
+
+
+def _bearing(damping: float) -> dict[str, Any]:
+    return T | {"bodies": [T["bodies"][0] | {"bearing_damping": damping}]}
+
+
+def test_a_drive_without_a_no_load_speed_is_captured_too() -> None:
+    summary = summary_of(run(RunUp(start=DOWN), machine_from(T)))
+    assert summary["outcome"] == "captured"
+    assert summary["final_speed"] == pytest.approx(10.883, abs=1e-3)
+    assert summary["resonance_speed"] == pytest.approx(11.315, abs=1e-3)
+
+
+def test_so_is_a_series_motor_without_load() -> None:
+    motor = {"kind": "dc-series", "voltage": 1.0, "armature_resistance": 5.0, "field_resistance": 2.0, "field_inductance": 0.5,
+             "motor_constant": 0.72}  # fmt: skip
+    summary = summary_of(run(RunUp(until=400.0, start=DOWN), machine_from(T | {"drive": motor})))
+    assert summary["outcome"] == "captured"
+    assert 10.0 < summary["final_speed"] < 11.31
+
+
+@pytest.mark.parametrize("until", [15.0, 22.2, 30.0])
+def test_a_beat_that_dies_out_is_not_called_modulated(until: float) -> None:
+    assert _advised(machine_from(_bearing(5e-5)), until, DOWN) == ["unidentified", "captured"]
+
+
+def test_a_run_until_settled_waits_for_its_end() -> None:
+    assert run(RunUp(start=DOWN), machine_from(_bearing(5e-5))).attrs["outcome"] == "captured"
+
+
+@pytest.mark.parametrize("until", [1.0, 2.0])
+def test_following_the_advice_takes_one_run(until: float) -> None:
+    start = {"p1": 0.3, "p2": -0.5}
+    assert _advised(load_machine("drozdetskaya-2020/r1-u1"), until, start) == ["unidentified", "captured"]
+
+
+@pytest.mark.parametrize("until", [3600.0, 5000.0, 24000.0])
+def test_a_modulation_is_known_after_five_of_its_periods(until: float) -> None:
+    start = {"psi": 0.0, "delta": 0.5}
+    summary = summary_of(run(RunUp(until=until, start=start), load_machine("drozdetskaya-2020/table-5.1", {"u": 2.75})))
+    assert summary["outcome"] == "captured-modulated"
+    assert summary["modulation_period"] == pytest.approx(682.576, abs=0.01)
+
+
+# --- what is stored does not matter ---
+
+FAST = {
+    "carrier": {"directions": "xy", "stiffness": 1e5, "damping": 300.0},
+    "bodies": [{"kind": "rotor", "name": "d", "mass": 10.0, "unbalance": 0.01, "inertia": 0.003}],
+    "drive": {"kind": "linear", "slope": 0.02, "no_load_speed": 1289.0},
+}
+
+
+def test_a_steady_run_that_is_stored_coarsely_does_not_beat(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 3.7 samples a turn they beat by aliasing."""
+    fine = summary_of(run(RunUp(until=4.0), machine_from(FAST)))
+    monkeypatch.setattr(horizon, "MOST_SAMPLES", round(3.7 * 4.0 * 1289 / (2 * math.pi)))
+    result = run(RunUp(until=4.0), machine_from(FAST))
+    coarse = summary_of(result)
+    assert result.sizes["time"] < 3100
+    assert any("3.7 samples a turn" in w for w in json.loads(result.attrs["warnings"]))
+    assert (coarse["outcome"], coarse["modulation_period"]) == ("passed", None)
+    for name in ("final_speed", "settling_time", "final_residual_unbalance"):
+        assert coarse[name] == pytest.approx(fine[name], rel=1e-6)
+
+
+@pytest.mark.parametrize("until", [20.0, 20.07, 20.13, 33.3])
+def test_the_final_speed_is_a_mean_over_whole_turns(until: float) -> None:
+    """Gravity: the speed varies by 8 % within a turn."""
+    carrier = {"mass": 1.0, "directions": "x", "stiffness": 1e4, "damping": 5.0, "gravity": 9.81}
+    body = {"kind": "rotor", "name": "r", "mass": 1.0, "unbalance": 5e-3, "inertia": 1e-3}
+    machine = machine_from(
+        {"carrier": carrier, "bodies": [body], "drive": {"kind": "linear", "slope": 2e-2, "no_load_speed": 30.0}}
+    )
+    assert summary_of(run(RunUp(until=until), machine))["final_speed"] == pytest.approx(29.9690086768, rel=1e-8)
+
+
+@pytest.mark.parametrize("amplitude", [1e-3, 1e-2])
+@pytest.mark.parametrize("speed", [4.0, 20.0, 60.0])
+def test_the_amplitude_of_a_prescribed_motion_is_its_amplitude(amplitude: float, speed: float) -> None:
+    motion = {"direction": "x", "amplitude": amplitude, "frequency": 6.2832}
+    body = {"kind": "rotor", "name": "r", "mass": 1.0, "unbalance": 1e-3, "inertia": 1e-3}
+    drive = {"kind": "linear", "slope": 1e-3, "no_load_speed": speed}
+    machine = machine_from({"carrier": {"mass": 1.0, "directions": "x", "motion": motion}, "bodies": [body], "drive": drive})
+    assert summary_of(run(RunUp(until=50.0), machine))["final_amplitude"] == pytest.approx(amplitude, rel=1e-4)
+
+
+def test_exciters_that_hang_at_the_resonance_are_synchronised_and_captured() -> None:
+    bodies = [
+        {"kind": "rotor", "name": n, "mass": 1.0, "unbalance": 0.02, "inertia": 0.01, "bearing_damping": 1e-4} for n in "ab"
+    ]
+    drives = [{"on": n, "kind": "linear", "slope": 1e-3, "no_load_speed": w} for n, w in (("a", 100.5), ("b", 101.0))]
+    carrier = {"mass": 8.0, "directions": "x", "stiffness": 3500.0, "damping": 20.0}
+    machine = machine_from({"carrier": carrier, "bodies": bodies, "drives": drives})
+    result = run(RunUp(until=200.0, start={"a": 0.3}), machine)
+    summary = summary_of(result)
+    assert summary["outcome"] == "synchronised"
+    assert summary["rotor_outcomes"] == {"a": "captured", "b": "captured"}
+    assert "captured at the resonance: a, b" in result.attrs["sentence"]
+    assert summary["final_speed"] == pytest.approx(18.05, abs=0.01)  # of 18.71
+    faster = machine_from({"carrier": carrier, "bodies": bodies, "drives": [d | {"slope": 4e-3} for d in drives]})
+    assert summary_of(run(RunUp(until=60.0, start={"a": 0.3}), faster))["rotor_outcomes"] == {"a": "passed", "b": "passed"}
+
+
+# --- mirror images, units, time scale ---
+
+
+def _mirrored(document: dict[str, Any]) -> dict[str, Any]:
+    drive = document["drive"]
+    key = "torque" if "torque" in drive else "no_load_speed"
+    return document | {"drive": drive | {key: -drive[key]}}
+
+
+@pytest.mark.parametrize(("document", "until"), [(_bearing(5e-5), 120.0), (FAST, 4.0), (T, 60.0)])
+def test_a_mirror_image_has_the_mirrored_verdict(document: dict[str, Any], until: float) -> None:
+    """x -> -x: angles a -> pi - a, speeds change their sign."""
+    name = document["bodies"][0]["name"]
+    one, other = (
+        summary_of(run(RunUp(until=until, start={name: start}), machine_from(d)))
+        for d, start in ((document, 0.4), (_mirrored(document), math.pi - 0.4))
+    )
+    assert one["outcome"] == other["outcome"]
+    assert one["final_speed"] == pytest.approx(-other["final_speed"], rel=1e-9)
+    for key in ("resonance_speed", "settling_time", "final_residual_unbalance"):
+        assert one[key] == (None if other[key] is None else pytest.approx(other[key], rel=1e-6))
+
+
+def test_a_slower_time_scale_slows_the_verdict_down() -> None:
+    """Stiffness over 100, damping, torque slope and speeds over 10, time times 10."""
+    slow = {
+        "carrier": {"directions": "xy", "stiffness": 1e3, "damping": 30.0},
+        "bodies": FAST["bodies"],
+        "drive": {"kind": "linear", "slope": 0.002, "no_load_speed": 128.9},
+    }
+    one, other = (summary_of(run(RunUp(until=t), machine_from(d))) for d, t in ((FAST, 4.0), (slow, 40.0)))
+    assert one["outcome"] == other["outcome"]
+    assert other["settling_time"] == pytest.approx(10 * one["settling_time"], rel=1e-6)
+    assert other["final_speed"] == pytest.approx(one["final_speed"] / 10, rel=1e-9)

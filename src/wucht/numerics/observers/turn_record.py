@@ -65,14 +65,10 @@ class Blocks:
 
     @property
     def smooth_mean_speeds(self) -> np.ndarray:
-        """Mean speeds (1 + n,) weighted so that a modulation does not count that is cut at the ends.
-
-        J. Laskar, Physica D 67 (1993) 257-281; S. Das, Y. Saiki, E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111-4140.
-        """
+        """Mean speeds (1 + n,) weighted so that a modulation does not count that is cut at the ends: ``smooth_weights``."""
         if len(self) < 3:
             return self.mean_speeds
-        share = (np.arange(len(self)) + 0.5) / len(self)
-        durations = np.exp(-1 / (share * (1 - share))) / self.speed
+        durations = smooth_weights(len(self)) / self.speed
         return np.asarray(np.append(self.speed @ durations, self.followers @ durations) / durations.sum())
 
     def part(self, which: slice) -> Blocks:
@@ -83,6 +79,15 @@ class Blocks:
     def last(self, share: float) -> Blocks:
         """The last share of them, at least one."""
         return self.part(slice(len(self) - max(1, round(share * len(self))), None))
+
+
+def smooth_weights(count: int) -> np.ndarray:
+    """Weights (count,) of a mean over an oscillation that is cut at both ends.
+
+    J. Laskar, Physica D 67 (1993) 257-281; S. Das, Y. Saiki, E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111-4140.
+    """
+    share = (np.arange(count) + 0.5) / count
+    return np.asarray(np.exp(-1 / (share * (1 - share))))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from wucht.analysis.vibration import Vibration, unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
-from wucht.numerics.observers.modulation import FEWEST_CYCLES, Modulation, modulation
+from wucht.numerics.observers.modulation import Modulation, modulation
 from wucht.numerics.observers.projection import AHEAD, LOOKAHEAD, SHARE, Course, Projection, projected, windows_of
 from wucht.numerics.observers.turn_record import Blocks, TurnRecord
 from wucht.numerics.observers.turns import PER_TURN
@@ -25,7 +25,7 @@ _FEWEST_IRREGULAR = 50  # cycles: fewer that are not alike may be the long way t
 _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
 _TENTHS, _TENTHS_IRREGULAR = 20.0, 2.0  # cycles in a tenth of the record: more need not be whole ones
 _CATCHING_UP = 0.25  # of the lag: a drift that takes away less, as far as it is looked ahead, does not count
-_LASTING = 0.1  # of its range: a modulation lasts that is going to lose no more
+_LASTING = 0.15  # of its range: a modulation lasts that is going to change by no more
 
 
 @dataclass(frozen=True)
@@ -136,9 +136,14 @@ def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, fl
     range hardly changes any more; else it may die out."""
     if varied.high <= MODULATION_THRESHOLD:
         return _bounds(varied)
-    seen = observed is not None and observed.cycles >= (FEWEST_CYCLES if observed.regular else _FEWEST_IRREGULAR)
-    lasts = seen and (varied.course is not Course.APPROACHING or varied.width <= 1.5 * _LASTING * varied.last)
-    return (varied.low, varied.high) if lasts else (0.0, math.inf if observed is None else varied.high)
+    if observed is None:
+        return 0.0, math.inf
+    even = varied.width <= _LASTING * varied.last
+    if observed.regular:
+        lasts = even or varied.course is Course.DRIFTING
+    else:
+        lasts = observed.cycles >= _FEWEST_IRREGULAR and (even or varied.course is not Course.APPROACHING)
+    return _bounds(varied) if lasts else (0.0, varied.high)
 
 
 def _needed(waits: list[float], observed: Modulation | None, ahead: float, end: float) -> float:

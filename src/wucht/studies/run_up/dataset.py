@@ -9,6 +9,7 @@ import numpy as np
 from wucht.analysis.dimensionless import numbers
 from wucht.machines.machine import MISMATCH, Machine
 from wucht.machines.operation import natural_frequencies
+from wucht.numerics.observers.turn_record import smooth_weights
 from wucht.numerics.peaks import extremes
 from wucht.results.conventions import answered
 from wucht.results.outcomes import Outcome
@@ -78,9 +79,11 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict) -> dict[str
     if evidence.turning:
         mean = (float(np.sign(rotor.mean())) or 1.0) * verdict.speed
     else:
-        span = float(np.ptp(time[inside]))
-        mean = float(np.trapezoid(rotor, time[inside])) / span if span > 0 else float(rotor[-1])
-    locked = {} if verdict.locked is None else {"mean_speeds": verdict.locked.speeds, "rotor_phases": verdict.locked.phases}
+        weights = smooth_weights(len(rotor))
+        mean = float(np.average(rotor, weights=weights if weights.any() else None))
+    locked: dict[str, Any] = (
+        {} if verdict.locked is None else {"mean_speeds": verdict.locked.speeds, "rotor_phases": verdict.locked.phases}
+    )
     locked |= {"rotor_outcomes": {name: str(o) for name, o in verdict.rotors.items()}} if verdict.rotors else {}
     return {
         "outcome": str(verdict.outcome),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.shaft import energy_scale
+from wucht.analysis.shaft import energy_scale, swing_frequency
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies, net_torque
 from wucht.numerics.flow.events import Event
@@ -51,7 +51,7 @@ class Horizon:
     def of(cls, machine: Machine, spec: RunUp, initial: np.ndarray) -> Horizon:
         """The horizon of a run from an initial state."""
         at = {t: machine.at(t) for t in machine.breakpoints}
-        natural = [f for m in at.values() for f in natural_frequencies(m).values() if f > 0]
+        natural = [f for m in at.values() for f in (*natural_frequencies(m).values(), swing_frequency(m)) if f > 0]
         reached = [free_speed(m, r, t) or 0.0 for t, m in at.items() for r in m.rotors]
         prescribed = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
         expected = [*speeds_in(machine, initial).values(), *reached, machine.shaking_frequency or 0.0, *natural]
