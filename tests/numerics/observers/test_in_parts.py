@@ -1,0 +1,119 @@
+"""What is seen of a motion is the same to the last bit, however it is cut into parts."""
+
+from dataclasses import fields, is_dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wucht.numerics.observers import pyramid
+from wucht.numerics.observers.span_record import SpanRecord
+from wucht.numerics.observers.turn_record import TurnRecord
+from wucht.numerics.observers.turns import Samples, TurnObserver, Turns
+
+
+def motion(legs, samples_a_turn, seed):
+    """A body that turns on, stands, turns back, in so many samples each, with two followers and a distance.
+
+    What the records do with it does not depend on whether speeds are the derivatives of angles: they are drawn at random.
+    """
+    draw = np.random.default_rng(seed)
+    senses = np.concatenate([np.full(count, sense) for sense, count in legs])
+    n = len(senses) + 1
+    leader = 2 * np.pi / samples_a_turn * np.append(0, np.cumsum(senses))
+    time = np.cumsum(draw.uniform(0.5, 1.5, n))
+    speed = np.append(senses, 0) * np.append(0, senses**2) * draw.uniform(0.0, 1.5, n) * 2 * np.pi / samples_a_turn
+    others = [(leader + np.cumsum(draw.normal(0, s, n)), speed + draw.normal(0, s, n)) for s in (0.01, 0.2)]
+    samples = Samples.of(time, (leader, speed), *others)
+    return replace(samples, square=draw.uniform(1.0, 2.0, n), rate=draw.normal(0, 1, n))
+
+
+def parts(samples, cuts, overlap):
+    """With ``overlap``, a part begins with the last sample of the part before."""
+    n = len(samples.time)
+    borders = [0, *sorted(cut % n for cut in cuts), n]
+    return [samples.part(slice(max(a - overlap, 0), b)) for a, b in pairwise(borders)]
+
+
+def observed(samples_in_parts):
+    observer, found = TurnObserver(), []
+    for part in samples_in_parts:
+        observer, turns = observer.after(part)
+        found.append(turns)
+    return Turns.joined(*found)
+
+
+def recorded(record, samples_in_parts):
+    """With short levels of the pyramid, so that there are several."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pyramid, "KEPT", 16)
+        for part in samples_in_parts:
+            record = record.after(part)
+    return record
+
+
+def same(a, b):
+    """Equal to the last bit, all the way down."""
+    if is_dataclass(a):
+        return type(a) is type(b) and all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        return len(a) == len(b) and all(map(same, a, b))
+    return np.array_equal(a, b)
+
+
+LEGS = st.lists(st.tuples(st.sampled_from([1, 1, -1, 0]), st.integers(1, 150)), min_size=1, max_size=5)
+CUTS = st.lists(st.integers(0, 10_000), max_size=8)
+ANY_MOTION = given(LEGS, st.sampled_from([24, 32, 25.3]), st.integers(0, 100), CUTS, st.booleans())
+FEW = settings(deadline=None, max_examples=60, derandomize=True)
+
+
+@FEW
+@ANY_MOTION
+def test_turns(legs, samples_a_turn, seed, cuts, overlap):
+    samples = motion(legs, samples_a_turn, seed)
+    assert same(observed([samples]), observed(parts(samples, cuts, overlap)))
+
+
+@FEW
+@ANY_MOTION
+def test_turn_records(legs, samples_a_turn, seed, cuts, overlap):
+    samples, record = motion(legs, samples_a_turn, seed), TurnRecord(2, (1.0, 0.5 + 0.2j, -0.3j))
+    assert same(recorded(record, [samples]), recorded(record, parts(samples, cuts, overlap)))
+
+
+@FEW
+@ANY_MOTION
+def test_span_records(legs, samples_a_turn, seed, cuts, overlap):
+    samples, record = motion(legs, samples_a_turn, seed), SpanRecord(7.5)
+    assert same(recorded(record, [samples]), recorded(record, parts(samples, cuts, overlap)))
+
+
+def test_turns_sample_by_sample():
+    samples = motion([(1, 200), (-1, 20), (1, 300), (-1, 120)], 24, 0)
+    one_by_one = [samples.part(slice(k, k + 1)) for k in range(len(samples.time))]
+    assert same(observed([samples]), observed(one_by_one))
+
+
+def test_what_follows_a_mark_does_not_count_in_the_turn_before_it():
+    """After three turns, at a mark, the distance is larger for a while; the part ends there."""
+    samples = motion([(1, 100)], 24, 0)
+    samples = replace(samples, square=np.where(np.arange(101) == 74, 9.0, 1.0), rate=np.zeros(101))
+    assert observed([samples.part(slice(0, 75))]).largest.max() == 1.0
+    assert observed([samples]).largest.max() == 3.0
+
+
+def test_the_distance_counts_while_the_leader_stands():
+    samples = motion([(1, 100), (0, 30), (1, 100)], 24, 0)
+    far = replace(samples, square=np.where(np.arange(231) == 115, 9.0, 1.0), rate=np.zeros(231))
+    whole = observed([far])
+    assert whole.largest.max() == 3.0
+    assert same(whole.largest, observed(parts(far, [105, 125], False)).largest)
+
+
+def test_the_weighted_sum_of_phases():
+    samples, record = motion([(1, 2000)], 25.3, 0), TurnRecord(2, (1.0, 0.5 + 0.2j, -0.3j))
+    for cuts in ([211], [500, 1003, 1500], list(range(0, 2000, 37))):
+        whole, cut = record.after(samples), recorded(record, parts(samples, cuts, False))
+        assert same(whole.last(1.0).least_sum[-16:], cut.kept.levels[0][8])
