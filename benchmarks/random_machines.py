@@ -12,8 +12,8 @@ Document = dict[str, Any]
 _STRUCTURES = 120  # machines that differ in more than numbers: each has to be compiled
 _CARRIERS = ("x", "xy", "xy", "unequal", "xyr", "fixed", "shaken", "r")
 _DRIVES = (
-    "linear", "linear", "linear", "constant-torque", "constant-speed", "dc-separate", "dc-shunt", "dc-series", "induction", "table",
-    "synchronous",
+    "linear", "linear", "linear", "constant-torque", "constant-speed", "synchronous", "dc-separate", "dc-shunt", "dc-series",
+    "induction", "table",
 )  # fmt: skip
 _PRESCRIBED = ("constant-speed", "synchronous")
 
@@ -34,7 +34,7 @@ def drawn(number: int) -> Drawn:
 
 @dataclass
 class _Draw:
-    """kinds: draws the structure, numbers: all else. total: mass; natural: frequency; free, stall: speed and torque of the drive."""
+    """kinds: draws the structure; numbers: all else. natural: frequency; free, stall: speed and torque of the drive."""
 
     kinds: np.random.Generator
     numbers: np.random.Generator

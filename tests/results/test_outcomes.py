@@ -476,14 +476,6 @@ def test_the_outcome_is_the_one_of_all_points_within_the_bounds(e):
     assert classify(e) is (each.pop() if len(each) == 1 else Outcome.UNIDENTIFIED)
 
 
-@pytest.mark.xfail(
-    reason="at speed and beyond the resonance are taken to be independent, both depend on the lowest speed", strict=True
-)
-def test_bodies_that_lag_at_speed_or_else_beyond_a_resonance_next_to_the_free_speed():
-    """The lowest speed is within 0.5 % up to 201, beyond the resonance from 200 on: one of them holds throughout."""
-    assert case(LAGGING, lowest_speed=(199.5, 202.0), resonance=FREE) is Outcome.BALANCER_CAPTURED
-
-
 def scaled(e, factor):
     """The same motion with another unit of speed."""
     free, resonance = (None if x is None else factor * x for x in (e.free_speed, e.resonance))

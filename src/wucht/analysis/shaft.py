@@ -36,7 +36,7 @@ def energy_scale(machine: Machine) -> float:
 
 
 def swing_frequency(machine: Machine) -> float:
-    """The angular frequency at which the unbalanced bodies swing in the carrier's gravity, little and all alike; 0 without it."""
+    """The angular frequency at which the unbalanced bodies swing in the carrier's gravity, all alike; 0 without it."""
     gravity = machine.values.get("carrier.gravity", 0.0)
     if not gravity:
         return 0.0

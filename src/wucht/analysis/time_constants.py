@@ -8,17 +8,21 @@ import numpy as np
 
 from wucht.analysis.vibration import Vibration
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, net_torque
+from wucht.machines.operation import free_speed, natural_frequencies, net_torque
 from wucht.machines.structure import SPEED
 from wucht.numerics.flow.program import Evaluator
 
+_NEARLY, _POINTS = 0.005, 200  # of the free speed: a run-up is over there
+_RUNAWAY, _SLOWEST_RUNAWAY = 20.0, 150.0  # times the highest natural frequency, or this in rad/s: 30,000 rpm at least
 _STEP = 1e-5  # of the speed
 _NONE = 1e-6  # of the speed: a rate below it is no decay
 
 
 def slowest_decay(machine: Machine, speed: float) -> float:
-    """In what time the slowest disturbance falls by the factor e that falls at all: a free vibration of the carrier, or the slip
-    of a body while the others turn at a speed. 0 where there is none."""
+    """In what time the slowest disturbance that falls at all falls by the factor e; 0 where there is none.
+
+    It is a free vibration of the carrier, or the slip of a body while the others turn at a speed.
+    """
     poles = Vibration.of(machine).poles
     rates = np.append(-poles.real[-poles.real > _NONE * np.abs(poles)], _slip_rates(machine, speed or 1.0))
     return 1 / float(rates.min()) if len(rates) else 0.0
@@ -42,13 +46,31 @@ def _slip_rates(machine: Machine, speed: float) -> np.ndarray:
     return np.asarray(decays[decays > _NONE * abs(speed)])
 
 
-def run_up_time(machine: Machine) -> float:
-    """How long the main rotor's run-up to its free speed takes about, without vibration; 0 where it has none."""
+def run_up_time(machine: Machine, speed: float) -> float:
+    """How long the main rotor takes from a speed to its free speed, or to where it runs away, without vibration.
+
+    0 if it does not get there.
+    """
     rotor = machine.rotor
-    free = None if rotor.coordinate.prescribed is not None else free_speed(machine, rotor)
-    if not free:
+    if rotor.coordinate.prescribed is not None:
         return 0.0
+    free, torque = free_speed(machine, rotor), net_torque(machine, rotor)
+    end = (1 - _NEARLY) * free if free else math.copysign(runaway_limit(machine) or 0.0, torque(0.0))
+    if not end or abs(speed) >= abs(end):
+        return 0.0
+    speeds = np.linspace(math.copysign(abs(speed), end), end, _POINTS)
     energy = machine.function(machine.structure.kinetic_in_operation, of=SPEED, modules="math")
-    torque = abs(net_torque(machine, rotor)(free / 2))
-    time = 2 * float(energy(free)[0]) / abs(free) / torque if torque else 0.0
-    return time if math.isfinite(time) else 0.0
+    inertia, torques = 2 * float(energy(1.0)[0]), np.array([torque(float(w)) for w in speeds]) * math.copysign(1.0, end)
+    return float(np.trapezoid(inertia / torques, np.abs(speeds))) if (torques > 0).all() else 0.0
+
+
+def runaway_limit(machine: Machine) -> float | None:
+    """Where a run ends whose drive meets no load that could hold it, in rad/s; None for all other machines.
+
+    Such are a series motor without load, 002 (2.105), and a constant torque without losses.
+    """
+    rotor = machine.rotor
+    held = rotor.coordinate.prescribed is not None or free_speed(machine, rotor) is not None
+    if held or not machine.units.time or machine.schedules or net_torque(machine, rotor)(0.0) == 0.0:
+        return None
+    return _RUNAWAY * max([*natural_frequencies(machine).values(), _SLOWEST_RUNAWAY])

@@ -31,7 +31,7 @@ def between(share: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray, 
 
 
 def where_reached(values: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray, i: np.ndarray) -> np.ndarray:
-    """At which shares of the way from the samples i to the next, whose y are on both sides, the interpolated y has values (K,)."""
+    """At which shares (K,) of the way from the samples i to the next, one y below and one above, y has values (K,)."""
     h, left = x[i + 1] - x[i], y[i]
     rise, first, last = y[i + 1] - left, h * slope[i], h * slope[i + 1]
     wanted, cubic, square = values - left, first + last - 2 * rise, 3 * rise - 2 * first - last

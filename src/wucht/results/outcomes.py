@@ -50,12 +50,12 @@ _NOTHING: Bounds = (0.0, 0.0)
 class Evidence:
     """What the criteria need: of numbers the bounds between which they will stay. Speeds are positive as the rotor turns.
 
-    turning: at least a few turns were made. mean_speed, lowest_speed: of the rotor, averaged over turns. settled: its mean speed
-    will not change by more than 0.5 % any more. free_speed: what the drive reaches without vibration, None if that is not
-    determined. resonance: speed of the last maximum of the vibration torque below it, None if there is none. residual: largest
-    share of the rotor's unbalance that is left (1: as without balancers), None without unbalance. lags: by how much each body
-    lags behind the rotor, as a share of its speed. modulation: the range of the speed, as a share of it. swing: of a rotor that
-    does not turn any more the largest speed, as a share of the largest there was.
+    turning: at least a few turns were made. mean_speed, lowest_speed: of the rotor, averaged over turns. settled: its mean
+    speed will not change by more than 0.5 % any more, and what it does goes on. free_speed: what the drive reaches without
+    vibration, None if that is not determined. resonance: speed of the last maximum of the vibration torque below it, None if
+    there is none. residual: largest share of the rotor's unbalance that is left (1: as without balancers), None without
+    unbalance. lags: by how much each body lags behind the rotor, as a share of its speed. modulation: the range of the speed, as
+    a share of it. swing: of a rotor that does not turn any more the largest speed, as a share of the largest there was.
     """
 
     turning: bool
@@ -119,10 +119,12 @@ def _not(fact: bool | None) -> bool | None:
 
 
 def classify(e: Evidence) -> Outcome:
-    """The outcome, if all that can still come of the motion gives the same; else ``unidentified``. The order of the criteria:
+    """The outcome, if all that can still come of it gives the same; else ``unidentified``. Each criterion is taken for itself.
+
+    In this order:
 
     1. ``runaway``: beyond the given limit.
-    2. not turning: ``stopped`` if no more than a ten-thousandth of the largest speed will be left, ``oscillating`` if more stays.
+    2. not turning: ``stopped`` if no more than a ten-thousandth of the largest speed will be left, ``oscillating`` if more.
     3. ``unidentified``: the mean speed is not settled.
     4. ``compensated``: mean and lowest speed within 0.5 % of the free speed, less than 1 % of the unbalance left, no body lags.
     5. ``balancer-captured``: a body lags, while the rotor holds its free speed within 0.5 % or stays beyond the resonance.
@@ -183,7 +185,7 @@ class Locking:
         return True if at_rest and None not in each else None
 
     def outcome(self, *, by_vibration: bool) -> Outcome:
-        """``entrained`` or ``synchronised``, not so, or ``unidentified``. by_vibration: the reference is a prescribed vibration."""
+        """``entrained`` or ``synchronised``, not so, or ``unidentified``. by_vibration: by a prescribed vibration."""
         yes, no = (
             (Outcome.ENTRAINED, Outcome.NOT_ENTRAINED) if by_vibration else (Outcome.SYNCHRONISED, Outcome.NOT_SYNCHRONISED)
         )

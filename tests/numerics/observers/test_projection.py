@@ -128,7 +128,7 @@ def test_growth_goes_on(rate):
 
 
 def test_growth_does_not_overflow():
-    assert projected(after(*1e200 ** np.arange(-1.0, 1.5, 0.5))).high == pytest.approx(1e300)
+    assert projected(np.array([0.0, 1.0, 1e100, 1e200])).high == 1e300
     assert math.isfinite(projected(-np.exp(np.arange(5.0)), ahead=1e6).low)
 
 

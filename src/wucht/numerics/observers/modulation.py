@@ -86,7 +86,7 @@ def _of_cycles(part: Blocks, crossings: np.ndarray) -> Modulation:
 
 
 def _upward_crossings(part: Blocks) -> np.ndarray:
-    """Where the speed rises through the middle of its range (k,), in blocks from the first: once from far below to far above."""
+    """Where the speed rises through the middle of its range (k,), in blocks: once from far below to far above."""
     late = part.last(0.5)
     low, high = float(late.speed.min()), float(late.speed.max())
     s, reach = part.speed - (low + high) / 2, 0.25 * (high - low)

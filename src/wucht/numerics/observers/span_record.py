@@ -55,7 +55,7 @@ class SpanRecord:
         return replace(self, sample=s.part(slice(-1, None)), open=blocks[:, -1:], kept=self.kept.after(blocks[:, :-1]))
 
     def last(self, share: float) -> Spans:
-        """The last share of the time so far, in the shortest spans that reach back so far, with the one that is not yet over."""
+        """The last share of the time, in the shortest spans that reach back so far, with the one that is not yet over."""
         values, _ = self.kept.last(share)
         return Spans(*np.concatenate([values, self.open], axis=1))
 

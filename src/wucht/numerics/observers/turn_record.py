@@ -21,9 +21,9 @@ class Blocks:
     Speeds are positive in the sense in which that turns.
 
     size: how many averages a block has. sense: +1 or -1. time, angle, angles (n, K): at the end of each block. speed: mean over
-    time. lowest, highest: of the mean over a turn. followers: mean speeds of the others (n, K).
-    phases: means of exp(i (other - leading)) (n, K). least_sum, greatest_sum: of the magnitude of the weighted sum of these. amplitude: the mean of the largest distance over a turn; least_amplitude,
-    greatest_amplitude: of that.
+    time. lowest, highest: of the mean over a turn. followers: mean speeds of the others (n, K). phases: means of
+    exp(i (other - leading)) (n, K). least_sum, greatest_sum: of the magnitude of the weighted sum of these. amplitude: the mean
+    of the largest distance over a turn; least_amplitude, greatest_amplitude: of that.
     """
 
     size: int

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -56,10 +57,10 @@ class Samples:
 class Turns:
     """Averages over one turn each, ``PER_TURN`` of them a turn, at fixed angles of the leading body.
 
-    time, angle, angles: at the end of each turn, (K,), of the leading body (K,) and of the others (n, K). speed: the mean of the
-    leading one, 2 pi over the time of the turn, with its sign. advance: by what the others turn in that time (n, K). phases:
-    exp(i (other - leading)) averaged over the turn's angle (n, K): of modulus 1 for a body that turns synchronously. largest:
-    the distance (K,). passage: how often the leading body had turned back before (K,).
+    time, angle, angles: at the end of each turn, (K,), of the leading body (K,) and of the others (n, K). speed: the mean of
+    the leading one, 2 pi over the time of the turn, with its sign. advance: by what the others turn in that time (n, K).
+    phases: exp(i (other - leading)) averaged over the turn's angle (n, K), of modulus 1 for a body that turns synchronously.
+    largest: the distance (K,). passage: how often the leading body had turned back before (K,).
     """
 
     time: np.ndarray
@@ -99,8 +100,10 @@ class Turns:
 
 @dataclass(frozen=True)
 class _Marks:
-    """Where the leading angle has reached a multiple of an eighth of a turn: time (K,), angles of the others (n, K), and the square
-    of the largest distance since the mark before (K,). The last ones: a turn begins at each."""
+    """Where the leading angle has reached a multiple of an eighth of a turn: the last ones, at each of which a turn begins.
+
+    time (K,), angles of the others (n, K), and the square of the largest distance since the mark before (K,).
+    """
 
     time: np.ndarray
     angles: np.ndarray
@@ -150,7 +153,7 @@ class TurnObserver:
         ends = [0, *(np.flatnonzero(np.diff(filled)) + 1).tolist(), len(senses)]
         turned = np.abs(np.diff(joined.angles[0, ends]))
         observer, found = self, [Turns.none(others)]
-        for k, (first, last) in enumerate(zip(ends, ends[1:], strict=False)):
+        for k, (first, last) in enumerate(pairwise(ends)):
             sense = int(filled[first])
             if sense != observer.sense:
                 back = int(observer.sense != 0)

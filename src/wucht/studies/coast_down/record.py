@@ -51,7 +51,7 @@ class Record(Descent):
 
     @property
     def half_time(self) -> float | None:
-        """When the speed averaged over a turn (if there is no turn, the speed itself) has fallen to half of that at the start."""
+        """When the speed averaged over a turn (without a turn, the speed itself) has fallen to half of that at the start."""
         return _halved(self.halving[0], self.halving[1], abs(self.start_speed) / 2)
 
     def after(self, leg: Descent) -> Record:

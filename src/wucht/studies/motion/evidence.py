@@ -24,6 +24,8 @@ _LONGEST_BEFORE = 2.0  # times the turns since the rotor last turned back: the r
 _FEWEST_IRREGULAR = 50  # cycles: fewer that are not alike may be the long way to another end
 _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
 _TENTHS, _TENTHS_IRREGULAR = 20.0, 2.0  # cycles in a tenth of the record: more need not be whole ones
+_LIBRATION = math.pi / 2  # rad: a body that swings by less about where it rests on the rotor keeps doing so
+_WIDER = 1.5  # times the range of the lag seen: it may go beyond that by as much
 _CATCHING_UP = 0.25  # of the lag: a drift that takes away less, as far as it is looked ahead, does not count
 _LASTING = 0.15  # of its range: a modulation lasts that is going to change by no more
 
@@ -182,13 +184,13 @@ def _lag(whole: Blocks, i: int, speed: float, ahead: float, observed: Modulation
     lag, durations = whole.followers[i] - whole.speed, 1 / whole.speed
     slip = np.cumsum(lag * durations) * (2 * math.pi * whole.size / PER_TURN)
     moving = projected(windows_of(slip).mean(axis=1), ahead, _AT_REST)
-    if np.ptp(slip[len(slip) // 2 :]) < 2 * math.pi and moving.width < 2 * math.pi:
+    if np.ptp(slip[len(slip) // 2 :]) < _LIBRATION and moving.width < 2 * math.pi:
         return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
     if observed is not None and _by_cycles(whole, observed):
         means = np.diff(np.interp(observed.borders, whole.time, slip)) / np.diff(observed.borders) / speed
     else:
         means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
-    p = projected(means, ahead, _ROUNDING, 1.0)
+    p = projected(means, ahead, _ROUNDING, _WIDER)
     if abs(p.last) <= LAG_TOLERANCE:
         return p
     p = replace(p, low=min(p.low, float(means.min())), high=max(p.high, float(means.max())))

@@ -28,8 +28,8 @@ class Locked:
 
     speeds: of all rotors over whole periods, with their signs. phases: of the other rotors to the main one, or of the main
     rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods, wrapped to [0, 2 pi). window:
-    begin and end time. smooth_speeds: the same as ``speeds``, where a modulation is cut at the ends. change: the largest between
-    the halves of the window. creep: by how much the slow phases moved in the second half of it, in rad.
+    begin and end time. smooth_speeds: the same as ``speeds``, where a modulation is cut at the ends. change: the largest
+    between the halves of the window. creep: by how much the slow phases moved in the second half of it, in rad.
     """
 
     evidence: Locking
@@ -49,7 +49,7 @@ def is_locking(machine: Machine) -> bool:
 
 def locked(machine: Machine, seen: Observation) -> Locked | None:
     """Mean speeds and phases of a run; None where the main rotor does not make a single period in its last half."""
-    main, frequency, names = machine.rotor.name, machine.shaking_frequency, [b.name for b in machine.bodies]
+    main, names = machine.rotor.name, [b.name for b in machine.bodies]
     by_vibration = seen.vibration is not None
     record = seen.rotors[main] if seen.vibration is None else seen.vibration
     leading = [*(["vibration"] if by_vibration else [main]), *(n for n in names if by_vibration or n != main)]

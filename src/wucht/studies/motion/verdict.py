@@ -29,9 +29,9 @@ from wucht.studies.motion.observation import Observation
 _FEWEST_TURNS = 6
 _LONGER = 10.0  # times the run, where nothing says how long
 _ALLOWANCE = 1.4  # for an approach that slows down
-_RUN_UPS, _DECAYS = 3.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
+_RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
 _EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
-_NEARLY = 0.1  # logarithm of a swing: so near its end an approach is known to have one
+_NEARLY = 0.02  # logarithm of a swing: so near its end an approach is known to have one
 _EQUAL = 1e-3  # share by which swings differ that are taken for equal
 _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
 
@@ -102,21 +102,15 @@ def judge(machine: Machine, seen: Observation, free: float | None, failure: str 
     """
     machine = machine.at(seen.end_time)
     record, angle = seen.rotors[machine.rotor.name], seen.main.last(0.25)
-    if (
-        record.turns < _FEWEST_TURNS
-        or not len(angle.time)
-        or angle.greatest_angle.max() - angle.least_angle.min() < 2 * math.pi
-    ):
-        verdict = _without_turning(machine, seen)
-    else:
-        verdict = _turning(machine, seen, free)
+    turned = len(angle.time) > 0 and bool(angle.greatest_angle.max() - angle.least_angle.min() >= 2 * math.pi)
+    turning = turned and record.turns >= _FEWEST_TURNS
+    verdict = _turning(machine, seen, free) if turning else _without_turning(machine, seen)
     if failure:
         return replace(verdict, outcome=Outcome.FAILED, advice=None, needed=None)
     if beyond:
         evidence = replace(verdict.evidence, beyond_limit=True)
         return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None, needed=None)
-    turning = verdict.evidence.turning or verdict.outcome is Outcome.UNIDENTIFIED
-    return _by_locking(machine, seen, verdict) if is_locking(machine) and turning else verdict
+    return _by_locking(machine, seen, verdict) if is_locking(machine) and turned else verdict
 
 
 def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdict:
@@ -216,7 +210,7 @@ def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]
 
 def _transients(machine: Machine, speed: float) -> float:
     """After what time transients are over that follow from the machine alone."""
-    return _RUN_UPS * run_up_time(machine) + _DECAYS * slowest_decay(machine, speed)
+    return _RUN_UPS * run_up_time(machine, speed) + _DECAYS * slowest_decay(machine, speed)
 
 
 def _without_turning(machine: Machine, seen: Observation) -> Verdict:
@@ -239,7 +233,7 @@ def _without_turning(machine: Machine, seen: Observation) -> Verdict:
 
 
 def _until_rest(sizes: np.ndarray) -> float:
-    """How many times as long a swing must be watched until it is at rest, of its sizes (w,) in successive tenths; 0: unknown."""
+    """How many times as long a swing must be watched until it is at rest, of its sizes (w,) in tenths; 0: unknown."""
     if not 0 < sizes[-1] < sizes[0]:
         return 0.0
     windows = (len(sizes) - 1) * math.log(sizes[-1] / AT_REST) / math.log(sizes[0] / sizes[-1])

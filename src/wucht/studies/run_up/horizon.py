@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.analysis.shaft import energy_scale, swing_frequency
+from wucht.analysis.time_constants import runaway_limit
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, natural_frequencies, net_torque
+from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.numerics.flow.events import Event
 from wucht.studies.initial_state import speeds_in
 from wucht.studies.release_events import release_events
@@ -24,7 +25,6 @@ FEWEST_SAMPLES_PER_TURN = 8
 _PARTS = 20  # of a given time: samples are a whole number of each
 _FIRST_LEG, _LONGEST_LEG = 64, 2048  # samples
 _FASTEST = 10.0  # times the highest natural frequency: so often at most a body is looked at that does not turn
-_RUNAWAY, _SLOWEST_RUNAWAY = 20.0, 150.0  # times the highest natural frequency, or this in rad/s: 30,000 rpm at least
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 Grid = tuple[np.ndarray, float, bool]  # samples, from the last of the leg before on; an end, for the progress; judge it then?
 
@@ -102,18 +102,6 @@ def _events(machine: Machine, spec: RunUp, initial: np.ndarray) -> tuple[Event, 
     if limit is not None and rotor.prescribed is None:
         ends[SPEED_LIMIT] = rotor.velocity / limit
     return (*(Event(name, share**2 - 1, +1, terminal=True) for name, share in ends.items()), *release_events(machine))
-
-
-def runaway_limit(machine: Machine) -> float | None:
-    """Where a run ends whose drive meets no load that could hold it, in rad/s; None for all other machines.
-
-    Such are a series motor without load, 002 (2.105), and a constant torque without losses.
-    """
-    rotor = machine.rotor
-    held = rotor.coordinate.prescribed is not None or free_speed(machine, rotor) is not None
-    if held or not machine.units.time or machine.schedules or net_torque(machine, rotor)(0.0) == 0.0:
-        return None
-    return _RUNAWAY * max([*natural_frequencies(machine).values(), _SLOWEST_RUNAWAY])
 
 
 def _warnings(machine: Machine, spec: RunUp, free: float | None, samples_per_turn: float) -> list[str]:

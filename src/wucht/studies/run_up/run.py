@@ -28,8 +28,11 @@ _FULL_SHARE = 0.9  # of the time that a run of both models takes
 
 @dataclass(frozen=True)
 class Motion:
-    """What one model did. legs: what is stored, of the model's own System; ``trajectory`` is all of them, ``seen`` as one of the
-    machine. observation: what was seen of it on the way."""
+    """What one model did.
+
+    legs: what is stored, of the model's own System; ``trajectory`` is all of them, ``seen`` as one of the machine.
+    observation: what was seen of it on the way.
+    """
 
     case: Case
     model: FullModel

@@ -1,0 +1,160 @@
+"""The turns of a motion of any length: exact means over whole turns, and ranges."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wucht.numerics.observers.pyramid import KEPT
+from wucht.numerics.observers.turn_record import TurnRecord
+from wucht.numerics.observers.turns import PER_TURN, Samples
+
+W, TURN = 3.0, 2 * np.pi / 3.0
+
+
+def rippled(count, samples_a_turn=60.3, sense=1):
+    """A leader with strong ripple at its own frequency, one that keeps to it at a distance that varies, one that is slower."""
+    t = np.arange(int(count * samples_a_turn) + 2) * TURN / samples_a_turn
+    leader = W * t + 0.4 * np.sin(W * t), W + 0.4 * W * np.cos(W * t)
+    locked = W * t + 1 + 0.3 * np.cos(2 * W * t), W - 0.6 * W * np.sin(2 * W * t)
+    slower = 2 / 3 * W * t + 0.3 * np.sin(W * t / 3), 2 / 3 * W + 0.1 * W * np.cos(W * t / 3)
+    return Samples.of(t, *((sense * angle, sense * speed) for angle, speed in (leader, locked, slower)))
+
+
+def recorded(samples, others=2, weights=()):
+    return TurnRecord(others, weights).after(samples)
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("share", [0.1, 0.31, 0.5, 1.0])
+def test_mean_speeds_over_whole_turns_are_exact(share, sense):
+    """Positive in the sense of turning. The slowest body repeats its motion after three turns."""
+    blocks = recorded(rippled(120, sense=sense)).whole_turns(share)
+    assert blocks.sense == sense
+    assert blocks.mean_speeds[:2] == pytest.approx([W, W], rel=1e-9)
+    turns = (blocks.time[-1] - blocks.time[0]) / TURN
+    assert turns == pytest.approx(round(turns), abs=1e-8)
+    assert turns == pytest.approx(share * 120, abs=2.0)
+
+
+def test_mean_speeds_over_turns_of_all_bodies_are_exact():
+    blocks = recorded(rippled(120)).whole_turns(60.5 / 120)
+    assert (blocks.time[-1] - blocks.time[0]) / TURN == pytest.approx(60, abs=1e-8)
+    assert blocks.mean_speeds == pytest.approx([W, W, 2 / 3 * W], rel=1e-9)
+
+
+def test_mirror_images_give_the_same():
+    one, other = (recorded(rippled(20, sense=sense), weights=(1.0, 0.5, 0.2)).last(1.0) for sense in (1, -1))
+    assert np.array_equal(one.mean_speeds, other.mean_speeds)
+    assert np.array_equal(one.followers, other.followers)
+    assert np.array_equal(one.speed, other.speed)
+    assert np.array_equal(one.angle, -other.angle)
+    assert other.phases == pytest.approx(one.phases.conj(), abs=1e-15)
+    assert other.greatest_sum == pytest.approx(one.greatest_sum, rel=1e-14)
+
+
+def test_the_unit_of_time_does_not_matter():
+    samples = rippled(20)
+    one, other = recorded(samples), recorded(replace(samples, time=2**10 * samples.time, speeds=samples.speeds / 2**10))
+    assert np.array_equal(one.last(1.0).mean_speeds / 2**10, other.last(1.0).mean_speeds)
+    assert np.array_equal(2**10 * one.last(1.0).middle, other.last(1.0).middle)
+
+
+@pytest.mark.parametrize("turns", [700, 3000, 12_000])
+def test_long_records_are_in_whole_turns_too(turns):
+    record = recorded(rippled(turns, 24.3))
+    for share in (0.03, 0.5, 0.9, 1.0):
+        blocks = record.whole_turns(share)
+        assert len(blocks) <= KEPT
+        seen = (blocks.time[-1] - blocks.time[0]) / TURN
+        assert seen == pytest.approx(round(seen), abs=1e-4)
+        assert seen == pytest.approx(share * turns, abs=2 + 2 * blocks.size / PER_TURN)
+        assert blocks.mean_speeds[:2] == pytest.approx([W, W], rel=1e-6)
+        assert blocks.mean_speeds[2] == pytest.approx(2 / 3 * W, rel=0.5 / seen)
+
+
+@pytest.mark.parametrize("averages", range(1, 2 * PER_TURN + 2))
+def test_short_records_are_in_whole_turns_too(averages):
+    """Of less than two turns there is one."""
+    samples = rippled((averages + PER_TURN + 0.6) / PER_TURN, 100)
+    record = recorded(samples)
+    assert record.kept.count == averages
+    assert record.whole_turns(1.0).mean_speeds[:2] == pytest.approx([W, W], rel=1e-4)
+    assert record.turns == averages / PER_TURN
+
+
+def test_a_modulation_that_is_cut_does_not_count_in_smooth_means():
+    """A modulation by a fifth whose period is a tenth of the record's length and a bit."""
+    until, p = 2000.0, 2 * np.pi / 187.0
+    t = np.linspace(0, until, 40_001)
+    leader = W * t - 0.2 * W / p * np.cos(p * t), W + 0.2 * W * np.sin(p * t)
+    follower = 2 * t + 0.3 / p * np.sin(p * t), 2 + 0.3 * np.cos(p * t)
+    blocks = recorded(Samples.of(t, leader, follower), 1).last(1.0)
+    assert blocks.smooth_mean_speeds == pytest.approx([W, 2.0], rel=2e-4)
+    assert np.abs(blocks.mean_speeds / [W, 2.0] - 1).max() > 4e-3
+
+
+def test_blocks_of_many_averages():
+    """Of a speed that grows: means, ranges and the state at the end of each block."""
+    t = np.linspace(0, 4000, 150_000)
+    record = recorded(Samples.of(t, (t + t**2 / 8000, 1 + t / 4000), (3 * t, np.full_like(t, 3.0))), 1)
+    blocks = record.last(1.0)
+    assert blocks.size == 4
+    assert blocks.turns == pytest.approx(record.turns, abs=0.5)
+    assert blocks.turns == pytest.approx(6000 / (2 * np.pi), abs=1.5)
+    assert blocks.angle == pytest.approx(blocks.time + blocks.time**2 / 8000, rel=1e-9)
+    assert blocks.angles[0] == pytest.approx(3 * blocks.time, rel=1e-12)
+    assert blocks.followers[0] == pytest.approx(3.0, rel=1e-9)
+    assert np.array_equal(np.sign(blocks.highest - blocks.speed), np.ones(len(blocks)))
+    assert np.array_equal(np.sign(blocks.speed - blocks.lowest), np.ones(len(blocks)))
+    assert blocks.highest == pytest.approx(1 + blocks.middle / 4000, rel=1e-5)
+    fine = record.last(KEPT / record.kept.count)
+    assert fine.size == 1
+    assert np.array_equal(fine.lowest, fine.highest)
+    assert fine.lowest[3::4].max() == blocks.highest[-1] or fine.lowest[-5:].max() >= blocks.highest[-1]
+
+
+def test_the_weighted_sum_of_phases_and_the_distance():
+    """|1 + 0.5 exp(i a) + 0.3i|, where a follower is ahead by a, slowly changing; r^2 = 4 + 2 cos(t/50)."""
+    t = np.linspace(0, 2000, 60_001)
+    ahead, slope = 1 + np.sin(t / 200), np.cos(t / 200) / 200
+    samples = Samples.of(t, (t, np.ones_like(t)), (t + ahead, 1 + slope), (t + np.pi / 2, np.ones_like(t)))
+    samples = replace(samples, square=4 + 2 * np.cos(t / 50), rate=-np.sin(t / 50) / 25)
+    blocks = recorded(samples, weights=(1.0, 0.5, 0.3)).last(1.0)
+    total = np.abs(1 + 0.5 * np.exp(1j * ahead) + 0.3j)
+    assert (blocks.least_sum.min(), blocks.greatest_sum.max()) == pytest.approx((total.min(), total.max()), rel=1e-3)
+    assert np.abs(blocks.phases[0]) == pytest.approx(1.0, abs=1e-3)
+    assert blocks.phases[1] == pytest.approx(1j, abs=1e-12)
+    least, greatest = blocks.least_amplitude.min(), blocks.greatest_amplitude.max()
+    assert (least, greatest) == pytest.approx((np.sqrt(2.0), np.sqrt(6.0)), rel=1e-2)
+    assert (blocks.least_amplitude <= blocks.amplitude).all()
+    assert (blocks.amplitude <= blocks.greatest_amplitude).all()
+    assert recorded(samples).last(1.0).greatest_sum.max() == 0.0
+
+
+def test_only_turns_since_the_leader_turned_back_count():
+    """phi = 60 - (t - 20)^2/5 turns back at t = 20, and the record is of what follows as soon as that has turned once."""
+    t = np.linspace(0, 60, 6001)
+    samples = Samples.of(t, (60 - (t - 20) ** 2 / 5, -(t - 20) / 2.5))
+    record, forth = TurnRecord(0).after(samples), TurnRecord(0).after(samples.part(slice(0, 2000)))
+    assert (forth.sense, record.sense) == (1, -1)
+    assert forth.last(1.0).time[-1] < 20 < record.last(1.0).time[0]
+    assert (record.last(1.0).speed > 0).all()
+    assert record.turns == pytest.approx(320 / (2 * np.pi) - 1, abs=1.5 / PER_TURN)
+    assert len(forth.after(samples.part(slice(2000, 2300))).last(1.0)) == len(forth.last(1.0))
+
+
+def test_parts_of_blocks():
+    blocks = recorded(rippled(40)).whole
+    assert np.array_equal(blocks.last(0.25).time, blocks.time[-round(0.25 * len(blocks)) :])
+    assert len(blocks.last(0.0)) == 1
+    assert np.array_equal(blocks.part(slice(2, 5)).phases, blocks.phases[:, 2:5])
+    assert np.array_equal(blocks.part(slice(2, 3)).mean_speeds, [blocks.speed[2], *blocks.followers[:, 2]])
+
+
+def test_nothing_yet():
+    record = recorded(rippled(0.9))
+    for blocks in (record.last(0.5), record.whole, record.whole_turns(0.5), TurnRecord(1).last(1.0)):
+        assert len(blocks) == 0
+        assert blocks.turns == 0
+    assert record.last(1.0).phases.shape == (0, 0) or record.last(1.0).phases.shape == (2, 0)
