@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-_STEPS, _MOST_STEPS = 3, 60  # of Newton's method, which doubles the digits at each; where the speed vanishes halves must do
+_MOST_STEPS = 60  # of Newton's method, which doubles the digits at each; where the speed vanishes halves must do
 _DIGITS = 1e-14
 
 
@@ -37,13 +37,14 @@ def where_reached(values: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.nd
     wanted, cubic, square = values - left, first + last - 2 * rise, 3 * rise - 2 * first - last
     low, high = np.zeros(len(i)), np.ones(len(i))
     s = np.divide(wanted, rise, out=np.zeros(len(i)), where=rise != 0)
-    for step in range(_MOST_STEPS):
+    for _ in range(_MOST_STEPS):
         off = s * (first + s * (square + s * cubic)) - wanted
-        if step >= _STEPS and (np.abs(off) <= _DIGITS * np.abs(rise)).all():
+        found = np.abs(off) <= _DIGITS * np.abs(rise)  # then it stays, however many steps the others take
+        if found.all():
             break
         short = off * rise < 0
         low, high = np.where(short, s, low), np.where(short, high, s)
         with np.errstate(all="ignore"):
-            s = s - off / (first + s * (2 * square + 3 * s * cubic))
-        s = np.where((s >= low) & (s <= high), s, (low + high) / 2)
+            step = s - off / (first + s * (2 * square + 3 * s * cubic))
+        s = np.where(found, s, np.where((step >= low) & (step <= high), step, (low + high) / 2))
     return np.asarray(s)

@@ -54,8 +54,8 @@ class Evidence:
     speed will not change by more than 0.5 % any more, and what it does goes on. free_speed: what the drive reaches without
     vibration, None if that is not determined. resonance: speed of the last maximum of the vibration torque below it, None if
     there is none. residual: largest share of the rotor's unbalance that is left (1: as without balancers), None without
-    unbalance. lags: by how much each body lags behind the rotor, as a share of its speed. modulation: the range of the speed, as
-    a share of it. swing: of a rotor that does not turn any more the largest speed, as a share of the largest there was.
+    unbalance. lags: by how much each body lags behind the rotor, as a share of its speed. modulation: the range of the speed,
+    as a share of it. swing: of a rotor that does not turn any more the largest speed, as a share of the largest there was.
     """
 
     turning: bool

@@ -142,6 +142,7 @@ def test_rates_of_growth_must_be_alike(times, windows):
 
 def test_a_slower_growth_is_none():
     assert projected(after(1, 2, 1.9, 4)).windows == math.inf
+    assert projected(after(1, 2)).windows == math.inf
 
 
 @pytest.mark.parametrize(("rounding", "course"), [(1.01e-6, Course.STATIONARY), (0.99e-6, Course.DRIFTING)])

@@ -49,7 +49,7 @@ def test_extremes_of_the_angle_are_of_fourth_order(k):
         (spans.greatest_speed, greatest_cosine(begin + np.pi / 2, end + np.pi / 2)),
         (-spans.least_speed, greatest_cosine(begin - np.pi / 2, end - np.pi / 2)),
     ):
-        assert np.abs(found - exact).max() == pytest.approx(step**2 / 8, rel=0.05)
+        assert 0.9 < np.abs(found - exact).max() / (step**2 / 8) < 1.0
 
 
 def test_each_span_knows_its_own_extremes_only():
@@ -64,12 +64,13 @@ def test_each_span_knows_its_own_extremes_only():
     assert spans.least_speed == pytest.approx(2 * (ends - 1), rel=1e-14, abs=1e-14)
 
 
-def test_six_samples_of_a_span_are_enough():
-    """Of more the first ones in each sixth are taken: by up to a third of a span apart."""
-    fine = SpanRecord(0.6).after(swinging(np.arange(0, 300, 0.0007))).last(1.0)
-    assert len(fine.time) == 500
-    assert fine.greatest_angle.max() == pytest.approx(1.0, abs=0.2**4 / 384)
-    assert fine.time[:-1] == pytest.approx(0.6 * np.arange(1, 500), abs=0.1)
+def test_twelve_samples_of_a_span_are_enough():
+    """Of more the first one in each twelfth is taken."""
+    fine = SpanRecord(1.2).after(swinging(np.arange(0, 300, 0.0007))).last(1.0)
+    assert len(fine.time) == 250
+    missed = 1 - fine.greatest_angle[fine.greatest_angle > 1 - 3e-7].min()
+    assert 0.8 < missed / (0.1**4 / 384) < 1.1
+    assert fine.time[:-1] == pytest.approx(1.2 * np.arange(1, 250), abs=0.1001)
 
 
 def test_a_long_motion_is_bounded():

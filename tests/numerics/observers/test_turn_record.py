@@ -12,7 +12,7 @@ from wucht.numerics.observers.turns import PER_TURN, Samples
 W, TURN = 3.0, 2 * np.pi / 3.0
 
 
-def rippled(count, samples_a_turn=60.3, sense=1):
+def rippled(count, samples_a_turn=200.3, sense=1):
     """A leader with strong ripple at its own frequency, one that keeps to it at a distance that varies, one that is slower."""
     t = np.arange(int(count * samples_a_turn) + 2) * TURN / samples_a_turn
     leader = W * t + 0.4 * np.sin(W * t), W + 0.4 * W * np.cos(W * t)
@@ -76,8 +76,8 @@ def test_long_records_are_in_whole_turns_too(turns):
 @pytest.mark.parametrize("averages", range(1, 2 * PER_TURN + 2))
 def test_short_records_are_in_whole_turns_too(averages):
     """Of less than two turns there is one."""
-    samples = rippled((averages + PER_TURN + 0.6) / PER_TURN, 100)
-    record = recorded(samples)
+    samples = rippled(5)
+    record = recorded(samples.part(samples.angles[0] < (averages + PER_TURN + 0.5) * 2 * np.pi / PER_TURN))
     assert record.kept.count == averages
     assert record.whole_turns(1.0).mean_speeds[:2] == pytest.approx([W, W], rel=1e-4)
     assert record.turns == averages / PER_TURN
@@ -91,27 +91,28 @@ def test_a_modulation_that_is_cut_does_not_count_in_smooth_means():
     follower = 2 * t + 0.3 / p * np.sin(p * t), 2 + 0.3 * np.cos(p * t)
     blocks = recorded(Samples.of(t, leader, follower), 1).last(1.0)
     assert blocks.smooth_mean_speeds == pytest.approx([W, 2.0], rel=2e-4)
-    assert np.abs(blocks.mean_speeds / [W, 2.0] - 1).max() > 4e-3
+    assert np.abs(blocks.mean_speeds / [W, 2.0] - 1).max() > 3e-3
 
 
 def test_blocks_of_many_averages():
     """Of a speed that grows: means, ranges and the state at the end of each block."""
-    t = np.linspace(0, 4000, 150_000)
-    record = recorded(Samples.of(t, (t + t**2 / 8000, 1 + t / 4000), (3 * t, np.full_like(t, 3.0))), 1)
+    t = np.linspace(0, 10_000, 200_000)
+    record = recorded(Samples.of(t, (t + t**2 / 20_000, 1 + t / 10_000), (3 * t, np.full_like(t, 3.0))), 1)
     blocks = record.last(1.0)
-    assert blocks.size == 4
+    assert blocks.size == 8
     assert blocks.turns == pytest.approx(record.turns, abs=0.5)
-    assert blocks.turns == pytest.approx(6000 / (2 * np.pi), abs=1.5)
-    assert blocks.angle == pytest.approx(blocks.time + blocks.time**2 / 8000, rel=1e-9)
+    assert blocks.turns == pytest.approx(15_000 / (2 * np.pi), abs=1.5)
+    assert blocks.angle == pytest.approx(blocks.time + blocks.time**2 / 20_000, rel=1e-9)
     assert blocks.angles[0] == pytest.approx(3 * blocks.time, rel=1e-12)
     assert blocks.followers[0] == pytest.approx(3.0, rel=1e-9)
     assert np.array_equal(np.sign(blocks.highest - blocks.speed), np.ones(len(blocks)))
     assert np.array_equal(np.sign(blocks.speed - blocks.lowest), np.ones(len(blocks)))
-    assert blocks.highest == pytest.approx(1 + blocks.middle / 4000, rel=1e-5)
+    assert blocks.highest == pytest.approx(1 + blocks.middle / 10_000, rel=1e-7)
     fine = record.last(KEPT / record.kept.count)
     assert fine.size == 1
     assert np.array_equal(fine.lowest, fine.highest)
-    assert fine.lowest[3::4].max() == blocks.highest[-1] or fine.lowest[-5:].max() >= blocks.highest[-1]
+    last = len(fine) - record.kept.count % 8  # of the last block
+    assert np.array_equal(fine.lowest[last - 8 : last][[0, -1]], [blocks.lowest[-1], blocks.highest[-1]])
 
 
 def test_the_weighted_sum_of_phases_and_the_distance():
@@ -157,4 +158,4 @@ def test_nothing_yet():
     for blocks in (record.last(0.5), record.whole, record.whole_turns(0.5), TurnRecord(1).last(1.0)):
         assert len(blocks) == 0
         assert blocks.turns == 0
-    assert record.last(1.0).phases.shape == (0, 0) or record.last(1.0).phases.shape == (2, 0)
+    assert TurnRecord(2).last(1.0).phases.shape == (2, 0)

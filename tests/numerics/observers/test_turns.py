@@ -119,6 +119,17 @@ def test_a_body_that_turns_back_begins_anew():
     assert np.array_equal(np.unique(averaged.passage), [0, 1, 2])
 
 
+def test_the_turns_of_each_passage_are_complete():
+    """On by 3.05 turns and back three times, in steps of about a tenth of a turn: longer than from mark to mark."""
+    there = 3.05 * 2 * np.pi * np.linspace(0, 1, 31)
+    angle = np.concatenate([there, there[-2::-1], there[1:], there[-2::-1]])
+    speed = np.zeros_like(angle)
+    averaged = turns(np.arange(121.0), (angle, speed))
+    assert [int((averaged.passage == k).sum()) for k in range(4)] == [2 * PER_TURN, 2 * PER_TURN + 1] * 2
+    fewer = turns(np.arange(121.0), (angle * 1.55 / 3.05, speed))
+    assert [int((fewer.passage == k).sum()) for k in range(4)] == [PER_TURN // 2, PER_TURN // 2 + 1] * 2
+
+
 def test_a_body_that_swings_makes_no_turns():
     t = np.linspace(0, 100, 4001)
     observer, averaged = TurnObserver().after(Samples.of(t, (3.1 * np.sin(t), 3.1 * np.cos(t))))

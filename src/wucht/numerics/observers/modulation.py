@@ -16,6 +16,7 @@ _SHARES = (
     *(0.5**k for k in range(2, 40)),
 )  # of the record, in which cycles are looked for: slow ones, then fast ones
 _RESOLVED = 8  # blocks a cycle, at least
+_WITHIN = 0.5  # of the range of the speed, that within a block
 _LAST = 3  # cycles, of which the period and the window are
 _GROUPS = 5  # of cycles, at most
 _EVEN = 0.05  # of a period: cycles that differ by more are irregular
@@ -59,12 +60,17 @@ def modulation(record: TurnRecord, threshold: float) -> Modulation | None:
     for share in _SHARES:
         part = record.last(share)
         crossings = _upward_crossings(part)
-        resolved = part.size == 1 or (len(crossings) > 1 and np.diff(crossings).min() >= _RESOLVED)
-        if len(crossings) > FEWEST_CYCLES and resolved:
+        if len(crossings) > FEWEST_CYCLES and _resolved(part, crossings):
             return _of_cycles(part, crossings)
         if part.size == 1 and share < _SHARES[0]:
             return None
     return None
+
+
+def _resolved(part: Blocks, crossings: np.ndarray) -> bool:
+    """Whether blocks are short against the cycles: else their means would beat."""
+    within, range_ = part.highest - part.lowest, part.highest.max() - part.lowest.min()
+    return part.size == 1 or bool(np.diff(crossings).min() >= _RESOLVED and np.median(within) < _WITHIN * range_)
 
 
 def _of_cycles(part: Blocks, crossings: np.ndarray) -> Modulation:

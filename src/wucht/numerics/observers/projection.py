@@ -71,11 +71,12 @@ def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wi
         rho = float(ratios[-2:].max())
         rest = after * rho / (1 - rho)
         windows = -1 / math.log(rho) if rho > 0 else 0.0
-        toward = last + math.copysign(1.5 * rest, changes[-1])
+        # Changes to and fro have their limit between the last two.
+        toward = last + math.copysign(1.5 * rest, changes[-1]) if changes[-1] * changes[-2] > 0 else float(means[-2])
         return Projection(last, min(last, toward), max(last, toward), Course.APPROACHING, windows)
     if after > rounding and abs(changes.sum()) >= _DIRECTED * sizes.sum():
         growth = _growth(ratios)
-        count = math.expm1(min(ahead * growth, 600.0)) / math.expm1(growth) if growth > 1e-9 else ahead
+        count = math.exp(growth) * math.expm1(min(ahead * growth, 600.0)) / math.expm1(growth) if growth > 1e-9 else ahead
         toward = last + math.copysign(min(after * count, _FARTHEST), changes[-1])
         windows = 1 / growth if growth > 0 else math.inf
         return Projection(last, min(last, toward), max(last, toward), Course.DRIFTING, windows)

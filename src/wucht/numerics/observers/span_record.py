@@ -10,7 +10,7 @@ from wucht.numerics.observers.pyramid import HIGH, LAST, LOW, Pyramid
 from wucht.numerics.observers.turns import Samples
 from wucht.numerics.peaks import between_samples
 
-_PER_SPAN = 6  # samples are enough: more are left out
+_PER_SPAN = 12  # samples are enough: more are left out
 _KINDS = (LAST, LAST, LOW, HIGH, LOW, HIGH)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -81,6 +82,15 @@ class Blocks:
         return self.part(slice(len(self) - max(1, round(share * len(self))), None))
 
 
+def _resultant(weights: Sequence[complex], phases: np.ndarray) -> np.ndarray:
+    """The magnitude (K,) of the weighted sum of 1 and phases (n, K), in real numbers: their last bit does not depend on K."""
+    real, imaginary = np.full(phases.shape[1], complex(weights[0]).real), np.full(phases.shape[1], complex(weights[0]).imag)
+    for weight, phase in zip(map(complex, weights[1:]), phases, strict=True):
+        real += weight.real * phase.real - weight.imag * phase.imag
+        imaginary += weight.real * phase.imag + weight.imag * phase.real
+    return np.asarray(np.sqrt(real * real + imaginary * imaginary))
+
+
 def smooth_weights(count: int) -> np.ndarray:
     """Weights (count,) of a mean over an oscillation that is cut at both ends.
 
@@ -115,8 +125,7 @@ class TurnRecord:
         speed, largest = np.abs(new.speed), new.largest
         # Equal parts of a turn count alike: the mean speed over time is that of the turns' durations.
         means = [largest, 2 * math.pi / speed, *new.advance, *new.phases.real, *new.phases.imag]
-        weights = np.array(self.weights or np.zeros(1 + n))
-        total = np.abs(weights[0] + weights[1:] @ new.phases)
+        total = _resultant(self.weights or (0.0,) * (1 + n), new.phases)
         columns = np.array([new.time, new.angle, *new.angles, speed, speed, largest, largest, total, total, *means])
         same = passage == self.passage and self.kept.kinds
         kinds = (*(LAST,) * (2 + n), *(LOW, HIGH) * 3, *(MEAN,) * (2 + 3 * n))
@@ -134,13 +143,18 @@ class TurnRecord:
         return self.last(1.0)
 
     def whole_turns(self, share: float) -> Blocks:
-        """The last share of all turns: the end of the first block and that of the last are whole turns apart."""
+        """The last share of all turns: the end of the first block and that of the last are whole turns apart.
+
+        Of less than two turns the last average alone.
+        """
+        if not self.kept.count:
+            return self.last(1.0)
         made = (self.kept.count + PER_TURN) / PER_TURN  # the first average ends after a turn
-        blocks = self.last(share * made * PER_TURN / self.kept.count if self.kept.count else share)
-        every = max(1, PER_TURN // blocks.size)
-        wanted = max(1, math.floor(share * made + _ROUNDING)) * PER_TURN // blocks.size
-        known = self.last(min(1.0, (wanted + 1) * blocks.size / max(self.kept.count, 1)))
-        return known.part(slice(-1 - min(wanted, (len(known) - 1) // every * every), None)) if len(known) > every else known
+        wanted = max(1, math.floor(share * made + _ROUNDING)) * PER_TURN  # averages
+        known = self.last(min(1.0, (wanted + 1) / self.kept.count))
+        every = max(1, PER_TURN // known.size)
+        between = min(max(1, wanted // known.size), (len(known) - 1) // every * every)
+        return known.part(slice(-1 - between, None))
 
     def last(self, share: float) -> Blocks:
         """The last share of them, likewise."""

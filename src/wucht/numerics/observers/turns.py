@@ -147,9 +147,11 @@ class TurnObserver:
         senses = np.sign(np.diff(joined.angles[0])).astype(int)
         turning = np.flatnonzero(senses)
         if not len(turning):
-            return replace(self, sample=joined.part(slice(-1, None))), Turns.none(others)
+            largest = float(between_samples(joined.time, joined.square, joined.rate).max())
+            return replace(self, sample=joined.part(slice(-1, None)), square=max(self.square, largest)), Turns.none(others)
         # An interval in which nothing turns belongs to the stretch before it.
         filled = senses[turning[np.maximum(np.searchsorted(turning, np.arange(len(senses)), side="right") - 1, 0)]]
+        filled[: turning[0]] = self.sense or filled[0]
         ends = [0, *(np.flatnonzero(np.diff(filled)) + 1).tolist(), len(senses)]
         turned = np.abs(np.diff(joined.angles[0, ends]))
         observer, found = self, [Turns.none(others)]
@@ -176,7 +178,7 @@ class TurnObserver:
         share = where_reached(at, s.time, leader, self.sense * s.speeds[0], i)
         time, angles = s.time[i] + share * (s.time[i + 1] - s.time[i]), between(share, s.time, s.angles[1:], s.speeds[1:], i)
         begin = np.append(0, i[:-1])
-        largest = np.maximum(np.maximum.reduceat(squares, begin), squares[i])
+        largest = np.maximum(np.maximum.reduceat(squares[: i[-1] + 1], begin), squares[i])
         largest[0] = max(largest[0], self.square)
         marks = self.marks.then(_Marks(time, angles, largest))
         observer = replace(self, marks=marks.last(PER_TURN), mark=int(last), square=float(squares[i[-1] :].max()))

@@ -31,7 +31,7 @@ _LONGER = 10.0  # times the run, where nothing says how long
 _ALLOWANCE = 1.4  # for an approach that slows down
 _RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
 _EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
-_NEARLY = 0.02  # logarithm of a swing: so near its end an approach is known to have one
+_NEARLY = 0.03  # logarithm of a swing: so near its end an approach is known to have one
 _EQUAL = 1e-3  # share by which swings differ that are taken for equal
 _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
 
