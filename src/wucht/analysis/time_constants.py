@@ -23,9 +23,13 @@ def slowest_decay(machine: Machine, speed: float) -> float:
 
     It is a free vibration of the carrier, or the slip of a body while the others turn at a speed.
     """
+    return max(vibration_decay(machine), 1 / float(_slip_rates(machine, speed or 1.0).min(initial=math.inf)))
+
+
+def vibration_decay(machine: Machine) -> float:
+    """In what time the slowest free vibration of the carrier that falls at all falls by the factor e; 0 where there is none."""
     poles = Vibration.of(machine).poles
-    rates = np.append(-poles.real[-poles.real > _NONE * np.abs(poles)], _slip_rates(machine, speed or 1.0))
-    return 1 / float(rates.min()) if len(rates) else 0.0
+    return 1 / float((-poles.real[-poles.real > _NONE * np.abs(poles)]).min(initial=math.inf))
 
 
 def _slip_rates(machine: Machine, speed: float) -> np.ndarray:

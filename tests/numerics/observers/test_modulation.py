@@ -25,7 +25,8 @@ def sine(p, t):
 def of_cycles(*periods):
     """One sine after the other, each of its own period; three quarters of one more at the end."""
     ends = np.cumsum([0.0, *periods, periods[-1]])
-    return recorded(lambda _, t: 5 * np.sin(2 * np.pi * np.interp(t, ends, np.arange(len(ends)))), ends[-1] - 0.25 * periods[-1])
+    until = ends[-1] - 0.25 * periods[-1]
+    return recorded(lambda _, t: 5 * np.sin(2 * np.pi * np.interp(t, ends, np.arange(len(ends)))), until)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """A record of any length in bounded memory."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -42,7 +44,7 @@ def test_millions_of_blocks_are_kept_in_few():
 def test_parts_do_not_matter(count):
     blocks, draw, record = np.random.default_rng(2).normal(size=(4, count)), np.random.default_rng(3), ALL
     borders = np.unique([0, *draw.integers(0, count + 1, 40), *range(min(count, 30)), count])
-    for a, b in zip(borders, borders[1:], strict=False):
+    for a, b in pairwise(borders):
         record = record.after(blocks[:, a:b])
     whole = ALL.after(blocks)
     assert record.count == whole.count == count

@@ -63,8 +63,8 @@ def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wi
     sizes, last = np.abs(changes), float(means[-1])
     low, high = float(means.min()), float(means.max())
     after = float(sizes[-1])
-    if high - low <= rounding:
-        return Projection(last, low, high, Course.STATIONARY)
+    if (sizes[-2:] <= rounding).all():
+        return Projection(last, float(means[-3:].min()), float(means[-3:].max()), Course.STATIONARY)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = sizes[1:] / sizes[:-1]
     if len(ratios) > 1 and (ratios < _CONTRACTING).all():

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wucht.analysis.time_constants import run_up_time, slowest_decay
+from wucht.analysis.time_constants import run_up_time, slowest_decay, vibration_decay
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, net_torque
 from wucht.numerics.observers.modulation import Modulation
@@ -32,6 +32,8 @@ _ALLOWANCE = 1.4  # for an approach that slows down
 _RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
 _EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
 _NEARLY = 0.03  # logarithm of a swing: so near its end an approach is known to have one
+_OLD = 5.0  # decays of the slowest free vibration, after which a motion that is not at rest is taken for the last one
+_RESTLESS = (Outcome.BALANCER_CAPTURED, Outcome.CAPTURED_MODULATED, Outcome.NOT_ENTRAINED, Outcome.NOT_SYNCHRONISED)
 _EQUAL = 1e-3  # share by which swings differ that are taken for equal
 _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
 
@@ -110,7 +112,12 @@ def judge(machine: Machine, seen: Observation, free: float | None, failure: str 
     if beyond:
         evidence = replace(verdict.evidence, beyond_limit=True)
         return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None, needed=None)
-    return _by_locking(machine, seen, verdict) if is_locking(machine) and turned else verdict
+    verdict = _by_locking(machine, seen, verdict) if is_locking(machine) and turned else verdict
+    needed = _OLD * vibration_decay(machine)
+    if verdict.outcome in _RESTLESS and seen.end_time < needed:
+        verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED, settling_time=None)
+        return _undecided(machine, verdict, "free vibrations have hardly decayed", max(_LONGER * seen.end_time, needed))
+    return verdict
 
 
 def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdict:
@@ -227,7 +234,8 @@ def _without_turning(machine: Machine, seen: Observation) -> Verdict:
     quarter = seen.main.last(0.25)
     verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))
     if verdict.outcome is Outcome.UNIDENTIFIED:
-        needed = max(needed or _LONGER * end, _transients(machine, free_speed(machine, machine.rotor) or 0.0), 1e-9)
+        transients = 0.0 if needed else _transients(machine, free_speed(machine, machine.rotor) or 0.0)
+        needed = max(needed or _LONGER * end, transients, 1e-9)
         return _undecided(machine, verdict, f"fewer than {_FEWEST_TURNS} turns were made", needed)
     return replace(verdict, settling_time=end)
 
