@@ -1,0 +1,59 @@
+"""How long transients last: against the closed forms of linear machines."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.analysis.shaft import swing_frequency
+from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_decay, vibration_decay
+from wucht.files.building import machine_from
+
+MASS, DAMPING, INERTIA, SLOPE, FREE = 10.0, 40.0, 0.02, 1e-3, 200.0
+ROTOR = {"kind": "rotor", "name": "d", "mass": 4.0, "unbalance": 1e-9, "inertia": INERTIA}
+LINEAR = {"kind": "linear", "slope": SLOPE, "no_load_speed": FREE}
+CARRIER = {"directions": "x", "mass": MASS - 4.0, "stiffness": 1e5, "damping": DAMPING}
+
+
+def machine(**changes):
+    return machine_from({"carrier": CARRIER, "bodies": [ROTOR], "drive": LINEAR} | changes)
+
+
+def test_a_free_vibration_falls_with_half_the_damping_over_the_mass():
+    assert vibration_decay(machine()) == pytest.approx(2 * MASS / DAMPING, rel=1e-6)
+    assert vibration_decay(machine(carrier=CARRIER | {"damping": 0.0})) == 0.0
+    assert vibration_decay(machine(carrier={"directions": "fixed"})) == 0.0
+
+
+def test_the_slowest_is_the_drive_the_carrier_or_a_slipping_body():
+    assert slowest_decay(machine(), FREE) == pytest.approx(INERTIA / SLOPE, rel=1e-4)
+    assert slowest_decay(machine(drive=LINEAR | {"slope": 1.0}), FREE) == pytest.approx(2 * MASS / DAMPING, rel=1e-4)
+    pendulum = {"kind": "pendulum", "name": "p", "about": "d", "mass": 1e-3, "length": 0.1, "damping": 1e-8}
+    slipping = machine(bodies=[ROTOR, pendulum], drive={"kind": "constant-speed", "speed": FREE})
+    assert slowest_decay(slipping, FREE) == pytest.approx(1e-3 * 0.1**2 / 1e-8, rel=1e-3)
+
+
+def test_a_run_up_on_a_straight_characteristic():
+    """J w' = slope (free - w), until half a percent is missing."""
+    assert run_up_time(machine(), 0.0) == pytest.approx(INERTIA / SLOPE * math.log(200), rel=2e-2)
+    assert run_up_time(machine(), 100.0) == pytest.approx(INERTIA / SLOPE * math.log(100), rel=2e-2)
+    assert run_up_time(machine(drive=LINEAR | {"no_load_speed": -FREE}), 0.0) == pytest.approx(run_up_time(machine(), 0.0))
+    assert run_up_time(machine(), 199.5) == 0.0
+    assert run_up_time(machine(drive={"kind": "constant-speed", "speed": FREE}), 0.0) == 0.0
+
+
+def test_a_drive_that_nothing_holds_takes_its_time_to_the_limit():
+    """20 times the natural frequency of 100 rad/s is less than 3000 rad/s."""
+    free = machine(drive={"kind": "constant-torque", "torque": 0.5})
+    assert runaway_limit(free) == pytest.approx(3000.0)
+    assert run_up_time(free, 0.0) == pytest.approx(INERTIA * 3000 / 0.5, rel=1e-6)
+    assert runaway_limit(machine(carrier=CARRIER | {"stiffness": 4e5}, drive={"kind": "constant-torque", "torque": 0.5})) == (
+        pytest.approx(20 * math.sqrt(4e5 / MASS), rel=1e-6)
+    )
+    assert runaway_limit(machine()) is None
+
+
+def test_a_rotor_in_gravity_swings_as_a_pendulum():
+    heavy = machine(bodies=[ROTOR | {"unbalance": 0.05}], carrier={"directions": "fixed", "gravity": 9.81})
+    assert swing_frequency(heavy) == pytest.approx(np.sqrt(9.81 * 0.05 / INERTIA), rel=1e-9)
+    assert swing_frequency(machine()) == 0.0
