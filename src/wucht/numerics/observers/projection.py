@@ -41,6 +41,11 @@ class Projection:
     windows: float = math.inf
 
     @property
+    def bounds(self) -> tuple[float, float]:
+        """Between which it will stay."""
+        return self.low, self.high
+
+    @property
     def width(self) -> float:
         """How far the bounds are apart."""
         return self.high - self.low

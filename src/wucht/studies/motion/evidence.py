@@ -34,8 +34,8 @@ _LASTING = 0.15  # of its range: a modulation lasts that is going to change by n
 class Standing:
     """Where a rotor stands.
 
-    evidence: of what becomes of it. window: the last turns, whole ones, or whole periods of a modulation. speed, lowest: its
-    mean speed and the least over a turn there, with the sense of turning taken away. residual: the largest share of its
+    evidence: of what becomes of it. window: the last turns, whole ones, or whole periods of a modulation. speed: its mean
+    speed there, with the sense of turning taken away. residual: the largest share of its
     unbalance that is left there, None without unbalance. phases: of the bodies about it, circular means over the last turn.
     final_phases: the same as sigma alpha, with that of the rotor, 0 where a body lags. vibration: what they excite.
     projections: of the mean speed and of the residual. needed: for how many more times the length of the record it must be
@@ -46,7 +46,6 @@ class Standing:
     sense: int
     window: Blocks
     speed: float
-    lowest: float
     residual: float | None
     phases: dict[str, float]
     final_phases: np.ndarray
@@ -61,9 +60,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     bodies = machine.group(rotor)
     index, others = [machine.bodies.index(b) for b in bodies], [b for b in machine.bodies if b is not rotor]
     about, whole, sense = [others.index(b) for b in bodies[1:]], record.whole, record.sense
-    own, vibration = unbalances(machine)[index], Vibration.of(machine).only(index)
-    scale = abs(own[0]) or float(np.abs(own).max())
-
+    unbalanced, vibration = bool(unbalances(machine)[index].any()), Vibration.of(machine).only(index)
     expected = None if free is None else sense * free
     observed = modulation(record, MODULATION_THRESHOLD * float(record.last(SHARE).speed.mean()))
     means, lows, highs, each, rounding = _series(whole, observed)
@@ -73,7 +70,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     mean, lowest = (projected(x, ahead, max(rounding, _ROUNDING * abs(reference))) for x in (means, lows))
     varied = projected((highs - lows) / means, ahead, max(rounding / abs(means[-1]), _ROUNDING))
     lags = tuple(_lag(whole, i, means[-1], ahead, observed) for i in about)
-    left = projected(windows_of(whole.greatest_sum).max(axis=1), AHEAD * longer, _ROUNDING) if scale and about else None
+    left = projected(windows_of(whole.greatest_sum).max(axis=1), AHEAD * longer, _ROUNDING) if unbalanced and about else None
     asynchronous = any(lag.low > LAG_TOLERANCE or lag.high < -LAG_TOLERANCE for lag in lags)
     last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
     phases = {b.name: float(wrapped(np.angle(p))) for b, p in zip(bodies[1:], last.phases[about, -1], strict=True)}
@@ -85,19 +82,19 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     near = resonance is not None and lowest.low - resonance < 2 * ripple
     catching_up = not asynchronous and any(_undecided(lag) for lag in lags)
     if left is None:
-        residual = (1.0, 1.0) if scale else None
+        residual = (1.0, 1.0) if unbalanced else None
     else:  # without vibration nothing turns the bodies to where they compensate
-        residual = _bounds(left) if len(vibration.mass) else (left.last, left.last)
+        residual = left.bounds if len(vibration.mass) else (left.last, left.last)
     approached = mean.course is Course.STATIONARY or mean.width <= SPEED_TOLERANCE * abs(reference)
     evidence = Evidence(
         turning=True,
-        mean_speed=_bounds(mean),
-        lowest_speed=_bounds(lowest),
+        mean_speed=mean.bounds,
+        lowest_speed=lowest.bounds,
         settled=approached and not growing and not catching_up and (lasts or not near) and longer <= _LONGEST_BEFORE,
         free_speed=expected,
         resonance=resonance,
         residual=residual,
-        lags=tuple(map(_bounds, lags)),
+        lags=tuple(lag.bounds for lag in lags),
         modulation=lasting,
     )
     waits = [
@@ -117,8 +114,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         sense,
         window,
         float(window.mean_speeds[0]),
-        float(window.lowest.min()),
-        float(window.greatest_sum.max()) if scale else None,
+        float(window.greatest_sum.max()) if unbalanced else None,
         phases,
         final,
         vibration,
@@ -137,7 +133,7 @@ def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, fl
     """Between which bounds the range of a modulation will stay. It lasts if it is seen to: in cycles, even ones or many, whose
     range hardly changes any more; else it may die out."""
     if varied.high <= MODULATION_THRESHOLD:
-        return _bounds(varied)
+        return varied.bounds
     if observed is None:
         return 0.0, math.inf
     even = varied.width <= _LASTING * varied.last
@@ -145,7 +141,7 @@ def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, fl
         lasts = even or varied.course is Course.DRIFTING
     else:
         lasts = observed.cycles >= _FEWEST_IRREGULAR and (even or varied.course is not Course.APPROACHING)
-    return _bounds(varied) if lasts else (0.0, varied.high)
+    return varied.bounds if lasts else (0.0, varied.high)
 
 
 def _needed(waits: list[float], observed: Modulation | None, ahead: float, end: float) -> float:
@@ -153,10 +149,6 @@ def _needed(waits: list[float], observed: Modulation | None, ahead: float, end: 
     if observed is not None and not observed.regular and observed.cycles < _FEWEST_IRREGULAR:
         return 2 * _FEWEST_IRREGULAR * observed.period / end
     return max(waits, default=0.0) * LOOKAHEAD / ahead
-
-
-def _bounds(p: Projection) -> tuple[float, float]:
-    return p.low, p.high
 
 
 def _series(whole: Blocks, observed: Modulation | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, float]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from wucht.machines.machine import Machine
-from wucht.numerics.observers.projection import AHEAD, Projection, projected, windows_of
+from wucht.numerics.observers.projection import AHEAD, projected, windows_of
 from wucht.numerics.observers.turn_record import Blocks
 from wucht.numerics.observers.turns import PER_TURN
 from wucht.results.conventions import wrapped
@@ -93,14 +93,10 @@ def _evidence(machine: Machine, whole: Blocks, periods: int, of_rotors: Callable
     bounded = projected(means[main], AHEAD, 1e-9)
     return Locking(
         periods,
-        tuple(_bounds(projected(x / reference - 1, AHEAD, 1e-9)) for x in compared),
-        tuple(_bounds(projected(windows_of(p).mean(axis=1), AHEAD, _AT_REST)) for p in phases.values()),
+        tuple(projected(x / reference - 1, AHEAD, 1e-9).bounds for x in compared),
+        tuple(projected(windows_of(p).mean(axis=1), AHEAD, _AT_REST).bounds for p in phases.values()),
         bounded.width <= _BOUNDED * abs(bounded.last),
     )
-
-
-def _bounds(p: Projection) -> tuple[float, float]:
-    return p.low, p.high
 
 
 def rotor_phases(machine: Machine, time: np.ndarray, angles: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from wucht.analysis.static import axis_at_rest
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
-from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.span_record import SpanRecord
 from wucht.numerics.observers.turn_record import TurnRecord
 from wucht.numerics.observers.turns import Samples
-from wucht.studies.observables import Orbit
 
 
 @dataclass(frozen=True)
@@ -53,32 +49,17 @@ class Watch:
         """After a part of the machine's motion, which may begin with the last sample of the part before."""
         machine, time = self.machine, motion.time
         bodies = {b.name: motion_of(machine, motion, b) for b in machine.bodies}
-        square, rate = self._distance(motion)
         rotors = {}
         for name, record in seen.rotors.items():
             samples = Samples.of(time, bodies[name], *(m for n, m in bodies.items() if n != name))
             if name == machine.rotor.name:
                 main = seen.main.after(replace(samples, angles=samples.angles[:1], speeds=samples.speeds[:1]))
-            rotors[name] = record.after(replace(samples, square=square, rate=rate))
+            rotors[name] = record.after(samples)
         vibration, frequency = seen.vibration, machine.shaking_frequency
         if vibration is not None and frequency is not None:
             of_motion = frequency * time, np.full(len(time), frequency)
-            vibration = vibration.after(replace(Samples.of(time, of_motion, *bodies.values()), square=square, rate=rate))
+            vibration = vibration.after(Samples.of(time, of_motion, *bodies.values()))
         return Observation(rotors, vibration, main, float(time[-1]))
-
-    def _distance(self, motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-        """The square of the axis' distance from where it rests (N,), and its rate."""
-        orbit = Orbit.of(self.machine, motion.time, self._orbit(motion.time, motion.states, motion.parameters), self._rest)
-        return (orbit.offset**2).sum(axis=0), 2 * (orbit.offset * orbit.velocity).sum(axis=0)
-
-    @cached_property
-    def _rest(self) -> dict[str, float]:
-        return axis_at_rest(self.machine)
-
-    @cached_property
-    def _orbit(self) -> Evaluator:
-        outputs = [o for o in self.machine.system.outputs if o.name.startswith("orbit.")]
-        return Evaluator.of(self.machine.system, [o.expression for o in outputs], [o.name for o in outputs])
 
 
 def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:

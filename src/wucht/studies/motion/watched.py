@@ -58,15 +58,20 @@ class Watched:
         if last.ended:
             return before
         while len(grid) > 1 and not last.ended:
-            motion, fine = self._piece(last, grid, report)
+            motion, of_machine, fine = self._piece(last, grid, report)
             last = motion.every(fine)
             stored.append(last)
-            seen = self.watch.after(seen, self.seen(motion))
+            seen = self.watch.after(seen, of_machine)
             grid = grid[len(last.time) - 1 :]
         return Leg(Trajectory.of(stored), seen)
 
-    def _piece(self, before: Trajectory, grid: np.ndarray, report: Callable[[float], None] | None) -> tuple[Trajectory, int]:
-        """As much of it as is held at once, and how many times more densely sampled than the grid: as the speeds in it ask."""
+    def _piece(
+        self, before: Trajectory, grid: np.ndarray, report: Callable[[float], None] | None
+    ) -> tuple[Trajectory, Trajectory, int]:
+        """As much of it as is held at once, the same as the machine's motion, and how many times more densely it is sampled.
+
+        More densely than the grid: as the speeds in it ask.
+        """
         step, fine = float(grid[1] - grid[0]), 0
         fastest = fastest_of(self.machine, self.seen(before.tail(1)).states)
         while True:
@@ -75,11 +80,11 @@ class Watched:
             fine = min(max(fine + 1, math.ceil(wanted * (1 - 1e-9))), _MOST_AT_ONCE)
             dense = _refined(grid[: max(1, _MOST_AT_ONCE // fine) + 1], fine)
             motion = integrate(self.compiled, before.end_state, before.parameters, dense, report, self.energy).uninterrupted()
-            if motion.failure:
-                return motion, fine
-            fastest = fastest_of(self.machine, self.seen(motion).states)
-            if fine == _MOST_AT_ONCE or _FEWEST_PER_TURN * fastest * step <= 2 * math.pi * fine:
-                return motion, fine
+            of_machine = self.seen(motion)
+            fastest = fastest_of(self.machine, of_machine.states)
+            enough = _FEWEST_PER_TURN * fastest * step <= 2 * math.pi * fine
+            if enough or motion.failure or fine == _MOST_AT_ONCE:
+                return motion, of_machine, fine
 
 
 def _refined(grid: np.ndarray, times: int) -> np.ndarray:
