@@ -81,7 +81,7 @@ class _Motion:
     @property
     def turns(self) -> float:
         """Of the main rotor, since it last turned back."""
-        return self.leg.observation.rotors[self.case.machine.rotor.name].turns
+        return self.watched.observation(self.leg).rotors[self.case.machine.rotor.name].turns
 
     def until(self, time: float) -> Verdict:
         """The verdict at a time."""
@@ -90,7 +90,7 @@ class _Motion:
             self.leg = self.watched.leg(self.leg, np.linspace(begin, time, 1 + math.ceil(20 * (time - begin) / time)))
         last, machine = self.leg.stored, self.case.machine
         free = free_speed(machine.at(last.end_time), machine.rotor, last.end_time)
-        return judge(machine, self.leg.observation, free, last.failure, last.stopped_by == SPEED_LIMIT)
+        return judge(machine, self.watched.observation(self.leg), free, last.failure, last.stopped_by == SPEED_LIMIT)
 
 
 def measure(count: int = 200, first: int = 0) -> Iterator[tuple[str, str]]:

@@ -20,19 +20,27 @@ def between_samples(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> 
     interval, where that of the largest sample is of second.
     """
     h = np.diff(time)
-    left, right, a, b = signal[:-1], signal[1:], slope[:-1] * h, slope[1:] * h
-    # y(s) = left + a s + c s^2 + d s^3 on 0 <= s <= 1
+    left, right, before, after = signal[:-1], signal[1:], slope[:-1] * h, slope[1:] * h
+    largest, middle = np.maximum(left, right), 3 * (right - left) - before - after
+    # The slope lies between these three, the first, the middle and the last of its Bernstein form: where they have one sign, the
+    # signal rises or falls from sample to sample.
+    i = np.flatnonzero((np.maximum(before, middle) > 0) & (np.minimum(middle, after) < 0))
+    if len(i):
+        largest[i] = np.maximum(largest[i], _interior_maxima(left[i], right[i], before[i], after[i]))
+    return np.asarray(largest)
+
+
+def _interior_maxima(left: np.ndarray, right: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The maximum of each cubic with these values and slopes at the ends of 0 <= s <= 1; the left value where there is none."""
+    # y(s) = left + a s + c s^2 + d s^3
     d = 2 * (left - right) + a + b
     c = 3 * (right - left) - 2 * a - b
-    top = np.maximum(left, right)
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(c**2 - 3 * a * d)
         # The maximum is where y' = 0 and y'' < 0; this form of the root stays accurate as d -> 0.
         s = np.where(c > 0, (-c - root) / (3 * d), a / (root - c))
-    inside = np.isfinite(s) & (s > 0) & (s < 1)
-    s = np.where(inside, s, 0.0)
-    between = np.where(inside, left + s * (a + s * (c + s * d)), top)
-    return np.asarray(np.maximum(top, between))
+    s = np.where(np.isfinite(s) & (s > 0) & (s < 1), s, 0.0)
+    return np.asarray(left + s * (a + s * (c + s * d)))
 
 
 def extremes(signal: np.ndarray) -> tuple[float, float]:

@@ -37,6 +37,19 @@ class Samples:
         none = np.zeros(len(time))
         return cls(time, np.array([angle for angle, _ in motions]), np.array([speed for _, speed in motions]), none, none)
 
+    def led_by(self, body: int) -> Self:
+        """The same with this body leading and the others in their order."""
+        order = [body, *(i for i in range(len(self.angles)) if i != body)]
+        return self if body == 0 else replace(self, angles=self.angles[order], speeds=self.speeds[order])
+
+    def only(self, body: int) -> Self:
+        """Of one body alone."""
+        return replace(self, angles=self.angles[body : body + 1], speeds=self.speeds[body : body + 1])
+
+    def beside(self, angle: np.ndarray, speed: np.ndarray) -> Self:
+        """Beside a leading motion (N,)."""
+        return replace(self, angles=np.vstack([angle, self.angles]), speeds=np.vstack([speed, self.speeds]))
+
     def part(self, which: slice | np.ndarray) -> Self:
         """Some of the samples."""
         square, rate = self.square[which], self.rate[which]

@@ -12,11 +12,12 @@ import numpy as np
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed, sense_of
 from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies.entrainment.prepare import Plan
 from wucht.studies.entrainment.swept_parameter import stretches
 from wucht.studies.motion.locking import Locked, locked
-from wucht.studies.motion.observation import Watch
-from wucht.studies.motion.watched import Leg, Watched
+from wucht.studies.motion.observation import Observation, Watch
+from wucht.studies.motion.watched import Watched
 from wucht.studies.release_events import release_events
 from wucht.studies.run_up.prepare import placed_at_start
 
@@ -81,15 +82,18 @@ class RunsFromStart:
             begin = leg.stored.end_time
             grid = np.linspace(begin, end, math.ceil((end - begin) / (_PERIODS * self.period)) + 1)
             leg = watched.leg(leg, grid, progress)
-            means = locked(machine, leg.observation) if leg.stored.failure is None else None
+            seen = watched.observation(leg)
+            means = locked(machine, seen) if leg.stored.failure is None else None
             if means is None or self._decided(leg.stored.end_time, means):
                 break
             end = 2 * end
-        return self._judged(machine, value, leg, means)
+        return self._judged(machine, value, leg.stored, seen, means)
 
-    def _judged(self, machine: Machine, value: float, leg: Leg, means: Locked | None) -> RunFromStart:
-        end, ended, seen = machine.breakpoints[-1], (leg.stored.end_time, leg.stored.end_state), leg.observation
-        run = RunFromStart(value, self.duration, *ended, free_speed(machine.at(end), machine.rotor, end), leg.stored.failure)
+    def _judged(
+        self, machine: Machine, value: float, last: Trajectory, seen: Observation, means: Locked | None
+    ) -> RunFromStart:
+        end, ended = machine.breakpoints[-1], (last.end_time, last.end_state)
+        run = RunFromStart(value, self.duration, *ended, free_speed(machine.at(end), machine.rotor, end), last.failure)
         if run.failure is not None:
             return run
         if means is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -45,21 +45,20 @@ class Watch:
         rotors = {r.name: TurnRecord(others, weights_of(machine, r)) for r in self.machine.rotors}
         return Observation(rotors, TurnRecord(others + 1) if shaken else None, SpanRecord(self.span))
 
-    def after(self, seen: Observation, motion: Trajectory) -> Observation:
-        """After a part of the machine's motion, which may begin with the last sample of the part before."""
-        machine, time = self.machine, motion.time
-        bodies = {b.name: motion_of(machine, motion, b) for b in machine.bodies}
-        rotors = {}
+    def samples(self, motion: Trajectory) -> Samples:
+        """Of the machine's motion what is watched: all bodies in their order."""
+        return Samples.of(motion.time, *(motion_of(self.machine, motion, b) for b in self.machine.bodies))
+
+    def after(self, seen: Observation, samples: Samples) -> Observation:
+        """After a part of the motion, which may begin with the last sample of the part before."""
+        machine, names = self.machine, [b.name for b in self.machine.bodies]
+        rotors, vibration, frequency = {}, seen.vibration, machine.shaking_frequency
         for name, record in seen.rotors.items():
-            samples = Samples.of(time, bodies[name], *(m for n, m in bodies.items() if n != name))
-            if name == machine.rotor.name:
-                main = seen.main.after(replace(samples, angles=samples.angles[:1], speeds=samples.speeds[:1]))
-            rotors[name] = record.after(samples)
-        vibration, frequency = seen.vibration, machine.shaking_frequency
+            rotors[name] = record.after(samples.led_by(names.index(name)))
+        main = seen.main.after(samples.only(names.index(machine.rotor.name)))
         if vibration is not None and frequency is not None:
-            of_motion = frequency * time, np.full(len(time), frequency)
-            vibration = vibration.after(Samples.of(time, of_motion, *bodies.values()))
-        return Observation(rotors, vibration, main, float(time[-1]))
+            vibration = vibration.after(samples.beside(frequency * samples.time, np.full(len(samples.time), frequency)))
+        return Observation(rotors, vibration, main, float(samples.time[-1]))
 
 
 def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:

@@ -113,8 +113,7 @@ def judge(machine: Machine, seen: Observation, free: float | None, failure: str 
         evidence = replace(verdict.evidence, beyond_limit=True)
         return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None, needed=None)
     verdict = _by_locking(machine, seen, verdict) if is_locking(machine) and turned else verdict
-    needed = _OLD * vibration_decay(machine)
-    if verdict.outcome in _RESTLESS and seen.end_time < needed:
+    if verdict.outcome in _RESTLESS and seen.end_time < (needed := _OLD * vibration_decay(machine)):
         verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED, settling_time=None)
         return _undecided(machine, verdict, "free vibrations have hardly decayed", max(_LONGER * seen.end_time, needed))
     return verdict

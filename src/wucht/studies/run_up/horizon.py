@@ -22,7 +22,6 @@ MOST_SAMPLES = 1_000_000
 _FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest speed expected; each next leg doubles the run
 _MOST_TURNS = 25_000
 FEWEST_SAMPLES_PER_TURN = 8
-_PARTS = 20  # of a given time: samples are a whole number of each
 _FIRST_LEG, _LONGEST_LEG = 64, 2048  # samples
 _FASTEST = 10.0  # times the highest natural frequency: so often at most a body is looked at that does not turn
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
@@ -65,7 +64,7 @@ class Horizon:
         else:
             end, half_turns = (_FIRST_TURNS * turn, 40) if spec.turns is None else (spec.turns * turn, 8)
             first = max(end, half_turns * math.pi / slowest)
-        step = first / (_PARTS * math.ceil(first / max(turn / SAMPLES_PER_TURN, first / MOST_SAMPLES) / _PARTS))
+        step = first / math.ceil(first / max(turn / SAMPLES_PER_TURN, first / MOST_SAMPLES))
         settled, events = spec.until is None and spec.turns is None, _events(machine, spec, initial)
         warnings = tuple(_warnings(machine, spec, free, turn / step))
         vibration = max([*natural, machine.shaking_frequency or 0.0])
@@ -75,13 +74,13 @@ class Horizon:
     def legs(self) -> Iterator[Grid]:
         """The legs of a run.
 
-        A given time is gone through in even parts; else the motion is judged at twice the time of the last look. Legs are short
-        at first, so that a run which is cut off loses little.
+        Without a given time the motion is judged at twice the time of the last look. Legs are short at first, so that a run which
+        is cut off loses little.
         """
         share = min(1.0, self.samples_per_turn / SAMPLES_PER_TURN)  # of all samples, those that are stored
         open_ended = self.until_settled or any(e.name == TURNS_DONE for e in self.events)
-        given, doubled = range(1, _PARTS + 1), range(math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS)) + 1)
-        goals = [self.first * 2**k for k in doubled] if open_ended else [self.first * k / _PARTS for k in given]
+        doublings = math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS)) if open_ended else 0
+        goals = [self.first * 2**k for k in range(doublings + 1)]
         begin, size, longest = 0.0, max(1, int(_FIRST_LEG * share)), max(1, int(_LONGEST_LEG * share))
         for goal in goals:
             grid = np.linspace(begin, goal, max(1, round((goal - begin) / self.step)) + 1)

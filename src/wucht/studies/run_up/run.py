@@ -11,9 +11,8 @@ from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
-from wucht.studies.motion.observation import Observation
 from wucht.studies.motion.verdict import Verdict, judge
-from wucht.studies.motion.watched import Watched
+from wucht.studies.motion.watched import Leg, Watched
 from wucht.studies.observables import Rows
 from wucht.studies.run_up.horizon import SPEED_LIMIT, Grid
 from wucht.studies.run_up.model import FullModel
@@ -30,15 +29,15 @@ _FULL_SHARE = 0.9  # of the time that a run of both models takes
 class Motion:
     """What one model did.
 
-    legs: what is stored, of the model's own System; ``trajectory`` is all of them, ``seen`` as one of the machine.
-    observation: what was seen of it on the way.
+    legs: what is stored, of the model's own System; ``trajectory`` is all of them, ``seen`` as one of the machine. last: the
+    last of them.
     """
 
     case: Case
     model: FullModel
-    compiled: CompiledSystem
+    watched: Watched
     legs: tuple[Trajectory, ...]
-    observation: Observation
+    last: Leg
 
     @cached_property
     def trajectory(self) -> Trajectory:
@@ -55,12 +54,17 @@ class Motion:
         """The states and outputs (N,) of the machine's motion, by name."""
         return self.model.rows(self.trajectory, self.seen)
 
+    @property
+    def compiled(self) -> CompiledSystem:
+        """What is integrated."""
+        return self.watched.compiled
+
     @cached_property
     def verdict(self) -> Verdict:
         """What became of the machine."""
-        machine, last = self.case.machine, self.legs[-1]
+        machine, last, seen = self.case.machine, self.legs[-1], self.watched.observation(self.last)
         free = free_speed(machine.at(last.end_time), machine.rotor, last.end_time)
-        return judge(machine, self.observation, free, last.failure, last.stopped_by == SPEED_LIMIT)
+        return judge(machine, seen, free, last.failure, last.stopped_by == SPEED_LIMIT)
 
     @property
     def decided(self) -> bool:
@@ -116,14 +120,14 @@ def _motions(
     watched = Watched(case.watch, compiled, model.seen, case.horizon.vibration, case.horizon.energy)
     last = watched.begin(model.initial, model.values)
     legs: tuple[Trajectory, ...] = (last.stored,)
-    yield Motion(case, model, compiled, legs, last.observation)
+    yield Motion(case, model, watched, legs, last)
     if last.stored.ended:
         return
     for grid, end, judged in grids:
         report = partial(_report, work, end)
         last = work.unit(f"leg {len(legs)}", partial(watched.leg, last, grid, report))
         legs = (*legs, last.stored)
-        motion = Motion(case, model, compiled, legs, last.observation)
+        motion = Motion(case, model, watched, legs, last)
         yield motion
         if last.stored.ended or (judged and motion.decided):
             return
