@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine, damped
+from wucht.analysis.averaged import AveragedMachine, averaged_machine
 from wucht.analysis.forced import Forced
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
+from wucht.machines.operation import damped
 from wucht.mechanics.lagrange import equations_of_motion
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate

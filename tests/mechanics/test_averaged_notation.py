@@ -6,9 +6,10 @@ import re
 
 import pytest
 
-from wucht.analysis.averaged import averaged_machine, damped
+from wucht.analysis.averaged import averaged_machine
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
+from wucht.machines.operation import damped
 from wucht.machines.symbols import notation_of
 from wucht.mechanics.averaged.averaged_notation import written_averaged
 

@@ -13,7 +13,7 @@ import sympy as sp
 from wucht.disk_cache import derived_once
 from wucht.errors import InputError, WuchtError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import relative_damping, sense_of
+from wucht.machines.operation import sense_of
 from wucht.machines.parts.base import Body
 from wucht.machines.schedules import with_schedules
 from wucht.machines.structure import SPEED, Structure, torques_on
@@ -125,12 +125,6 @@ def averaged_machine(
 def _with_parameters(system: System, structure: Structure, held: bool, stored: sp.Expr) -> System:
     whole = replace(system, parameters=(*structure.symbols, *([SPEED] if held else [])))
     return with_schedules(whole, structure.schedules, stored, structure.units.energy)
-
-
-def damped(machine: Machine) -> bool:
-    """Whether every balancing body is damped against the body it turns about, so that its inertia may be left out."""
-    dampers = [relative_damping(machine, b) for b in machine.bodies if b.about is not None]
-    return all(not b.is_number or b > 0 for b in dampers)
 
 
 def _refuse_others(machine: Machine) -> None:

@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.vibration import unbalances
+from wucht.analysis.vibration import Vibration, unbalances
 from wucht.machines.machine import Machine
-from wucht.machines.operation import operating_speed, slopes
+from wucht.machines.operation import damped, net_torque, operating_speed, slopes
 from wucht.machines.structure import SPEED
 
 Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -33,6 +33,30 @@ def energy_scale(machine: Machine) -> float:
     kinetic = machine.function(machine.structure.kinetic_in_operation, of=SPEED, modules="math")
     energy = float(kinetic(operating_speed(machine))[0])
     return energy if energy > 0 and math.isfinite(energy) else 1.0
+
+
+def only_braked(machine: Machine, fastest: float) -> bool:
+    """Whether swings of all rotors with speeds up to that can only lose energy: nothing but constant torques drives them.
+
+    The carrier is not shaken, no speed is prescribed, all free vibrations and balancing bodies are damped, and the torque on
+    each shaft, less what it is at rest, acts against every speed.
+    """
+    prescribed = machine.shaken is not None or any(r.coordinate.prescribed is not None for r in machine.rotors)
+    if prescribed or not damped(machine) or not (Vibration.of(machine).poles.real < 0).all():
+        return False
+    torques, speeds = [net_torque(machine, r) for r in machine.rotors], np.linspace(-fastest, fastest, 201)
+    return all((torque(float(w)) - torque(0.0)) * w <= 0 for torque in torques for w in speeds)
+
+
+def torque_surplus(machine: Machine, vibration: Vibration, phases: np.ndarray, speeds: np.ndarray) -> np.ndarray:
+    """What the torque on the main shaft exceeds that of a vibration by at steady speeds (N,), positive in its drive's sense.
+
+    phases: of the bodies that excite it, (n,).
+    """
+    torque = net_torque(machine, machine.rotor)
+    sense = math.copysign(1.0, torque(0.0))
+    drive = np.array([sense * torque(sense * float(w)) for w in speeds])
+    return np.asarray(drive - vibration.torque(speeds, phases)[0])
 
 
 def swing_frequency(machine: Machine) -> float:

@@ -68,7 +68,8 @@ def _full(machine: Machine, notation: Notation, latex: bool) -> list[str]:
 
 
 def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | None, order: int) -> list[tuple[str, list[str]]]:
-    from wucht.analysis.averaged import averaged_machine, damped
+    from wucht.analysis.averaged import averaged_machine
+    from wucht.machines.operation import damped
     from wucht.mechanics.averaged.averaged_notation import written_averaged
 
     kept = not damped(machine) if inertia is None else inertia

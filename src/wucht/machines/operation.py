@@ -43,6 +43,12 @@ def relative_damping(machine: Mechanism, body: RotatingBody) -> sp.Expr:
     return sp.sympify(_relative_damping(machine.without_contacts, own, other).xreplace(machine.numbers))
 
 
+def damped(machine: Mechanism) -> bool:
+    """Whether every balancing body is damped against the body it turns about."""
+    dampers = [relative_damping(machine, b) for b in machine.bodies if b.about is not None]
+    return all(not b.is_number or b > 0 for b in dampers)
+
+
 @lru_cache(maxsize=256)
 def _relative_damping(energies: tuple[Energies, ...], own: sp.Symbol, other: sp.Symbol) -> sp.Expr:
     return -sp.diff(structure.torques_on(energies, own)[1], other)

@@ -24,9 +24,9 @@ def hermite(at: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray) -> 
 
 def between(share: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray, i: np.ndarray) -> np.ndarray:
     """y (..., N) of x (N,) with its derivative, at shares (K,) of the way from the samples i to the next: (..., K)."""
-    h, left = x[i + 1] - x[i], y[..., i]
-    rise = y[..., i + 1] - left
-    before, after = h * slope[..., i] - rise, rise - h * slope[..., i + 1]
+    h, left = x[i + 1] - x[i], y.take(i, axis=-1)
+    rise = y.take(i + 1, axis=-1) - left
+    before, after = h * slope.take(i, axis=-1) - rise, rise - h * slope.take(i + 1, axis=-1)
     return np.asarray(left + share * (rise + (1 - share) * ((1 - share) * before + share * after)))
 
 

@@ -22,8 +22,8 @@ def between_samples(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> 
     h = np.diff(time)
     left, right, before, after = signal[:-1], signal[1:], slope[:-1] * h, slope[1:] * h
     largest, middle = np.maximum(left, right), 3 * (right - left) - before - after
-    # The slope lies between these three, the first, the middle and the last of its Bernstein form: where they have one sign, the
-    # signal rises or falls from sample to sample.
+    # The slope lies between the coefficients of its Bernstein form, before, middle and after: where these have one sign there
+    # is no maximum inside.
     i = np.flatnonzero((np.maximum(before, middle) > 0) & (np.minimum(middle, after) < 0))
     if len(i):
         largest[i] = np.maximum(largest[i], _interior_maxima(left[i], right[i], before[i], after[i]))

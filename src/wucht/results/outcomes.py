@@ -37,7 +37,7 @@ class Outcome(StrEnum):
     NOT_SYNCHRONISED = "not-synchronised", "the rotors turn at different mean speeds"
     STOPPED = "stopped", "no rotation is left"
     OSCILLATING = "oscillating", "the rotor does not turn any more, it oscillates"
-    RUNAWAY = "runaway", "the speed went beyond the given limit"
+    RUNAWAY = "runaway", "the speed goes beyond the limit"
     UNIDENTIFIED = "unidentified", "the run is too short for a verdict"
     FAILED = "failed", "the run failed"
 
@@ -56,6 +56,7 @@ class Evidence:
     there is none. residual: largest share of the rotor's unbalance that is left (1: as without balancers), None without
     unbalance. lags: by how much each body lags behind the rotor, as a share of its speed. modulation: the range of the speed,
     as a share of it. swing: of a rotor that does not turn any more the largest speed, as a share of the largest there was.
+    unheld: nothing can hold the speed before the limit, from where it is.
     """
 
     turning: bool
@@ -68,6 +69,7 @@ class Evidence:
     lags: tuple[Bounds, ...] = ()
     modulation: Bounds = _NOTHING
     swing: Bounds = (0.0, math.inf)
+    unheld: bool = False
     beyond_limit: bool = False
 
     @property
@@ -123,7 +125,7 @@ def classify(e: Evidence) -> Outcome:
 
     In this order:
 
-    1. ``runaway``: beyond the given limit.
+    1. ``runaway``: beyond the limit, or on the way there with nothing that could hold it.
     2. not turning: ``stopped`` if no more than a ten-thousandth of the largest speed will be left, ``oscillating`` if more.
     3. ``unidentified``: the mean speed is not settled.
     4. ``compensated``: mean and lowest speed within 0.5 % of the free speed, less than 1 % of the unbalance left, no body lags.
@@ -131,7 +133,7 @@ def classify(e: Evidence) -> Outcome:
     6. ``passed``: beyond the resonance, or there is none below the free speed.
     7. ``captured-modulated``: modulated, and at or before the resonance at least once a period. ``captured``: not modulated.
     """
-    if e.beyond_limit:
+    if e.beyond_limit or e.unheld:
         return Outcome.RUNAWAY
     if not e.turning:
         swings = _above(e.swing, AT_REST)

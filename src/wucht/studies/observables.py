@@ -44,10 +44,19 @@ class Orbit:
         return np.asarray(np.hypot.reduce(self.offset, axis=0))
 
     @property
+    def square(self) -> np.ndarray:
+        """Of the distance (N,)."""
+        return np.asarray((self.offset * self.offset).sum(axis=0))
+
+    @property
+    def square_rate(self) -> np.ndarray:
+        """Its derivative (N,)."""
+        return np.asarray(2 * (self.offset * self.velocity).sum(axis=0))
+
+    @property
     def peaks(self) -> np.ndarray:
         """The largest distance (N,) between each sample and its neighbours."""
-        square = interval_peaks(self.time, (self.offset**2).sum(axis=0), 2 * (self.offset * self.velocity).sum(axis=0))
-        return np.asarray(np.sqrt(np.maximum(square, 0.0)))
+        return np.asarray(np.sqrt(np.maximum(interval_peaks(self.time, self.square, self.square_rate), 0.0)))
 
 
 @dataclass(frozen=True)

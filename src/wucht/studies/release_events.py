@@ -1,4 +1,4 @@
-"""Locked bodies: how they are released."""
+"""Locked bodies: how they are released, and when the machine changes for the last time."""
 
 from __future__ import annotations
 
@@ -15,6 +15,12 @@ from wucht.system import TIME
 def release_events(machine: Machine) -> tuple[Event, ...]:
     """The events at which the locked bodies of a machine are released: their parameter ``locked`` becomes 0."""
     return tuple(_release_event(machine, b, b.release) for b in machine.bodies if b.release is not None)
+
+
+def last_change(machine: Machine) -> float:
+    """When a schedule or a timed release changes the machine for the last time; 0 where none does."""
+    timed = [b.name for b in machine.bodies if b.release is not None and b.release.time is not None]
+    return max([machine.breakpoints[-1], *(machine.values[f"{name}.release.time"] for name in timed)])
 
 
 def _release_event(machine: Machine, body: RotatingBody, release: Release) -> Event:

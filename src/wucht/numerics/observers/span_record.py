@@ -12,6 +12,7 @@ from wucht.numerics.peaks import between_samples
 
 _PER_SPAN = 12  # samples are enough: more are left out
 _KINDS = (LAST, LAST, LOW, HIGH, LOW, HIGH)
+_EXTREMES = {LOW: np.minimum, HIGH: np.maximum}
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,10 @@ class SpanRecord:
         number = np.ceil(columns[0] / self.span)
         first = np.append(0, np.flatnonzero(np.diff(number)) + 1)
         last = np.append(first[1:], columns.shape[1]) - 1
-        ways = columns[:, last], np.minimum.reduceat(columns, first, axis=1), np.maximum.reduceat(columns, first, axis=1)
-        blocks = np.array([ways[kind][row] for row, kind in enumerate(_KINDS)])
+        blocks = columns[:, last]
+        for row, kind in enumerate(_KINDS):
+            if kind in _EXTREMES:
+                blocks[row] = _EXTREMES[kind].reduceat(columns[row], first)
         return replace(self, sample=s.part(slice(-1, None)), open=blocks[:, -1:], kept=self.kept.after(blocks[:, :-1]))
 
     def last(self, share: float) -> Spans:

@@ -57,6 +57,11 @@ class Blocks:
         return np.asarray(self.time - math.pi / self.speed)
 
     @property
+    def amplitudes(self) -> tuple[float, float, float]:
+        """Of the largest distance over a turn the mean, the least and the greatest."""
+        return float(self.amplitude.mean()), float(self.least_amplitude.min()), float(self.greatest_amplitude.max())
+
+    @property
     def mean_speeds(self) -> np.ndarray:
         """Mean speeds from the end of the first block to that of the last (1 + n,): of the leading body and of the others."""
         if len(self) < 2:
@@ -121,15 +126,16 @@ class TurnRecord:
         if not len(turns.time):
             return replace(self, observer=observer)
         passage, n = int(turns.passage[-1]), self.others
-        new = turns.part(turns.passage == passage)
+        same = turns.passage == passage
+        new = turns if same.all() else turns.part(same)
         speed, largest = np.abs(new.speed), new.largest
         # Equal parts of a turn count alike: the mean speed over time is that of the turns' durations.
         means = [largest, 2 * math.pi / speed, *new.advance, *new.phases.real, *new.phases.imag]
         total = _resultant(self.weights or (0.0,) * (1 + n), new.phases)
         columns = np.array([new.time, new.angle, *new.angles, speed, speed, largest, largest, total, total, *means])
-        same = passage == self.passage and self.kept.kinds
+        goes_on = passage == self.passage and self.kept.kinds
         kinds = (*(LAST,) * (2 + n), *(LOW, HIGH) * 3, *(MEAN,) * (2 + 3 * n))
-        kept = self.kept if same else Pyramid(kinds)
+        kept = self.kept if goes_on else Pyramid(kinds)
         return TurnRecord(n, self.weights, observer, passage, 1 if new.speed[-1] > 0 else -1, kept.after(columns))
 
     @property

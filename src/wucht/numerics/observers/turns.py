@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from wucht.numerics.interpolation import between, intervals, where_reached
+from wucht.numerics.interpolation import between, where_reached
 from wucht.numerics.peaks import between_samples
 
 PER_TURN = 8  # a power of two, so that sums over a turn are made by doubling, the same whatever the parts
@@ -173,7 +173,7 @@ class TurnObserver:
             if sense != observer.sense:
                 back = int(observer.sense != 0)
                 observer = TurnObserver(marks=_no_marks(others), sense=sense, passage=observer.passage + back)
-                observer = replace(observer, mark=_mark(sense * joined.angles[0, first]))
+                observer = replace(observer, mark=int(_marks(sense * joined.angles[0, first])))
             if k in (0, len(turned) - 1) or turned[k] > 2 * math.pi:
                 observer, turns = observer._along(joined.part(slice(first, last + 1)))
                 found.append(turns)
@@ -181,20 +181,21 @@ class TurnObserver:
 
     def _along(self, s: Samples) -> tuple[TurnObserver, Turns]:
         """After samples between which the leading body turns one way."""
-        leader, last = self.sense * s.angles[0], _mark(self.sense * s.angles[0, -1])
+        leader = self.sense * s.angles[0]
+        reached = np.maximum(_marks(leader), self.mark)
+        last = int(reached[-1])
         numbers = np.arange(self.mark + 1, last + 1)
         squares = between_samples(s.time, s.square, s.rate)
         if not len(numbers):
             return replace(self, square=max(self.square, float(squares.max()))), Turns.none(len(s.angles) - 1)
-        at = numbers * _STEP
-        i = intervals(at - _ROUNDING * _STEP, leader)
-        share = where_reached(at, s.time, leader, self.sense * s.speeds[0], i)
+        i = np.repeat(np.arange(len(leader) - 1), np.diff(reached))
+        share = where_reached(numbers * _STEP, s.time, leader, self.sense * s.speeds[0], i)
         time, angles = s.time[i] + share * (s.time[i + 1] - s.time[i]), between(share, s.time, s.angles[1:], s.speeds[1:], i)
         begin = np.append(0, i[:-1])
         largest = np.maximum(np.maximum.reduceat(squares[: i[-1] + 1], begin), squares[i])
         largest[0] = max(largest[0], self.square)
         marks = self.marks.then(_Marks(time, angles, largest))
-        observer = replace(self, marks=marks.last(PER_TURN), mark=int(last), square=float(squares[i[-1] :].max()))
+        observer = replace(self, marks=marks.last(PER_TURN), mark=last, square=float(squares[i[-1] :].max()))
         return observer, self._averaged(marks, last)
 
     def _averaged(self, marks: _Marks, last: int) -> Turns:
@@ -216,9 +217,9 @@ class TurnObserver:
         )
 
 
-def _mark(angle: float) -> int:
-    """The number of the last mark up to an angle."""
-    return math.floor(angle / _STEP + _ROUNDING)
+def _marks(angles: np.ndarray) -> np.ndarray:
+    """The number of the last mark up to each angle."""
+    return np.floor(angles / _STEP + _ROUNDING).astype(int)
 
 
 def _no_marks(others: int) -> _Marks:

@@ -10,11 +10,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from wucht.analysis.averaged import damped
 from wucht.analysis.strength import values_at, weakened
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import operating_speed
+from wucht.machines.operation import damped, operating_speed
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory

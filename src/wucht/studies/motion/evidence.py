@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,17 @@ from wucht.analysis.vibration import Vibration, unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.observers.modulation import Modulation, modulation
-from wucht.numerics.observers.projection import AHEAD, LOOKAHEAD, SHARE, Course, Projection, projected, windows_of
+from wucht.numerics.observers.projection import (
+    AHEAD,
+    LOOKAHEAD,
+    SHARE,
+    WINDOWS,
+    Course,
+    Projection,
+    projected,
+    trend,
+    windows_of,
+)
 from wucht.numerics.observers.turn_record import Blocks, TurnRecord
 from wucht.numerics.observers.turns import PER_TURN
 from wucht.results.conventions import wrapped
@@ -25,9 +36,12 @@ _FEWEST_IRREGULAR = 50  # cycles: fewer that are not alike may be the long way t
 _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
 _TENTHS, _TENTHS_IRREGULAR = 20.0, 2.0  # cycles in a tenth of the record: more need not be whole ones
 _LIBRATION = math.pi / 2  # rad: a body that swings by less about where it rests on the rotor keeps doing so
-_WIDER = 1.5  # times the range of the lag seen: it may go beyond that by as much
+_TUMBLING, _EVENLY = 1.5 * math.pi, 0.1  # rad, and share by which the halves of a swing differ at most
+_FALLS = 1e-3  # of a number, from window to window but three: less is no fall
+_COMPENSATED = 1e-7  # of the unbalance: how it changes below is rounding
+_WIDER = 2.0  # times the range of the lag seen: it may go beyond that by as much
 _CATCHING_UP = 0.25  # of the lag: a drift that takes away less, as far as it is looked ahead, does not count
-_LASTING = 0.15  # of its range: a modulation lasts that is going to change by no more
+_LASTING, _FADING = 0.15, 0.02  # of its range: a modulation lasts that is going to change, or to fall, by no more
 
 
 @dataclass(frozen=True)
@@ -35,11 +49,11 @@ class Standing:
     """Where a rotor stands.
 
     evidence: of what becomes of it. window: the last turns, whole ones, or whole periods of a modulation. speed: its mean
-    speed there, with the sense of turning taken away. residual: the largest share of its
-    unbalance that is left there, None without unbalance. phases: of the bodies about it, circular means over the last turn.
-    final_phases: the same as sigma alpha, with that of the rotor, 0 where a body lags. vibration: what they excite.
-    projections: of the mean speed and of the residual. needed: for how many more times the length of the record it must be
-    watched; inf where nothing says so.
+    speed there, with the sense of turning taken away. residual: the largest share of its unbalance that is left there, None
+    without unbalance. phases: of the bodies about it, circular means over the last turn. final_phases: the same as sigma alpha,
+    with that of the rotor, 0 where a body lags. vibration: what they excite. projections: of mean speed and residual. growing:
+    a modulation grows, or bodies leave where they are. unrest: by how much the residual goes to and fro, as a share of it.
+    needed: for how many more times the length of the record it must be watched; inf where nothing says so.
     """
 
     evidence: Evidence
@@ -52,7 +66,39 @@ class Standing:
     vibration: Vibration
     modulation: Modulation | None
     projections: tuple[Projection, ...]
+    growing: bool
+    unrest: float
     needed: float
+
+
+@dataclass(frozen=True)
+class _Projections:
+    """Where the numbers go that the criteria need. varied: the range of the speed, as a share of it. lags: of the bodies about
+    the rotor. left: the residual unbalance, None where there is nothing that could compensate."""
+
+    mean: Projection
+    lowest: Projection
+    varied: Projection
+    lags: tuple[Projection, ...]
+    left: Projection | None
+
+    @property
+    def asynchronous(self) -> bool:
+        """Whether a body lags for good."""
+        return any(lag.low > LAG_TOLERANCE or lag.high < -LAG_TOLERANCE for lag in self.lags)
+
+    @property
+    def catching_up(self) -> bool:
+        """Whether one lags that may catch up, so that the rotor then goes another way."""
+        return not self.asynchronous and any(_undecided(lag) for lag in self.lags)
+
+    @property
+    def growing(self) -> bool:
+        """Whether a modulation grows, or bodies move away from where they are: what comes of it is not known."""
+        modulated = self.varied.course is Course.DRIFTING and self.varied.high > max(2 * self.varied.last, MODULATION_THRESHOLD)
+        left = self.left
+        leaving = left is not None and left.course is Course.DRIFTING and left.high > max(2 * left.last, UNBALANCE_TOLERANCE)
+        return modulated or leaving
 
 
 def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: float | None, end: float) -> Standing:
@@ -63,51 +109,32 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     unbalanced, vibration = bool(unbalances(machine)[index].any()), Vibration.of(machine).only(index)
     expected = None if free is None else sense * free
     observed = modulation(record, MODULATION_THRESHOLD * float(record.last(SHARE).speed.mean()))
-    means, lows, highs, each, rounding = _series(whole, observed)
+    series = _series(whole, observed)
     longer = max(1.0, end / max(float(whole.time[-1] - whole.time[0]), 1e-300))  # than its turns the run has lasted
-    ahead = each * longer
-    reference = expected or float(means[-1])
-    mean, lowest = (projected(x, ahead, max(rounding, _ROUNDING * abs(reference))) for x in (means, lows))
-    varied = projected((highs - lows) / means, ahead, max(rounding / abs(means[-1]), _ROUNDING))
-    lags = tuple(_lag(whole, i, means[-1], ahead, observed) for i in about)
-    left = projected(windows_of(whole.greatest_sum).max(axis=1), AHEAD * longer, _ROUNDING) if unbalanced and about else None
-    asynchronous = any(lag.low > LAG_TOLERANCE or lag.high < -LAG_TOLERANCE for lag in lags)
+    reference = abs(expected or float(series.means[-1]))
+    balancing = unbalanced and bool(about) and len(vibration.mass) > 0  # else nothing turns the bodies to where they compensate
+    p = _projections(whole, series, longer, reference, observed, about, balancing=balancing)
     last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
-    phases = {b.name: float(wrapped(np.angle(p))) for b, p in zip(bodies[1:], last.phases[about, -1], strict=True)}
-    final = np.array([0.0, *(0.0 if asynchronous else sense * phase for phase in phases.values())])
-    growing = varied.course is Course.DRIFTING and varied.high > max(2 * varied.last, MODULATION_THRESHOLD)
+    phases = {b.name: float(wrapped(np.angle(x))) for b, x in zip(bodies[1:], last.phases[about, -1], strict=True)}
+    final = np.array([0.0, *(0.0 if p.asynchronous else sense * phase for phase in phases.values())])
     resonance = None if expected == 0 else vibration.last_maximum(expected, final)
-    lasting = _lasting(varied, observed)
-    lasts, ripple = lasting[0] > MODULATION_THRESHOLD or lasting[1] <= MODULATION_THRESHOLD, float(highs[-1] - lows[-1])
-    near = resonance is not None and lowest.low - resonance < 2 * ripple
-    catching_up = not asynchronous and any(_undecided(lag) for lag in lags)
-    if left is None:
-        residual = (1.0, 1.0) if unbalanced else None
-    else:  # without vibration nothing turns the bodies to where they compensate
-        residual = left.bounds if len(vibration.mass) else (left.last, left.last)
-    approached = mean.course is Course.STATIONARY or mean.width <= SPEED_TOLERANCE * abs(reference)
+    lasting = _lasting(p.varied, observed)
+    lasts = lasting[0] > MODULATION_THRESHOLD or lasting[1] <= MODULATION_THRESHOLD
+    near = resonance is not None and p.lowest.low - resonance < 2 * float(series.highs[-1] - series.lows[-1])
+    resting = p.mean.course is Course.STATIONARY and trend(series.means) == 0
+    approached = resting or p.mean.width <= SPEED_TOLERANCE * reference
+    residual = None if not unbalanced else _now(last) if p.left is None else p.left.bounds
     evidence = Evidence(
         turning=True,
-        mean_speed=mean.bounds,
-        lowest_speed=lowest.bounds,
-        settled=approached and not growing and not catching_up and (lasts or not near) and longer <= _LONGEST_BEFORE,
+        mean_speed=p.mean.bounds,
+        lowest_speed=p.lowest.bounds,
+        settled=approached and not p.growing and not p.catching_up and (lasts or not near) and longer <= _LONGEST_BEFORE,
         free_speed=expected,
         resonance=resonance,
         residual=residual,
-        lags=tuple(lag.bounds for lag in lags),
+        lags=tuple(lag.bounds for lag in p.lags),
         modulation=lasting,
     )
-    waits = [
-        *([] if evidence.settled else [mean.windows_until(0.5 * SPEED_TOLERANCE * abs(reference))]),
-        *([] if left is None or evidence.balanced is not None else [left.windows_until(0.5 * UNBALANCE_TOLERANCE)]),
-        *(
-            []
-            if evidence.asynchronous is not None
-            else [lag.windows * math.log(max(lag.width / LAG_TOLERANCE, 1.0)) for lag in lags if _undecided(lag)]
-        ),
-        *([] if evidence.beyond is not None else [lowest.windows_until(1e-3 * abs(reference))]),
-        *([] if evidence.modulated is not None else [varied.windows_until(0.5 * MODULATION_THRESHOLD)]),
-    ]
     window = observed.window if evidence.modulated and observed is not None else last
     return Standing(
         evidence,
@@ -119,14 +146,56 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         final,
         vibration,
         observed if evidence.modulated else None,
-        (mean,) if left is None else (mean, left),
-        _needed(waits, observed, each, end),
+        (p.mean,) if p.left is None else (p.mean, p.left),
+        p.growing,
+        0.0 if p.left is None else _unrest(whole.last(WINDOWS * SHARE)),
+        _needed(_waits(p, evidence, reference), observed, series.ahead, end),
     )
+
+
+def _projections(
+    whole: Blocks,
+    series: _Series,
+    longer: float,
+    reference: float,
+    observed: Modulation | None,
+    about: Sequence[int],
+    *,
+    balancing: bool,
+) -> _Projections:
+    """longer: times the record, the run. about: which of the others are about the rotor."""
+    ahead, rounding, least = series.ahead * longer, series.rounding, _ROUNDING * reference
+    mean, lowest = (projected(x, ahead, max(rounding, least)) for x in (series.means, series.lows))
+    last = float(series.means[-1])
+    varied = _falling((series.highs - series.lows) / series.means, ahead, max(rounding / last, _ROUNDING))
+    lags = tuple(_lag(whole, i, last, ahead, observed) for i in about)
+    return _Projections(mean, lowest, varied, lags, _left(whole, AHEAD * longer) if balancing else None)
+
+
+def _waits(p: _Projections, e: Evidence, reference: float) -> list[float]:
+    """In how many windows each number will be known that is not."""
+    waits = [] if e.settled else [p.mean.windows_until(0.5 * SPEED_TOLERANCE * reference)]
+    waits += [] if p.left is None or e.balanced is not None else [p.left.windows_until(0.5 * UNBALANCE_TOLERANCE)]
+    waits += [] if e.beyond is not None else [p.lowest.windows_until(1e-3 * reference)]
+    waits += [] if e.modulated is not None else [p.varied.windows_until(0.5 * MODULATION_THRESHOLD)]
+    waits += [p.varied.windows * math.log(1 / p.varied.last)] if p.growing and 0 < p.varied.last < 1 else []
+    return waits + [lag.windows for lag in p.lags if e.asynchronous is None and _undecided(lag)]
 
 
 def _undecided(lag: Projection) -> bool:
     """Whether it cannot be told if a body lags."""
     return (lag.low < -LAG_TOLERANCE <= lag.high) or (lag.low <= LAG_TOLERANCE < lag.high)
+
+
+def _unrest(half: Blocks) -> float:
+    """By how much the residual unbalance goes to and fro, as a share of its largest value; 0 where it is compensated."""
+    greatest = float(half.greatest_sum.max())
+    return 1 - float(half.least_sum.min()) / greatest if greatest > UNBALANCE_TOLERANCE else 0.0
+
+
+def _now(last: Blocks) -> tuple[float, float]:
+    """The residual unbalance as it is."""
+    return float(last.least_sum.min()), float(last.greatest_sum.max())
 
 
 def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, float]:
@@ -136,7 +205,8 @@ def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, fl
         return varied.bounds
     if observed is None:
         return 0.0, math.inf
-    even = varied.width <= _LASTING * varied.last
+    fades = varied.course is Course.APPROACHING and varied.low < varied.last
+    even = varied.width <= (_FADING if fades else _LASTING) * varied.last
     if observed.regular:
         lasts = even or varied.course is Course.DRIFTING
     else:
@@ -151,18 +221,49 @@ def _needed(waits: list[float], observed: Modulation | None, ahead: float, end: 
     return max(waits, default=0.0) * LOOKAHEAD / ahead
 
 
-def _series(whole: Blocks, observed: Modulation | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, float]:
-    """Mean, least and greatest speed (w,) in successive windows, how many of these are looked ahead, and their rounding.
+@dataclass(frozen=True)
+class _Series:
+    """Mean, least and greatest speed (w,) in successive windows, how many of these are looked ahead, and their rounding."""
 
-    The windows are tenths of the record; where a modulation is slower than that, groups of its cycles.
-    """
+    means: np.ndarray
+    lows: np.ndarray
+    highs: np.ndarray
+    ahead: float
+    rounding: float
+
+
+def _series(whole: Blocks, observed: Modulation | None) -> _Series:
+    """The windows are tenths of the record; where a modulation is slower than that, groups of its cycles."""
     duration = float(whole.time[-1] - whole.time[0])
     if observed is not None and _by_cycles(whole, observed):
+        rounding = _CYCLES_ROUNDING * (observed.high - observed.low)
         means, lows, highs = observed.groups
-        return means, lows, highs, LOOKAHEAD * duration / observed.span, _CYCLES_ROUNDING * (observed.high - observed.low)
+        return _Series(means, lows, highs, LOOKAHEAD * duration / observed.span, rounding)
     means = 1 / windows_of(1 / whole.speed).mean(axis=1)
     lows, highs = windows_of(whole.lowest).min(axis=1), windows_of(whole.highest).max(axis=1)
-    return means, lows, highs, AHEAD, _CYCLES_ROUNDING * float(highs[-1] - lows[-1])
+    return _Series(means, lows, highs, AHEAD, _CYCLES_ROUNDING * float(highs[-1] - lows[-1]))
+
+
+def _librates(slip: np.ndarray) -> bool:
+    """Whether a body swings by less than a quarter of a turn about its place, or further, but evenly and without tumbling."""
+    if np.ptp(slip) < _LIBRATION:
+        return True
+    earlier, late = (float(np.ptp(part)) for part in np.array_split(slip, 2))
+    return bool(np.ptp(slip) < _TUMBLING and abs(late - earlier) <= _EVENLY * earlier)
+
+
+def _left(whole: Blocks, ahead: float) -> Projection:
+    """The unbalance that will be left."""
+    return _falling(windows_of(whole.greatest_sum).max(axis=1), ahead, _COMPENSATED)
+
+
+def _falling(means: np.ndarray, ahead: float, rounding: float) -> Projection:
+    """The projection of a number that, where it mostly falls, to and fro as it may go, goes on falling at that rate."""
+    p = projected(means, ahead, rounding)
+    if p.course is not Course.STATIONARY or trend(means) >= 0 or not 0 < means[-1] < (1 - _FALLS) * means[0]:
+        return p
+    fall = math.log(means[0] / means[-1]) / (len(means) - 1)
+    return replace(p, low=min(p.low, p.last * math.exp(-fall * ahead)), course=Course.APPROACHING, windows=1 / fall)
 
 
 def _by_cycles(whole: Blocks, observed: Modulation) -> bool:
@@ -172,11 +273,14 @@ def _by_cycles(whole: Blocks, observed: Modulation) -> bool:
 
 
 def _lag(whole: Blocks, i: int, speed: float, ahead: float, observed: Modulation | None) -> Projection:
-    """By how much a body will lag, as a share of the speed: not as long as it goes to and fro within a turn."""
+    """By how much a body will lag, as a share of the speed: not as long as it goes to and fro within a turn.
+
+    Its ``windows`` say in how many it will be known.
+    """
     lag, durations = whole.followers[i] - whole.speed, 1 / whole.speed
     slip = np.cumsum(lag * durations) * (2 * math.pi * whole.size / PER_TURN)
     moving = projected(windows_of(slip).mean(axis=1), ahead, _AT_REST)
-    if np.ptp(slip[len(slip) // 2 :]) < _LIBRATION and moving.width < 2 * math.pi:
+    if _librates(slip[len(slip) // 2 :]) and moving.width < 2 * math.pi:
         return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
     if observed is not None and _by_cycles(whole, observed):
         means = np.diff(np.interp(observed.borders, whole.time, slip)) / np.diff(observed.borders) / speed
@@ -184,12 +288,15 @@ def _lag(whole: Blocks, i: int, speed: float, ahead: float, observed: Modulation
         means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
     p = projected(means, ahead, _ROUNDING, _WIDER)
     if abs(p.last) <= LAG_TOLERANCE:
-        return p
+        return replace(p, windows=p.windows * math.log(max(p.width / LAG_TOLERANCE, 1.0)))
     p = replace(p, low=min(p.low, float(means.min())), high=max(p.high, float(means.max())))
     # One that catches up, however slowly, will have done so; and one that has slipped by less than a turn may do so.
     change = abs(float(means[-1] - means[-2])) * ahead
     catching_up = p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0) and change > _CATCHING_UP * abs(p.last)
-    late = slip[-max(2, len(slip) // 5) :]
-    if catching_up:
-        p = replace(p, windows=abs(p.last) * ahead / change)
-    return replace(p, low=min(p.low, 0.0), high=max(p.high, 0.0)) if catching_up or np.ptp(late) < 2 * math.pi else p
+    late = float(np.ptp(slip[-max(2, len(slip) // 5) :]))
+    e_fold = abs(p.last) * ahead / change if catching_up else p.windows
+    windows = e_fold * math.log(max(p.width / LAG_TOLERANCE, 1.0))
+    if not catching_up and 0 < late < 2 * math.pi:
+        windows = (2 * math.pi / late - 1) / SHARE
+    unsure = catching_up or late < 2 * math.pi
+    return replace(p, low=min(p.low, 0.0), high=max(p.high, 0.0), windows=windows) if unsure else replace(p, windows=windows)

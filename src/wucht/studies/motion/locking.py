@@ -28,14 +28,16 @@ class Locked:
 
     speeds: of all rotors over whole periods, with their signs. phases: of the other rotors to the main one, or of the main
     rotor to the vibration (key ``vibration``), as sigma phi, means over the last whole periods, wrapped to [0, 2 pi). window:
-    begin and end time. smooth_speeds: the same as ``speeds``, where a modulation is cut at the ends. change: the largest
-    between the halves of the window. creep: by how much the slow phases moved in the second half of it, in rad.
+    begin and end time. amplitudes: mean, least and greatest there. smooth_speeds: the same as ``speeds``, where a modulation is
+    cut at the ends. change: the largest between the halves of the window. creep: by how much the slow phases moved in the
+    second half of it, in rad.
     """
 
     evidence: Locking
     speeds: dict[str, float]
     phases: dict[str, float]
     window: tuple[float, float]
+    amplitudes: tuple[float, float, float]
     smooth_speeds: dict[str, float]
     change: float
     creep: float
@@ -73,6 +75,7 @@ def locked(machine: Machine, seen: Observation) -> Locked | None:
         speeds=smooth if apart else speeds,
         phases={name: float(wrapped(p[-max(1, len(half) // 10) :].mean())) for name, p in phases.items()},
         window=(float(half.time[0]), float(half.time[-1])),
+        amplitudes=half.amplitudes,
         smooth_speeds=smooth,
         change=max(float(abs(later[name] - earlier[name])) for name in speeds),
         creep=max((float(abs(p[-1] - p[len(half) // 2])) for p in phases.values()), default=0.0),

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from wucht.analysis.static import axis_at_rest
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
+from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.span_record import SpanRecord
 from wucht.numerics.observers.turn_record import TurnRecord
 from wucht.numerics.observers.turns import Samples
+from wucht.numerics.peaks import interval_peaks
+from wucht.studies.observables import Orbit
 
 
 @dataclass(frozen=True)
@@ -21,12 +27,14 @@ class Observation:
     """A motion so far.
 
     rotors: turn by turn of each rotor, by name; the others beside it are all other bodies in the machine's order. vibration:
-    by periods of a prescribed vibration, beside it all bodies. main: the main rotor over time. end_time: how far.
+    by periods of a prescribed vibration, beside it all bodies. Their distance is that of the main rotor's axis from where it
+    rests; largest: of it. main: the main rotor over time. end_time: how far.
     """
 
     rotors: Mapping[str, TurnRecord]
     vibration: TurnRecord | None
     main: SpanRecord
+    largest: float = 0.0
     end_time: float = 0.0
 
 
@@ -36,6 +44,16 @@ class Watch:
 
     machine: Machine
     span: float
+
+    @cached_property
+    def _orbit(self) -> Evaluator:
+        system = self.machine.system
+        names = [f"orbit.{v}{n}" for n in self.machine.orbit for v in ("", "v")]
+        return Evaluator.of(system, [system.output(n).expression for n in names], names)
+
+    @cached_property
+    def _at_rest(self) -> dict[str, float]:
+        return axis_at_rest(self.machine)
 
     def begin(self) -> Observation:
         """Before anything has been seen."""
@@ -47,7 +65,10 @@ class Watch:
 
     def samples(self, motion: Trajectory) -> Samples:
         """Of the machine's motion what is watched: all bodies in their order."""
-        return Samples.of(motion.time, *(motion_of(self.machine, motion, b) for b in self.machine.bodies))
+        samples = Samples.of(motion.time, *(motion_of(self.machine, motion, b) for b in self.machine.bodies))
+        rows = self._orbit(motion.time, motion.states, motion.parameters)
+        orbit = Orbit.of(self.machine, motion.time, rows, self._at_rest)
+        return replace(samples, square=orbit.square, rate=orbit.square_rate)
 
     def after(self, seen: Observation, samples: Samples) -> Observation:
         """After a part of the motion, which may begin with the last sample of the part before."""
@@ -58,7 +79,9 @@ class Watch:
         main = seen.main.after(samples.only(names.index(machine.rotor.name)))
         if vibration is not None and frequency is not None:
             vibration = vibration.after(samples.beside(frequency * samples.time, np.full(len(samples.time), frequency)))
-        return Observation(rotors, vibration, main, float(samples.time[-1]))
+        square = float(interval_peaks(samples.time, samples.square, samples.rate).max())
+        largest = max(seen.largest, math.sqrt(max(square, 0.0)))
+        return Observation(rotors, vibration, main, largest, float(samples.time[-1]))
 
 
 def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wucht.analysis.time_constants import run_up_time, slowest_decay, vibration_decay
+from wucht.analysis.shaft import only_braked, torque_surplus
+from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_decay, vibration_decay
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, net_torque
+from wucht.machines.operation import free_speed
 from wucht.numerics.observers.modulation import Modulation
 from wucht.numerics.observers.projection import AHEAD, SHARE, Course, projected, windows_of
 from wucht.numerics.observers.turn_record import Blocks
@@ -25,15 +26,19 @@ from wucht.results.outcomes import (
 from wucht.studies.motion.evidence import Standing, standing
 from wucht.studies.motion.locking import Locked, is_locking, locked
 from wucht.studies.motion.observation import Observation
+from wucht.studies.release_events import last_change
 
 _FEWEST_TURNS = 6
-_LONGER = 10.0  # times the run, where nothing says how long
-_ALLOWANCE = 1.4  # for an approach that slows down
+_LONGER = 20.0  # times the run, where nothing says how long
+_ALLOWANCE = 3.0  # for an approach that slows down
 _RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
 _EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
 _NEARLY = 0.03  # logarithm of a swing: so near its end an approach is known to have one
+_UNREST = 0.1  # of the residual unbalance: bodies are at rest that change it by less
 _OLD = 5.0  # decays of the slowest free vibration, after which a motion that is not at rest is taken for the last one
 _RESTLESS = (Outcome.BALANCER_CAPTURED, Outcome.CAPTURED_MODULATED, Outcome.NOT_ENTRAINED, Outcome.NOT_SYNCHRONISED)
+_SMALL, _FALLS = 0.5, 0.9  # of the largest speed, and from window to window but three: a swing that will die out
+_SHORT = 0.98  # of the free speed: a rotor that is held before has not reached it
 _EQUAL = 1e-3  # share by which swings differ that are taken for equal
 _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
 
@@ -71,6 +76,16 @@ class Verdict:
     def modulation(self) -> Modulation | None:
         """Of the main rotor's speed."""
         return None if self.standing is None else self.standing.modulation
+
+    @property
+    def amplitudes(self) -> tuple[float, float, float] | None:
+        """Of the main rotor's axis in the window, the largest ones over a turn: mean, least and greatest.
+
+        None if it does not turn; or with a modulation, of whose valleys turns see too little.
+        """
+        if self.locked is not None:
+            return self.locked.amplitudes
+        return None if self.standing is None or self.evidence.modulated else self.standing.window.amplitudes
 
     @property
     def phases(self) -> dict[str, float]:
@@ -112,11 +127,25 @@ def judge(machine: Machine, seen: Observation, free: float | None, failure: str 
     if beyond:
         evidence = replace(verdict.evidence, beyond_limit=True)
         return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None, needed=None)
-    verdict = _by_locking(machine, seen, verdict) if is_locking(machine) and turned else verdict
-    if verdict.outcome in _RESTLESS and seen.end_time < (needed := _OLD * vibration_decay(machine)):
+    if seen.end_time < (changes := last_change(machine)):
         verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED, settling_time=None)
-        return _undecided(machine, verdict, "free vibrations have hardly decayed", max(_LONGER * seen.end_time, needed))
-    return verdict
+        return _undecided(machine, verdict, f"the machine still changes at {changes:.4g} {machine.units.time}", 2 * changes)
+    verdict = _by_locking(machine, seen, verdict) if is_locking(machine) and turned else verdict
+    return _after_transients(machine, verdict, seen.end_time)
+
+
+def _after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict:
+    """The verdict; none on a motion that is not at rest as long as it may be a transient."""
+    if verdict.outcome in _RESTLESS and end < (needed := _OLD * vibration_decay(machine)):
+        why, needed = "free vibrations have hardly decayed", max(_LONGER * end, needed)
+    elif verdict.outcome is Outcome.PASSED and verdict.standing is not None and verdict.standing.unrest > _UNREST:
+        needed = _DECAYS * slowest_decay(machine, verdict.standing.sense * verdict.speed)
+        why = "bodies still move about the rotor"
+        if end >= needed:
+            return verdict
+    else:
+        return verdict
+    return _undecided(machine, replace(verdict, outcome=Outcome.UNIDENTIFIED, settling_time=None), why, max(2 * end, needed))
 
 
 def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdict:
@@ -125,20 +154,21 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
     if means is None:
         return verdict
     outcome = means.evidence.outcome(by_vibration=seen.vibration is not None)
-    before, verdict = verdict.needed or 0.0, replace(verdict, outcome=outcome, window=means.window, locked=means)
+    before, verdict = verdict.needed or math.inf, replace(verdict, outcome=outcome, window=means.window, locked=means)
     verdict = replace(verdict, advice=None, needed=None)
     verdict = replace(verdict, speed=abs(means.speeds[machine.rotor.name]), evidence=replace(verdict.evidence, turning=True))
     if outcome is Outcome.UNIDENTIFIED:
         begin, end = means.window
         if means.evidence.periods < FEWEST_PERIODS:
             needed = 2 * (FEWEST_PERIODS + 1) * (end - begin) / max(means.evidence.periods, 1)
+            needed = max(needed, 4 * seen.end_time, _DECAYS * vibration_decay(machine))
             why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
             return _undecided(machine, verdict, why, needed)
         return _undecided(
             machine,
             verdict,
             "the phases still move",
-            max(before or _LONGER * seen.end_time, _transients(machine, verdict.speed)),
+            max(min(before, _LONGER * seen.end_time), _DECAYS * vibration_decay(machine)),
         )
     return replace(verdict, rotors=_of_several(machine, seen))
 
@@ -163,7 +193,7 @@ def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Ve
 def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
     record = seen.rotors[machine.rotor.name]
     stands = standing(machine, machine.rotor, record, free, seen.end_time)
-    evidence, window = stands.evidence, stands.window
+    evidence, window = _as_it_rises(machine, stands), stands.window
     verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), stands, stands.speed)
     if verdict.outcome is Outcome.UNIDENTIFIED:
         return _undecided(machine, verdict, *_advice(machine, seen.end_time, stands))
@@ -173,19 +203,33 @@ def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict
     )
 
 
+def _as_it_rises(machine: Machine, stands: Standing) -> Evidence:
+    """The evidence of a rotor whose speed still rises, beyond all resonances, with bodies that do not lag.
+
+    It is settled as soon as the vibration is seen to hold it short of its free speed; or nothing can hold it.
+    """
+    e, (mean, *_) = stands.evidence, stands.projections
+    rises = mean.course is not Course.STATIONARY and mean.high > mean.last
+    limit = runaway_limit(machine) if e.free_speed is None else _SHORT * e.free_speed
+    moving = stands.growing or stands.unrest > _UNREST
+    if e.settled or moving or not (rises and e.beyond) or e.asynchronous is not False or limit is None:
+        return e
+    speeds = np.linspace(stands.speed, limit, 800)
+    held = not (torque_surplus(machine, stands.vibration, stands.final_phases, speeds) > 0).all()
+    return replace(e, settled=held, unheld=not held and e.free_speed is None)
+
+
 def _faster_branch(machine: Machine, stands: Standing) -> bool:
     """Whether the drive's torque exceeds the vibration torque again somewhere between the speed reached and the free speed."""
-    e, sense = stands.evidence, stands.sense
+    e = stands.evidence
     if e.free_speed is None or e.resonance is None or machine.rotor.coordinate.prescribed is not None:
         return False
-    torque = net_torque(machine, machine.rotor)
     speeds = np.linspace(stands.speed, e.free_speed, 402)[1:-1]
-    drive = np.array([sense * torque(sense * w) for w in speeds])
-    balance = drive - stands.vibration.torque(speeds, stands.final_phases)[0]
+    surplus = torque_surplus(machine, stands.vibration, stands.final_phases, speeds)
     # Between two branches the vibration takes more than the drive gives: without such a gap there is only one.
-    small = 1e-3 * float(np.abs(drive).max())
-    short = np.flatnonzero(balance < -small)
-    return bool(len(short) and (balance[short[0] :] > small).any())
+    small = 1e-3 * float(np.abs(surplus).max())
+    short = np.flatnonzero(surplus < -small)
+    return bool(len(short) and (surplus[short[0] :] > small).any())
 
 
 def _settling_time(whole: Blocks, stands: Standing) -> float:
@@ -211,12 +255,10 @@ def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]
     known = math.isfinite(stands.needed)
     why = "the motion still approaches its end" if known else "the motion is still under way"
     until = end * max(2.0, _ALLOWANCE * (1 + stands.needed) if known else _LONGER)
-    return why, max(until, _transients(machine, stands.sense * stands.speed))
-
-
-def _transients(machine: Machine, speed: float) -> float:
-    """After what time transients are over that follow from the machine alone."""
-    return _RUN_UPS * run_up_time(machine, speed) + _DECAYS * slowest_decay(machine, speed)
+    speed = stands.sense * stands.speed
+    # Before a resonance it is the vibration that decides how long a run-up takes.
+    run_up = run_up_time(machine, speed) if stands.evidence.beyond and runaway_limit(machine) is None else 0.0
+    return why, max(until, _RUN_UPS * run_up + _DECAYS * slowest_decay(machine, speed))
 
 
 def _without_turning(machine: Machine, seen: Observation) -> Verdict:
@@ -229,21 +271,30 @@ def _without_turning(machine: Machine, seen: Observation) -> Verdict:
         # What does not swing, but creeps, comes to rest or begins to turn.
         to_and_fro = half.greatest_speed.max() > 0 > half.least_speed.min()
         sizes = each.max(axis=1) / speeds.max()
-        evidence, needed = Evidence(turning=False, swing=_swing(sizes, to_and_fro)), end * _until_rest(sizes)
+        turning = any(r.turns >= 1 for name, r in seen.rotors.items() if name != machine.rotor.name)
+        braked = to_and_fro and not turning and only_braked(machine, float(each.max()))
+        bounds = (0.0, 0.0) if braked and _dies_out(sizes) else _swing(sizes, to_and_fro)
+        rest = _SMALL * _FALLS if braked else AT_REST
+        evidence, needed = Evidence(turning=False, swing=bounds), end * _until_rest(sizes, rest)
     quarter = seen.main.last(0.25)
     verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))
     if verdict.outcome is Outcome.UNIDENTIFIED:
-        transients = 0.0 if needed else _transients(machine, free_speed(machine, machine.rotor) or 0.0)
+        transients = 0.0 if needed else _DECAYS * slowest_decay(machine, free_speed(machine, machine.rotor) or 0.0)
         needed = max(needed or _LONGER * end, transients, 1e-9)
         return _undecided(machine, verdict, f"fewer than {_FEWEST_TURNS} turns were made", needed)
     return replace(verdict, settling_time=end)
 
 
-def _until_rest(sizes: np.ndarray) -> float:
-    """How many times as long a swing must be watched until it is at rest, of its sizes (w,) in tenths; 0: unknown."""
+def _dies_out(sizes: np.ndarray) -> bool:
+    """Whether a swing that can only lose energy loses some, and has lost so much that it does not turn over again."""
+    return bool(sizes[-1] <= min(_SMALL, _FALLS * sizes[0]))
+
+
+def _until_rest(sizes: np.ndarray, rest: float) -> float:
+    """How many times as long a swing must be watched until it is as small as that, of its sizes (w,) in tenths; 0: unknown."""
     if not 0 < sizes[-1] < sizes[0]:
         return 0.0
-    windows = (len(sizes) - 1) * math.log(sizes[-1] / AT_REST) / math.log(sizes[0] / sizes[-1])
+    windows = (len(sizes) - 1) * math.log(sizes[-1] / rest) / math.log(sizes[0] / sizes[-1])
     return _ALLOWANCE * (1 + SHARE * max(windows, 0.0))
 
 

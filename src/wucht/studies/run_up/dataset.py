@@ -41,7 +41,7 @@ def _of_motion(motion: Motion) -> xr.Dataset:
     import xarray as xr_
 
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
-    coordinates, data = variables(machine, motion.rows, motion.seen)
+    coordinates, data = variables(machine, motion.rows, motion.seen, motion.observation.largest)
     result = xr_.Dataset(dict(data.items()), coords=coordinates)
     summary = _summary(machine, result, verdict)
     flow = {"engine": motion.compiled.engine.name, "tolerance": motion.compiled.tolerance, "model": motion.model.name}
@@ -75,7 +75,8 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict) -> dict[str
     inside = (time >= verdict.window[0]) & (time <= verdict.window[1])
     inside[-1] |= not inside.any()
     machine, rotor = machine.at(float(time[-1])), result.speed.sel(body=machine.rotor.name).values[inside]
-    amplitude, (low, high) = result.amplitude.values[inside], extremes(rotor)
+    envelope, (low, high) = result.amplitude.values[inside], extremes(rotor)
+    amplitude, least, greatest = verdict.amplitudes or (float(f(envelope)) for f in (np.mean, np.min, np.max))
     if evidence.turning:
         mean = (float(np.sign(rotor.mean())) or 1.0) * verdict.speed
     else:
@@ -92,9 +93,9 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict) -> dict[str
         "min_speed": low,
         "max_speed": high,
         "free_speed": float(result.free_speed),
-        "final_amplitude": float(amplitude.mean()),
-        "min_amplitude": float(amplitude.min()),
-        "max_amplitude": float(amplitude.max()),
+        "final_amplitude": amplitude,
+        "min_amplitude": least,
+        "max_amplitude": greatest,
         "peak_amplitude": float(result.peak_amplitude),
         "amplitude_unit": machine.orbit_unit,
         "final_phases": verdict.phases,

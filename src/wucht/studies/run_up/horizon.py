@@ -74,8 +74,8 @@ class Horizon:
     def legs(self) -> Iterator[Grid]:
         """The legs of a run.
 
-        Without a given time the motion is judged at twice the time of the last look. Legs are short at first, so that a run which
-        is cut off loses little.
+        Without a given time the motion is judged at twice the time of the last look. Legs are short at first, so that a run
+        that is cut off loses little.
         """
         share = min(1.0, self.samples_per_turn / SAMPLES_PER_TURN)  # of all samples, those that are stored
         open_ended = self.until_settled or any(e.name == TURNS_DONE for e in self.events)

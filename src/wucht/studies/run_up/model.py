@@ -9,12 +9,12 @@ from typing import ClassVar
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine, damped
+from wucht.analysis.averaged import AveragedMachine, averaged_machine
 from wucht.analysis.full_motion import FullMotion
 from wucht.analysis.static import static_position
 from wucht.errors import InputError
 from wucht.machines.machine import LOST, Machine
-from wucht.machines.operation import free_speed
+from wucht.machines.operation import damped, free_speed
 from wucht.mechanics.averaged.outputs import ROTOR_ANGLE, SHAKEN
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.program import Evaluator

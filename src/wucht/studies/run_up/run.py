@@ -11,6 +11,7 @@ from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
+from wucht.studies.motion.observation import Observation
 from wucht.studies.motion.verdict import Verdict, judge
 from wucht.studies.motion.watched import Leg, Watched
 from wucht.studies.observables import Rows
@@ -60,11 +61,16 @@ class Motion:
         return self.watched.compiled
 
     @cached_property
+    def observation(self) -> Observation:
+        """What was seen of it."""
+        return self.watched.observation(self.last)
+
+    @cached_property
     def verdict(self) -> Verdict:
         """What became of the machine."""
-        machine, last, seen = self.case.machine, self.legs[-1], self.watched.observation(self.last)
+        machine, last = self.case.machine, self.legs[-1]
         free = free_speed(machine.at(last.end_time), machine.rotor, last.end_time)
-        return judge(machine, seen, free, last.failure, last.stopped_by == SPEED_LIMIT)
+        return judge(machine, self.observation, free, last.failure, last.stopped_by == SPEED_LIMIT)
 
     @property
     def decided(self) -> bool:

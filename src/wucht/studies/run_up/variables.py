@@ -20,8 +20,8 @@ from wucht.studies.observables import EnergyBalance, Orbit, Rows
 Variables = dict[str, Variable]
 
 
-def variables(machine: Machine, row: Rows, trajectory: Trajectory) -> tuple[Variables, Variables]:
-    """Coordinates and data of a run. row: the states and outputs of the machine's System, (N,) each.
+def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: float) -> tuple[Variables, Variables]:
+    """Coordinates and data of a run. row: the states and outputs of the machine's System, (N,) each. largest: amplitude.
 
     Coordinates: time (N), body, direction. Variables: angle, speed, phase (of bodies that turn about another), rotor_phase (of
     rotors that may be entrained) (body, time); displacement, velocity, bearing_force (direction, time); radius, amplitude,
@@ -29,7 +29,7 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory) -> tuple[Vari
     peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time).
     """
     data = _rotation(machine, row, trajectory.time)
-    data |= _vibration(machine, row, trajectory.time) | _energy(machine, row, trajectory)
+    data |= _vibration(machine, row, trajectory.time, largest) | _energy(machine, row, trajectory)
     coordinates = {
         "time": variable("time", trajectory.time, "time", machine.units.time),
         "body": variable("body", [b.name for b in machine.bodies], "body"),
@@ -81,7 +81,7 @@ def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> Variables:
     return data
 
 
-def _vibration(machine: Machine, row: Rows, time: np.ndarray) -> Variables:
+def _vibration(machine: Machine, row: Rows, time: np.ndarray, largest: float) -> Variables:
     units, orbit = machine.units, Orbit.of(machine, time, row)
     displacement, velocity = _motion(machine.carrier, row, time)
     force, peaks = np.array([row[f"bearing_force_{d}"] for d in machine.labels]).reshape(displacement.shape), orbit.peaks
@@ -94,7 +94,7 @@ def _vibration(machine: Machine, row: Rows, time: np.ndarray) -> Variables:
         "bearing_force": variable("direction time", force, "bearing force (r: moment)", units.force),
         "radius": variable("time", orbit.distance, "distance of the axis from its static position", machine.orbit_unit),
         "amplitude": variable("time", amplitude, "amplitude of the axis", machine.orbit_unit),
-        "peak_amplitude": variable("", float(peaks.max(initial=0.0)), "largest amplitude of the axis", machine.orbit_unit),
+        "peak_amplitude": variable("", largest, "largest amplitude of the axis", machine.orbit_unit),
     }
 
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine, damped
+from wucht.analysis.averaged import AveragedMachine, averaged_machine
 from wucht.analysis.configurations.closed_form import pattern_count
 from wucht.analysis.configurations.search import in_closed_form
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, natural_frequencies, net_torque, sense_of
+from wucht.machines.operation import damped, free_speed, natural_frequencies, net_torque, sense_of
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
 MOST_BODIES = 11
