@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -13,6 +12,7 @@ from wucht.machines.machine import LOST, SUPPLIED, Machine
 from wucht.machines.schedules import SCHEDULED
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory
+from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.peaks import interval_peaks
 
 Rows = Mapping[str, np.ndarray]
@@ -59,21 +59,10 @@ class Orbit:
         return np.asarray(np.sqrt(np.maximum(interval_peaks(self.time, self.square, self.square_rate), 0.0)))
 
 
-@dataclass(frozen=True)
-class EnergyBalance:
-    """The energy residual of the contract, part by part: |supplied - dissipated - change of stored| over the scale.
+def balanced(before: EnergyBalance, stored: np.ndarray, works: Rows) -> tuple[EnergyBalance, np.ndarray]:
+    """The energy balance of the contract after a part of the motion, and the residual (N,) over it.
 
-    stored: the energy at the start. scale: the larger of the works and the stored energy, so far.
+    stored: energy (N,). works: since the start of the run, by quadrature; what a schedule carries in may be missing.
     """
-
-    stored: float = math.nan
-    scale: float = 0.0
-
-    def after(self, stored: np.ndarray, works: Rows) -> tuple[EnergyBalance, np.ndarray]:
-        """The balance after a part of the motion, and the residual (N,) over it. works: since the start, by quadrature."""
-        supplied, lost = works[SUPPLIED], works[LOST]
-        carried = works.get(SCHEDULED, np.zeros(len(stored)))
-        gained = supplied + carried - lost
-        first = float(stored[0] - gained[0]) if math.isnan(self.stored) else self.stored
-        scale = max(self.scale, *(float(np.abs(x).max(initial=0.0)) for x in (stored, supplied, carried)))
-        return EnergyBalance(first, scale), np.abs(gained - (stored - first)) / (scale or 1.0)
+    carried = works.get(SCHEDULED, np.zeros(len(stored)))
+    return before.after(stored, np.array([works[SUPPLIED], carried]), works[LOST])

@@ -9,9 +9,10 @@ import numpy as np
 from wucht.machines.machine import LOST
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.trajectory import Trajectory
+from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
 from wucht.studies.coast_down.prepare import REVERSAL, Plan
-from wucht.studies.observables import EnergyBalance, Orbit, rows_of
+from wucht.studies.observables import Orbit, balanced, rows_of
 
 MOST_ROWS = 8000
 ROW = ("time", "angle", "speed", "min_speed", "max_speed", "amplitude", "energy_residual", "dissipated_work")
@@ -75,7 +76,7 @@ def reduced(plan: Plan, compiled: CompiledSystem, before: Record, t: Trajectory)
     """A leg that begins with the last sample of what was recorded before."""
     outputs, rotor = rows_of(compiled, t), plan.machine.rotor.coordinate
     time, angle, speed = t.time, outputs[rotor.position.name], outputs[rotor.velocity.name]
-    balance, residual = before.balance.after(outputs["stored_energy"], t.quadratures)
+    balance, residual = balanced(before.balance, outputs["stored_energy"], t.quadratures)
     amplitude = Orbit.of(plan.machine, time, outputs, plan.at_rest).peaks
     # A row ends with one sample a stride, with the last one of the leg, and with the very first of the run.
     width, begun = max(1, round(before.stride / (time[1] - time[0]))) if len(time) > 1 else 1, int(before.legs > 0)

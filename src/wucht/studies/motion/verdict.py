@@ -9,6 +9,7 @@ import numpy as np
 
 from wucht.analysis.shaft import only_braked, torque_surplus
 from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_decay, vibration_decay
+from wucht.analysis.vibration import Vibration
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.observers.modulation import Modulation
@@ -170,19 +171,27 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
             "the phases still move",
             max(min(before, _LONGER * seen.end_time), _DECAYS * vibration_decay(machine)),
         )
-    return replace(verdict, rotors=_of_several(machine, seen))
+    return replace(verdict, rotors=_of_several(machine, seen, means))
 
 
-def _of_several(machine: Machine, seen: Observation) -> dict[str, Outcome]:
-    """What became of each of several rotors that are free to turn."""
-    free = [r for r in machine.rotors if r.coordinate.prescribed is None]
-    outcomes = {}
+def _of_several(machine: Machine, seen: Observation, means: Locked) -> dict[str, Outcome]:
+    """What became of each of several rotors that are free to turn; rotors that are locked excite the vibration together."""
+    end, stands, free = seen.end_time, dict[str, Standing](), [r for r in machine.rotors if r.coordinate.prescribed is None]
     for rotor in free if len(free) > 1 else []:
-        record = seen.rotors[rotor.name]
-        if record.turns >= _FEWEST_TURNS:
-            stands = standing(machine, rotor, record, free_speed(machine, rotor, seen.end_time), seen.end_time)
-            outcomes[rotor.name] = classify(stands.evidence)
-    return outcomes
+        if (record := seen.rotors[rotor.name]).turns >= _FEWEST_TURNS:
+            stands[rotor.name] = standing(machine, rotor, record, free_speed(machine, rotor, end), end)
+    each = {name: s.evidence for name, s in stands.items()}
+    if means.evidence.locked and seen.vibration is None and len(stands) == len(machine.rotors):
+        phases = {
+            body.name: means.phases.get(rotor.name, 0.0) + phase
+            for rotor in machine.rotors
+            for body, phase in zip(machine.group(rotor), stands[rotor.name].final_phases, strict=True)
+        }
+        vibration, in_order = Vibration.of(machine), np.array([phases[b.name] for b in machine.bodies])
+        for name, e in each.items():
+            if e.free_speed != 0:
+                each[name] = replace(e, resonance=vibration.last_maximum(e.free_speed, in_order))
+    return {name: classify(e) for name, e in each.items()}
 
 
 def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Verdict:

@@ -12,10 +12,11 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.trajectory import Trajectory
+from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.peaks import envelope
 from wucht.results.conventions import Variable, variable
 from wucht.studies.motion.locking import is_locking, rotor_phases
-from wucht.studies.observables import EnergyBalance, Orbit, Rows
+from wucht.studies.observables import Orbit, Rows, balanced
 
 Variables = dict[str, Variable]
 
@@ -123,7 +124,7 @@ def _residual(machine: Machine, angle: Mapping[str, np.ndarray], end: float) -> 
 def _energy(machine: Machine, row: Rows, trajectory: Trajectory) -> Variables:
     """Stored energy, the works, and the residual of their balance."""
     stored, works = row["stored_energy"], trajectory.quadratures
-    _, residual = EnergyBalance().after(stored, works)
+    _, residual = balanced(EnergyBalance(), stored, works)
     return {
         "stored_energy": variable("time", stored, "stored energy", machine.units.energy),
         "energy_residual": variable("time", residual, "energy residual, relative"),

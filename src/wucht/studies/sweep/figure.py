@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wucht.results.conventions import summary_of
+from wucht.results.outcomes import MODULATION_THRESHOLD
 from wucht.results.style import COLOURS, GREY, label, legend_beside, line_style, new_figure, printed_unit, with_unit
 from wucht.studies.sweep.report import SENSE
 
@@ -14,8 +15,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-_MODULATED = 2e-3  # range of the speed, relative: less is not drawn as a band
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -27,7 +26,7 @@ def figure(result: xr.Dataset) -> Figure:
         style = line_style(i) | {"linewidth": 1.4, "label": SENSE[way], "zorder": 3 - 0.1 * i}
         speed.plot(ramp.value, ramp.speed, **style)
         amplitude.plot(ramp.value, scale * ramp.amplitude, **style)
-        if float(((ramp.max_speed - ramp.min_speed) / np.abs(ramp.speed)).max()) > _MODULATED:
+        if float(((ramp.max_speed - ramp.min_speed) / np.abs(ramp.speed)).max()) > MODULATION_THRESHOLD:
             speed.fill_between(ramp.value, ramp.min_speed, ramp.max_speed, color=style["color"], alpha=0.25, linewidth=0)
     _jumps(speed, result, result.jump_from.values, result.jump_to.values)
     _jumps(amplitude, result, scale * result.jump_from_amplitude.values, scale * result.jump_to_amplitude.values)

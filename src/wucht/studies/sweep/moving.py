@@ -24,8 +24,10 @@ from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
+from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.turns import PER_TURN, Samples, TurnObserver
-from wucht.studies.observables import EnergyBalance, Orbit, rows_of
+from wucht.results.outcomes import MODULATION_THRESHOLD
+from wucht.studies.observables import Orbit, balanced, rows_of
 from wucht.studies.sweep.prepare import Plan
 from wucht.system import TIME, Output, System
 
@@ -35,7 +37,6 @@ SAMPLES_PER_TURN = 32
 _MOST_TURNS_SEEN = 200  # of a leg: what is sampled densely, at its end
 _TURNS_UNSEEN = 200  # before that, between two questions whether to stop
 SETTLED = 1e-6  # relative change of the speed; ten times as much of the amplitude
-_MODULATED = 2e-3  # range of the speed, relative
 _MOST_WINDOWS = 61
 
 
@@ -145,7 +146,7 @@ class Mover:
             quiet = quiet + 1 if still else 0
             if quiet == 2:
                 return leg, True
-        return leg, leg.modulation > _MODULATED
+        return leg, leg.modulation > MODULATION_THRESHOLD
 
     def leg(self, place: Place, duration: float, to: float | None = None) -> Leg:
         """Move the parameter evenly to a value (None: hold it) for a time.
@@ -167,7 +168,7 @@ class Mover:
         n, done = len(system.states), np.array(place.state)
         done[:n] = 0.0
         works = {q.name: w + t.quadratures[q.name] for q, w in zip(system.quadratures, done[n:], strict=True)}
-        balance, residual = place.balance.after(rows["stored_energy"], works)
+        balance, residual = balanced(place.balance, rows["stored_energy"], works)
         reached, others = tuple((state + done).tolist()), tuple(parameters[: -len(_LINE)].tolist())
         ended = Place(end, place.value if to is None else to, reached, others, balance)
         return self._read(t, rows, place, ended, rate, float(residual[-1]))

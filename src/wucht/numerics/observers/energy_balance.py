@@ -1,0 +1,29 @@
+"""Whether the energy of a motion adds up, part by part."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """|gained - change of stored energy| over the larger of the energies and of what is supplied.
+
+    stored: the energy at the start. scale: the largest so far.
+    """
+
+    stored: float = math.nan
+    scale: float = 0.0
+
+    def after(self, stored: np.ndarray, supplied: np.ndarray, lost: np.ndarray) -> tuple[EnergyBalance, np.ndarray]:
+        """The balance after a part of the motion, and the residual (N,) over it.
+
+        stored: energy (N,). supplied: works since the start (k, N), of which the motion gains the sum; lost: (N,).
+        """
+        gained = supplied.sum(axis=0) - lost
+        first = float(stored[0] - gained[0]) if math.isnan(self.stored) else self.stored
+        scale = max(self.scale, float(np.abs(stored).max(initial=0.0)), float(np.abs(supplied).max(initial=0.0)))
+        return EnergyBalance(first, scale), np.abs(gained - (stored - first)) / (scale or 1.0)
