@@ -24,23 +24,20 @@ from wucht.numerics.observers.projection import (
     windows_of,
 )
 from wucht.numerics.observers.turn_record import Blocks, TurnRecord
-from wucht.numerics.observers.turns import PER_TURN
 from wucht.results.conventions import wrapped
 from wucht.results.outcomes import LAG_TOLERANCE, MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Evidence
+from wucht.studies.motion.lags import lag_of, undecided
 
+FEWEST_TURNS = 6  # of a rotor that turns
+UNREST = 0.1  # of the residual unbalance: bodies are at rest that change it by less
 _LAST_SHARE = 0.05
 _ROUNDING = 1e-10  # of the speed
 _CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycles are not known better
 _LONGEST_BEFORE = 2.0  # times the turns since the rotor last turned back: the run, of which they are to be the larger part
 _FEWEST_IRREGULAR = 50  # cycles: fewer that are not alike may be the long way to another end
-_AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
 _TENTHS, _TENTHS_IRREGULAR = 20.0, 2.0  # cycles in a tenth of the record: more need not be whole ones
-_LIBRATION = math.pi / 2  # rad: a body that swings by less about where it rests on the rotor keeps doing so
-_TUMBLING, _EVENLY = 1.5 * math.pi, 0.1  # rad, and share by which the halves of a swing differ at most
 _FALLS = 1e-3  # of a number, from window to window but three: less is no fall
 _COMPENSATED = 1e-7  # of the unbalance: how it changes below is rounding
-_WIDER = 2.0  # times the range of the lag seen: it may go beyond that by as much
-_CATCHING_UP = 0.25  # of the lag: a drift that takes away less, as far as it is looked ahead, does not count
 _LASTING, _FADING = 0.15, 0.02  # of its range: a modulation lasts that is going to change, or to fall, by no more
 
 
@@ -90,7 +87,7 @@ class _Projections:
     @property
     def catching_up(self) -> bool:
         """Whether one lags that may catch up, so that the rotor then goes another way."""
-        return not self.asynchronous and any(_undecided(lag) for lag in self.lags)
+        return not self.asynchronous and any(undecided(lag) for lag in self.lags)
 
     @property
     def growing(self) -> bool:
@@ -168,7 +165,8 @@ def _projections(
     mean, lowest = (projected(x, ahead, max(rounding, least)) for x in (series.means, series.lows))
     last = float(series.means[-1])
     varied = _falling((series.highs - series.lows) / series.means, ahead, max(rounding / last, _ROUNDING))
-    lags = tuple(_lag(whole, i, last, ahead, observed) for i in about)
+    borders = observed.borders if observed is not None and _by_cycles(whole, observed) else None
+    lags = tuple(lag_of(whole, i, last, ahead, borders) for i in about)
     return _Projections(mean, lowest, varied, lags, _left(whole, AHEAD * longer) if balancing else None)
 
 
@@ -179,12 +177,7 @@ def _waits(p: _Projections, e: Evidence, reference: float) -> list[float]:
     waits += [] if e.beyond is not None else [p.lowest.windows_until(1e-3 * reference)]
     waits += [] if e.modulated is not None else [p.varied.windows_until(0.5 * MODULATION_THRESHOLD)]
     waits += [p.varied.windows * math.log(1 / p.varied.last)] if p.growing and 0 < p.varied.last < 1 else []
-    return waits + [lag.windows for lag in p.lags if e.asynchronous is None and _undecided(lag)]
-
-
-def _undecided(lag: Projection) -> bool:
-    """Whether it cannot be told if a body lags."""
-    return (lag.low < -LAG_TOLERANCE <= lag.high) or (lag.low <= LAG_TOLERANCE < lag.high)
+    return waits + [lag.windows for lag in p.lags if e.asynchronous is None and undecided(lag)]
 
 
 def _unrest(half: Blocks) -> float:
@@ -244,14 +237,6 @@ def _series(whole: Blocks, observed: Modulation | None) -> _Series:
     return _Series(means, lows, highs, AHEAD, _CYCLES_ROUNDING * float(highs[-1] - lows[-1]))
 
 
-def _librates(slip: np.ndarray) -> bool:
-    """Whether a body swings by less than a quarter of a turn about its place, or further, but evenly and without tumbling."""
-    if np.ptp(slip) < _LIBRATION:
-        return True
-    earlier, late = (float(np.ptp(part)) for part in np.array_split(slip, 2))
-    return bool(np.ptp(slip) < _TUMBLING and abs(late - earlier) <= _EVENLY * earlier)
-
-
 def _left(whole: Blocks, ahead: float) -> Projection:
     """The unbalance that will be left."""
     return _falling(windows_of(whole.greatest_sum).max(axis=1), ahead, _COMPENSATED)
@@ -270,33 +255,3 @@ def _by_cycles(whole: Blocks, observed: Modulation) -> bool:
     """Whether a modulation is so slow that means are to be taken over whole cycles of it."""
     duration, most = float(whole.time[-1] - whole.time[0]), _TENTHS if observed.regular else _TENTHS_IRREGULAR
     return most * observed.period > SHARE * duration
-
-
-def _lag(whole: Blocks, i: int, speed: float, ahead: float, observed: Modulation | None) -> Projection:
-    """By how much a body will lag, as a share of the speed: not as long as it goes to and fro within a turn.
-
-    Its ``windows`` say in how many it will be known.
-    """
-    lag, durations = whole.followers[i] - whole.speed, 1 / whole.speed
-    slip = np.cumsum(lag * durations) * (2 * math.pi * whole.size / PER_TURN)
-    moving = projected(windows_of(slip).mean(axis=1), ahead, _AT_REST)
-    if _librates(slip[len(slip) // 2 :]) and moving.width < 2 * math.pi:
-        return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
-    if observed is not None and _by_cycles(whole, observed):
-        means = np.diff(np.interp(observed.borders, whole.time, slip)) / np.diff(observed.borders) / speed
-    else:
-        means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
-    p = projected(means, ahead, _ROUNDING, _WIDER)
-    if abs(p.last) <= LAG_TOLERANCE:
-        return replace(p, windows=p.windows * math.log(max(p.width / LAG_TOLERANCE, 1.0)))
-    p = replace(p, low=min(p.low, float(means.min())), high=max(p.high, float(means.max())))
-    # One that catches up, however slowly, will have done so; and one that has slipped by less than a turn may do so.
-    change = abs(float(means[-1] - means[-2])) * ahead
-    catching_up = p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0) and change > _CATCHING_UP * abs(p.last)
-    late = float(np.ptp(slip[-max(2, len(slip) // 5) :]))
-    e_fold = abs(p.last) * ahead / change if catching_up else p.windows
-    windows = e_fold * math.log(max(p.width / LAG_TOLERANCE, 1.0))
-    if not catching_up and 0 < late < 2 * math.pi:
-        windows = (2 * math.pi / late - 1) / SHARE
-    unsure = catching_up or late < 2 * math.pi
-    return replace(p, low=min(p.low, 0.0), high=max(p.high, 0.0), windows=windows) if unsure else replace(p, windows=windows)

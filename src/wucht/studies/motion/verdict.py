@@ -7,16 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wucht.analysis.shaft import only_braked, torque_surplus
 from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_decay, vibration_decay
-from wucht.analysis.vibration import Vibration
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.observers.modulation import Modulation
-from wucht.numerics.observers.projection import AHEAD, SHARE, Course, projected, windows_of
 from wucht.numerics.observers.turn_record import Blocks
 from wucht.results.outcomes import (
-    AT_REST,
     FEWEST_PERIODS,
     SPEED_TOLERANCE,
     UNBALANCE_TOLERANCE,
@@ -24,23 +20,20 @@ from wucht.results.outcomes import (
     Outcome,
     classify,
 )
-from wucht.studies.motion.evidence import Standing, standing
+from wucht.studies.motion.drive_and_vibration import as_it_rises, faster_branch
+from wucht.studies.motion.evidence import FEWEST_TURNS, UNREST, Standing, standing
 from wucht.studies.motion.locking import Locked, is_locking, locked
 from wucht.studies.motion.observation import Observation
+from wucht.studies.motion.several_rotors import rotor_outcomes
+from wucht.studies.motion.swings import swing_of
 from wucht.studies.release_events import last_change
 
-_FEWEST_TURNS = 6
 _LONGER = 20.0  # times the run, where nothing says how long
 _ALLOWANCE = 3.0  # for an approach that slows down
 _RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
 _EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
-_NEARLY = 0.03  # logarithm of a swing: so near its end an approach is known to have one
-_UNREST = 0.1  # of the residual unbalance: bodies are at rest that change it by less
 _OLD = 5.0  # decays of the slowest free vibration, after which a motion that is not at rest is taken for the last one
 _RESTLESS = (Outcome.BALANCER_CAPTURED, Outcome.CAPTURED_MODULATED, Outcome.NOT_ENTRAINED, Outcome.NOT_SYNCHRONISED)
-_SMALL, _FALLS = 0.5, 0.9  # of the largest speed, and from window to window but three: a swing that will die out
-_SHORT = 0.98  # of the free speed: a rotor that is held before has not reached it
-_EQUAL = 1e-3  # share by which swings differ that are taken for equal
 _LOCKED_PERIODS = 200  # a run until settled of rotors that may be entrained lasts for four hundred of their turns
 
 
@@ -121,7 +114,7 @@ def judge(machine: Machine, seen: Observation, free: float | None, failure: str 
     machine = machine.at(seen.end_time)
     record, angle = seen.rotors[machine.rotor.name], seen.main.last(0.25)
     turned = len(angle.time) > 0 and bool(angle.greatest_angle.max() - angle.least_angle.min() >= 2 * math.pi)
-    turning = turned and record.turns >= _FEWEST_TURNS
+    turning = turned and record.turns >= FEWEST_TURNS
     verdict = _turning(machine, seen, free) if turning else _without_turning(machine, seen)
     if failure:
         return replace(verdict, outcome=Outcome.FAILED, advice=None, needed=None)
@@ -139,7 +132,7 @@ def _after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict
     """The verdict; none on a motion that is not at rest as long as it may be a transient."""
     if verdict.outcome in _RESTLESS and end < (needed := _OLD * vibration_decay(machine)):
         why, needed = "free vibrations have hardly decayed", max(_LONGER * end, needed)
-    elif verdict.outcome is Outcome.PASSED and verdict.standing is not None and verdict.standing.unrest > _UNREST:
+    elif verdict.outcome is Outcome.PASSED and verdict.standing is not None and verdict.standing.unrest > UNREST:
         needed = _DECAYS * slowest_decay(machine, verdict.standing.sense * verdict.speed)
         why = "bodies still move about the rotor"
         if end >= needed:
@@ -171,27 +164,7 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
             "the phases still move",
             max(min(before, _LONGER * seen.end_time), _DECAYS * vibration_decay(machine)),
         )
-    return replace(verdict, rotors=_of_several(machine, seen, means))
-
-
-def _of_several(machine: Machine, seen: Observation, means: Locked) -> dict[str, Outcome]:
-    """What became of each of several rotors that are free to turn; rotors that are locked excite the vibration together."""
-    end, stands, free = seen.end_time, dict[str, Standing](), [r for r in machine.rotors if r.coordinate.prescribed is None]
-    for rotor in free if len(free) > 1 else []:
-        if (record := seen.rotors[rotor.name]).turns >= _FEWEST_TURNS:
-            stands[rotor.name] = standing(machine, rotor, record, free_speed(machine, rotor, end), end)
-    each = {name: s.evidence for name, s in stands.items()}
-    if means.evidence.locked and seen.vibration is None and len(stands) == len(machine.rotors):
-        phases = {
-            body.name: means.phases.get(rotor.name, 0.0) + phase
-            for rotor in machine.rotors
-            for body, phase in zip(machine.group(rotor), stands[rotor.name].final_phases, strict=True)
-        }
-        vibration, in_order = Vibration.of(machine), np.array([phases[b.name] for b in machine.bodies])
-        for name, e in each.items():
-            if e.free_speed != 0:
-                each[name] = replace(e, resonance=vibration.last_maximum(e.free_speed, in_order))
-    return {name: classify(e) for name, e in each.items()}
+    return replace(verdict, rotors=rotor_outcomes(machine, seen, means))
 
 
 def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Verdict:
@@ -202,43 +175,14 @@ def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Ve
 def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
     record = seen.rotors[machine.rotor.name]
     stands = standing(machine, machine.rotor, record, free, seen.end_time)
-    evidence, window = _as_it_rises(machine, stands), stands.window
+    evidence, window = as_it_rises(machine, stands), stands.window
     verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), stands, stands.speed)
     if verdict.outcome is Outcome.UNIDENTIFIED:
         return _undecided(machine, verdict, *_advice(machine, seen.end_time, stands))
     passed = verdict.outcome is Outcome.PASSED
     return replace(
-        verdict, settling_time=_settling_time(record.whole, stands), faster_branch=passed and _faster_branch(machine, stands)
+        verdict, settling_time=_settling_time(record.whole, stands), faster_branch=passed and faster_branch(machine, stands)
     )
-
-
-def _as_it_rises(machine: Machine, stands: Standing) -> Evidence:
-    """The evidence of a rotor whose speed still rises, beyond all resonances, with bodies that do not lag.
-
-    It is settled as soon as the vibration is seen to hold it short of its free speed; or nothing can hold it.
-    """
-    e, (mean, *_) = stands.evidence, stands.projections
-    rises = mean.course is not Course.STATIONARY and mean.high > mean.last
-    limit = runaway_limit(machine) if e.free_speed is None else _SHORT * e.free_speed
-    moving = stands.growing or stands.unrest > _UNREST
-    if e.settled or moving or not (rises and e.beyond) or e.asynchronous is not False or limit is None:
-        return e
-    speeds = np.linspace(stands.speed, limit, 800)
-    held = not (torque_surplus(machine, stands.vibration, stands.final_phases, speeds) > 0).all()
-    return replace(e, settled=held, unheld=not held and e.free_speed is None)
-
-
-def _faster_branch(machine: Machine, stands: Standing) -> bool:
-    """Whether the drive's torque exceeds the vibration torque again somewhere between the speed reached and the free speed."""
-    e = stands.evidence
-    if e.free_speed is None or e.resonance is None or machine.rotor.coordinate.prescribed is not None:
-        return False
-    speeds = np.linspace(stands.speed, e.free_speed, 402)[1:-1]
-    surplus = torque_surplus(machine, stands.vibration, stands.final_phases, speeds)
-    # Between two branches the vibration takes more than the drive gives: without such a gap there is only one.
-    small = 1e-3 * float(np.abs(surplus).max())
-    short = np.flatnonzero(surplus < -small)
-    return bool(len(short) and (surplus[short[0] :] > small).any())
 
 
 def _settling_time(whole: Blocks, stands: Standing) -> float:
@@ -271,49 +215,13 @@ def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]
 
 
 def _without_turning(machine: Machine, seen: Observation) -> Verdict:
-    end, whole = seen.end_time, seen.main.last(1.0)
-    speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
-    each, evidence, needed = windows_of(speeds), Evidence(turning=False), 0.0
-    half = seen.main.last(0.5)
-    # Otherwise some turning is left, but fewer turns than are needed to average over.
-    if each.size and not half.greatest_angle.max() - half.least_angle.min() > 2 * math.pi:
-        # What does not swing, but creeps, comes to rest or begins to turn.
-        to_and_fro = half.greatest_speed.max() > 0 > half.least_speed.min()
-        sizes = each.max(axis=1) / speeds.max()
-        turning = any(r.turns >= 1 for name, r in seen.rotors.items() if name != machine.rotor.name)
-        braked = to_and_fro and not turning and only_braked(machine, float(each.max()))
-        bounds = (0.0, 0.0) if braked and _dies_out(sizes) else _swing(sizes, to_and_fro)
-        rest = _SMALL * _FALLS if braked else AT_REST
-        evidence, needed = Evidence(turning=False, swing=bounds), end * _until_rest(sizes, rest)
-    quarter = seen.main.last(0.25)
+    end, swing, quarter = seen.end_time, swing_of(machine, seen), seen.main.last(0.25)
+    evidence = Evidence(turning=False) if swing is None else Evidence(turning=False, swing=swing.bounds)
     verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))
-    if verdict.outcome is Outcome.UNIDENTIFIED:
-        transients = 0.0 if needed else _DECAYS * slowest_decay(machine, free_speed(machine, machine.rotor) or 0.0)
-        needed = max(needed or _LONGER * end, transients, 1e-9)
-        return _undecided(machine, verdict, f"fewer than {_FEWEST_TURNS} turns were made", needed)
-    return replace(verdict, settling_time=end)
-
-
-def _dies_out(sizes: np.ndarray) -> bool:
-    """Whether a swing that can only lose energy loses some, and has lost so much that it does not turn over again."""
-    return bool(sizes[-1] <= min(_SMALL, _FALLS * sizes[0]))
-
-
-def _until_rest(sizes: np.ndarray, rest: float) -> float:
-    """How many times as long a swing must be watched until it is as small as that, of its sizes (w,) in tenths; 0: unknown."""
-    if not 0 < sizes[-1] < sizes[0]:
-        return 0.0
-    windows = (len(sizes) - 1) * math.log(sizes[-1] / rest) / math.log(sizes[0] / sizes[-1])
-    return _ALLOWANCE * (1 + SHARE * max(windows, 0.0))
-
-
-def _swing(sizes: np.ndarray, to_and_fro: bool) -> tuple[float, float]:
-    """Between which bounds a swing will stay, of its sizes (w,) in successive windows."""
-    if not sizes[-1] > 0:
-        return 0.0, 0.0
-    logs = np.log(np.maximum(sizes, 1e-300))
-    p = projected(logs, AHEAD, _EQUAL)
-    # Even one that seems to stay may decay unseen.
-    hidden = 0.0 if p.course is Course.APPROACHING else float(np.ptp(logs)) / (len(logs) - 1) * AHEAD
-    lasts = to_and_fro and p.course is not Course.DRIFTING and p.width <= _NEARLY
-    return math.exp(p.low - hidden) if lasts else 0.0, math.exp(min(p.high, 0.0))
+    if verdict.outcome is not Outcome.UNIDENTIFIED:
+        return replace(verdict, settling_time=end)
+    if swing is not None and swing.longer:
+        needed = _ALLOWANCE * swing.longer * end
+    else:
+        needed = max(_LONGER * end, _DECAYS * slowest_decay(machine, free_speed(machine, machine.rotor) or 0.0), 1e-9)
+    return _undecided(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made", needed)

@@ -1,0 +1,68 @@
+"""A rotor that does not turn any more: what becomes of its swing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.analysis.shaft import only_braked
+from wucht.machines.machine import Machine
+from wucht.numerics.observers.projection import AHEAD, SHARE, Course, projected, windows_of
+from wucht.results.outcomes import AT_REST
+from wucht.studies.motion.observation import Observation
+
+_NEARLY = 0.03  # logarithm of a swing: so near its end an approach is known to have one
+_SMALL, _FALLS = 0.5, 0.9  # of the largest speed, and from window to window but three: a swing that will die out
+_EQUAL = 1e-3  # share by which swings differ that are taken for equal
+
+
+@dataclass(frozen=True)
+class Swing:
+    """bounds: between which it will stay, as a share of the largest speed there was. longer: how many times the run it takes
+    until that is known if it decays as it does; 0: unknown."""
+
+    bounds: tuple[float, float]
+    longer: float
+
+
+def swing_of(machine: Machine, seen: Observation) -> Swing | None:
+    """The swing of the main rotor; None where some turning is left, but fewer turns than are needed to average over."""
+    whole, half = seen.main.last(1.0), seen.main.last(0.5)
+    speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
+    each = windows_of(speeds)
+    if not each.size or half.greatest_angle.max() - half.least_angle.min() > 2 * math.pi:
+        return None
+    # What does not swing, but creeps, comes to rest or begins to turn.
+    to_and_fro = bool(half.greatest_speed.max() > 0 > half.least_speed.min())
+    sizes = each.max(axis=1) / speeds.max()
+    turning = any(r.turns >= 1 for name, r in seen.rotors.items() if name != machine.rotor.name)
+    braked = to_and_fro and not turning and only_braked(machine, float(each.max()))
+    bounds = (0.0, 0.0) if braked and _dies_out(sizes) else _bounds(sizes, to_and_fro)
+    return Swing(bounds, _longer(sizes, _SMALL * _FALLS if braked else AT_REST))
+
+
+def _dies_out(sizes: np.ndarray) -> bool:
+    """Whether a swing that can only lose energy loses some, and has lost so much that it does not turn over again."""
+    return bool(sizes[-1] <= min(_SMALL, _FALLS * sizes[0]))
+
+
+def _longer(sizes: np.ndarray, rest: float) -> float:
+    """How many times as long a swing must be watched until it is as small as that, of its sizes (w,) in tenths."""
+    if not 0 < sizes[-1] < sizes[0]:
+        return 0.0
+    windows = (len(sizes) - 1) * math.log(sizes[-1] / rest) / math.log(sizes[0] / sizes[-1])
+    return 1 + SHARE * max(windows, 0.0)
+
+
+def _bounds(sizes: np.ndarray, to_and_fro: bool) -> tuple[float, float]:
+    """Between which bounds a swing will stay, of its sizes (w,) in successive windows."""
+    if not sizes[-1] > 0:
+        return 0.0, 0.0
+    logs = np.log(np.maximum(sizes, 1e-300))
+    p = projected(logs, AHEAD, _EQUAL)
+    # Even one that seems to stay may decay unseen.
+    hidden = 0.0 if p.course is Course.APPROACHING else float(np.ptp(logs)) / (len(logs) - 1) * AHEAD
+    lasts = to_and_fro and p.course is not Course.DRIFTING and p.width <= _NEARLY
+    return math.exp(p.low - hidden) if lasts else 0.0, math.exp(min(p.high, 0.0))
