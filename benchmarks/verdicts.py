@@ -93,7 +93,7 @@ class _Motion:
         return judge(machine, self.watched.observation(self.leg), free, last.failure, last.stopped_by == SPEED_LIMIT)
 
 
-def measure(count: int = 200, first: int = 0) -> Iterator[tuple[str, str]]:
+def measure(count: int = 1200, first: int = 0) -> Iterator[tuple[str, str]]:
     """What came of so many machines; those that changed, or on which the advice did not decide, are printed."""
     with ProcessPoolExecutor(2) as pool:
         courses = list(pool.map(course, range(first, first + count), chunksize=2))

@@ -3,7 +3,11 @@
 import pytest
 from benchmarks.verdicts import Course, course
 
-COUNT = 100
+COUNT = 120  # one of each structure
+ONCE_CHANGED = (214, 749, 755, 1149, 1187, 1477, 1725, 1892, 2549, 2714, 3176, 3389)
+"""Verdicts that changed once: bodies that still moved (749, 755, 1187, 1725, 2549, 2714, 3389), caught up (214), left
+(1149) or tumbled (1892),
+a second rotor that turned while the first swung (1477), a modulation that faded (3176)."""
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +21,14 @@ def test_no_verdict_changes(courses: list[Course]) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("number", ONCE_CHANGED)
+def test_no_verdict_changes_that_changed_once(number: int) -> None:
+    seen = course(number)
+    assert not seen.changed, seen.verdicts
+
+
+@pytest.mark.slow
 def test_following_the_advice_once_decides(courses: list[Course]) -> None:
     undecided = [c for c in courses if c.advised is not None]
-    assert sum(c.decided for c in undecided) >= 0.85 * len(undecided)
+    assert sum(c.decided for c in undecided) >= 0.9 * len(undecided)
     assert len({o for c in courses for _, o in c.verdicts}) >= 8  # outcomes of many kinds

@@ -34,7 +34,7 @@ _LAST_SHARE = 0.05
 _ROUNDING = 1e-10  # of the speed
 _CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycles are not known better
 _LONGEST_BEFORE = 2.0  # times the turns since the rotor last turned back: the run, of which they are to be the larger part
-_FEWEST_IRREGULAR = 50  # cycles: fewer that are not alike may be the long way to another end
+_FEWEST_IRREGULAR = 30  # cycles: fewer that are not alike may be the long way to another end
 _TENTHS, _TENTHS_IRREGULAR = 20.0, 2.0  # cycles in a tenth of the record: more need not be whole ones
 _FALLS = 1e-3  # of a number, from window to window but three: less is no fall
 _COMPENSATED = 1e-7  # of the unbalance: how it changes below is rounding
@@ -49,8 +49,9 @@ class Standing:
     speed there, with the sense of turning taken away. residual: the largest share of its unbalance that is left there, None
     without unbalance. phases: of the bodies about it, circular means over the last turn. final_phases: the same as sigma alpha,
     with that of the rotor, 0 where a body lags. vibration: what they excite. projections: of mean speed and residual. growing:
-    a modulation grows, or bodies leave where they are. unrest: by how much the residual goes to and fro, as a share of it.
-    needed: for how many more times the length of the record it must be watched; inf where nothing says so.
+    a modulation grows, or bodies leave where they are. drifting: the lag of a body drifts. unrest: by how much the residual
+    goes to and fro, as a share of it. needed: for how many more times the length of the record it must be watched; inf where
+    nothing says so.
     """
 
     evidence: Evidence
@@ -64,6 +65,7 @@ class Standing:
     modulation: Modulation | None
     projections: tuple[Projection, ...]
     growing: bool
+    drifting: bool
     unrest: float
     needed: float
 
@@ -88,6 +90,11 @@ class _Projections:
     def catching_up(self) -> bool:
         """Whether one lags that may catch up, so that the rotor then goes another way."""
         return not self.asynchronous and any(undecided(lag) for lag in self.lags)
+
+    @property
+    def drifting(self) -> bool:
+        """Whether one that lags comes nearer to the rotor's speed, or goes further away, without an end in sight."""
+        return any(undecided(lag) and lag.course is Course.DRIFTING for lag in self.lags)
 
     @property
     def growing(self) -> bool:
@@ -145,6 +152,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         observed if evidence.modulated else None,
         (p.mean,) if p.left is None else (p.mean, p.left),
         p.growing,
+        p.drifting,
         0.0 if p.left is None else _unrest(whole.last(WINDOWS * SHARE)),
         _needed(_waits(p, evidence, reference), observed, series.ahead, end),
     )
@@ -210,7 +218,7 @@ def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, fl
 def _needed(waits: list[float], observed: Modulation | None, ahead: float, end: float) -> float:
     """For how many more times the length of the record it must be watched, if it needs so many windows."""
     if observed is not None and not observed.regular and observed.cycles < _FEWEST_IRREGULAR:
-        return 2 * _FEWEST_IRREGULAR * observed.period / end
+        return 4 * _FEWEST_IRREGULAR * observed.period / end
     return max(waits, default=0.0) * LOOKAHEAD / ahead
 
 
@@ -238,14 +246,16 @@ def _series(whole: Blocks, observed: Modulation | None) -> _Series:
 
 
 def _left(whole: Blocks, ahead: float) -> Projection:
-    """The unbalance that will be left."""
-    return _falling(windows_of(whole.greatest_sum).max(axis=1), ahead, _COMPENSATED)
+    """The unbalance that will be left: while bodies still move and it falls, it may fall to nothing."""
+    moving = _unrest(whole.last(WINDOWS * SHARE)) > UNREST
+    return _falling(windows_of(whole.greatest_sum).max(axis=1), ahead, _COMPENSATED, even_if_approaching=moving)
 
 
-def _falling(means: np.ndarray, ahead: float, rounding: float) -> Projection:
+def _falling(means: np.ndarray, ahead: float, rounding: float, *, even_if_approaching: bool = False) -> Projection:
     """The projection of a number that, where it mostly falls, to and fro as it may go, goes on falling at that rate."""
     p = projected(means, ahead, rounding)
-    if p.course is not Course.STATIONARY or trend(means) >= 0 or not 0 < means[-1] < (1 - _FALLS) * means[0]:
+    taken = p.course is Course.STATIONARY or (even_if_approaching and p.course is Course.APPROACHING)
+    if not taken or trend(means) >= 0 or not 0 < means[-1] < (1 - _FALLS) * means[0]:
         return p
     fall = math.log(means[0] / means[-1]) / (len(means) - 1)
     return replace(p, low=min(p.low, p.last * math.exp(-fall * ahead)), course=Course.APPROACHING, windows=1 / fall)

@@ -28,7 +28,7 @@ from wucht.studies.motion.several_rotors import rotor_outcomes
 from wucht.studies.motion.swings import swing_of
 from wucht.studies.release_events import last_change
 
-_LONGER = 20.0  # times the run, where nothing says how long
+_LONGER, _LONGEST, _MANY_TURNS = 20.0, 100.0, 2000  # times the run, and turns in all: where nothing says how long
 _ALLOWANCE = 3.0  # for an approach that slows down
 _RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
 _EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
@@ -147,29 +147,38 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
     means = locked(machine, seen)
     if means is None:
         return verdict
-    outcome = means.evidence.outcome(by_vibration=seen.vibration is not None)
-    before, verdict = verdict.needed or math.inf, replace(verdict, outcome=outcome, window=means.window, locked=means)
-    verdict = replace(verdict, advice=None, needed=None)
-    verdict = replace(verdict, speed=abs(means.speeds[machine.rotor.name]), evidence=replace(verdict.evidence, turning=True))
-    if outcome is Outcome.UNIDENTIFIED:
-        begin, end = means.window
-        if means.evidence.periods < FEWEST_PERIODS:
-            needed = 2 * (FEWEST_PERIODS + 1) * (end - begin) / max(means.evidence.periods, 1)
-            needed = max(needed, 4 * seen.end_time, _DECAYS * vibration_decay(machine))
-            why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
-            return _undecided(machine, verdict, why, needed)
-        return _undecided(
-            machine,
-            verdict,
-            "the phases still move",
-            max(min(before, _LONGER * seen.end_time), _DECAYS * vibration_decay(machine)),
-        )
-    return replace(verdict, rotors=rotor_outcomes(machine, seen, means))
+    before, end, periods = verdict.needed or math.inf, seen.end_time, means.evidence.periods
+    drifting = verdict.standing is not None and verdict.standing.drifting and not means.evidence.locked
+    verdict = replace(
+        verdict,
+        outcome=Outcome.UNIDENTIFIED if drifting else means.evidence.outcome(by_vibration=seen.vibration is not None),
+        evidence=replace(verdict.evidence, turning=True),
+        window=means.window,
+        speed=abs(means.speeds[machine.rotor.name]),
+        advice=None,
+        needed=None,
+        locked=means,
+    )
+    if verdict.outcome is not Outcome.UNIDENTIFIED:
+        return replace(verdict, rotors=rotor_outcomes(machine, seen, means))
+    why, needed = "the phases still move", min(before, _unknown(end, verdict.speed))
+    if periods < FEWEST_PERIODS:
+        why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
+        needed = max(2 * (FEWEST_PERIODS + 1) * (means.window[1] - means.window[0]) / max(periods, 1), 4 * end)
+    return _undecided(machine, verdict, why, max(needed, _DECAYS * vibration_decay(machine)))
+
+
+def _unknown(end: float, speed: float) -> float:
+    """Until when to run where nothing says how long."""
+    turns = end * abs(speed) / (2 * math.pi)
+    return end * max(_LONGER, min(_MANY_TURNS / max(turns, 1.0), _LONGEST))
 
 
 def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Verdict:
+    digit = 10.0 ** (math.floor(math.log10(until)) - 2)
+    until = math.ceil(until / digit) * digit  # rounded up: a run as long as is said is to be enough
     advice = f"{why}: run at least until {until:.3g} {machine.units.time}".rstrip()
-    return replace(verdict, advice=advice, needed=until)
+    return replace(verdict, advice=advice, needed=float(f"{until:.3g}"))
 
 
 def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
@@ -207,7 +216,7 @@ def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]
     """Why nothing can be told yet, and when it can."""
     known = math.isfinite(stands.needed)
     why = "the motion still approaches its end" if known else "the motion is still under way"
-    until = end * max(2.0, _ALLOWANCE * (1 + stands.needed) if known else _LONGER)
+    until = max(2 * end, _ALLOWANCE * (1 + stands.needed) * end) if known else _unknown(end, stands.speed)
     speed = stands.sense * stands.speed
     # Before a resonance it is the vibration that decides how long a run-up takes.
     run_up = run_up_time(machine, speed) if stands.evidence.beyond and runaway_limit(machine) is None else 0.0
