@@ -186,3 +186,24 @@ def test_more_than_a_million_events_fail_with_a_sentence(engine, monkeypatch):
     )
     assert "more than 10 events" in run.failure
     assert run.time[-1] == pytest.approx(3.6)
+
+
+def test_a_ball_whose_flights_become_short(engine):
+    """Fifty contacts: the last flights take some 1e-5 s, and none of their ends is missed."""
+    end = bounces(51)[-1] - 1e-6
+    run = run_with(
+        BALL, (Event("floor", x, -1, action=bounce),), engine, [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, end, 5)
+    )
+    assert [h.time for h in run.hits] == pytest.approx(bounces(50), abs=1e-9)
+    assert run.states[0].min() > -1e-12
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_a_run_does_not_know_of_the_events_of_the_run_before(engine, terminal):
+    """A clock that creeps up to the event, then one that passes it soon after its start: both see it."""
+    clock, action = System((x,), (rate,), (rate,)), None if terminal else (lambda t, state, pars: (state, pars))
+    flow = compile_system(clock, events=(Event("one", x - 1, +1, terminal=terminal, action=action),), engine=engine)
+    for speed, before in ((1e-6, 1e-6), (1.0, 1e-6)):
+        run = integrate(flow, [1 - before], [speed], np.array([0.0, 2.0]))
+        assert [h.name for h in run.hits] == ["one"]
+        assert run.hits[0].time == pytest.approx(before / speed, rel=1e-5)

@@ -339,3 +339,35 @@ def test_an_action_at_the_end_of_a_run_that_is_continued(engine, at):
     first = integrate(flow, [0.0], [0.0], np.linspace(0, at, 7))
     second = integrate(flow, first.end_state, first.parameters, np.array([first.end_time, 2.0]))
     assert second.states[0, -1] == pytest.approx(2.0 - at, abs=1e-11)
+
+
+@pytest.mark.parametrize("apart", [1e-6, 1e-8, 5e-9])
+def test_breakpoints_hardly_apart(engine, apart):
+    """A hundred steps up and down that are passed within less than a microsecond."""
+    heights = np.tile([0.0, 1.0], 50)
+    system = System((x,), (PiecewiseCubic(TIME, interpolated("s", 1 + apart * np.arange(100), heights, "steps")),))
+    trajectory = run(system, [0.0], 2.0, engine, 3)
+    assert trajectory.states[0, -1] == pytest.approx(49 * apart + 1 - 99 * apart, abs=1e-11)
+
+
+def test_breakpoints_a_tenth_of_a_nanosecond_apart():
+    """By heyoka: SciPy looks for no event within a nanosecond after the one before."""
+    pytest.importorskip("heyoka")
+    stairs = interpolated("s", 1 + 1e-10 * np.arange(20), np.tile([0.0, 1.0], 10), "steps")
+    trajectory = run(System((x,), (PiecewiseCubic(TIME, stairs),)), [0.0], 2.0, "heyoka", 3)
+    assert trajectory.states[0, -1] == pytest.approx(1 - 10e-10, abs=1e-13)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
+@pytest.mark.parametrize("reach", [0.1, 1e-2, 1e-3, 1e-4, 1e-5])
+def test_an_argument_that_turns_back_once_at_its_breakpoint_goes_beyond(engine, reach, tolerance):
+    """x = 1 + s^3 - reach^2 s, s = t - 2.7: up through the breakpoint 1, down and up again, ever slower the nearer these are;
+    y' = slope 1 below the breakpoint, 100 above it."""
+    kink, s = Pieces("k", (1.0,), ((0, 1, 0, 0), (0, 100, 0, 0))), TIME - sp.Rational(27, 10)
+    system = System((x, y), (3 * s**2 - a**2, PiecewiseCubic(x, kink)), (a,))
+    initial = [1 - 2.7**3 + 2.7 * reach**2, 0.0]
+    trajectory = run(system, initial, 5.7, engine, 3, parameters=[reach], tolerance=tolerance)
+    area = np.array([u**4 / 4 - reach**2 * u**2 / 2 for u in (-2.7, -reach, 0.0, reach, 3.0)])
+    exact = np.diff(area) @ [1, 100, 1, 100]
+    missed = 99 * reach**4 / 4 if engine == "scipy" else 0.0  # by SciPy, as above
+    assert trajectory.states[1, -1] == pytest.approx(exact, abs=5e-11 + 1.1 * missed)

@@ -179,3 +179,12 @@ def test_a_peak_counts_in_the_turns_that_it_lies_in():
     assert inside.sum() == PER_TURN
     assert averaged.largest[inside] == pytest.approx(3.0, rel=0.02)
     assert averaged.largest[~inside].max() < 1.01
+
+
+@pytest.mark.parametrize("overlap", [0, 1])
+def test_a_sample_that_two_parts_of_a_motion_share_counts_once(overlap):
+    time = np.linspace(0.0, 1.0, 11)
+    motion = Samples.of(time, (7 * time, np.full(11, 7.0)), (3 * time, np.full(11, 3.0)))
+    whole = motion.part(slice(5 - overlap, None)).after(motion.part(slice(5)))
+    for name, values in vars(motion).items():
+        assert np.array_equal(getattr(whole, name), values), name

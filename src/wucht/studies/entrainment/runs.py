@@ -100,7 +100,9 @@ class RunsFromStart:
             half = seen.main.last(0.5)
             window = float(half.time[0]), float(half.time[-1])
             return replace(run, window=window, mean_speed=float(np.ptp(half.angle[[0, -1]])) / (window[1] - window[0]))
-        entrained = means.evidence.locked is True and (
+        # A phase that creeps past a bottleneck beyond the band is no lock, though no longer run is made.
+        steady = means.evidence.locked is True and means.creep < _STEADY
+        entrained = steady and (
             self.senses is None or all(self.senses[r.name] * means.speeds[r.name] > 0 for r in machine.rotors)
         )
         mean = (means.speeds if entrained else means.smooth_speeds)[machine.rotor.name]

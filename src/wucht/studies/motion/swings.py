@@ -1,4 +1,4 @@
-"""A rotor that does not turn any more: what becomes of its swing."""
+"""A rotor that does not turn any more, or back again in each turn: what becomes of it."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.analysis.shaft import only_braked
+from wucht.analysis.vibration import Vibration
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.projection import AHEAD, SHARE, Course, projected, windows_of
-from wucht.results.outcomes import AT_REST
+from wucht.results.outcomes import AT_REST, Evidence
+from wucht.studies.motion.evidence import FEWEST_TURNS
 from wucht.studies.motion.observation import Observation
 
 _NEARLY = 0.03  # logarithm of a swing: so near its end an approach is known to have one
 _SMALL, _FALLS = 0.5, 0.9  # of the largest speed, and from window to window but three: a swing that will die out
+_IN_PLACE, _ELSEWHERE = 1e-2, math.pi / 2  # rad: a mean angle that moves less is at rest, one that may move more is not
 _EQUAL = 1e-3  # share by which swings differ that are taken for equal
 
 
@@ -38,9 +41,32 @@ def swing_of(machine: Machine, seen: Observation) -> Swing | None:
     to_and_fro = bool(half.greatest_speed.max() > 0 > half.least_speed.min())
     sizes = each.max(axis=1) / speeds.max()
     turning = any(r.turns >= 1 for name, r in seen.rotors.items() if name != machine.rotor.name)
-    braked = to_and_fro and not turning and only_braked(machine, float(each.max()))
+    place = projected(windows_of(whole.angle).mean(axis=1), AHEAD, _IN_PLACE)
+    in_place = place.width < _ELSEWHERE and not turning
+    braked = to_and_fro and in_place and only_braked(machine, float(each.max()))
     bounds = (0.0, 0.0) if braked and _dies_out(sizes) else _bounds(sizes, to_and_fro)
     return Swing(bounds, _longer(sizes, _SMALL * _FALLS if braked else AT_REST))
+
+
+def turning_on_the_whole(machine: Machine, seen: Observation, free: float | None) -> Evidence | None:
+    """The evidence of a main rotor that turns, but back again in each turn: by its mean speeds over tenths of the run.
+
+    None if it does not turn so, all windows alike. free: what its drive reaches without vibration.
+    """
+    whole, rotor = seen.main.last(1.0), machine.rotor
+    if len(whole.time) < 2 / SHARE:
+        return None
+    angle, time = (windows_of(x)[:, [0, -1]] for x in (whole.angle, whole.time))
+    speeds = np.diff(angle, axis=1)[:, 0] / np.diff(time, axis=1)[:, 0]
+    sense = math.copysign(1.0, speeds[-1])
+    mean = projected(sense * speeds, AHEAD)
+    turned = sense * (angle[-1, 1] - angle[0, 0]) / (2 * math.pi)
+    if turned < FEWEST_TURNS or mean.course is not Course.STATIONARY or mean.low <= 0:
+        return None
+    expected = None if free is None else sense * free
+    index = [machine.bodies.index(b) for b in machine.group(rotor)]
+    resonance = Vibration.of(machine).only(index).last_maximum(expected, np.zeros(len(index))) if expected != 0 else None
+    return Evidence(True, mean.bounds, mean.bounds, free_speed=expected, resonance=resonance)
 
 
 def _dies_out(sizes: np.ndarray) -> bool:

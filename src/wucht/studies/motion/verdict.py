@@ -25,7 +25,7 @@ from wucht.studies.motion.evidence import FEWEST_TURNS, UNREST, Standing, standi
 from wucht.studies.motion.locking import Locked, is_locking, locked
 from wucht.studies.motion.observation import Observation
 from wucht.studies.motion.several_rotors import rotor_outcomes
-from wucht.studies.motion.swings import swing_of
+from wucht.studies.motion.swings import swing_of, turning_on_the_whole
 from wucht.studies.release_events import last_change
 
 _LONGER, _LONGEST, _MANY_TURNS = 20.0, 100.0, 2000  # times the run, and turns in all: where nothing says how long
@@ -115,7 +115,7 @@ def judge(machine: Machine, seen: Observation, free: float | None, failure: str 
     record, angle = seen.rotors[machine.rotor.name], seen.main.last(0.25)
     turned = len(angle.time) > 0 and bool(angle.greatest_angle.max() - angle.least_angle.min() >= 2 * math.pi)
     turning = turned and record.turns >= FEWEST_TURNS
-    verdict = _turning(machine, seen, free) if turning else _without_turning(machine, seen)
+    verdict = _turning(machine, seen, free) if turning else _without_turning(machine, seen, free)
     if failure:
         return replace(verdict, outcome=Outcome.FAILED, advice=None, needed=None)
     if beyond:
@@ -223,9 +223,12 @@ def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]
     return why, max(until, _RUN_UPS * run_up + _DECAYS * slowest_decay(machine, speed))
 
 
-def _without_turning(machine: Machine, seen: Observation) -> Verdict:
+def _without_turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
     end, swing, quarter = seen.end_time, swing_of(machine, seen), seen.main.last(0.25)
-    evidence = Evidence(turning=False) if swing is None else Evidence(turning=False, swing=swing.bounds)
+    if swing is not None:
+        evidence = Evidence(turning=False, swing=swing.bounds)
+    else:
+        evidence = turning_on_the_whole(machine, seen, free) or Evidence(turning=False)
     verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))
     if verdict.outcome is not Outcome.UNIDENTIFIED:
         return replace(verdict, settling_time=end)

@@ -1,0 +1,41 @@
+"""A trajectory of parts: each sample once, whether or not a part begins with the last sample of the part before."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.trajectory import Trajectory
+from wucht.system import Output, System
+
+x = sp.Symbol("x", real=True)
+CLOCK = System((x,), (sp.S.One,), quadratures=(Output("area", x),))
+GRID = np.linspace(0.0, 1.0, 11)
+
+
+def _assert_clock(run, time):
+    assert run.time.tolist() == list(time)
+    assert run.states[0] == pytest.approx(time, abs=1e-12)
+    assert run.quadratures["area"] == pytest.approx(np.square(time) / 2, abs=1e-12)
+
+
+@pytest.mark.parametrize("cuts", [(0, 5, 10), (0, 1, 2, 9, 10), (0, 0, 3, 3, 10, 10), (0, *range(11))])
+def test_a_sample_that_two_parts_share_counts_once(engine, cuts):
+    flow, parts = compile_system(CLOCK, engine=engine), []
+    for begin, end in pairwise(cuts):
+        state = parts[-1].end_state if parts else [0.0]
+        parts.append(integrate(flow, state, [], GRID[begin : end + 1]))
+    _assert_clock(Trajectory.of(parts), GRID)
+
+
+def test_a_part_that_begins_at_an_event_between_two_samples_keeps_all_of_its_own(engine):
+    stop = Event("stop", x - sp.Rational(11, 20), terminal=True)
+    first = integrate(compile_system(CLOCK, events=(stop,), engine=engine), [0.0], [], GRID)
+    assert first.stopped_by == "stop"
+    time = np.array([first.end_time, *GRID[6:]])
+    rest = integrate(compile_system(CLOCK, engine=engine), first.end_state, [], time)
+    _assert_clock(first.joined(rest), [*GRID[:6], *time])

@@ -1,0 +1,58 @@
+"""When a motion has settled, of motions that are given: from when on its speed stays where it ends."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.files.building import machine_from
+from wucht.numerics.observers.turns import Samples
+from wucht.results.outcomes import Outcome
+from wucht.studies.motion.observation import Watch
+from wucht.studies.motion.verdict import Verdict, judge
+
+FREE = 200.0
+MARGIN = 0.005 * FREE
+TIME = np.linspace(0.0, 60.0, 60_001)
+BEGIN = 20.0
+TURN = 2 * math.pi / 80
+
+
+def _verdict(speed: np.ndarray, sense: float) -> Verdict:
+    """On a motion with this speed (N,) over ``TIME``, turning so, of a machine with its resonance at 100 rad/s."""
+    machine = machine_from({
+        "carrier": {"stiffness": 1e5, "damping": 200.0},
+        "bodies": [{"kind": "rotor", "name": "d", "mass": 10.0, "unbalance": 0.01, "inertia": 0.03}],
+        "drive": {"kind": "linear", "slope": 0.04, "no_load_speed": sense * FREE},
+    })  # fmt: skip
+    angle = np.append(0.0, np.cumsum((speed[:-1] + speed[1:]) / 2 * np.diff(TIME)))
+    watch = Watch(machine, 2 * math.pi / FREE)
+    return judge(machine, watch.after(watch.begin(), Samples.of(TIME, (sense * angle, sense * speed))), sense * FREE)
+
+
+@pytest.mark.parametrize("period", [1.5, 4.0])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_modulated_motion_has_settled_one_period_after_its_range_was_last_left(period: float, sense: float) -> None:
+    """Sped up evenly until it beats between 85 and 95 rad/s: from 84 rad/s on it is within that range, widened by 1 rad/s."""
+    beat = 90 + 5 * np.sin(2 * math.pi / period * (TIME - BEGIN))
+    verdict = _verdict(np.where(TIME < BEGIN, 90 * TIME / BEGIN, beat), sense)
+    assert verdict.outcome is Outcome.CAPTURED_MODULATED
+    assert verdict.settling_time == pytest.approx(BEGIN * (85 - MARGIN) / 90 + period, abs=2 * TURN)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_steady_motion_has_settled_where_its_speed_was_last_left(sense: float) -> None:
+    """Sped up evenly to 90 rad/s: from 89 rad/s on."""
+    verdict = _verdict(90 * np.minimum(TIME / BEGIN, 1.0), sense)
+    assert verdict.outcome is Outcome.CAPTURED
+    assert verdict.settling_time == pytest.approx(BEGIN * (90 - MARGIN) / 90, abs=2 * TURN)
+
+
+def test_a_motion_that_leaves_its_range_again_has_settled_after_that() -> None:
+    """At 30 s it falls to 70 rad/s for a tenth of a second."""
+    beat = 90 + 5 * np.sin(2 * math.pi / 1.5 * TIME)
+    verdict = _verdict(np.where(np.abs(TIME - 30) < 0.05, 70.0, beat), 1.0)
+    assert verdict.outcome is Outcome.CAPTURED_MODULATED
+    assert verdict.settling_time == pytest.approx(30.05 + 1.5, abs=2 * TURN)

@@ -1,0 +1,47 @@
+"""A run whose energy balance does not close to a millionth says so."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.files.building import machine_from
+from wucht.machines.machine import LOST
+from wucht.results.conventions import summary_of
+from wucht.studies.registry import study_of
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
+from wucht.studies.work import Work
+
+MACHINE = {
+    "carrier": {"stiffness": 1e5, "damping": 200.0},
+    "bodies": [{"kind": "rotor", "name": "d", "mass": 10.0, "unbalance": 0.01, "inertia": 0.03}],
+    "drive": {"kind": "linear", "slope": 0.04, "no_load_speed": 50.0},
+}
+
+
+def _booked(share: float) -> xr.Dataset:
+    """A run-up of which, at last, such a share of the largest energy is booked as lost that is not."""
+    study, asked = study_of("run-up"), RunUp(until=0.5)
+    plan = study.prepare(asked, machine_from(MACHINE))
+    *_, findings = study.run(plan, Work())
+    ((motion,),) = findings.motions
+    last = motion.legs[-1]
+    of_run = run(asked, plan.machine)
+    largest = max(float(of_run[name].max()) for name in ("stored_energy", "supplied_work"))
+    lost = last.quadratures[LOST] + share * largest * np.append(np.zeros(len(last.time) - 1), 1.0)
+    legs = (*motion.legs[:-1], replace(last, quadratures={**last.quadratures, LOST: lost}))
+    result: xr.Dataset = study.dataset(plan, replace(findings, motions=((replace(motion, legs=legs),),)))
+    return result
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.0, False), (0.99e-6, False), (1.01e-6, True), (1e-3, True)])
+def test_an_energy_balance_that_closes_to_a_millionth_is_not_warned_of(share: float, told: bool) -> None:
+    result = _booked(share)
+    assert summary_of(result)["energy_residual"] == pytest.approx(share, rel=1e-4, abs=1e-11)
+    assert any("energy balance closes only to" in w for w in json.loads(result.attrs["warnings"])) is told
+    assert any("study.tolerance" in w for w in json.loads(result.attrs["warnings"])) is told
