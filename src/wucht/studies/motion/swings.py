@@ -10,13 +10,14 @@ import numpy as np
 from wucht.analysis.shaft import only_braked
 from wucht.analysis.vibration import Vibration
 from wucht.machines.machine import Machine
-from wucht.numerics.observers.projection import AHEAD, SHARE, Course, projected, windows_of
+from wucht.numerics.observers.projection import AHEAD, SHARE, Course, projected, trend, windows_of
 from wucht.results.outcomes import AT_REST, Evidence
 from wucht.studies.motion.evidence import FEWEST_TURNS
 from wucht.studies.motion.observation import Observation
 
 _NEARLY = 0.03  # logarithm of a swing: so near its end an approach is known to have one
 _SMALL, _FALLS = 0.5, 0.9  # of the largest speed, and from window to window but three: a swing that will die out
+_NO_LARGER = 1.05  # times the smallest window: a swing that grows again does not die out
 _IN_PLACE, _ELSEWHERE = 1e-2, math.pi / 2  # rad: a mean angle that moves less is at rest, one that may move more is not
 _EQUAL = 1e-3  # share by which swings differ that are taken for equal
 
@@ -70,8 +71,8 @@ def turning_on_the_whole(machine: Machine, seen: Observation, free: float | None
 
 
 def _dies_out(sizes: np.ndarray) -> bool:
-    """Whether a swing that can only lose energy loses some, and has lost so much that it does not turn over again."""
-    return bool(sizes[-1] <= min(_SMALL, _FALLS * sizes[0]))
+    """Whether a swing that can only lose energy loses some, window by window, and is too small to turn over again."""
+    return bool(trend(sizes) < 0 and sizes[-1] <= min(_SMALL, _FALLS * sizes[0], _NO_LARGER * sizes.min()))
 
 
 def _longer(sizes: np.ndarray, rest: float) -> float:

@@ -28,8 +28,8 @@ from wucht.studies.motion.several_rotors import rotor_outcomes
 from wucht.studies.motion.swings import swing_of, turning_on_the_whole
 from wucht.studies.release_events import last_change
 
-_LONGER, _LONGEST, _MANY_TURNS = 20.0, 100.0, 2000  # times the run, and turns in all: where nothing says how long
-_ALLOWANCE = 3.0  # for an approach that slows down
+_LONGER, _LONGEST, _MANY_TURNS = 40.0, 200.0, 4000  # times the run, and turns in all: where nothing says how long
+_LEAST, _ALLOWANCE = 8.0, 4.0  # times the run at least, and for an approach that slows down
 _RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
 _EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
 _OLD = 5.0  # decays of the slowest free vibration, after which a motion that is not at rest is taken for the last one
@@ -139,7 +139,8 @@ def _after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict
             return verdict
     else:
         return verdict
-    return _undecided(machine, replace(verdict, outcome=Outcome.UNIDENTIFIED, settling_time=None), why, max(2 * end, needed))
+    verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED, settling_time=None)
+    return _undecided(machine, verdict, why, max(_LEAST * end, needed))
 
 
 def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdict:
@@ -164,7 +165,7 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
     why, needed = "the phases still move", min(before, _unknown(end, verdict.speed))
     if periods < FEWEST_PERIODS:
         why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
-        needed = max(2 * (FEWEST_PERIODS + 1) * (means.window[1] - means.window[0]) / max(periods, 1), 4 * end)
+        needed = max(2 * (FEWEST_PERIODS + 1) * (means.window[1] - means.window[0]) / max(periods, 1), _LEAST * end)
     return _undecided(machine, verdict, why, max(needed, _DECAYS * vibration_decay(machine)))
 
 
@@ -216,7 +217,7 @@ def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]
     """Why nothing can be told yet, and when it can."""
     known = math.isfinite(stands.needed)
     why = "the motion still approaches its end" if known else "the motion is still under way"
-    until = max(2 * end, _ALLOWANCE * (1 + stands.needed) * end) if known else _unknown(end, stands.speed)
+    until = max(_LEAST * end, _ALLOWANCE * (1 + stands.needed) * end) if known else _unknown(end, stands.speed)
     speed = stands.sense * stands.speed
     # Before a resonance it is the vibration that decides how long a run-up takes.
     run_up = run_up_time(machine, speed) if stands.evidence.beyond and runaway_limit(machine) is None else 0.0
@@ -233,7 +234,7 @@ def _without_turning(machine: Machine, seen: Observation, free: float | None) ->
     if verdict.outcome is not Outcome.UNIDENTIFIED:
         return replace(verdict, settling_time=end)
     if swing is not None and swing.longer:
-        needed = _ALLOWANCE * swing.longer * end
+        needed = max(_LEAST, _ALLOWANCE * swing.longer) * end
     else:
         needed = max(_LONGER * end, _DECAYS * slowest_decay(machine, free_speed(machine, machine.rotor) or 0.0), 1e-9)
     return _undecided(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made", needed)
