@@ -13,6 +13,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import damped, net_torque, operating_speed, slopes
 from wucht.machines.structure import SPEED
 
+_NO_DECAY = 1e-6  # of its frequency: a rate below it is rounding
 Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
@@ -42,7 +43,8 @@ def only_braked(machine: Machine, fastest: float) -> bool:
     each shaft, less what it is at rest, acts against every speed.
     """
     prescribed = machine.shaken is not None or any(r.coordinate.prescribed is not None for r in machine.rotors)
-    if prescribed or not damped(machine) or not (Vibration.of(machine).poles.real < 0).all():
+    poles = Vibration.of(machine).poles
+    if prescribed or not damped(machine) or not (-poles.real > _NO_DECAY * np.abs(poles)).all():
         return False
     torques, speeds = [net_torque(machine, r) for r in machine.rotors], np.linspace(-fastest, fastest, 201)
     return all((torque(float(w)) - torque(0.0)) * w <= 0 for torque in torques for w in speeds)

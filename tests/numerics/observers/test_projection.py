@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from wucht.numerics.observers.projection import AHEAD, SHARE, WINDOWS, Course, projected, windows_of
+from wucht.numerics.observers.projection import AHEAD, SHARE, WINDOWS, Course, projected, trend, windows_of
 
 LIMIT = 7.0
 
@@ -162,3 +162,22 @@ def test_windows_are_equal_shares_of_the_end():
     assert windows_of(np.arange(9.0)).shape == (WINDOWS, 0)
     assert WINDOWS == 5
     assert SHARE == 0.1
+
+
+@pytest.mark.parametrize(
+    ("means", "way"),
+    [
+        ([1, 2, 3, 4, 5], 1),
+        ([2, 1, 4, 3, 5], 1),  # 8 of 10 pairs rise
+        ([2, 1, 3, 3, 5], 1),  # 8 of 10, and one is alike
+        ([2, 3, 1, 5, 4], 0),  # 7 of 10
+        ([2, 1, 3, 3, 3], 0),  # 6 of 10
+        ([1, 2, 1, 2, 1], 0),
+        ([1, 1, 1, 1, 1], 0),
+        ([1, 2], 1),
+    ],
+)
+def test_a_trend_is_a_rise_or_a_fall_in_four_fifths_of_all_pairs(means, way):
+    assert trend(np.array(means, float)) == way
+    assert trend(-np.array(means, float)) == -way
+    assert trend(np.array(means[::-1], float)) == -way

@@ -77,7 +77,7 @@ def _of_cycles(part: Blocks, crossings: np.ndarray) -> Modulation:
     """The modulation with cycles between those blocks of a part of the record."""
     i = crossings.astype(int)
     periods, turned = (np.diff(np.interp(crossings, np.arange(len(part)), x)) for x in (part.time, part.angle))
-    regular = bool(abs(periods[-1] - periods[-2]) <= _EVEN * periods[-1])
+    regular = bool(np.ptp(periods[-_LAST:]) <= _EVEN * periods[-1])
     count = min(_LAST, len(periods)) if regular else len(periods)
     window, last = part.part(slice(i[-1 - count], i[-1] + 1)), part.part(slice(i[-2] if regular else i[0], i[-1] + 1))
     bounds = [(part.lowest[j : k + 1].min(), part.highest[j : k + 1].max()) for j, k in itertools.pairwise(i)]

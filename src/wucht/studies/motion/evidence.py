@@ -26,7 +26,7 @@ from wucht.numerics.observers.projection import (
 from wucht.numerics.observers.turn_record import Blocks, TurnRecord
 from wucht.results.conventions import wrapped
 from wucht.results.outcomes import LAG_TOLERANCE, MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Evidence
-from wucht.studies.motion.lags import lag_of, undecided
+from wucht.studies.motion.lags import Lag, lag_of, undecided
 
 FEWEST_TURNS = 6  # of a rotor that turns
 UNREST = 0.1  # of the residual unbalance: bodies are at rest that change it by less
@@ -78,7 +78,7 @@ class _Projections:
     mean: Projection
     lowest: Projection
     varied: Projection
-    lags: tuple[Projection, ...]
+    lags: tuple[Lag, ...]
     left: Projection | None
 
     @property
@@ -102,7 +102,7 @@ class _Projections:
         modulated = self.varied.course is Course.DRIFTING and self.varied.high > max(2 * self.varied.last, MODULATION_THRESHOLD)
         left = self.left
         leaving = left is not None and left.course is Course.DRIFTING and left.high > max(2 * left.last, UNBALANCE_TOLERANCE)
-        return modulated or leaving
+        return modulated or leaving or any(lag.growing for lag in self.lags)
 
 
 def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: float | None, end: float) -> Standing:
@@ -127,7 +127,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     near = resonance is not None and p.lowest.low - resonance < 2 * float(series.highs[-1] - series.lows[-1])
     resting = p.mean.course is Course.STATIONARY and trend(series.means) == 0
     approached = resting or p.mean.width <= SPEED_TOLERANCE * reference
-    residual = None if not unbalanced else _now(last) if p.left is None else p.left.bounds
+    residual = None if not unbalanced else _now(last) if p.left is None else (max(p.left.low, 0.0), p.left.high)
     evidence = Evidence(
         turning=True,
         mean_speed=p.mean.bounds,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.numerics.observers.projection import SHARE, Course, Projection, projected, windows_of
+from wucht.numerics.observers.projection import SHARE, Course, Projection, projected, trend, windows_of
 from wucht.numerics.observers.turn_record import Blocks
 from wucht.numerics.observers.turns import PER_TURN
 from wucht.results.outcomes import LAG_TOLERANCE
@@ -17,38 +17,72 @@ _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
 _LIBRATION = math.pi / 2  # rad: a body that swings by less about where it rests on the rotor keeps doing so
 _TUMBLING, _EVENLY = 1.5 * math.pi, 0.1  # rad, and share by which the halves of a swing differ at most
 _WIDER = 2.0  # times the range of the lag seen: it may go beyond that by as much
+_IRREGULAR, _MANY_SLIPS = 0.2, 500  # of the lag, and turns: a body that tumbles irregularly lags if it has done so for so long
+_SMALL, _GROWING = 0.1, 1.05  # rad, and from quarter to quarter of the record: a swing that grows
 _CATCHING_UP = 0.25  # of the lag: a drift that takes away less, as far as it is looked ahead, does not count
 
 
-def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarray | None) -> Projection:
-    """By how much a body will lag, as a share of the speed: not as long as it goes to and fro within a turn.
+@dataclass(frozen=True)
+class Lag(Projection):
+    """By how much a body will lag, as a share of the speed. windows: in how many that is known. growing: it swings about its
+    place, ever further."""
+
+    growing: bool = False
+
+
+def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarray | None) -> Lag:
+    """The lag of a body: none as long as it goes to and fro within a turn.
 
     i: which of the others. speed: the rotor's. ahead: how many windows are looked ahead. borders: of the groups of cycles that
-    are the windows; None: tenths of the record. Its ``windows`` say in how many it will be known.
+    are the windows; None: tenths of the record.
     """
     lag, durations = whole.followers[i] - whole.speed, 1 / whole.speed
     slip = np.cumsum(lag * durations) * (2 * math.pi * whole.size / PER_TURN)
-    moving = projected(windows_of(slip).mean(axis=1), ahead, _AT_REST)
-    if _librates(slip[len(slip) // 2 :]) and moving.width < 2 * math.pi:
-        return Projection(0.0, 0.0, 0.0, Course.STATIONARY)
+    place = projected(windows_of(slip).mean(axis=1), ahead, _AT_REST)
+    if _librates(slip[len(slip) // 2 :]) and place.width < 2 * math.pi:
+        return Lag(0.0, 0.0, 0.0, Course.STATIONARY, growing=_grows(slip[len(slip) // 2 :]))
     if borders is not None:
         means = np.diff(np.interp(borders, whole.time, slip)) / np.diff(borders) / speed
     else:
         means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
     p = projected(means, ahead, _ROUNDING, _WIDER)
     if abs(p.last) <= LAG_TOLERANCE:
-        return replace(p, windows=p.windows * math.log(max(p.width / LAG_TOLERANCE, 1.0)))
-    p = replace(p, low=min(p.low, float(means.min())), high=max(p.high, float(means.max())))
+        return Lag(p.last, p.low, p.high, p.course, p.windows * math.log(max(p.width / LAG_TOLERANCE, 1.0)))
+    last, low, high = p.last, min(p.low, float(means.min())), max(p.high, float(means.max()))
+    waits = [p.windows * math.log(max((high - low) / LAG_TOLERANCE, 1.0))]
     # One that catches up, however slowly, will have done so; and one that has slipped by less than a turn may do so.
-    change = abs(float(means[-1] - means[-2])) * ahead
-    catching_up = p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0) and change > _CATCHING_UP * abs(p.last)
+    catching_up = _windows_until_caught_up(means, p, ahead)
     late = float(np.ptp(slip[-max(2, len(slip) // 5) :]))
-    e_fold = abs(p.last) * ahead / change if catching_up else p.windows
-    windows = e_fold * math.log(max(p.width / LAG_TOLERANCE, 1.0))
-    if not catching_up and 0 < late < 2 * math.pi:
-        windows = (2 * math.pi / late - 1) / SHARE
-    unsure = catching_up or late < 2 * math.pi
-    return replace(p, low=min(p.low, 0.0), high=max(p.high, 0.0), windows=windows) if unsure else replace(p, windows=windows)
+    slips = float(np.ptp(slip)) / (2 * math.pi)
+    irregular = p.course is Course.STATIONARY and np.ptp(means) > _IRREGULAR * abs(last)
+    if catching_up is not None:
+        waits = [catching_up]
+    elif 0 < late < 2 * math.pi:
+        waits = [(2 * math.pi / late - 1) / SHARE]
+    elif irregular and slips < _MANY_SLIPS:
+        waits = [(_MANY_SLIPS / slips - 1) / SHARE]
+    if catching_up is not None or late < 2 * math.pi or (irregular and slips < _MANY_SLIPS):
+        low, high = min(low, 0.0), max(high, 0.0)
+    return Lag(last, low, high, p.course, max(waits))
+
+
+def _windows_until_caught_up(means: np.ndarray, p: Projection, ahead: float) -> float | None:
+    """In how many windows a body turns with the rotor if its lag goes on to fall as it does; None if it does not get there."""
+    sizes = np.abs(means)
+    change = abs(float(means[-1] - means[-2])) * ahead
+    if p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0) and change > _CATCHING_UP * abs(p.last):
+        return abs(p.last) * ahead / change * math.log(max(p.width / LAG_TOLERANCE, 1.0))
+    if p.course is not Course.APPROACHING or trend(sizes) >= 0 or (means * means[-1] <= 0).any() or sizes[-1] >= sizes[0]:
+        return None
+    fall = math.log(sizes[0] / sizes[-1]) / (len(sizes) - 1)
+    until = math.log(sizes[-1] / LAG_TOLERANCE) / fall
+    return until if until < ahead else None
+
+
+def _grows(slip: np.ndarray) -> bool:
+    """Whether a swing grows that is not small."""
+    earlier, late = (float(np.ptp(part)) for part in np.array_split(slip, 2))
+    return late > max(_SMALL, _GROWING * earlier)
 
 
 def _librates(slip: np.ndarray) -> bool:

@@ -17,6 +17,7 @@ from wucht.studies.motion.observation import Observation
 
 _NEARLY = 0.03  # logarithm of a swing: so near its end an approach is known to have one
 _SMALL, _FALLS = 0.5, 0.9  # of the largest speed, and from window to window but three: a swing that will die out
+_UNEVEN = 0.2  # of the mean speed: a rotor whose mean speeds over tenths of the run vary by more does not turn evenly
 _NO_LARGER = 1.05  # times the smallest window: a swing that grows again does not die out
 _IN_PLACE, _ELSEWHERE = 1e-2, math.pi / 2  # rad: a mean angle that moves less is at rest, one that may move more is not
 _EQUAL = 1e-3  # share by which swings differ that are taken for equal
@@ -62,7 +63,7 @@ def turning_on_the_whole(machine: Machine, seen: Observation, free: float | None
     sense = math.copysign(1.0, speeds[-1])
     mean = projected(sense * speeds, AHEAD)
     turned = sense * (angle[-1, 1] - angle[0, 0]) / (2 * math.pi)
-    if turned < FEWEST_TURNS or mean.course is not Course.STATIONARY or mean.low <= 0:
+    if turned < FEWEST_TURNS or mean.course is not Course.STATIONARY or mean.width > _UNEVEN * mean.last:
         return None
     expected = None if free is None else sense * free
     index = [machine.bodies.index(b) for b in machine.group(rotor)]

@@ -31,6 +31,7 @@ from wucht.studies.release_events import last_change
 _LONGER, _LONGEST, _MANY_TURNS = 40.0, 200.0, 4000  # times the run, and turns in all: where nothing says how long
 _LEAST, _ALLOWANCE = 8.0, 4.0  # times the run at least, and for an approach that slows down
 _RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
+_FLOAT = 1e-9  # share that is rounding
 _EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
 _OLD = 5.0  # decays of the slowest free vibration, after which a motion that is not at rest is taken for the last one
 _RESTLESS = (Outcome.BALANCER_CAPTURED, Outcome.CAPTURED_MODULATED, Outcome.NOT_ENTRAINED, Outcome.NOT_SYNCHRONISED)
@@ -165,7 +166,7 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
     why, needed = "the phases still move", min(before, _unknown(end, verdict.speed))
     if periods < FEWEST_PERIODS:
         why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
-        needed = max(2 * (FEWEST_PERIODS + 1) * (means.window[1] - means.window[0]) / max(periods, 1), _LEAST * end)
+        needed = _LEAST * end
     return _undecided(machine, verdict, why, max(needed, _DECAYS * vibration_decay(machine)))
 
 
@@ -177,7 +178,7 @@ def _unknown(end: float, speed: float) -> float:
 
 def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Verdict:
     digit = 10.0 ** (math.floor(math.log10(until)) - 2)
-    until = math.ceil(until / digit) * digit  # rounded up: a run as long as is said is to be enough
+    until = math.ceil(until / digit * (1 - _FLOAT)) * digit  # rounded up: a run as long as is said is to be enough
     advice = f"{why}: run at least until {until:.3g} {machine.units.time}".rstrip()
     return replace(verdict, advice=advice, needed=float(f"{until:.3g}"))
 

@@ -1,0 +1,120 @@
+"""Synthetic swings of a rotor that does not turn any more, on both sides of every limit."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from motions import ALLOWANCE, DECAYS, END, FIXED, LONGER, ROTOR, growing, judged, just_over, machine
+
+
+@cache
+def braked():
+    """It can only lose energy."""
+    return machine({"directions": "x", "mass": 6.0, "stiffness": 1e3, "damping": 10.0, "gravity": 9.81}, [ROTOR])
+
+
+@cache
+def shaken():
+    motion = {"direction": "x", "amplitude": 1e-3, "frequency": 2.5}
+    return machine({"directions": "x", "mass": 6.0, "motion": motion}, [ROTOR | {"bearing_damping": 1e-3}])
+
+
+def swinging(size):
+    """To and fro once in two seconds, of a size over time; its speed is greatest at whole seconds."""
+    return lambda t: size(t) * np.sin(np.pi * t)
+
+
+def falling(first, last, before=0.0, until=100.0):
+    """A size over time, ``first`` and ``last`` where it is greatest in the last five tenths, after a larger one."""
+    begin, end = until / 2 + 1, until - until / 10 + 1
+    rate = math.log(last / first) / (end - begin)
+    return lambda t: first * np.exp(rate * (t - begin)) + before * np.exp(-t)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "outcome"),
+    [(0.6, 0.48, "stopped"), (0.6, 0.52, "unidentified"), (0.4, 0.355, "stopped"), (0.4, 0.365, "unidentified")],
+)
+def test_a_swing_that_can_only_lose_energy_stops_at_half_of_the_largest_speed_once_it_has_lost_a_tenth(first, last, outcome):
+    """A tenth of its speed from the first to the last window. It began with twice that of a size of a half."""
+    found = judged(braked(), swinging(falling(first, last, 1.0 - falling(first, last)(0.0))), until=100.0, free=None)
+    assert found.outcome == outcome
+
+
+def test_the_same_swing_on_a_shaken_carrier_may_go_on():
+    shape = swinging(falling(0.6, 0.4, 1.0 - falling(0.6, 0.4)(0.0)))
+    assert judged(braked(), shape, until=100.0, free=None).outcome == "stopped"
+    assert judged(shaken(), shape, until=100.0, free=None).outcome == "unidentified"
+
+
+@pytest.mark.parametrize(("change", "outcome"), [(0.8e-2, "stopped"), (1.25e-2, "unidentified")])
+def test_its_place_is_leaving_if_it_moves_ever_faster_by_a_hundredth_of_a_radian_from_window_to_window(change, outcome):
+    swing, place = swinging(falling(0.6, 0.4, 1.0 - falling(0.6, 0.4)(0.0))), growing(change)
+    assert judged(braked(), lambda t: swing(t) + place(t + END - 0.5 - 100), until=100.0, free=None).outcome == outcome
+
+
+@pytest.mark.parametrize(("part", "outcome"), [(0.9, "stopped"), (1.1, "unidentified")])
+def test_its_place_may_go_to_and_fro_by_a_quarter_turn(part, outcome):
+    """From window to window, with half as much again."""
+    swing, mean = swinging(falling(0.6, 0.4, 1.0 - falling(0.6, 0.4)(0.0))), part * math.pi / 2 / 1.5 / 2
+    to_and_fro = judged(braked(), lambda t: swing(t) + mean * np.pi / 2 * np.sin(np.pi * t / 10), until=100.0, free=None)
+    assert to_and_fro.outcome == outcome
+
+
+@pytest.mark.parametrize(("growth", "outcome"), [(1.04, "stopped"), (1.06, "unidentified")])
+def test_a_swing_that_has_grown_again_by_a_twentieth_may_turn_over(growth, outcome):
+    """In the last window, after it has fallen for four."""
+    size = falling(0.6, 0.4, 1.0 - falling(0.6, 0.4)(0.0))
+    larger = growth * size(80.0) / size(91.0) - 1
+
+    def grown(t):
+        return size(t) * (1 + larger * (1 + np.tanh(10 * (t - 90.5))) / 2)
+
+    assert judged(braked(), swinging(grown), until=100.0, free=None).outcome == outcome
+
+
+@pytest.mark.parametrize(("of", "rest"), [(braked, 0.45), (shaken, 1e-4)])
+def test_a_swing_that_falls_is_given_several_times_its_time_to_rest(of, rest):
+    """It is at rest at a ten-thousandth of its largest speed; one that can only lose energy at nine tenths of a half."""
+    found = judged(of(), swinging(lambda t: np.exp(-t / 600)), until=100.0, free=None)
+    assert found.outcome == "unidentified"
+    last = math.exp(-90 / 600)
+    assert found.needed == pytest.approx(ALLOWANCE * (100 + 600 * math.log(last / rest)), rel=0.015)
+
+
+@pytest.mark.parametrize(("off", "outcome"), [(0.018, "oscillating"), (0.022, "unidentified")])
+def test_a_swing_whose_size_approaches_its_limit_to_three_percent_goes_on(off, outcome):
+    """In its logarithm, with half as far again as it has to go."""
+
+    def size(t):
+        return 0.5 * np.exp(off * np.exp((91 - t) / 20))
+
+    assert judged(shaken(), swinging(size), until=100.0, free=None).outcome == outcome
+
+
+@pytest.mark.parametrize(("fall", "outcome"), [(0.8e-3, "oscillating"), (1.25e-3, "unidentified")])
+def test_swings_that_fall_by_less_than_a_thousandth_from_window_to_window_are_alike(fall, outcome):
+    found = judged(shaken(), swinging(lambda t: 0.5 * np.exp(-fall * t / 10)), until=100.0, free=None)
+    assert found.outcome == outcome
+
+
+@pytest.mark.parametrize(("size", "outcome"), [(1.2e-4, "oscillating"), (1.05e-4, "unidentified")])
+def test_alike_they_may_still_fall_unseen(size, outcome):
+    """By 0.08 % a window, 150 windows long; at rest is a ten-thousandth of the largest speed."""
+
+    def small(t):
+        return size * np.exp(0.8e-3 * (91 - t) / 10) + np.exp(-t)
+
+    found = judged(shaken(), swinging(small), until=100.0, free=None)
+    assert found.evidence.swing[0] == pytest.approx(found.evidence.swing[1] * math.exp(-0.8e-3 * 152), rel=1e-3)
+    assert found.outcome == outcome
+
+
+def test_what_creeps_and_does_not_say_where_to_is_given_many_times_as_long_or_some_times_the_slowest_decay():
+    def creeping(t):
+        return 0.01 * t
+
+    assert judged(braked(), creeping, until=100.0, free=None).needed == just_over(LONGER * 100)
+    slow = machine(FIXED, [ROTOR | {"bearing_damping": 1e-4}])
+    assert judged(slow, creeping, until=100.0, free=None).needed == just_over(DECAYS * 1000.0)
