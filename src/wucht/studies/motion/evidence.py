@@ -180,9 +180,12 @@ def _projections(
 
 def _waits(p: _Projections, e: Evidence, reference: float) -> list[float]:
     """In how many windows each number will be known that is not."""
-    waits = [] if e.settled else [p.mean.windows_until(0.5 * SPEED_TOLERANCE * reference)]
+    beats = p.varied.last > MODULATION_THRESHOLD and p.mean.course is not Course.DRIFTING
+    dies_out = beats and p.varied.course is Course.APPROACHING
+    even = p.varied.windows_until(1e-3) if dies_out else math.inf  # mean and lowest speed settle with it
+    waits = [] if e.settled else [min(p.mean.windows_until(0.5 * SPEED_TOLERANCE * reference), even)]
     waits += [] if p.left is None or e.balanced is not None else [p.left.windows_until(0.5 * UNBALANCE_TOLERANCE)]
-    waits += [] if e.beyond is not None else [p.lowest.windows_until(1e-3 * reference)]
+    waits += [] if e.beyond is not None else [min(p.lowest.windows_until(1e-3 * reference), even)]
     waits += [] if e.modulated is not None else [p.varied.windows_until(0.5 * MODULATION_THRESHOLD)]
     waits += [p.varied.windows * math.log(1 / p.varied.last)] if p.growing and 0 < p.varied.last < 1 else []
     return waits + [lag.windows for lag in p.lags if e.asynchronous is None and undecided(lag)]
@@ -254,7 +257,7 @@ def _left(whole: Blocks, ahead: float) -> Projection:
 def _falling(means: np.ndarray, ahead: float, rounding: float, *, even_if_approaching: bool = False) -> Projection:
     """The projection of a number that, where it mostly falls, to and fro as it may go, goes on falling at that rate."""
     p = projected(means, ahead, rounding)
-    taken = p.course is Course.STATIONARY or (even_if_approaching and p.course is Course.APPROACHING)
+    taken = p.course is not Course.APPROACHING or even_if_approaching
     if not taken or trend(means) >= 0 or not 0 < means[-1] < (1 - _FALLS) * means[0]:
         return p
     fall = math.log(means[0] / means[-1]) / (len(means) - 1)
