@@ -66,4 +66,5 @@ class SpanRecord:
 def _sparse(s: Samples, every: float) -> Samples:
     """The first sample in each of such spans of time."""
     number = np.floor(s.time / every)
-    return s.part(np.append(True, number[1:] != number[:-1])[: len(number)])
+    first = np.append(0, np.flatnonzero(number[1:] != number[:-1]) + 1)
+    return s if len(first) >= len(number) else s.part(first)

@@ -162,9 +162,10 @@ class TurnObserver:
         if not len(turning):
             largest = float(between_samples(joined.time, joined.square, joined.rate).max())
             return replace(self, sample=joined.part(slice(-1, None)), square=max(self.square, largest)), Turns.none(others)
-        # An interval in which nothing turns belongs to the stretch before it.
-        filled = senses[turning[np.maximum(np.searchsorted(turning, np.arange(len(senses)), side="right") - 1, 0)]]
-        filled[: turning[0]] = self.sense or filled[0]
+        filled = senses
+        if len(turning) < len(senses):  # an interval in which nothing turns belongs to the stretch before it
+            filled = senses[turning[np.maximum(np.searchsorted(turning, np.arange(len(senses)), side="right") - 1, 0)]]
+            filled[: turning[0]] = self.sense or filled[0]
         ends = [0, *(np.flatnonzero(np.diff(filled)) + 1).tolist(), len(senses)]
         turned = np.abs(np.diff(joined.angles[0, ends]))
         observer, found = self, [Turns.none(others)]
