@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from motions import ALLOWANCE, DECAYS, END, FIXED, LONGER, ROTOR, growing, judged, just_over, machine
+from motions import ALLOWANCE, DECAYS, END, FIXED, LONGER, ROTOR, W, beyond, growing, judged, just_over, machine, tenth
 
 
 @cache
@@ -118,3 +118,16 @@ def test_what_creeps_and_does_not_say_where_to_is_given_many_times_as_long_or_so
     assert judged(braked(), creeping, until=100.0, free=None).needed == just_over(LONGER * 100)
     slow = machine(FIXED, [ROTOR | {"bearing_damping": 1e-4}])
     assert judged(slow, creeping, until=100.0, free=None).needed == just_over(DECAYS * 1000.0)
+
+
+@pytest.mark.parametrize(("change", "outcome"), [(0.0, "passed"), (0.05, "passed"), (0.065, "unidentified")])
+def test_a_rotor_that_turns_back_in_each_turn_is_judged_by_its_mean_speed_if_that_is_even(change, outcome):
+    """Means over tenths of the run that go to and fro, with half their range allowed for: within a fifth of the speed."""
+
+    def angle(t):
+        place = t - 10 * change / 4 * np.cos(np.pi * tenth(t))
+        return W * place + 1.2 * np.sin(W * place)
+
+    found = judged(beyond(), angle)
+    assert found.outcome == outcome
+    assert found.standing is None

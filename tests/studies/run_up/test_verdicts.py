@@ -145,6 +145,12 @@ def test_a_beat_that_dies_out_is_not_called_modulated(until: float) -> None:
     assert _advised(machine_from(_bearing(5e-5)), until, DOWN) == ["unidentified", "captured"]
 
 
+def test_the_advice_on_a_beat_that_dies_out_follows_its_decay() -> None:
+    """Its range falls by the factor e in 37 s: to a thousandth of the speed in 190 s, of which four times are allowed for."""
+    advice = summary_of(run(RunUp(until=60.0, start=DOWN), machine_from(T)))["advice"]
+    assert 4 * 190 < float(advice.split("until ")[1].split()[0]) < 8 * 190
+
+
 def test_a_run_until_settled_waits_for_its_end() -> None:
     assert run(RunUp(start=DOWN), machine_from(_bearing(5e-5))).attrs["outcome"] == "captured"
 
