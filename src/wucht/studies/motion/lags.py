@@ -17,7 +17,7 @@ _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
 _LIBRATION = math.pi / 2  # rad: a body that swings by less about where it rests on the rotor keeps doing so
 _TUMBLING, _EVENLY = 1.5 * math.pi, 0.1  # rad, and share by which the halves of a swing differ at most
 _WIDER = 2.0  # times the range of the lag seen: it may go beyond that by as much
-_IRREGULAR, _MANY_SLIPS = 0.1, 500  # of the lag, and turns: a body that tumbles irregularly lags if it has done so for so long
+_IRREGULAR, _MANY_SLIPS = 0.1, 1000  # of the lag, and turns: a body that tumbles irregularly lags if it has done so for so long
 _SMALL, _GROWING = 0.1, 1.05  # rad, and from quarter to quarter of the record: a swing that grows
 _CATCHING_UP = 0.25  # of the lag: a drift that takes away less, as far as it is looked ahead, does not count
 
