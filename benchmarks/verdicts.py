@@ -77,20 +77,21 @@ class _Motion:
         compiled = compile_system(model.system, RunUp().tolerance, model.events(horizon.events))
         self.watched = Watched(case.watch, compiled, model.seen, horizon.vibration, horizon.energy)
         self.leg: Leg = self.watched.begin(model.initial, model.values)
+        self.seen = self.watched.observation(self.leg)
 
     @property
     def turns(self) -> float:
         """Of the main rotor, since it last turned back."""
-        return self.watched.observation(self.leg).rotors[self.case.machine.rotor.name].turns
+        return self.seen.rotors[self.case.machine.rotor.name].turns
 
     def until(self, time: float) -> Verdict:
         """The verdict at a time."""
         begin = self.leg.stored.end_time
         if not self.leg.stored.ended:
             self.leg = self.watched.leg(self.leg, np.linspace(begin, time, 1 + math.ceil(20 * (time - begin) / time)))
-        last, machine = self.leg.stored, self.case.machine
+        last, machine, self.seen = self.leg.stored, self.case.machine, self.watched.observation(self.leg)
         free = free_speed(machine.at(last.end_time), machine.rotor, last.end_time)
-        return judge(machine, self.watched.observation(self.leg), free, last.failure, last.stopped_by == SPEED_LIMIT)
+        return judge(machine, self.seen, free, last.failure, last.stopped_by == SPEED_LIMIT)
 
 
 def measure(count: int = 1200, first: int = 0) -> Iterator[tuple[str, str]]:

@@ -11,17 +11,6 @@ _MOST_STEPS = 60  # of Newton's method, which doubles the digits at each; where 
 _DIGITS = 1e-14
 
 
-def intervals(at: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Between which samples of x (N,), increasing, points lie: i with x[i] < at <= x[i + 1]; the outermost for those beyond."""
-    return np.clip(np.searchsorted(x, at, side="left") - 1, 0, len(x) - 2)
-
-
-def hermite(at: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """y (..., N) of x (N,) with its derivative, at points ``at`` (K,): (..., K)."""
-    i = intervals(at, x)
-    return between((at - x[i]) / (x[i + 1] - x[i]), x, y, slope, i)
-
-
 def between(share: np.ndarray, x: np.ndarray, y: np.ndarray, slope: np.ndarray, i: np.ndarray) -> np.ndarray:
     """y (..., N) of x (N,) with its derivative, at shares (K,) of the way from the samples i to the next: (..., K)."""
     h, left = x[i + 1] - x[i], y.take(i, axis=-1)

@@ -27,10 +27,6 @@ class Pyramid:
             return self
         return Pyramid(self.kinds, self.count + blocks.shape[1], _levels(self.levels, blocks, self.count, self.kinds))
 
-    def whole(self) -> tuple[np.ndarray, int]:
-        """All of it in the finest blocks that reach back to the beginning; and of how many a block is made."""
-        return self.last(1.0)
-
     def last(self, share: float) -> tuple[np.ndarray, int]:
         """The last share of it in the finest blocks that reach back so far; and of how many a block is made."""
         if not self.levels:

@@ -39,8 +39,9 @@ def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarra
     lag, durations = whole.followers[i] - whole.speed, 1 / whole.speed
     slip = np.cumsum(lag * durations) * (2 * math.pi * whole.size / PER_TURN)
     place = projected(windows_of(slip).mean(axis=1), ahead, _AT_REST)
-    if _librates(slip[len(slip) // 2 :]) and place.width < 2 * math.pi:
-        return Lag(0.0, 0.0, 0.0, Course.STATIONARY, growing=_grows(slip[len(slip) // 2 :]))
+    half = slip[len(slip) // 2 :]
+    if _librates(half) and place.width < 2 * math.pi:
+        return Lag(0.0, 0.0, 0.0, Course.STATIONARY, growing=_grows(half))
     if borders is not None:
         means = np.diff(np.interp(borders, whole.time, slip)) / np.diff(borders) / speed
     else:
@@ -49,21 +50,17 @@ def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarra
     if abs(p.last) <= LAG_TOLERANCE:
         return Lag(p.last, p.low, p.high, p.course, p.windows * math.log(max(p.width / LAG_TOLERANCE, 1.0)))
     last, low, high = p.last, min(p.low, float(means.min())), max(p.high, float(means.max()))
-    waits = [p.windows * math.log(max((high - low) / LAG_TOLERANCE, 1.0))]
-    # One that catches up, however slowly, will have done so; and one that has slipped by less than a turn may do so.
-    catching_up = _windows_until_caught_up(means, p, ahead)
-    late = float(np.ptp(slip[-max(2, len(slip) // 5) :]))
-    slips = float(np.ptp(slip)) / (2 * math.pi)
+    # One that catches up, however slowly, will have done so; one that has slipped too little, or tumbles, may do so.
+    wait = _windows_until_caught_up(means, p, ahead)
+    late, slips = float(np.ptp(slip[-max(2, len(slip) // 5) :])), float(np.ptp(slip)) / (2 * math.pi)
     irregular = np.ptp(means) > _IRREGULAR * abs(last)
-    if catching_up is not None:
-        waits = [catching_up]
-    elif 0 < late < 2 * math.pi:
-        waits = [(2 * math.pi / late - 1) / SHARE]
-    elif irregular and slips < _MANY_SLIPS:
-        waits = [(_MANY_SLIPS / slips - 1) / SHARE]
-    if catching_up is not None or late < 2 * math.pi or (irregular and slips < _MANY_SLIPS):
-        low, high = min(low, 0.0), max(high, 0.0)
-    return Lag(last, low, high, p.course, max(waits))
+    if wait is None and late < 2 * math.pi:
+        wait = (2 * math.pi / late - 1) / SHARE if late else math.inf
+    if wait is None and irregular and slips < _MANY_SLIPS:
+        wait = (_MANY_SLIPS / slips - 1) / SHARE
+    if wait is None:
+        return Lag(last, low, high, p.course, p.windows * math.log(max((high - low) / LAG_TOLERANCE, 1.0)))
+    return Lag(last, min(low, 0.0), max(high, 0.0), p.course, wait)
 
 
 def _windows_until_caught_up(means: np.ndarray, p: Projection, ahead: float) -> float | None:
