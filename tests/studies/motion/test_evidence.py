@@ -154,6 +154,21 @@ def test_a_modulation_that_falls_to_and_fro_may_die_out(fall, lasts):
     assert stands(before(), modulated(share, 5.0), until=207.0, free=2 * W).evidence.modulated is lasts
 
 
+@pytest.mark.parametrize(
+    ("until", "uneven", "lasts"), [(95.0, 0.0, True), (95.0, 0.02, False), (97.0, 0.02, False), (107.0, 0.02, True)]
+)
+def test_a_modulation_whose_ranges_differ_may_die_out_unseen_in_less_than_ten_cycles(until, uneven, lasts):
+    """Eight, nine and ten of them in the last half of the record, each as long as the others; ranges go to and fro."""
+
+    def share(t):
+        return 0.2 * (1 + uneven * np.cos(np.pi * (t - until) / 10))
+
+    found = stands(before(), modulated(share, 5.0), until=until, free=2 * W)
+    assert found.evidence.modulated is (True if lasts else None)
+    if until == 95.0:
+        assert found.needed == (0.0 if lasts else pytest.approx(4 * 10 * 5.0 / until, rel=0.01))
+
+
 @pytest.mark.parametrize(("part", "known"), [(0.9, True), (1.1, False)])
 def test_what_comes_of_a_modulation_that_drifts_to_twice_of_what_it_is_is_not_known(part, known):
     """As far as it is looked ahead, fifteen records of ten groups of its cycles."""
@@ -201,6 +216,15 @@ def test_a_growth_of_the_residual_unbalance_counts_from_a_ten_millionth_a_window
     found = stands(with_ball(), steady, off(growing(change)))
     assert found.growing is leaving
     assert found.evidence.settled is not leaving
+
+
+@pytest.mark.parametrize(("part", "balanced"), [(0.9, True), (1.1, None)])
+def test_a_residual_unbalance_that_has_begun_to_rise_may_go_on_to_do_so(part, balanced):
+    """As far as it is looked ahead, 150 tenths: from 0.4 % to 1 %. It fell until three windows before the last."""
+    rise = part * 0.006 / 150
+    found = stands(with_ball(), steady, off(lambda t: 0.004 + rise * np.maximum(tenth(t), -3 - 0.5 * (tenth(t) + 3))))
+    assert found.evidence.balanced is balanced
+    assert found.growing is (balanced is None)
 
 
 @pytest.mark.parametrize(("fall", "outcome"), [(0.85e-3, "passed"), (1.2e-3, "unidentified")])

@@ -20,6 +20,16 @@ def test_a_body_lags_by_a_thousandth_of_the_speed(lag, lags):
     assert found.evidence.settled
 
 
+@pytest.mark.parametrize(("way", "lags"), [(+1, None), (-1, False)])
+def test_a_body_that_catches_up_does_not_overtake(way, lags):
+    """It lags by half a thousandth: as far as it is looked ahead by two thousandths, or by a thousandth less than nothing."""
+
+    def late(t):
+        return W * (t - 0.0005 * t - way * 0.0015 / 150 * (t - 12_001.0) ** 2 / 2400)
+
+    assert stands(rigid(), steady, late, until=12_001.0).evidence.asynchronous is lags
+
+
 @pytest.mark.parametrize(("slips", "lags"), [(0.92, None), (1.08, True)])
 def test_a_body_that_has_not_slipped_by_a_turn_in_the_last_fifth_may_keep_its_place(slips, lags):
     found = stands(rigid(), steady, lagging(slips / 20))

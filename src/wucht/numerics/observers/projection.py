@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -17,6 +17,7 @@ _DIRECTED = 0.95  # of the sum of all changes: the whole change of a drift, whic
 _ALIKE = 2.0  # times: rates of a growth differ by no more
 _MOSTLY = 0.8  # of all pairs of windows
 _FARTHEST = 1e300
+_FALLS = 1e-3  # of a number, from the first to the last window: less is no fall
 
 
 class Course(Enum):
@@ -106,6 +107,19 @@ def trend(means: np.ndarray) -> int:
     later, earlier = np.tril_indices(len(means), -1)
     signs = np.sign(means[later] - means[earlier])
     return next((way for way in (+1, -1) if np.mean(signs == way) >= _MOSTLY), 0)
+
+
+def falling(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, *, even_if_approaching: bool = False) -> Projection:
+    """The projection of a positive number that, where it mostly falls, to and fro as it may go, goes on falling at that rate.
+
+    even_if_approaching: also where it approaches a limit.
+    """
+    p = projected(means, ahead, rounding)
+    taken = p.course is not Course.APPROACHING or even_if_approaching
+    if not taken or trend(means) >= 0 or not 0 < means[-1] < (1 - _FALLS) * means[0]:
+        return p
+    fall = math.log(means[0] / means[-1]) / (len(means) - 1)
+    return replace(p, low=min(p.low, p.last * math.exp(-fall * ahead)), course=Course.APPROACHING, windows=1 / fall)
 
 
 def windows_of(signal: np.ndarray, count: int = WINDOWS, share: float = SHARE) -> np.ndarray:

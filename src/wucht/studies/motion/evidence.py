@@ -19,6 +19,7 @@ from wucht.numerics.observers.projection import (
     WINDOWS,
     Course,
     Projection,
+    falling,
     projected,
     trend,
     windows_of,
@@ -35,8 +36,8 @@ _ROUNDING = 1e-10  # of the speed
 _CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycles are not known better
 _LONGEST_BEFORE = 2.0  # times the turns since the rotor last turned back: the run, of which they are to be the larger part
 _FEWEST_IRREGULAR = 30  # cycles: fewer that are not alike may be the long way to another end
+_FEWEST_UNEVEN = 10  # cycles that take the same time: fewer, if their ranges differ, may fade unseen
 _TENTHS, _TENTHS_IRREGULAR = 20.0, 2.0  # cycles in a tenth of the record: more need not be whole ones
-_FALLS = 1e-3  # of a number, from window to window but three: less is no fall
 _COMPENSATED = 1e-7  # of the unbalance: how it changes below is rounding
 _LASTING, _FADING = 0.15, 0.02  # of its range: a modulation lasts that is going to change, or to fall, by no more
 
@@ -154,7 +155,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         p.growing,
         p.drifting,
         0.0 if p.left is None else _unrest(whole.last(WINDOWS * SHARE)),
-        _needed(_waits(p, evidence, reference), observed, series.ahead, end),
+        _needed(_waits(p, evidence, reference), p.varied, None if evidence.modulated else observed, series.ahead, end),
     )
 
 
@@ -172,7 +173,7 @@ def _projections(
     ahead, rounding, least = series.ahead * longer, series.rounding, _ROUNDING * reference
     mean, lowest = (projected(x, ahead, max(rounding, least)) for x in (series.means, series.lows))
     last = float(series.means[-1])
-    varied = _falling((series.highs - series.lows) / series.means, ahead, max(rounding / last, _ROUNDING))
+    varied = falling((series.highs - series.lows) / series.means, ahead, max(rounding / last, _ROUNDING))
     borders = observed.borders if observed is not None and _by_cycles(whole, observed) else None
     lags = tuple(lag_of(whole, i, last, ahead, borders) for i in about)
     return _Projections(mean, lowest, varied, lags, _left(whole, AHEAD * longer) if balancing else None)
@@ -209,7 +210,8 @@ def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, fl
         return varied.bounds
     if observed is None:
         return 0.0, math.inf
-    fades = varied.course is Course.APPROACHING and varied.low < varied.last
+    few = observed.cycles < _FEWEST_UNEVEN
+    fades = few or (varied.course is Course.APPROACHING and varied.low < varied.last)
     even = varied.width <= (_FADING if fades else _LASTING) * varied.last
     if observed.regular:
         lasts = even or varied.course is Course.DRIFTING
@@ -218,10 +220,13 @@ def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, fl
     return varied.bounds if lasts else (0.0, varied.high)
 
 
-def _needed(waits: list[float], observed: Modulation | None, ahead: float, end: float) -> float:
-    """For how many more times the length of the record it must be watched, if it needs so many windows."""
-    if observed is not None and not observed.regular and observed.cycles < _FEWEST_IRREGULAR:
-        return 4 * _FEWEST_IRREGULAR * observed.period / end
+def _needed(waits: list[float], varied: Projection, observed: Modulation | None, ahead: float, end: float) -> float:
+    """For how many more times the length of the record it must be watched, if it needs so many windows; or for more cycles of a
+    modulation that may not last."""
+    if observed is not None and (not observed.regular or varied.course is Course.STATIONARY):
+        fewest = _FEWEST_UNEVEN if observed.regular else _FEWEST_IRREGULAR
+        if observed.cycles < fewest:
+            return 4 * fewest * observed.period / end
     return max(waits, default=0.0) * LOOKAHEAD / ahead
 
 
@@ -249,19 +254,13 @@ def _series(whole: Blocks, observed: Modulation | None) -> _Series:
 
 
 def _left(whole: Blocks, ahead: float) -> Projection:
-    """The unbalance that will be left: while bodies still move and it falls, it may fall to nothing."""
-    moving = _unrest(whole.last(WINDOWS * SHARE)) > UNREST
-    return _falling(windows_of(whole.greatest_sum).max(axis=1), ahead, _COMPENSATED, even_if_approaching=moving)
-
-
-def _falling(means: np.ndarray, ahead: float, rounding: float, *, even_if_approaching: bool = False) -> Projection:
-    """The projection of a number that, where it mostly falls, to and fro as it may go, goes on falling at that rate."""
-    p = projected(means, ahead, rounding)
-    taken = p.course is not Course.APPROACHING or even_if_approaching
-    if not taken or trend(means) >= 0 or not 0 < means[-1] < (1 - _FALLS) * means[0]:
-        return p
-    fall = math.log(means[0] / means[-1]) / (len(means) - 1)
-    return replace(p, low=min(p.low, p.last * math.exp(-fall * ahead)), course=Course.APPROACHING, windows=1 / fall)
+    """The unbalance that will be left: while bodies still move and it falls, it may fall to nothing; one that has begun to rise
+    may go on to do so."""
+    moving, sizes = _unrest(whole.last(WINDOWS * SHARE)) > UNREST, windows_of(whole.greatest_sum).max(axis=1)
+    p = falling(sizes, ahead, _COMPENSATED, even_if_approaching=moving)
+    later = projected(sizes[1:], ahead, _COMPENSATED)
+    begins_to_rise = p.course is Course.STATIONARY and later.course is Course.DRIFTING and later.high > p.high
+    return replace(later, low=p.low) if begins_to_rise else p
 
 
 def _by_cycles(whole: Blocks, observed: Modulation) -> bool:

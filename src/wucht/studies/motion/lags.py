@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -48,6 +48,8 @@ def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarra
         means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
     p = projected(means, ahead, _ROUNDING, _WIDER)
     if abs(p.last) <= LAG_TOLERANCE:
+        if p.course is Course.DRIFTING and p.low < 0 < p.high:  # one that catches up does not overtake
+            p = replace(p, low=min(p.last, 0.0), high=max(p.last, 0.0))
         return Lag(p.last, p.low, p.high, p.course, p.windows * math.log(max(p.width / LAG_TOLERANCE, 1.0)))
     last, low, high = p.last, min(p.low, float(means.min())), max(p.high, float(means.max()))
     # One that catches up, however slowly, will have done so; one that has slipped too little, or tumbles, may do so.

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from wucht.machines.machine import Machine
-from wucht.numerics.observers.projection import AHEAD, projected, windows_of
+from wucht.numerics.observers.projection import AHEAD, falling, projected, windows_of
 from wucht.numerics.observers.turn_record import Blocks
 from wucht.numerics.observers.turns import PER_TURN
 from wucht.results.conventions import wrapped
-from wucht.results.outcomes import Locking
+from wucht.results.outcomes import Bounds, Locking
 from wucht.studies.motion.observation import Observation
 
+_ROUNDING = 1e-8  # of the speed: how mean speeds over whole periods change below is rounding
 _AT_REST = 1e-4  # rad: a phase that moves less from window to window is at rest
 _BOUNDED = 0.2  # of the mean speed: it will not change by more where the rotors are not locked for good
 _SHARE = 0.5  # of the run: the last part, over which is averaged
@@ -93,13 +94,20 @@ def _evidence(machine: Machine, whole: Blocks, periods: int, of_rotors: Callable
     reference = abs(frequency) if frequency is not None else means[main]
     if not durations.size or not np.isfinite(durations).all():
         return Locking(0, (), ())
-    bounded = projected(means[main], AHEAD, 1e-9)
+    bounded = projected(means[main], AHEAD, _ROUNDING * float(means[main][-1]))
     return Locking(
         periods,
-        tuple(projected(x / reference - 1, AHEAD, 1e-9).bounds for x in compared),
+        tuple(_apart(x / reference - 1) for x in compared),
         tuple(projected(windows_of(p).mean(axis=1), AHEAD, _AT_REST).bounds for p in phases.values()),
         bounded.width <= _BOUNDED * abs(bounded.last),
     )
+
+
+def _apart(means: np.ndarray) -> Bounds:
+    """Between which bounds a difference of speeds will stay: one that mostly falls goes on to do so."""
+    way = math.copysign(1.0, means[-1])
+    p = falling(way * means, AHEAD, _ROUNDING)
+    return (p.low, p.high) if way > 0 else (-p.high, -p.low)
 
 
 def rotor_phases(machine: Machine, time: np.ndarray, angles: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
