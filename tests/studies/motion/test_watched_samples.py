@@ -15,7 +15,7 @@ def looks(at, speed, step, vibration=0.0):
     flow = compile_system(at.system, engine="scipy")
     watched = Watched(Watch(at, 1.0), flow, lambda motion: motion, vibration, 1.0)
     leg = watched.begin(initial_state(at, {"d": {"speed": speed}}), at.system.values(at.values))
-    return len(watched.leg(leg, np.array([0.0, step])).waiting.time) - 1
+    return len(watched.leg(leg, np.array([0.0, step])).waiting[-1].time) - 1
 
 
 def idle():

@@ -78,6 +78,8 @@ class Trajectory:
     @classmethod
     def of(cls, parts: Sequence[Trajectory]) -> Trajectory:
         """One trajectory of parts, at least one, each of which continued from the end of that before."""
+        if len(parts) == 1:
+            return parts[0]
         skips = [int(len(a.time) > 0 and len(b.time) > 0 and b.time[0] <= a.time[-1]) for a, b in itertools.pairwise(parts)]
         new = [parts[0], *(p.tail(len(p.time) - k) if k else p for p, k in zip(parts[1:], skips, strict=True))]
         return replace(

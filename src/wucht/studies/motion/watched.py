@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,23 +12,22 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled import CompiledSystem
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.numerics.observers.turns import Samples
 from wucht.studies.motion.observation import Observation, Watch, fastest_of
 
 _PER_TURN, _FEWEST_PER_TURN = 24, 12  # samples that are looked at
 _MOST_AT_ONCE = 32_768  # of these
-_FEWEST_AT_ONCE = 8192  # before they are looked at: a look costs as much as some thousand samples
+_FEWEST_AT_ONCE = 16_384  # before they are looked at: a look costs as much as some thousand samples
 _SLOWER = 0.25  # of a turn a span: a body that swings or creeps is looked at as often as one that turns so slowly
 _FASTER = 20.0  # times the speed: vibrations faster than that are not followed, turns average over them
 
 
 @dataclass(frozen=True)
 class Leg:
-    """A part of a motion: what is stored of it, what was seen until shortly before its end, and the samples since then."""
+    """A part of a motion: what is stored of it, what was seen until shortly before its end, the machine's motion since then."""
 
     stored: Trajectory
     seen: Observation
-    waiting: Samples
+    waiting: tuple[Trajectory, ...]
 
 
 @dataclass(frozen=True)
@@ -50,11 +49,11 @@ class Watched:
     def begin(self, initial: np.ndarray, values: tuple[float, ...]) -> Leg:
         """The first sample."""
         start = integrate(self.compiled, initial, values, np.zeros(1))
-        return Leg(start, self.watch.begin(), self.watch.samples(self.seen(start)))
+        return Leg(start, self.watch.begin(), (self.seen(start),))
 
     def observation(self, leg: Leg) -> Observation:
         """What was seen of a motion until the end of a part of it."""
-        return self.watch.after(leg.seen, leg.waiting)
+        return self._looked(leg.seen, leg.waiting)
 
     def leg(self, before: Leg, grid: np.ndarray, report: Callable[[float], None] | None = None) -> Leg:
         """The part over an even grid, of which samples are stored, that begins at the last sample of the part before.
@@ -68,11 +67,15 @@ class Watched:
             motion, of_machine, fine = self._piece(last, grid, report)
             last = motion.every(fine)
             stored.append(last)
-            waiting = self.watch.samples(of_machine).after(waiting)
-            if len(waiting.time) > _FEWEST_AT_ONCE:
-                seen, waiting = self.watch.after(seen, waiting), waiting.part(slice(-1, None))
+            waiting = (*waiting, replace(of_machine, quadratures={}))
+            if sum(len(part.time) for part in waiting) > _FEWEST_AT_ONCE:
+                seen, waiting = self._looked(seen, waiting), (waiting[-1].tail(1),)
             grid = grid[len(last.time) - 1 :]
         return Leg(Trajectory.of(stored), seen, waiting)
+
+    def _looked(self, seen: Observation, motion: tuple[Trajectory, ...]) -> Observation:
+        """What was seen after some parts of the machine's motion."""
+        return self.watch.after(seen, self.watch.samples(Trajectory.of(motion)))
 
     def _piece(
         self, before: Trajectory, grid: np.ndarray, report: Callable[[float], None] | None
