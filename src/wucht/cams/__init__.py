@@ -1,0 +1,1 @@
+"""Cams: motion laws, followers and contours, and the cam that makes a clean motion on a shaft that does not turn evenly."""

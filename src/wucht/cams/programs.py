@@ -1,0 +1,107 @@
+"""The programmes that a synthesis comes down to: what is minimised over linear restrictions and cones, and their solution."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wucht.errors import RunError
+
+_TOLERANCE = 1e-10  # of the interior point method, relative
+_LARGE = 0.1  # units: a widening of so many is found exactly enough; a smaller one in a smaller unit
+_SMALLER = 1e-4  # times at most
+_NOTHING = 1e-12  # of the largest bound: a widening below is none
+_UNDETERMINED = 1e-13  # of the largest singular value
+
+
+class InfeasibleError(Exception):
+    """No x satisfies the restrictions."""
+
+
+@dataclass(frozen=True, eq=False)
+class Programme:
+    """Minimise t, or |W x| with t = 0, over x (n,) and t >= 0 such that
+
+    equal x = to; rows x <= bounds + widths t (m,); |(x_i, x_j)| <= size + width t for each cap (i, j, size, width).
+
+    weights: the diagonal of W (n,); None: t is minimised.
+    """
+
+    equal: np.ndarray
+    to: np.ndarray
+    rows: np.ndarray
+    bounds: np.ndarray
+    widths: np.ndarray
+    caps: Sequence[tuple[int, int, float, float]] = ()
+    weights: np.ndarray | None = None
+
+    @property
+    def size(self) -> float:
+        """The largest bound."""
+        return float(max([*np.abs(self.to), *np.abs(self.bounds), *(size for _, _, size, _ in self.caps), 0.0])) or 1.0
+
+
+def solved(programme: Programme) -> tuple[np.ndarray, float]:
+    """The x (n,) and t that are best.
+
+    A ripple may be 1e-9 of the stroke: unknowns are chosen that are as large as what is to be small, and units in which t is
+    about 1. Raises ``InfeasibleError``.
+    """
+    tight = programme.rows[programme.widths > 0] if programme.weights is None else np.diag(programme.weights)
+    basis = _basis(tight, programme.rows.shape[1])
+    unit, smallest = programme.size, _NOTHING * programme.size
+    x, t = _interior(programme, basis, unit)
+    while programme.weights is None and t < _LARGE * unit and unit > smallest:
+        unit = max(t, _SMALLER * unit, smallest)
+        x, t = _interior(programme, basis, unit)
+    return x, t
+
+
+def _basis(tight: np.ndarray, n: int) -> np.ndarray:
+    """B (n, n) with x = B z, such that rows B are orthonormal where the rows are to be small, as far as they determine x."""
+    if not len(tight):
+        return np.eye(n)
+    _, found, directions = np.linalg.svd(np.vstack([tight, np.zeros((n, n))]), full_matrices=False)
+    sizes = np.where(found > _UNDETERMINED * found[0], found, found[0] or 1.0)
+    return np.asarray(directions.T / sizes)
+
+
+def _interior(p: Programme, basis: np.ndarray, unit: float) -> tuple[np.ndarray, float]:
+    import clarabel
+    from scipy.sparse import csc_matrix
+
+    n = len(basis)
+    equal, equal_size = _scaled(np.column_stack([p.equal @ basis, np.zeros(len(p.to))]))
+    rows, rows_size = _scaled(np.column_stack([p.rows @ basis, -p.widths]))
+    blocks, sides = [equal, rows, -np.eye(n + 1)[n:]], [p.to / unit / equal_size, p.bounds / unit / rows_size, np.zeros(1)]
+    cones: list[Any] = [clarabel.ZeroConeT(len(p.to)), clarabel.NonnegativeConeT(len(p.bounds) + 1)]
+    for i, j, size, width in p.caps:
+        blocks.append(np.column_stack([-np.vstack([np.zeros(n), basis[[i, j]]]), [-width, 0.0, 0.0]]))
+        sides.append(np.array([size / unit, 0.0, 0.0]))
+        cones.append(clarabel.SecondOrderConeT(3))
+    square, linear = np.zeros((n + 1, n + 1)), np.zeros(n + 1)
+    if p.weights is None:
+        linear[n] = 1.0
+    else:
+        square[:n, :n] = (basis.T * p.weights**2) @ basis
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
+    problem = csc_matrix(np.triu(square)), linear, csc_matrix(np.vstack(blocks)), np.concatenate(sides)
+    found = clarabel.DefaultSolver(*problem, cones, settings).solve()
+    if "Infeasible" in str(found.status):
+        raise InfeasibleError
+    if "Solved" not in str(found.status):
+        raise RunError(f"the programme of the motion law was not solved: {found.status}")
+    z = unit * np.asarray(found.x)
+    return basis @ z[:n], float(z[n])
+
+
+def _scaled(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (m, n) of length 1, and by what they were divided (m,)."""
+    size = np.linalg.norm(rows, axis=1)
+    size[size == 0] = 1.0
+    return rows / size[:, None], size

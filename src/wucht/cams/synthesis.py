@@ -1,0 +1,205 @@
+"""Harmonic synthesis: the motion of finitely many harmonics that satisfies restrictions and is the best of those that do.
+
+A derivative of psi = c0 + sum A_k cos k phi + B_k sin k phi at an angle is linear in x = (c0, A_1 ... A_N, B_1 ... B_N): every
+restriction is too. One that holds on an arc is enforced between the angles looked at by exchange: where the motion found breaks
+it, at an extremum of that derivative, the angle is added, and the programme solved again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wucht.cams.programs import InfeasibleError, Programme, solved
+from wucht.errors import RunError
+from wucht.numerics.harmonics import Harmonics
+
+_PER_HARMONIC = 6  # angles on a whole turn that are looked at first, times the number of harmonics
+_BROKEN = 1e-6  # of what is allowed: less is not broken
+_ROUNDING = 1e-13  # of the largest value
+_MOST_EXCHANGES = 40
+
+
+@dataclass(frozen=True)
+class Band:
+    """Between which values a derivative stays on an arc: a precision point where the arc is one angle and both are the same.
+
+    name: what it is called in messages. order: of the derivative, from 0. begin, end: of the arc, in rad; at most a turn apart.
+    low, high: in the unit of the motion, infinite where there is no bound. widened: by what is minimised, on both sides.
+    """
+
+    name: str
+    order: int
+    begin: float
+    end: float
+    low: float
+    high: float
+    widened: bool = False
+
+    @property
+    def exact(self) -> bool:
+        """Whether it is a precision point that holds as it stands."""
+        return self.begin == self.end and self.low == self.high and not self.widened
+
+    @property
+    def size(self) -> float:
+        """Of what is allowed: the width of the band, or the bound."""
+        width = self.high - self.low
+        sizes = [width] if math.isfinite(width) else [abs(b) for b in (self.low, self.high) if math.isfinite(b)]
+        return max(sizes, default=0.0)
+
+
+@dataclass(frozen=True)
+class Cap:
+    """The most that the amplitude of a harmonic may be, likewise."""
+
+    name: str
+    harmonic: int
+    size: float
+    widened: bool = False
+
+
+Restriction = Band | Cap
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesis:
+    """law: the motion. widening: by how much those restrictions are widened that are to be as tight as they can be."""
+
+    law: Harmonics
+    widening: float
+
+
+def synthesise(
+    count: int, restrictions: Sequence[Restriction], weights: Sequence[float] | np.ndarray | None = None
+) -> Synthesis:
+    """The best motion of so many harmonics.
+
+    Parameters
+    ----------
+    count : N
+    restrictions : sequence of Band and Cap
+    weights : (N,), optional
+        The root of the sum of (w_k A_k)^2 + (w_k B_k)^2 is minimised; without weights that by which restrictions are widened.
+
+    Returns
+    -------
+    Synthesis
+
+    Raises
+    ------
+    InfeasibleError
+        Where no motion satisfies all restrictions: ``ways_out`` says what must give way.
+    RunError
+        Where the solution is not found.
+    """
+    bands = [r for r in restrictions if isinstance(r, Band)]
+    caps = [(c.harmonic, count + c.harmonic, c.size, float(c.widened)) for c in restrictions if isinstance(c, Cap)]
+    diagonal = None if weights is None else np.concatenate([[0.0], weights, weights])
+    angles = [_first_angles(band, count) for band in bands]
+    for _ in range(_MOST_EXCHANGES):
+        x, widening = solved(_programme(count, bands, angles, caps, diagonal))
+        law = Harmonics(float(x[0]), x[1 : count + 1], x[count + 1 :])
+        broken = [_broken(band, law, widening) for band in bands]
+        if not any(len(b) for b in broken):
+            return Synthesis(law, max((_needed(r, law) for r in restrictions if r.widened), default=0.0))
+        angles = [np.append(known, new) for known, new in zip(angles, broken, strict=True)]
+    raise RunError(f"the motion law breaks restrictions still after {_MOST_EXCHANGES} exchanges: ask for fewer harmonics")
+
+
+def _needed(restriction: Restriction, law: Harmonics) -> float:
+    """By how much it must be widened for a motion to satisfy it, exactly."""
+    if isinstance(restriction, Cap):
+        return max(float(law.amplitudes[restriction.harmonic - 1]) - restriction.size, 0.0)
+    derivative = law.derivative(restriction.order)
+    values = derivative(np.array([restriction.begin, restriction.end, *_on(restriction, derivative)]))
+    return max(float(np.maximum(values - restriction.high, restriction.low - values).max()), 0.0)
+
+
+def _on(band: Band, derivative: Harmonics) -> np.ndarray:
+    """Where on the arc of a band its derivative may have extrema."""
+    at = band.begin + np.mod(derivative.stationary() - band.begin, 2 * math.pi)
+    return np.asarray(at[at < band.end])
+
+
+def _programme(
+    count: int,
+    bands: Sequence[Band],
+    angles: Sequence[np.ndarray],
+    caps: Sequence[tuple[int, int, float, float]],
+    weights: np.ndarray | None,
+) -> Programme:
+    exact = [_rows(count, band.order, a) for band, a in zip(bands, angles, strict=True) if band.exact]
+    to = [np.full(len(a), band.low) for band, a in zip(bands, angles, strict=True) if band.exact]
+    rows, bounds, widths = [np.zeros((0, 2 * count + 1))], [np.zeros(0)], [np.zeros(0)]
+    for band, a in zip(bands, angles, strict=True):
+        for sign, bound in ((1.0, band.high), (-1.0, -band.low)):
+            if not band.exact and math.isfinite(bound):
+                rows.append(sign * _rows(count, band.order, a))
+                bounds.append(np.full(len(a), bound))
+                widths.append(np.full(len(a), float(band.widened)))
+    equal = np.vstack([np.zeros((0, 2 * count + 1)), *exact])
+    return Programme(
+        equal,
+        np.concatenate([np.zeros(0), *to]),
+        np.vstack(rows),
+        np.concatenate(bounds),
+        np.concatenate(widths),
+        caps,
+        weights,
+    )
+
+
+def _rows(count: int, order: int, phi: np.ndarray) -> np.ndarray:
+    """g with psi^(p)(phi) = g x (K, 2 N + 1)."""
+    k = np.arange(1, count + 1)
+    turned = np.multiply.outer(phi, k) + order * math.pi / 2
+    mean = np.full((len(phi), 1), float(order == 0))
+    return np.hstack([mean, k**order * np.cos(turned), k**order * np.sin(turned)])
+
+
+def _first_angles(band: Band, count: int) -> np.ndarray:
+    """Evenly over the arc, its ends among them."""
+    arc = band.end - band.begin
+    intervals = math.ceil(_PER_HARMONIC * count * arc / (2 * math.pi))
+    return np.linspace(band.begin, band.end, intervals + 1)
+
+
+def _broken(band: Band, law: Harmonics, widening: float) -> np.ndarray:
+    """The extrema on the arc at which the motion breaks a band."""
+    if band.begin == band.end:
+        return np.zeros(0)
+    derivative = law.derivative(band.order)
+    at = _on(band, derivative)
+    by = widening if band.widened else 0.0
+    values = derivative(at)
+    allowed = _BROKEN * (by or band.size) + _ROUNDING * derivative.peak
+    beyond = np.maximum(values - band.high, band.low - values) - by
+    return np.asarray(at[beyond > allowed])
+
+
+@dataclass(frozen=True)
+class WayOut:
+    """restriction: what may give way. by: how much it must, in its own unit."""
+
+    restriction: Restriction
+    by: float
+
+
+def ways_out(count: int, restrictions: Sequence[Restriction]) -> tuple[WayOut, ...]:
+    """Of restrictions that contradict each other those of which one alone may give way, the one that must do so least first.
+
+    Least: as a share of what it allows. None where more than one must give way.
+    """
+    found = list[WayOut]()
+    fixed = [replace(r, widened=False) for r in restrictions]
+    for k, restriction in enumerate(fixed):
+        alone = [*fixed[:k], replace(restriction, widened=True), *fixed[k + 1 :]]
+        try:
+            found.append(WayOut(restriction, synthesise(count, alone).widening))
+        except InfeasibleError:
+            continue
+    return tuple(sorted(found, key=lambda way: way.by / (way.restriction.size or way.by or 1.0)))

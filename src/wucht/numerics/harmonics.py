@@ -1,0 +1,88 @@
+"""Periodic functions of finitely many harmonics: f(x) = c0 + sum over k = 1 ... N of A_k cos k x + B_k sin k x."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+_NEGLIGIBLE = 1e-15  # of the largest coefficient: highest harmonics that are rounding only blow up a companion matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Harmonics:
+    """mean: c0. cosine, sine: A_k, B_k (N,), the first harmonic first; all in the unit of the function."""
+
+    mean: float
+    cosine: np.ndarray
+    sine: np.ndarray
+
+    @classmethod
+    def of(cls, mean: float, cosine: Sequence[float] | np.ndarray = (), sine: Sequence[float] | np.ndarray = ()) -> Self:
+        """From lists of coefficients, the shorter one filled up with zeros."""
+        count = max(len(cosine), len(sine))
+        a, b = (np.append(np.asarray(c, float), np.zeros(count - len(c))) for c in (cosine, sine))
+        return cls(float(mean), a, b)
+
+    @classmethod
+    def sampled(cls, values: np.ndarray) -> Self:
+        """Of samples (M,) at x = 2 pi k/M: all harmonics below M/2."""
+        spectrum = np.fft.rfft(values)[: (len(values) + 1) // 2] / len(values)
+        return cls(float(spectrum[0].real), 2 * spectrum[1:].real, -2 * spectrum[1:].imag)
+
+    def __call__(self, x: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """The derivative of an order at x (any shape)."""
+        k = np.arange(1, self.count + 1)
+        turned = np.multiply.outer(np.asarray(x, float), k) + order * math.pi / 2
+        waves = np.cos(turned) @ (k**order * self.cosine) + np.sin(turned) @ (k**order * self.sine)
+        return np.asarray(waves + (self.mean if order == 0 else 0.0))
+
+    @property
+    def count(self) -> int:
+        """N."""
+        return len(self.cosine)
+
+    @property
+    def amplitudes(self) -> np.ndarray:
+        """sqrt(A_k^2 + B_k^2) (N,)."""
+        return np.asarray(np.hypot(self.cosine, self.sine))
+
+    def derivative(self, order: int = 1) -> Harmonics:
+        """The derivative of an order, 0 or more, by x."""
+        series, k = self, np.arange(1, self.count + 1)
+        for _ in range(order):
+            series = Harmonics(0.0, k * series.sine, -k * series.cosine)
+        return series
+
+    def shifted(self, by: float) -> Harmonics:
+        """f(x - by)."""
+        turned = (self.cosine - 1j * self.sine) * np.exp(-1j * by * np.arange(1, self.count + 1))
+        return Harmonics(self.mean, turned.real, -turned.imag)
+
+    def stationary(self) -> np.ndarray:
+        """Angles in [0, 2 pi), in order, among which are all where the function has an extremum.
+
+        The arguments of all roots of z^N f' as a polynomial, from its companion matrix. Roots off the unit circle are kept: a
+        double one is not found on it, and a further point to look at does no harm.
+        """
+        slope = self.derivative()
+        last = np.flatnonzero(slope.amplitudes > _NEGLIGIBLE * slope.amplitudes.max(initial=0.0))
+        if not len(last):
+            return np.zeros(1)
+        half = (slope.cosine - 1j * slope.sine)[: last[-1] + 1] / 2
+        roots = np.roots([*half[::-1], 0.0, *half.conj()])
+        return np.sort(np.mod(np.angle(roots), 2 * math.pi))
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the greatest value, exactly."""
+        values = self(self.stationary())
+        return float(values.min()), float(values.max())
+
+    @property
+    def peak(self) -> float:
+        """The largest magnitude."""
+        return max(map(abs, self.bounds))

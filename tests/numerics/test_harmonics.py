@@ -1,0 +1,87 @@
+"""Finite Fourier series: derivatives, extrema, samples, shifts."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wucht.numerics.harmonics import Harmonics
+
+X = np.linspace(0, 2 * math.pi, 20001)
+
+coefficient = st.floats(-1, 1)
+series = st.integers(1, 9).flatmap(
+    lambda n: st.builds(
+        Harmonics.of,
+        coefficient,
+        st.lists(coefficient, min_size=n, max_size=n),
+        st.lists(coefficient, min_size=n, max_size=n),
+    )
+)
+
+
+def test_values_and_derivatives_of_any_order():
+    f = Harmonics.of(0.5, [1.0, 2.0], [0.0, 0.0, 3.0])
+    assert f(X) == pytest.approx(0.5 + np.cos(X) + 2 * np.cos(2 * X) + 3 * np.sin(3 * X))
+    assert f(X, 1) == pytest.approx(-np.sin(X) - 4 * np.sin(2 * X) + 9 * np.cos(3 * X))
+    assert f(X, 2) == pytest.approx(f.derivative(2)(X))
+    assert f(X, 3) == pytest.approx(f.derivative(3)(X))
+    assert f.derivative(0) is f
+    assert f(0.3).shape == ()
+    assert f(np.zeros((2, 3))).shape == (2, 3)
+    assert f.amplitudes == pytest.approx([1, 2, 3])
+
+
+def test_nothing_but_a_mean_is_a_series_too():
+    f = Harmonics.of(2.0)
+    assert (f(X) == 2.0).all()
+    assert (f(X, 1) == 0).all()
+    assert f.bounds == (2.0, 2.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(series)
+def test_bounds_are_those_of_a_fine_grid_and_lie_on_the_curve(f):
+    low, high = f.bounds
+    values = f(X)
+    curvature = np.abs(f(X, 2)).max() * (X[1] - X[0]) ** 2 / 8
+    assert low <= values.min() + 1e-9
+    assert high >= values.max() - 1e-9
+    assert values.min() - low <= curvature + 1e-9
+    assert high - values.max() <= curvature + 1e-9
+
+
+@settings(max_examples=30, deadline=None)
+@given(series, st.floats(-7, 7))
+def test_a_shift_moves_the_function(f, by):
+    assert f.shifted(by)(X) == pytest.approx(f(X - by), abs=1e-9)
+
+
+@pytest.mark.parametrize("count", [19, 20])
+def test_samples_give_all_harmonics_below_half_their_number(count):
+    f = Harmonics.of(0.5, np.arange(1.0, 10), np.arange(3.0, 12))
+    found = Harmonics.sampled(f(2 * math.pi * np.arange(count) / count))
+    assert found.count == 9
+    assert found.mean == pytest.approx(0.5)
+    assert found.cosine == pytest.approx(f.cosine)
+    assert found.sine == pytest.approx(f.sine)
+
+
+def test_extrema_of_a_flat_dwell_are_found_although_its_zeros_are_many_fold():
+    """sin^10(x/2): its derivative has a ninefold zero at 0, which a companion matrix scatters."""
+    flat = Harmonics.of(252 / 1024, np.array([-420, 240, -90, 20, -2]) / 1024)
+    low, high = flat.bounds
+    assert high == pytest.approx(1.0, abs=1e-14)
+    assert 0 <= low + 1e-15 < 1e-11
+
+
+def test_the_peak_is_the_larger_of_both_sides():
+    assert Harmonics.of(-1.0, [0.5]).peak == pytest.approx(1.5)
+    assert Harmonics.of(1.0, [0.5]).peak == pytest.approx(1.5)
+
+
+def test_highest_harmonics_that_are_rounding_do_no_harm():
+    f = Harmonics.of(0.0, [1.0, 0.2, 1e-18, 1e-300], [0.0, 0.0, 0.0, 0.0])
+    assert f.bounds == pytest.approx(Harmonics.of(0.0, [1.0, 0.2]).bounds)
