@@ -93,6 +93,17 @@ def test_a_swing_whose_size_approaches_its_limit_to_three_percent_goes_on(off, o
     assert judged(shaken(), swinging(size), until=100.0, free=None).outcome == outcome
 
 
+@pytest.mark.parametrize(("beat", "outcome"), [(0.17, "oscillating"), (0.19, "unidentified")])
+def test_a_swing_whose_size_goes_to_and_fro_may_fall_unseen_however_its_changes_contract(beat, outcome):
+    """From tenth to tenth by a third of the change before, in its logarithm; at rest is a ten-thousandth."""
+
+    def size(t):
+        return 0.5 * np.exp(beat * (-0.35) ** np.maximum(np.floor(np.real(t) / 10) - 5, 0))
+
+    found = judged(shaken(), lambda t: size(t) * np.cos(np.pi * t), until=100.0, free=None)  # at rest where the size changes
+    assert found.outcome == outcome
+
+
 @pytest.mark.parametrize(("fall", "outcome"), [(0.8e-3, "oscillating"), (1.25e-3, "unidentified")])
 def test_swings_that_fall_by_less_than_a_thousandth_from_window_to_window_are_alike(fall, outcome):
     found = judged(shaken(), swinging(lambda t: 0.5 * np.exp(-fall * t / 10)), until=100.0, free=None)

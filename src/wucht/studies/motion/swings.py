@@ -90,7 +90,8 @@ def _bounds(sizes: np.ndarray, to_and_fro: bool) -> tuple[float, float]:
         return 0.0, 0.0
     logs = np.log(np.maximum(sizes, 1e-300))
     p = projected(logs, AHEAD, _EQUAL)
-    # Even one that seems to stay may decay unseen.
-    hidden = 0.0 if p.course is Course.APPROACHING else float(np.ptp(logs)) / (len(logs) - 1) * AHEAD
+    # Even one that seems to stay may decay unseen; one that goes to and fro beats, however its changes contract.
+    directed = p.course is Course.APPROACHING and bool((np.diff(logs) >= 0).all() or (np.diff(logs) <= 0).all())
+    hidden = 0.0 if directed else float(np.ptp(logs)) / (len(logs) - 1) * AHEAD
     lasts = to_and_fro and p.course is not Course.DRIFTING and p.width <= _NEARLY
     return math.exp(p.low - hidden) if lasts else 0.0, math.exp(min(p.high, 0.0))
