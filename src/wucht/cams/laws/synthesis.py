@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.cams.programs import InfeasibleError, Programme, solved
+from wucht.cams.laws.programs import InfeasibleError, Programme, solved
 from wucht.errors import RunError
 from wucht.numerics.harmonics import Harmonics
 

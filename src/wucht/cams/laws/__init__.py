@@ -1,0 +1,1 @@
+"""Motion laws over the cam angle."""

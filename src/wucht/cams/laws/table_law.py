@@ -1,0 +1,76 @@
+"""A motion law given as a table of points: the periodic spline through them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from wucht.errors import InputError
+
+_TURN = 2 * math.pi
+_ROUNDED = 1e-5  # rad: a last angle so near to a turn after the first is the first again, as tables are rounded
+_CLOSES = 1e-6  # of the range of the output: so much may the output differ there
+
+
+@dataclass(frozen=True, eq=False)
+class TableLaw:
+    """The motion through points (M,): cam angles in rad that increase, over no more than a turn, evenly spaced or not.
+
+    The first point may stand there again at the end, a turn later. degree: 5, and the derivatives up to the fourth are
+    continuous, or 3, and those up to the second are: the third jumps at the points. A table of rounded values asks for few
+    points rather than many: the derivative of order p of an error is larger by about (3/spacing)^p.
+
+    Raises ``InputError`` (law.file, law.degree): another degree; not as many outputs as angles; values that are no numbers;
+    angles that do not increase or span more than a turn; a last point, a turn after the first, that differs from it; no more
+    points than the degree, without a repeated one.
+    """
+
+    angles: np.ndarray
+    outputs: np.ndarray
+    degree: int = 5
+
+    def __post_init__(self) -> None:
+        if self.degree not in (3, 5):
+            raise InputError("law.degree", self.degree, "must be 5 or 3")
+        phi, psi = np.asarray(self.angles, float), np.asarray(self.outputs, float)
+        if phi.shape != psi.shape or phi.ndim != 1:
+            raise InputError("law.file", None, f"needs as many outputs as cam angles, not {psi.size} and {phi.size}")
+        bad = np.flatnonzero(~(np.isfinite(phi) & np.isfinite(psi)))
+        if len(bad):
+            raise InputError("law.file", None, f"point {bad[0] + 1} is not made of two finite numbers")
+        falls = np.flatnonzero(np.diff(phi) <= 0)
+        if len(falls):
+            at, after = np.degrees(phi[[falls[0], falls[0] + 1]])
+            raise InputError("law.file", f"{after:.6g} deg after {at:.6g} deg", "the cam angles must increase")
+        if len(phi) and phi[-1] - phi[0] > _TURN + _ROUNDED:
+            raise InputError(
+                "law.file", f"{math.degrees(phi[-1] - phi[0]):.9g} deg", "the cam angles must span at most 360 deg"
+            )
+        if self._closed and abs(psi[-1] - psi[0]) > _CLOSES * np.ptp(psi):
+            allowed = f"the last point, a turn after the first, must have its output, {psi[0]:.9g}"
+            raise InputError("law.file", float(psi[-1]), allowed)
+        if (count := len(phi) - self._closed) <= self.degree:
+            raise InputError(
+                "law.file", f"{count} points", f"degree {self.degree} needs {self.degree + 1} different ones or more"
+            )
+
+    @property
+    def _closed(self) -> bool:
+        """Whether the last point is the first again."""
+        return len(self.angles) > 1 and bool(self.angles[-1] - self.angles[0] > _TURN - _ROUNDED)
+
+    @cached_property
+    def _spline(self) -> Any:
+        from scipy.interpolate import make_interp_spline
+
+        end = len(self.angles) - self._closed
+        phi, psi = np.asarray(self.angles, float)[:end], np.asarray(self.outputs, float)[:end]
+        return make_interp_spline(np.append(phi, phi[0] + _TURN), np.append(psi, psi[0]), k=self.degree, bc_type="periodic")
+
+    def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """The derivative by phi of an order from 0 to 3, at angles of any shape; where it jumps, of what begins there."""
+        return np.asarray(self._spline(np.asarray(phi, float), nu=order))

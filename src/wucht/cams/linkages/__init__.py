@@ -1,0 +1,1 @@
+"""Linkages between the lever of the follower and the output."""

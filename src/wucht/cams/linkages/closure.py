@@ -1,0 +1,209 @@
+"""What linkages between the follower's lever and the output have in common: a rod of constant length closes them.
+
+In the complex plane, with the lever's pivot at 0, the rod's ends are the lever's joint Q = arm e^(i alpha) and the output's
+joint P(y): |P - Q| = rod. On one branch each of alpha and y follows from the other in closed form, by a quadratic equation, and
+the derivatives from the closure by implicit differentiation. R. L. Norton, "Design of Machinery", McGraw-Hill, chapter 4.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from functools import cached_property
+
+import numpy as np
+
+from wucht.cams.derivatives import at_constant_distance
+from wucht.errors import InputError
+
+Limits = tuple[float, float]
+
+_DEAD = 1e-6  # rad: nearer to a dead point no linkage is taken for a working one
+_ROUNDING = 1e-9
+_TURNED = np.array([1, 1j, -1, -1j])  # the derivatives of e^(i alpha) by alpha, over e^(i alpha)
+
+
+class Linkage(ABC):
+    """Between the lever's angle rho and the output psi, both zero in the reference position.
+
+    There the lever stands at ``input_angle`` (rad), and the output where the closure on the ``branch`` (+1 or -1) puts it. All
+    angles are counter-clockwise. Dead points are of two kinds: where the rod cannot move the output, being in line with it or
+    square to its slide, and where the rod is in line with the lever, and the output turns back. The lever can pass those of the
+    second kind; a motion of the output cannot ask for it.
+    """
+
+    input_angle: float
+    branch: int
+
+    def lever_at(self, psi: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """The derivative of rho by psi of an order from 0 to 3, at psi of any shape. Raises as ``lever_derivatives``."""
+        return np.asarray(self.lever_derivatives(psi)[order])
+
+    def output_at(self, rho: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """The derivative of psi by rho of an order from 0 to 3, at rho of any shape. Raises as ``output_derivatives``."""
+        return np.asarray(self.output_derivatives(rho)[order])
+
+    def lever_derivatives(self, psi: np.ndarray | float) -> np.ndarray:
+        """rho and its first three derivatives by psi (4, ...). Raises ``InputError`` (linkage): out of reach."""
+        _check_within("output", psi, self.output_limits, self._shown)
+        y = self._reference_output + np.asarray(psi, float)
+        alpha = self._lever_where(y)
+        slopes = at_constant_distance(self._output_joint(y), self._lever_joint(alpha))
+        return np.concatenate([[alpha - self._reference_lever], slopes])
+
+    def output_derivatives(self, rho: np.ndarray | float) -> np.ndarray:
+        """psi and its first three derivatives by rho (4, ...). Raises ``InputError`` (linkage): out of reach."""
+        alpha, y = self._position(rho)
+        slopes = at_constant_distance(self._lever_joint(alpha), self._output_joint(y))
+        return np.concatenate([[y - self._reference_output], slopes])
+
+    def transmission_angle(self, rho: np.ndarray | float) -> np.ndarray:
+        """From 0 (the rod cannot move the output) to pi/2 (all its force does), at rho of any shape.
+
+        Of a four-bar between coupler and output, of a slider-crank between the rod and the normal of the slide. Raises
+        ``InputError`` (linkage): out of reach.
+        """
+        alpha, y = self._position(rho)
+        P = self._output_joint(y)
+        along = np.conj(P[0] - self._lever_joint(alpha)[0]) * P[1]
+        return np.asarray(np.arctan2(np.abs(along.real), np.abs(along.imag)))
+
+    @cached_property
+    def output_limits(self) -> Limits:
+        """psi stays between the dead points, of either kind, next to 0; infinite where the output can turn round and round."""
+        locked = [y for alpha, y in self._locked() if self._lean(alpha, y) * self._side > -_ROUNDING]
+        return _around(self._reference_output, [*locked, *self._turning_back()], self._period)
+
+    @cached_property
+    def lever_limits(self) -> Limits:
+        """rho stays between the dead points next to 0 where the rod cannot move the output; infinite where the lever turns."""
+        return _around(self.input_angle, [alpha for alpha, _ in self._locked()], 2 * math.pi)
+
+    @cached_property
+    def _reference_output(self) -> float:
+        return float(self._output_where(np.asarray(self.input_angle)))
+
+    @cached_property
+    def _reference_lever(self) -> float:
+        """The input angle, in the turn in which the output's position puts it."""
+        near = float(self._lever_where(np.asarray(self._reference_output)))
+        return self.input_angle + 2 * math.pi * round((near - self.input_angle) / (2 * math.pi))
+
+    @cached_property
+    def _side(self) -> float:
+        """On which side of the line from its pivot to the output's joint the lever is: between dead points it stays there."""
+        return math.copysign(1.0, self._lean(self.input_angle, self._reference_output))
+
+    def _position(self, rho: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+        """alpha and y at rho."""
+        _check_within("lever", rho, self.lever_limits, degrees)
+        alpha = self.input_angle + np.asarray(rho, float)
+        return alpha, self._output_where(alpha)
+
+    def _lever_joint(self, alpha: np.ndarray) -> np.ndarray:
+        """Q and its derivatives by alpha (4, ...)."""
+        return np.asarray(np.multiply.outer(_TURNED, self._arm * np.exp(1j * alpha)))
+
+    def _lever_where(self, y: np.ndarray) -> np.ndarray:
+        """alpha; it does not jump where y does not."""
+        reach = np.abs(self._output_joint(y)[0])
+        return np.asarray(self._direction(y) + self._side * corner(reach, self._arm, self._rod))
+
+    def _lean(self, alpha: float, y: float) -> float:
+        """The sine of the lever's angle against the line to the output's joint."""
+        w = complex(self._output_joint(np.asarray(y))[0])
+        return float((w.conjugate() * cmath.exp(1j * alpha)).imag / (abs(w) or 1.0))
+
+    def _check_reference(self) -> None:
+        """Raises ``InputError`` (linkage.input_angle) where the reference position is a dead point."""
+        y = np.asarray(self._reference_output)
+        P, Q = self._output_joint(y), self._lever_joint(np.asarray(self.input_angle))
+        grips = [abs((np.conj(P[0] - Q[0]) * moved).real) / (self._rod * abs(moved)) for moved in (P[1], Q[1])]
+        if min(grips) < _DEAD:
+            line = "the rod cannot move the output" if grips[0] < grips[1] else "the rod is in line with the lever"
+            raise InputError("linkage.input_angle", degrees(self.input_angle), f"must not be a dead point: {line}")
+
+    @property
+    @abstractmethod
+    def _arm(self) -> float:
+        """The lever's, in m."""
+
+    @property
+    @abstractmethod
+    def _rod(self) -> float:
+        """In m."""
+
+    @property
+    @abstractmethod
+    def _period(self) -> float:
+        """Of the output: 2 pi or infinite."""
+
+    @abstractmethod
+    def _output_joint(self, y: np.ndarray) -> np.ndarray:
+        """P and its derivatives by y (4, ...)."""
+
+    @abstractmethod
+    def _direction(self, y: np.ndarray) -> np.ndarray:
+        """The angle of P; it does not jump where y does not."""
+
+    @abstractmethod
+    def _output_where(self, alpha: np.ndarray) -> np.ndarray:
+        """y on the branch; it does not jump where alpha does not."""
+
+    @abstractmethod
+    def _locked(self) -> Iterable[tuple[float, float]]:
+        """alpha and y of all positions in which the rod cannot move the output."""
+
+    @abstractmethod
+    def _turning_back(self) -> Iterable[float]:
+        """y of all positions in which the rod is in line with the lever."""
+
+    @staticmethod
+    @abstractmethod
+    def _shown(psi: float) -> str:
+        """With its unit."""
+
+
+def corner(a: np.ndarray, b: float, opposite: float) -> np.ndarray:
+    """The angle between the sides a and b of a triangle, 0 or pi where it does not close.
+
+    W. Kahan, "Miscalculating Area and Angles of a Needle-like Triangle" (2014): a cosine would lose half of the digits near 0.
+    """
+    near, far = (opposite - a + b) * (opposite + a - b), (a + b - opposite) * (a + b + opposite)
+    return np.asarray(2 * np.arctan2(np.sqrt(np.maximum(near, 0)), np.sqrt(np.maximum(far, 0))))
+
+
+def check_parameters(lengths: dict[str, float], input_angle: float, branch: int) -> None:
+    """Raises ``InputError`` (linkage.KEY) for lengths in m or an angle that are none, or a branch that is not +1 or -1."""
+    for key, length in lengths.items():
+        if not (math.isfinite(length) and length > 0):
+            raise InputError(f"linkage.{key}", length, "must be a length greater than 0 m")
+    if not math.isfinite(input_angle):
+        raise InputError("linkage.input_angle", input_angle, "must be a finite angle in rad")
+    if branch not in (-1, +1):
+        raise InputError("linkage.branch", branch, "must be +1 (open) or -1 (crossed)")
+
+
+def degrees(angle: float) -> str:
+    """An angle in rad, for the user."""
+    return f"{math.degrees(angle):.6g} deg"
+
+
+def _around(value: float, dead: Iterable[float], period: float) -> Limits:
+    """How far the next ones below and above a value are from it; infinitely far where there are none."""
+    gaps = np.array(list(dead)) - value
+    # With an infinite period one above is infinitely far below, and the other way round.
+    below, above = -np.mod(-gaps, period), np.mod(gaps, period)
+    return float(below.max(initial=-math.inf)), float(above.min(initial=math.inf))
+
+
+def _check_within(what: str, given: np.ndarray | float, limits: Limits, shown: Callable[[float], str]) -> None:
+    low, high = limits
+    values = np.ravel(given)
+    beyond = values[~((values > low) & (values < high))]
+    if len(beyond):
+        worst = float(beyond[np.argmax(np.maximum(low - beyond, beyond - high))])
+        allowed = f"the {what} must stay between {shown(low)} and {shown(high)}, where the linkage has dead points"
+        raise InputError("linkage", shown(worst), allowed)

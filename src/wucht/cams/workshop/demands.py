@@ -1,0 +1,43 @@
+"""What is demanded of numbers that someone types: a sentence for each that will not do."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from wucht.errors import InputError
+
+MOST_DECIMALS = 12
+
+
+def positive(where: str, value: float) -> float:
+    """A finite number above zero. Raises ``InputError``."""
+    if not (math.isfinite(value) and value > 0):
+        raise InputError(where, value, "it must be a number greater than zero")
+    return float(value)
+
+
+def at_least(where: str, value: int, least: int) -> int:
+    """A whole number from ``least`` on. Raises ``InputError``."""
+    if not _whole(value) or value < least:
+        raise InputError(where, value, f"it must be a whole number, {least} or more")
+    return int(value)
+
+
+def places(where: str, value: int) -> int:
+    """A number of decimals, 0 to 12. Raises ``InputError``."""
+    if not _whole(value) or not 0 <= value <= MOST_DECIMALS:
+        raise InputError(where, value, f"decimals must be a whole number from 0 to {MOST_DECIMALS}")
+    return int(value)
+
+
+def _whole(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def finite(where: str, values: np.ndarray) -> np.ndarray:
+    """Values of any shape, none of them missing. Raises ``InputError``."""
+    if not np.isfinite(values).all():
+        raise InputError(where, None, "it gives values that are no numbers (NaN or infinite)")
+    return values

@@ -1,0 +1,99 @@
+"""Points of a closed curve to mill: as dense as a chord tolerance demands, or evenly spaced in the cam angle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.cams.workshop.closed_curve import GRID, ClosedCurve, curvature, even, outward_normals, speed
+from wucht.cams.workshop.demands import at_least, finite, positive
+from wucht.errors import InputError
+
+FEWEST = 3
+_BETWEEN = 16  # parts of each chord between which the curve is looked at; the middle is one
+_SAMPLES = 2048  # of the turn, at least, however few the chords are
+_SHARE = 0.99  # of the tolerance is used: between the samples looked at lie at most 0.4 % more of a parabola's height
+_FLATTEST = 0.02  # of the mean density of points: so many even where the curve is straight
+_MOST = 2_000_000
+_TURN = 2 * math.pi
+
+
+@dataclass(frozen=True, eq=False)
+class PointList:
+    """Points of a closed curve in order, the first not repeated at the end.
+
+    phi (N,): parameters in rad, rising from 0. position (N,): x + i y in m. normal (N,): outward unit normals, complex.
+    """
+
+    phi: np.ndarray
+    position: np.ndarray
+    normal: np.ndarray
+
+    @property
+    def spacing(self) -> np.ndarray:
+        """The lengths (N,) in m of the chords from each point to the next, the last back to the first."""
+        return np.asarray(np.abs(np.roll(self.position, -1) - self.position))
+
+
+def points_at(curve: ClosedCurve, phi: np.ndarray) -> PointList:
+    """The points of the curve at parameters (N,)."""
+    return PointList(phi, finite("curve", curve(phi)), outward_normals(curve, phi))
+
+
+def even_points(curve: ClosedCurve, count: int) -> PointList:
+    """Points evenly spaced in the parameter, 3 or more. Raises ``InputError``."""
+    return points_at(curve, even(at_least("count", count, FEWEST)))
+
+
+def chord_points(curve: ClosedCurve, tolerance: float, spacing: float = math.inf, least: int = FEWEST) -> PointList:
+    """Points so dense that no chord between neighbours deviates from the curve by more than the tolerance.
+
+    tolerance: in m. spacing: the longest chord that is allowed, in m. least: the number of points that there must be.
+    The density comes from the sagitta h^2 kappa/8 of a chord h; the chords themselves are then looked at, between the points
+    too, and all are made denser where one deviates too far. Raises ``InputError``.
+    """
+    positive("tolerance", tolerance)
+    at_least("least", least, FEWEST)
+    if spacing != math.inf:
+        positive("spacing", spacing)
+    grid = np.append(even(GRID), _TURN)
+    density = _density(curve, grid, _SHARE * tolerance, spacing)
+    steps = (density[1:] + density[:-1]) / 2 * (_TURN / GRID)
+    reached = np.append(0.0, np.cumsum(steps))
+    count = max(least, math.ceil(reached[-1]))
+    while count <= _MOST:
+        phi = np.interp(reached[-1] * np.arange(count) / count, reached, grid)
+        longest = float(np.abs(np.diff(curve(np.append(phi, _TURN)))).max())
+        excess = max(math.sqrt(chord_deviation(curve, phi) / (_SHARE * tolerance)), longest / spacing)
+        if excess <= 1:
+            return points_at(curve, phi)
+        count = max(count + 1, math.ceil(count * min(excess, 2.0)))
+    raise InputError(
+        "tolerance", tolerance, f"it needs more than {_MOST} points: choose a wider tolerance or spacing (both in m)"
+    )
+
+
+def _density(curve: ClosedCurve, phi: np.ndarray, tolerance: float, spacing: float) -> np.ndarray:
+    """Points a radian at parameters (M,): of chords h = sqrt(8 tolerance/kappa), none longer than ``spacing``."""
+    finite("curve", curve(phi, 2))
+    density = speed(curve, phi) * np.maximum(np.sqrt(curvature(curve, phi) / (8 * tolerance)), 1 / spacing)
+    return np.asarray(np.maximum(density, _FLATTEST * density.mean()))
+
+
+def chord_deviation(curve: ClosedCurve, phi: np.ndarray) -> float:
+    """The largest distance in m between the curve and the closed polygon of its points at rising parameters (N,)."""
+    parts = max(_BETWEEN, math.ceil(_SAMPLES / len(phi)))
+    ends = np.append(phi, phi[0] + _TURN)
+    shares = np.arange(1, parts) / parts
+    between = finite("curve", curve(ends[:-1, None] + np.diff(ends)[:, None] * shares))
+    start = curve(ends[:-1])[:, None]
+    return float(_from_chords(between, start, np.roll(start, -1, axis=0) - start).max())
+
+
+def _from_chords(position: np.ndarray, start: np.ndarray, chord: np.ndarray) -> np.ndarray:
+    """The distances of points (N, M) from chords (N, 1), each from its own."""
+    length = np.maximum(np.abs(chord) ** 2, np.finfo(float).tiny)
+    share = np.clip(((position - start) * chord.conj()).real / length, 0.0, 1.0)
+    return np.asarray(np.abs(position - start - share * chord))

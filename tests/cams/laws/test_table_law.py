@@ -1,0 +1,136 @@
+"""A law through the points of a table."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.cams.laws.table_law import TableLaw
+from wucht.errors import InputError
+from wucht.numerics.harmonics import Harmonics
+
+TURN = 2 * math.pi
+MOTION = Harmonics.of(0.1, [1.0, -0.3], [0.2, 0.1])
+EVERYWHERE = np.linspace(-10, 10, 501)
+
+
+def uneven(count, first=0.0):
+    """Angles whose distances vary by a factor of 3."""
+    k = np.arange(count) / count
+    return first + TURN * k - 0.5 * np.sin(TURN * k)
+
+
+@pytest.mark.parametrize("degree", [3, 5])
+@pytest.mark.parametrize("first", [0.0, -2.0])
+def test_the_table_is_met(degree, first):
+    phi = uneven(13, first)
+    law = TableLaw(phi, MOTION(phi), degree)
+    for turns in (-2, 0, 1):
+        assert law(phi + TURN * turns) == pytest.approx(MOTION(phi), abs=1e-13)
+
+
+@pytest.mark.parametrize(("degree", "errors"), [(5, (4e-7, 8e-6, 3e-4, 8e-3)), (3, (2e-5, 3e-4, 2e-2, 6e-1))])
+def test_between_the_points_and_derivatives(degree, errors):
+    """Against the motion itself, to what a spline of that degree through 48 uneven points can do."""
+    phi = uneven(48, 1.0)
+    law = TableLaw(phi, MOTION(phi), degree)
+    for order, error in enumerate(errors):
+        off = np.abs(law(EVERYWHERE, order) - MOTION(EVERYWHERE, order)).max()
+        assert error / 10 < off < error
+
+
+@pytest.mark.parametrize(("degree", "order"), [(5, 6), (3, 4)])
+def test_order_of_convergence(degree, order):
+    """With the number of points doubled the error falls by 2^(degree + 1)."""
+    errors = []
+    for count in (24, 48):
+        phi = uneven(count)
+        errors.append(np.abs(TableLaw(phi, MOTION(phi), degree)(EVERYWHERE) - MOTION(EVERYWHERE)).max())
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.5)
+
+
+@pytest.mark.parametrize("degree", [3, 5])
+def test_derivatives_are_those_of_the_spline(degree):
+    """Differences of sixth order, within the pieces; rounding 1e-16/h."""
+    phi = uneven(9, 0.4)
+    law, h = TableLaw(phi, MOTION(phi), degree), 1e-3
+    x = (phi + np.append(phi[1:], phi[0] + TURN)) / 2
+    for k in range(3):
+        steps = sum(c / 60 * (law(x + n * h, k) - law(x - n * h, k)) for n, c in ((1, 45), (2, -9), (3, 1)))
+        assert law(x, k + 1) == pytest.approx(steps / h, abs=1e-10)
+
+
+def jumps(law, phi, order):
+    """At the points."""
+    return np.abs(law(phi + 1e-9, order) - law(phi - 1e-9, order)).max()
+
+
+def test_what_is_continuous():
+    phi = uneven(9, 0.4)
+    quintic, cubic = TableLaw(phi, MOTION(phi)), TableLaw(phi, MOTION(phi), 3)
+    assert quintic.degree == 5
+    for order in range(4):
+        assert jumps(quintic, phi, order) < 1e-6  # 2e-9 times the next derivative
+    for order in range(3):
+        assert jumps(cubic, phi, order) < 1e-6
+    assert jumps(cubic, phi, 3) > 0.1
+    assert cubic(phi, 3) == pytest.approx(cubic(phi + 1e-9, 3), abs=1e-6)
+
+
+@pytest.mark.parametrize("end", [TURN, TURN - 3e-7, TURN + 3e-7])
+def test_the_first_point_may_stand_there_again(end):
+    """Also where the table rounds 2 pi to 6.283185."""
+    phi = uneven(12)
+    law = TableLaw(np.append(phi, end), np.append(MOTION(phi), MOTION(0.0) + 1e-9))
+    assert np.array_equal(law(EVERYWHERE, 3), TableLaw(phi, MOTION(phi))(EVERYWHERE, 3))
+
+
+def test_a_constant_and_shapes():
+    law = TableLaw(np.linspace(0, TURN, 7), np.full(7, 2.5))
+    assert law(EVERYWHERE) == pytest.approx(2.5, abs=1e-14)
+    assert law(np.ones((2, 3)), 1).shape == (2, 3)
+    assert law(1.0, 2).shape == ()
+
+
+@pytest.mark.parametrize(
+    ("phi", "psi", "degree", "sentence"),
+    [
+        (np.arange(6), np.arange(6), 4, "law.degree: given 4; must be 5 or 3"),
+        (np.arange(6), np.arange(5), 5, "law.file: needs as many outputs as cam angles, not 5 and 6"),
+        (np.arange(6).reshape(2, 3), np.zeros((2, 3)), 5, "law.file: needs as many outputs as cam angles"),
+        (np.arange(6), [0, 1, math.nan, 3, 4, 5], 5, "law.file: point 3 is not made of two finite numbers"),
+        ([0, 1, 2, math.inf, 4, 5], np.zeros(6), 5, "law.file: point 4 is not made of two finite numbers"),
+        (
+            np.radians([0, 20, 10, 30, 40, 50]),
+            np.zeros(6),
+            5,
+            "law.file: given '10 deg after 20 deg'; the cam angles must increase",
+        ),
+        (
+            np.radians([0, 20, 20, 30, 40, 50]),
+            np.zeros(6),
+            5,
+            "law.file: given '20 deg after 20 deg'; the cam angles must increase",
+        ),
+        (np.linspace(0, 7, 8), np.zeros(8), 5, "law.file: given '401.070457 deg'; the cam angles must span at most 360 deg"),
+        (
+            np.linspace(0, TURN, 9),
+            [0, 1, 2, 3, 2, 1, 0, 0, 0.1],
+            5,
+            "law.file: given 0.1; the last point, a turn after the first, must have its output, 0",
+        ),
+        (np.arange(5), np.arange(5), 5, "law.file: given '5 points'; degree 5 needs 6 different ones or more"),
+        (np.linspace(0, TURN, 4), np.zeros(4), 3, "law.file: given '3 points'; degree 3 needs 4 different ones or more"),
+        ([], [], 5, "law.file: given '0 points'; degree 5 needs 6 different ones or more"),
+    ],
+)
+def test_wrong_tables(phi, psi, degree, sentence):
+    with pytest.raises(InputError) as error:
+        TableLaw(np.array(phi), np.array(psi), degree)
+    assert sentence in str(error.value)
+
+
+@pytest.mark.parametrize("degree", [3, 5])
+def test_as_few_points_as_the_degree_needs(degree):
+    phi = np.arange(degree + 1) / (degree + 1) * TURN
+    assert TableLaw(phi, np.cos(phi), degree)(phi) == pytest.approx(np.cos(phi), abs=1e-13)

@@ -1,0 +1,376 @@
+"""Linkages between lever and output: closure, both directions, dead points, and laws seen through them."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from wucht.cams.derivatives import composed
+from wucht.cams.laws.rise_and_return import RiseAndReturn
+from wucht.cams.laws.standard_laws import STANDARD_LAWS
+from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
+from wucht.cams.linkages.linked_motion import LeverMotion, OutputMotion
+from wucht.errors import InputError
+from wucht.numerics.harmonics import Harmonics
+
+PI = math.pi
+PHI = np.linspace(0, 2 * PI, 41)
+ROCKERS = FourBar(0.1, 0.08, 0.07, 0.08, 1.2)
+CRANK_ROCKER = FourBar(0.1, 0.04, 0.12, 0.09, 1.0)
+DOUBLE_CRANK = FourBar(0.04, 0.1, 0.09, 0.12, 1.0)
+PARALLELOGRAM = FourBar(0.1, 0.05, 0.1, 0.05, 1.0)
+SLIDER = SliderCrank(0.05, 0.2, 1.0, offset=0.01)
+ROCKING_SLIDER = SliderCrank(0.2, 0.05, 0.1, offset=-0.01, branch=-1)
+CROSSED = FourBar(0.1, 0.08, 0.07, 0.08, 1.2, branch=-1)
+LINKAGES = [ROCKERS, CRANK_ROCKER, DOUBLE_CRANK, PARALLELOGRAM, SLIDER, ROCKING_SLIDER, CROSSED]
+every_linkage = pytest.mark.parametrize(
+    "linkage", LINKAGES, ids=["rockers", "crank-rocker", "double-crank", "parallelogram", "slider", "rocking-slider", "crossed"]
+)
+
+
+def inner(limits, count=31, share=0.9):
+    """Values within limits, not near the dead points; over three turns where there are none."""
+    low, high = (x if math.isfinite(x) else math.copysign(10.0, x) for x in limits)
+    return (low + high) / 2 + (high - low) / 2 * share * np.linspace(-1, 1, count)
+
+
+def reach(linkage, count=31):
+    """psi within reach."""
+    return inner(linkage.output_limits, count)
+
+
+def differences(function, x, h):
+    """The first derivative, of sixth order in h."""
+    return sum(c / 60 * (function(x + k * h) - function(x - k * h)) for k, c in ((1, 45), (2, -9), (3, 1))) / h
+
+
+def norton(g, a, b, c, alpha, branch):
+    """A vector at half the output's angle, from Freudenstein's equation (R. L. Norton, Design of Machinery, chapter 4)."""
+    K1, K2, K3 = g / a, g / c, (a**2 - b**2 + c**2 + g**2) / (2 * a * c)
+    A = np.cos(alpha) - K1 - K2 * np.cos(alpha) + K3
+    B = -2 * np.sin(alpha)
+    C = K1 - (K2 + 1) * np.cos(alpha) + K3
+    return 2 * A + 1j * (-B - branch * np.sqrt(B**2 - 4 * A * C))
+
+
+lengths = st.floats(0.2, 2.0)
+angles = st.floats(-PI, PI)
+branches = st.sampled_from([-1, 1])
+shares = st.floats(-0.95, 0.95)
+
+
+@st.composite
+def four_bars(draw):
+    """Four-bars that close, not near a dead point."""
+    g, a, c, angle, branch = draw(lengths), draw(lengths), draw(lengths), draw(angles), draw(branches)
+    to_joint = abs(a * np.exp(1j * angle) - g)
+    assume(to_joint > 0.05)
+    least, most = abs(to_joint - c), to_joint + c
+    return made(FourBar, g, a, least + (most - least) * draw(st.floats(0.05, 0.95)), c, angle, branch)
+
+
+@st.composite
+def slider_cranks(draw):
+    a, angle, offset, branch = draw(lengths), draw(angles), draw(st.floats(-1, 1)), draw(branches)
+    least = abs(offset - a * math.sin(angle))
+    return made(SliderCrank, a, least + draw(st.floats(0.1, 3)), angle, offset, branch)
+
+
+def made(cls, *parameters):
+    try:
+        return cls(*parameters)
+    except InputError:
+        assume(False)
+
+
+@pytest.mark.parametrize("branch", [1, -1])
+@pytest.mark.parametrize("linkage", [ROCKERS, CRANK_ROCKER, DOUBLE_CRANK])
+def test_freudenstein(linkage, branch):
+    """On both branches as Norton defines them."""
+    g, a, b, c, angle = linkage.ground, linkage.input, linkage.coupler, linkage.output, linkage.input_angle
+    linkage = FourBar(g, a, b, c, angle, branch)
+    rho = inner(linkage.lever_limits)
+    turned = (norton(g, a, b, c, angle + rho, branch) / norton(g, a, b, c, angle, branch)) ** 2
+    assert np.exp(1j * linkage.output_at(rho)) == pytest.approx(turned / np.abs(turned), abs=1e-12)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(st.one_of(four_bars(), slider_cranks()), shares)
+def test_there_and_back(linkage, share):
+    """psi -> rho -> psi, and the derivatives of that. An error of rho comes back larger by as much as the output is faster."""
+    low, high = inner(linkage.output_limits, 2, 1.0)
+    psi = (low + high) / 2 + share * (high - low) / 2
+    forth = linkage.lever_derivatives(psi)
+    back = linkage.output_derivatives(forth[0])
+    assert back[0] == pytest.approx(psi, abs=1e-12 * max(1, abs(back[1])))
+    for order in (1, 2, 3):
+        terms = composed(np.abs(back), np.abs(forth[: order + 1]))
+        assert composed(back, forth[: order + 1]) == pytest.approx(float(order == 1), abs=1e-9 * max(1, terms))
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(four_bars(), shares)
+def test_the_coupler_keeps_its_length(linkage, share):
+    """From the output's angle, which the reference position and psi give, and the lever's."""
+    low, high = inner(linkage.output_limits, 2, 1.0)
+    psi = (low + high) / 2 + share * (high - low) / 2
+    g, a, b, c, angle = linkage.ground, linkage.input, linkage.coupler, linkage.output, linkage.input_angle
+    half = norton(g, a, b, c, angle, linkage.branch)
+    assume(abs(half) > 0.01)  # else Norton's formula loses its digits
+    beta = 2 * np.angle(half) + psi
+    rod = g + c * np.exp(1j * beta) - a * np.exp(1j * (angle + linkage.lever_at(psi)))
+    assert abs(rod) == pytest.approx(b, abs=1e-11)
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(four_bars())
+def test_grashof(linkage):
+    """The lever turns round if shortest plus longest are less than the others and it, or the ground, is shortest."""
+    g, a, b, c = linkage.ground, linkage.input, linkage.coupler, linkage.output
+    excess = min(g, a, b, c) + max(g, a, b, c) - (g + a + b + c) / 2
+    assume(abs(excess) > 1e-6)
+    turns = excess < 0
+    assert (linkage.lever_limits == (-math.inf, math.inf)) == (turns and min(g, a, b, c) in (a, g))
+    assert (linkage.output_limits == (-math.inf, math.inf)) == (turns and min(g, a, b, c) == g)
+
+
+@every_linkage
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_derivatives(linkage, order):
+    """Dead points are 160 steps or more away; of the rounding (1e-13 near a dead point) 1/h remains."""
+    for function, limits in ((linkage.lever_at, linkage.output_limits), (linkage.output_at, linkage.lever_limits)):
+        x = inner(limits)
+        h = min(1e-3, (x[1] - x[0]) / 100)
+        rounding = 3e-13 * max(np.abs(function(x, n)).max() for n in range(order + 2)) / h
+        truncation = 1e-10 * np.abs(function(x, order + 1)).max()
+        expected = differences(lambda at, f=function: f(at, order), x, h)
+        assert function(x, order + 1) == pytest.approx(expected, abs=rounding + truncation)
+
+
+@every_linkage
+def test_zero_is_the_reference_position(linkage):
+    assert linkage.output_at(0.0) == 0
+    assert linkage.lever_at(0.0) == pytest.approx(0, abs=2e-15)
+    assert linkage.lever_at(np.zeros((2, 3)), 1).shape == (2, 3)
+
+
+def test_a_parallelogram_is_the_identity():
+    psi = np.linspace(-0.8, 1.9, 51)
+    assert PARALLELOGRAM.lever_derivatives(psi) == pytest.approx(np.stack([psi, psi**0, 0 * psi, 0 * psi]), abs=1e-11)
+    assert PARALLELOGRAM.output_limits == pytest.approx((-1, PI - 1), abs=1e-7)  # a double root: half of the digits
+    law = RiseAndReturn(STANDARD_LAWS["modified-sine"], 0.5, (0.2, 2.0))
+    for order in range(4):
+        assert LeverMotion(law, PARALLELOGRAM)(PHI, order) == pytest.approx(law(PHI, order), abs=1e-11)
+
+
+@pytest.mark.parametrize("rod", [1e2, 1e4])
+@pytest.mark.parametrize("branch", [1, -1])
+def test_with_a_long_rod_the_slider_follows_the_cosine(rod, branch):
+    """psi = crank (cos alpha - cos alpha0), and of first order in crank/rod what the rod's slope takes away."""
+    start, crank = 0.7, 0.3
+    rho = np.linspace(-0.6, 2, 21)
+    alpha = start + rho
+    cosine, slope = (
+        crank * (np.cos(alpha) - math.cos(start)),
+        (crank**2 / 2 / rod) * (math.sin(start) ** 2 - np.sin(alpha) ** 2),
+    )
+    linkage = SliderCrank(crank, rod, start, branch=branch)
+    assert linkage.output_at(rho) == pytest.approx(cosine + branch * slope, abs=1 / rod**3 + 1e-15 * rod)
+    assert linkage.output_at(rho, 1) == pytest.approx(-crank * np.sin(alpha), abs=0.1 / rod)
+    assert linkage.output_at(rho, 3) == pytest.approx(crank * np.sin(alpha), abs=0.4 / rod)
+
+
+@settings(max_examples=50, deadline=None, derandomize=True)
+@given(four_bars(), shares)
+def test_the_mirror_image_is_crossed(linkage, share):
+    g, a, b, c = linkage.ground, linkage.input, linkage.coupler, linkage.output
+    mirror = made(FourBar, g, a, b, c, -linkage.input_angle, -linkage.branch)
+    low, high = linkage.output_limits
+    assert (-high, -low) == pytest.approx(mirror.output_limits, abs=1e-7)
+    psi = share * min(high, -low, 10.0)
+    signs = np.array([1, -1, 1, -1])
+    assert -signs * mirror.lever_derivatives(-psi) == pytest.approx(linkage.lever_derivatives(psi), rel=1e-6, abs=1e-9)
+
+
+@every_linkage
+def test_it_works_between_its_limits(linkage):
+    """Beyond them it does not close, or turns back; at them either the output or the lever stands still."""
+    for limit in linkage.output_limits:
+        if math.isfinite(limit):
+            slope = abs(linkage.lever_at(limit * (1 - 1e-9), 1))
+            typical = abs(linkage.lever_at(0.0, 1))
+            assert linkage is PARALLELOGRAM or slope > 1e3 * typical or slope < 1e-3 * typical
+            with pytest.raises(InputError):
+                linkage.lever_at(limit)
+    for limit in linkage.lever_limits:
+        if math.isfinite(limit):
+            near = limit * (1 - 1e-9)
+            assert linkage is PARALLELOGRAM or abs(linkage.output_at(near, 1)) > 1e3 * abs(linkage.output_at(0.0, 1))
+            assert linkage.transmission_angle(near) < 1e-3
+            with pytest.raises(InputError):
+                linkage.output_at(limit)
+
+
+def test_limits_of_a_crank_rocker():
+    """The output swings as far as the law of cosines says, with crank and coupler in line; the crank turns round."""
+    g, a, b, c = 0.1, 0.04, 0.12, 0.09
+    far, near = (math.acos((g**2 + c**2 - r**2) / (2 * g * c)) for r in (b + a, b - a))
+    start = 2 * np.angle(norton(g, a, b, c, 1.0, 1)) % (2 * PI)
+    assert CRANK_ROCKER.output_limits == pytest.approx((PI - far - start, PI - near - start), abs=1e-12)
+    assert CRANK_ROCKER.lever_limits == (-math.inf, math.inf)
+    psi = CRANK_ROCKER.output_at(np.linspace(0, 2 * PI, 5001))
+    assert (psi.min(), psi.max()) == pytest.approx(CRANK_ROCKER.output_limits, abs=1e-6)
+
+
+def test_limits_of_a_slider_crank():
+    """In line with the rod both ways; where the rod is the shorter one, square to the slide."""
+    zero = 0.05 * math.cos(1.0) + math.sqrt(0.2**2 - (0.01 - 0.05 * math.sin(1.0)) ** 2)
+    assert SLIDER.output_limits == pytest.approx([math.sqrt(r**2 - 0.01**2) - zero for r in (0.15, 0.25)], abs=1e-15)
+    assert SLIDER.lever_limits == (-math.inf, math.inf)
+    assert ROCKING_SLIDER.lever_limits == pytest.approx([math.asin(-0.06 / 0.2) - 0.1, math.asin(0.04 / 0.2) - 0.1], abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("kite", "lever"),
+    [(FourBar(0.05, 0.1, 0.1, 0.05, 1.0), (-1, PI - 1)), (FourBar(0.1, 0.1, 0.05, 0.05, 1.0), (-1, PI / 3 - 1))],
+)
+def test_limits_of_kites(kite, lever):
+    """Where two joints meet: the linkage can turn there as one, or fold."""
+    assert kite.lever_limits == pytest.approx(lever, abs=1e-7)
+    psi = reach(kite)
+    assert kite.output_at(kite.lever_at(psi)) == pytest.approx(psi, abs=1e-12)
+
+
+def test_a_double_crank_turns_on():
+    rho = np.linspace(-20, 20, 101)
+    psi = DOUBLE_CRANK.output_at(rho)
+    assert np.diff(psi).min() > 0
+    assert DOUBLE_CRANK.output_at(rho + 2 * PI) == pytest.approx(psi + 2 * PI, abs=1e-12)
+    assert DOUBLE_CRANK.lever_at(psi) == pytest.approx(rho, abs=1e-12)
+
+
+def test_transmission_angle():
+    """Of a four-bar by the law of cosines, of a slider-crank from the slope of the rod."""
+    rho = inner(ROCKERS.lever_limits)
+    diagonal = np.abs(0.08 * np.exp(1j * (1.2 + rho)) - 0.1)
+    between = np.arccos((0.07**2 + 0.08**2 - diagonal**2) / (2 * 0.07 * 0.08))
+    assert ROCKERS.transmission_angle(rho) == pytest.approx(np.minimum(between, PI - between), abs=1e-12)
+    slope = np.arcsin((0.01 - 0.05 * np.sin(1.0 + PHI)) / 0.2)
+    assert SLIDER.transmission_angle(PHI) == pytest.approx(PI / 2 - np.abs(slope), abs=1e-12)
+    law = Harmonics.of(0.0, [0.1])
+    motion = LeverMotion(law, ROCKERS)
+    assert motion.transmission_angle(PHI) == pytest.approx(ROCKERS.transmission_angle(ROCKERS.lever_at(law(PHI))))
+    assert OutputMotion(motion, ROCKERS).transmission_angle(PHI) == pytest.approx(motion.transmission_angle(PHI))
+
+
+def law_within(linkage):
+    """A motion of four harmonics that uses half of what is within reach, and of no more than a radian."""
+    low, high = inner(linkage.output_limits, 2, 0.25)
+    size = min((high - low) / 2, 0.5)
+    return Harmonics.of((low + high) / 2, [0.5 * size, 0.2 * size, 0, 0.1 * size], [0.2 * size])
+
+
+@every_linkage
+def test_motions_through_a_linkage(linkage):
+    law = law_within(linkage)
+    lever = LeverMotion(law, linkage)
+    output = OutputMotion(lever, linkage)
+    assert lever(1.0).shape == ()
+    assert lever(np.ones((2, 3)), 2).shape == (2, 3)
+    for order in range(4):
+        scale = max(1.0, np.abs(lever(PHI, order)).max())
+        assert output(PHI, order) == pytest.approx(law(PHI, order), abs=1e-11 * scale)
+    for order in range(3):
+        scale = max(1.0, np.abs(lever(PHI, order + 1)).max())
+        assert lever(PHI, order + 1) == pytest.approx(differences(lambda x, n=order: lever(x, n), PHI, 1e-3), abs=1e-9 * scale)
+
+
+def test_a_crank_passes_the_rod():
+    """Where the output turns back: its velocity vanishes twice more, and all derivatives are smooth."""
+    motion = OutputMotion(Harmonics.of(0.0, [3.0]), CRANK_ROCKER)
+    assert (motion(np.linspace(0, 2 * PI, 999)).min()) == pytest.approx(CRANK_ROCKER.output_limits[0], abs=1e-5)
+    for order in range(3):
+        expected = differences(lambda x, n=order: motion(x, n), PHI, 1e-3)
+        assert motion(PHI, order + 1) == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
+    with pytest.raises(InputError):
+        LeverMotion(Harmonics.of(0.0, [1.2]), CRANK_ROCKER)
+
+
+@pytest.mark.parametrize("direction", [LeverMotion, OutputMotion])
+def test_a_dead_point_between_samples_is_seen(direction):
+    """The law goes from 0 to a limit half a step of the grid of 2048 from it; on the grid it is less by 6e-7 of that."""
+    for limit in ROCKERS.output_limits if direction is LeverMotion else ROCKERS.lever_limits:
+        law = Harmonics.of(limit / 2, [limit / 2]).shifted(PI / 2048)
+        assert abs(law(np.arange(2048) * PI / 1024)).max() < (1 - 5e-7) * abs(limit)
+        for share, passes in ((1 - 1e-7, True), (1 + 1e-7, False)):
+            scaled = Harmonics(share * law.mean, share * law.cosine, share * law.sine)
+            if passes:
+                direction(scaled, ROCKERS)
+                continue
+            with pytest.raises(InputError, match="must stay between"):
+                direction(scaled, ROCKERS)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        (lambda: FourBar(0.0, 1, 1, 1, 1), "linkage.ground: given 0.0; must be a length greater than 0 m"),
+        (lambda: FourBar(1, -1, 1, 1, 1), "linkage.input: given -1; must be a length greater than 0 m"),
+        (lambda: FourBar(1, 1, math.nan, 1, 1), "linkage.coupler: given nan; must be a length greater than 0 m"),
+        (lambda: FourBar(1, 1, 1, math.inf, 1), "linkage.output: given inf; must be a length greater than 0 m"),
+        (lambda: FourBar(1, 1, 1, 1, math.nan), "linkage.input_angle: given nan; must be a finite angle in rad"),
+        (lambda: FourBar(1, 1, 1, 1, 1, 0), "linkage.branch: given 0; must be +1 (open) or -1 (crossed)"),
+        (
+            lambda: FourBar(4, 3, 1.5, 2, PI / 2),
+            "linkage.coupler: given 1.5; must be between 3 m and 7 m to close the linkage at its input_angle",
+        ),
+        (
+            lambda: FourBar(4, 3, 7.5, 2, PI / 2),
+            "linkage.coupler: given 7.5; must be between 3 m and 7 m to close the linkage at its input_angle",
+        ),
+        (
+            lambda: FourBar(4, 3, 7, 2, PI / 2),
+            "linkage.input_angle: given '90 deg'; must not be a dead point: the rod cannot move the output",
+        ),
+        (
+            lambda: FourBar(5, 1, 2, 4, math.acos(0.6)),
+            "linkage.input_angle: given '53.1301 deg'; must not be a dead point: the rod is in line with the lever",
+        ),
+        (lambda: SliderCrank(0, 1, 1), "linkage.crank: given 0; must be a length greater than 0 m"),
+        (lambda: SliderCrank(1, -2, 1), "linkage.rod: given -2; must be a length greater than 0 m"),
+        (lambda: SliderCrank(1, 2, 1, math.inf), "linkage.offset: given inf; must be a finite length in m"),
+        (lambda: SliderCrank(1, 2, math.inf), "linkage.input_angle: given inf; must be a finite angle in rad"),
+        (lambda: SliderCrank(1, 2, 1, branch=2), "linkage.branch: given 2; must be +1 (open) or -1 (crossed)"),
+        (
+            lambda: SliderCrank(1, 1.4, PI / 2, -0.5),
+            "linkage.rod: given 1.4; must be at least 1.5 m to close the linkage at its input_angle",
+        ),
+        (
+            lambda: SliderCrank(1, 1.5, PI / 2, -0.5),
+            "linkage.input_angle: given '90 deg'; must not be a dead point: the rod cannot move the output",
+        ),
+        (
+            lambda: SliderCrank(1, 2, 0.0),
+            "linkage.input_angle: given '0 deg'; must not be a dead point: the rod is in line with the lever",
+        ),
+        (
+            lambda: LeverMotion(Harmonics.of(0.3, [1.2]), CRANK_ROCKER),
+            "linkage: given '-51.5662 deg'; the output must stay between -5.03629 deg and 60.1296 deg, where the linkage",
+        ),
+        (
+            lambda: LeverMotion(Harmonics.of(0.0, [0.0], [0.06]), SLIDER),
+            "linkage: given '0.06 m'; the output must stay between -0.0747603 m and 0.0253733 m, where the linkage",
+        ),
+        (
+            lambda: OutputMotion(Harmonics.of(0.0, [2.0]), ROCKING_SLIDER),
+            "linkage: given '114.592 deg'; the lever must stay between -23.1872 deg and 5.80738 deg, where the linkage has",
+        ),
+        (lambda: ROCKERS.lever_at(math.nan), "linkage: given 'nan deg'; the output must stay between"),
+    ],
+)
+def test_wrong_linkages(wrong, sentence):
+    with pytest.raises(InputError) as error:
+        wrong()
+    assert sentence in str(error.value)

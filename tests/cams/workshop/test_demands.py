@@ -1,0 +1,34 @@
+"""What is demanded of numbers."""
+
+import numpy as np
+import pytest
+
+from wucht.cams.workshop.demands import at_least, finite, places, positive
+from wucht.errors import InputError
+
+
+@pytest.mark.parametrize("value", [0.0, -1e-9, float("nan"), float("inf")])
+def test_a_positive_number(value):
+    with pytest.raises(InputError, match=r"tolerance: given .* greater than zero"):
+        positive("tolerance", value)
+    assert positive("tolerance", 1e-300) == 1e-300
+
+
+@pytest.mark.parametrize("value", [2, -3, 3.5, float("nan"), True])
+def test_a_whole_number(value):
+    with pytest.raises(InputError, match=r"count: given .* 3 or more"):
+        at_least("count", value, 3)
+    assert at_least("count", np.int64(3), 3) == 3
+
+
+@pytest.mark.parametrize("value", [-1, 13, 2.5, float("nan"), True])
+def test_decimals(value):
+    with pytest.raises(InputError, match="from 0 to 12"):
+        places("decimals", value)
+    assert [places("decimals", d) for d in (0, 12)] == [0, 12]
+
+
+def test_values_that_are_no_numbers():
+    with pytest.raises(InputError, match="curve: it gives values that are no numbers"):
+        finite("curve", np.array([1.0, np.nan]))
+    assert finite("curve", np.array([1.0])).tolist() == [1.0]

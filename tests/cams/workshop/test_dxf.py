@@ -1,0 +1,146 @@
+"""CAD files come back within the tolerance, in millimetres, closed."""
+
+import sys
+
+import numpy as np
+import pytest
+from curves_to_mill import CURVES, RADIUS, broken, ellipse, lobes
+
+from wucht.cams.workshop.closed_curve import distances
+from wucht.cams.workshop.dxf import (
+    BASE_CIRCLE,
+    CONTOUR,
+    CONTOUR_SPLINE,
+    PITCH,
+    PITCH_SPLINE,
+    ROLLER,
+    read_back,
+    read_dxf,
+    write_dxf,
+)
+from wucht.errors import InputError, RunError
+
+PITCH_CURVE = ellipse(0.06, 0.06)
+TOLERANCE = 1e-6
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_a_round_trip_within_the_tolerance(tmp_path, name):
+    drawn = write_dxf(tmp_path / "cam.dxf", CURVES[name], TOLERANCE, PITCH_CURVE)
+    there = read_back(tmp_path / "cam.dxf", CURVES[name], PITCH_CURVE)
+    assert [d.layer for d in there] == [CONTOUR, CONTOUR_SPLINE, PITCH, PITCH_SPLINE]
+    assert [(d.layer, d.count) for d in drawn] == [(d.layer, d.count) for d in there]
+    assert max(d.deviation for d in drawn) <= TOLERANCE
+    for said, read in zip(drawn, there, strict=True):
+        assert 0.3 * said.deviation < read.deviation <= 1.001 * said.deviation
+    assert read_back(tmp_path / "cam.dxf", CURVES[name])[0].count == drawn[0].count
+
+
+def test_the_polyline_is_closed_and_does_not_repeat_its_first_point(tmp_path):
+    import ezdxf
+
+    write_dxf(tmp_path / "cam.dxf", lobes, TOLERANCE)
+    (line,) = ezdxf.readfile(tmp_path / "cam.dxf").modelspace().query("LWPOLYLINE")
+    x, y = np.array(line.get_points("xy")).T
+    assert line.closed
+    gaps = np.hypot(x - np.roll(x, 1), y - np.roll(y, 1))
+    assert gaps.min() > 0.1
+    assert gaps[0] < 2 * gaps[1]
+
+
+def test_as_a_cad_program_sees_it(tmp_path):
+    """ezdxf evaluates the spline itself; the file has no faults; its unit is the millimetre."""
+    import ezdxf
+
+    write_dxf(tmp_path / "cam.dxf", lobes, TOLERANCE, PITCH_CURVE, base_radius=0.045, roller_radius=0.01)
+    document = ezdxf.readfile(tmp_path / "cam.dxf")
+    assert document.header["$INSUNITS"] == 4
+    assert document.header["$MEASUREMENT"] == 1
+    assert document.audit().errors == []
+    spline = next(s for s in document.modelspace().query("SPLINE") if s.dxf.layer == CONTOUR_SPLINE)
+    assert spline.closed
+    assert spline.dxf.degree == 3
+    seen = np.array([complex(v.x, v.y) for v in spline.construction_tool().approximate(5000)]) / 1e3
+    assert distances(lobes, seen).max() <= TOLERANCE
+    assert np.abs(seen).max() == pytest.approx(0.055, rel=1e-6)
+
+
+def test_layers(tmp_path):
+    import ezdxf
+
+    write_dxf(tmp_path / "cam.dxf", lobes, TOLERANCE, PITCH_CURVE, base_radius=0.045, roller_radius=0.01)
+    there = read_dxf(tmp_path / "cam.dxf")
+    assert set(there.polylines) == {CONTOUR, PITCH}
+    assert set(there.splines) == {CONTOUR_SPLINE, PITCH_SPLINE}
+    assert (there.circles[BASE_CIRCLE].centre, there.circles[BASE_CIRCLE].radius) == (0, pytest.approx(0.045, rel=1e-14))
+    assert (there.circles[ROLLER].centre, there.circles[ROLLER].radius) == (pytest.approx(0.06), pytest.approx(0.01, rel=1e-14))
+    layers = ezdxf.readfile(tmp_path / "cam.dxf").layers
+    assert len({layers.get(n).color for n in (CONTOUR, CONTOUR_SPLINE, PITCH, PITCH_SPLINE, BASE_CIRCLE, ROLLER)}) == 6
+
+
+def test_a_wrong_cam_is_found_out(tmp_path):
+    write_dxf(tmp_path / "cam.dxf", lobes, TOLERANCE)
+    assert read_back(tmp_path / "cam.dxf", ellipse())[0].deviation == pytest.approx(0.1 * RADIUS, rel=1e-3)
+
+
+def test_splines_of_others_are_left_alone(tmp_path):
+    """Those through fit points, which each program draws in its own way, those with weights, those over another range."""
+    import ezdxf
+
+    document = ezdxf.new(units=4)
+    space, corners = document.modelspace(), [(0, 0), (1, 0), (1, 1), (0, 1)]
+    space.add_spline(fit_points=[(*c, 0) for c in corners]).closed = True
+    space.add_spline(degree=3).set_closed([(*c, 0) for c in corners])
+    space.add_spline(degree=3).set_closed_rational([(*c, 0) for c in corners], weights=[1, 2, 1, 2])
+    space.add_lwpolyline(corners)
+    document.saveas(tmp_path / "cam.dxf")
+    there = read_dxf(tmp_path / "cam.dxf")
+    assert (there.splines, there.polylines) == ({}, {})
+
+
+def test_without_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ezdxf", None)
+    for ask in (lambda: write_dxf(tmp_path / "cam.dxf", lobes, TOLERANCE), lambda: read_dxf(tmp_path / "cam.dxf")):
+        with pytest.raises(InputError, match=r"DXF files need the extra: pip install wucht\[cad\]"):
+            ask()
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"tolerance": 0.0}, "tolerance: given 0.0"),
+        ({"contour": broken}, "curve: it gives values that are no numbers"),
+        ({"pitch": broken}, "it gives values that are no numbers"),
+        ({"base_radius": -1.0}, "base_radius: given -1.0"),
+        ({"roller_radius": float("nan"), "pitch": PITCH_CURVE}, "roller_radius: given nan"),
+        ({"roller_radius": 0.01}, "roller_radius: given 0.01; the roller stands on the pitch curve"),
+    ],
+)
+def test_what_cannot_be_drawn(tmp_path, change, sentence):
+    with pytest.raises(InputError, match=sentence):
+        write_dxf(tmp_path / "cam.dxf", **({"contour": lobes, "tolerance": TOLERANCE} | change))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_place_that_cannot_be_written_to(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunError, match=r"cam\.dxf cannot be written"):
+        write_dxf(tmp_path / "file" / "cam.dxf", lobes, 1e-4)
+
+
+def test_what_cannot_be_read(tmp_path):
+    import ezdxf
+
+    path = tmp_path / "cam.dxf"
+    with pytest.raises(InputError, match="there is no such file"):
+        read_dxf(path)
+    for content in (b"no drawing", b"\x00\xff\xfe" * 100, b""):
+        path.write_bytes(content)
+        with pytest.raises(InputError, match="no DXF file that can be read"):
+            read_dxf(path)
+    ezdxf.new(units=6).saveas(path)
+    with pytest.raises(InputError, match="must state millimetres"):
+        read_dxf(path)
+    ezdxf.new(units=4).saveas(path)
+    with pytest.raises(InputError, match="the layers CONTOUR and CONTOUR_SPLINE must hold"):
+        read_back(path, lobes)

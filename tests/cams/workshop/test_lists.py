@@ -1,0 +1,118 @@
+"""Lists of points come back as they were written, to half of the last decimal."""
+
+import math
+
+import numpy as np
+import pytest
+from curves_to_mill import CURVES, ellipse, lobes
+
+from wucht.cams.workshop.lists import Separator, read_list, write_list
+from wucht.cams.workshop.points import PointList, chord_points, even_points
+from wucht.errors import InputError, RunError
+
+ALL = ("phi", "x", "y", "nx", "ny")
+HALF = 0.5 + 1e-6
+
+
+@pytest.mark.parametrize("separator", Separator)
+@pytest.mark.parametrize("decimals", [0, 3, 6])
+def test_a_round_trip(tmp_path, separator, decimals):
+    points = chord_points(lobes, 1e-6)
+    path = write_list(tmp_path / "cam.txt", points, "contour", ALL, separator, decimals, tolerance=1e-6)
+    there = read_list(path)
+    mm, last = 1e-3 * 10.0**-decimals, 10.0 ** -(decimals + 3)
+    off = there.position - points.position
+    assert np.abs(off.real).max() <= HALF * mm
+    assert np.abs(off.imag).max() <= HALF * mm
+    assert np.abs(np.degrees(there.phi - points.phi)).max() <= HALF * last
+    assert np.abs(there.normal - points.normal).max() <= math.sqrt(2) * HALF * last
+    assert (there.what, there.decimals, there.tolerance) == ("contour", decimals, pytest.approx(1e-6, rel=1e-12))
+
+
+def test_what_stands_in_the_file(tmp_path):
+    path = write_list(tmp_path / "cam.txt", even_points(ellipse(), 4), "pitch curve", ("phi", "x", "y"), Separator.SEMICOLON, 2)
+    assert path.read_text() == (
+        "# wucht point list: pitch curve\n"
+        "# unit: mm, angles in deg, normals of length 1\n"
+        "# sense: counter-clockwise\n"
+        "# points: 4, closed, the first one not repeated\n"
+        "# chord tolerance: not stated\n"
+        "# decimals: 2\n"
+        "# columns: phi x y\n"
+        "0.00000;50.00;0.00\n"
+        "90.00000;0.00;50.00\n"
+        "180.00000;-50.00;0.00\n"
+        "270.00000;0.00;-50.00\n"
+    )
+    there = read_list(path)
+    assert (there.what, there.tolerance, there.normal) == ("pitch curve", None, None)
+    assert there.position == pytest.approx(0.05 * np.array([1, 1j, -1, -1j]), abs=1e-18)
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_the_sense_is_stated(tmp_path, name):
+    there = read_list(write_list(tmp_path / "cam.txt", chord_points(CURVES[name], 1e-4), "contour"))
+    assert there.clockwise == name.startswith("clockwise")
+    assert there.phi is None
+
+
+def test_any_separator_is_read(tmp_path):
+    path = write_list(tmp_path / "cam.txt", even_points(lobes, 12), "contour")
+    path.write_text(path.read_text().replace(" 0.", "\t; 0."))
+    assert read_list(path).position == pytest.approx(even_points(lobes, 12).position, abs=0.51e-7)
+
+
+POINTS = even_points(ellipse(), 5)
+NOTHING = np.array([np.nan, 0, 0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"decimals": 13}, "decimals: given 13; decimals must be a whole number from 0 to 12"),
+        ({"decimals": -1}, "decimals: given -1"),
+        ({"tolerance": 0.0}, "tolerance: given 0.0"),
+        ({"what": " "}, "what: given ' '; it must be a name of one line"),
+        ({"what": "a\nb"}, "what: given"),
+        ({"what": "Außenkontur"}, "plain ASCII"),
+        ({"columns": ("x", "z")}, "columns: given 'z'; there is no such column; .*known: nx, ny, phi, x, y"),
+        ({"columns": ("x", "nx")}, "columns: given .* x and y must be among them"),
+        ({"columns": ("x", "y", "x")}, "columns: given .* each once only"),
+        ({"points": PointList(*(v[:2] for v in (POINTS.phi, POINTS.position, POINTS.normal)))}, "points: given 2; .* 3 points"),
+        ({"points": PointList(POINTS.phi, POINTS.position + NOTHING, POINTS.normal)}, r"points\.position: .* missing \(NaN\)"),
+        ({"points": PointList(POINTS.phi[:4], POINTS.position, POINTS.normal)}, r"points\.phi: each point must have one"),
+    ],
+)
+def test_what_cannot_be_written(tmp_path, change, sentence):
+    with pytest.raises(InputError, match=sentence):
+        write_list(tmp_path / "cam.txt", **({"points": POINTS, "what": "contour"} | change))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_place_that_cannot_be_written_to(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunError, match=r"cam\.txt cannot be written"):
+        write_list(tmp_path / "file" / "cam.txt", POINTS, "contour")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("# sense: counter-clockwise\n", "", "its header does not state: sense"),
+        ("50.0000 0.0000 1.0000000 0.0000000\n", "", "announces 5 points with 4 numbers each"),
+        ("50.0000 0.0000 1.0000000 0.0000000\n", "50.0000 0.0000\n", "announces 5 points with 4 numbers each"),
+        ("50.0000 0.0000", "nan 0.0000", "they are not all there"),
+        ("50.0000 0.0000", "5O.0000 0.0000", "it holds what is no number: .*5O"),
+    ],
+)
+def test_a_damaged_list(tmp_path, old, new, sentence):
+    path = write_list(tmp_path / "cam.txt", POINTS, "contour")
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(InputError, match=sentence):
+        read_list(path)
+
+
+def test_no_list_at_all(tmp_path):
+    with pytest.raises(InputError, match="there is no such file"):
+        read_list(tmp_path / "cam.txt")

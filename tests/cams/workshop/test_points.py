@@ -1,0 +1,99 @@
+"""Points keep the chord tolerance, and are not many more than that takes."""
+
+import math
+
+import numpy as np
+import pytest
+from curves_to_mill import CURVES, RADIUS, broken, cusped, ellipse, lobes
+
+from wucht.cams.workshop.closed_curve import even
+from wucht.cams.workshop.points import chord_deviation, chord_points, even_points
+from wucht.errors import InputError
+
+
+def farthest(curve, points):
+    """The largest distance of the polygon's chords from the curve, on a grid of its own."""
+    ends = np.append(points.phi, 2 * math.pi)
+    share = np.linspace(0, 1, 102)
+    c = curve(ends[:-1, None] + np.diff(ends)[:, None] * share)
+    chord = c[:, -1:] - c[:, :1]
+    return np.abs(((c - c[:, :1]) * chord.conj()).imag / np.abs(chord)).max()
+
+
+@pytest.mark.parametrize("name", CURVES)
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-7])
+def test_the_tolerance_is_kept_and_made_use_of(name, tolerance):
+    points = chord_points(CURVES[name], tolerance)
+    assert 0.5 * tolerance < farthest(CURVES[name], points) <= tolerance
+    assert chord_deviation(CURVES[name], points.phi) == pytest.approx(farthest(CURVES[name], points), rel=0.005)
+
+
+@pytest.mark.parametrize("tolerance", [5e-3, 1e-5, 1e-8])
+def test_as_many_points_as_a_circle_needs(tolerance):
+    """N = pi/acos(1 - tolerance/R), and a hundredth of the tolerance to spare."""
+    ideal = math.pi / math.acos(1 - tolerance / RADIUS)
+    assert ideal <= len(chord_points(ellipse(), tolerance).phi) <= 1.01 * ideal + 1
+
+
+def test_fewer_points_where_the_curve_is_flat():
+    points = chord_points(ellipse(0.08, 0.02), 1e-6)
+    assert points.spacing.max() > 5 * points.spacing.min()
+    same = next(n for n in range(len(points.phi), 10**4) if chord_deviation(ellipse(0.08, 0.02), even(n)) <= 1e-6)
+    assert len(points.phi) < 0.98 * same  # the ellipse's own parameter is a good one already
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_points_lie_on_the_curve_in_order_each_once(name):
+    points = chord_points(CURVES[name], 1e-5)
+    assert points.phi[0] == 0
+    assert (np.diff(points.phi) > 0).all()
+    assert points.phi[-1] < 2 * math.pi
+    assert np.array_equal(points.position, CURVES[name](points.phi))
+    assert points.spacing.min() > 0.3 * points.spacing[-1] > 0
+    assert np.abs(points.normal) == pytest.approx(np.ones(len(points.phi)), rel=1e-14)
+
+
+def test_the_longest_chord_is_limited():
+    free, limited = chord_points(lobes, 1e-4), chord_points(lobes, 1e-4, spacing=1e-3)
+    assert free.spacing.max() > 1e-3 >= limited.spacing.max() > 0.9e-3
+    assert len(limited.phi) < 1.05 * limited.spacing.sum() / 1e-3
+
+
+def test_the_longest_chord_is_measured_too():
+    """With a length that is a whole number of chords, none is left to make up for what the density is off."""
+    spacing = 2 * math.pi * np.abs(lobes(even(10**4), 1)).mean() / 5000 * (1 + 1e-12)
+    assert chord_points(lobes, 1e-4, spacing=spacing).spacing.max() <= spacing
+
+
+def test_there_are_at_least_so_many():
+    assert len(chord_points(ellipse(), 1e-3, least=500).phi) == 500
+    assert len(chord_points(ellipse(), 1.0).phi) == 3
+
+
+def test_evenly_spaced_in_the_cam_angle():
+    points = even_points(lobes, 360)
+    assert points.phi == pytest.approx(np.radians(np.arange(360)), abs=1e-15)
+    assert np.array_equal(points.position, lobes(points.phi))
+
+
+def test_the_deviation_of_a_polygon():
+    assert chord_deviation(ellipse(), even(6)) == pytest.approx(RADIUS * (1 - math.cos(math.pi / 6)), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("ask", "sentence"),
+    [
+        (lambda: chord_points(ellipse(), 0.0), "tolerance: given 0.0; it must be a number greater than zero"),
+        (lambda: chord_points(ellipse(), math.nan), "tolerance: given nan"),
+        (lambda: chord_points(ellipse(), 1e-3, spacing=-1.0), "spacing: given -1.0"),
+        (lambda: chord_points(ellipse(), 1e-3, least=2), "least: given 2; .* 3 or more"),
+        (lambda: even_points(ellipse(), 2), "count: given 2; .* 3 or more"),
+        (lambda: chord_points(broken, 1e-3), "curve: it gives values that are no numbers"),
+        (lambda: even_points(broken, 10), "curve: it gives values that are no numbers"),
+        (lambda: chord_points(cusped, 1e-3), "its derivative vanishes"),
+        (lambda: chord_points(ellipse(), 1e-16), "more than 2000000 points"),
+    ],
+)
+def test_what_will_not_do(ask, sentence):
+    with pytest.raises(InputError, match=sentence):
+        ask()
