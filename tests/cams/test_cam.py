@@ -127,7 +127,7 @@ def test_the_pressure_angle_is_that_between_normal_and_motion(cam):
 def test_the_pressure_angle_of_a_lever_is_that_of_the_formula():
     """cam-mathematics: tan alpha = (l (1 - s) + d cos theta)/(-d sin theta)."""
     law, follower = lever()
-    theta, s = follower.lever(law, PHI), law(PHI, 1)
+    theta, s = follower.angle + law(PHI), law(PHI, 1)
     formula = (follower.arm * (1 - s) + follower.pivot * np.cos(theta)) / (-follower.pivot * np.sin(theta))
     assert np.abs(np.tan(RollerCam(law, follower).pressure_angle(PHI))) == pytest.approx(np.abs(formula))
 
@@ -135,7 +135,7 @@ def test_the_pressure_angle_of_a_lever_is_that_of_the_formula():
 def test_the_curvature_of_a_lever_is_that_of_the_formula():
     """cam-mathematics, of the pitch curve."""
     law, follower = lever()
-    theta, s, q, d, arm = follower.lever(law, PHI), law(PHI, 1), law(PHI, 2), follower.pivot, follower.arm
+    theta, s, q, d, arm = follower.angle + law(PHI), law(PHI, 1), law(PHI, 2), follower.pivot, follower.arm
     u = d + (1 - s) * arm * np.exp(1j * theta)
     above = d**2 + (1 - s) * (2 - s) * arm * d * np.cos(theta) + (1 - s) ** 3 * arm**2 + arm * d * q * np.sin(theta)
     assert RollerCam(law, follower).pitch_curvature(PHI) == pytest.approx(above / np.abs(u) ** 3)

@@ -103,7 +103,7 @@ class RollerCam:
     def pressure_angle(self, phi: np.ndarray) -> np.ndarray:
         """See ``Cam``."""
         normal = self.normal(phi) * np.exp(1j * self._sense * np.asarray(phi))
-        from_motion = normal / self.follower.direction(self.law, phi)
+        from_motion = normal / self.follower.rate(self.law(phi))
         with np.errstate(divide="ignore"):
             return np.asarray(np.arctan(from_motion.imag / from_motion.real))
 

@@ -21,12 +21,16 @@ class RollerFollower(Protocol):
         """In m."""
         ...
 
-    def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
-        """The derivative of an order from 0 to 3 of the centre of the roller by the cam angle, at angles phi (any shape)."""
+    def place(self, moved: np.ndarray) -> np.ndarray:
+        """The centre of the roller where the law has a value (any shape)."""
         ...
 
-    def direction(self, law: Law, phi: np.ndarray) -> np.ndarray:
-        """The direction, of modulus 1, in which the centre moves as the law rises."""
+    def rate(self, moved: np.ndarray) -> np.ndarray:
+        """The derivative of the centre by the value of the law, there."""
+        ...
+
+    def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
+        """The derivative of an order from 0 to 3 of the centre of the roller by the cam angle, at angles phi (any shape)."""
         ...
 
 
@@ -43,16 +47,19 @@ class OscillatingRoller:
     roller_radius: float
     angle: float
 
-    def lever(self, law: Law, phi: np.ndarray) -> np.ndarray:
-        """The angle theta of the lever, in rad."""
-        return self.angle + law(phi)
+    def place(self, moved: np.ndarray) -> np.ndarray:
+        """See ``RollerFollower``."""
+        return np.asarray(self.pivot + self._arm(moved))
+
+    def rate(self, moved: np.ndarray) -> np.ndarray:
+        """See ``RollerFollower``."""
+        return np.asarray(1j * self._arm(moved))
 
     def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
         """See ``RollerFollower``."""
-        arm = self.arm * self._along(law, phi)
         if order == 0:
-            return np.asarray(self.pivot + arm)
-        s = law(phi, 1)
+            return self.place(law(phi))
+        arm, s = self._arm(law(phi)), law(phi, 1)
         if order == 1:
             return np.asarray(1j * s * arm)
         q = law(phi, 2)
@@ -60,12 +67,8 @@ class OscillatingRoller:
             return np.asarray((1j * q - s**2) * arm)
         return np.asarray((1j * law(phi, 3) - 3 * s * q - 1j * s**3) * arm)
 
-    def direction(self, law: Law, phi: np.ndarray) -> np.ndarray:
-        """See ``RollerFollower``."""
-        return np.asarray(1j * self._along(law, phi))
-
-    def _along(self, law: Law, phi: np.ndarray) -> np.ndarray:
-        return np.asarray(np.exp(1j * self.lever(law, phi)))
+    def _arm(self, moved: np.ndarray) -> np.ndarray:
+        return np.asarray(self.arm * np.exp(1j * (self.angle + np.asarray(moved))))
 
 
 @dataclass(frozen=True)
@@ -79,14 +82,17 @@ class TranslatingRoller:
     roller_radius: float
     offset: float = 0.0
 
+    def place(self, moved: np.ndarray) -> np.ndarray:
+        """See ``RollerFollower``."""
+        return np.asarray(self.distance + np.asarray(moved) + 1j * self.offset)
+
+    def rate(self, moved: np.ndarray) -> np.ndarray:
+        """See ``RollerFollower``."""
+        return np.ones(np.shape(moved), complex)
+
     def centre(self, law: Law, phi: np.ndarray, order: int = 0) -> np.ndarray:
         """See ``RollerFollower``."""
-        moved = law(phi, order)
-        return np.asarray(moved + (self.distance + 1j * self.offset if order == 0 else 0j))
-
-    def direction(self, law: Law, phi: np.ndarray) -> np.ndarray:
-        """See ``RollerFollower``."""
-        return np.ones(np.shape(phi), complex)
+        return self.place(law(phi)) if order == 0 else law(phi, order) + 0j
 
 
 @dataclass(frozen=True)
