@@ -82,6 +82,10 @@ def test_the_peak_is_the_larger_of_both_sides():
     assert Harmonics.of(1.0, [0.5]).peak == pytest.approx(1.5)
 
 
+def test_subnormal_numbers_are_no_function():
+    assert Harmonics.of(1.0, [5e-324], [1e-300]).bounds == (1.0, 1.0)
+
+
 def test_highest_harmonics_that_are_rounding_do_no_harm():
     f = Harmonics.of(0.0, [1.0, 0.2, 1e-18, 1e-300], [0.0, 0.0, 0.0, 0.0])
     assert f.bounds == pytest.approx(Harmonics.of(0.0, [1.0, 0.2]).bounds)

@@ -9,7 +9,13 @@ from typing import Self
 
 import numpy as np
 
+_TINY = 1e-280  # no function at all
 _NEGLIGIBLE = 1e-15  # of the largest coefficient: highest harmonics that are rounding only blow up a companion matrix
+
+
+def even_angles(count: int) -> np.ndarray:
+    """Angles (count,) of a turn, evenly spaced from 0."""
+    return 2 * math.pi * np.arange(count) / count
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +75,7 @@ class Harmonics:
         double one is not found on it, and a further point to look at does no harm.
         """
         slope = self.derivative()
-        last = np.flatnonzero(slope.amplitudes > _NEGLIGIBLE * slope.amplitudes.max(initial=0.0))
+        last = np.flatnonzero(slope.amplitudes > _NEGLIGIBLE * slope.amplitudes.max(initial=_TINY))
         if not len(last):
             return np.zeros(1)
         half = (slope.cosine - 1j * slope.sine)[: last[-1] + 1] / 2

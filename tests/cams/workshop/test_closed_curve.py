@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from curves_to_mill import CURVES, RADIUS, broken, cusped, ellipse, lobes
 
-from wucht.cams.workshop.closed_curve import clockwise, curvature, distances, even, outward_normals, speed
+from wucht.cams.workshop.closed_curve import clockwise, curvature, distances, outward_normals, speed
 from wucht.errors import InputError
+from wucht.numerics.harmonics import even_angles
 
-PHI = even(37) + 0.1
+PHI = even_angles(37) + 0.1
 
 
 @pytest.mark.parametrize("b", [RADIUS, -RADIUS])
@@ -56,6 +57,6 @@ def test_the_distance_of_the_centre():
 
 def test_a_curve_that_stands_still_has_no_normal():
     with pytest.raises(InputError, match="cusp or a corner"):
-        speed(cusped, even(4096))
+        speed(cusped, even_angles(4096))
     with pytest.raises(InputError, match="no numbers"):
-        speed(broken, even(4096))
+        speed(broken, even_angles(4096))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from curves_to_mill import CURVES, RADIUS, broken, cusped, ellipse, lobes
 
-from wucht.cams.workshop.closed_curve import even
 from wucht.cams.workshop.points import chord_deviation, chord_points, even_points
 from wucht.errors import InputError
+from wucht.numerics.harmonics import even_angles
 
 
 def farthest(curve, points):
@@ -38,7 +38,7 @@ def test_as_many_points_as_a_circle_needs(tolerance):
 def test_fewer_points_where_the_curve_is_flat():
     points = chord_points(ellipse(0.08, 0.02), 1e-6)
     assert points.spacing.max() > 5 * points.spacing.min()
-    same = next(n for n in range(len(points.phi), 10**4) if chord_deviation(ellipse(0.08, 0.02), even(n)) <= 1e-6)
+    same = next(n for n in range(len(points.phi), 10**4) if chord_deviation(ellipse(0.08, 0.02), even_angles(n)) <= 1e-6)
     assert len(points.phi) < 0.98 * same  # the ellipse's own parameter is a good one already
 
 
@@ -61,7 +61,7 @@ def test_the_longest_chord_is_limited():
 
 def test_the_longest_chord_is_measured_too():
     """With a length that is a whole number of chords, none is left to make up for what the density is off."""
-    spacing = 2 * math.pi * np.abs(lobes(even(10**4), 1)).mean() / 5000 * (1 + 1e-12)
+    spacing = 2 * math.pi * np.abs(lobes(even_angles(10**4), 1)).mean() / 5000 * (1 + 1e-12)
     assert chord_points(lobes, 1e-4, spacing=spacing).spacing.max() <= spacing
 
 
@@ -77,7 +77,7 @@ def test_evenly_spaced_in_the_cam_angle():
 
 
 def test_the_deviation_of_a_polygon():
-    assert chord_deviation(ellipse(), even(6)) == pytest.approx(RADIUS * (1 - math.cos(math.pi / 6)), rel=1e-9)
+    assert chord_deviation(ellipse(), even_angles(6)) == pytest.approx(RADIUS * (1 - math.cos(math.pi / 6)), rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import numpy as np
 
 from wucht.cams.workshop.demands import finite
 from wucht.errors import InputError
+from wucht.numerics.harmonics import even_angles
 
 GRID = 4096  # samples of a turn, from which a curve is judged as a whole
 _STANDING = 1e-9  # of the largest speed: slower, the curve has a cusp there
@@ -24,11 +25,6 @@ class ClosedCurve(Protocol):
         ...
 
 
-def even(count: int) -> np.ndarray:
-    """Parameters (count,) of a turn, evenly spaced from 0."""
-    return np.arange(count) * (_TURN / count)
-
-
 def speed(curve: ClosedCurve, phi: np.ndarray) -> np.ndarray:
     """|c'| at parameters of any shape, in m/rad. Raises ``InputError`` where the curve stands still: at a cusp."""
     absolute = np.abs(finite("curve", curve(phi, 1)))
@@ -39,7 +35,7 @@ def speed(curve: ClosedCurve, phi: np.ndarray) -> np.ndarray:
 
 def clockwise(curve: ClosedCurve) -> bool:
     """Whether the curve runs clockwise: whether the area on its left is negative."""
-    phi = even(GRID)
+    phi = even_angles(GRID)
     return bool(np.sum((curve(phi).conj() * curve(phi, 1)).imag) < 0)
 
 
@@ -61,7 +57,7 @@ def distances(curve: ClosedCurve, position: np.ndarray) -> np.ndarray:
     """
     from scipy.spatial import cKDTree
 
-    grid = even(GRID)
+    grid = even_angles(GRID)
     samples = finite("curve", curve(grid))
     nearest, index = cKDTree(np.column_stack([samples.real, samples.imag])).query(
         np.column_stack([position.real, position.imag])

@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from wucht.cams.workshop.closed_curve import ClosedCurve, distances, even
+from wucht.cams.workshop.closed_curve import ClosedCurve, distances
 from wucht.cams.workshop.demands import finite, positive
 from wucht.cams.workshop.plane_spline import PlaneSpline, fitted_spline, spline_deviation
 from wucht.cams.workshop.points import chord_deviation, chord_points
 from wucht.cams.workshop.textfiles import written
 from wucht.errors import InputError
+from wucht.numerics.harmonics import even_angles
 
 CONTOUR, CONTOUR_SPLINE = "CONTOUR", "CONTOUR_SPLINE"
 PITCH, PITCH_SPLINE = "PITCH_CURVE", "PITCH_CURVE_SPLINE"
@@ -163,7 +164,7 @@ def read_back(path: Path, contour: ClosedCurve, pitch: ClosedCurve | None = None
         corners, smooth = drawing.polylines[polyline], drawing.splines[spline]
         shares = np.arange(_BETWEEN) / _BETWEEN
         on_chords = corners[:, None] + (np.roll(corners, -1) - corners)[:, None] * shares
-        on_spline = smooth(even(max(_SAMPLES, _BETWEEN * smooth.pieces)))
+        on_spline = smooth(even_angles(max(_SAMPLES, _BETWEEN * smooth.pieces)))
         found += [
             Drawn(polyline, len(corners), float(distances(curve, on_chords.ravel()).max())),
             Drawn(spline, smooth.pieces, float(distances(curve, on_spline).max())),

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.workshop.closed_curve import ClosedCurve, even
+from wucht.cams.workshop.closed_curve import ClosedCurve
 from wucht.cams.workshop.demands import finite, positive
 from wucht.errors import InputError
+from wucht.numerics.harmonics import even_angles
 
 _FEWEST, _MOST = 8, 65536
 _BETWEEN = 16
@@ -48,7 +49,7 @@ def spline_through(curve: ClosedCurve, count: int) -> PlaneSpline:
     """The periodic cubic spline through so many points of the curve, evenly spaced in phi: curvature and all are continuous."""
     from scipy.interpolate import CubicSpline, make_interp_spline
 
-    phi = np.append(even(count), _TURN)
+    phi = np.append(even_angles(count), _TURN)
     at = finite("curve", curve(phi))
     at[-1] = at[0]
     values = np.column_stack([at.real, at.imag])
@@ -62,7 +63,7 @@ def spline_through(curve: ClosedCurve, count: int) -> PlaneSpline:
 def spline_deviation(curve: ClosedCurve, spline: PlaneSpline) -> float:
     """The largest distance in m of the two at equal phi: never less than how far the spline lies from the curve."""
     count = max(_SAMPLES, _BETWEEN * spline.pieces)
-    phi = even(count)
+    phi = even_angles(count)
     return float(np.abs(spline(phi) - curve(phi)).max())
 
 

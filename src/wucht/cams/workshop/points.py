@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.workshop.closed_curve import GRID, ClosedCurve, curvature, even, outward_normals, speed
+from wucht.cams.workshop.closed_curve import GRID, ClosedCurve, curvature, outward_normals, speed
 from wucht.cams.workshop.demands import at_least, finite, positive
 from wucht.errors import InputError
+from wucht.numerics.harmonics import even_angles
 
 FEWEST = 3
 _BETWEEN = 16  # parts of each chord between which the curve is looked at; the middle is one
@@ -44,7 +45,7 @@ def points_at(curve: ClosedCurve, phi: np.ndarray) -> PointList:
 
 def even_points(curve: ClosedCurve, count: int) -> PointList:
     """Points evenly spaced in the parameter, 3 or more. Raises ``InputError``."""
-    return points_at(curve, even(at_least("count", count, FEWEST)))
+    return points_at(curve, even_angles(at_least("count", count, FEWEST)))
 
 
 def chord_points(curve: ClosedCurve, tolerance: float, spacing: float = math.inf, least: int = FEWEST) -> PointList:
@@ -58,7 +59,7 @@ def chord_points(curve: ClosedCurve, tolerance: float, spacing: float = math.inf
     at_least("least", least, FEWEST)
     if spacing != math.inf:
         positive("spacing", spacing)
-    grid = np.append(even(GRID), _TURN)
+    grid = np.append(even_angles(GRID), _TURN)
     density = _density(curve, grid, _SHARE * tolerance, spacing)
     steps = (density[1:] + density[:-1]) / 2 * (_TURN / GRID)
     reached = np.append(0.0, np.cumsum(steps))

@@ -1,0 +1,123 @@
+"""The motion of a camshaft that does not turn evenly: its angle over the time of a turn, and back.
+
+tau = 2 pi t/T counts the time of a turn T as an angle; omega = 2 pi/T is the mean speed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from wucht.errors import InputError
+from wucht.numerics.harmonics import Harmonics, even_angles
+
+_MOST_STEPS = 60  # of Newton's method, or of halving where it would leave the interval
+_ROUNDING = 4e-16
+_ALIKE = 1e-9  # of the mean speed
+
+
+@dataclass(frozen=True, eq=False)
+class ShaftMotion:
+    """speed: phi' in rad/s over tau; its mean is omega. The cam angle phi is zero where tau is.
+
+    Of speed = omega + sum a_j cos j tau + b_j sin j tau it is phi = tau + sum (a_j sin j tau - b_j (cos j tau - 1))/(j omega):
+    004 (4), whose coefficients are these divided by omega; a constant would only turn the blank.
+
+    Raises ``InputError`` (speed) where the shaft stands still or turns back.
+    """
+
+    speed: Harmonics
+
+    def __post_init__(self) -> None:
+        least = self.speed.bounds[0]
+        if not least > 0:
+            allowed = f"the shaft must not stand still or turn back: its speed falls to {least:.4g} rad/s; check the unit"
+            raise InputError("speed", None, f"{allowed} of the coefficients, and that order 0 is the mean speed 2 pi/T")
+
+    @property
+    def mean(self) -> float:
+        """omega, in rad/s."""
+        return self.speed.mean
+
+    @property
+    def fluctuation(self) -> float:
+        """(largest - least)/mean of the speed."""
+        low, high = self.speed.bounds
+        return (high - low) / self.mean
+
+    @cached_property
+    def _ahead(self) -> Harmonics:
+        """phi - tau."""
+        j, s = np.arange(1, self.speed.count + 1), self.speed
+        cosine, sine = -s.sine / (j * self.mean), s.cosine / (j * self.mean)
+        return Harmonics(float(-cosine.sum()), cosine, sine)
+
+    def angle(self, tau: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """The derivative of phi by tau of any order, at tau of any shape."""
+        more = tau if order == 0 else 1.0 if order == 1 else 0.0
+        return np.asarray(self._ahead(tau, order) + more)
+
+    def time(self, phi: np.ndarray | float) -> np.ndarray:
+        """tau at cam angles of any shape: by Newton's method, kept between bounds that close in."""
+        phi = np.asarray(phi, float)
+        least, most = self._ahead.bounds
+        low, high = phi - most, phi - least
+        tau = np.clip(phi - self._ahead(phi), low, high)
+        for _ in range(_MOST_STEPS):
+            off = self.angle(tau) - phi
+            low, high = np.where(off <= 0, tau, low), np.where(off >= 0, tau, high)
+            newton = tau - off / self.angle(tau, 1)
+            step = np.where((newton >= low) & (newton <= high), newton, (low + high) / 2) - tau
+            tau = tau + step
+            if (np.abs(step) <= _ROUNDING * (1 + np.abs(tau))).all():
+                break
+        return np.asarray(tau)
+
+    def time_derivatives(self, phi: np.ndarray | float) -> np.ndarray:
+        """tau and its first three derivatives by phi (4, ...)."""
+        tau = self.time(phi)
+        first, second, third = (self.angle(tau, order) for order in (1, 2, 3))
+        return np.stack([tau, 1 / first, -second / first**3, (3 * second**2 - first * third) / first**5])
+
+    def scaled(self, by: float) -> ShaftMotion:
+        """With a fluctuation so many times as large about the same mean."""
+        return ShaftMotion(Harmonics(self.mean, by * self.speed.cosine, by * self.speed.sine))
+
+    def without(self, order: int) -> ShaftMotion:
+        """Without an order of its fluctuation."""
+        keep = np.arange(1, self.speed.count + 1) != order
+        return ShaftMotion(Harmonics(self.mean, keep * self.speed.cosine, keep * self.speed.sine))
+
+
+def with_period(speed: Harmonics, period: float) -> ShaftMotion:
+    """The motion of a shaft whose turn takes a period in s. Raises ``InputError`` where order 0 is not 2 pi/T."""
+    expected = 2 * math.pi / period
+    if abs(speed.mean - expected) > _ALIKE * expected:
+        allowed = f"order 0 must be 2 pi/T = {expected:.6g} rad/s, T = {period:.6g} s being the time of a turn"
+        raise InputError("speed.mean", speed.mean, allowed)
+    return ShaftMotion(speed)
+
+
+def over_time(speed_over_angle: Harmonics, orders: int) -> ShaftMotion:
+    """The motion of a shaft whose speed in rad/s is known over its angle, as order tracking gives it.
+
+    orders: how many of the speed over time are kept; these differ from those over angle in second order of the fluctuation.
+    dt = dphi/phi', so that tau(phi) = omega integral of dphi/phi' and 1/omega is the mean of 1/phi'. Raises as ``ShaftMotion``.
+    """
+    over_angle = ShaftMotion(speed_over_angle).speed
+    count = 64 * max(orders, over_angle.count, 4)
+    phi = even_angles(count)
+    slowness = Harmonics.sampled(1 / over_angle(phi))
+    omega, k = 1 / slowness.mean, np.arange(1, slowness.count + 1)
+    ahead = Harmonics.of(0.0, -omega * slowness.sine / k, omega * slowness.cosine / k)
+    at = phi  # phi at even tau: tau = phi + ahead(phi) - ahead(0)
+    for _ in range(_MOST_STEPS):
+        step = (at + ahead(at) - ahead(0.0) - phi) / (omega * slowness(at))
+        at = at - step
+        if np.abs(step).max() <= _ROUNDING * 2 * math.pi:
+            break
+    found = Harmonics.sampled(over_angle(at))
+    return ShaftMotion(Harmonics(omega, found.cosine[:orders], found.sine[:orders]))

@@ -1,0 +1,122 @@
+"""The corrected cam: 004, its claims, and what is left where the shaft turns otherwise."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import jv
+
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, compared, orders, residuals
+from wucht.cams.laws.closed_forms import equiripple
+from wucht.cams.shaft_motion import ShaftMotion
+from wucht.errors import InputError
+from wucht.numerics.harmonics import Harmonics
+
+OMEGA = 500 * math.pi / 30
+LAW = equiripple(5, math.radians(120), math.radians(24))
+PHI = np.linspace(0, 2 * math.pi, 400)
+
+
+def shaft(scale=1.0):
+    return ShaftMotion(Harmonics.of(OMEGA, scale * np.array([0, 2.4, 1, 0.5, 0.3]), scale * np.array([0, 1, -1.3, 0.2, 0.4])))
+
+
+def test_orders_of_a_cosine_on_a_shaft_with_one_order_are_bessel_functions():
+    """cases.md: psi = cos phi, phi = omega t + 0.05 sin 2 omega t has orders 1, 3, 5 of 0.974382909, 0.025304623, 0.000309831.
+
+    cos(x + z sin 2 x) = sum J_n(z) cos((1 + 2 n) x).
+    """
+    of = ShaftMotion(Harmonics.of(1.0, [0.0, 0.1]))
+    found = orders(MotionOverTime(Harmonics.of(0.0, [1.0]), of), 0)
+    assert found.amplitudes[[0, 2, 4]] == pytest.approx([0.974382909, 0.025304623, 0.000309831], abs=5e-10)
+    z = 0.05
+    bessel = [jv(0, z) + jv(-1, z), jv(1, z) + jv(-2, z), jv(2, z) + jv(-3, z)]
+    assert found.cosine[[0, 2, 4]] == pytest.approx(bessel, abs=1e-14)
+
+
+def test_acceleration_over_time_is_that_of_the_paper():
+    """004 (3): psi'' phi'^2 + psi' phi''."""
+    of = shaft()
+    phi, first, second = (of.angle(PHI, n) for n in range(3))
+    assert MotionOverTime(LAW, of)(PHI, 2) == pytest.approx(LAW(phi, 2) * first**2 + LAW(phi, 1) * second)
+
+
+def test_the_original_cam_gains_the_orders_up_to_n_plus_m_and_the_corrected_one_has_none():
+    of = shaft()
+    original, corrected = (orders(MotionOverTime(law, of)) for law in (LAW, CorrectedLaw(LAW, of)))
+    assert original.amplitudes[5:10].max() > 0.1 * original.amplitudes[0]
+    assert above(corrected, 5) < 1e-13
+    assert corrected.amplitudes[:5] == pytest.approx(orders(LAW).amplitudes[:5])
+
+
+def test_orders_beyond_n_scale_with_the_fluctuation_and_those_beyond_twice_n_with_its_square():
+    found = [orders(MotionOverTime(LAW, shaft(scale))).amplitudes for scale in (0.1, 0.05)]
+    assert found[0][5:10].max() / found[1][5:10].max() == pytest.approx(2, rel=0.05)
+    assert found[0][10:15].max() / found[1][10:15].max() == pytest.approx(4, rel=0.05)
+
+
+def test_the_correction_of_a_constant_speed_is_the_identity():
+    of = ShaftMotion(Harmonics.of(OMEGA, [0.0, 0.0]))
+    for order in range(4):
+        assert CorrectedLaw(LAW, of)(PHI, order) == pytest.approx(LAW(PHI, order), abs=1e-13)
+        assert MotionOverTime(LAW, of)(PHI, order) == pytest.approx(LAW(PHI, order), abs=1e-13)
+
+
+@pytest.mark.parametrize("kind", [CorrectedLaw, MotionOverTime])
+def test_derivatives_are_those_of_the_motion(kind):
+    of, h = kind(LAW, shaft()), 1e-4
+    for order in (1, 2, 3):
+        lower = (of(PHI + h, order - 1) - of(PHI - h, order - 1)) / (2 * h)
+        assert of(PHI, order) == pytest.approx(lower, abs=2e-5 * np.abs(lower).max())
+
+
+def test_each_is_the_inverse_of_the_other():
+    of = shaft()
+    assert MotionOverTime(CorrectedLaw(LAW, of), of)(PHI) == pytest.approx(LAW(PHI), abs=1e-14)
+    assert CorrectedLaw(MotionOverTime(LAW, of), of)(PHI, 2) == pytest.approx(LAW(PHI, 2), abs=1e-12)
+
+
+def test_what_is_left_where_the_shaft_turns_otherwise():
+    """To first order what is left is proportional to what is wrong: five degrees leave five times as much as one."""
+    found = {r.what: r.share for r in residuals(LAW, 5, shaft())}
+    assert found.pop("as measured") < 1e-13
+    one, five = (found.pop(f"the phase of the speed, or the cam on its shaft, off by {d}°") for d in (1, 5))
+    assert five == pytest.approx(5 * one, rel=0.05)
+    less, more = found.pop("90% of the fluctuation"), found.pop("110% of the fluctuation")
+    assert more == pytest.approx(less, rel=0.05)
+    even = found.pop("a shaft that turns evenly")
+    assert even == pytest.approx(10 * more, rel=0.1)
+    assert set(found) == {f"order {j} left out of the correction" for j in (2, 3, 4, 5)}  # order 1 is none here
+    assert max(found, key=found.get) == "order 2 left out of the correction"
+
+
+def test_an_order_left_out_leaves_what_it_would_have_made():
+    """A shaft with nothing but that order, under a cam made for an even one."""
+    of = ShaftMotion(Harmonics.of(OMEGA, [0.01 * OMEGA]))
+    (left,) = [r.share for r in residuals(LAW, 5, of) if r.what == "order 1 left out of the correction"]
+    assert left == pytest.approx(above(orders(MotionOverTime(LAW, of)), 5))
+    assert 0.01 < left < 0.2
+
+
+def test_a_cam_turned_on_its_shaft_is_the_same_cam_turned():
+    of = shaft()
+    assert CorrectedLaw(LAW, of, 0.2)(PHI, 1) == pytest.approx(CorrectedLaw(LAW, of)(PHI - 0.2, 1))
+
+
+def test_a_measured_acceleration_is_compared_order_by_order():
+    of = shaft()
+    found = orders(MotionOverTime(LAW, of))
+    scale = OMEGA**2
+    measured = Harmonics(0.0, scale * found.cosine[:20], scale * found.sine[:20])
+    same = compared(measured, LAW, of)
+    assert same.share == pytest.approx(1.0)
+    assert same.computed.cosine == pytest.approx(measured.cosine)
+    opposite = compared(Harmonics(0.0, -measured.cosine, -measured.sine), LAW, of)
+    assert opposite.share == pytest.approx(-3.0, abs=0.01)
+    # An order that the computed motion does not have is not explained: as large as all others, half of the mean square.
+    rms = math.sqrt((measured.amplitudes**2).sum())
+    noisy = Harmonics(0.0, np.append(measured.cosine, np.zeros(2000)), np.append(measured.sine, np.zeros(2000)))
+    noisy.cosine[1500] = rms
+    assert compared(noisy, LAW, of).share == pytest.approx(0.5, abs=1e-3)
+    with pytest.raises(InputError, match="must have orders"):
+        compared(Harmonics.of(1.0), LAW, of)
