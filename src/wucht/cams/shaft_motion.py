@@ -16,6 +16,7 @@ from wucht.numerics.harmonics import Harmonics, even_angles
 
 _MOST_STEPS = 60  # of Newton's method, or of halving where it would leave the interval
 _ROUNDING = 4e-16
+_OVERSAMPLED, _FEWEST = 8, 64  # samples for each order, and of orders
 _ALIKE = 1e-9  # of the mean speed
 
 
@@ -108,9 +109,9 @@ def over_time(speed_over_angle: Harmonics, orders: int) -> ShaftMotion:
     dt = dphi/phi', so that tau(phi) = omega integral of dphi/phi' and 1/omega is the mean of 1/phi'. Raises as ``ShaftMotion``.
     """
     over_angle = ShaftMotion(speed_over_angle).speed
-    count = 64 * max(orders, over_angle.count, 4)
+    count = _OVERSAMPLED * max(orders, over_angle.count, _FEWEST)
     phi = even_angles(count)
-    slowness = Harmonics.sampled(1 / over_angle(phi))
+    slowness = Harmonics.sampled(1 / over_angle(phi)).without_rounding()
     omega, k = 1 / slowness.mean, np.arange(1, slowness.count + 1)
     ahead = Harmonics.of(0.0, -omega * slowness.sine / k, omega * slowness.cosine / k)
     at = phi  # phi at even tau: tau = phi + ahead(phi) - ahead(0)

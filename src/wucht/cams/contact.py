@@ -1,0 +1,253 @@
+"""What presses on the contour: contact force, Hertzian pressure, lift-off, and the torque on the camshaft; without friction.
+
+By virtual work. While the law moves by dpsi the contact force F, along the normal n, does the work F g dpsi; g = n . d(centre)/
+dpsi is the grip: the arm times cos alpha on a lever, cos alpha on a rod, 1 on a flat face. The follower's equation of motion
+says what F g must be. "Effort" is a generalised force on the follower: a torque in N m where the law is an angle in rad, a
+force in N where it is a displacement in m; units below are given for both so: "N m or N".
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.cams.cam import FlatFacedCam, RollerCam
+from wucht.cams.conjugate import ConjugateCams
+from wucht.cams.laws.law import Law
+from wucht.cams.undercut import GRID, Arc, arcs_below_zero, check_face, check_roller, valleys
+from wucht.errors import InputError
+from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.zeros import RealFunction
+
+_Function = Law | Harmonics
+Speed = float | np.ndarray | Law | Harmonics
+_DEAD = 1e-6  # of the largest grip: less is none
+
+
+@dataclass(frozen=True)
+class FollowerLoad:
+    """What moves with the follower and acts on it.
+
+    inertia: kg m^2 or kg. stiffness: of a spring that draws the follower to where the law is zero, N m/rad or N/m. preload: of
+    this spring, the effort with which it presses the roller on the cam where the law is zero, N m or N. damping: N m s/rad or
+    N s/m. constant: an effort against the sense in which the law rises, as a weight on a rod that rises, N m or N.
+
+    Raises ``InputError`` (inertia, stiffness, damping, preload, constant): not finite, or one of the first three negative.
+    """
+
+    inertia: float
+    stiffness: float = 0.0
+    preload: float = 0.0
+    damping: float = 0.0
+    constant: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("inertia", "stiffness", "damping"):
+            if not (math.isfinite(value := getattr(self, name)) and value >= 0):
+                raise InputError(name, value, "must be a finite number, not negative")
+        for name in ("preload", "constant"):
+            if not math.isfinite(value := getattr(self, name)):
+                raise InputError(name, value, "must be a finite number")
+
+
+@dataclass(frozen=True, eq=False)
+class ContactForces:
+    """What the contour and the camshaft bear, as long as the follower moves by its law.
+
+    phi (N,) in rad. force (N,): along the normal in N, positive where it presses; a negative one does not exist, the roller
+    lifts off. effort (N,): of the contact on the follower, in the sense of the law, N m or N. torque (N,): that the camshaft
+    must be given in the sense in which it turns, N m. lift_off: arcs of the cam angle in rad, (begin, end), without contact.
+    least_preload: from which on there are none, N m or N; not negative.
+    """
+
+    phi: np.ndarray
+    force: np.ndarray
+    effort: np.ndarray
+    torque: np.ndarray
+    lift_off: tuple[Arc, ...]
+    least_preload: float
+
+
+@dataclass(frozen=True, eq=False)
+class ConjugateForces:
+    """What the contours of two cams bear.
+
+    phi (N,) in rad. cam, counter (N,): the contact forces in N, none negative. torque (N,): on the camshaft in N m. cam_off,
+    counter_off: arcs in rad on which one of them does not touch. least_preload: from which on there are none, N m.
+    """
+
+    phi: np.ndarray
+    cam: np.ndarray
+    counter: np.ndarray
+    torque: np.ndarray
+    cam_off: tuple[Arc, ...]
+    counter_off: tuple[Arc, ...]
+    least_preload: float
+
+
+@dataclass(frozen=True)
+class Material:
+    """modulus: Young's, in Pa. poisson: Poisson's ratio. Raises ``InputError`` (modulus, poisson)."""
+
+    modulus: float
+    poisson: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.modulus) and self.modulus > 0):
+            raise InputError("modulus", self.modulus, "must be greater than zero (in Pa)")
+        if not -1 < self.poisson <= 0.5:
+            raise InputError("poisson", self.poisson, "must lie between -1 and 0.5")
+
+    @property
+    def compliance(self) -> float:
+        """(1 - nu^2)/E in 1/Pa."""
+        return (1 - self.poisson**2) / self.modulus
+
+
+def grip(cam: RollerCam | FlatFacedCam, phi: np.ndarray) -> np.ndarray:
+    """Work of a unit of contact force on the follower for a unit of its law (N,): m on a lever, a number on a rod or a face.
+
+    Negative where the contact drives the follower against the sense of its law.
+    """
+    if isinstance(cam, FlatFacedCam):
+        return np.ones(len(phi))
+    normal = cam.normal(phi) * np.exp(1j * (-1 if cam.clockwise else 1) * phi)
+    return np.asarray((-1 if cam.outer else 1) * (normal.conj() * cam.follower.rate(cam.law(phi))).real)
+
+
+def contact_forces(cam: RollerCam | FlatFacedCam, load: FollowerLoad, speed: Speed, phi: np.ndarray) -> ContactForces:
+    """The forces at cam angles phi (N,), of a follower that moves by its law.
+
+    speed: of the camshaft in rad/s: a number; or samples (M,), evenly spaced over a turn of the cam from phi = 0; or a function
+    of the cam angle as a law is. Where it varies the acceleration is psi'' omega^2 + psi' omega omega'.
+    Raises ``InputError``: speed, negative or no number; follower, where the contact force passes through the pivot.
+    """
+    sense, inertial = _sense(cam), _inertial(cam, load, speed)
+    pressing = sense * inertial(phi) + load.preload
+
+    def presses(at: np.ndarray) -> np.ndarray:
+        return np.asarray(sense * inertial(at) + load.preload)
+
+    minima, least = valleys(presses)
+    return ContactForces(
+        phi,
+        pressing / np.abs(grip(cam, phi)),
+        sense * pressing,
+        sense * pressing * cam.law(phi, 1),
+        arcs_below_zero(presses, minima),
+        max(load.preload - float(least.min()), 0.0),
+    )
+
+
+def conjugate_forces(
+    cams: ConjugateCams, load: FollowerLoad, speed: Speed, phi: np.ndarray, share: float = 0.5
+) -> ConjugateForces:
+    """The forces of both cams at angles phi (N,); ``load.preload`` is the torque with which they squeeze the lever at rest.
+
+    share: of the torque that drives the lever, how much the cam takes up as more, the rest the counter cam as less: its share
+    in the stiffness of the two contacts, 1/2 where they are alike, 1 where the counter arm is pressed on by a soft spring. It
+    holds as long as both touch; then one of them has all. Raises ``InputError`` (share; speed and follower as above).
+    """
+    if not 0 <= share <= 1:
+        raise InputError("share", share, "must lie between 0 and 1")
+    cam, counter, preload = cams.cam, cams.counter, load.preload
+    if preload < 0:
+        raise InputError("preload", preload, "two cams squeeze their lever: it must not be negative")
+    sense, inertial = _sense(cam), _inertial(cam, load, speed)
+    _sense(counter)
+
+    def on_cam(at: np.ndarray) -> np.ndarray:
+        return np.asarray(preload + share * sense * inertial(at))
+
+    def on_counter(at: np.ndarray) -> np.ndarray:
+        return np.asarray(preload - (1 - share) * sense * inertial(at))
+
+    need, first, second = sense * inertial(phi), on_cam(phi), on_counter(phi)
+    driving = np.where(first < 0, 0.0, np.where(second < 0, need, first)) / np.abs(grip(cam, phi))
+    returning = np.where(second < 0, 0.0, np.where(first < 0, -need, second)) / np.abs(grip(counter, phi))
+    torque = inertial(phi) * cam.law(phi, 1)
+    (at, least), (counter_at, counter_least) = valleys(on_cam), valleys(on_counter)
+    off, counter_off = arcs_below_zero(on_cam, at), arcs_below_zero(on_counter, counter_at)
+    needed = preload - min(float(least.min()), float(counter_least.min()))
+    return ConjugateForces(phi, driving, returning, torque, off, counter_off, max(needed, 0.0))
+
+
+def _inertial(cam: RollerCam | FlatFacedCam, load: FollowerLoad, speed: Speed) -> RealFunction:
+    """The effort in the sense of the law that moves the follower against all but the preload."""
+    law, omega = cam.law, _speed(speed)
+
+    def effort(phi: np.ndarray) -> np.ndarray:
+        w = omega(phi)
+        acceleration = law(phi, 2) * w**2 + law(phi, 1) * w * omega(phi, 1)
+        return np.asarray(
+            load.inertia * acceleration + load.damping * law(phi, 1) * w + load.stiffness * law(phi) + load.constant
+        )
+
+    return effort
+
+
+def _speed(speed: Speed) -> _Function:
+    omega = speed if callable(speed) else _sampled(np.asarray(speed, float))
+    if not (np.isfinite(omega(GRID)) & (omega(GRID) >= 0)).all():
+        raise InputError("speed", None, "it must be a number, and nowhere negative (in rad/s)")
+    return omega
+
+
+def _sampled(values: np.ndarray) -> Harmonics:
+    if values.ndim == 0:
+        return Harmonics.of(float(values))
+    if values.ndim != 1 or len(values) < 3:
+        raise InputError("speed", None, "samples must be one row of 3 or more over a turn of the cam")
+    return Harmonics.sampled(values)
+
+
+def _sense(cam: RollerCam | FlatFacedCam) -> int:
+    """In which sense of the law the contact drives the follower."""
+    grips = grip(cam, GRID)
+    sense = 1 if grips[0] > 0 else -1
+    k = int(np.argmin(sense * grips))
+    if sense * grips[k] <= _DEAD * np.abs(grips).max():
+        where = f"at a cam angle of {math.degrees(GRID[k]):.4g} deg the contact force does not drive it"
+        raise InputError("follower", None, f"{where}: the pressure angle reaches 90 deg")
+    return sense
+
+
+def hertz_pressure(
+    force: np.ndarray, width: float, curvature: np.ndarray, roller_curvature: float, materials: tuple[Material, Material]
+) -> np.ndarray:
+    """The largest pressure in Pa (N,) between two cylinders in line contact; 0 where the force is not positive.
+
+    p = sqrt(F/(pi b) (kappa + 1/r)/((1 - nu1^2)/E1 + (1 - nu2^2)/E2)): K. L. Johnson, Contact Mechanics, Cambridge 1985,
+    eq. (4.45). force (N,) in N. width: of the contact in m. curvature (N,): of the cam in 1/m, negative where its material is
+    hollow, not below that of the roller. roller_curvature: 1/r in 1/m, 0 of a flat face.
+    Raises ``InputError``: width; follower.roller_radius, where the contour is more hollow than the roller.
+    """
+    if not (math.isfinite(width) and width > 0):
+        raise InputError("width", width, "must be greater than zero (in m)")
+    relative = np.asarray(curvature) + roller_curvature
+    if (relative < 0).any():
+        hollow = float(-1 / np.min(curvature))
+        raise InputError("follower.roller_radius", 1 / roller_curvature if roller_curvature else None,
+                         f"the contour is more hollow than the roller: take at most {hollow:.6g} m")  # fmt: skip
+    compliance = materials[0].compliance + materials[1].compliance
+    return np.asarray(np.sqrt(np.maximum(force, 0.0) / (math.pi * width) * relative / compliance))
+
+
+def contact_pressure(
+    cam: RollerCam | FlatFacedCam, force: np.ndarray, phi: np.ndarray, width: float, materials: tuple[Material, Material]
+) -> np.ndarray:
+    """The Hertzian pressure in Pa (N,) of contact forces (N,) at cam angles phi (N,); see ``hertz_pressure``.
+
+    width: of the contact in m. materials: of cam and roller (or face). Raises ``InputError`` as that does, and as
+    ``check_roller`` and ``check_face`` do where the contour is undercut at these angles: there is none.
+    """
+    if isinstance(cam, FlatFacedCam):
+        if (cam.radius(phi) <= 0).any():
+            check_face(cam)
+        return hertz_pressure(force, width, cam.curvature(phi), 0.0, materials)
+    if (cam.undercut(phi) <= 0).any():
+        check_roller(cam)
+    curvature = -cam.curvature(phi) if cam.outer else cam.curvature(phi)
+    return hertz_pressure(force, width, curvature, 1 / cam.follower.roller_radius, materials)

@@ -1,0 +1,279 @@
+"""The output on a spring: what it makes of the motion of the lever, where it does not come to rest, and which lever it wants.
+
+Between the lever, which the cam moves, and the mass of the output stand one spring and one damper: the kinetoelastic part of
+004, section 4. Motions are series over tau = omega t, the time of a turn as an angle; all numbers are in SI, a motion in rad
+with kg m^2, N m/rad, N m s/rad, or in m with kg, N/m, N s/m.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.cams.laws.law import Law
+from wucht.errors import InputError
+from wucht.numerics.harmonics import Harmonics
+
+_TURN = 2 * math.pi
+_NEGLIGIBLE = 1e-13  # of the largest order: orders of a motion that are rounding
+_AT_RESONANCE = 1e-12  # of the natural frequency squared: nearer to it than rounding can tell
+_MOST = 20.0  # of |H| and of 1/|H|: an order 2.5 % from the resonance, or 4.6 times above it
+
+
+@dataclass(frozen=True)
+class Dwell:
+    """Where the output is to rest: from begin to end, in rad of tau (an end below its begin is one turn later), at a value."""
+
+    begin: float
+    end: float
+    value: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.begin) and math.isfinite(self.end) and abs(self.end - self.begin) <= _TURN):
+            raise InputError("dwell", [self.begin, self.end], "must be two angles in rad, at most a turn apart: begin and end")
+        if not math.isfinite(self.value):
+            raise InputError("dwell.value", self.value, "must be a finite number")
+
+    def largest(self, series: Harmonics) -> float:
+        """The largest magnitude of a function on the arc, exactly: at its extrema or at an end."""
+        arc = self.end - self.begin
+        arc = arc if arc >= 0 else arc + _TURN
+        after = np.mod(series.stationary() - self.begin, _TURN)
+        return float(np.abs(series(self.begin + np.array([0.0, arc, *after[after < arc]]))).max())
+
+
+@dataclass(frozen=True)
+class ResidualVibration:
+    """In the dwells, at most. deviation: of the output from where it is to rest, in its unit. acceleration: per s^2."""
+
+    deviation: float
+    acceleration: float
+
+
+@dataclass(frozen=True, eq=False)
+class VibrationOverSpeed:
+    """speeds: rad/s (M,). deviation, acceleration: see ``ResidualVibration`` (M,).
+
+    orders, resonances: the orders k of the lever that meet the natural frequency within these speeds, and at which,
+    omega_0/k in rad/s (R,).
+    """
+
+    speeds: np.ndarray
+    deviation: np.ndarray
+    acceleration: np.ndarray
+    orders: np.ndarray
+    resonances: np.ndarray
+
+
+@dataclass(frozen=True)
+class ElasticOutput:
+    """J psi_o'' + b (psi_o' - psi_l') + c (psi_o - psi_l) = 0: output psi_o, lever psi_l.
+
+    inertia: J > 0. stiffness: c > 0. damping: b >= 0. Raises ``InputError`` (output.inertia, output.stiffness,
+    output.damping).
+    """
+
+    inertia: float
+    stiffness: float
+    damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in (("inertia", self.inertia), ("stiffness", self.stiffness)):
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"output.{name}", value, "must be a positive number")
+        if not (math.isfinite(self.damping) and self.damping >= 0):
+            raise InputError("output.damping", self.damping, "must not be negative")
+
+    @property
+    def natural_frequency(self) -> float:
+        """omega_0 = sqrt(c/J), in rad/s."""
+        return math.sqrt(self.stiffness / self.inertia)
+
+    @property
+    def damping_ratio(self) -> float:
+        """b/(2 sqrt(c J))."""
+        return self.damping / (2 * math.sqrt(self.stiffness * self.inertia))
+
+    def response(self, frequency: np.ndarray | float) -> np.ndarray:
+        """H = (c + i w b)/(c - J w^2 + i w b) at w in rad/s (any shape), complex; infinite at an undamped resonance."""
+        coupling, dynamic = self._stiffnesses(frequency)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.where(dynamic == 0, np.inf, coupling / dynamic))
+
+    def steady(self, lever: Harmonics, omega: float) -> Harmonics:
+        """The motion of the output at a mean speed omega in rad/s, when all else has decayed.
+
+        Raises ``InputError``: a speed that is not positive, an order of the lever at the resonance without damping.
+        """
+        coupling, dynamic = self._on(lever, omega)
+        return _multiplied(lever, lever.mean, coupling / dynamic)
+
+    def elastic_part(self, lever: Harmonics, omega: float) -> Harmonics:
+        """The kinetoelastic part: output less lever, without loss of digits where it is small. Raises as ``steady``."""
+        coupling, dynamic = self._on(lever, omega)
+        return _multiplied(lever, 0.0, (coupling - dynamic) / dynamic)
+
+    def tuned(self, law: Harmonics, omega: float, most: float = _MOST) -> Harmonics:
+        """The motion of the lever with which the output makes the law exactly, at this speed.
+
+        Parameters
+        ----------
+        law : Harmonics, of the output
+        omega : float, in rad/s
+        most : float, above 1
+            The largest |H_k| and 1/|H_k| of an order of the law that is taken. Near a resonance the lever must nearly rest in
+            that order, and a small error of speed or stiffness spoils the motion; far above it the lever must exaggerate.
+
+        Raises ``InputError`` (law): an order beyond ``most``; (most); (omega): a speed that is not positive.
+        """
+        if not most > 1:
+            raise InputError("most", most, "must be above 1")
+        coupling, dynamic = self._stiffnesses(_frequencies(law.count, omega))
+        inverse = dynamic / coupling
+        needed, size = _present(law), np.abs(inverse)
+        bad = np.flatnonzero(needed & ((size <= max(1 / most, _AT_RESONANCE)) | (size > most)))
+        if len(bad):
+            k = int(bad[0]) + 1
+            ratio = k * omega / self.natural_frequency
+            what = "too near the resonance" if size[bad[0]] < 1 else "too far above the resonance"
+            allowed = (
+                f"its order {k} lies at {ratio:.4g} times the natural frequency of the output, {what} to tune the lever to "
+                f"it: choose another speed, a stiffer output, or a law without this order"
+            )
+            raise InputError("law", None, allowed)
+        return _multiplied(law, law.mean, inverse)
+
+    def residual(self, lever: Harmonics, omega: float, dwells: Sequence[Dwell]) -> ResidualVibration:
+        """The vibration that is left where the output is to rest, exactly. Raises as ``steady``; without a dwell too."""
+        if not dwells:
+            raise InputError("dwells", None, "there must be a dwell in which to look for vibration")
+        output = self.steady(lever, omega)
+        acceleration = output.derivative(2)
+        deviation = max(d.largest(Harmonics(output.mean - d.value, output.cosine, output.sine)) for d in dwells)
+        return ResidualVibration(deviation, omega**2 * max(d.largest(acceleration) for d in dwells))
+
+    def residual_over_speed(self, lever: Harmonics, speeds: np.ndarray, dwells: Sequence[Dwell]) -> VibrationOverSpeed:
+        """The vibration left in the dwells at each mean speed in rad/s (M,), of one lever. Raises as ``residual``."""
+        speeds = np.atleast_1d(np.asarray(speeds, float))
+        if not speeds.size:
+            raise InputError("speeds", None, "there must be a speed")
+        found = [self.residual(lever, float(omega), dwells) for omega in speeds]
+        orders = np.flatnonzero(_present(lever)) + 1
+        resonances = self.natural_frequency / orders
+        within = (resonances >= speeds.min()) & (resonances <= speeds.max())
+        deviation, acceleration = (np.array([getattr(r, name) for r in found]) for name in ("deviation", "acceleration"))
+        return VibrationOverSpeed(speeds, deviation, acceleration, orders[within], resonances[within])
+
+    def weights(self, count: int, omega: float, power: float = 2.0) -> np.ndarray:
+        """k^power |H_k| (N,), for ``synthesise``: with 2 it finds the law with the least rms acceleration of the output.
+
+        Raises ``InputError``: a speed that is not positive, an order at the resonance without damping.
+        """
+        coupling, dynamic = self._on(Harmonics.of(0.0, np.ones(count)), omega)
+        return np.asarray(np.arange(1, count + 1) ** power * np.abs(coupling / dynamic))
+
+    def _stiffnesses(self, frequency: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+        """c + i w b, by which the lever moves the output, and c - J w^2 + i w b, by which the output resists."""
+        w = np.asarray(frequency, float)
+        coupling = self.stiffness + 1j * w * self.damping
+        return coupling, coupling - self.inertia * w**2
+
+    def _on(self, lever: Harmonics, omega: float) -> tuple[np.ndarray, np.ndarray]:
+        """Both at the orders of a lever (N,), neither zero."""
+        coupling, dynamic = self._stiffnesses(_frequencies(lever.count, omega))
+        undamped = np.abs(dynamic) <= _AT_RESONANCE * self.stiffness
+        present = _present(lever)
+        if (undamped & present).any():
+            k = int(np.flatnonzero(undamped & present)[0]) + 1
+            allowed = f"order {k} of the lever meets the natural frequency of an output without damping, which then has no"
+            raise InputError("omega", omega, f"{allowed} steady motion: give damping, or another speed")
+        return coupling, np.where(undamped, 1.0, dynamic)
+
+
+def _frequencies(count: int, omega: float) -> np.ndarray:
+    """k omega (N,)."""
+    if not (math.isfinite(omega) and omega > 0):
+        raise InputError("omega", omega, "the mean speed must be a positive number of rad/s")
+    return np.arange(1, count + 1) * omega
+
+
+def _present(series: Harmonics) -> np.ndarray:
+    """Which orders are there (N,)."""
+    return np.asarray(series.amplitudes > _NEGLIGIBLE * series.amplitudes.max(initial=0.0))
+
+
+def _multiplied(series: Harmonics, mean: float, by: np.ndarray) -> Harmonics:
+    """Of Re (A_k - i B_k) exp(i k tau), each multiplied by a complex number (N,)."""
+    product = (series.cosine - 1j * series.sine) * by
+    return Harmonics(mean, product.real, -product.imag)
+
+
+@dataclass(frozen=True, eq=False)
+class Truncated:
+    """Of a law the orders up to a number.
+
+    left_out: the sum of the amplitudes above, by no more than which the law differs; left_out_acceleration: likewise, of the
+    second derivative by tau. Above sqrt(2) omega_0/omega no order grows on its way to the output, so there they bound what the
+    output lacks, too. Both count the orders below half of the samples: if these are not given, that is all of it but for 1 %
+    where the acceleration is continuous.
+    """
+
+    series: Harmonics
+    left_out: float
+    left_out_acceleration: float
+
+
+def truncated(law: Law, count: int, samples: int | None = None) -> Truncated:
+    """The first orders of a law that has infinitely many, such as 3-4-5, over tau.
+
+    samples: of a turn; 256 count, at least 16384, if it is not said. What aliases into the series is as large as the orders
+    about that number. Raises ``InputError`` (orders): none, or not below half of the samples.
+    """
+    samples = max(256 * count, 16384) if samples is None else samples
+    if not 1 <= count < samples / 2:
+        raise InputError("orders", count, f"must be at least 1 and below half of the {samples} samples of a turn")
+    whole = Harmonics.sampled(law(_TURN * np.arange(samples) / samples))
+    k, above = np.arange(1, whole.count + 1)[count:], whole.amplitudes[count:]
+    series = Harmonics(whole.mean, whole.cosine[:count], whole.sine[:count])
+    return Truncated(series, float(above.sum()), float((k**2 * above).sum()))
+
+
+@dataclass(frozen=True, eq=False)
+class LeverWithDwells:
+    """A motion of the lever to be compared. name: in words. lever: over tau. dwells: of the output, over tau."""
+
+    name: str
+    lever: Harmonics
+    dwells: tuple[Dwell, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Excited:
+    """What a motion of the lever excites. peak: the largest acceleration of the output, exactly, per s^2. residual: in the
+    dwells. lever_orders, output_orders: amplitudes of the acceleration (N,), per s^2."""
+
+    name: str
+    peak: float
+    residual: ResidualVibration
+    lever_orders: np.ndarray
+    output_orders: np.ndarray
+
+
+def excited(output: ElasticOutput, motions: Sequence[LeverWithDwells], omega: float) -> tuple[Excited, ...]:
+    """What each motion excites at a mean speed in rad/s, that with the least deviation in its dwells first.
+
+    Raises ``InputError`` as ``ElasticOutput.residual``, with the name of the motion.
+    """
+    found = list[Excited]()
+    for motion in motions:
+        try:
+            residual = output.residual(motion.lever, omega, motion.dwells)
+        except InputError as error:
+            raise error.within(motion.name, ": ") from None
+        of_lever, of_output = (m.derivative(2) for m in (motion.lever, output.steady(motion.lever, omega)))
+        orders = (omega**2 * a.amplitudes for a in (of_lever, of_output))
+        found.append(Excited(motion.name, omega**2 * of_output.peak, residual, *orders))
+    return tuple(sorted(found, key=lambda e: e.residual.deviation))

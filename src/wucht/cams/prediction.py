@@ -1,0 +1,190 @@
+"""The periodic speed of a camshaft without a measurement: of the inertia it moves, its drive and its loads.
+
+The shaft and all that turns with it have the inertia J0, what moves with the output J1 (kg m^2, or kg where the output slides).
+Energy changes by what the torque T(phi') of the drive, less that of the loads, does. Solved by Fourier collocation and Newton's
+method; without a torque it is the eigenmotion, of constant energy, in closed form.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
+from wucht.cams.laws.law import Law
+from wucht.cams.shaft_motion import ShaftMotion, over_time
+from wucht.errors import InputError, RunError
+from wucht.numerics.harmonics import Harmonics, even_angles
+
+Torque = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # speeds (N,) in rad/s -> torque in N m, its derivative by speed
+
+_FEWEST, _MOST = 256, 2048  # collocation points; doubled until the highest orders are rounding
+_TAIL, _ROUNDING = 0.25, 1e-10  # share of the orders that are the highest ones, and of the mean speed
+_MOST_STEPS, _MOST_HALVINGS = 40, 30
+_SMALL = 1e-12  # of the mean speed: a last step of Newton's method
+_NOTHING = 1e-14  # of the mean speed: the highest orders below are rounding
+
+
+@dataclass(frozen=True, eq=False)
+class CamShaft:
+    """inertia: J0. output_inertia: J1. torque: of the drive less the loads; None: none acts, the eigenmotion. mean_speed: in
+    rad/s; with a torque where it is expected, without one what it is."""
+
+    inertia: float
+    output_inertia: float
+    mean_speed: float
+    torque: Torque | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("inertia", self.inertia), ("mean_speed", self.mean_speed)):
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"shaft.{name}", value, "must be a positive number")
+        if not (math.isfinite(self.output_inertia) and self.output_inertia >= 0):
+            raise InputError("shaft.output_inertia", self.output_inertia, "must be a number that is not negative")
+
+    def inertia_ratio(self, law: Law) -> float:
+        """J1 max psi'^2/J0: beyond about 1 there may be no periodic motion."""
+        return float(self.output_inertia * (law(even_angles(_MOST), 1) ** 2).max() / self.inertia)
+
+    def with_cam(self, law: Law) -> ShaftMotion:
+        """The motion of the shaft with a cam whose output moves by a law over the cam angle.
+
+        Of E = J phi'^2/2 and J = J0 + J1 psi'(phi)^2 it is dE/dphi = T. Raises ``RunError`` where no such motion is found.
+        """
+
+        def attempt(count: int) -> Harmonics:
+            reduced = self.inertia + self.output_inertia * law(even_angles(count), 1) ** 2
+            root = np.sqrt(reduced / 2)
+            energy = np.full(count, (self.mean_speed * root.mean()) ** 2)
+            if self.torque is not None:
+                energy = _newton(_EnergyBalance(reduced, _differentiation(count), self.torque), energy, self.remedy(law))
+            return Harmonics.sampled(np.sqrt(energy) / root)
+
+        speed = _resolved(attempt)
+        return ShaftMotion(over_time(speed, speed.count).speed.without_rounding(_NOTHING))
+
+    def with_corrected_cam(self, law: Law) -> ShaftMotion:
+        """The motion of the shaft with that cam by which the output moves by a law over the time of a turn, whatever cam it is.
+
+        Of E = J0 phi'^2/2 + J1 (omega psi'(tau))^2/2 it is omega dE/dtau = T phi', omega being the mean of phi'. Raises
+        ``RunError`` where no such motion is found.
+        """
+
+        def attempt(count: int) -> Harmonics:
+            moved = self.output_inertia * law(even_angles(count), 1) ** 2 / 2
+            speed = self._eigenmotion(moved, law)
+            if self.torque is not None:
+                balance = _PowerBalance(self.inertia, moved, _differentiation(count), self.torque)
+                speed = _newton(balance, speed, self.remedy(law))
+            return Harmonics.sampled(speed)
+
+        return ShaftMotion(_resolved(attempt).without_rounding(_NOTHING))
+
+    def _eigenmotion(self, moved: np.ndarray, law: Law) -> np.ndarray:
+        """phi' of constant energy, with moved = J1 psi'(tau)^2/2: omega sqrt(x - 2 moved/J0), of mean omega."""
+        lost = 2 * moved / self.inertia
+        low, high = float(lost.max()), float(lost.max()) + 2.0
+        if np.sqrt(low - lost).mean() >= 1:
+            if self.torque is None:
+                raise RunError(f"without a torque the shaft would come to rest in each turn: {self.remedy(law)}")
+            return np.full(len(moved), self.mean_speed)
+        for _ in range(200):
+            x = (low + high) / 2
+            low, high = (x, high) if np.sqrt(x - lost).mean() < 1 else (low, x)
+        return np.asarray(self.mean_speed * np.sqrt(high - lost))
+
+    def remedy(self, law: Law) -> str:
+        """What is wrong where there is no solution, and what helps."""
+        ratio = self.inertia_ratio(law)
+        return f"the inertia ratio J1 max psi'^2/J0 is {ratio:.3g}; below 1 there is one: a larger flywheel, a smaller stroke"
+
+    def power_at_constant_speed(self, law: Law) -> np.ndarray:
+        """The power in W over tau (evenly spaced) that the output takes from a shaft that turns evenly at the mean speed."""
+        tau = even_angles(_MOST)
+        return np.asarray(self.output_inertia * self.mean_speed**3 * law(tau, 1) * law(tau, 2))
+
+    def cut_and_measured(self, law: Law, count: int, cams: int) -> list[float]:
+        """What is left above order N = count, as a share of order 1, with one cam after the other: the original one, that
+        corrected for the speed measured with it, that corrected for the speed with the second, and so on."""
+        left, cam = list[float](), law
+        for _ in range(cams):
+            shaft = self.with_cam(cam)
+            left.append(above(orders(MotionOverTime(cam, shaft)), count))
+            cam = CorrectedLaw(law, shaft)
+        return left
+
+
+@dataclass(frozen=True, eq=False)
+class _EnergyBalance:
+    """dE/dphi - T(phi') at even phi. reduced: J (n,). derivative: the matrix (n, n) of d/dphi."""
+
+    reduced: np.ndarray
+    derivative: np.ndarray
+    torque: Torque
+
+    def __call__(self, energy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What is off (n,), and its Jacobian (n, n)."""
+        speed = np.sqrt(2 * energy / self.reduced)
+        torque, slope = self.torque(speed)
+        return self.derivative @ energy - torque, self.derivative - np.diag(slope / (self.reduced * speed))
+
+
+@dataclass(frozen=True, eq=False)
+class _PowerBalance:
+    """omega dE/dtau - T phi' at even tau. moved: J1 psi'^2/2 (n,)."""
+
+    inertia: float
+    moved: np.ndarray
+    derivative: np.ndarray
+    torque: Torque
+
+    def __call__(self, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What is off (n,), and its Jacobian (n, n)."""
+        omega, (torque, slope) = float(speed.mean()), self.torque(speed)
+        turning, moving = self.derivative @ (self.inertia * speed**2 / 2), self.derivative @ self.moved
+        by_mean = (turning + 3 * omega**2 * moving)[:, None] / len(speed)
+        by_each = omega * self.inertia * self.derivative * speed - np.diag(slope * speed + torque)
+        return omega * turning + omega**3 * moving - torque * speed, by_each + by_mean
+
+
+def _newton(balance: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], start: np.ndarray, remedy: str) -> np.ndarray:
+    """Where a balance of positive unknowns is closed: Newton's steps, halved where they do not help."""
+    x, (off, jacobian) = start, balance(start)
+    for _ in range(_MOST_STEPS):
+        step = -np.linalg.solve(jacobian, off)
+        if np.abs(step).max() <= _SMALL * np.abs(x).max():
+            return np.asarray(x + step)
+        for _ in range(_MOST_HALVINGS):
+            if (x + step > 0).all():
+                new_off, new_jacobian = balance(x + step)
+                if np.linalg.norm(new_off) < np.linalg.norm(off):
+                    break
+            step = step / 2
+        else:
+            if np.abs(off).max() <= 1e-9 * np.abs(jacobian).max() * np.abs(x).max():
+                return np.asarray(x)
+            break
+        x, off, jacobian = x + step, new_off, new_jacobian
+    raise RunError(f"no periodic motion of the shaft was found: {remedy}; and a drive that holds the mean speed")
+
+
+def _differentiation(count: int) -> np.ndarray:
+    """The matrix (n, n) that differentiates samples of a turn, n even: L. N. Trefethen, Spectral Methods in MATLAB, (3.10)."""
+    k = np.arange(count)
+    row = np.zeros(count)
+    row[1:] = (-1.0) ** k[1:] / (2 * np.tan(math.pi * k[1:] / count))
+    return np.asarray(row[(k[:, None] - k) % count])
+
+
+def _resolved(attempt: Callable[[int], Harmonics]) -> Harmonics:
+    """The speed with so many points that its highest orders are rounding, or the most."""
+    count = _FEWEST
+    while True:
+        found = attempt(count)
+        tail = found.amplitudes[-round(_TAIL * found.count) :]
+        if tail.max() <= _ROUNDING * found.mean or count >= _MOST:
+            return found
+        count *= 2

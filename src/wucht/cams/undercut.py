@@ -1,0 +1,276 @@
+"""Where the contour of a cam is cut away, and how sharply what remains is bent.
+
+Locally a contour folds where the pitch curve is bent more sharply than the roller. But the roller may also, while it runs
+elsewhere, cut into a part that is finished. Both are one question to the pitch curve: how large is the largest ball that
+touches it at p, on the side of the contour, and holds no other point of it? Through another point q of the curve passes
+the ball of radius |q - p|^2/(2 m . (q - p)), m being the normal to that side; towards q = p this is the radius of curvature.
+The contour of p is missing where the least of these over q is less than the roller's radius. (The shrinking ball: J. Ma,
+S. W. Bae, S. Choi, The Visual Computer 28 (2012) 7-19.) The same ball on the other side of a contour is the largest wheel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from wucht.cams.cam import FlatFacedCam, RollerCam
+from wucht.cams.followers import OscillatingRoller
+from wucht.errors import InputError
+from wucht.numerics.zeros import RealFunction, crossings
+
+Arc = tuple[float, float]
+TURN = 2 * math.pi
+GRID = np.arange(4096) * (TURN / 4096)  # rad: what is narrower than 0.09 deg may be missed
+STEP = TURN / 4096
+_GOLDEN = (math.sqrt(5) - 1) / 2
+_NEAREST = 16  # golden sections of two steps: to 1e-6 rad, and what is least to the square of it
+_SHRINKINGS = 60  # at most; a few are enough
+_WIDEST = 4.0  # diameters of the curve: larger balls count as that large
+_BETWEEN = 1.02  # times the smallest ball: those at the angles of the grid beside it are no larger
+_EDGE = 1e-12  # of 1: so little is left at an edge
+_STRAIGHT = 1e-9  # 1/diameter of the curve: less is no curvature
+
+
+def narrowed(function: RealFunction, a: np.ndarray, b: np.ndarray, sections: int = 40) -> np.ndarray:
+    """Where a function (k,) -> (k,) is least between a and b (k,), each by itself, where it has one valley there.
+
+    By golden sections: the function may jump or have a kink.
+    """
+    for _ in range(sections):
+        c, d = b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
+        left = function(c) < function(d)
+        a, b = np.where(left, a, c), np.where(left, d, b)
+    tried = np.stack([a, (a + b) / 2, b])
+    return np.asarray(tried[np.argmin([function(x) for x in tried], axis=0), np.arange(len(a))])
+
+
+def valleys(
+    function: RealFunction, values: np.ndarray | None = None, below: float = math.inf
+) -> tuple[np.ndarray, np.ndarray]:
+    """Angles in [0, 2 pi) at which a function (N,) -> (N,) of period 2 pi has its minima, and these (k,), at least one.
+
+    values: of the function on ``GRID``, where they are known. below: only minima that are lower there, and the lowest. One that
+    jumps has its minima there on the lower side.
+    """
+    y = function(GRID) if values is None else values
+    i = np.flatnonzero((y < np.roll(y, 1)) & (y <= np.roll(y, -1)) & (y < below))
+    i = i if len(i) else np.array([int(np.argmin(y))])
+    found = narrowed(function, GRID[i] - STEP, GRID[i] + STEP)
+    reached = function(found)
+    at, least = np.where(reached < y[i], found, GRID[i]), np.minimum(reached, y[i])
+    return np.mod(at, TURN), least
+
+
+def arcs_below_zero(function: RealFunction, minima: np.ndarray | None = None) -> tuple[Arc, ...]:
+    """The arcs in rad on which a function of period 2 pi is negative, their ends to the last bit, in order of their begins.
+
+    Begins lie in [0, 2 pi), ends after them. A whole turn is (0, 2 pi). minima: angles of its ``valleys``, where known.
+    """
+    at = np.unique(np.concatenate([GRID, valleys(function)[0] if minima is None else minima]))
+    at = np.append(at, at[0] + TURN)
+    begins, ends = crossings(function, at, -1), crossings(function, at, 1)
+    if not len(begins) or not len(ends):
+        return ((0.0, TURN),) if function(at).max() < 0 else ()
+    after = ends[np.searchsorted(ends, begins) % len(ends)]
+    return tuple((float(b), float(e) if e > b else float(e) + TURN) for b, e in zip(begins, after, strict=True))
+
+
+@dataclass(frozen=True)
+class RadiusAt:
+    """radius: in m. phi: the cam angle in rad."""
+
+    radius: float
+    phi: float
+
+
+@dataclass(frozen=True)
+class CutAway:
+    """What a roller leaves of a contour.
+
+    undercut: arcs of the cam angle, (begin, end) in rad, on which the contour runs backwards. missing: arcs on which it is cut
+    away, by the roller next to it (they hold those of ``undercut``) or elsewhere. convex, hollow: the least radius of curvature
+    of what is left where its material bulges and where it is hollow, None where it is nowhere; beside arcs that are missing
+    there is an edge besides. largest_roller: in m, with which nothing would be missing.
+    """
+
+    undercut: tuple[Arc, ...]
+    missing: tuple[Arc, ...]
+    convex: RadiusAt | None
+    hollow: RadiusAt | None
+    largest_roller: float
+
+    @property
+    def elsewhere(self) -> tuple[Arc, ...]:
+        """Those missing arcs in which nothing is undercut: the roller cuts into them from another cam angle alone."""
+        folds = np.array([begin for begin, _ in self.undercut])
+        return tuple(arc for arc in self.missing if not _within((arc,), folds).any())
+
+
+@dataclass(frozen=True, eq=False)
+class _Side:
+    """One side of a closed curve. curve: complex in m over phi. normal: of modulus 1, to that side. bend: the curvature,
+    positive where the curve bends to that side; all (N,) -> (N,)."""
+
+    curve: Callable[[np.ndarray], np.ndarray]
+    normal: Callable[[np.ndarray], np.ndarray]
+    bend: RealFunction
+
+    @cached_property
+    def _samples(self) -> tuple[np.ndarray, float, Any]:
+        from scipy.spatial import cKDTree
+
+        points = self.curve(GRID)
+        widest = _WIDEST * 2 * float(np.abs(points - points.mean()).max())
+        return points, widest, cKDTree(_plane(points))
+
+    def largest_ball(self, phi: np.ndarray) -> np.ndarray:
+        """The radius in m (N,) of the largest ball that touches the curve at phi (N,) and holds no other point of it."""
+        points, widest, tree = self._samples
+        at, normal, bend = self.curve(phi), self.normal(phi), self.bend(phi)
+        radius = 1 / np.maximum(bend, 1 / widest)
+        touched = np.full(len(phi), -1)
+        for _ in range(_SHRINKINGS):
+            _, j = tree.query(_plane(at + radius * normal))
+            smaller = _ball(at, normal, points[j], np.abs(_wrapped(GRID[j] - phi)) > STEP / 2)
+            shrinks = smaller < radius * (1 - _EDGE)
+            if not shrinks.any():
+                break
+            radius, touched = np.where(shrinks, smaller, radius), np.where(shrinks, j, touched)
+        k = np.flatnonzero(touched >= 0)
+        if len(k):
+            near = GRID[touched[k]]
+
+            def through(other: np.ndarray) -> np.ndarray:
+                apart = np.abs(_wrapped(other - phi[k])) > STEP / 2
+                return _ball(at[k], normal[k], self.curve(other), apart)
+
+            radius[k] = np.minimum(radius[k], through(narrowed(through, near - STEP, near + STEP, _NEAREST)))
+        return np.asarray(radius)
+
+
+    def narrowest(self, radius: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Where the largest ball is smallest, and how large it is there; also where it has a minimum below a radius."""
+        balls = self.largest_ball(GRID)
+        return valleys(self.largest_ball, balls, _BETWEEN * max(radius, float(balls.min())))
+
+
+def _ball(at: np.ndarray, normal: np.ndarray, through: np.ndarray, apart: np.ndarray) -> np.ndarray:
+    """The radius of the ball that touches at a point and passes through another one; infinite where there is none."""
+    chord = through - at
+    depth = np.where(apart, (normal.conj() * chord).real, 0.0)
+    return np.asarray(np.divide(np.abs(chord) ** 2, 2 * depth, out=np.full(len(at), np.inf), where=depth > 0))
+
+
+def _plane(points: np.ndarray) -> np.ndarray:
+    return np.column_stack([points.real, points.imag])
+
+
+def _wrapped(angle: np.ndarray) -> np.ndarray:
+    return np.asarray(np.mod(angle + math.pi, TURN) - math.pi)
+
+
+def _within(arcs: tuple[Arc, ...], phi: np.ndarray) -> np.ndarray:
+    inside = [np.mod(phi - begin, TURN) <= end - begin for begin, end in arcs]
+    return np.asarray(np.any(inside, axis=0)) if inside else np.zeros(len(phi), bool)
+
+
+def _material(cam: RollerCam) -> int:
+    """The sign by which the curvature is positive where the material bulges."""
+    return -1 if cam.outer else 1
+
+
+def _roller_side(cam: RollerCam) -> _Side:
+    sign = _material(cam)
+    return _Side(cam.pitch, lambda phi: -sign * cam.normal(phi), lambda phi: sign * cam.pitch_curvature(phi))
+
+
+def cut_away(cam: RollerCam) -> CutAway:
+    """What is cut away of a cam, and the least radii of what is left.
+
+    The curve is looked at at 4096 angles, and between them where it matters: what is cut away on less than 0.09 deg, by a
+    depth of some (distance of the samples)^2/(8 r), tens of nanometres, may be missed.
+    """
+    side, radius, sign = _roller_side(cam), cam.follower.roller_radius, _material(cam)
+    at, balls = side.narrowest(radius)
+    missing = arcs_below_zero(lambda phi: side.largest_ball(phi) - radius, at) if balls.min() < radius else ()
+
+    def bulge(phi: np.ndarray) -> np.ndarray:
+        return np.where(_within(missing, phi), 0.0, sign * cam.curvature(phi))
+
+    return CutAway(
+        arcs_below_zero(lambda phi: cam.undercut(phi) - _EDGE),
+        missing,
+        _least_radius(cam, lambda phi: -bulge(phi)),
+        _least_radius(cam, bulge),
+        float(balls.min()),
+    )
+
+
+def _least_radius(cam: RollerCam, bend: RealFunction) -> RadiusAt | None:
+    at, bends = valleys(bend)
+    k = int(np.argmin(bends))
+    straight = -_STRAIGHT / np.abs(cam.pitch(GRID)).max()
+    return RadiusAt(float(-1 / bends[k]), float(at[k])) if bends[k] < straight else None
+
+
+def largest_roller(cam: RollerCam) -> RadiusAt:
+    """The largest roller on this pitch curve that cuts nothing away, and at which cam angle a larger one would first."""
+    at, balls = _roller_side(cam).narrowest()
+    k = int(np.argmin(balls))
+    return RadiusAt(float(balls[k]), float(at[k]))
+
+
+def largest_wheel(cam: RollerCam) -> RadiusAt:
+    """The largest grinding wheel or cutter that reaches all of the contour, and where a larger one would not.
+
+    It runs on the side of the roller. Where nothing is hollow it is a size beyond which it does not matter. Raises
+    ``InputError`` (follower.roller_radius) as ``check_roller`` does: a contour that is cut away has no such wheel.
+    """
+    check_roller(cam)
+    sign = _material(cam)
+    side = _Side(cam.contour, lambda phi: sign * cam.normal(phi), lambda phi: -sign * cam.curvature(phi))
+    at, balls = side.narrowest()
+    k = int(np.argmin(balls))
+    return RadiusAt(float(balls[k]), float(at[k]))
+
+
+def check_wheel(cam: RollerCam, radius: float) -> None:
+    """Raises ``InputError`` (wheel_radius, follower.roller_radius) where a wheel of a radius in m cannot make the contour."""
+    largest = largest_wheel(cam)
+    if radius > largest.radius:
+        where = f"the contour is too hollow for it at a cam angle of {math.degrees(largest.phi):.4g} deg"
+        raise InputError("wheel_radius", radius, f"{where}: take at most {_short_of(largest.radius, -1):.5g} m")
+
+
+def check_roller(cam: RollerCam) -> None:
+    """Raises ``InputError`` (follower.roller_radius) where the roller would cut a part of the contour away, or leave an edge.
+
+    It says which roller would not, to five digits.
+    """
+    largest = largest_roller(cam)
+    if cam.follower.roller_radius >= largest.radius:
+        key = "follower.pivot" if isinstance(cam.follower, OscillatingRoller) else "follower.distance"
+        where = f"the roller would cut the contour away at a cam angle of {math.degrees(largest.phi):.4g} deg"
+        what = f"take a roller radius of at most {_short_of(largest.radius, -1):.5g} m, or a larger cam ({key})"
+        raise InputError("follower.roller_radius", cam.follower.roller_radius, f"{where}: {what}")
+
+
+def check_face(cam: FlatFacedCam) -> None:
+    """Raises ``InputError`` (follower.distance) where a flat face would cut a part of the contour away, or leave an edge."""
+    at, radii = valleys(cam.radius)
+    k = int(np.argmin(radii))
+    if radii[k] <= 0:
+        where = f"the face would cut the contour away at a cam angle of {math.degrees(at[k]):.4g} deg"
+        least = _short_of(cam.follower.distance - float(radii[k]), 1)
+        raise InputError("follower.distance", cam.follower.distance, f"{where}: take at least {least:.5g} m")
+
+
+def _short_of(bound: float, direction: int) -> float:
+    """A number of five digits on one side of a bound, above (1) or below (-1), never the bound itself."""
+    digit = 10.0 ** (math.floor(math.log10(abs(bound))) - 4) if bound else 1e-9
+    return digit * ((math.floor if direction > 0 else math.ceil)(bound / digit) + direction)

@@ -1,0 +1,1 @@
+"""Measured records -> numbers: reading files, speed of a shaft, orders by least squares, order tracking. Knows no machine."""

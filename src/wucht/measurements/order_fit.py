@@ -1,0 +1,222 @@
+"""Orders of a shaft's speed, by least squares over any span of a record and any times: never by bins of a cut record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wucht.errors import InputError
+from wucht.measurements.order_checks import check_samples, check_unit, scale_warning
+from wucht.measurements.order_regression import Fit, Mean, OrderModel, scaled_gram
+from wucht.measurements.order_residual import LeftOutOrder, drift, left_out_orders
+from wucht.measurements.order_start import START_BLOCKS, block_means, mean_speed, middle, start
+from wucht.measurements.order_warnings import warnings_of
+from wucht.measurements.shaft_signal import TURN, ShaftSignal, mean_direction
+from wucht.numerics.harmonics import Harmonics
+
+_RESIDUAL_BLOCKS = 24  # a period of the highest order that is looked for
+_RESIDUAL_TURNS = 200.0  # in the middle of the record: enough
+_SINGULAR = 1e-9  # least eigenvalue of the correlations: below, orders cannot be told apart
+_MOST_LEFT_OUT = 20  # orders are looked for in the residual as far as this, or twice the highest one fitted
+_INDEX_EVERY = (0.9, 1.1)  # turns
+_SCATTER = 0.01  # rad, of the index pulses
+_MOST_STEPS = 50
+
+
+@dataclass(frozen=True, eq=False)
+class OrderFit:
+    """The speed of a shaft: omega + sum over orders of a_j cos(j x) + b_j sin(j x), x = omega (t - origin).
+
+    where: file and column. orders (K,): those fitted, increasing. speed: in rad/s over x; its mean is omega, other orders are
+    zero. covariance (1 + 2K, 1 + 2K): of omega, a, b, if what is left is noise, independent from sample to sample. origin: time
+    in s at which x is zero. offset: C in rad of the angle omega (t - origin) + C + sum (a_j sin(j x) - b_j cos(j x))/(j omega).
+    turns, samples: of the record. kept_rms, residual_rms: of the orders and of what is left, in ``unit``, that of the signal.
+    left_out: orders that were not fitted, in the residual. warnings: what to check, in sentences.
+    """
+
+    where: str
+    orders: tuple[int, ...]
+    speed: Harmonics
+    covariance: np.ndarray
+    origin: float
+    offset: float
+    turns: float
+    samples: int
+    unit: str
+    kept_rms: float
+    residual_rms: float
+    left_out: tuple[LeftOutOrder, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def cosine(self) -> np.ndarray:
+        """a_j (K,) of the orders fitted, in rad/s."""
+        return np.asarray(self.speed.cosine[np.array(self.orders) - 1])
+
+    @property
+    def sine(self) -> np.ndarray:
+        """b_j (K,) of the orders fitted, in rad/s."""
+        return np.asarray(self.speed.sine[np.array(self.orders) - 1])
+
+    @property
+    def standard_errors(self) -> np.ndarray:
+        """Of omega, a, b (1 + 2K,), in rad/s."""
+        return np.asarray(np.sqrt(self.covariance.diagonal()))
+
+    @property
+    def amplitude_errors(self) -> np.ndarray:
+        """The standard error of an order's amplitude (K,), in rad/s: the greatest in any phase."""
+        k, n = np.arange(1, len(self.orders) + 1), len(self.orders)
+        blocks = np.array([self.covariance[np.ix_([i, i + n], [i, i + n])] for i in k])
+        return np.asarray(np.sqrt(np.linalg.eigvalsh(blocks)[:, -1]))
+
+    @property
+    def explained(self) -> float:
+        """The share of the fluctuation's variance that the orders explain."""
+        both = self.kept_rms**2 + self.residual_rms**2
+        return self.kept_rms**2 / both if both > 0 else 1.0
+
+    def notable(self, share: float = 0.05) -> tuple[LeftOutOrder, ...]:
+        """The orders left out that hold more than a share of the residual's square."""
+        return tuple(o for o in self.left_out if o.share > share)
+
+    def angle(self, time: np.ndarray) -> np.ndarray:
+        """The angle in rad at times in s."""
+        x, j = self.speed.mean * (np.asarray(time, float) - self.origin), np.arange(1, self.speed.count + 1)
+        return np.asarray(x + self.offset + Harmonics(0.0, -self.speed.sine / j, self.speed.cosine / j)(x) / self.speed.mean)
+
+    def about(self, origin: float) -> OrderFit:
+        """The same motion, its phases counted from another time in s."""
+        by, n, j = origin - self.origin, len(self.orders), np.array(self.orders)
+        shifted = self.speed.shifted(-self.speed.mean * by)
+        moved = replace(self, speed=shifted, origin=origin, offset=self.offset + self.speed.mean * by)
+        c, s = np.diag(np.cos(j * self.speed.mean * by)), np.diag(np.sin(j * self.speed.mean * by))
+        change = np.eye(1 + 2 * n)
+        change[1:, 1:] = np.block([[c, s], [-s, c]])
+        change[1:, 0] = by * np.concatenate([j * moved.sine, -j * moved.cosine])
+        return replace(moved, covariance=change @ self.covariance @ change.T)
+
+    def time_of_angle(self, angle: float = 0.0, after: float | None = None) -> float:
+        """The first time in s from ``after`` (by default the origin) at which the angle is this in rad, but for whole turns."""
+        from_time = self.origin if after is None else after
+        passed = float(self.angle(np.array(from_time)))
+        wanted = passed + (angle - passed) % TURN
+        time = from_time + (wanted - passed) / self.speed.mean
+        for _ in range(_MOST_STEPS):
+            x = self.speed.mean * (time - self.origin)
+            step = (wanted - float(self.angle(np.array(time)))) / max(float(self.speed(x)), 0.1 * self.speed.mean)
+            time += step
+            if abs(step) * self.speed.mean < 1e-14 * max(1.0, abs(wanted)):
+                break
+        return time
+
+
+def fit_orders(
+    shaft: ShaftSignal, orders: Sequence[int], origin: float | None = None, look_up_to: int | None = None
+) -> OrderFit:
+    """The orders chosen, with omega = 2 pi/T unknown, of a speed or an angle.
+
+    origin: the time in s at which phases are zero; by default when the index pulse first comes, where then the angle is zero
+    too, and without one 0 s of the record's clock. look_up_to: the highest order that is looked for in the residual.
+
+    Raises ``InputError`` for orders that are no whole numbers from 1, a record shorter than a turn, in which whole turns are
+    missing, with too few samples a turn, a shaft that stands or turns backwards, and orders that cannot be told apart.
+    """
+    chosen = _checked(orders)
+    model = OrderModel(chosen, Mean.SPEED if shaft.quantity == "speed" else Mean.ANGLE)
+    centre = float(shaft.time[0] + shaft.time[-1]) / 2
+    time = shaft.time - centre
+    omega = mean_speed(time, shaft.values, model.mean)
+    check_unit(shaft, time, omega, chosen)
+    check_samples(shaft, omega, chosen)
+    blocks = block_means(time, shaft.values, TURN / omega / chosen[-1] / START_BLOCKS)
+    first = start(model, *blocks, omega)
+    fit = model.fit(time, shaft.values, first.theta)
+    _check_fit(shaft, model, fit, omega)
+    found = _with_origin(_result(shaft, model, fit, centre), shaft.index, origin)
+    found = replace(found, warnings=found.warnings + scale_warning(model, *blocks, first))
+    most = max(_MOST_LEFT_OUT, 2 * found.orders[-1]) if look_up_to is None else look_up_to
+    left = _left_out(shaft, model, fit, time, most)
+    texts = warnings_of(found.speed, found.orders, found.amplitude_errors, left, drift(model, fit, *blocks))
+    return replace(found, left_out=left, warnings=found.warnings + texts)
+
+
+def _checked(orders: Sequence[int]) -> np.ndarray:
+    allowed = "the orders must be different whole numbers, 1 or more, such as [2, 3, 4]"
+    whole = all(not isinstance(j, bool) and isinstance(j, int | np.integer) and j >= 1 for j in orders)
+    if not len(orders) or not whole or len(set(orders)) < len(orders):
+        raise InputError("orders", list(orders), allowed)
+    return np.array(sorted(int(j) for j in orders))
+
+
+def _check_fit(shaft: ShaftSignal, model: OrderModel, fit: Fit, omega: float) -> None:
+    if not fit.converged or not omega / 2 < fit.theta[0] < 2 * omega:
+        allowed = "no speed was found at which these orders repeat; cut the record to a part of constant mean speed"
+        raise InputError(shaft.where, None, allowed)
+    correlations, _ = scaled_gram(fit.gram)
+    values, vectors = np.linalg.eigh(correlations)
+    if values[0] < _SINGULAR:
+        share = np.abs(vectors[model.fixed :, 0]).reshape(2, -1).max(axis=0)
+        alike = [int(j) for j, s in zip(model.orders, share, strict=True) if s > 0.2 * share.max()]
+        turns = fit.theta[0] * float(np.ptp(shaft.time)) / TURN
+        allowed = f"these orders cannot be told apart in a record of {turns:.3g} turns: choose fewer, or record more turns"
+        raise InputError(f"{shaft.where}: orders", alike, allowed)
+
+
+def _result(shaft: ShaftSignal, model: OrderModel, fit: Fit, centre: float) -> OrderFit:
+    """With phases from the middle of the record, where omega was fitted."""
+    omega, j, n = float(fit.theta[0]), model.orders, len(model.orders)
+    waves = model.waves(fit.theta)
+    u, v = waves.real, -waves.imag
+    change = np.zeros((1 + 2 * n, model.size))
+    change[0, 0] = 1.0
+    if model.mean is Mean.SPEED:
+        a, b, change[1:, 1:] = u, v, np.eye(2 * n)
+    else:
+        a, b = j * omega * v, -j * omega * u
+        scale, none = np.diag(j * omega), np.zeros((n, n))
+        change[1:, 2:] = np.block([[none, scale], [-scale, none]])
+        change[1:, 0] = np.concatenate([j * v, -j * u])
+    correlations, lengths = scaled_gram(fit.gram)
+    inverse = fit.variance * np.linalg.inv(correlations) / np.outer(lengths, lengths)
+    cosine, sine = np.zeros((2, j[-1]))
+    cosine[j - 1], sine[j - 1] = a, b
+    return OrderFit(
+        where=shaft.where, orders=tuple(int(k) for k in j), speed=Harmonics(omega, cosine, sine),
+        covariance=change @ inverse @ change.T, origin=centre, offset=float(fit.theta[1]) if model.mean is Mean.ANGLE else 0.0,
+        turns=omega * float(np.ptp(shaft.time)) / TURN, samples=fit.samples,
+        unit="rad/s" if model.mean is Mean.SPEED else "rad", kept_rms=float(np.linalg.norm(waves)) / 2**0.5,
+        residual_rms=fit.variance**0.5, left_out=(), warnings=(),
+    )  # fmt: skip
+
+
+def _with_origin(fit: OrderFit, index: np.ndarray, origin: float | None) -> OrderFit:
+    """Phases, and with an index the angle too, counted from where they shall be."""
+    if not len(index):
+        return fit.about(0.0 if origin is None else origin)
+    every = np.diff(index) * fit.speed.mean / TURN
+    low, high = _INDEX_EVERY
+    if ((every < low) | (every > high)).any():
+        allowed = f"the index pulse must come once a turn; it comes after {every.min():.3g} to {every.max():.3g} turns"
+        raise InputError(f"{fit.where}: index", None, allowed)
+    angles = fit.angle(index)
+    zero = mean_direction(angles)
+    first = fit.time_of_angle(zero, after=float(index[0]) - TURN / fit.speed.mean / 2)
+    scatter = float(np.std(np.angle(np.exp(1j * (angles - zero)))))
+    text = f"The index pulses scatter by {math.degrees(scatter):.2g} deg: no phase is better known than that."
+    warnings = (text,) if scatter > _SCATTER else ()
+    found = replace(fit, offset=fit.offset - float(fit.angle(np.array(first))), warnings=warnings)
+    return found.about(first if origin is None else origin)
+
+
+def _left_out(shaft: ShaftSignal, model: OrderModel, fit: Fit, time: np.ndarray, most: int) -> tuple[LeftOutOrder, ...]:
+    """The orders that were not fitted, as far as they are looked for and the samples can hold them."""
+    turn = TURN / float(fit.theta[0])
+    most = min(most, math.ceil(len(time) * turn / float(np.ptp(time)) / 2) - 1)
+    orders = np.array([j for j in range(1, most + 1) if j not in model.orders], int)
+    t, y = middle(time, shaft.values, _RESIDUAL_TURNS * turn)
+    blocks = block_means(t, y, turn / max(1, most) / _RESIDUAL_BLOCKS)
+    return left_out_orders(model, fit, *blocks, orders, len(t))

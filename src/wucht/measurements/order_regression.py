@@ -1,0 +1,145 @@
+"""Least squares of a signal that repeats at a speed that is not known, at any times.
+
+y(t) = omega r(t) + C + sum over orders j of u_j cos(j omega t) + v_j sin(j omega t), where r = 1 for a speed (C = 0), r = t for
+an angle, and r = 0 where the mean of a speed is left free.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+_AT_ONCE = 1024  # samples: their rows stay in the cache, and are too few for BLAS to wake threads, which takes longer
+_MOST = 40
+_SHORTENINGS = 12
+_SMALL = 1e-3  # of a standard error: a step that changes no result
+_EPSILON = float(np.finfo(float).eps)
+
+
+class Mean(Enum):
+    """What the mean of the signal says of omega."""
+
+    SPEED = "omega"
+    ANGLE = "omega t + C"
+    FREE = "C"
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """theta (p,): omega, C if there is one, u, v. gram (p, p): of the columns of the derivatives. squares: of what is left."""
+
+    theta: np.ndarray
+    gram: np.ndarray
+    gradient: np.ndarray
+    squares: float
+    samples: int
+    converged: bool = True
+
+    @property
+    def variance(self) -> float:
+        """Of a sample."""
+        return self.squares / max(1, self.samples - len(self.theta))
+
+
+@dataclass(frozen=True, eq=False)
+class OrderModel:
+    """orders (K,), increasing whole numbers from 1."""
+
+    orders: np.ndarray
+    mean: Mean
+
+    @property
+    def fixed(self) -> int:
+        """How many parameters stand before those of the orders."""
+        return 1 if self.mean is Mean.SPEED else 2
+
+    @property
+    def size(self) -> int:
+        """p."""
+        return self.fixed + 2 * len(self.orders)
+
+    def waves(self, theta: np.ndarray) -> np.ndarray:
+        """u - i v (K,): the orders are the real parts of it times exp(i j omega t)."""
+        u, v = theta[self.fixed :].reshape(2, -1)
+        return np.asarray(u - 1j * v)
+
+    def rows(self, time: np.ndarray, values: np.ndarray, theta: np.ndarray) -> np.ndarray:
+        """Derivatives by the parameters and, last, what is left of the values: (p + 1, n)."""
+        rows, first, count = np.empty((self.size + 1, len(time))), self.fixed, len(self.orders)
+        cosines, sines = rows[first : first + count], rows[first + count : -1]
+        for i, wave in enumerate(powers(theta[0] * time, self.orders)):
+            cosines[i], sines[i] = wave.real, wave.imag
+        u, v = theta[first:].reshape(2, -1)
+        rows[0] = time * ((self.orders * v) @ cosines - (self.orders * u) @ sines)
+        rows[-1] = values - theta[first:] @ rows[first:-1]
+        if self.mean is not Mean.SPEED:
+            rows[1] = 1.0
+            rows[-1] -= theta[1]
+        if self.mean is not Mean.FREE:
+            ramp = time if self.mean is Mean.ANGLE else 1.0
+            rows[0] += ramp
+            rows[-1] -= theta[0] * ramp
+        return rows
+
+    def at(self, time: np.ndarray, values: np.ndarray, theta: np.ndarray) -> Fit:
+        """The normal equations at given parameters."""
+        total = np.zeros((self.size + 1, self.size + 1))
+        for i in range(0, len(time), _AT_ONCE):
+            rows = self.rows(time[i : i + _AT_ONCE], values[i : i + _AT_ONCE], theta)
+            total += rows @ rows.T
+        return Fit(theta, total[:-1, :-1], total[:-1, -1], float(total[-1, -1]), len(time))
+
+    def fit(self, time: np.ndarray, values: np.ndarray, theta: np.ndarray, small: float = _SMALL, most: int = _MOST) -> Fit:
+        """Gauss-Newton from given parameters; a step that raises the squares is shortened.
+
+        time (n,): best counted from the middle of the record, where omega and the phases do not depend on each other. small: of
+        a standard error; a step no larger is the last one. most: steps.
+        """
+        here, largest, longest = self.at(time, values, theta), float(np.abs(values).max()), float(np.abs(time).max())
+        for _ in range(most):
+            phase = self.orders[-1] * abs(here.theta[0]) * longest
+            rounding = _EPSILON * (largest + phase * float(np.abs(self.waves(here.theta)).sum()))
+            step = solved(here.gram, here.gradient)
+            sizes = np.abs(step) * np.sqrt(here.gram.diagonal())
+            if (sizes <= max(small * here.variance**0.5, rounding * len(time) ** 0.5)).all():
+                left = max(here.squares - float(here.gradient @ step), 0.0)
+                return replace(here, theta=here.theta + step, squares=left)
+            for _ in range(_SHORTENINGS):
+                there = self.at(time, values, here.theta + step)
+                if there.squares <= here.squares:
+                    break
+                step = step / 4
+            else:
+                nothing_left = here.squares <= len(time) * (16 * rounding) ** 2 or here.gradient @ step <= 1e-9 * here.squares
+                return replace(here, converged=bool(nothing_left))
+            here = there
+        return replace(here, converged=False)
+
+
+def powers(phase: np.ndarray, orders: np.ndarray) -> list[np.ndarray]:
+    """exp(i j phase) (n,) for increasing orders j, each from the one before it: sines cost more than products."""
+    first = np.empty(len(phase), complex)
+    first.real, first.imag = np.cos(phase), np.sin(phase)
+    waves: list[np.ndarray] = []
+    before, wave = 0, np.ones(len(phase), complex)
+    for order in orders:
+        wave = wave * (first if order == before + 1 else first ** int(order - before))
+        before = order
+        waves.append(wave)
+    return waves
+
+
+def scaled_gram(gram: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The correlations of the columns and their lengths; a column of zeros has length 1."""
+    lengths = np.sqrt(gram.diagonal())
+    lengths = np.where(lengths > 0, lengths, 1.0)
+    return gram / np.outer(lengths, lengths), lengths
+
+
+def solved(gram: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+    """The least-squares step, columns brought to length 1 first."""
+    correlations, lengths = scaled_gram(gram)
+    step, *_ = np.linalg.lstsq(correlations, gradient / lengths, rcond=1e-13)
+    return np.asarray(step / lengths)

@@ -1,0 +1,117 @@
+"""Order tracking: signals over the angle of a shaft instead of time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.errors import InputError
+from wucht.measurements.recording import Channel
+from wucht.measurements.shaft_signal import TURN, ShaftSignal
+from wucht.numerics.harmonics import Harmonics
+
+_FINER = 2.0  # times the samples of a turn: so fine a signal is taken over angle before its high orders are cut off
+
+
+@dataclass(frozen=True, eq=False)
+class OrderSpectrum:
+    """orders (k,): in steps of 1 by the number of turns. cosine, sine (k,): a, b in the unit of the signal."""
+
+    orders: np.ndarray
+    cosine: np.ndarray
+    sine: np.ndarray
+
+    @property
+    def amplitudes(self) -> np.ndarray:
+        """sqrt(a^2 + b^2) (k,)."""
+        return np.asarray(np.hypot(self.cosine, self.sine))
+
+
+@dataclass(frozen=True, eq=False)
+class AngleSamples:
+    """A signal at equal steps of the angle of a shaft, over whole turns, without orders of ``per_turn``/2 and above.
+
+    where: file and channel. per_turn: M. first: the angle in rad of the first sample, whole turns. time (n,): in s,
+    n = M turns. values (n,): in the unit of the signal.
+    """
+
+    where: str
+    per_turn: int
+    first: float
+    time: np.ndarray
+    values: np.ndarray
+
+    @property
+    def turns(self) -> int:
+        """How many."""
+        return len(self.values) // self.per_turn
+
+    @property
+    def angle(self) -> np.ndarray:
+        """Of the samples (n,), in rad."""
+        return np.asarray(self.first + TURN / self.per_turn * np.arange(len(self.values)))
+
+    def spectrum(self) -> OrderSpectrum:
+        """The orders below M/2, also those between whole ones."""
+        found, n = Harmonics.sampled(self.values), len(self.values)
+        below = (n - 1) // 2
+        orders = np.arange(below + 1) / self.turns
+        return OrderSpectrum(orders, np.append(found.mean, found.cosine[:below]), np.append(0.0, found.sine[:below]))
+
+    def mean_turn(self) -> Harmonics:
+        """The mean of all turns over the angle: what repeats with the shaft; all orders below M/2."""
+        return Harmonics.sampled(self.values.reshape(self.turns, self.per_turn).mean(axis=0))
+
+
+def tracked(signal: Channel, shaft: ShaftSignal, per_turn: int) -> AngleSamples:
+    """A signal at M = per_turn angles a turn, 2 pi k/M from the shaft's zero, over all whole turns that both records hold.
+
+    Cubic splines give t(phi) and the signal in between its samples. Orders of M/2 and above are cut off, not folded back.
+
+    Raises ``InputError`` for M below 4 or above the samples of the fastest turn, an angle that does not increase, and less than
+    a whole turn.
+    """
+    from scipy.interpolate import CubicSpline
+
+    if isinstance(per_turn, bool) or int(per_turn) != per_turn or per_turn < 4:
+        raise InputError(signal.where, per_turn, "the samples per turn must be a whole number, 4 or more")
+    time, angle = _both(signal, shaft)
+    first = math.ceil(angle[0] / TURN - 1e-9)
+    turns = math.floor(angle[-1] / TURN + 1e-9) - first
+    if turns < 1:
+        allowed = "signal and shaft must have a whole turn in common, from one zero of the angle to the next"
+        raise InputError(signal.where, None, allowed)
+    fastest = float((np.diff(angle) / np.diff(time)).max())
+    most = TURN / fastest / float(np.median(np.diff(signal.time)))
+    if per_turn > most:
+        allowed = f"the signal has {most:.3g} samples in the fastest turn; there must not be more per turn"
+        raise InputError(signal.where, per_turn, allowed)
+    finer = math.ceil(_FINER * most / per_turn)
+    fine = per_turn * finer
+    at = CubicSpline(angle, time)(TURN * (first + np.arange(turns * fine) / fine))
+    if not (np.diff(at) > 0).all():
+        raise InputError(shaft.where, None, "the angle is too noisy or too coarse: between its samples it seems to turn back")
+    at = np.clip(at, signal.time[0], signal.time[-1])
+    values = _without_high_orders(CubicSpline(signal.time, signal.values)(at), turns * per_turn)
+    return AngleSamples(signal.where, per_turn, TURN * first, at[::finer], values)
+
+
+def _both(signal: Channel, shaft: ShaftSignal) -> tuple[np.ndarray, np.ndarray]:
+    """Times and angles of the shaft where there is a signal, with the two ends of it."""
+    time, angle = shaft.angle()
+    if not (np.diff(angle) > 0).all():
+        allowed = "the angle must increase all the time for order tracking; smooth it, or turn the sign round"
+        raise InputError(shaft.where, None, allowed)
+    low, high = max(time[0], signal.time[0]), min(time[-1], signal.time[-1])
+    inside = (time >= low) & (time <= high)
+    if inside.sum() < 4:
+        raise InputError(signal.where, None, f"signal and shaft must be recorded at the same time; {shaft.where} is not")
+    return time[inside], angle[inside]
+
+
+def _without_high_orders(values: np.ndarray, count: int) -> np.ndarray:
+    """Every so many of samples of whole turns that ``count`` are left, of the harmonics below count/2 alone."""
+    spectrum = np.fft.rfft(values)[: (count + 1) // 2]
+    return np.asarray(np.fft.irfft(spectrum, count) * (count / len(values)))

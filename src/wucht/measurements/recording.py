@@ -1,0 +1,123 @@
+"""Recordings: measured channels by name, each over its own time, as files hold them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wucht.errors import InputError, nearest
+from wucht.quantities import Unit, article
+
+TIME = Unit("s", "time")
+SPEED = Unit("rad/s", "angular speed")
+ANGLE = Unit("rad", "angle")
+FULL_SCALE = "of full scale"  # the unit of a sound file's samples, which are between -1 and 1
+_GRAVITY = 9.80665  # m/s^2: accelerometers state g, which elsewhere is a gram
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One measured signal.
+
+    source, name: the file and its channel. unit: of the values, as the file states it; "" where it states none. time (n,): of
+    the samples in s, increasing, in steps that may differ. values (n,).
+
+    Raises ``InputError`` for less than two samples, times and values of different number, a time that does not increase, and
+    what is no finite number.
+    """
+
+    source: str
+    name: str
+    unit: str
+    time: np.ndarray
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        for key in ("time", "values"):
+            object.__setattr__(self, key, _numbers(getattr(self, key), self.where, key))
+        times, values = len(self.time), len(self.values)
+        if times != values:
+            raise InputError(
+                self.where, None, f"there must be one value at each time; there are {values} values and {times} times"
+            )
+        if times < 2:
+            raise InputError(self.where, None, f"there must be at least two samples; found {times}")
+        back = np.flatnonzero(np.diff(self.time) <= 0)
+        if len(back):
+            i = int(back[0])
+            after = f"sample {i + 2} is at {self.time[i + 1]:.9g} s, the one before it at {self.time[i]:.9g} s"
+            raise InputError(self.where, None, f"the time must increase: {after}; sort the samples and take out repeated ones")
+
+    @property
+    def where(self) -> str:
+        """``file: channel``, for sentences."""
+        return f"{self.source}: {self.name}"
+
+    def in_si(self, unit: Unit) -> Channel:
+        """The channel in an SI unit; where its own is not stated, its numbers are taken to be in it.
+
+        Raises ``InputError`` for a channel of another dimension, an unknown unit, and a sound that was given no scale.
+        """
+        if self.unit == FULL_SCALE:
+            raise InputError(
+                self.where, None, f"a sound file has no units; say of how many {unit.si} full scale is: scaled(NUMBER, UNIT)"
+            )
+        factor = self._factor(unit) if self.unit else 1.0
+        return replace(self, unit=unit.si, values=self.values if factor == 1.0 else factor * self.values)
+
+    def _factor(self, unit: Unit) -> float:
+        if (self.unit, unit.si) == ("g", "m/s^2"):
+            return _GRAVITY
+        try:
+            return unit.parse(f"1 {self.unit}")
+        except ValueError as error:
+            allowed = f"{error}; if the file is wrong, say what its numbers are: scaled(1, {unit.si!r})"
+            raise InputError(self.where, self.unit, allowed) from None
+
+    def scaled(self, factor: float, unit: str) -> Channel:
+        """The values times a factor, which then are in that unit: the scale of a sound file, or another sign."""
+        return replace(self, unit=unit, values=factor * self.values)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """The channels of a file, each loaded when it is asked for. load: the channel of one of the names."""
+
+    source: str
+    names: tuple[str, ...]
+    load: Callable[[str], Channel]
+
+    @classmethod
+    def of(
+        cls, source: str, time: np.ndarray, values: Mapping[str, np.ndarray], units: Mapping[str, str] | None = None
+    ) -> Recording:
+        """Of arrays (n,) over one time in s; units: of the channels that are not in SI."""
+        stated = units or {}
+        return cls(source, tuple(values), lambda name: Channel(source, name, stated.get(name, ""), time, values[name]))
+
+    def channel(self, name: str, unit: Unit | None = None) -> Channel:
+        """A channel, in SI if a unit is given. Raises ``InputError`` for an unknown name, and what the channel raises."""
+        if name not in self.names:
+            raise InputError(self.source, name, f"there is no such column; {nearest(name, self.names)}")
+        found = self.load(name)
+        return found if unit is None else found.in_si(unit)
+
+
+def _numbers(given: object, where: str, key: str) -> np.ndarray:
+    array = np.asarray(given)
+    if array.ndim != 1 or array.dtype.kind not in "biuf":
+        raise InputError(where, None, f"the {key} must be a list of real numbers; this is {_described(array)}")
+    array = array.astype(float, copy=False)
+    bad = np.flatnonzero(~np.isfinite(array))
+    if len(bad):
+        held = f"sample {bad[0] + 1} is {array[bad[0]]}" + (f", and {len(bad) - 1} others are none" if len(bad) > 1 else "")
+        raise InputError(where, None, f"the {key} must be finite numbers: {held}; take such samples out")
+    return array
+
+
+def _described(array: np.ndarray) -> str:
+    if array.ndim != 1:
+        return article(f"table of {array.ndim} dimensions")
+    return {"c": "complex", "U": "text", "S": "text"}.get(array.dtype.kind, f"of type {array.dtype}")

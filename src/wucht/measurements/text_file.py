@@ -1,0 +1,147 @@
+"""Text files of columns: CSV and its kin."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from wucht.errors import InputError
+from wucht.files.documents import read_text
+from wucht.measurements.recording import TIME, Channel, Recording
+
+_TIMES = ("time", "t", "zeit", "times", "timestamp")
+_HEADING = re.compile(r"([^\[(]*?)\s*(?:\[(.*)\]|\((.*)\))?")  # name, name [unit] or name (unit)
+_BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
+_UNITS_ALONE = ("s", "ms", "rpm", "rad/s", "deg/s", "Hz", "rad", "deg", "°", "V", "mV", "m/s^2")
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """How a file is written. first: the number of its first row, from 0."""
+
+    separator: str | None
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    first: int
+
+
+def read_text_file(path: Path) -> Recording:
+    """The columns of a text file over its time: the column called time (or t), else the first one, in s if it has no unit.
+
+    Columns are separated by semicolons, tabs, commas or blanks; beside semicolons and tabs a decimal comma is understood. ``#``
+    begins a comment. A heading names the columns and may give units, as in ``time [ms], speed (rpm)``, or in a second line;
+    without one they are called "1", "2", ... A lone column is its own time: instants at which something happened.
+
+    Raises ``InputError``, with the line, for a file that cannot be read and a row that is not of as many finite numbers.
+    """
+    lines = _text(path).splitlines()
+    layout = _layout(str(path), lines)
+    table = _table(str(path), lines, layout)
+    clock = next((i for i, n in enumerate(layout.names) if n.lower() in _TIMES), 0)
+    rows = np.arange(len(table))
+    time = Channel(str(path), layout.names[clock], layout.units[clock], rows, table[:, clock]).in_si(TIME).values
+    if len(layout.names) == 1:
+        return Recording.of(str(path), time, {layout.names[0]: time}, {layout.names[0]: "s"})
+    columns = {n: table[:, i] for i, n in enumerate(layout.names) if i != clock}
+    return Recording.of(str(path), time, columns, dict(zip(layout.names, layout.units, strict=True)))
+
+
+def _text(path: Path) -> str:
+    """UTF-8, or what loggers write instead, where only ° and µ differ."""
+    try:
+        return read_text(path, encoding="utf-8-sig")
+    except InputError:
+        return read_text(path, encoding="latin-1")
+
+
+def _layout(source: str, lines: list[str]) -> _Layout:
+    heading: list[list[str]] = []
+    for number, line in enumerate(lines):
+        held = line.split("#", 1)[0].strip()
+        if not held:
+            continue
+        separator = next((s for s in ";\t," if s in held), None)
+        cells = _cells(held, separator)
+        if len(heading) < 2 and not any(_is_number(c, separator) for c in cells):
+            heading.append(cells)
+            continue
+        names, units = _heading(heading, len(cells))
+        if len(names) != len(cells):
+            allowed = f"line {number + 1}: there are {len(cells)} columns; the heading has {len(names)}"
+            raise InputError(source, None, allowed)
+        twice = next((n for n in names if names.count(n) > 1), None)
+        if twice is not None:
+            raise InputError(source, None, f"two columns are called {twice!r}; each needs a name of its own")
+        return _Layout(separator, tuple(names), tuple(units), number)
+    raise InputError(source, None, "there is no row of numbers in this file")
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    cells = line.split(separator) if separator else _BLANK_OUTSIDE_BRACKETS.split(line)
+    stripped = [c.strip().strip('"').strip() for c in cells]
+    while len(stripped) > 1 and not stripped[-1]:  # loggers end their lines with a separator
+        stripped.pop()
+    return stripped
+
+
+def _heading(heading: list[list[str]], count: int) -> tuple[list[str], list[str]]:
+    """Names and units of the columns."""
+    if not heading:
+        return [str(i + 1) for i in range(count)], [""] * count
+    names, units = [], []
+    for i, cell in enumerate(heading[0]):
+        parts = _HEADING.fullmatch(cell)
+        name, unit = (parts[1], (parts[2] or parts[3] or "").strip()) if parts else (cell, "")
+        names.append(name or unit or str(i + 1))
+        units.append(unit or (name if name in _UNITS_ALONE else ""))
+    if len(heading) == 2 and len(heading[1]) == len(names):
+        units = [u or c.strip("[]()- ") for u, c in zip(units, heading[1], strict=True)]
+    return names, units
+
+
+def _table(source: str, lines: list[str], layout: _Layout) -> np.ndarray:
+    """The rows (n, columns) of finite numbers."""
+    rows, separator = lines[layout.first :], layout.separator
+    if separator and rows[0].rstrip(" ").endswith(separator):
+        rows = [r.rstrip(" ").removesuffix(separator) for r in rows]
+    if separator in (";", "\t"):
+        rows = [r.replace(",", ".") for r in rows]
+    try:
+        table = np.loadtxt(rows, delimiter=separator, ndmin=2, comments="#", quotechar='"')
+    except ValueError:
+        raise _located(source, lines, layout) from None
+    if not np.isfinite(table).all():
+        raise _located(source, lines, layout)
+    return np.asarray(table)
+
+
+def _located(source: str, lines: list[str], layout: _Layout) -> InputError:
+    """The error with the line that is no row."""
+    for number, line in enumerate(lines[layout.first :], layout.first + 1):
+        held = line.split("#", 1)[0].strip()
+        cells = _cells(held, layout.separator)
+        if not held:
+            continue
+        if len(cells) != len(layout.names):
+            allowed = f"line {number}: there must be {len(layout.names)} columns; these are {len(cells)}"
+            return InputError(source, None, allowed)
+        for name, cell in zip(layout.names, cells, strict=True):
+            if not _is_number(cell, layout.separator) or not math.isfinite(_float(cell, layout.separator)):
+                return InputError(f"{source}: {name}", None, f"line {number}: {cell[:40]!r} is no finite number")
+    return InputError(source, None, f"the rows must be of {len(layout.names)} numbers each")
+
+
+def _is_number(cell: str, separator: str | None) -> bool:
+    try:
+        _float(cell, separator)
+    except ValueError:
+        return False
+    return True
+
+
+def _float(cell: str, separator: str | None) -> float:
+    return float(cell.replace(",", ".") if separator in (";", "\t") else cell)

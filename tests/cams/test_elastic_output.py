@@ -1,0 +1,309 @@
+"""The output on a spring: against textbook formulas, against integration in time, tuned levers, resonances over speed."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from wucht.cams.elastic_output import Dwell, ElasticOutput, LeverWithDwells, excited, truncated
+from wucht.cams.laws.closed_forms import equiripple
+from wucht.cams.laws.rise_and_return import RiseAndReturn
+from wucht.cams.laws.standard_laws import STANDARD_LAWS
+from wucht.cams.laws.synthesis import Band, synthesise
+from wucht.errors import InputError
+from wucht.numerics.harmonics import Harmonics
+
+TURN = 2 * math.pi
+TAU = np.linspace(0, TURN, 20001)
+HALF = math.radians(110)  # of the dwell about 0
+DWELL = Dwell(-HALF, HALF)
+LAW = equiripple(5, HALF, 0.4)
+RIPPLE = DWELL.largest(LAW)
+POLYNOMIAL = RiseAndReturn(STANDARD_LAWS["3-4-5"], 0.4, (HALF, math.pi))
+OUTPUT = ElasticOutput(0.05, 2000.0, 1.0)  # 200 rad/s, 5 %
+SERIES = Harmonics.of(0.1, [0.3, -0.1, 0.02], [0.05, 0.0, 0.04])
+
+
+def settled(output, lever, omega, turns, at):
+    """psi_o at tau = at in [0, 2 pi], integrated over so many turns before that turn."""
+
+    def slope(tau, y):
+        lag, rate = lever(tau) - y[0], lever(tau, 1) - y[1]
+        return y[1], (output.damping * omega * rate + output.stiffness * lag) / (output.inertia * omega**2)
+
+    begin = [float(lever(0.0)), float(lever(0.0, 1))]
+    run = solve_ivp(slope, (0, (turns + 1) * TURN), begin, "DOP853", t_eval=turns * TURN + at, rtol=1e-12, atol=1e-13)
+    return run.y[0]
+
+
+def same(a, b, tolerance):
+    assert a.mean == pytest.approx(b.mean, abs=tolerance)
+    assert a.cosine == pytest.approx(b.cosine, abs=tolerance)
+    assert a.sine == pytest.approx(b.sine, abs=tolerance)
+
+
+def test_natural_frequency_and_damping_ratio():
+    assert OUTPUT.natural_frequency == pytest.approx(200)
+    assert OUTPUT.damping_ratio == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.9, 1.0, math.sqrt(2), 3.0])
+def test_one_order_is_passed_on_as_the_textbook_says(ratio):
+    """Transmissibility and phase of a mass moved through spring and damper; at sqrt(2) it is 1 with any damping."""
+    k, z = 3, OUTPUT.damping_ratio
+    omega = ratio * OUTPUT.natural_frequency / k
+    out = OUTPUT.steady(Harmonics.of(0.0, [0, 0, 1.0]), omega)
+    expected = math.sqrt((1 + (2 * z * ratio) ** 2) / ((1 - ratio**2) ** 2 + (2 * z * ratio) ** 2))
+    phase = math.atan2(2 * z * ratio, 1) - math.atan2(2 * z * ratio, 1 - ratio**2)
+    assert out(TAU) == pytest.approx(expected * np.cos(k * TAU + phase), abs=1e-11)
+    assert abs(OUTPUT.response(k * omega)) == pytest.approx(expected)
+    if ratio == math.sqrt(2):
+        assert expected == pytest.approx(1)
+
+
+def test_the_steady_motion_satisfies_its_equation():
+    omega = 70.0
+    out = OUTPUT.steady(SERIES, omega)
+    force = OUTPUT.damping * omega * (out(TAU, 1) - SERIES(TAU, 1)) + OUTPUT.stiffness * (out(TAU) - SERIES(TAU))
+    assert OUTPUT.inertia * omega**2 * out(TAU, 2) + force == pytest.approx(np.zeros(len(TAU)), abs=1e-9)
+    same(OUTPUT.elastic_part(SERIES, omega), Harmonics(0.0, out.cosine - SERIES.cosine, out.sine - SERIES.sine), 1e-14)
+
+
+def test_the_elastic_part_of_a_stiff_output_keeps_its_digits():
+    """To first order in omega^2/omega_0^2 it is -psi_l'' of that: the widening of the acceleration in 004, figure 4."""
+    stiff, omega = ElasticOutput(0.05, 2e12), 30.0
+    expected = -(omega**2) * 0.05 / 2e12 * SERIES(TAU, 2)
+    assert stiff.elastic_part(SERIES, omega)(TAU) == pytest.approx(expected, rel=1e-8, abs=1e-18)
+
+
+def test_the_steady_motion_is_what_integration_settles_to():
+    out = OUTPUT.steady(SERIES, 61.0)
+    at = np.linspace(0, TURN, 50)
+    assert np.abs(settled(OUTPUT, SERIES, 61.0, 35, at) - out(at)).max() < 1e-9
+
+
+def test_a_truncated_polynomial_law_differs_from_its_integration_by_what_is_left_out():
+    omega, at = 23.0, np.linspace(0, TURN, 200)
+    true = settled(OUTPUT, POLYNOMIAL, omega, 7, at)
+    off, left = [], []
+    for count in (15, 30, 60):
+        found = truncated(POLYNOMIAL, count)
+        off.append(np.abs(OUTPUT.steady(found.series, omega)(at) - true).max())
+        assert count * omega > math.sqrt(2) * OUTPUT.natural_frequency
+        assert off[-1] < found.left_out
+        left.append(found.left_out)
+        # Orders go down as 1/k^4, of the acceleration as 1/k^2: half of the samples and above have 1/128^3, 1/128.
+        assert np.abs(found.series(TAU) - POLYNOMIAL(TAU)).max() < found.left_out * (1 + 1e-6)
+        assert np.abs(found.series(TAU, 2) - POLYNOMIAL(TAU, 2)).max() < found.left_out_acceleration * 1.01
+    assert left[0] > 6 * left[1] > 36 * left[2]  # orders go down as 1/k^4: their sum as 1/k^3
+    assert off[0] > 10 * off[1] > 100 * off[2]  # and |H| at least as 1/k
+
+
+@pytest.mark.parametrize("output", [OUTPUT, ElasticOutput(0.05, 2000.0), ElasticOutput(0.05, 2000.0, 20.0)])
+@pytest.mark.parametrize("omega", [5.0, 34.0, 46.0, 150.0])
+def test_with_a_tuned_lever_the_output_makes_the_law_exactly(output, omega):
+    lever = output.tuned(LAW, omega)
+    same(output.steady(lever, omega), LAW, 1e-12)
+    assert np.abs(lever(TAU) - LAW(TAU)).max() > 1e-3 * (omega / output.natural_frequency) ** 2
+    assert output.residual(lever, omega, [DWELL]).deviation == pytest.approx(RIPPLE, abs=1e-12)
+    if not output.damping:
+        ratio = np.arange(1, 6) * omega / output.natural_frequency
+        assert lever.cosine == pytest.approx((1 - ratio**2) * LAW.cosine, abs=1e-14)
+
+
+def test_a_tuned_lever_is_for_one_speed():
+    """It excites less than the plain one about its own speed, and more far below it."""
+    tuned = OUTPUT.tuned(LAW, 30.0)
+    speeds = np.linspace(1.0, 33.0, 33)
+    of_tuned, plain = (OUTPUT.residual_over_speed(lever, speeds, [DWELL]).deviation for lever in (tuned, LAW))
+    assert np.argmin(of_tuned) == 29
+    assert of_tuned[29] == pytest.approx(RIPPLE, abs=1e-12)
+    assert (of_tuned[26:] < 0.5 * plain[26:]).all()
+    assert (of_tuned[:15] > plain[:15]).all()
+
+
+def test_over_speed_the_residual_is_largest_where_an_order_meets_the_natural_frequency():
+    output = ElasticOutput(0.05, 2000.0, 0.05)
+    speeds = np.linspace(30.0, 220.0, 1901)
+    found = output.residual_over_speed(LAW, speeds, [DWELL])
+    assert found.orders.tolist() == [1, 2, 3, 4, 5]
+    assert found.resonances == pytest.approx(200 / np.arange(1, 6))
+    inner = found.deviation[1:-1]
+    peaks = speeds[1:-1][(inner > found.deviation[:-2]) & (inner > found.deviation[2:]) & (inner > 0.1)]
+    assert peaks == pytest.approx(found.resonances[::-1], abs=0.11)
+    assert output.residual_over_speed(LAW, np.array([60.0, 70.0]), [DWELL]).orders.tolist() == [3]
+
+
+def test_a_finite_series_has_no_resonance_below_that_of_its_last_order_and_a_polynomial_has():
+    output = ElasticOutput(0.05, 2000.0, 0.05)
+    speeds = np.linspace(14.0, 36.0, 111)
+    clean = output.residual_over_speed(LAW, speeds, [DWELL])
+    assert len(clean.orders) == 0
+    assert (np.diff(clean.deviation) > 0).all()
+    rough = output.residual_over_speed(truncated(POLYNOMIAL, 40).series, speeds, [DWELL])
+    assert rough.orders.tolist() == list(range(6, 15))
+    inner = rough.acceleration[1:-1]
+    peaks = speeds[1:-1][(inner > rough.acceleration[:-2]) & (inner > rough.acceleration[2:])]
+    assert max(np.abs(peaks - r).min() for r in 200 / np.arange(6, 11)) < 0.21
+
+
+def test_a_stiffer_output_leaves_only_what_the_lever_does_in_the_dwell():
+    """The deviation goes down to the ripple of the lever as 1/c."""
+    above = [ElasticOutput(0.05, c).residual(LAW, 20.0, [DWELL]).deviation - RIPPLE for c in (1e6, 1e7, 1e8)]
+    assert above[0] > 0
+    assert above[0] / above[1] == pytest.approx(10, rel=0.01)
+    assert above[1] / above[2] == pytest.approx(10, rel=0.01)
+
+
+def test_units_do_not_matter():
+    base = OUTPUT.residual(LAW, 31.0, [DWELL])
+    heavier = ElasticOutput(0.05e3, 2e6, 1e3).residual(LAW, 31.0, [DWELL])
+    assert heavier.deviation == pytest.approx(base.deviation, rel=1e-12)
+    quicker = ElasticOutput(0.05, 2000.0 * 60**2, 60.0).residual(LAW, 31.0 * 60, [DWELL])
+    assert quicker.deviation == pytest.approx(base.deviation, rel=1e-12)
+    assert quicker.acceleration == pytest.approx(3600 * base.acceleration, rel=1e-12)
+    degrees = Harmonics(0.0, np.degrees(LAW.cosine), np.degrees(LAW.sine))
+    centred = OUTPUT.residual(degrees, 31.0, [Dwell(-HALF, HALF, -math.degrees(LAW.mean))])
+    assert centred.deviation == pytest.approx(math.degrees(base.deviation), rel=1e-12)
+
+
+@pytest.mark.parametrize(("begin", "end"), [(-1.0, 1.0), (5.5, 0.7), (2.0, 2.0), (0.0, TURN), (1.0, 1.3), (-7.0, -6.5)])
+def test_the_largest_on_an_arc_is_that_of_a_fine_grid(begin, end):
+    series = SERIES.shifted(math.pi)  # least about 0
+    arc = begin + np.linspace(0, end - begin + (TURN if end < begin else 0), 40001)
+    found = Dwell(begin, end).largest(series)
+    on_grid = np.abs(series(arc)).max()
+    assert on_grid <= found + 1e-15
+    assert found == pytest.approx(on_grid, abs=1e-8)
+
+
+def test_two_dwells_count_as_the_worse_one():
+    bottom, top = Dwell(-0.5, 0.5), Dwell(math.pi - 0.2, math.pi + 0.2, 0.4)
+    single = [OUTPUT.residual(LAW, 25.0, [d]) for d in (bottom, top)]
+    both = OUTPUT.residual(LAW, 25.0, [bottom, top])
+    assert both.deviation == max(r.deviation for r in single)
+    assert both.acceleration == max(r.acceleration for r in single)
+    assert single[0].deviation < single[1].deviation
+
+
+def test_the_corrected_cam_excites_less_than_the_original_one_and_the_polynomial_more():
+    """004, section 3: on an uneven shaft the original cam has orders above those of its law, here near the resonance."""
+    ahead = Harmonics.of(0.0, [0, 0.01, -0.005], [0, 0.02, 0.01])
+
+    def original(tau, order=0):
+        assert order == 0
+        return LAW(tau + ahead(tau))
+
+    # The dwell of the original cam over tau, such that its angle stays within the dwell of the law.
+    ends = [float(np.interp(a, TAU - math.pi + ahead(TAU - math.pi), TAU - math.pi)) for a in (-HALF, HALF)]
+    series = truncated(original, 30)
+    assert series.left_out < 1e-13
+    motions = [
+        LeverWithDwells("3-4-5", truncated(POLYNOMIAL, 60).series, (DWELL,)),
+        LeverWithDwells("original", series.series, (Dwell(*ends),)),
+        LeverWithDwells("corrected", LAW, (DWELL,)),
+        LeverWithDwells("tuned", OUTPUT.tuned(LAW, 28.5), (DWELL,)),
+    ]
+    found = excited(OUTPUT, motions, 28.5)  # order 7 in resonance
+    assert [e.name for e in found] == ["tuned", "corrected", "original", "3-4-5"]
+    tuned, corrected, uneven, polynomial = found
+    assert tuned.output_orders == pytest.approx(28.5**2 * LAW.derivative(2).amplitudes, rel=1e-12)
+    assert tuned.peak == pytest.approx(28.5**2 * LAW.derivative(2).peak, rel=1e-12)
+    assert len(corrected.output_orders) == 5
+    assert uneven.output_orders[6] > 5 * uneven.lever_orders[6] > 0.005 * uneven.lever_orders[0]
+    assert polynomial.output_orders[6] == pytest.approx(polynomial.lever_orders[6] * abs(OUTPUT.response(7 * 28.5)))
+    levers = {m.name: m for m in motions}
+    for e in found:
+        out = OUTPUT.steady(levers[e.name].lever, 28.5)
+        assert e.peak == pytest.approx(28.5**2 * np.abs(out(TAU, 2)).max(), rel=1e-6)
+        assert e.residual == OUTPUT.residual(levers[e.name].lever, 28.5, levers[e.name].dwells)
+
+
+def test_weights_from_a_resonance_give_the_law_with_the_least_acceleration_of_the_output():
+    omega = OUTPUT.natural_frequency / 3 * 1.01
+    restrictions = [Band("stroke", 0, math.pi, math.pi, 0.4, 0.4), Band("dwell", 0, -0.8, 0.8, -0.01, 0.01)]
+    count, k = 6, np.arange(1, 7)
+    weights = OUTPUT.weights(count, omega)
+    assert weights == pytest.approx(k**2 * np.abs(OUTPUT.response(k * omega)))
+    assert OUTPUT.weights(count, omega, 0.0) == pytest.approx(weights / k**2)
+    aware, blind = (synthesise(count, restrictions, w).law for w in (weights, k**2))
+    of_output = [np.hypot.reduce(OUTPUT.steady(law, omega).derivative(2).amplitudes) for law in (aware, blind)]
+    of_lever = [np.hypot.reduce(law.derivative(2).amplitudes) for law in (aware, blind)]
+    assert of_output[0] < 0.7 * of_output[1]
+    assert of_lever[0] > of_lever[1]
+    assert aware.amplitudes[2] < 0.2 * blind.amplitudes[2]
+
+
+@pytest.mark.parametrize(
+    ("values", "where"),
+    [
+        ((0.0, 1.0, 0.0), "output.inertia"),
+        ((math.nan, 1.0, 0.0), "output.inertia"),
+        ((1.0, -1.0, 0.0), "output.stiffness"),
+        ((1.0, math.inf, 0.0), "output.stiffness"),
+        ((1.0, 1.0, -0.1), "output.damping"),
+    ],
+)
+def test_an_impossible_output_is_refused(values, where):
+    with pytest.raises(InputError, match=where):
+        ElasticOutput(*values)
+
+
+@pytest.mark.parametrize("omega", [0.0, -3.0, math.nan, math.inf])
+def test_a_speed_that_is_not_positive_is_refused(omega):
+    for ask in (OUTPUT.steady, OUTPUT.elastic_part, OUTPUT.tuned):
+        with pytest.raises(InputError, match=r"omega: .*must be a positive number of rad/s"):
+            ask(LAW, omega)
+    with pytest.raises(InputError, match="omega"):
+        OUTPUT.weights(3, omega)
+
+
+def test_an_undamped_output_at_resonance_has_no_steady_motion_but_for_levers_without_that_order():
+    undamped = ElasticOutput(0.05, 2000.0)
+    omega = undamped.natural_frequency / 3
+    with pytest.raises(InputError, match=r"order 3 of the lever meets .* give damping, or another speed"):
+        undamped.steady(LAW, omega)
+    with pytest.raises(InputError, match="order 3"):
+        undamped.weights(3, omega)
+    assert np.isinf(undamped.response(200.0))
+    without = Harmonics.of(0.0, [1.0, 0.5, 0.0, 0.2])
+    assert undamped.steady(without, omega).amplitudes == pytest.approx([9 / 8, 0.5 * 9 / 5, 0, 0.2 * 9 / 7])
+
+
+@pytest.mark.parametrize(
+    ("omega", "what"),
+    [
+        (50.0, "order 4 lies at 1 times .* too near"),
+        (49.0, "order 4 .* too near"),
+        (250.0, "order 4 lies at 5 times .* too far"),
+    ],
+)
+def test_a_lever_is_not_tuned_to_an_order_that_makes_it_unreasonable(omega, what):
+    undamped = ElasticOutput(0.05, 2000.0)
+    with pytest.raises(InputError, match=what):
+        undamped.tuned(LAW, omega)
+    if omega != 50.0:
+        same(undamped.steady(undamped.tuned(LAW, omega, math.inf), omega), LAW, 1e-12)
+    else:
+        odd = ElasticOutput(0.07, 1900.0)
+        assert 0 < abs(1 / odd.response(odd.natural_frequency / 3 * 3 * (1 + 1e-15))) < 1e-12  # but for rounding
+        with pytest.raises(InputError, match="order 3"):
+            odd.tuned(LAW, odd.natural_frequency / 3 * (1 + 1e-15), math.inf)
+
+
+def test_other_input_that_makes_no_sense_is_refused():
+    with pytest.raises(InputError, match="most"):
+        OUTPUT.tuned(LAW, 10.0, 1.0)
+    with pytest.raises(InputError, match="dwell"):
+        Dwell(0.0, 7.0)
+    with pytest.raises(InputError, match=r"dwell\.value"):
+        Dwell(0.0, 1.0, math.nan)
+    with pytest.raises(InputError, match="dwells"):
+        OUTPUT.residual(LAW, 10.0, [])
+    with pytest.raises(InputError, match="speeds"):
+        OUTPUT.residual_over_speed(LAW, np.zeros(0), [DWELL])
+    with pytest.raises(InputError, match="orders"):
+        truncated(POLYNOMIAL, 50, 100)
+    with pytest.raises(InputError, match="a law without a dwell: dwells"):
+        excited(OUTPUT, [LeverWithDwells("a law without a dwell", LAW, ())], 10.0)

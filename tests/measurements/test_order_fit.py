@@ -1,0 +1,289 @@
+"""Orders from records of motions that are known."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from known_motion import (
+    OMEGA,
+    ORDERS,
+    PERIOD,
+    SPEED,
+    TURN,
+    angle_at,
+    angle_record,
+    channel,
+    coefficients,
+    pulse_record,
+    speed_at,
+    speed_record,
+    times_of,
+    truth,
+    uneven,
+)
+
+from wucht.errors import InputError
+from wucht.measurements.order_fit import fit_orders
+from wucht.measurements.shaft_signal import ShaftSignal, angle_signal, pulse_signal, speed_signal
+from wucht.numerics.harmonics import Harmonics
+
+TURNS = 7.37
+RECORDS = {
+    "speed": lambda noise=0.0, seed=1: speed_record(uneven(TURNS, 2000), 0.3 * noise, seed),
+    "angle": lambda noise=0.0, seed=1: angle_record(uneven(TURNS, 2000), 0.002 * noise, seed),
+    "pulses": lambda noise=0.0, seed=1: pulse_record(TURNS, 64, 5e-5 * noise, seed),
+}
+
+
+@pytest.mark.parametrize("kind", RECORDS)
+def test_without_noise_the_orders_are_exact(kind):
+    fit = fit_orders(RECORDS[kind](), ORDERS)
+    assert coefficients(fit) == pytest.approx(truth(), abs=1e-9)
+    assert fit.speed.cosine[3] == fit.speed.sine[3] == 0.0, "an order that is not fitted"
+    assert fit.explained == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", RECORDS)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_with_noise_they_are_within_four_standard_errors(kind, seed):
+    fit = fit_orders(RECORDS[kind](1.0, seed), ORDERS)
+    off = np.abs(coefficients(fit) - truth()) / fit.standard_errors
+    assert off.max() < 4
+    assert off.max() > 0.2, "the errors are no larger than they need be"
+
+
+@pytest.mark.parametrize("kind", RECORDS)
+def test_scatter_of_two_hundred_records_is_the_standard_error(kind):
+    fits = [fit_orders(RECORDS[kind](1.0, seed), ORDERS) for seed in range(200)]
+    found = np.array([coefficients(f) for f in fits])
+    assert found.std(axis=0) == pytest.approx(fits[0].standard_errors, rel=0.2)
+    assert np.cov(found.T)[0, 5:] == pytest.approx(
+        fits[0].covariance[0, 5:], abs=0.3 * found[:, 0].std() * found[:, 5:].std(0).max()
+    )
+    whitened = np.linalg.solve(np.linalg.cholesky(fits[0].covariance), (found - truth()).T)
+    assert np.mean(whitened**2) == pytest.approx(1, abs=0.1), "correlations too"
+    assert np.mean([f.residual_rms for f in fits]) == pytest.approx(
+        {"speed": 0.3, "angle": 0.002, "pulses": 5e-5 * np.sqrt(np.mean(speed_at(np.linspace(0, PERIOD, 999)) ** 2))}[kind],
+        rel=0.02,
+    )
+
+
+def test_bins_of_a_cut_record_are_far_off():
+    """cam-mathematics.md, "Orders from records": 2.1 of 2.4 rad/s by bins of 7.37 turns, 0.024 by least squares."""
+    motion = Harmonics.of(OMEGA, [0.0, 2.4])
+    t = np.linspace(0, TURNS * PERIOD, 2048, endpoint=False)
+    shaft = speed_record(t, 0.5, motion=motion)
+    spectrum = np.fft.rfft(shaft.values) / len(t) * 2
+    bins = spectrum[round(2 * TURNS)]
+    assert abs(bins - 2.4) > 1.5
+    fit = fit_orders(shaft, [2])
+    assert abs(fit.cosine[0] - 1j * fit.sine[0] - 2.4) < 0.06
+    assert abs(shaft.values.mean() - OMEGA) > 10 * abs(fit.speed.mean - OMEGA)
+
+
+@pytest.mark.parametrize("turns", [1.1, 1.5, 2.5, 7.37, 40.2, 400.6])
+@pytest.mark.parametrize("fluctuation", [0.3, 1.0, 3.0])
+def test_any_span(turns, fluctuation):
+    """From a little more than a turn, with a fluctuation of up to a third of the speed."""
+    motion = Harmonics(OMEGA, fluctuation * SPEED.cosine, fluctuation * SPEED.sine)
+    t = uneven(turns, max(400, int(50 * turns)))
+    for record in (speed_record, angle_record):
+        fit = fit_orders(record(t, motion=motion), ORDERS)
+        assert coefficients(fit) == pytest.approx(truth(motion=motion), abs=1e-8)
+        assert fit.turns == pytest.approx(turns, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_much_noise_in_a_long_record(seed):
+    """A tenth of the speed: the mean alone leaves order 5 out of phase at the ends."""
+    fit = fit_orders(speed_record(uneven(1000, 20000), 5.0, seed), ORDERS)
+    assert (np.abs(coefficients(fit) - truth()) < 4.5 * fit.standard_errors).all()
+    assert fit.standard_errors[0] < 1e-3
+
+
+def test_the_three_kinds_of_record_agree():
+    fits = [fit_orders(RECORDS[kind](), [2, 3], origin=0.01) for kind in RECORDS]
+    alone = [fit_orders(RECORDS[kind](), ORDERS, origin=0.01) for kind in RECORDS]
+    assert coefficients(alone[0]) == pytest.approx(coefficients(alone[1]), abs=1e-9)
+    assert coefficients(alone[0]) == pytest.approx(coefficients(alone[2]), abs=1e-9)
+    assert coefficients(fits[0]) == pytest.approx(coefficients(fits[1]), abs=0.1), "orders left out touch each differently"
+
+
+def test_the_angle_is_the_integral_of_the_speed():
+    t = np.linspace(0.02, 0.5, 50)
+    of_angle = fit_orders(RECORDS["angle"](), ORDERS)
+    assert of_angle.angle(t) == pytest.approx(angle_at(t), abs=1e-10)
+    of_speed = fit_orders(RECORDS["speed"](), ORDERS)
+    assert np.ptp(of_speed.angle(t) - angle_at(t)) < 1e-10
+    moved = of_angle.about(0.123)
+    assert moved.angle(t) == pytest.approx(angle_at(t), abs=1e-10)
+
+
+@pytest.mark.parametrize("kind", RECORDS)
+def test_about_another_origin_is_a_fit_with_that_origin(kind):
+    shaft = RECORDS[kind](1.0)
+    moved, fitted = fit_orders(shaft, ORDERS).about(0.35), fit_orders(shaft, ORDERS, origin=0.35)
+    assert coefficients(moved) == pytest.approx(coefficients(fitted), abs=1e-9)
+    assert moved.covariance == pytest.approx(fitted.covariance, rel=1e-6, abs=1e-12)
+    assert moved.standard_errors[0] == fit_orders(shaft, ORDERS).standard_errors[0]
+    far = moved.about(100.0).standard_errors
+    assert far[2] > 5 * moved.standard_errors[2], "phases far from the record are not known"
+
+
+def test_the_covariance_about_another_origin_is_that_of_its_derivatives():
+    fit = fit_orders(RECORDS["speed"](1.0), (2, 5), origin=0.3)
+    start, at = coefficients(fit), 0.9
+
+    def moved(theta):
+        omega, a, b = theta[0], theta[1:3], theta[3:]
+        turned = (a - 1j * b) * np.exp(1j * np.array([2, 5]) * omega * (at - 0.3))
+        return np.concatenate([[omega], turned.real, -turned.imag])
+
+    change = np.array([(moved(start + h) - moved(start - h)) / 2e-6 for h in 1e-6 * np.eye(5)]).T
+    assert fit.about(at).covariance == pytest.approx(change @ fit.covariance @ change.T, rel=1e-6, abs=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(shift=st.floats(-5, 5), factor=st.floats(0.05, 20))
+def test_invariance_under_a_shift_and_the_unit_of_time(shift, factor):
+    t = uneven(TURNS, 300)
+    fit = fit_orders(speed_record(t, 0.3), ORDERS)
+    values = speed_record(t, 0.3).values
+    moved = fit_orders(speed_signal(channel(t + shift, values)), ORDERS, origin=shift)
+    assert coefficients(moved) == pytest.approx(coefficients(fit), abs=1e-7)
+    slower = fit_orders(speed_signal(channel(t * factor, values / factor)), ORDERS)
+    assert coefficients(slower) * factor == pytest.approx(coefficients(fit), abs=1e-7)
+    assert slower.covariance * factor**2 == pytest.approx(fit.covariance, rel=1e-4, abs=1e-9)
+
+
+def test_units():
+    t = uneven(TURNS, 500)
+    values = speed_record(t, 0.3).values
+    in_rpm = fit_orders(speed_signal(channel(t, values * 60 / TURN, "rpm")), ORDERS)
+    in_si = fit_orders(speed_signal(channel(t, values)), ORDERS)
+    assert coefficients(in_rpm) == pytest.approx(coefficients(in_si), abs=1e-9)
+
+
+def test_what_is_left_and_explained():
+    t = np.linspace(0, 8 * PERIOD, 4000, endpoint=False)
+    fit = fit_orders(speed_record(t, 0.3), [2])
+    kept, left = 2.4**2 / 2 + 1.1**2 / 2, (0.3**2 + 0.2**2 + 0.7**2 + 0.4**2 + 0.25**2 + 0.6**2) / 2 + 0.3**2
+    assert fit.kept_rms == pytest.approx(np.sqrt(kept), rel=0.01)
+    assert fit.residual_rms == pytest.approx(np.sqrt(left), rel=0.03)
+    assert fit.explained == pytest.approx(kept / (kept + left), rel=0.01)
+    assert fit.unit == "rad/s"
+    assert [o.order for o in fit.notable(0.05)] == [1, 3, 5]
+    assert [o.order for o in fit.notable(0.4)] == [3]
+    third = fit.notable(0.4)[0]
+    assert third.amplitude == pytest.approx(np.hypot(0.7, 0.4), abs=4 * third.error)
+    assert third.share == pytest.approx(third.amplitude**2 / 2 / fit.residual_rms**2, rel=0.01)
+    assert [o.order for o in fit.left_out][-1] == 20
+    assert [o.order for o in fit_orders(speed_record(t), [2], look_up_to=4).left_out] == [1, 3, 4]
+
+
+def test_orders_left_out_of_an_angle_are_told_in_speed():
+    fit = fit_orders(angle_record(np.linspace(0, 8 * PERIOD, 4000), 1e-4), [2])
+    found = {o.order: o.amplitude for o in fit.left_out}
+    assert found[3] == pytest.approx(np.hypot(0.7, 0.4), rel=0.05)
+    assert found[5] == pytest.approx(np.hypot(0.25, 0.6), rel=0.05)
+    assert fit.unit == "rad"
+
+
+@pytest.mark.parametrize("kind", ["speed", "angle", "pulses"])
+def test_an_index_pulse_is_the_zero(kind):
+    """Where the shaft stands at 1.1 rad, that is now where phases and the angle begin."""
+    shaft = RECORDS[kind]()
+    index = times_of(1.1 + TURN * np.arange(7))
+    fit = fit_orders(ShaftSignal(shaft.where, shaft.quantity, shaft.time, shaft.values, index), ORDERS)
+    assert fit.origin == pytest.approx(index[0], abs=1e-10)
+    assert fit.angle(index) == pytest.approx(TURN * np.arange(7), abs=1e-8)
+    t = np.linspace(0.1, 0.7, 20)
+    assert fit.speed(OMEGA * (t - fit.origin)) == pytest.approx(speed_at(t), abs=1e-7)
+    assert fit.warnings == fit_orders(shaft, ORDERS).warnings
+    chosen = fit_orders(ShaftSignal(shaft.where, shaft.quantity, shaft.time, shaft.values, index), ORDERS, origin=0.2)
+    assert chosen.origin == 0.2
+    assert chosen.angle(index) == pytest.approx(TURN * np.arange(7), abs=1e-8)
+
+
+def test_scattering_index_pulses_are_averaged_and_told():
+    shaft = RECORDS["speed"]()
+    scatter = 0.05 / OMEGA * np.array([1, -1, 1, -1, 1, -1])
+    index = times_of(1.1 + TURN * np.arange(6)) + scatter
+    fit = fit_orders(ShaftSignal(shaft.where, shaft.quantity, shaft.time, shaft.values, index), ORDERS)
+    assert fit.origin == pytest.approx(times_of(np.array([1.1]))[0], abs=0.01 / OMEGA)
+    assert any("index pulses scatter by 2." in w for w in fit.warnings)
+
+
+def test_a_second_index_pulse_in_a_turn():
+    shaft = RECORDS["speed"]()
+    index = times_of(TURN / 2 * np.arange(10))
+    with pytest.raises(InputError, match=r"r.csv: speed: index: the index pulse must come once a turn; it comes after 0\.49"):
+        fit_orders(ShaftSignal(shaft.where, shaft.quantity, shaft.time, shaft.values, index), ORDERS)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0, -2.0, 100.0])
+def test_the_time_of_an_angle(angle):
+    fit = fit_orders(RECORDS["angle"](), ORDERS)
+    found = fit.time_of_angle(angle, after=0.3)
+    assert 0.3 <= found <= 0.3 + 1.2 * PERIOD
+    assert (angle_at(np.array([found]))[0] - angle) / TURN % 1 in (pytest.approx(0, abs=1e-9), pytest.approx(1, abs=1e-9))
+    assert fit.time_of_angle(angle) == pytest.approx(fit.time_of_angle(angle, after=fit.origin))
+
+
+def test_a_pulse_signal_gives_the_orders_of_its_shaft():
+    """An analog wave of 32 pulses a turn, 20 samples each."""
+    t = np.linspace(0, TURNS * PERIOD, 5000)
+    shaft = pulse_signal(channel(t, 2.5 + np.sin(32 * angle_at(t)), "V", "encoder"), 32)
+    fit = fit_orders(shaft, ORDERS)
+    assert coefficients(fit) == pytest.approx(truth(), abs=0.02)
+    assert (np.abs(coefficients(fit) - truth()) < 5 * fit.standard_errors).all()
+
+
+@pytest.mark.parametrize("orders", [[], [0, 1], [-2], [1, 1], [1.5], [True], ["2"]])
+def test_orders_that_are_none(orders):
+    with pytest.raises(InputError, match=r"orders.*must be different whole numbers, 1 or more"):
+        fit_orders(RECORDS["speed"](), orders)
+
+
+def test_orders_may_come_in_any_order():
+    shaft = RECORDS["speed"](1.0)
+    assert coefficients(fit_orders(shaft, [5, 2, np.int64(1), 3])).tolist() == coefficients(fit_orders(shaft, ORDERS)).tolist()
+
+
+def test_orders_that_cannot_be_told_apart():
+    """Samples of the same twentieth of each turn, in which orders look like straight lines."""
+    t = np.linspace(0, 10 * PERIOD, 20000)
+    seen = speed_record(t[(t / PERIOD) % 1 < 0.05])
+    with pytest.raises(InputError, match=r"cannot be told apart in a record of 10 turns: choose fewer, or record more turns"):
+        fit_orders(seen, range(1, 9))
+
+
+def test_no_speed_at_which_orders_repeat():
+    """Noise ten times as large as the speed."""
+    t = np.linspace(0, 10, 40000)
+    noise = np.random.default_rng(0).standard_normal(len(t))
+    with pytest.raises(InputError, match=r"r.csv: speed: no speed was found at which these orders repeat; cut the record"):
+        fit_orders(speed_signal(channel(t, 5 + 50 * noise)), [1, 2, 3])
+
+
+def test_a_run_up_is_told_by_its_drift():
+    """From 10 to 1000 rad/s."""
+    t = np.linspace(0, 10, 40000)
+    fit = fit_orders(speed_signal(channel(t, 10 + 99 * t)), [1, 2])
+    assert any("drifts by +99" in w for w in fit.warnings)
+    assert fit.explained < 1e-3
+
+
+def test_a_constant_speed_has_no_orders():
+    t = np.linspace(0, 1, 1000)
+    fit = fit_orders(speed_signal(channel(t, np.full(1000, OMEGA))), [1, 2])
+    assert fit.speed.mean == pytest.approx(OMEGA, rel=1e-12)
+    assert fit.speed.amplitudes == pytest.approx(0, abs=1e-12)
+    assert fit.warnings == ()
+    assert fit.residual_rms < 1e-12
+
+
+def test_an_angle_gives_its_offset():
+    t = uneven(TURNS, 800)
+    fit = fit_orders(angle_signal(channel(t, angle_at(t) + 0.77, "rad", "angle")), ORDERS)
+    assert fit.offset == pytest.approx(0.77, abs=1e-10)

@@ -1,0 +1,64 @@
+"""Which file is read how."""
+
+import importlib
+import re
+
+import pytest
+
+from wucht.errors import InputError
+from wucht.measurements.reading import read_recording
+
+
+@pytest.mark.parametrize("ending", ["csv", "TXT", "tsv", "asc"])
+def test_text(tmp_path, ending):
+    path = tmp_path / f"r.{ending}"
+    path.write_text("0 1\n1 2\n")
+    assert read_recording(path).channel("2").values.tolist() == [1, 2]
+
+
+def test_an_unknown_ending(tmp_path):
+    with pytest.raises(InputError, match=r"a record must end in one of \.csv, .*\.mdf; this ends in '\.xlsx'"):
+        read_recording(tmp_path / "r.xlsx")
+
+
+@pytest.mark.parametrize("ending", [".csv", ".wav", ".uff", ".tdms", ".mf4"])
+def test_no_file(tmp_path, ending):
+    with pytest.raises(InputError, match="there is no such file"):
+        read_recording(tmp_path / f"none{ending}")
+    (tmp_path / f"folder{ending}").mkdir()
+    with pytest.raises(InputError, match="this is a folder; a file is needed"):
+        read_recording(tmp_path / f"folder{ending}")
+
+
+@pytest.mark.parametrize(
+    ("ending", "what"),
+    [(".wav", "a sound file"), (".tdms", "a TDMS file"), (".mf4", "an MDF file")],
+)
+def test_a_file_of_another_kind(tmp_path, ending, what):
+    path = tmp_path / f"r{ending}"
+    path.write_text("    -1\n    58\nthis is something else\n")
+    with pytest.raises(InputError, match=f"this cannot be read as {what}: ."):
+        read_recording(path)
+
+
+def test_a_universal_file_of_nothing(tmp_path):
+    path = tmp_path / "r.uff"
+    path.write_text("this is something else\n")
+    with pytest.raises(InputError, match=r"r\.uff: there is no time signal in this file"):
+        read_recording(path)
+    path.write_text("    -1\n    58\nthis is something else\n    -1\n")
+    with pytest.raises(InputError, match=r"r\.uff: this cannot be read as a universal file: ."):
+        read_recording(path)
+
+
+@pytest.mark.parametrize("ending", [".uff", ".tdms", ".mf4"])
+def test_a_library_that_is_not_there(tmp_path, monkeypatch, ending):
+    path = tmp_path / f"r{ending}"
+    path.write_text("")
+
+    def none(name):
+        raise ImportError(name)
+
+    monkeypatch.setattr(importlib, "import_module", none)
+    with pytest.raises(InputError, match=re.escape(f"r{ending}: reading {ending} needs the extra: pip install wucht[measure]")):
+        read_recording(path)

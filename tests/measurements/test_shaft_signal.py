@@ -1,0 +1,149 @@
+"""Speed, angle and pulses of one shaft."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from known_motion import OMEGA, PERIOD, TURN, angle_at, channel, pulse_record, speed_at, speed_record, times_of
+
+from wucht.errors import InputError
+from wucht.measurements.recording import Recording
+from wucht.measurements.shaft_signal import angle_signal, mean_direction, pulse_signal, shaft_signal, speed_signal
+
+T = np.linspace(0, 7.37 * PERIOD, 3000)
+
+
+def test_a_speed():
+    shaft = speed_signal(channel(T, speed_at(T) * 30 / np.pi, "rpm"))
+    assert shaft.values == pytest.approx(speed_at(T))
+    assert (shaft.quantity, shaft.where, shaft.unit_stated) == ("speed", "r.csv: speed", True)
+    assert not speed_signal(channel(T, speed_at(T), "")).unit_stated
+    assert shaft.speed()[1] is shaft.values
+    with pytest.raises(InputError, match=r"r.csv: speed: given 'mm'; must be an angular speed"):
+        speed_signal(channel(T, speed_at(T), "mm"))
+
+
+@pytest.mark.parametrize("unit", ["rad", "deg", ""])
+@pytest.mark.parametrize("wraps", [0, 1, 2])
+@pytest.mark.parametrize("offset", [0.0, 3.0, -4.0])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_an_angle_wrapped_or_not(unit, wraps, offset, sign):
+    """Also after two turns each, as four-stroke engines are measured, from 0 or symmetric to it, in both directions."""
+    angle = sign * angle_at(T) + 0.3
+    given = (angle - offset) % (wraps * TURN) + offset if wraps else angle
+    shaft = angle_signal(channel(T, np.degrees(given) if unit == "deg" else given, unit, "angle"))
+    assert shaft.values - shaft.values[0] == pytest.approx(angle - angle[0], abs=1e-9)
+    t, speed = shaft.speed()
+    assert t == pytest.approx((T[1:] + T[:-1]) / 2)
+    assert speed == pytest.approx(sign * speed_at(t), abs=1e-2)
+
+
+def test_few_samples_a_turn_that_are_not_wrapped():
+    """Steps of more than half a turn, which a wrapped angle must not have."""
+    t = np.arange(30) * 0.7 * PERIOD
+    assert angle_signal(channel(t, angle_at(t), "rad")).values.tolist() == angle_at(t).tolist()
+
+
+@given(jitter=st.floats(0, 0.1), seed=st.integers(0, 99))
+def test_a_wrapped_angle_that_jitters(jitter, seed):
+    angle = OMEGA * T + jitter * np.random.default_rng(seed).uniform(-1, 1, len(T))
+    shaft = angle_signal(channel(T, angle % TURN, "rad"))
+    assert np.ptp(shaft.values - angle) < 1e-9
+
+
+def test_angles_that_are_refused():
+    with pytest.raises(InputError, match=r"r.csv: speed: the angle is constant: the shaft does not turn; is this the right"):
+        angle_signal(channel(T, np.full(len(T), 2.0), "deg"))
+    with pytest.raises(InputError, match=r"given 'rpm'; must be an angle"):
+        angle_signal(channel(T, angle_at(T), "rpm"))
+    there = (T < 2 * PERIOD) | (T > 2.45 * PERIOD)
+    sentence = r"the wrapped angle goes on by 0\.4\d turns in the step from 0\.2\d+ s on, so that its way is not known"
+    with pytest.raises(InputError, match=sentence):
+        angle_signal(channel(T[there], angle_at(T[there]) % TURN, "rad"))
+
+
+def test_pulses():
+    shaft = pulse_record(3, 16)
+    assert np.diff(shaft.values) == pytest.approx(TURN / 16)
+    assert (shaft.quantity, shaft.values[0]) == ("angle", 0.0)
+    assert np.ptp(angle_at(shaft.time) - shaft.values) < 1e-9
+    for per_turn in (0, -3, 2.5, True):
+        with pytest.raises(InputError, match=r"the pulses per turn must be a whole number, 1 or more"):
+            pulse_signal(channel(T, T, "s", "pulses"), per_turn)
+    with pytest.raises(InputError, match=r"r.csv: pulses: pulses are missing"):
+        pulse_signal(channel(np.delete(T, 50), np.delete(T, 50), "s", "pulses"), 16)
+
+
+def test_the_angle_is_zero_at_the_index():
+    index = channel(T, np.where((angle_at(T) - 1.0) % TURN < 0.2, 5.0, 0.0), "V", "index")
+    for shaft in (
+        speed_signal(channel(T, speed_at(T)), index),
+        angle_signal(channel(T, angle_at(T), "rad"), index),
+        pulse_signal(channel(times_of(TURN / 16 * np.arange(1, 110)), times_of(TURN / 16 * np.arange(1, 110)), "s"), 16, index),
+    ):
+        assert shaft.index == pytest.approx(times_of(1.0 + TURN * np.arange(len(shaft.index))), abs=T[1])
+        t, angle = shaft.angle()
+        off = np.array([mean_direction(np.array([a])) for a in angle - angle_at(t) + 1.0])
+        assert off == pytest.approx(0, abs=OMEGA * T[1])
+        assert np.ptp(angle - angle_at(t)) < 2e-3
+
+
+def test_an_index_of_another_time():
+    index = channel(T + 100, np.cos(angle_at(T)), "V", "index")
+    with pytest.raises(InputError, match=r"r.csv: speed: the index pulse does not come in this record"):
+        speed_signal(channel(T, speed_at(T)), index).angle()
+
+
+def test_without_an_index_the_angle_is_as_measured():
+    shaft = angle_signal(channel(T, angle_at(T), "rad"))
+    assert shaft.angle()[1].tolist() == angle_at(T).tolist()
+    _, angle = speed_record(T).angle()
+    assert angle[0] == 0
+    assert angle == pytest.approx(angle_at(T) - angle_at(0.0), abs=1e-7)
+
+
+def test_mean_direction():
+    assert mean_direction(np.array([0.1, TURN - 0.1, 3 * TURN + 0.3])) == pytest.approx(0.1, abs=1e-3)
+
+
+RECORD = Recording.of(
+    "f.csv",
+    T,
+    {
+        "speed 1": speed_at(T), "Angle": angle_at(T), "pulses": np.sin(16 * angle_at(T)), "index": np.cos(angle_at(T)),
+        "n": 30 / np.pi * speed_at(T), "phi": np.degrees(angle_at(T)), "x": T + 1, "drive/speed": speed_at(T),
+    },
+    {"n": "rpm", "phi": "deg", "x": "mm", "pulses": "V"},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("column", "quantity"),
+    [("speed 1", "speed"), ("Angle", "angle"), ("n", "speed"), ("phi", "angle"), ("drive/speed", "speed"), ("pulses", "angle")],
+)
+def test_what_a_column_holds(column, quantity):
+    shaft = shaft_signal(RECORD, column, per_turn=16)
+    assert (shaft.quantity, shaft.where) == (quantity, f"f.csv: {column}")
+    assert shaft.speed()[1].mean() == pytest.approx(OMEGA, rel=0.02)
+
+
+def test_it_can_be_said():
+    assert shaft_signal(RECORD, "index", "speed").values == pytest.approx(np.cos(angle_at(T)))
+    assert len(shaft_signal(RECORD, "n", index="index").index) == 7
+
+
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        (("x",), "f.csv: x: say whether this column holds the speed, the angle or pulses of the shaft"),
+        (("pulses",), "f.csv: pulses: say how many pulses the encoder gives a turn"),
+        (("sped",), "f.csv: given 'sped'; there is no such column; did you mean"),
+        (("n", None, None, "indx"), "f.csv: given 'indx'; there is no such column; did you mean 'index'?"),
+        (("n", "angle"), "f.csv: n: given 'rpm'; must be an angle"),
+    ],
+)
+def test_columns_that_are_refused(asked, sentence):
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        shaft_signal(RECORD, *asked)

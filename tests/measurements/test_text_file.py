@@ -1,0 +1,114 @@
+"""Text files in the many ways in which they are written."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wucht.errors import InputError
+from wucht.measurements.recording import SPEED
+from wucht.measurements.text_file import read_text_file
+
+
+@pytest.fixture
+def read(tmp_path):
+    def of(text, encoding="utf-8"):
+        path = tmp_path / "r.csv"
+        path.write_bytes(text.encode(encoding))
+        return read_text_file(path)
+
+    return of
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time [ms], speed (rpm)\n0, 60\n500, 120.5\n",
+        "time (ms);speed [rpm]\n0;60\n500;120,5\n",
+        "time [ms]\tspeed [rpm]\n0\t60\n500\t120,5\n",
+        "time [ms]   speed [rpm]\n0  60\n500   120.5\n",
+        "# a record\n\ntime [ms], speed [rpm]\n0, 60 # begins\n\n500, 120.5\n",
+        "time;speed\nms;rpm\n0;60\n500;120,5\n",
+        "time;speed\n[ms];[rpm]\n0;60\n500;120,5\n",
+        'time [ms];speed [rpm];\n"0";"60";\n"500";"120,5";\n',
+        "speed [rpm], time [ms]\n60, 0\n120.5, 500\n",
+        "\ufefftime [ms],speed [rpm]\r\n0,60\r\n5e2,1.205e2\r\n",
+    ],
+)
+def test_one_record_in_many_ways(read, text):
+    speed = read(text).channel("speed")
+    assert (speed.unit, speed.time.tolist(), speed.values.tolist()) == ("rpm", [0, 0.5], [60, 120.5])
+    assert read(text).names == ("speed",)
+
+
+def test_many_columns(read):
+    found = read("t, a b [N m], c (°), d\n0, 1, 2, 3\n1, 4, 5, 6\n")
+    assert found.names == ("a b", "c", "d")
+    assert [found.channel(n).unit for n in found.names] == ["N m", "°", ""]
+    assert found.channel("d").values.tolist() == [3, 6]
+
+
+def test_without_heading(read):
+    found = read("0 1 2\n1 3 4\n")
+    assert found.names == ("2", "3")
+    assert found.channel("3").values.tolist() == [2, 4]
+
+
+def test_a_heading_of_units_alone(read):
+    found = read("s, rpm\n0, 60\n1, 60\n")
+    assert found.names == ("rpm",)
+    assert found.channel("rpm", SPEED).values == pytest.approx(2 * np.pi)
+
+
+def test_the_first_column_is_the_time_if_none_is_called_so(read):
+    found = read("clock [ms], x\n0, 1\n2, 3\n")
+    assert found.names == ("x",)
+    assert found.channel("x").time.tolist() == [0, 0.002]
+    with pytest.raises(InputError, match=r"r.csv: speed: given 'rpm'; must be a time"):
+        read("speed [rpm], x\n0, 1\n2, 3\n")
+
+
+def test_a_lone_column_holds_instants(read):
+    pulses = read("pulses [ms]\n1\n3\n4\n").channel("pulses")
+    assert (pulses.unit, pulses.time.tolist(), pulses.values.tolist()) == ("s", [0.001, 0.003, 0.004], [0.001, 0.003, 0.004])
+    assert read("1.5\n2.5\n").channel("1").values.tolist() == [1.5, 2.5]
+
+
+def test_other_letters_than_utf_8(read):
+    assert read("time [µs];angle [°]\n0;1\n1000;2\n", "latin-1").channel("angle").time.tolist() == [0, 0.001]
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "r.csv: there is no row of numbers in this file"),
+        ("time, speed\n", "there is no row of numbers"),
+        ("time, speed\n0, 1\n1, x\n", "r.csv: speed: line 3: 'x' is no finite number"),
+        ("time, speed\n0, 1\n\n# c\n1, nan\n", "r.csv: speed: line 5: 'nan' is no finite number"),
+        ("time, speed\n0, 1\n1, -inf\n", "'-inf' is no finite number"),
+        ("time, speed\n0, 1\n1,\n", "line 3: there must be 2 columns; these are 1"),
+        ("time; speed\n0; 1\n1; 2; 3\n2; 3\n", "line 3: there must be 2 columns; these are 3"),
+        ("time, speed\n0, 1, 2\n1, 2, 3\n", "line 2: there are 3 columns; the heading has 2"),
+        ("time, x, x\n0, 1, 2\n1, 2, 3\n", "two columns are called 'x'; each needs a name of its own"),
+        ("time; speed\n0,5; 1\n0,5; 2\n", "r.csv: speed: the time must increase: sample 2 is at 0.5 s"),
+        ("time, speed\n0, 1\n", "there must be at least two samples; found 1"),
+        ("0,5 1,5\n1,5 2,5\n", "r.csv: 2: line 1: '5 1' is no finite number"),
+    ],
+)
+def test_what_cannot_be_read(read, text, sentence):
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        found = read(text)
+        [found.channel(n) for n in found.names]
+
+
+@given(
+    values=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2, max_size=20),
+    separator=st.sampled_from(",;\t "),
+)
+def test_what_is_written_is_read(tmp_path_factory, values, separator):
+    path = tmp_path_factory.mktemp("text") / "r.txt"
+    rows = [f"{i}{separator}{v!r}" for i, v in enumerate(values)]
+    path.write_text("\n".join([f"time{separator}x", *rows]))
+    assert read_text_file(path).channel("x").values.tolist() == values
