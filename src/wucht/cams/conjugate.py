@@ -10,8 +10,8 @@ import numpy as np
 from wucht.cams.cam import RollerCam
 from wucht.cams.followers import OscillatingRoller
 from wucht.cams.laws.law import Law
-from wucht.cams.undercut import valleys
 from wucht.errors import InputError
+from wucht.numerics.valleys import valleys
 
 _DEAD = 1e-9  # sin sin: so near to zero a roller cannot drive the lever
 

@@ -16,9 +16,10 @@ import numpy as np
 from wucht.cams.cam import FlatFacedCam, RollerCam
 from wucht.cams.conjugate import ConjugateCams
 from wucht.cams.laws.law import Law
-from wucht.cams.undercut import GRID, Arc, arcs_below_zero, check_face, check_roller, valleys
+from wucht.cams.undercut import check_face, check_roller
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.valleys import GRID, Arc, arcs_below_zero, valleys
 from wucht.numerics.zeros import RealFunction
 
 _Function = Law | Harmonics

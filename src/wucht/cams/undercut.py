@@ -21,63 +21,15 @@ import numpy as np
 from wucht.cams.cam import FlatFacedCam, RollerCam
 from wucht.cams.followers import OscillatingRoller
 from wucht.errors import InputError
-from wucht.numerics.zeros import RealFunction, crossings
+from wucht.numerics.valleys import GRID, STEP, TURN, Arc, arcs_below_zero, narrowed, valleys
+from wucht.numerics.zeros import RealFunction
 
-Arc = tuple[float, float]
-TURN = 2 * math.pi
-GRID = np.arange(4096) * (TURN / 4096)  # rad: what is narrower than 0.09 deg may be missed
-STEP = TURN / 4096
-_GOLDEN = (math.sqrt(5) - 1) / 2
 _NEAREST = 16  # golden sections of two steps: to 1e-6 rad, and what is least to the square of it
 _SHRINKINGS = 60  # at most; a few are enough
 _WIDEST = 4.0  # diameters of the curve: larger balls count as that large
 _BETWEEN = 1.02  # times the smallest ball: those at the angles of the grid beside it are no larger
 _EDGE = 1e-12  # of 1: so little is left at an edge
 _STRAIGHT = 1e-9  # 1/diameter of the curve: less is no curvature
-
-
-def narrowed(function: RealFunction, a: np.ndarray, b: np.ndarray, sections: int = 40) -> np.ndarray:
-    """Where a function (k,) -> (k,) is least between a and b (k,), each by itself, where it has one valley there.
-
-    By golden sections: the function may jump or have a kink.
-    """
-    for _ in range(sections):
-        c, d = b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
-        left = function(c) < function(d)
-        a, b = np.where(left, a, c), np.where(left, d, b)
-    tried = np.stack([a, (a + b) / 2, b])
-    return np.asarray(tried[np.argmin([function(x) for x in tried], axis=0), np.arange(len(a))])
-
-
-def valleys(
-    function: RealFunction, values: np.ndarray | None = None, below: float = math.inf
-) -> tuple[np.ndarray, np.ndarray]:
-    """Angles in [0, 2 pi) at which a function (N,) -> (N,) of period 2 pi has its minima, and these (k,), at least one.
-
-    values: of the function on ``GRID``, where they are known. below: only minima that are lower there, and the lowest. One that
-    jumps has its minima there on the lower side.
-    """
-    y = function(GRID) if values is None else values
-    i = np.flatnonzero((y < np.roll(y, 1)) & (y <= np.roll(y, -1)) & (y < below))
-    i = i if len(i) else np.array([int(np.argmin(y))])
-    found = narrowed(function, GRID[i] - STEP, GRID[i] + STEP)
-    reached = function(found)
-    at, least = np.where(reached < y[i], found, GRID[i]), np.minimum(reached, y[i])
-    return np.mod(at, TURN), least
-
-
-def arcs_below_zero(function: RealFunction, minima: np.ndarray | None = None) -> tuple[Arc, ...]:
-    """The arcs in rad on which a function of period 2 pi is negative, their ends to the last bit, in order of their begins.
-
-    Begins lie in [0, 2 pi), ends after them. A whole turn is (0, 2 pi). minima: angles of its ``valleys``, where known.
-    """
-    at = np.unique(np.concatenate([GRID, valleys(function)[0] if minima is None else minima]))
-    at = np.append(at, at[0] + TURN)
-    begins, ends = crossings(function, at, -1), crossings(function, at, 1)
-    if not len(begins) or not len(ends):
-        return ((0.0, TURN),) if function(at).max() < 0 else ()
-    after = ends[np.searchsorted(ends, begins) % len(ends)]
-    return tuple((float(b), float(e) if e > b else float(e) + TURN) for b, e in zip(begins, after, strict=True))
 
 
 @dataclass(frozen=True)
@@ -133,14 +85,15 @@ class _Side:
         points, widest, tree = self._samples
         at, normal, bend = self.curve(phi), self.normal(phi), self.bend(phi)
         radius = 1 / np.maximum(bend, 1 / widest)
-        touched = np.full(len(phi), -1)
+        touched, k = np.full(len(phi), -1), np.arange(len(phi))
         for _ in range(_SHRINKINGS):
-            _, j = tree.query(_plane(at + radius * normal))
-            smaller = _ball(at, normal, points[j], np.abs(_wrapped(GRID[j] - phi)) > STEP / 2)
-            shrinks = smaller < radius * (1 - _EDGE)
-            if not shrinks.any():
+            _, j = tree.query(_plane(at[k] + radius[k] * normal[k]))
+            smaller = _ball(at[k], normal[k], points[j], np.abs(_wrapped(GRID[j] - phi[k])) > STEP / 2)
+            shrinks = smaller < radius[k] * (1 - _EDGE)
+            k, j = k[shrinks], j[shrinks]
+            if not len(k):
                 break
-            radius, touched = np.where(shrinks, smaller, radius), np.where(shrinks, j, touched)
+            radius[k], touched[k] = smaller[shrinks], j
         k = np.flatnonzero(touched >= 0)
         if len(k):
             near = GRID[touched[k]]
@@ -151,7 +104,6 @@ class _Side:
 
             radius[k] = np.minimum(radius[k], through(narrowed(through, near - STEP, near + STEP, _NEAREST)))
         return np.asarray(radius)
-
 
     def narrowest(self, radius: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Where the largest ball is smallest, and how large it is there; also where it has a minimum below a radius."""

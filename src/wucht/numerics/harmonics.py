@@ -63,6 +63,12 @@ class Harmonics:
             series = Harmonics(0.0, k * series.sine, -k * series.cosine)
         return series
 
+    def without_rounding(self, share: float = _NEGLIGIBLE) -> Harmonics:
+        """Without the highest harmonics that are all smaller than a share of the largest value."""
+        limit = share * max(abs(self.mean), float(self.amplitudes.max(initial=0.0)))
+        last = int(np.flatnonzero(self.amplitudes > limit).max(initial=-1)) + 1
+        return Harmonics(self.mean, self.cosine[:last], self.sine[:last])
+
     def shifted(self, by: float) -> Harmonics:
         """f(x - by)."""
         turned = (self.cosine - 1j * self.sine) * np.exp(-1j * by * np.arange(1, self.count + 1))

@@ -1,0 +1,146 @@
+"""A cam drive: the tables of a cam file, and the law, the cam and the shaft that they describe."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from wucht.cams.cam import FlatFacedCam, RollerCam
+from wucht.cams.conjugate import conjugate_cams
+from wucht.cams.laws.law import Law
+from wucht.cams.linkages.closure import Linkage
+from wucht.cams.linkages.linked_motion import LeverMotion
+from wucht.cams.shaft_motion import ShaftMotion
+from wucht.cams.tables.follower import FOLLOWERS, FlatFacedTable, FollowerTable, OscillatingRollerTable, TranslatingRollerTable
+from wucht.cams.tables.kinds_of_law import LAWS
+from wucht.cams.tables.linkage import LINKAGES, LinkageTable
+from wucht.cams.tables.motion_law import LawTable, MotionLaw
+from wucht.cams.tables.output import UNITS, unit_of_output
+from wucht.cams.tables.shaft import ShaftTable
+from wucht.cams.tables.speed import SpeedTable
+from wucht.checking import checked, choice, table
+from wucht.errors import InputError
+from wucht.files.tables import read_table
+from wucht.measurements.order_fit import OrderFit
+from wucht.quantities import Unit
+
+_CAM_ANGLE = Unit("rad", "cam angle")
+TABLES = ("law", "follower", "linkage", "speed", "shaft")
+
+
+@dataclass(frozen=True, eq=False)
+class CamDrive:
+    """law: of the output over the cam angle of a shaft that turns evenly. folder: in which files of records are looked for."""
+
+    law: LawTable
+    follower: FollowerTable | None = None
+    linkage: LinkageTable | None = None
+    speed: SpeedTable | None = None
+    shaft: ShaftTable | None = None
+    title: str = "Cam drive"
+    folder: Path = Path()
+
+    def __post_init__(self) -> None:
+        if self.linkage is not None and self.follower is not None and self.follower.unit != "rad":
+            raise InputError("linkage", None, "a linkage is moved by a lever: follower.kind must be 'oscillating-roller'")
+
+    @cached_property
+    def motion(self) -> MotionLaw:
+        """Of the output. Raises ``InputError`` where there is no such law."""
+        told = self.linkage or self.follower
+        known = told.unit if told is not None else self.law.stated_unit
+        return self.law.motion(unit_of_output(self.law.quantities(), known))
+
+    @cached_property
+    def closure(self) -> Linkage | None:
+        """The linkage. Raises ``InputError`` where it does not close."""
+        return None if self.linkage is None else self.linkage.linkage()
+
+    def lever(self, output: Law) -> Law:
+        """The follower's law for a law of the output. Raises ``InputError`` where the linkage cannot make it."""
+        return output if self.closure is None else LeverMotion(output, self.closure)
+
+    def cams(self, output: Law) -> dict[str, RollerCam | FlatFacedCam]:
+        """The cams, by name, for a law of the output: ``cam``, with a counter cam ``counter``, in a groove ``outer``.
+
+        Raises ``InputError`` where there is no follower, or the lever would lose its cams.
+        """
+        follower, law = self.follower, self.lever(output)
+        if isinstance(follower, FlatFacedTable):
+            return {"cam": FlatFacedCam(law, follower.follower(), follower.clockwise)}
+        if not isinstance(follower, OscillatingRollerTable | TranslatingRollerTable):
+            raise InputError("follower", None, "the table [follower] is missing")
+        cam = RollerCam(law, follower.follower(), follower.clockwise)
+        if isinstance(follower, OscillatingRollerTable) and (counter := follower.counter_follower()) is not None:
+            pair = conjugate_cams(law, follower.follower(), counter, follower.clockwise)
+            return {"cam": pair.cam, "counter": pair.counter}
+        return {"cam": cam, "outer": replace(cam, outer=True)} if follower.groove else {"cam": cam}
+
+    @cached_property
+    def measured(self) -> OrderFit | None:
+        """The orders of the record of the speed, None without one. Raises ``InputError``."""
+        return None if self.speed is None else self.speed.measured(self.folder)
+
+    @cached_property
+    def turning(self) -> ShaftMotion:
+        """The motion of the shaft. Raises ``InputError`` where nothing says it."""
+        if self.speed is None:
+            raise InputError("speed", None, "the table [speed] is missing: the speed of the camshaft over a turn")
+        return self.speed.shaft(self.measured)
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """What it is, as JSON: two drives with the same facts are the same."""
+        tables = {name: getattr(self, name) for name in TABLES}
+        facts = {
+            n: {"kind": t.kind, **t.model_dump(mode="json", exclude_none=True)} for n, t in tables.items() if t is not None
+        }
+        if self.speed is not None and self.speed.file is not None:
+            facts["speed"]["contents"] = hashlib.sha256((self.folder / self.speed.file).read_bytes()).hexdigest()
+        return {"title": self.title, **facts}
+
+
+def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDrive:
+    """The drive that the tables of a cam file describe. Raises ``InputError``: which key, what was given, what is allowed."""
+    tables = {name: dict(table(dict(document), name, name)) for name in TABLES if name in document}
+    if "law" not in tables:
+        raise InputError("law", None, "the table [law] is missing: the motion that the output is to make")
+    kinds: Mapping[str, Mapping[str, type[Any]]] = {"law": LAWS, "follower": FOLLOWERS, "linkage": LINKAGES}
+    built: dict[str, Any] = {}
+    for name in reversed(TABLES):  # the law last: the others say whether its output turns or slides
+        given = tables.get(name)
+        if given is None:
+            continue
+        cls: type[Any] = SpeedTable if name == "speed" else ShaftTable
+        if name in kinds:
+            cls = kinds[name][choice(given, "kind", name, kinds[name])]
+            del given["kind"]
+        if name == "law":
+            told = built.get("linkage") or built.get("follower")
+            given = _with_points(given, folder, told.unit if told is not None else None)
+        built[name] = checked(cls, given, name)
+    return CamDrive(**built, title=title, folder=folder)
+
+
+def _with_points(given: dict[str, Any], folder: Path, unit: str | None) -> dict[str, Any]:
+    """A table [law] with the points of its file. Raises ``InputError``."""
+    if "file" not in given:
+        return given
+    name = given["file"]
+    if not isinstance(name, str) or not name.strip() or "\0" in name:
+        raise InputError("law.file", name, "must be the name of a file")
+    if "points" in given:
+        raise InputError("law.file", name, "give either file or points")
+    failed: InputError | None = None
+    for known in [unit] if unit is not None else UNITS:
+        try:
+            points = read_table(folder / name, (_CAM_ANGLE, UNITS[known]))
+        except InputError as error:
+            failed = failed or error
+        else:
+            return {**{k: v for k, v in given.items() if k != "file"}, "points": points, "unit": known}
+    raise InputError("law.file", name, failed.allowed if failed else "must have a unit of angle or length")

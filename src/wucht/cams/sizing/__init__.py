@@ -1,0 +1,1 @@
+"""The smallest cam that will do."""

@@ -1,0 +1,162 @@
+"""Where the centre of a cam may be for its pressure angles: cones, and the nearest point of what they have in common.
+
+Seen from the guide of the follower, a lever's pivot or a rod, the roller's centre runs along a path q(psi), and the cam's
+centre O is unknown. The contact normal has the direction of O - A, A = q + i q' (q' by the cam angle; q - i q' for a cam that
+turns clockwise), and the pressure angle is that between it and the direction w in which the roller comes in. It is at most
+alpha where O lies in the cone
+
+    |Im((O - A) w*)| <= tan alpha Re((O - A) w*),
+
+two half-planes, linear in O (cam-mathematics, "smallest cam", whose formula this is for a lever; for a rod it is
+tan alpha = (e + s')/(D + s)). All cones together are a convex set K.
+
+Swing. The cones of the two end positions, apart along the chord of the roller's path, open to different sides of the normal of
+this chord where alpha < swing/2, and K is empty; where alpha is larger, all cones have a direction in common, and a centre far
+away will do. So the pressure angle must be larger than half the lever's swing, and need not be more.
+
+Base circle. On a lever O lies, for all cam angles, on that side of the line through pivot and roller to which the roller comes
+in; so |O - q| falls as it does, and the least |O - q| of the cycle is that at the innermost position, the largest that at the
+outermost. Either is the distance of O from a given point: the smallest cam is the nearest point of K, a convex problem in
+two variables. Between the angles looked at K is enforced by exchange, as restrictions are in ``laws.synthesis``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from wucht.cams.followers import OscillatingRoller, TranslatingRoller
+from wucht.cams.laws.law import Law
+from wucht.cams.laws.programs import InfeasibleError
+from wucht.errors import InputError, RunError
+from wucht.numerics.valleys import GRID, STEP, TURN, narrowed, valleys
+from wucht.numerics.zeros import RealFunction
+
+EXACT = 1e-11  # of the size of the cam
+_FIRST = np.arange(16) * (TURN / 16)
+_BETWEEN = 0.01  # of the largest value of a function: so much lower it may be between the angles of the grid
+_MOST_EXCHANGES = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """guide: the follower with its pivot or rod in the origin. inward: the sense of the law in which the roller comes in.
+    tangents: of the pressure angles that are permitted as it goes out and as it comes in."""
+
+    law: Law
+    guide: OscillatingRoller | TranslatingRoller
+    clockwise: bool
+    inward: int
+    tangents: tuple[float, float]
+
+    @property
+    def turn(self) -> complex:
+        """The quarter turn in the sense in which the cam turns."""
+        return -1j if self.clockwise else 1j
+
+    def cones(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Apex A, axis w and tangent of the half angle (N,)."""
+        rate = self.guide.rate(self.law(phi))
+        out = -self.inward * self.law(phi, 1)
+        away, back = self.tangents
+        tangent = np.where(out > 0, away, np.where(out < 0, back, min(away, back)))
+        apex = self.guide.centre(self.law, phi) + self.turn * self.guide.centre(self.law, phi, 1)
+        return apex, self.inward * rate / np.abs(rate), tangent
+
+    @cached_property
+    def on_grid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The cones at the angles of the grid."""
+        return self.cones(GRID)
+
+    @cached_property
+    def size(self) -> float:
+        """The distance of the farthest apex, in m."""
+        return float(np.abs(self.on_grid[0]).max())
+
+    @cached_property
+    def range(self) -> tuple[float, float]:
+        """The least and the greatest value of the law."""
+        low, high = float(valleys(self.law)[1].min()), -float(valleys(lambda p: -self.law(p))[1].min())
+        if not high > low:
+            raise InputError("law", None, "it does not move: there is no pressure angle to size a cam by")
+        return low, high
+
+    @property
+    def ends(self) -> tuple[complex, complex]:
+        """The roller's centre at the innermost and the outermost position."""
+        inner, outer = self.guide.place(np.array(self.range[::-1] if self.inward > 0 else self.range))
+        return complex(inner), complex(outer)
+
+    @property
+    def swing(self) -> float:
+        """By how much the axes of the cones turn, in rad."""
+        return self.range[1] - self.range[0] if isinstance(self.guide, OscillatingRoller) else 0.0
+
+    def half_planes(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Normals a and bounds b (2 N,): Re(O a*) <= b, the normals of modulus 1."""
+        apex, axis, tangent = self.cones(phi)
+        a = np.concatenate([(1j - tangent) * axis, (-1j - tangent) * axis]) / np.tile(np.hypot(1, tangent), 2)
+        return a, (np.tile(apex, 2) * a.conj()).real
+
+    def broken(self, centre: complex) -> np.ndarray:
+        """The cam angles at which O lies farthest outside of the cones, of those where it does."""
+
+        def inside(cones: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
+            apex, axis, tangent = cones
+            off = (centre - apex) * axis.conj()
+            return np.asarray((tangent * off.real - np.abs(off.imag)) / np.hypot(1, tangent))
+
+        return farthest(inside(self.on_grid), lambda phi: inside(self.cones(phi)), -EXACT * max(self.size, abs(centre)))
+
+    def bends(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A and A'/(+-i) (N,), on which the curvature depends."""
+        first, second = (self.guide.centre(self.law, phi, order) for order in (1, 2))
+        return self.guide.centre(self.law, phi) + self.turn * first, first / self.turn + second
+
+
+def pitch_curvature(v: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """Of the pitch curve in 1/m, of V = A - O and A'/(+-i)."""
+    return np.asarray((np.abs(v) ** 2 - (v.conj() * turned).real) / np.abs(v) ** 3)
+
+
+def farthest(values: np.ndarray, function: RealFunction, bound: float) -> np.ndarray:
+    """The minima of a function below a bound, whose values on the grid are known: between its angles they may be lower."""
+    near = values < bound + _BETWEEN * np.abs(values).max()
+    i = np.flatnonzero((values < np.roll(values, 1)) & (values <= np.roll(values, -1)) & near)
+    if not len(i):
+        return np.zeros(0)
+    at = narrowed(function, GRID[i] - STEP, GRID[i] + STEP)
+    return np.asarray(at[function(at) < bound])
+
+
+def nearest_in_cones(layout: Layout, target: complex) -> complex:
+    """The point of K that is nearest to a target. Raises ``InfeasibleError``."""
+    phi = _FIRST
+    if math.atan(min(layout.tangents)) <= layout.swing / 2:
+        raise InfeasibleError
+    for _ in range(_MOST_EXCHANGES):
+        centre = _nearest(target, *layout.half_planes(phi), layout.size)
+        broken = layout.broken(centre)
+        if not len(broken):
+            return centre
+        phi = np.append(phi, broken)
+    raise RunError(f"the cam's size is still not found after {_MOST_EXCHANGES} exchanges: its law may jump")
+
+
+def _nearest(target: complex, a: np.ndarray, b: np.ndarray, size: float) -> complex:
+    """The point with Re(O a*) <= b (m,) nearest to a target: that itself, its foot on a line, or where two lines meet."""
+    beyond = (target * a.conj()).real - b
+    i, j = np.triu_indices(len(a), 1)
+    area = (a[i].conj() * a[j]).imag
+    meet = np.divide(1j * (b[j] * a[i] - b[i] * a[j]), area, out=np.full(len(i), np.nan + 0j), where=np.abs(area) > EXACT)
+    tried = np.concatenate([[target], target - beyond * a, meet])
+    tried = tried[np.argsort(np.abs(tried - target))]
+    for part in np.array_split(tried, max(1, len(tried) // 128)):
+        beyond = (np.multiply.outer(part, a.conj()).real - b).max(axis=1)
+        kept = np.flatnonzero(beyond <= EXACT / 10 * np.maximum(size, np.abs(part)))
+        if len(kept):
+            return complex(part[kept[0]])
+    raise InfeasibleError

@@ -1,0 +1,204 @@
+"""The table [law] of a motion of finitely many harmonics: restrictions, an objective, caps and a resonance; or coefficients."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from wucht.cams.laws.programs import InfeasibleError
+from wucht.cams.laws.synthesis import Band, Cap, Restriction, Synthesis, synthesise, ways_out
+from wucht.cams.tables.motion_law import LawTable, MotionLaw
+from wucht.cams.tables.output import UNITS, Position, without_angle
+from wucht.checking import read_quantity
+from wucht.errors import InputError
+from wucht.fields import Described, si
+from wucht.numerics.harmonics import Harmonics
+
+_ORDERS = ("position", "velocity", "acceleration", "jerk")
+_TURN = 2 * math.pi
+_MORE = 3  # times the harmonics, at most, that are tried where so many are too few
+_FLATTEST, _LEAST_PEAK, _LEAST_SQUARE = "flattest-dwell", "least-peak-acceleration", "least-mean-square-acceleration"
+
+
+class RestrictionTable(Described):
+    """What a derivative by the cam angle must be at an angle, on an arc, or (without either) everywhere."""
+
+    of: Literal["position", "velocity", "acceleration", "jerk"] = "position"
+    at: float | None = si("rad", "cam angle", default=None)
+    on: tuple[float, float] | None = si("rad", "arc of the cam angle", default=None)
+    equals: Position | None = Field(None, description="value")
+    min: Position | None = Field(None, description="least value")
+    max: Position | None = Field(None, description="greatest value")
+    tolerance: Position | None = Field(None, description="tolerance of equals on an arc")
+
+    def quantities(self, where: str) -> Iterator[tuple[str, float | str]]:
+        """See ``LawTable``."""
+        for key in ("equals", "min", "max", "tolerance"):
+            given = getattr(self, key)
+            if given is not None:
+                yield f"{where}.{key}", given
+
+    def band(self, where: str, unit: str, objective: str) -> Band:
+        """As a restriction of the synthesis. Raises ``InputError`` where keys do not fit each other."""
+        given = {w.rsplit(".", 1)[1]: read_quantity(UNITS[unit], without_angle(q), w) for w, q in self.quantities(where)}
+        if self.at is not None and self.on is not None:
+            raise InputError(f"{where}.on", list(self.on), "give either at or on")
+        begin, end = (self.at, self.at) if self.at is not None else self.on or (0.0, _TURN)
+        end += _TURN if end < begin else 0.0
+        if end - begin > _TURN * (1 + 1e-12):
+            raise InputError(f"{where}.on", self.on and list(self.on), "must be an arc of at most one turn")
+        low, high, widened = given.get("min", -math.inf), given.get("max", math.inf), False
+        if "equals" in given:
+            if "min" in given or "max" in given:
+                raise InputError(f"{where}.equals", self.equals, "give either equals, or min and max")
+            tolerance = given.get("tolerance", 0.0)
+            if tolerance < 0:
+                raise InputError(f"{where}.tolerance", self.tolerance, "must not be negative")
+            widened = begin != end and "tolerance" not in given
+            if widened and objective != _FLATTEST:
+                allowed = "on an arc equals needs a tolerance: a motion of finitely many harmonics cannot stand still on one"
+                raise InputError(f"{where}.tolerance", None, f"{allowed}; or objective = {_FLATTEST!r}")
+            low, high = given["equals"] - tolerance, given["equals"] + tolerance
+        elif not given or "tolerance" in given:
+            raise InputError(where, None, "needed is equals (on an arc with a tolerance), or min, max or both")
+        if low > high:
+            raise InputError(f"{where}.min", self.min, "must not be greater than max")
+        return Band(where, _ORDERS.index(self.of), begin, end, low, high, widened)
+
+
+class CapTable(Described):
+    """The largest amplitude of a harmonic."""
+
+    harmonic: int = Field(ge=1, description="number of the harmonic")
+    amplitude: Position = Field(description="largest amplitude")
+
+
+class Coefficients(Described):
+    """A series that is known: mean + sum of cosine_k cos k phi + sine_k sin k phi, the first harmonic first."""
+
+    mean: Position = Field(0.0, description="mean value")
+    cosine: tuple[Position, ...] = Field((), description="cosine coefficients")
+    sine: tuple[Position, ...] = Field((), description="sine coefficients")
+
+    def quantities(self) -> Iterator[tuple[str, float | str]]:
+        """See ``LawTable``."""
+        yield "law.coefficients.mean", self.mean
+        for key in ("cosine", "sine"):
+            yield from ((f"law.coefficients.{key}[{i}]", given) for i, given in enumerate(getattr(self, key)))
+
+
+class Resonance(Described):
+    """Of the elastic output: orders near it weigh more. speed: of the cam."""
+
+    frequency: float = si("rad/s", "natural frequency", gt=0)
+    damping_ratio: float = si("", "damping ratio", default=0.02, gt=0, lt=1)
+    speed: float = si("rad/s", "mean speed of the cam", gt=0)
+
+    def magnification(self, count: int) -> np.ndarray:
+        """|H| (N,) of orders 1 to N."""
+        ratio = np.arange(1, count + 1) * self.speed / self.frequency
+        return np.asarray(1 / np.abs(1 - ratio**2 + 2j * self.damping_ratio * ratio))
+
+
+class HarmonicTable(LawTable):
+    """A motion of finitely many harmonics, synthesised from restrictions or known by its coefficients."""
+
+    kind: ClassVar[str] = "harmonic"
+
+    harmonics: int | None = Field(None, ge=1, le=60, description="number of harmonics")
+    objective: Literal["flattest-dwell", "least-peak-acceleration", "least-mean-square-acceleration"] = "flattest-dwell"
+    restrictions: tuple[RestrictionTable, ...] = Field((), description="restrictions")
+    caps: tuple[CapTable, ...] = Field((), description="largest amplitudes of harmonics")
+    resonance: Resonance | None = None
+    coefficients: Coefficients | None = None
+
+    def quantities(self) -> Iterator[tuple[str, float | str]]:
+        """See ``LawTable``."""
+        if self.coefficients is not None:
+            yield from self.coefficients.quantities()
+        for i, restriction in enumerate(self.restrictions):
+            yield from restriction.quantities(f"law.restrictions[{i}]")
+        yield from ((f"law.caps[{i}].amplitude", cap.amplitude) for i, cap in enumerate(self.caps))
+
+    def motion(self, unit: str) -> MotionLaw:
+        """See ``LawTable``."""
+        if self.coefficients is not None:
+            if self.restrictions or self.caps or self.resonance:
+                raise InputError("law.coefficients", None, "give either coefficients or restrictions")
+            c = self.coefficients
+            read = {w: read_quantity(UNITS[unit], q, w) for w, q in c.quantities()}
+            cosine, sine = ([v for w, v in read.items() if f".{key}[" in w] for key in ("cosine", "sine"))
+            law = Harmonics.of(read["law.coefficients.mean"], cosine, sine)
+            return MotionLaw(law, unit, law.count)
+        return self._synthesised(unit)
+
+    def _synthesised(self, unit: str) -> MotionLaw:
+        if not self.restrictions:
+            raise InputError("law.restrictions", None, "needed are [[law.restrictions]], or coefficients")
+        if self.harmonics is None:
+            raise InputError("law.harmonics", None, "this key is missing; needed is the number of harmonics")
+        count, asked = self.harmonics, self._asked(unit)
+        if self.resonance is not None and self.objective != _LEAST_SQUARE:
+            raise InputError("law.resonance", None, f"it weighs the harmonics of objective = {_LEAST_SQUARE!r}")
+        if self.objective == _LEAST_PEAK:
+            objective = Band("law.objective", 2, 0.0, _TURN, 0.0, 0.0, widened=True)
+            found = _found(count, asked, [objective], None, unit)
+        else:
+            if self.objective == _FLATTEST and not any(r.widened for r in asked):
+                allowed = "the flattest dwell needs a restriction on an arc that says equals, without a tolerance"
+                raise InputError("law.objective", self.objective, allowed)
+            found = _found(count, asked, [], self._weights(count), unit)
+        return MotionLaw(found.law, unit, count, asked, found.widening if self.objective != _LEAST_SQUARE else None)
+
+    def _weights(self, count: int) -> np.ndarray | None:
+        """Of the harmonics in what is minimised."""
+        if self.objective != _LEAST_SQUARE:
+            return None
+        plain = np.arange(1, count + 1) ** 2
+        return plain if self.resonance is None else plain * self.resonance.magnification(count)
+
+    def _asked(self, unit: str) -> tuple[Restriction, ...]:
+        asked: list[Restriction] = []
+        for i, restriction in enumerate(self.restrictions):
+            asked.append(restriction.band(f"law.restrictions[{i}]", unit, self.objective))
+        for i, cap in enumerate(self.caps):
+            where = f"law.caps[{i}]"
+            if cap.harmonic > (self.harmonics or 0):
+                raise InputError(f"{where}.harmonic", cap.harmonic, f"the law has {self.harmonics} harmonics")
+            size = read_quantity(UNITS[unit], cap.amplitude, f"{where}.amplitude")
+            if size < 0:
+                raise InputError(f"{where}.amplitude", cap.amplitude, "must not be negative")
+            asked.append(Cap(where, cap.harmonic, size))
+        return tuple(asked)
+
+
+def _found(
+    count: int, asked: Sequence[Restriction], objective: Sequence[Restriction], weights: np.ndarray | None, unit: str
+) -> Synthesis:
+    """The synthesis. Raises ``InputError`` with what must give way where restrictions contradict each other."""
+    try:
+        return synthesise(count, [*asked, *objective], weights)
+    except InfeasibleError:
+        pass
+    ways = ways_out(count, asked)
+    shown = [f"{way.restriction.name} alone by {_amount(way.by, unit)}" for way in ways]
+    gives = f"what may give way: {', or '.join(shown)}" if shown else "more than one of them must give way"
+    more = next((n for n in range(count + 1, _MORE * count + 1) if _feasible(n, asked)), None)
+    enough = f"; {more} harmonics are enough" if more else ""
+    raise InputError("law.restrictions", None, f"no motion of {count} harmonics satisfies them all; {gives}{enough}")
+
+
+def _feasible(count: int, asked: Sequence[Restriction]) -> bool:
+    try:
+        synthesise(count, [r for r in asked if not r.widened], np.arange(1, count + 1) ** 2)
+    except InfeasibleError:
+        return False
+    return True
+
+
+def _amount(value: float, unit: str) -> str:
+    return f"{math.degrees(value):.3g} deg" if unit == "rad" else f"{1e3 * value:.3g} mm"

@@ -1,0 +1,72 @@
+"""The table [law] of all kinds: what its key ``kind`` may say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from wucht.cams.laws.rise_and_return import RiseAndReturn
+from wucht.cams.laws.standard_laws import standard_law
+from wucht.cams.laws.table_law import TableLaw
+from wucht.cams.tables.harmonic_law import HarmonicTable
+from wucht.cams.tables.motion_law import LawTable, MotionLaw
+from wucht.cams.tables.output import UNITS, Position
+from wucht.checking import read_quantity
+from wucht.fields import si
+
+
+class RiseTable(LawTable):
+    """A standard law: it rises by a stroke, rests, and returns."""
+
+    stroke: Position = Field(description="stroke")
+    rise: tuple[float, float] = si("rad", "arc of the cam angle")
+    back: tuple[float, float] | None = si("rad", "arc of the cam angle", default=None, alias="return")
+    points: tuple[tuple[float, float], ...] = Field((), description="points of a spline: shares of the rise and of the stroke")
+
+    standard: ClassVar[str] = ""
+
+    def quantities(self) -> Iterator[tuple[str, float | str]]:
+        """See ``LawTable``."""
+        yield "law.stroke", self.stroke
+
+    def motion(self, unit: str) -> MotionLaw:
+        """See ``LawTable``."""
+        stroke = read_quantity(UNITS[unit], self.stroke, "law.stroke")
+        return MotionLaw(RiseAndReturn(standard_law(self.standard, self.points), stroke, self.rise, self.back), unit)
+
+
+class PointsTable(LawTable):
+    """A motion by points over one turn: cam angle and output, from a file or as numbers in SI. unit: of the output's."""
+
+    kind: ClassVar[str] = "table"
+
+    points: tuple[tuple[float, float], ...] = Field(description="points: cam angle and output")
+    degree: Literal[3, 5] = 5
+    unit: Literal["rad", "m"] = "rad"
+
+    @property
+    def stated_unit(self) -> str | None:
+        """See ``LawTable``."""
+        return self.unit
+
+    def motion(self, unit: str) -> MotionLaw:
+        """See ``LawTable``."""
+        angles, outputs = np.transpose(self.points)
+        return MotionLaw(TableLaw(angles, outputs, self.degree), unit)
+
+
+# In a file "harmonic" is the series; the simple harmonic law of the textbooks is named so.
+STANDARD = {
+    "3-4-5": "3-4-5", "4-5-6-7": "4-5-6-7", "inclined-sine": "inclined-sine", "modified-sine": "modified-sine",
+    "modified-trapezoid": "modified-trapezoid", "simple-harmonic": "harmonic", "cubic-spline": "cubic-spline",
+    "quintic-spline": "quintic-spline",
+}  # fmt: skip
+LAWS: Mapping[str, type[LawTable]] = {
+    "harmonic": HarmonicTable,
+    "table": PointsTable,
+    **{kind: type(f"{kind} law", (RiseTable,), {"kind": kind, "standard": name, "__doc__": RiseTable.__doc__})
+       for kind, name in STANDARD.items()},
+}  # fmt: skip

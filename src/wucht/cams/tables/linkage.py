@@ -1,0 +1,67 @@
+"""The table [linkage] of a cam file: what lies between the follower's lever and the output."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from wucht.cams.linkages.closure import Linkage
+from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
+from wucht.fields import Described, si
+
+_Branch = Literal["open", "crossed"]
+_SIGN = {"open": +1, "crossed": -1}
+
+
+class LinkageTable(Described):
+    """A linkage of some kind. unit: of the output's motion."""
+
+    unit: ClassVar[str] = "rad"
+
+    @classmethod
+    def where(cls) -> str:
+        """In a file."""
+        return "linkage"
+
+    def linkage(self) -> Linkage:
+        """The linkage. Raises ``InputError`` where it does not close."""
+        raise NotImplementedError
+
+
+class FourBarTable(LinkageTable):
+    """See ``cams.linkages.FourBar``."""
+
+    kind: ClassVar[str] = "four-bar"
+
+    ground: float = si("m", "distance of the pivots", gt=0)
+    input: float = si("m", "length of the lever's arm", gt=0)
+    coupler: float = si("m", "length of the coupler", gt=0)
+    output: float = si("m", "length of the output's arm", gt=0)
+    angle: float = si("rad", "angle of the lever's arm to the ground where the law is zero")
+    branch: _Branch = Field("open", description="branch")
+
+    def linkage(self) -> Linkage:
+        """See ``LinkageTable``."""
+        return FourBar(self.ground, self.input, self.coupler, self.output, self.angle, _SIGN[self.branch])
+
+
+class SliderCrankTable(LinkageTable):
+    """See ``cams.linkages.SliderCrank``."""
+
+    kind: ClassVar[str] = "slider-crank"
+    unit: ClassVar[str] = "m"
+
+    crank: float = si("m", "length of the lever's arm", gt=0)
+    rod: float = si("m", "length of the rod", gt=0)
+    angle: float = si("rad", "angle of the crank to the slide where the law is zero")
+    offset: float = si("m", "offset of the slide", default=0.0)
+    branch: _Branch = Field("open", description="branch")
+
+    def linkage(self) -> Linkage:
+        """See ``LinkageTable``."""
+        return SliderCrank(self.crank, self.rod, self.angle, self.offset, _SIGN[self.branch])
+
+
+LINKAGES: Mapping[str, type[LinkageTable]] = {t.kind: t for t in (FourBarTable, SliderCrankTable)}

@@ -1,0 +1,70 @@
+"""The table [speed] of a cam file: how unevenly the camshaft turns, by coefficients or by a record."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from wucht.cams.shaft_motion import ShaftMotion, over_time, with_period
+from wucht.fields import Described, si
+from wucht.measurements.order_fit import OrderFit, fit_orders
+from wucht.measurements.reading import read_recording
+from wucht.measurements.shaft_signal import shaft_signal
+from wucht.numerics.harmonics import Harmonics
+
+
+class SpeedTable(Described):
+    """mean, cosine, sine: coefficients, order 1 first. over: the time of a turn, or its angle, as order tracking gives them.
+    period: of a turn, to check the mean.
+
+    file, column: a record of the speed, the angle or the pulses of an encoder; orders: those that are kept. pulses_per_turn,
+    index: of the encoder.
+    """
+
+    mean: float | None = si("rad/s", "mean speed", default=None, gt=0)
+    cosine: tuple[float, ...] | None = si("rad/s", "cosine coefficients", default=None)
+    sine: tuple[float, ...] | None = si("rad/s", "sine coefficients", default=None)
+    over: Literal["time", "angle"] = "time"
+    period: float | None = si("s", "time of a turn", default=None, gt=0)
+    file: str | None = Field(None, description="file of the record")
+    column: str | None = Field(None, description="column of the record")
+    quantity: Literal["speed", "angle", "pulses"] | None = None
+    orders: tuple[int, ...] = Field((), description="orders that are kept")
+    pulses_per_turn: int | None = Field(None, ge=1, description="pulses of the encoder in a turn")
+    index: str | None = Field(None, description="column of the index pulse")
+
+    @classmethod
+    def where(cls) -> str:
+        """In a file."""
+        return "speed"
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        coefficients = [key for key in ("mean", "cosine", "sine") if getattr(self, key) is not None]
+        if self.file is not None and coefficients:
+            raise ValueError(coefficients[0], "give either a file or coefficients")
+        if self.file is None and self.mean is None:
+            raise ValueError("mean", "needed is the mean speed with its coefficients, or file = RECORD")
+        if self.file is not None and (self.column is None or not self.orders):
+            raise ValueError("column" if self.column is None else "orders", "a record needs a column, and the orders to keep")
+        return self
+
+    def measured(self, folder: Path) -> OrderFit | None:
+        """The orders of the record, None without one. folder: that of the cam file. Raises ``InputError``."""
+        if self.file is None or self.column is None:
+            return None
+        recording = read_recording(folder / self.file)
+        signal = shaft_signal(recording, self.column, self.quantity, self.pulses_per_turn, self.index)
+        fit = fit_orders(signal, self.orders)
+        return fit.about(fit.time_of_angle())
+
+    def shaft(self, measured: OrderFit | None) -> ShaftMotion:
+        """The motion of the shaft. Raises ``InputError`` where it stands still or turns back, or the mean is not 2 pi/T."""
+        if measured is not None:
+            return ShaftMotion(measured.speed)
+        speed = Harmonics.of(self.mean or 0.0, self.cosine or (), self.sine or ())
+        if self.over == "angle":
+            return ShaftMotion(over_time(speed, max(4 * speed.count, 16)).speed.without_rounding())
+        return ShaftMotion(speed) if self.period is None else with_period(speed, self.period)

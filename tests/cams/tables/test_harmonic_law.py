@@ -1,0 +1,157 @@
+"""The table [law] of a synthesised motion: what each key does, and what is refused in which words."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.cams.laws.closed_forms import equiripple
+from wucht.cams.tables.harmonic_law import HarmonicTable
+from wucht.cams.tables.output import unit_of_output
+from wucht.errors import InputError
+
+TOP = {"at": "180 deg", "equals": "24 deg"}
+DWELL = {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}
+LIMITED = DWELL | {"tolerance": "0.5 deg"}
+PHI = np.linspace(0, 2 * math.pi, 2001)
+
+
+def law(*restrictions, unit="rad", **more):
+    return HarmonicTable(**{"harmonics": 5, "restrictions": list(restrictions)} | more).motion(unit)
+
+
+def test_the_flattest_dwell():
+    found = law(TOP, DWELL)
+    assert found.widening == pytest.approx(math.radians(24) * 243 / 29525, rel=1e-6)
+    assert found.law(PHI) == pytest.approx(equiripple(5, math.radians(120), math.radians(24))(PHI), abs=1e-6)
+    assert found.count == 5
+    assert [r.name for r in found.restrictions] == ["law.restrictions[0]", "law.restrictions[1]"]
+
+
+def test_an_arc_whose_end_is_below_its_begin_goes_through_a_turn():
+    there = law(TOP, {"on": ["240 deg", "120 deg"], "equals": 0})
+    assert there.law(PHI) == pytest.approx(law(TOP, DWELL).law(PHI), abs=1e-6)
+
+
+def test_objectives_are_least_in_what_they_say():
+    peak, square = (law(TOP, LIMITED, objective=f"least-{o}-acceleration") for o in ("peak", "mean-square"))
+    flattest = law(TOP, DWELL)
+    peaks = [found.law.derivative(2).peak for found in (peak, square, flattest)]
+    squares = [float((found.law.derivative(2).amplitudes ** 2).sum()) for found in (square, peak, flattest)]
+    assert peaks[0] < min(peaks[1:])
+    assert squares[0] < min(squares[1:])
+    assert peak.widening == pytest.approx(peaks[0])
+    assert square.widening is None
+
+
+@pytest.mark.parametrize(
+    ("of", "order", "unit"), [("velocity", 1, "deg/rad"), ("acceleration", 2, "deg/rad^2"), ("jerk", 3, "deg / rad^3")]
+)
+def test_bounds_of_derivatives_by_the_cam_angle(of, order, unit):
+    free = law(TOP, DWELL).law.derivative(order).peak
+    bound = 0.97 * math.degrees(free)
+    limited = {"of": of, "min": f"{-bound} {unit}", "max": f"{bound} {unit}"}
+    assert law(TOP, DWELL, limited).law.derivative(order).peak == pytest.approx(0.97 * free, rel=1e-5)
+
+
+def test_caps_and_a_resonance():
+    square = {"objective": "least-mean-square-acceleration", "harmonics": 8}
+    free = law(TOP, LIMITED, **square).law.amplitudes
+    cap = {"harmonic": 4, "amplitude": f"{0.9 * math.degrees(free[3])} deg"}
+    assert law(TOP, LIMITED, **square, caps=[cap]).law.amplitudes[3] == pytest.approx(0.9 * free[3], rel=1e-5)
+    near = {"frequency": "1900 rpm", "speed": "500 rpm", "damping_ratio": 0.01}
+    assert law(TOP, LIMITED, **square, resonance=near).law.amplitudes[3] < 0.9 * free[3]
+
+
+def test_coefficients_that_are_known():
+    coefficients = {"mean": "12 deg", "cosine": ["-12 deg", "1 deg"], "sine": ["0 deg", "0 deg", "2 deg"]}
+    found = law(coefficients=coefficients, harmonics=None)
+    assert np.degrees(found.law.mean) == pytest.approx(12)
+    assert np.degrees(found.law.cosine) == pytest.approx([-12, 1, 0])
+    assert np.degrees(found.law.sine) == pytest.approx([0, 0, 2])
+    assert found.count == 3
+
+
+def test_an_output_that_slides():
+    restrictions = [{"at": "180 deg", "equals": "10 mm"}, {"on": ["-90 deg", "90 deg"], "equals": "0 mm"}]
+    assert law(*restrictions, unit="m").law(math.pi) == pytest.approx(0.01)
+
+
+FEW = {"harmonics": 2, "objective": "least-peak-acceleration"}
+WRONG = {
+    "law.restrictions: needed are [[law.restrictions]], or coefficients": {"restrictions": []},
+    "law.harmonics: this key is missing": {"harmonics": None},
+    "law.harmonics: given 0; must be between 1 and 60|a whole number from 1 to 60": {"harmonics": 0},
+    "law.restrictions[0].on: given [0.0, 1.0]; give either at or on": {"restrictions": [TOP | {"on": [0, 1]}, DWELL]},
+    "law.restrictions[0].equals: given '1 deg'; give either equals, or min and max": {
+        "restrictions": [{"at": 0, "equals": "1 deg", "min": 0}, DWELL]
+    },
+    "law.restrictions[0]: needed is equals": {"restrictions": [{"at": 0}, DWELL]},
+    "law.restrictions[0].min: given 2.0; must not be greater than max": {"restrictions": [{"min": 2, "max": 1}, DWELL]},
+    "law.restrictions[0].tolerance: given -1.0; must not be negative": {"restrictions": [DWELL | {"tolerance": -1}, DWELL]},
+    "law.restrictions[0].on: given [0.0, 7.0]; must be an arc of at most one turn": {
+        "restrictions": [{"on": [0, 7], "max": 1}, DWELL]
+    },
+    "law.objective: given 'flattest-dwell'; the flattest dwell needs a restriction on an arc": {"restrictions": [TOP]},
+    "law.restrictions[1].tolerance: on an arc equals needs a tolerance": {"objective": "least-peak-acceleration"},
+    "law.resonance: it weighs the harmonics of": {"resonance": {"frequency": 1, "speed": 1}},
+    "law.caps[0].harmonic: given 6; the law has 5 harmonics": {"caps": [{"harmonic": 6, "amplitude": 1}]},
+    "law.caps[0].amplitude: given -1.0; must not be negative": {"caps": [{"harmonic": 2, "amplitude": -1}]},
+    "law.coefficients: give either coefficients or restrictions": {"coefficients": {"cosine": [1]}},
+    "law.restrictions[0].of: given 'snap'; must be": {"restrictions": [{"of": "snap", "max": 1}, DWELL]},
+    "law.objective: given 'fastest'; must be": {"objective": "fastest"},
+}
+
+
+@pytest.mark.parametrize(("sentence", "given"), WRONG.items())
+def test_what_is_refused(sentence, given):
+    with pytest.raises(InputError) as refused:
+        law(**{"restrictions": [TOP, DWELL]} | given)
+    assert any(str(refused.value).startswith(s) or s in str(refused.value) for s in sentence.split("|"))
+
+
+def test_what_contradicts_itself_says_what_must_give_way_and_how_many_harmonics_are_enough():
+    with pytest.raises(InputError) as refused:
+        law(TOP, LIMITED, **FEW)
+    said = str(refused.value)
+    assert "no motion of 2 harmonics satisfies them all; what may give way: law.restrictions[" in said
+    assert "; 5 harmonics are enough" in said
+    with pytest.raises(InputError, match="more than one of them must give way"):
+        law({"at": 0, "equals": 1}, {"at": 0, "equals": 2}, {"at": 0, "equals": 3}, DWELL)
+
+
+@pytest.mark.parametrize(("share", "feasible"), [(0.99, False), (1.01, True)])
+def test_by_how_much_it_must_give_way(share, feasible):
+    """Of the dwell: to 0.5 degrees and what is said."""
+    with pytest.raises(InputError) as refused:
+        law(TOP, LIMITED, **FEW)
+    by = float(str(refused.value).split("law.restrictions[1] alone by ")[1].split(" deg")[0])
+    eased = DWELL | {"tolerance": f"{0.5 + share * by} deg"}
+    if feasible:
+        law(TOP, eased, **FEW)
+    else:
+        with pytest.raises(InputError, match="no motion of 2 harmonics"):
+            law(TOP, eased, **FEW)
+
+
+@pytest.mark.parametrize(
+    ("given", "known", "unit"),
+    [
+        ([("a", "24 deg")], None, "rad"),
+        ([("a", "10 mm")], None, "m"),
+        ([("a", 0.1), ("b", "2 mm/rad^2")], None, "m"),
+        ([("a", 0.1)], None, "rad"),
+        ([("a", 0.1)], "m", "m"),
+    ],
+)
+def test_whether_the_output_turns_or_slides(given, known, unit):
+    assert unit_of_output(given, known) == unit
+
+
+def test_an_output_does_not_do_both():
+    with pytest.raises(InputError, match=r"b: given '10 mm'; must be an angle of the output"):
+        unit_of_output([("a", "24 deg"), ("b", "10 mm")], None)
+    with pytest.raises(InputError, match=r"a: given '24 deg'; must be a displacement of the output"):
+        unit_of_output([("a", "24 deg")], "m")
+    with pytest.raises(InputError, match="must be an angle or a length"):
+        unit_of_output([("a", "24 kg")], None)

@@ -1,0 +1,165 @@
+"""Cams that are cut away: against a cam known in closed form, and against all distances of many points."""
+
+import functools
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wucht.cams.cam import FlatFacedCam, RollerCam
+from wucht.cams.followers import FlatFaced, OscillatingRoller, TranslatingRoller
+from wucht.cams.undercut import check_face, check_roller, check_wheel, cut_away, largest_roller, largest_wheel
+from wucht.errors import InputError
+from wucht.numerics.harmonics import Harmonics
+
+TURN, PI = 2 * math.pi, math.pi
+LEVER = Harmonics.of(math.radians(12), np.radians([-12.5, 3.5, 0.8]), np.radians([0.7, 0.3]))
+
+
+@functools.cache
+def waisted(roller, outer=False, clockwise=False, unit=1.0):
+    """A disc whose pitch curve is 0.1 + 0.08 cos 2 phi from the centre: with a waist, 0.02 from it."""
+    law = Harmonics.of(0.0, [0.0, 0.08 * unit])
+    return RollerCam(law, TranslatingRoller(0.1 * unit, roller * unit), clockwise, outer)
+
+
+@functools.cache
+def levered(roller, outer=False):
+    return RollerCam(LEVER, OscillatingRoller(0.11, 0.09, roller, math.radians(-143)), False, outer)
+
+
+cut = functools.cache(cut_away)
+
+
+def nearest_roller(cam, phi, count=20_000):
+    """The distances of the contour's points from the nearest of many places of the roller's centre."""
+    pitch = cam.pitch(np.arange(count) * (TURN / count))
+    return np.array([np.abs(pitch - c).min() for c in cam.contour(phi)])
+
+
+def inside(arcs, phi, margin=0.0):
+    parts = [np.mod(phi - b + margin, TURN) <= e - b + 2 * margin for b, e in arcs]
+    return np.any(parts, axis=0) if parts else np.zeros(len(phi), bool)
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_a_waist_is_cut_through_by_a_roller_of_its_half_width(clockwise):
+    """There the pitch curve is 0.02 from the centre on both sides: the roller meets itself. Locally it is hollow."""
+    assert largest_roller(waisted(0.0, clockwise=clockwise)).radius == pytest.approx(0.02, rel=1e-9)
+    below, above = cut(waisted(0.01999, clockwise=clockwise)), cut(waisted(0.02001, clockwise=clockwise))
+    assert below.missing == below.elsewhere == ()
+    assert above.undercut == ()
+    assert above.missing == above.elsewhere
+    assert [0.5 * (b + e) for b, e in above.missing] == pytest.approx([PI / 2, 3 * PI / 2], abs=1e-6)
+
+
+def test_radii_of_the_waisted_disc():
+    """By (rho^2 + 2 rho'^2 - rho rho'')/(rho^2 + rho'^2)^(3/2): at the tips 1.8 (1.8 + 3.2)/1.8^3, at the waist
+    0.2 (0.2 - 3.2)/0.2^3, in units of 0.1 m."""
+    found = cut(waisted(0.01))
+    assert found.convex.radius == pytest.approx(0.1 * 1.8**2 / 5.0 - 0.01, rel=1e-9)
+    assert math.remainder(found.convex.phi, PI) == pytest.approx(0, abs=1e-6)
+    assert found.hollow.radius == pytest.approx(0.1 * 0.2**2 / 3.0 + 0.01, rel=1e-9)
+    assert math.remainder(found.hollow.phi - PI / 2, PI) == pytest.approx(0, abs=1e-6)
+
+
+def test_radii_of_the_outer_flank():
+    """There the material bulges where the disc is hollow, and the roller must be smaller than that radius."""
+    assert largest_roller(waisted(0.0, outer=True)).radius == pytest.approx(0.1 * 0.2**2 / 3.0, rel=1e-9)
+    found = cut(waisted(0.001, outer=True))
+    assert (found.undercut, found.missing) == ((), ())
+    assert found.convex.radius == pytest.approx(0.1 * 0.2**2 / 3.0 - 0.001, rel=1e-9)
+    assert found.hollow.radius == pytest.approx(0.1 * 1.8**2 / 5.0 + 0.001, rel=1e-9)
+
+
+@pytest.mark.parametrize("cam", [waisted(0.03), waisted(0.066), waisted(0.01, outer=True), levered(0.064), levered(0.0695)])
+def test_what_is_missing_is_nearer_to_the_roller_elsewhere(cam):
+    """Everywhere, by brute force, but within 0.01 rad of the ends, where the depth is next to nothing."""
+    found, phi, r = cut(cam), np.linspace(0.0003, TURN, 500), cam.follower.roller_radius
+    nearer = nearest_roller(cam, phi) < r * (1 - 1e-6)
+    deep, kept = inside(found.missing, phi, -0.01), ~inside(found.missing, phi, 0.01)
+    assert deep.sum() > 10
+    assert kept.sum() > 10
+    assert nearer[deep].all()
+    assert not nearer[kept].any()
+    assert (cam.undercut(phi)[inside(found.undercut, phi, -1e-9)] <= 0).all()
+    assert (cam.undercut(phi)[~inside(found.undercut, phi, 1e-9)] > 0).all()
+    assert r > found.largest_roller
+
+
+def test_where_it_is_cut_the_contour_meets_itself():
+    """The ends of a fold are one point; and elsewhere the end of one arc is the begin of the other."""
+    (fold,) = cut(levered(0.0695)).missing
+    begin, end = levered(0.0695).contour(np.array(fold))
+    assert end == pytest.approx(begin, abs=1e-9)
+    ends = waisted(0.03).contour(np.array(cut(waisted(0.03)).missing))
+    assert ends[0] == pytest.approx(ends[1, ::-1], abs=1e-9)
+
+
+def test_the_ends_of_an_undercut_arc_are_cusps():
+    """There the contour stands still, and between them it runs backwards."""
+    cam = levered(0.0695)
+    arcs = cut(cam).undercut
+    assert len(arcs) == 1
+    assert np.abs(cam.contour(np.array(arcs[0]), 1)) == pytest.approx([0, 0], abs=1e-12)
+    assert cam.undercut(np.array(arcs[0]).mean()) < 0
+    largest = largest_roller(cam).radius
+    assert largest == pytest.approx(1 / cam.pitch_curvature(np.linspace(0, TURN, 100_001)).max(), rel=1e-8)
+    assert [len(cut(levered(share * largest)).missing) for share in (0.9999, 1.0001)] == [0, 1]
+
+
+@pytest.mark.parametrize(("cam", "key"), [(waisted(0.03), "follower.distance"), (levered(0.0695), "follower.pivot")])
+def test_the_sentence_names_a_roller_that_will_do(cam, key):
+    with pytest.raises(InputError, match="would cut the contour away at a cam angle of") as error:
+        check_roller(cam)
+    assert error.value.where == "follower.roller_radius"
+    assert key in str(error.value)
+    told = float(re.search(r"at most (\S+) m", str(error.value)).group(1))
+    check_roller(replace(cam, follower=replace(cam.follower, roller_radius=told)))
+    with pytest.raises(InputError):
+        check_roller(replace(cam, follower=replace(cam.follower, roller_radius=told * 1.0002)))
+
+
+@pytest.mark.parametrize("cam", [waisted(0.01), waisted(0.001, outer=True)], ids=["inner", "outer"])
+def test_the_largest_wheel_touches_the_whole_contour_and_no_larger_one_does(cam):
+    """By brute force: a wheel at any point of the contour has no other point of it within."""
+    largest = largest_wheel(cam)
+    phi = np.linspace(0, TURN, 361)[:-1]
+    side = -1 if cam.outer else 1
+    for share, fits in ((0.999, True), (1.001, False)):
+        wheel = share * largest.radius
+        centres = cam.contour(phi) + side * wheel * cam.normal(phi)
+        nearest = np.abs(centres[:, None] - cam.contour(GRID)[None, :]).min(axis=1)
+        assert (nearest.min() > wheel * (1 - 1e-6)) is np.bool_(fits)
+    check_wheel(cam, 0.999 * largest.radius)
+    with pytest.raises(InputError, match=r"wheel_radius.* too hollow for it at a cam angle of") as error:
+        check_wheel(cam, 1.001 * largest.radius)
+    check_wheel(cam, float(re.search(r"at most (\S+) m", str(error.value)).group(1)))
+
+
+def test_a_wheel_is_no_larger_than_the_hollow_it_must_reach():
+    assert largest_wheel(waisted(0.01)).radius == pytest.approx(cut(waisted(0.01)).hollow.radius, rel=1e-9)
+    with pytest.raises(InputError, match="roller_radius"):
+        largest_wheel(waisted(0.03))
+
+
+def test_a_flat_face_needs_the_distance_of_the_closed_form():
+    """h + h'' = distance + 0.01 - 0.015 cos 2 phi: 5 mm, both sides, and what the sentence says."""
+    law = Harmonics.of(0.01, [-0.01, 0.005])
+    check_face(FlatFacedCam(law, FlatFaced(0.00500001)))
+    with pytest.raises(InputError, match=r"follower.distance: .* at a cam angle of") as error:
+        check_face(FlatFacedCam(law, FlatFaced(0.0049)))
+    told = float(re.search(r"at least (\S+) m", str(error.value)).group(1))
+    assert told == pytest.approx(0.005, rel=3e-4)
+    check_face(FlatFacedCam(law, FlatFaced(told)))
+
+
+def test_radii_are_lengths():
+    """In another unit of length all radii are as many times larger, and all arcs are the same."""
+    here, there = cut(waisted(0.03)), cut(waisted(0.03, unit=1000.0))
+    assert there.largest_roller == pytest.approx(1000 * here.largest_roller, rel=1e-9)
+    assert there.convex.radius == pytest.approx(1000 * here.convex.radius, rel=1e-9)
+    assert there.hollow.radius == pytest.approx(1000 * here.hollow.radius, rel=1e-6)
+    assert np.array(there.missing) == pytest.approx(np.array(here.missing), abs=1e-8)

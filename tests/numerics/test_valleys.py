@@ -1,0 +1,28 @@
+"""Minima of functions of an angle, and the arcs on which they are negative."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.numerics.valleys import STEP, arcs_below_zero, valleys
+
+TURN, PI = 2 * math.pi, math.pi
+
+
+def test_arcs_below_zero():
+    assert arcs_below_zero(np.cos) == (pytest.approx((PI / 2, 3 * PI / 2), abs=1e-15),)
+    assert arcs_below_zero(lambda x: -np.cos(x)) == (pytest.approx((3 * PI / 2, 5 * PI / 2), abs=1e-14),)
+    assert arcs_below_zero(lambda x: np.cos(x) - 2) == ((0.0, TURN),)
+    assert arcs_below_zero(lambda x: np.cos(x) + 2) == ()
+    centre = 1.0 + 0.4 * STEP
+    ((begin, end),) = arcs_below_zero(lambda x: 1 - np.cos(x - centre) - 1e-8)
+    assert (begin, end) == pytest.approx((centre - math.sqrt(2e-8), centre + math.sqrt(2e-8)), abs=1e-9)
+
+
+def test_valleys_of_functions_with_kinks_and_jumps():
+    at, least = valleys(lambda x: np.abs(np.sin(x - 1.0001)) + 0.3)
+    assert np.sort(at) == pytest.approx([1.0001, 1.0001 + PI], abs=1e-9)
+    assert least == pytest.approx([0.3, 0.3], abs=1e-9)
+    _, least = valleys(lambda x: np.where(np.mod(x, TURN) < 2.00003, -np.mod(x, TURN), 5.0))
+    assert least.min() == pytest.approx(-2.00003, abs=1e-9)
