@@ -13,6 +13,7 @@ from wucht.cams.followers import FlatFaced, OscillatingRoller, TranslatingRoller
 from wucht.cams.undercut import check_face, check_roller, check_wheel, cut_away, largest_roller, largest_wheel
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.valleys import GRID
 
 TURN, PI = 2 * math.pi, math.pi
 LEVER = Harmonics.of(math.radians(12), np.radians([-12.5, 3.5, 0.8]), np.radians([0.7, 0.3]))

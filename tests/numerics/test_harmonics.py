@@ -69,6 +69,17 @@ def test_samples_give_all_harmonics_below_half_their_number(count):
     assert found.sine == pytest.approx(f.sine)
 
 
+@pytest.mark.parametrize("count", [63, 66])
+def test_bounds_of_many_harmonics(count):
+    """On both sides of where the companion matrix gives way to changes of sign."""
+    rng = np.random.default_rng(count)
+    f = Harmonics.of(0.3, rng.normal(size=count), rng.normal(size=count))
+    low, high = f.bounds
+    values = f(np.linspace(0, 2 * math.pi, 100_001))
+    assert 0 <= values.min() - low < 1e-3
+    assert 0 <= high - values.max() < 1e-3
+
+
 def test_extrema_of_a_flat_dwell_are_found_although_its_zeros_are_many_fold():
     """sin^10(x/2): its derivative has a ninefold zero at 0, which a companion matrix scatters."""
     flat = Harmonics.of(252 / 1024, np.array([-420, 240, -90, 20, -2]) / 1024)

@@ -7,6 +7,8 @@ cam angle; on any other the cam for it has the same motion over the angle that t
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +22,8 @@ from wucht.numerics.harmonics import Harmonics, even_angles
 _SAMPLES = 2048  # of a turn: orders up to a quarter of that are free of aliasing for any motion worth making
 _PHASES = (1.0, 5.0)  # degrees by which the speed may be out of phase with the shaft
 _SHARES = (0.9, 1.1)  # times the fluctuation
+_NONE = 1e-9  # of the largest order of the law's acceleration: less is none
+_MOST_ORDERS = _SAMPLES // 8  # of a law: one with more of them is taken to have no end
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,9 +50,9 @@ class MotionOverTime:
     law: Law
     shaft: ShaftMotion
 
-    def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
+    def __call__(self, tau: np.ndarray | float, order: int = 0) -> np.ndarray:
         """The derivative by tau of an order from 0 to 3, at tau of any shape."""
-        angle = [self.shaft.angle(phi, n) for n in range(order + 1)]
+        angle = [self.shaft.angle(tau, n) for n in range(order + 1)]
         return composed(np.stack([self.law(angle[0], n) for n in range(order + 1)]), angle)
 
 
@@ -57,9 +61,41 @@ def orders(law: Law, order: int = 2, samples: int = _SAMPLES) -> Harmonics:
     return Harmonics.sampled(law(even_angles(samples), order))
 
 
-def above(acceleration: Harmonics, count: int) -> float:
-    """The largest order of the acceleration above that of a number, as a share of its first order."""
-    return float(acceleration.amplitudes[count:].max(initial=0.0) / acceleration.amplitudes[0])
+def above(acceleration: Harmonics, count: int, reference: int = 1) -> float:
+    """The largest order of the acceleration above that of a number, as a share of its first order, or of another one."""
+    return float(acceleration.amplitudes[count:].max(initial=0.0) / acceleration.amplitudes[reference - 1])
+
+
+@dataclass(frozen=True, eq=False)
+class Purity:
+    """What is a clean acceleration, and how far another one is from it.
+
+    wanted: the orders of the law's acceleration over omega^2. count: N, that of its harmonics; None where they have no end.
+    reference: the order that shares are of: the first one, or the lowest one that there is.
+    """
+
+    wanted: Harmonics
+    count: int | None
+    reference: int
+
+    @classmethod
+    def of(cls, law: Law, count: int | None = None) -> Purity:
+        """Of a law. count: N, if it is known; else it is looked for. Raises ``InputError`` (law): the output stands still."""
+        wanted = orders(law)
+        there = np.flatnonzero(wanted.amplitudes > _NONE * wanted.amplitudes.max()) + 1
+        if not len(there):
+            raise InputError("law", None, "the output does not move: there is nothing to correct")
+        if count is None and there[-1] <= _MOST_ORDERS:
+            count = int(there[-1])
+        return cls(wanted, count, int(there[0]))
+
+    def share(self, acceleration: Harmonics) -> float:
+        """The largest order above N, as a share of the reference; without an N the largest by which an order is not wanted."""
+        if self.count is not None:
+            return above(acceleration, self.count, self.reference)
+        n = min(acceleration.count, self.wanted.count)
+        off = np.hypot(acceleration.cosine[:n] - self.wanted.cosine[:n], acceleration.sine[:n] - self.wanted.sine[:n])
+        return float(off.max() / acceleration.amplitudes[self.reference - 1])
 
 
 @dataclass(frozen=True)
@@ -70,25 +106,32 @@ class Residual:
     share: float
 
 
-def residuals(law: Law, count: int, shaft: ShaftMotion) -> tuple[Residual, ...]:
+def residuals(law: Law, count: int | None, shaft: ShaftMotion) -> tuple[Residual, ...]:
     """How clean the motion of the corrected cam stays where its shaft turns otherwise than it was made for.
 
-    count: N, the orders of the law. A speed that changes as a whole, all fluctuations with it, changes nothing.
+    count: N, the orders of the law, or None: see ``Purity``. A speed that changes as a whole, all fluctuations with it, changes
+    nothing. What would make the shaft turn back is left out.
     """
+    purity = Purity.of(law, count)
+    return tuple(
+        Residual(what, purity.share(orders(MotionOverTime(cam, actual)))) for what, cam, actual in _otherwise(law, shaft)
+    )
+
+
+def _otherwise(law: Law, shaft: ShaftMotion) -> Iterator[tuple[str, CorrectedLaw, ShaftMotion]]:
+    """What is not as the cam was made for, in words, the cam, and the shaft that turns it."""
     cam = CorrectedLaw(law, shaft)
-
-    def left(what: str, cam: CorrectedLaw, actual: ShaftMotion = shaft) -> Residual:
-        return Residual(what, above(orders(MotionOverTime(cam, actual)), count))
-
-    found = [left("as measured", cam)]
+    yield "as measured", cam, shaft
     for degrees in _PHASES:
         turned = CorrectedLaw(law, shaft, math.radians(degrees))
-        found.append(left(f"the phase of the speed, or the cam on its shaft, off by {degrees:g}°", turned))
-    found += [left(f"{share:.0%} of the fluctuation", cam, shaft.scaled(share)) for share in _SHARES]
+        yield f"the phase of the speed, or the cam on its shaft, off by {degrees:g}°", turned, shaft
+    for share in _SHARES:
+        with suppress(InputError):
+            yield f"{share:.0%} of the fluctuation", cam, shaft.scaled(share)
     for j in (np.flatnonzero(shaft.speed.amplitudes) + 1).tolist():
-        found.append(left(f"order {j} left out of the correction", CorrectedLaw(law, shaft.without(j))))
-    found.append(left("a shaft that turns evenly", cam, shaft.scaled(0.0)))
-    return tuple(found)
+        with suppress(InputError):
+            yield f"order {j} left out of the correction", CorrectedLaw(law, shaft.without(j)), shaft
+    yield "a shaft that turns evenly", cam, shaft.scaled(0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,6 +24,7 @@ Torque = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # speeds (N,) in
 _FEWEST, _MOST = 256, 2048  # collocation points; doubled until the highest orders are rounding
 _TAIL, _ROUNDING = 0.25, 1e-10  # share of the orders that are the highest ones, and of the mean speed
 _MOST_STEPS, _MOST_HALVINGS = 40, 30
+_HIDDEN = 1e-9  # of the mean speed: where no part of a step helps any more
 _SMALL = 1e-12  # of the mean speed: a last step of Newton's method
 _NOTHING = 1e-14  # of the mean speed: the highest orders below are rounding
 
@@ -75,11 +76,10 @@ class CamShaft:
 
         def attempt(count: int) -> Harmonics:
             moved = self.output_inertia * law(even_angles(count), 1) ** 2 / 2
-            speed = self._eigenmotion(moved, law)
-            if self.torque is not None:
-                balance = _PowerBalance(self.inertia, moved, _differentiation(count), self.torque)
-                speed = _newton(balance, speed, self.remedy(law))
-            return Harmonics.sampled(speed)
+            if self.torque is None:
+                return Harmonics.sampled(self._eigenmotion(moved, law))
+            balance = _PowerBalance(self.inertia, moved, _differentiation(count), self.torque)
+            return Harmonics.sampled(_newton(balance, np.full(count, self.mean_speed), self.remedy(law)))
 
         return ShaftMotion(_resolved(attempt).without_rounding(_NOTHING))
 
@@ -88,9 +88,7 @@ class CamShaft:
         lost = 2 * moved / self.inertia
         low, high = float(lost.max()), float(lost.max()) + 2.0
         if np.sqrt(low - lost).mean() >= 1:
-            if self.torque is None:
-                raise RunError(f"without a torque the shaft would come to rest in each turn: {self.remedy(law)}")
-            return np.full(len(moved), self.mean_speed)
+            raise RunError(f"without a torque the shaft would come to rest in each turn: {self.remedy(law)}")
         for _ in range(200):
             x = (low + high) / 2
             low, high = (x, high) if np.sqrt(x - lost).mean() < 1 else (low, x)
@@ -101,9 +99,9 @@ class CamShaft:
         ratio = self.inertia_ratio(law)
         return f"the inertia ratio J1 max psi'^2/J0 is {ratio:.3g}; below 1 there is one: a larger flywheel, a smaller stroke"
 
-    def power_at_constant_speed(self, law: Law) -> np.ndarray:
+    def power_at_constant_speed(self, law: Law, count: int = _MOST) -> np.ndarray:
         """The power in W over tau (evenly spaced) that the output takes from a shaft that turns evenly at the mean speed."""
-        tau = even_angles(_MOST)
+        tau = even_angles(count)
         return np.asarray(self.output_inertia * self.mean_speed**3 * law(tau, 1) * law(tau, 2))
 
     def cut_and_measured(self, law: Law, count: int, cams: int) -> list[float]:
@@ -111,10 +109,15 @@ class CamShaft:
         corrected for the speed measured with it, that corrected for the speed with the second, and so on."""
         left, cam = list[float](), law
         for _ in range(cams):
-            shaft = self.with_cam(cam)
-            left.append(above(orders(MotionOverTime(cam, shaft)), count))
+            share, shaft = self.left_by(cam, count)
+            left.append(share)
             cam = CorrectedLaw(law, shaft)
         return left
+
+    def left_by(self, cam: Law, count: int) -> tuple[float, ShaftMotion]:
+        """What is left above order N = count with a cam, as a share of order 1, and the motion of the shaft with it."""
+        shaft = self.with_cam(cam)
+        return above(orders(MotionOverTime(cam, shaft)), count), shaft
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +157,7 @@ def _newton(balance: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], star
     """Where a balance of positive unknowns is closed: Newton's steps, halved where they do not help."""
     x, (off, jacobian) = start, balance(start)
     for _ in range(_MOST_STEPS):
-        step = -np.linalg.solve(jacobian, off)
+        step = whole = -np.linalg.solve(jacobian, off)
         if np.abs(step).max() <= _SMALL * np.abs(x).max():
             return np.asarray(x + step)
         for _ in range(_MOST_HALVINGS):
@@ -164,7 +167,8 @@ def _newton(balance: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], star
                     break
             step = step / 2
         else:
-            if np.abs(off).max() <= 1e-9 * np.abs(jacobian).max() * np.abs(x).max():
+            # Rounding hides what is left: the whole step tells how far the solution still is.
+            if np.abs(whole).max() <= _HIDDEN * np.abs(x).max():
                 return np.asarray(x)
             break
         x, off, jacobian = x + step, new_off, new_jacobian

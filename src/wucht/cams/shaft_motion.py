@@ -56,6 +56,10 @@ class ShaftMotion:
         cosine, sine = -s.sine / (j * self.mean), s.cosine / (j * self.mean)
         return Harmonics(float(-cosine.sum()), cosine, sine)
 
+    @cached_property
+    def _ahead_bounds(self) -> tuple[float, float]:
+        return self._ahead.bounds
+
     def angle(self, tau: np.ndarray | float, order: int = 0) -> np.ndarray:
         """The derivative of phi by tau of any order, at tau of any shape."""
         more = tau if order == 0 else 1.0 if order == 1 else 0.0
@@ -64,7 +68,7 @@ class ShaftMotion:
     def time(self, phi: np.ndarray | float) -> np.ndarray:
         """tau at cam angles of any shape: by Newton's method, kept between bounds that close in."""
         phi = np.asarray(phi, float)
-        least, most = self._ahead.bounds
+        least, most = self._ahead_bounds
         low, high = phi - most, phi - least
         tau = np.clip(phi - self._ahead(phi), low, high)
         for _ in range(_MOST_STEPS):
@@ -78,10 +82,17 @@ class ShaftMotion:
         return np.asarray(tau)
 
     def time_derivatives(self, phi: np.ndarray | float) -> np.ndarray:
-        """tau and its first three derivatives by phi (4, ...)."""
+        """tau and its first three derivatives by phi (4, ...), not to be written to."""
+        # A contour asks for the derivatives of its law one by one, at the same angles: those last asked for are kept.
+        at, known = self.__dict__.get("_last", (None, None))
+        if known is not None and np.array_equal(at, phi):
+            return np.asarray(known)
         tau = self.time(phi)
         first, second, third = (self.angle(tau, order) for order in (1, 2, 3))
-        return np.stack([tau, 1 / first, -second / first**3, (3 * second**2 - first * third) / first**5])
+        found = np.stack([tau, 1 / first, -second / first**3, (3 * second**2 - first * third) / first**5])
+        found.flags.writeable = False
+        self.__dict__["_last"] = (np.array(phi), found)
+        return found
 
     def scaled(self, by: float) -> ShaftMotion:
         """With a fluctuation so many times as large about the same mean."""

@@ -9,6 +9,9 @@ from typing import Self
 
 import numpy as np
 
+from wucht.numerics.zeros import crossings
+
+_MANY, _DENSE = 64, 16  # harmonics whose companion matrix takes too long; looked at so densely they show their extrema
 _TINY = 1e-280  # no function at all
 _NEGLIGIBLE = 1e-15  # of the largest coefficient: highest harmonics that are rounding only blow up a companion matrix
 
@@ -78,12 +81,14 @@ class Harmonics:
         """Angles in [0, 2 pi), in order, among which are all where the function has an extremum.
 
         The arguments of all roots of z^N f' as a polynomial, from its companion matrix. Roots off the unit circle are kept: a
-        double one is not found on it, and a further point to look at does no harm.
+        double one is not found on it, and a further point to look at does no harm. Of many harmonics the changes of sign of f'.
         """
         slope = self.derivative()
         last = np.flatnonzero(slope.amplitudes > _NEGLIGIBLE * slope.amplitudes.max(initial=_TINY))
         if not len(last):
             return np.zeros(1)
+        if last[-1] >= _MANY:
+            return crossings(slope, np.linspace(0, 2 * math.pi, _DENSE * (int(last[-1]) + 1) + 1))
         half = (slope.cosine - 1j * slope.sine)[: last[-1] + 1] / 2
         roots = np.roots([*half[::-1], 0.0, *half.conj()])
         return np.sort(np.mod(np.angle(roots), 2 * math.pi))
