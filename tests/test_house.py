@@ -101,7 +101,7 @@ def test_a_study_is_one_folder(study: str) -> None:
 
 
 def test_no_two_modules_bear_one_name() -> None:
-    of_every_study = {"spec", "prepare", "run", "dataset", "figure", "report", "__init__"}
+    of_every_study = {"spec", "prepare", "run", "dataset", "figure", "report", "export", "__init__"}
     names = [path.stem for m, path in MODULES.items() if path.stem not in of_every_study and _floor(m) != "cli"]
     assert sorted({n for n in names if names.count(n) > 1}) == []
 

@@ -9,12 +9,14 @@ A ``Machine`` from a file or from ``parts``, a question, an answer:
 'captured-modulated'
 
 Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SynchronousStates``, ``Entrainment``,
-``Approximation``. Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, and ``result.wucht``. Any other ordinary
-differential equation: ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged: ``averaged``,
-``strongly_damped``, ``separated``.
+``Approximation``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``. Results: ``run``,
+``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary differential equation:
+``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``,
+``separated``.
 
 The floors of the house, each of which knows only those before it: ``errors``, ``quantities``, ``piecewise``, ``system``,
-``checking``, ``fields``, ``results``, ``numerics``, ``mechanics``, ``machines``, ``files``, ``analysis``, ``studies``, ``cli``.
+``checking``, ``fields``, ``results``, ``numerics``, ``mechanics``, ``machines``, ``files``, ``analysis``, ``measurements``,
+``cams``, ``studies``, ``cli``.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from wucht.cams.drive import CamDrive as CamDrive
     from wucht.files.catalogue import load_machine as load_machine
     from wucht.machines import parts as parts
     from wucht.machines.machine import Machine as Machine
@@ -33,11 +36,16 @@ if TYPE_CHECKING:
     from wucht.numerics.flow.integrate import integrate as integrate
     from wucht.numerics.orbits import periodic_orbit as periodic_orbit
     from wucht.studies.approximation.spec import Approximation as Approximation
+    from wucht.studies.cam_contour.spec import CamContour as CamContour
+    from wucht.studies.cam_correction.spec import CamCorrection as CamCorrection
+    from wucht.studies.cam_law.spec import CamLaw as CamLaw
+    from wucht.studies.cam_prediction.spec import CamPrediction as CamPrediction
     from wucht.studies.coast_down.spec import CoastDown as CoastDown
     from wucht.studies.entrainment.spec import Entrainment as Entrainment
     from wucht.studies.response.spec import Response as Response
     from wucht.studies.run_up.spec import RunUp as RunUp
     from wucht.studies.runner import draw as draw
+    from wucht.studies.runner import export as export
     from wucht.studies.runner import load as load
     from wucht.studies.runner import report as report
     from wucht.studies.runner import run as run
@@ -52,6 +60,11 @@ __version__ = "0.1.0"
 # SymPy, heyoka and xarray take seconds to import: they are loaded when a name is first used, not with the package.
 _LAZY = {
     "Approximation": "wucht.studies.approximation.spec:Approximation",
+    "CamContour": "wucht.studies.cam_contour.spec:CamContour",
+    "CamCorrection": "wucht.studies.cam_correction.spec:CamCorrection",
+    "CamDrive": "wucht.cams.drive:CamDrive",
+    "CamLaw": "wucht.studies.cam_law.spec:CamLaw",
+    "CamPrediction": "wucht.studies.cam_prediction.spec:CamPrediction",
     "CoastDown": "wucht.studies.coast_down.spec:CoastDown",
     "Entrainment": "wucht.studies.entrainment.spec:Entrainment",
     "Machine": "wucht.machines.machine:Machine",
@@ -64,6 +77,7 @@ _LAZY = {
     "averaged": "wucht.mechanics.averaging:averaged",
     "compile_system": "wucht.numerics.flow.compiled:compile_system",
     "draw": "wucht.studies.runner:draw",
+    "export": "wucht.studies.runner:export",
     "integrate": "wucht.numerics.flow.integrate:integrate",
     "load": "wucht.studies.runner:load",
     "load_machine": "wucht.files.catalogue:load_machine",

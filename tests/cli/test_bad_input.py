@@ -327,7 +327,7 @@ NOT_YET = {
         for k in (
             "speed-curve",
             "orbit-branch", "stability-map", "phase-portrait", "basin", "capture-probability", "optimise-balancer",
-            "load-spectrum", "exciter-design", "cam-law", "cam-contour", "cam-correction", "cam-prediction",
+            "load-spectrum", "exciter-design",
         )
     },
 }  # fmt: skip

@@ -45,13 +45,16 @@ def explorer() -> None:
 
 def _register() -> None:
     from wucht.cli.equations import equations
+    from wucht.cli.export import export
     from wucht.cli.list import list_all
     from wucht.cli.new import new
     from wucht.cli.plot import plot
     from wucht.cli.run import run
 
     app.registered_commands.clear()
-    commands: dict[str, Callable[..., None]] = {"run": run, "list": list_all, "new": new, "equations": equations, "plot": plot}
+    commands: dict[str, Callable[..., None]] = {
+        "run": run, "list": list_all, "new": new, "equations": equations, "plot": plot, "export": export,
+    }  # fmt: skip
     for name, command in (commands | {"app": explorer}).items():
         app.command(name, hidden=command is explorer)(_saying(command))
 

@@ -10,7 +10,10 @@ from wucht.cli.importing import Imports
 
 
 def list_all(import_: Imports = None) -> None:
-    """List parts, drives, models, studies and the catalogue."""
+    """List parts, drives, models, laws and followers of cams, studies and the catalogue."""
+    from wucht.cams.tables.follower import FOLLOWERS
+    from wucht.cams.tables.kinds_of_law import LAWS
+    from wucht.cams.tables.linkage import LINKAGES
     from wucht.files.catalogue import FOLDER, names
     from wucht.files.documents import read_toml
     from wucht.machines.models import models
@@ -18,7 +21,8 @@ def list_all(import_: Imports = None) -> None:
     from wucht.studies.registry import studies
 
     kinds: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
-    kinds |= {"dimensionless machines": models(), "studies": {kind: s.spec for kind, s in studies().items()}}
+    kinds |= {"dimensionless machines": models(), "laws of cams": LAWS, "followers": FOLLOWERS, "linkages": LINKAGES}
+    kinds |= {"studies": {kind: s.spec for kind, s in studies().items()}}
     listed = {title: _first(of_kind) for title, of_kind in kinds.items()}
     listed["catalogue"] = {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}
     for title, entries in listed.items():

@@ -15,7 +15,8 @@ from wucht.files.tables import with_tables
 from wucht.machines.machine import Machine
 
 FOLDER = Path(__file__).parent.parent / "machines" / "catalogue"
-TOP_LEVEL = ("title", "source", "notes", "machine", "study")
+ABOUT = ("title", "source", "notes", "study")
+TOP_LEVEL = (*ABOUT, "machine", "law", "follower", "linkage", "speed", "shaft")
 
 
 def names() -> list[str]:

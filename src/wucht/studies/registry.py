@@ -23,8 +23,7 @@ from wucht.studies.spec import Spec
 GROUP = "wucht.studies"
 NOT_YET = (
     "speed-curve", "orbit-branch", "stability-map", "phase-portrait",
-    "basin", "capture-probability", "optimise-balancer", "load-spectrum", "exciter-design", "cam-law", "cam-contour",
-    "cam-correction", "cam-prediction",
+    "basin", "capture-probability", "optimise-balancer", "load-spectrum", "exciter-design",
 )  # fmt: skip
 
 
@@ -66,6 +65,13 @@ class Study:
     dataset = _part("dataset", "(plan, findings) -> Dataset.")
     figure = _part("figure", "Dataset -> Figure.")
     report = _part("report", "Dataset -> lines of text.")
+
+    @property
+    def exports(self) -> bool:
+        """Whether it has files for others: a module ``export`` with (Dataset, folder) -> lines, one for each file."""
+        return hasattr(self._module("export"), "export")
+
+    export = _part("export", "(Dataset, folder) -> lines of text, one for each file it wrote.")
 
     @property
     def template(self) -> str | None:

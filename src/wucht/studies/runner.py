@@ -237,6 +237,32 @@ def report(result: xr.Dataset) -> list[str]:
     return lines
 
 
+def export(result: xr.Dataset, folder: Path | str) -> list[str]:
+    """Write the files of a result that are for others: of a cam the points to mill, drawings and tables for controllers.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+    folder : path
+        Where they are written; made if it is not there.
+
+    Returns
+    -------
+    list of str
+        A line for each file: its name, and how far what was read back lies from what it stands for.
+
+    Raises
+    ------
+    InputError
+        As ``draw`` does; for a study that has no such files.
+    """
+    study = _study_of_result(result)
+    if not study.exports:
+        raise InputError(study.kind, None, "this study has no files for others; cam-contour has")
+    lines: list[str] = study.export(result, Path(folder))
+    return lines
+
+
 def _study_of_result(result: xr.Dataset) -> Study:
     kind, known = result.attrs.get("study"), studies()
     if kind not in known:

@@ -10,9 +10,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
 
+from wucht.checking import refuse_unknown
 from wucht.errors import InputError
 from wucht.files.building import machine_from
-from wucht.files.catalogue import described_machine
+from wucht.files.catalogue import ABOUT, described_machine
 from wucht.files.documents import Document
 from wucht.machines.machine import Machine
 from wucht.studies.spec import Spec
@@ -46,6 +47,7 @@ class OfMachine:
 
     def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
         """See ``Subject``."""
+        refuse_unknown(document, (*ABOUT, "machine"), "")
         described = described_machine(document, path, name, settings)
         return machine_from(described), {"machine": described}
 

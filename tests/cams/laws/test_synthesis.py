@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
@@ -177,14 +177,9 @@ def test_where_more_than_one_must_give_way_there_is_no_way_out():
 
 
 @settings(max_examples=25, deadline=None)
-@given(
-    st.integers(3, 9),
-    st.floats(0.3, 2.2),
-    st.floats(-3, 3),
-    st.floats(0.01, 100),
-)
+@given(st.integers(3, 8), st.floats(1.2, 2.2), st.floats(-3, 3), st.floats(0.01, 100))
 def test_turning_and_scaling_the_task_turns_and_scales_the_motion(count, half, turned, scale):
-    assume(abs(math.cos(half)) < 0.95)
+    """Where the ripple is far above rounding."""
     asked = [dwell(half), TOP]
     other = [Band(b.name, b.order, b.begin + turned, b.end + turned, scale * b.low, scale * b.high, b.widened) for b in asked]
     found, moved = synthesise(count, asked), synthesise(count, other)

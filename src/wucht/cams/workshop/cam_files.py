@@ -1,0 +1,161 @@
+"""All the files of a cam for the workshop, each read back and compared with the cam: lists, a drawing, tables of the law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from wucht.cams.cam import FlatFacedCam, RollerCam
+from wucht.cams.laws.law import Law
+from wucht.cams.milled import MilledCam
+from wucht.cams.workshop.closed_curve import ClosedCurve, distances
+from wucht.cams.workshop.dxf import read_back, write_dxf
+from wucht.cams.workshop.lists import Separator, read_list, write_list
+from wucht.cams.workshop.plc import Interpolation, Unit, cam_table, largest_deviation
+from wucht.cams.workshop.plc_files import Form, read_cam_table, write_cam_table
+from wucht.cams.workshop.points import PointList, chord_points
+from wucht.errors import RunError
+from wucht.numerics.harmonics import even_angles
+from wucht.numerics.valleys import valleys
+
+_BETWEEN = 16  # parts of each chord at which a list is compared with its curve
+_ANGLES = 720  # at which the motion that milled points make is compared with the law
+_EXACT = 1e-6  # of an allowed deviation: arithmetic
+_SUFFIX = {Form.CSV: ".csv", Form.TWINCAT: ".TcGVL.txt", Form.CODESYS: ".codesys.txt", Form.CODESYS_ASCII: ".ascii.txt"}
+COLUMNS = ("phi", "x", "y", "nx", "ny")
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A curve of a cam, contour or pitch curve, as the workshop takes it."""
+
+    curve: Callable[[np.ndarray, int], np.ndarray]
+
+    def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """See ``ClosedCurve``."""
+        return self.curve(np.asarray(phi, float), order)
+
+
+@dataclass(frozen=True)
+class WorkshopFile:
+    """A file that was written and read again.
+
+    what: it holds. count: of points or rows; of a drawing of all lines. deviation: how far what was read lies at most from what
+    it stands for: chords and splines from their curve in m, an interpolated table from its law in m or rad (``unit``).
+    allowed: what it may be. motion: of a contour's list, by how much a follower on a smooth spline through what was read leaves
+    its law, in the unit of the law; large where gaps between the points are so uneven that a spline swings. None of others.
+    """
+
+    path: Path
+    what: str
+    count: int
+    deviation: float
+    allowed: float
+    unit: str = "m"
+    motion: float | None = None
+
+
+def write_cam_files(
+    folder: Path,
+    name: str,
+    cam: RollerCam | FlatFacedCam,
+    points: PointList,
+    tolerance: float,
+    decimals: int,
+    *,
+    spacing: float = math.inf,
+    separator: Separator = Separator.BLANK,
+    drawing: bool | None = None,
+) -> list[WorkshopFile]:
+    """NAME.txt with the contour's points, NAME-pitch.txt with those of the roller's centre, and NAME.dxf.
+
+    points: of the contour, which keep the chord tolerance in m; those of the roller's centre are found with it, none farther
+    apart than spacing in m. decimals: of their coordinates in mm. drawing: whether there is
+    a DXF file; None: where the extra [cad] is installed. Raises ``RunError`` where a file cannot be written, or does not hold
+    what was to be in it, and ``InputError`` as its parts do.
+    """
+    contour = Outline(cam.contour)
+    listed = [_list(folder / f"{name}.txt", f"contour of the {name}", contour, points, tolerance, decimals, separator, cam)]
+    pitch = None
+    if isinstance(cam, RollerCam) and not cam.outer:
+        pitch = Outline(cam.pitch)
+        on_pitch = chord_points(pitch, tolerance, spacing)
+        what = f"pitch curve of the {name}, roller radius {1e3 * cam.follower.roller_radius:.12g} mm"
+        listed.append(_list(folder / f"{name}-pitch.txt", what, pitch, on_pitch, tolerance, decimals, separator, None))
+    if drawing or (drawing is None and find_spec("ezdxf") is not None):
+        roller = cam.follower.roller_radius if isinstance(cam, RollerCam) and pitch is not None else None
+        base = float(valleys(lambda phi: np.abs(cam.contour(phi)))[1].min())
+        path = folder / f"{name}.dxf"
+        write_dxf(path, contour, tolerance, pitch, base, roller)
+        found = read_back(path, contour, pitch)
+        worst = max(one.deviation for one in found)
+        listed.append(_kept(WorkshopFile(path, f"drawing of the {name}", sum(d.count for d in found), worst, tolerance)))
+    return listed
+
+
+def _list(
+    path: Path,
+    what: str,
+    curve: ClosedCurve,
+    points: PointList,
+    tolerance: float,
+    decimals: int,
+    separator: Separator,
+    cam: RollerCam | FlatFacedCam | None,
+) -> WorkshopFile:
+    write_list(path, points, what, COLUMNS, separator, decimals, tolerance)
+    read = read_list(path)
+    shares = np.arange(_BETWEEN) / _BETWEEN
+    chords = read.position[:, None] + (np.roll(read.position, -1) - read.position)[:, None] * shares
+    deviation = float(distances(curve, chords.ravel()).max())
+    rounded = 1e-3 * 10.0**-decimals / math.sqrt(2)
+    motion = None if cam is None else _motion(cam, read.position)
+    return _kept(WorkshopFile(path, what, len(read.position), deviation, tolerance + rounded, motion=motion))
+
+
+def _motion(cam: RollerCam | FlatFacedCam, position: np.ndarray) -> float:
+    """By how much a follower on a spline through the points leaves the law; infinite where it does not touch it nearby."""
+    phi = even_angles(_ANGLES)
+    wanted = cam.law(phi)
+    try:
+        found = MilledCam(position, cam.follower, cam.clockwise).motion(phi, wanted)
+    except RunError:
+        return math.inf
+    return float(np.abs(found - wanted).max())
+
+
+def write_law_files(
+    folder: Path,
+    law: Law,
+    unit: str,
+    tolerance: float,
+    *,
+    name: str = "Cam",
+    forms: Iterable[Form] = (Form.CSV, Form.TWINCAT, Form.CODESYS),
+    decimals: int = 6,
+) -> list[WorkshopFile]:
+    """The law as cam tables of controllers, for an electronic cam that makes the same motion.
+
+    unit: of the law, rad or m; tolerance: in it. decimals: of the slave in deg or mm. Raises as ``write_cam_files``.
+    """
+    slave, written = Unit.DEGREE if unit == "rad" else Unit.MILLIMETRE, list[WorkshopFile]()
+    for form in forms:
+        between = Interpolation.LINEAR if form is Form.CODESYS_ASCII else Interpolation.QUINTIC
+        path = folder / f"law{_SUFFIX[form]}"
+        write_cam_table(path, cam_table(law, slave, tolerance, between, decimals), form, name)
+        read = read_cam_table(path, form, slave)
+        what = f"cam table ({form.value}, {between.name.lower()} interpolation)"
+        written.append(_kept(WorkshopFile(path, what, len(read.phi), largest_deviation(read, law), tolerance, unit)))
+    return written
+
+
+def _kept(file: WorkshopFile) -> WorkshopFile:
+    if file.deviation > file.allowed * (1 + _EXACT) + 1e-15:
+        held = f"it lies {file.deviation:.4g} {file.unit} from what it stands for, {file.allowed:.4g} {file.unit} are allowed"
+        raise RunError(f"{file.path} was written, but read again {held}")
+    return file

@@ -1,0 +1,158 @@
+"""The contact of the study: its load and its speed in SI, and what the contours and the camshaft bear."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.cams.conjugate import ConjugateCams
+from wucht.cams.contact import FollowerLoad, Material, Speed, conjugate_forces, contact_forces, contact_pressure
+from wucht.cams.drive import CamDrive
+from wucht.cams.shaft_motion import ShaftMotion
+from wucht.checking import read_quantity
+from wucht.errors import InputError
+from wucht.numerics.valleys import GRID, Arc
+from wucht.quantities import Unit
+from wucht.studies.cam_contour.shapes import AnyCam
+from wucht.studies.cam_contour.spec import CamContour, Contact
+
+_UNITS = {
+    "rad": {"preload": "N m", "stiffness": "N m/rad", "damping": "N m s/rad", "constant": "N m"},
+    "m": {"preload": "N", "stiffness": "N/m", "damping": "N s/m", "constant": "N"},
+}
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedOverAngle:
+    """The speed in rad/s of a shaft that does not turn evenly, over its angle, and the derivative of that."""
+
+    turning: ShaftMotion
+
+    def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """Of order 0 or 1, at cam angles of any shape."""
+        tau = self.turning.time(phi)
+        first = self.turning.angle(tau, 1)
+        return np.asarray(self.turning.mean * (self.turning.angle(tau, 2) / first if order else first))
+
+
+@dataclass(frozen=True, eq=False)
+class ContactLoad:
+    """load: on the follower. speed: in rad/s. mean_speed: of it. share: see ``Contact``. width: in m, or None."""
+
+    load: FollowerLoad
+    speed: Speed
+    mean_speed: float
+    share: float
+    width: float | None
+    materials: tuple[Material, Material]
+
+
+@dataclass(frozen=True, eq=False)
+class Pressed:
+    """Of the cams by name over cam angles phi (N,) in rad: force (N,) in N, none negative, and pressure (N,) in Pa.
+
+    torque (N,): that the camshaft must be given, in N m. off: arcs without contact, (begin, end) in rad. least_preload: from
+    which on there are none, in N m or N.
+    """
+
+    phi: np.ndarray
+    force: Mapping[str, np.ndarray]
+    pressure: Mapping[str, np.ndarray]
+    torque: np.ndarray
+    off: Mapping[str, tuple[Arc, ...]]
+    least_preload: float
+
+
+def contact_load(spec: CamContour, drive: CamDrive, unit: str) -> ContactLoad | None:
+    """From the question. unit: of the follower's motion, rad or m. Raises ``InputError`` (study.contact..., study.speed)."""
+    asked = spec.contact
+    if asked is None:
+        return None
+    given, other = ("inertia", "mass") if unit == "rad" else ("mass", "inertia")
+    if getattr(asked, other) is not None:
+        turns = "turns: give its inertia in kg m^2" if unit == "rad" else "slides: give its mass in kg"
+        raise InputError(f"study.contact.{other}", getattr(asked, other), f"the follower {turns}")
+    inertia = getattr(asked, given)
+    if inertia is None:
+        needed = "moment of inertia in kg m^2 about its pivot" if unit == "rad" else "mass in kg"
+        raise InputError(f"study.contact.{given}", None, f"this key is missing; needed is the follower's {needed}")
+    quantities = {
+        key: read_quantity(Unit(si, key), getattr(asked, key), f"study.contact.{key}") for key, si in _UNITS[unit].items()
+    }
+    try:
+        load = FollowerLoad(inertia, **quantities)
+    except InputError as error:
+        raise error.within("study.contact") from None
+    return ContactLoad(load, *_speed(spec, drive), asked.share, asked.width, _materials(asked))
+
+
+def _speed(spec: CamContour, drive: CamDrive) -> tuple[Speed, float]:
+    if spec.speed is not None:
+        return spec.speed, spec.speed
+    if drive.speed is None:
+        allowed = "the contact force needs the speed of the camshaft: speed = '500 rpm', or a table [speed]"
+        raise InputError("study.speed", None, allowed)
+    return SpeedOverAngle(drive.turning), drive.turning.mean
+
+
+def _materials(asked: Contact) -> tuple[Material, Material]:
+    roller_modulus = asked.modulus if asked.roller_modulus is None else asked.roller_modulus
+    roller_poisson = asked.poisson if asked.roller_poisson is None else asked.roller_poisson
+    return Material(asked.modulus, asked.poisson), Material(roller_modulus, roller_poisson)
+
+
+def pressed(contact: ContactLoad, cams: Mapping[str, AnyCam], phi: np.ndarray) -> Pressed:
+    """At cam angles (N,). Raises ``InputError`` (study.contact.preload, follower)."""
+    forces = _of_pair(contact, cams, phi) or _of_groove(contact, cams, phi) or _of_one(contact, cams, phi)
+    force, torque, off, least_preload = forces
+    pressure = dict[str, np.ndarray]()
+    if contact.width is not None:
+        for name, cam in cams.items():
+            pressure[name] = contact_pressure(cam, force[name], phi, contact.width, contact.materials)
+    return Pressed(phi, force, pressure, torque, off, least_preload)
+
+
+_Forces = tuple[dict[str, np.ndarray], np.ndarray, dict[str, tuple[Arc, ...]], float]
+
+
+def _of_one(contact: ContactLoad, cams: Mapping[str, AnyCam], phi: np.ndarray) -> _Forces:
+    found = contact_forces(cams["cam"], contact.load, contact.speed, phi)
+    return {"cam": np.maximum(found.force, 0.0)}, found.torque, {"cam": found.lift_off}, found.least_preload
+
+
+def _of_groove(contact: ContactLoad, cams: Mapping[str, AnyCam], phi: np.ndarray) -> _Forces | None:
+    """What the inner flank cannot do, being only able to press, the outer one does."""
+    if "outer" not in cams:
+        return None
+    found = contact_forces(cams["cam"], contact.load, contact.speed, phi)
+    force = {"cam": np.maximum(found.force, 0.0), "outer": np.maximum(-found.force, 0.0)}
+    return force, found.torque, {"cam": found.lift_off, "outer": _between(found.lift_off)}, found.least_preload
+
+
+def _between(arcs: tuple[Arc, ...]) -> tuple[Arc, ...]:
+    """The rest of the turn."""
+    turn = 2 * np.pi
+    if not arcs:
+        return ((0.0, turn),)
+    nexts = [begin for begin, _ in arcs[1:]] + [arcs[0][0] + turn]
+    gaps = [(end % turn, end % turn + after - end) for (_, end), after in zip(arcs, nexts, strict=True)]
+    return tuple((float(begin), float(end)) for begin, end in gaps if end > begin)
+
+
+def _of_pair(contact: ContactLoad, cams: Mapping[str, AnyCam], phi: np.ndarray) -> _Forces | None:
+    if "counter" not in cams:
+        return None
+    pair = ConjugateCams(cams["cam"], cams["counter"])  # type: ignore[arg-type]  # a counter cam has a roller, and its cam too
+    try:
+        found = conjugate_forces(pair, contact.load, contact.speed, phi, contact.share)
+    except InputError as error:
+        raise error.within("study.contact") if error.where == "preload" else error from None
+    force = {"cam": found.cam, "counter": found.counter}
+    return force, found.torque, {"cam": found.cam_off, "counter": found.counter_off}, found.least_preload
+
+
+def largest_pressed(contact: ContactLoad, cams: Mapping[str, AnyCam]) -> Pressed:
+    """The same at angles that are dense enough for the largest values."""
+    return pressed(contact, cams, GRID)

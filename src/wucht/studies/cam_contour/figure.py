@@ -1,0 +1,147 @@
+"""The figure of a cam's contour: the cam to scale with its follower, and below it what it is judged by over the cam angle."""
+
+from __future__ import annotations
+
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.results import style
+from wucht.results.conventions import summary_of
+from wucht.results.style import COLOURS, GREY
+from wucht.studies.cam_contour.figure_of_cam import draw_cam
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_ROW, _CAM_ROWS, _MARGINS = 2.1, 2, 1.7  # inches, rows
+_CLIPPED = 2.5  # of the largest distance from the centre: larger radii of curvature are not drawn
+_COMMON = {"rad": 45, "m": 30}  # degrees
+_LINE_OF_TEXT = 95  # letters that fit on the page
+_LINE = {"cam": 0, "counter": 1, "outer": 2}
+_NAMED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """The cam above; below it two panels a row: radius of curvature, pressure angle, and what else there is to show."""
+    panels = [_radius, _motion if summary_of(result)["follower"] == "flat-faced" else _pressure_angle]
+    if np.isfinite(result.transmission_angle.values).any():
+        panels.append(_transmission)
+    if np.isfinite(result.contact_force.values).any():
+        panels.append(_force)
+    if np.isfinite(result.contact_pressure.values).any():
+        panels.append(_pressure)
+    if len(panels) % 2:
+        panels.append(_torque if _motion in panels else _motion)
+    rows = _CAM_ROWS + len(panels) // 2
+    heading = "\n".join(wrap(result.attrs["sentence"], _LINE_OF_TEXT))
+    drawn, axes = style.new_grid(rows, 2, _ROW * rows + _MARGINS, result.attrs["title"], heading)
+    whole: Any = axes[0].get_gridspec()
+    for axis in axes[: 2 * _CAM_ROWS]:
+        axis.remove()
+    above = drawn.add_subplot(whole[:_CAM_ROWS, :])
+    draw_cam(above, result)
+    for panel, axis in zip(panels, axes[2 * _CAM_ROWS :], strict=True):
+        panel(axis, result)
+        axis.set_xlim(0, 360)
+        axis.set_xticks(np.arange(0, 361, 60))
+        axis.set_xlabel("cam angle (°)")
+    _legend(drawn, [above, *axes[2 * _CAM_ROWS :]])
+    return drawn
+
+
+def _legend(drawn: Figure, axes: list[Axes]) -> None:
+    """One for all, each name once."""
+    named: dict[str, Any] = {}
+    for axis in axes:
+        for handle, name in zip(*axis.get_legend_handles_labels(), strict=True):
+            named.setdefault(name, handle)
+    drawn.legend(handles=list(named.values()), labels=list(named), loc="lower center", ncols=4, frameon=False, fontsize=8)
+
+
+def _lines(axis: Axes, result: xr.Dataset, values: np.ndarray) -> None:
+    """Of each cam a line, with its name where there are several."""
+    phi = np.degrees(result.cam_angle.values)
+    for name, row in zip(map(str, result.cam.values), values, strict=True):
+        if np.isfinite(row).any():
+            axis.plot(phi, row, label=_NAMED[name] if len(values) > 1 else None, **style.line_style(_LINE[name]))
+
+
+def _limit(axis: Axes, value: float, name: str, colour: str = COLOURS[3]) -> None:
+    if np.isfinite(value):
+        axis.axhline(value, color=colour, linestyle=":", linewidth=1.2, label=name)
+
+
+def _radius(axis: Axes, result: xr.Dataset) -> None:
+    """Of curvature of the contour; none is drawn where it is nearly straight."""
+    widest = _CLIPPED * 1e3 * float(np.hypot(result.contour_x.values, result.contour_y.values).max())
+    with np.errstate(divide="ignore"):
+        radius = 1e3 / result.curvature.values
+    shown = np.where(np.abs(radius) <= widest, radius, np.nan)
+    _lines(axis, result, shown)
+    _limit(axis, 1e3 * float(result.permitted_radius), "permitted")
+    _limit(axis, -1e3 * float(result.wheel_radius), "grinding wheel", COLOURS[5])
+    axis.axhline(0, color=GREY, linewidth=0.8)
+    low = min(0.0, float(np.nanmin(shown, initial=0.0)), -1e3 * float(np.nan_to_num(result.wheel_radius)))
+    high = float(np.nanmax(shown, initial=0.05 * widest))
+    axis.set_ylim(1.1 * low - 0.03 * widest, 1.1 * high)
+    axis.set_ylabel("radius of curvature (mm)")
+    if low < 0:
+        axis.text(355, low, "hollow", ha="right", va="bottom", fontsize=8, color=GREY)
+
+
+def _pressure_angle(axis: Axes, result: xr.Dataset) -> None:
+    angles = np.degrees(result.pressure_angle.values)
+    _lines(axis, result, np.where(result.cam.values[:, None] == "outer", np.nan, angles))  # one roller has one
+    permitted = np.degrees(float(result.permitted_pressure_angle))
+    limit, name = (
+        (permitted, "permitted") if np.isfinite(permitted) else (_COMMON[result.follower.attrs["units"]], "common limit")
+    )
+    for sign in (1, -1):
+        _limit(axis, sign * limit, name)
+    axis.set_ylabel("pressure angle (°)")
+
+
+def _transmission(axis: Axes, result: xr.Dataset) -> None:
+    axis.plot(np.degrees(result.cam_angle.values), np.degrees(result.transmission_angle.values), **style.line_style(4))
+    axis.set_ylim(0, 92)
+    axis.set_ylabel("transmission angle (°)")
+
+
+def _force(axis: Axes, result: xr.Dataset) -> None:
+    _lines(axis, result, result.contact_force.values)
+    for i in np.flatnonzero(result.arc_of.values == "lift-off").tolist():
+        if "outer" not in result.cam.values:
+            _arc(axis, float(result.arc_begin[i]), float(result.arc_end[i]))
+    axis.set_ylim(bottom=0)
+    axis.set_ylabel(style.label(result, "contact_force"))
+
+
+def _arc(axis: Axes, begin: float, end: float) -> None:
+    """A band over an arc of the cam angle, and where it comes again a turn earlier."""
+    for turn in (0.0, -360.0):
+        low, high = np.clip(np.degrees([begin, end]) + turn, 0, 360)
+        if high > low:
+            axis.axvspan(low, high, color=COLOURS[1], alpha=0.15, linewidth=0, label="lifts off")
+
+
+def _torque(axis: Axes, result: xr.Dataset) -> None:
+    axis.plot(np.degrees(result.cam_angle.values), result.camshaft_torque.values, **style.line_style(4))
+    axis.set_ylabel(style.label(result, "camshaft_torque"))
+
+
+def _pressure(axis: Axes, result: xr.Dataset) -> None:
+    _lines(axis, result, 1e-6 * result.contact_pressure.values)
+    _limit(axis, 1e-6 * float(result.permitted_contact_pressure), "permitted")
+    axis.set_ylim(bottom=0)
+    axis.set_ylabel("contact pressure (MPa)")
+
+
+def _motion(axis: Axes, result: xr.Dataset) -> None:
+    turns = result.follower.attrs["units"] == "rad"
+    motion = np.degrees(result.follower.values) if turns else 1e3 * result.follower.values
+    axis.plot(np.degrees(result.cam_angle.values), motion, **style.line_style(4))
+    axis.set_ylabel(f"motion of the {'lever (°)' if turns else 'follower (mm)'}")

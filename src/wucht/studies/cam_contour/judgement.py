@@ -1,0 +1,109 @@
+"""Whether a cam can be cut, and does what is permitted, in a label and a sentence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+from wucht.numerics.valleys import Arc
+from wucht.studies.cam_contour.prepare import Plan
+from wucht.studies.cam_contour.run import Findings
+from wucht.studies.cam_contour.shapes import Extreme, Shape
+
+_REACHED = 1e-6  # of a limit: beyond it by less is at it, where a smallest cam is
+_MOST_ARCS = 3
+_COMMON = {"rad": ("lever", math.radians(45)), "m": ("rod", math.radians(30))}
+
+
+def judged(plan: Plan, findings: Findings) -> tuple[str, str]:
+    """The label (``cuttable``, ``undercut``, ``not-permitted``, ``lifts-off``) and the sentence."""
+    if not plan.whole:
+        return "undercut", f"undercut: {'; '.join(_cut(plan))}"
+    broken, off = list(_broken(plan, findings)), list(_off(plan, findings))
+    if broken:
+        return "not-permitted", "; ".join([f"cuttable, but not as permitted: {', '.join(broken)}", *off])
+    said = [f"cuttable: {_radius(plan)}"]
+    if any(s.pressure_angle.value > 0 for s in plan.shapes.values()):
+        angle = largest_pressure_angle(plan.shapes.values())
+        said[0] += f", pressure angle at most {_degrees(angle.value)} at {_degrees(angle.phi)}"
+    return ("lifts-off" if off else "cuttable"), "; ".join([*said, *off])
+
+
+def beyond_common(plan: Plan) -> list[str]:
+    """A warning where a pressure angle is larger than is common, and nobody has permitted it."""
+    permitted = plan.spec.permitted
+    if permitted is not None and permitted.pressure_angle is not None:
+        return []
+    guide, common = _COMMON[plan.unit]
+    angle = largest_pressure_angle(plan.shapes.values())
+    if angle.value <= common:
+        return []
+    reached = f"the pressure angle reaches {_degrees(angle.value)} at {_degrees(angle.phi)}"
+    return [f"{reached}; with a {guide} at most {_degrees(common)} is common (study.permitted finds the smallest cam for it)"]
+
+
+def largest_pressure_angle(shapes: Iterable[Shape]) -> Extreme:
+    """Of all cams."""
+    return max((s.pressure_angle for s in shapes), key=lambda extreme: extreme.value)
+
+
+def _radius(plan: Plan) -> str:
+    convex = [s.convex for s in plan.shapes.values() if s.convex is not None]
+    if not convex:
+        return "the contour is nowhere convex"
+    least = min(convex, key=lambda radius: radius.radius)
+    return f"least convex radius {_millimetres(least.radius)} at {_degrees(least.phi)}"
+
+
+def _cut(plan: Plan) -> Iterator[str]:
+    for name, shape in plan.shapes.items():
+        if shape.missing or shape.undercut:
+            what = "the face" if shape.largest_roller is None else "the roller"
+            yield f"{what} cuts the {_called(name)} away {_arcs(shape.missing or shape.undercut)}"
+
+
+def _broken(plan: Plan, findings: Findings) -> Iterator[str]:
+    permitted = plan.spec.permitted
+    if permitted is None:
+        return
+    angle = largest_pressure_angle(plan.shapes.values())
+    if permitted.pressure_angle is not None and angle.value > permitted.pressure_angle * (1 + _REACHED):
+        reached = f"pressure angle {_degrees(angle.value)} at {_degrees(angle.phi)}"
+        yield f"{reached} (permitted {_degrees(permitted.pressure_angle)})"
+    convex = [s.convex.radius for s in plan.shapes.values() if s.convex is not None]
+    if permitted.least_radius is not None and convex and min(convex) < permitted.least_radius * (1 - _REACHED):
+        yield f"least radius {_millimetres(min(convex))} (permitted {_millimetres(permitted.least_radius)})"
+    if permitted.contact_pressure is not None and findings.largest is not None:
+        largest = max(float(pressure.max()) for pressure in findings.largest.pressure.values())
+        if largest > permitted.contact_pressure:
+            yield f"contact pressure {largest / 1e6:.4g} MPa (permitted {permitted.contact_pressure / 1e6:.4g} MPa)"
+
+
+def _off(plan: Plan, findings: Findings) -> Iterator[str]:
+    """Where a roller leaves its cam; in a groove it goes over to the other flank."""
+    if findings.largest is None or "outer" in plan.cams:
+        return
+    for name, arcs in findings.largest.off.items():
+        if arcs:
+            what = "face" if plan.shapes[name].largest_roller is None else "roller"
+            of = "" if len(plan.cams) == 1 else f" of the {_called(name)}"
+            unit = "N m" if plan.unit == "rad" else "N"
+            yield f"the {what}{of} lifts off {_arcs(arcs)} (a preload of {findings.largest.least_preload:.4g} {unit} holds it)"
+
+
+def _called(name: str) -> str:
+    return {"counter": "counter cam", "outer": "outer flank"}.get(name, name)
+
+
+def _arcs(arcs: tuple[Arc, ...]) -> str:
+    shown = " and ".join(f"from {_degrees(begin)} to {_degrees(end)}" for begin, end in arcs[:_MOST_ARCS])
+    return shown + (f" and on {len(arcs) - _MOST_ARCS} more arcs" if len(arcs) > _MOST_ARCS else "")
+
+
+def _degrees(angle: float) -> str:
+    turns = math.degrees(angle)
+    return f"{turns if turns <= 360 else turns - 360:.4g}°"
+
+
+def _millimetres(length: float) -> str:
+    return f"{1e3 * length:.4g} mm"

@@ -1,0 +1,86 @@
+"""The question of a cam's contour."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from wucht.errors import InputError
+from wucht.fields import Described, si
+from wucht.studies.spec import Quantity, Spec, TrueOrFalse, Whole
+
+_LARGEST_ANGLE = math.radians(89)
+
+
+class Contact(Described):
+    """What moves with the follower and presses it on the cam; of a lever about its pivot, of a rod along it.
+
+    inertia (kg m^2) of a lever, or mass (kg) of a rod. preload (N m or N): with which a spring presses the roller on the cam
+    where the law is zero; of two cams with which they squeeze the lever. stiffness (N m/rad or N/m): of this spring. damping
+    (N m s/rad or N s/m). constant (N m or N): against the sense in which the law rises, as a weight.
+    share: of two cams, how much of the driving torque the cam takes up as more, the rest the counter cam as less.
+    width: of the contact; with it the Hertzian pressure is found. modulus, poisson: of the cam; roller_modulus, roller_poisson:
+    of the roller or face, where they differ.
+    """
+
+    inertia: float | None = si("kg m^2", "moment of inertia of the follower", default=None, ge=0)
+    mass: float | None = si("kg", "mass of the follower", default=None, ge=0)
+    preload: Quantity = Field(0.0, description="preload")
+    stiffness: Quantity = Field(0.0, description="stiffness of the spring")
+    damping: Quantity = Field(0.0, description="damping")
+    constant: Quantity = Field(0.0, description="constant load")
+    share: float = si("", "share of the cam in the driving torque", default=0.5, ge=0, le=1)
+    width: float | None = si("m", "width of the contact", default=None, gt=0)
+    modulus: float = si("Pa", "Young's modulus of the cam", default=210e9, gt=0)
+    poisson: float = si("", "Poisson's ratio of the cam", default=0.3, gt=-1, le=0.5)
+    roller_modulus: float | None = si("Pa", "Young's modulus of the roller", default=None, gt=0)
+    roller_poisson: float | None = si("", "Poisson's ratio of the roller", default=None, gt=-1, le=0.5)
+
+
+class Permitted(Described):
+    """What the cam is judged by. pressure_angle; least_radius: of curvature where the contour is convex; contact_pressure.
+
+    With a pressure angle (for a flat face: with a least radius) the smallest cam is found besides that keeps them.
+    """
+
+    pressure_angle: float | None = si("rad", "largest pressure angle", default=None, gt=0, le=_LARGEST_ANGLE)
+    least_radius: float | None = si("m", "least radius of curvature", default=None, ge=0)
+    contact_pressure: float | None = si("Pa", "largest contact pressure", default=None, gt=0)
+
+
+class CamContour(Spec):
+    """The contour of a cam that gives its follower the motion law: to be judged, and to be milled.
+
+    points: cam angles, evenly spaced over a turn, at which it is given. chord_tolerance: by how much the chords between the
+    points to mill leave the contour at most; it says how many points there are. spacing: the longest chord: where the
+    contour is nearly straight wide gaps beside narrow ones would spoil a spline through the points. decimals: of their
+    coordinates in mm. wheel_radius: of the grinding wheel or cutter, which must reach the hollow parts.
+    speed: of the camshaft, for the contact; without it the speed of the table [speed]. contact: what presses, without it
+    nothing is said about forces. permitted: what the cam is judged by. smallest: which is made small when the smallest cam is
+    sought, the base circle ("base") or the largest radius ("blank"). allow_undercut: show a contour that the roller cuts away
+    instead of refusing it. corrected: the cam that makes the law over time, on the shaft of the table [speed].
+    """
+
+    kind: ClassVar[str] = "cam-contour"
+    subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
+
+    points: Whole = Field(720, ge=16, le=1_000_000, description="number of cam angles")
+    chord_tolerance: float = si("m", "chord tolerance", default=1e-6, gt=0)
+    spacing: float = si("m", "longest distance of points to mill", default=1e-3, gt=0)
+    decimals: Whole = Field(5, ge=0, le=12, description="number of decimals in mm")
+    wheel_radius: float | None = si("m", "radius of the grinding wheel", default=None, gt=0)
+    speed: float | None = si("rad/s", "speed of the camshaft", default=None, gt=0)
+    contact: Contact | None = None
+    permitted: Permitted | None = None
+    smallest: Literal["base", "blank"] = "base"
+    allow_undercut: TrueOrFalse = False
+    corrected: TrueOrFalse = False
+
+    def check(self) -> None:
+        """See ``Spec``."""
+        pressure = None if self.permitted is None else self.permitted.contact_pressure
+        if pressure is not None and (self.contact is None or self.contact.width is None):
+            allowed = "the contact pressure needs study.contact with the width of the contact"
+            raise InputError("study.permitted.contact_pressure", None, allowed)

@@ -1,0 +1,58 @@
+"""The cam drive as the subject of studies: the tables [law], [follower], [linkage], [speed] and [shaft] of a study file."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from wucht.cams.drive import TABLES, CamDrive, drive_from
+from wucht.checking import refuse_unknown
+from wucht.errors import InputError, nearest
+from wucht.files.catalogue import ABOUT
+from wucht.files.documents import Document
+from wucht.studies.subjects import Description
+
+
+class OfCamDrive:
+    """The cam drive of a study file."""
+
+    def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[CamDrive, Document]:
+        """See ``Subject``."""
+        refuse_unknown(document, (*ABOUT, *TABLES), "")
+        described = {key: copy.deepcopy(document[key]) for key in TABLES if key in document}
+        for key, value in settings.items():
+            _set(described, key, value)
+        return drive_from(described, document.get("title", path.stem), path.parent), described
+
+    def describe(self, subject: Any) -> Description:
+        """See ``Subject``."""
+        if not isinstance(subject, CamDrive):
+            raise InputError("cam drive", subject, "this study is asked of a cam drive: wucht.CamDrive")
+        return Description(subject.title, False, subject.facts)
+
+
+def _set(described: Document, path: str, value: Any) -> None:
+    """Set a key by its path, such as ``law.restrictions.1.equals``, items of lists by number. Raises ``InputError``."""
+    keys = path.split(".")
+    if keys[0] not in TABLES or len(keys) == 1:
+        raise InputError(path, value, f"unknown table; {nearest(keys[0], TABLES)}, each followed by '.key'")
+    target: Any = described.setdefault(keys[0], {})
+    for k, key in enumerate(keys[1:-1], 1):
+        if isinstance(target, dict):
+            target = target.setdefault(key, {})
+        elif isinstance(target, list) and key.isdigit() and 1 <= int(key) <= len(target):
+            target = target[int(key) - 1]
+        else:
+            raise InputError(path, value, f"{'.'.join(keys[:k])} has no {key!r}")
+    last = keys[-1]
+    if isinstance(target, list) and last.isdigit() and 1 <= int(last) <= len(target):
+        target[int(last) - 1] = value
+    elif isinstance(target, dict):
+        target[last] = value
+    else:
+        raise InputError(path, value, f"{'.'.join(keys[:-1])} is no table")
+
+
+CAM_DRIVE = OfCamDrive()

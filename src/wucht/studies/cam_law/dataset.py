@@ -1,0 +1,76 @@
+"""Findings -> the Dataset of a motion law."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.cams.laws.synthesis import Band
+from wucht.results.conventions import answered, variable
+from wucht.studies.cam_law.prepare import Plan
+from wucht.studies.cam_law.run import Findings
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NAMES = ("position", "velocity", "acceleration", "jerk")
+
+
+def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+    """The Dataset of a motion law.
+
+    Coordinates: cam_angle (N), order (K, from 1), restriction (R). position, velocity, acceleration, jerk (cam_angle): the
+    motion and its derivatives by the cam angle. mean, cosine, sine, amplitude (order). Of each restriction: restricted (0 to 3,
+    -1 for a cap), begin, end, low, high, least, greatest.
+    """
+    import xarray as xr_
+
+    f, unit, asked = findings, plan.motion.unit, plan.motion.restrictions
+    bands = [r if isinstance(r, Band) else Band(r.name, -1, math.nan, math.nan, 0.0, r.size) for r in asked]
+    by_angle = [unit, f"{unit}/rad", f"{unit}/rad^2", f"{unit}/rad^3"]
+    called = ["motion of the output", *(f"{name} by the cam angle" for name in NAMES[1:])]
+    data = {
+        **{n: variable("cam_angle", d, c, u) for n, d, c, u in zip(NAMES, f.derivatives, called, by_angle, strict=True)},
+        "mean": variable("", f.harmonics.mean, "mean of the motion", unit),
+        "cosine": variable("order", f.harmonics.cosine, "cosine coefficient", unit),
+        "sine": variable("order", f.harmonics.sine, "sine coefficient", unit),
+        "amplitude": variable("order", f.harmonics.amplitudes, "amplitude", unit),
+        "restricted": variable("restriction", [b.order for b in bands], "derivative that is restricted"),
+        "begin": variable("restriction", [b.begin for b in bands], "begin of the arc", "rad"),
+        "end": variable("restriction", [b.end for b in bands], "end of the arc", "rad"),
+        "low": variable("restriction", [b.low for b in bands], "least value allowed"),
+        "high": variable("restriction", [b.high for b in bands], "greatest value allowed"),
+        "least": variable("restriction", f.met[:, 0], "least value"),
+        "greatest": variable("restriction", f.met[:, 1], "greatest value"),
+    }
+    coordinates = {
+        "cam_angle": variable("cam_angle", f.angles, "cam angle", "rad"),
+        "order": variable("order", np.arange(1, f.harmonics.count + 1), "order"),
+        "restriction": variable("restriction", [r.name for r in asked], "restriction"),
+    }
+    summary = _summary(plan, findings)
+    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, summary["sentence"])
+
+
+def _summary(plan: Plan, f: Findings) -> dict[str, Any]:
+    stroke = float(f.greatest[0] - f.least[0])
+    largest = {n: float(max(abs(a), abs(b))) for n, a, b in zip(NAMES, f.least, f.greatest, strict=True)}
+    summary: dict[str, Any] = {
+        "sentence": "",
+        "unit": plan.motion.unit,
+        "stroke": stroke,
+        "harmonics": plan.motion.count,
+        "largest": largest,
+        "tolerance": plan.motion.widening,
+        "coefficients": {
+            "mean": f.harmonics.mean,
+            "cosine": f.harmonics.cosine.tolist(),
+            "sine": f.harmonics.sine.tolist(),
+        },
+    }
+    made = "a motion by its points or pieces" if plan.motion.count is None else f"a motion of {plan.motion.count} harmonics"
+    restricted = len(plan.motion.restrictions)
+    summary["sentence"] = made + (f" meets {restricted} restriction{'s' if restricted > 1 else ''}" if restricted else "")
+    return summary

@@ -1,0 +1,23 @@
+"""The question of a motion law."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from wucht.studies.spec import Spec, Whole
+
+
+class CamLaw(Spec):
+    """The motion that the output of a cam drive is to make, over the cam angle.
+
+    points: cam angles, evenly spaced over a turn, at which it is given. orders: how many harmonics are shown of a law that has
+    no end of them.
+    """
+
+    kind: ClassVar[str] = "cam-law"
+    subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
+
+    points: Whole = Field(720, ge=16, le=1_000_000, description="number of cam angles")
+    orders: Whole = Field(20, ge=1, le=500, description="number of harmonics shown")

@@ -1,0 +1,107 @@
+"""The figure of ``cam-contour``: the cam to scale, the panels and their limits; drawn from the Dataset alone."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import cam_files_to_study as given
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+
+from wucht.errors import InputError
+from wucht.studies.cam_contour.spec import CamContour
+from wucht.studies.runner import draw, run
+
+CONTACT = {"inertia": 0.02, "preload": 5.0, "width": "12 mm"}
+
+
+def line(axis: Axes, name: str) -> Any:
+    return next(drawn for drawn in axis.get_lines() if drawn.get_label() == name)
+
+
+def names(result: xr.Dataset) -> list[str]:
+    [legend] = draw(result).legends
+    return [text.get_text() for text in legend.get_texts()]
+
+
+@pytest.fixture(scope="module")
+def lever() -> xr.Dataset:
+    permitted = {"pressure_angle": "15 deg", "least_radius": "5 mm", "contact_pressure": "1 GPa"}
+    asked = CamContour(permitted=permitted, contact=CONTACT, speed="700 rpm", wheel_radius="75 mm")
+    return run(asked, given.drive(given.SMOOTH, given.FOLLOWER))
+
+
+@pytest.fixture(scope="module")
+def flat() -> xr.Dataset:
+    return run(CamContour(), given.drive(given.MODIFIED_SINE, given.FLAT))
+
+
+def test_the_cam_is_drawn_to_scale(lever: xr.Dataset) -> None:
+    above = draw(lever).axes[-1]
+    assert above.get_aspect() == 1
+    contour = line(above, "contour")
+    assert contour.get_xdata() == pytest.approx(1e3 * lever.contour_x.values[0])
+    base = line(above, "base circle")
+    assert np.hypot(base.get_xdata(), base.get_ydata()) == pytest.approx(1e3 * lever.wucht.summary["base_radius"])
+    roller = line(above, "roller")
+    gaps = np.abs((roller.get_xdata() + 1j * roller.get_ydata())[:, None] - (contour.get_xdata() + 1j * contour.get_ydata()))
+    assert gaps.min() < 0.1, "the roller touches the contour (mm)"
+    assert line(above, "pivot").get_xdata() == [pytest.approx(110)]
+    arm = line(above, "lever")
+    assert np.hypot(np.diff(arm.get_xdata()), np.diff(arm.get_ydata())) == pytest.approx([90])
+    assert line(above, "pitch curve").get_linestyle() == "--"
+
+
+def test_the_panels_and_their_limits(lever: xr.Dataset) -> None:
+    figure = draw(lever)
+    *below, above = figure.axes
+    assert [a.get_ylabel() for a in below] == [
+        "radius of curvature (mm)", "pressure angle (°)", "contact force (N)", "contact pressure (MPa)",
+    ]  # fmt: skip
+    assert {a.get_xlabel() for a in below} == {"cam angle (°)"}
+    assert above.get_xlabel() == "x (mm), cam at 0°"
+    limits = [
+        sorted({float(np.asarray(x.get_ydata())[0]) for x in axis.get_lines() if x.get_label() == "permitted"})
+        for axis in below
+    ]
+    assert [pytest.approx(found) for found in limits] == [[5], [-15, 15], [], [1000]]
+    assert line(below[0], "grinding wheel").get_ydata()[0] == -75
+    assert below[2].patches, "a band where the roller lifts off"
+    assert {"contour", "pitch curve", "base circle", "roller", "lever", "pivot", "permitted", "lifts off"} <= set(names(lever))
+    assert "(permitted 15°)" in figure.get_suptitle()
+
+
+def test_a_flat_face_has_no_pressure_angle(flat: xr.Dataset) -> None:
+    *below, above = draw(flat).axes
+    assert [a.get_ylabel() for a in below] == ["radius of curvature (mm)", "motion of the follower (mm)"]
+    assert {float(x) for x in line(above, "face, as far as it is touched").get_xdata()} == {40.0}
+    assert "roller" not in names(flat)
+
+
+def test_counter_cam_groove_linkage_and_undercut_can_be_drawn() -> None:
+    counter, groove = given.FOLLOWER | {"counter": given.COUNTER}, given.FOLLOWER | {"groove": True}
+    pair = run(CamContour(chord_tolerance="50 um"), given.drive(given.SMOOTH, counter))
+    assert {"contour of the counter cam", "counter cam", "common limit"} <= set(names(pair))
+    assert len([x for x in draw(pair).axes[-1].get_lines() if x.get_label() == "roller"]) == 2
+    assert "outer flank" in names(run(CamContour(), given.drive(given.SMOOTH, groove)))
+    linked = draw(run(CamContour(), given.drive(given.SMOOTH, given.FOLLOWER, linkage=given.FOUR_BAR)))
+    assert [a.get_ylabel() for a in linked.axes[2:-1]] == ["transmission angle (°)", "motion of the lever (°)"]
+    cut = run(CamContour(allow_undercut=True), given.drive(given.MODIFIED_SINE, given.FLAT | {"distance": "2 mm"}))
+    away = line(draw(cut).axes[-1], "cut away").get_xdata()
+    assert 0 < np.isfinite(away).sum() < len(away)
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+@pytest.mark.filterwarnings("error")
+def test_every_format_of_the_contour_figure(lever: xr.Dataset, ending: str) -> None:
+    file = io.BytesIO()
+    draw(lever).savefig(file, format=ending)
+    assert file.getbuffer().nbytes > 5000
+
+
+def test_a_dataset_that_is_no_contour_is_refused(flat: xr.Dataset) -> None:
+    with pytest.raises(InputError, match="no complete result"):
+        draw(flat.drop_vars("contour_x"))

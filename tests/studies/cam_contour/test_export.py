@@ -1,0 +1,69 @@
+"""The files of a contour for the workshop, from the command line and from Python, of the cam that was corrected too."""
+
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import wucht
+from wucht.cams.correction import CorrectedLaw
+from wucht.cams.shaft_motion import ShaftMotion
+from wucht.cams.workshop.lists import read_list
+from wucht.cli import app as command_line
+from wucht.errors import InputError
+from wucht.numerics.harmonics import Harmonics
+from wucht.studies.registry import study_of
+from wucht.studies.study_file import read_study, run_file
+
+UNEVEN = """
+[speed]
+mean = "500 rpm"
+cosine = ["0 rad/s", "2.4 rad/s", "1 rad/s"]
+sine = ["0 rad/s", "1 rad/s"]
+"""
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("contour") / "cam.toml"
+    path.write_text(study_of("cam-contour").template + UNEVEN)
+    return path
+
+
+def test_the_corrected_cam_is_another_one_and_its_list_says_so(file, tmp_path):
+    """Its points lie on the contour of the law of the corrected cam, to the half of the last decimal."""
+    result = run_file(file, {"study.corrected": True})
+    lines = wucht.export(result, tmp_path)
+    assert any(line.startswith(str(tmp_path / "cam.txt")) for line in lines)
+    drive = read_study(str(file)).subject
+    shaft = ShaftMotion(Harmonics.of(500 * math.pi / 30, [0, 2.4, 1], [0, 1]))
+    corrected = drive.cams(CorrectedLaw(drive.motion.law, shaft))["cam"]
+    listed = read_list(tmp_path / "cam.txt")
+    assert np.abs(listed.position - corrected.contour(listed.phi)).max() < 1e-8
+    assert np.abs(listed.position - drive.cams(drive.motion.law)["cam"].contour(listed.phi)).max() > 1e-4
+    assert result.wucht.summary["corrected"]["cosine"] == [0, 2.4, 1]
+
+
+def test_without_the_shaft_there_is_no_correction(file):
+    with pytest.raises(InputError, match=r"speed: the table \[speed\] is missing"):
+        plain = file.parent / "plain.toml"
+        plain.write_text(study_of("cam-contour").template)
+        run_file(plain, {"study.corrected": True})
+
+
+def test_from_the_command_line(file, tmp_path):
+    command_line._register()
+    result = tmp_path / "out"
+    run_file(file, folder=result)
+    done = CliRunner().invoke(command_line.app, ["export", str(result / "result.nc"), "-o", str(tmp_path / "mill")])
+    assert done.exit_code == 0, done.output
+    assert {"cam.txt", "cam-pitch.txt", "cam.dxf", "law.csv"} <= {p.name for p in (tmp_path / "mill").iterdir()}
+    assert "read back within" in done.output
+
+
+def test_a_study_without_files_for_others_says_so(tmp_path):
+    path = tmp_path / "law.toml"
+    path.write_text(study_of("cam-law").template)
+    with pytest.raises(InputError, match="cam-law: this study has no files for others"):
+        wucht.export(run_file(path), tmp_path)

@@ -1,0 +1,167 @@
+"""From a result to the files of the workshop and back; the command line, and templates."""
+
+from __future__ import annotations
+
+import math
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import cam_files_to_study as given
+import numpy as np
+import pytest
+
+from wucht.cams.laws.law import Law
+from wucht.cams.workshop.lists import Separator, read_list
+from wucht.cams.workshop.plc import Unit
+from wucht.cams.workshop.plc_files import Form, read_cam_table
+from wucht.errors import InputError, RunError
+from wucht.studies.cam_contour.spec import CamContour
+from wucht.studies.cam_contour.write_workshop import drive_of, points_to_mill, write_workshop
+from wucht.studies.registry import studies
+from wucht.studies.runner import load, run
+from wucht.studies.study_file import run_file
+
+needs_ezdxf = pytest.mark.skipif(find_spec("ezdxf") is None, reason="the extra [cad] is not installed")
+
+
+def test_lists_and_tables_of_a_pair(tmp_path: Path) -> None:
+    follower = given.FOLLOWER | {"counter": given.COUNTER}
+    run(CamContour(chord_tolerance="5 um"), given.drive(given.FIVE, follower), folder=tmp_path / "run")
+    result = load(tmp_path / "run" / "result.nc")
+    files = {f.path.name: f for f in write_workshop(result, tmp_path / "mill", drawing=False, separator=Separator.SEMICOLON)}
+    assert set(files) == {
+        "cam.txt", "cam-pitch.txt", "counter.txt", "counter-pitch.txt", "law.csv", "law.TcGVL.txt", "law.codesys.txt",
+    }  # fmt: skip
+    assert {p.name for p in (tmp_path / "mill").iterdir()} == set(files)
+    for name in ("cam", "counter"):
+        read, points = read_list(tmp_path / "mill" / f"{name}.txt"), points_to_mill(result, name)
+        assert np.abs(read.position - points.position).max() <= 0.5e-8 * math.sqrt(2) * 1.001
+        assert read.normal is not None
+        assert np.abs(read.normal - points.normal).max() < 1e-7
+        assert read.tolerance == pytest.approx(5e-6)
+        written = files[f"{name}.txt"]
+        assert 2.5e-6 < written.deviation <= written.allowed < 5.01e-6
+        assert written.motion is not None
+        assert written.motion < 1e-6, "rad, of the lever on a spline through the points that were read"
+        assert written.count == len(points.phi)
+    law: Law = drive_of(result).motion.law
+    table = read_cam_table(tmp_path / "mill" / "law.TcGVL.txt", Form.TWINCAT, Unit.DEGREE)
+    phi = np.linspace(0, 2 * math.pi, 5001)
+    assert np.abs(table(phi) - law(phi)).max() <= files["law.csv"].allowed < 1e-5 * math.radians(24.5)
+
+
+@needs_ezdxf
+def test_drawings_of_a_rod_and_a_groove(tmp_path: Path) -> None:
+    groove = given.FOLLOWER | {"groove": True}
+    for law, follower, drawn in (
+        (given.MODIFIED_SINE, given.ROD, ["cam.dxf"]),
+        (given.SMOOTH, groove, ["cam.dxf", "outer.dxf"]),
+    ):
+        folder = tmp_path / str(follower["kind"])
+        result = run(CamContour(chord_tolerance="20 um"), given.drive(law, follower))
+        files = write_workshop(result, folder, drawing=True, forms=[Form.CODESYS_ASCII])
+        assert sorted(f.path.name for f in files if f.path.suffix == ".dxf") == drawn
+        assert all(f.deviation <= f.allowed * (1 + 1e-6) for f in files)
+        motions = [f.motion for f in files if f.motion is not None]
+        assert len(motions) == len(drawn)
+        assert max(motions) < 5e-6
+        assert files[-1].path.name == "law.ascii.txt"
+        assert files[-1].unit == ("m" if follower is not groove else "rad")
+
+
+def test_a_spoilt_list_does_not_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is read again is compared: a list with one wrong point is an error, not a file."""
+    from wucht.cams.workshop import cam_files, lists
+
+    def spoiling(path: Path, *rest: Any) -> Path:
+        written = written_before(path, *rest)
+        lines = path.read_text().splitlines()
+        x = lines[20].split()
+        x[1] = f"{float(x[1]) + 0.01:.5f}"
+        lines[20] = " ".join(x)
+        path.write_text("\n".join(lines) + "\n")
+        return written
+
+    result = run(CamContour(), given.drive(given.MODIFIED_SINE, given.FLAT))
+    written_before = lists.write_list
+    monkeypatch.setattr(cam_files, "write_list", spoiling)
+    with pytest.raises(RunError, match=r"cam.txt was written, but read again it lies"):
+        write_workshop(result, tmp_path)
+
+
+def test_what_cannot_be_milled_is_refused(tmp_path: Path) -> None:
+    cut = run(CamContour(allow_undercut=True), given.drive(given.MODIFIED_SINE, given.FLAT | {"distance": "2 mm"}))
+    with pytest.raises(InputError, match="no points to mill"):
+        write_workshop(cut, tmp_path)
+    result = run(CamContour(), given.drive(given.MODIFIED_SINE, given.FLAT))
+    result["mill_x"] = result.mill_x + 1e-6
+    with pytest.raises(InputError, match="do not lie on the contour"):
+        write_workshop(result, tmp_path)
+    with pytest.raises(InputError, match="the result has no such cam; known: cam"):
+        points_to_mill(result, "counter")
+    assert list(tmp_path.iterdir()) == []
+
+
+def template() -> str:
+    text = studies()["cam-contour"].template
+    assert text is not None
+    return text
+
+
+def test_the_template_runs(wucht: Any, here: Path) -> None:
+    assert wucht("new", "cam-contour", "cam.toml").code == 0
+    answer = wucht("run", "cam.toml", "-o", "out", "--json")
+    assert answer.code == 0, answer.err
+    s = answer.document["summary"]
+    assert s["outcome"] == "cuttable"
+    assert s["max_pressure_angle"] < math.radians(45)
+    assert s["undercut"] is False
+    assert s["min_curvature_radius"] == pytest.approx(0.0250644503622)
+    assert {p.name for p in Path("out").iterdir()} == {"result.nc", "cam-contour.png", "summary.json"}
+    assert not wucht("plot", "out/result.nc", "--format", "svg").code
+
+
+def test_every_commented_key_of_the_template_is_known(here: Path) -> None:
+    text = template()
+    for key in ("counter", "points", "chord_tolerance", "spacing", "decimals", "wheel_radius", "smallest", "clockwise"):
+        assert f"# {key} =" in text
+        text = text.replace(f"# {key} =", f"{key} =", 1)
+    begin = text.index("# [linkage]")
+    text = text[:begin] + "\n".join(line.removeprefix("# ") for line in text[begin:].splitlines())
+    (here / "all.toml").write_text(text.replace('wheel_radius = "75 mm"', 'wheel_radius = "40 mm"'), encoding="utf-8")
+    result = run_file("all.toml", {"law.restrictions.1.equals": "10 deg"})
+    assert result.cam.values.tolist() == ["cam", "counter"]
+    assert result.wucht.summary["clockwise"] is True
+    assert result.wucht.summary["min_transmission_angle"] > 0
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        (("follower.roller_radius=40 mm",), ("follower.roller_radius", "the roller would cut the contour away", "0.035064 m")),
+        (("study.permitted.radius=1",), ("study.permitted.radius", "did you mean 'least_radius'?")),
+        (("study.chord_tolerance=1 s",), ("study.chord_tolerance", "must be a chord tolerance")),
+        (("study.contact.width=-1 mm",), ("study.contact.width", "must be a width of the contact greater than 0 m")),
+        (("study.decimals=13",), ("study.decimals", "a whole number from 0 to 12")),
+        (("study.wheel_radius=300 mm",), ("study.wheel_radius", "less than 204.381 mm")),
+        (("study.smallest=both",), ("study.smallest", "'base' or 'blank'")),
+    ],
+)
+def test_bad_files_on_the_command_line(refused: Any, here: Path, settings: tuple[str, ...], says: tuple[str, ...]) -> None:
+    Path("cam.toml").write_text(template(), encoding="utf-8")
+    refused("run", "cam.toml", "--set", *settings, says=("cam.toml: ", *says))
+
+
+def test_pressure_needs_a_width(here: Path) -> None:
+    text = template().replace(', width = "12 mm"', "").replace("least_radius =", "contact_pressure = 1e9, least_radius =", 1)
+    Path("cam.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"^cam.toml: study.permitted.contact_pressure: the contact pressure needs"):
+        run_file("cam.toml")
+
+
+def test_no_follower_no_contour(here: Path) -> None:
+    text = template()
+    Path("cam.toml").write_text(text[: text.index("[follower]")], encoding="utf-8")
+    with pytest.raises(InputError, match=r"follower: the table \[follower\] is missing"):
+        run_file("cam.toml")

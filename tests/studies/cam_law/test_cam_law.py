@@ -1,0 +1,127 @@
+"""The study cam-law: its numbers, its file, its figure and its sentences."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import wucht
+from wucht.cams.tables.harmonic_law import HarmonicTable
+from wucht.cams.tables.kinds_of_law import LAWS
+from wucht.errors import InputError
+from wucht.studies.registry import study_of
+from wucht.studies.study_file import run_file
+
+
+def of_template(tmp_path, **settings):
+    path = tmp_path / "law.toml"
+    path.write_text(study_of("cam-law").template)
+    return run_file(path, settings)
+
+
+def test_the_template_gives_the_flattest_dwell(tmp_path):
+    result = of_template(tmp_path)
+    s = result.wucht.summary
+    assert s["tolerance"] == pytest.approx(math.radians(24) * 243 / 29525, rel=1e-6)
+    assert s["stroke"] == pytest.approx(math.radians(24) + s["tolerance"], rel=1e-5)
+    assert s["harmonics"] == 5
+    assert result.position.sel(cam_angle=math.pi, method="nearest") == pytest.approx(math.radians(24))
+    assert result.amplitude.values == pytest.approx(np.hypot(s["coefficients"]["cosine"], s["coefficients"]["sine"]))
+    series = s["coefficients"]["mean"] + sum(
+        a * np.cos(k * result.cam_angle.values) for k, a in enumerate(s["coefficients"]["cosine"], 1)
+    )
+    assert result.position.values == pytest.approx(series, abs=1e-6)
+    assert result.acceleration.values == pytest.approx(np.gradient(result.velocity.values, result.cam_angle.values), abs=0.01)
+    assert result.greatest.values[1] == pytest.approx(s["tolerance"], rel=1e-4)
+    assert result.least.values[1] == pytest.approx(-s["tolerance"], rel=1e-4)
+
+
+def test_from_the_command_line_keys_are_set_by_their_path(tmp_path):
+    result = of_template(tmp_path, **{"law.harmonics": 6, "law.restrictions.1.equals": "12 deg", "study.points": 36})
+    assert result.wucht.summary["harmonics"] == 6
+    assert float(result.position.max()) == pytest.approx(math.radians(12), rel=1e-3)
+    assert len(result.cam_angle) == 37
+
+
+def test_a_standard_law_has_the_largest_values_of_the_cases():
+    """cases.md: modified sine 1.7596, 5.5280, 69.466, here over a quarter of a turn."""
+    drive = wucht.CamDrive(LAWS["modified-sine"](stroke="10 mm", rise=("60 deg", "150 deg")))
+    s = wucht.run(wucht.CamLaw(orders=40), drive).wucht.summary
+    by = [0.01 / (math.pi / 2) ** k for k in (1, 2, 3)]
+    largest = [s["largest"][name] / b for name, b in zip(("velocity", "acceleration", "jerk"), by, strict=True)]
+    assert largest == pytest.approx([1.7596, 5.5280, 69.466], rel=1e-4)
+    assert s["harmonics"] is None
+    assert len(s["coefficients"]["cosine"]) == 40
+
+
+def test_report_and_figure(tmp_path):
+    result = of_template(tmp_path)
+    lines = wucht.report(result)
+    assert lines[1] == "verdict: a motion of 5 harmonics meets 2 restrictions"
+    assert any("within 0.1975° of what is asked" in line for line in lines)
+    figure = wucht.draw(result)
+    assert [axis.get_ylabel() for axis in figure.axes] == [
+        "position (°)", "velocity (°/rad)", "acceleration (°/rad²)", "jerk (°/rad³)",
+        "position, amplitude (°)", "acceleration, amplitude (°/rad²)",
+    ]  # fmt: skip
+    assert {t.get_text() for t in figure.legends[0].get_texts()} == {"motion law", "precision point", "restriction"}
+
+
+def test_bounds_and_caps_are_shown():
+    table = HarmonicTable(
+        harmonics=5,
+        objective="least-mean-square-acceleration",
+        restrictions=[
+            {"at": "180 deg", "equals": "10 mm"},
+            {"on": ["-60 deg", "60 deg"], "equals": 0, "tolerance": "0.1 mm"},
+            {"of": "velocity", "max": "9 mm/rad"},
+        ],
+        caps=[{"harmonic": 3, "amplitude": "0.3 mm"}],
+    )
+    result = wucht.run(wucht.CamLaw(), wucht.CamDrive(table))
+    assert result.restricted.values.tolist() == [0, 0, 1, -1]
+    assert (result.greatest.values <= result.high.values + 1e-8).all()
+    assert (result.least.values >= result.low.values - 1e-8).all()
+    assert wucht.report(result)[2].endswith("mm")
+    velocity = wucht.draw(result).axes[1]
+    assert any(line.get_linestyle() == "--" for line in velocity.get_lines())
+
+
+def test_the_schema_and_the_file_of_the_result(tmp_path):
+    assert {"points", "orders"} <= set(wucht.CamLaw.model_json_schema()["properties"])
+    result = of_template(tmp_path)
+    assert json.loads(result.attrs["input"])["machine"]["law"]["kind"] == "harmonic"
+    assert result.attrs["finished"] == 1
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"law.harmonics": 2, "law.restrictions.2.tolerance": 0.0017, "law.objective": "least-peak-acceleration"}, "6 harm"),
+        ({"law.restrictions.1.equals": "24 kg"}, "law.restrictions[0].equals: given '24 kg'"),
+        ({"law.restrictions.7.equals": 1}, "law.restrictions has no '7'"),
+        ({"law.restrictions.1.equals.x": 1}, "law.restrictions.1.equals"),
+        ({"gear.ratio": 2}, "gear.ratio: given 2; unknown table"),
+        ({"law": 2}, "law: given 2; unknown table"),
+        ({"study.points": 3}, "study.points: given 3; must be a whole number from 16 to 1e+06"),
+        ({"speed.mean": "0 rpm"}, "speed.mean: given '0 rpm'; must be a mean speed greater than 0 rad/s"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_a_sentence_with_the_file(tmp_path, settings, sentence):
+    with pytest.raises(InputError) as refused:
+        of_template(tmp_path, **settings)
+    assert sentence in str(refused.value)
+    assert "law.toml: " in str(refused.value)
+
+
+def test_tables_of_a_machine_and_of_a_cam_do_not_mix(tmp_path):
+    path = tmp_path / "both.toml"
+    path.write_text(study_of("cam-law").template + '\n[machine]\nuse = "drozdetskaya-2020/r1"\n')
+    with pytest.raises(InputError, match=r"machine: .*unknown key"):
+        run_file(path)
+    path.write_text('[machine]\nuse = "drozdetskaya-2020/r1"\n[law]\nkind = "harmonic"\n')
+    with pytest.raises(InputError, match=r"law: .*unknown key"):
+        run_file(path)
+    with pytest.raises(InputError, match="this study is asked of a cam drive"):
+        wucht.run(wucht.CamLaw(), wucht.load_machine("drozdetskaya-2020/r1"))
