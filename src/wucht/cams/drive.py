@@ -15,12 +15,12 @@ from wucht.cams.laws.law import Law
 from wucht.cams.linkages.closure import Linkage
 from wucht.cams.linkages.linked_motion import LeverMotion
 from wucht.cams.shaft_motion import ShaftMotion
+from wucht.cams.tables.camshaft import ShaftTable
 from wucht.cams.tables.follower import FOLLOWERS, FlatFacedTable, FollowerTable, OscillatingRollerTable, TranslatingRollerTable
 from wucht.cams.tables.kinds_of_law import LAWS
 from wucht.cams.tables.linkage import LINKAGES, LinkageTable
 from wucht.cams.tables.motion_law import LawTable, MotionLaw
 from wucht.cams.tables.output import UNITS, unit_of_output
-from wucht.cams.tables.shaft import ShaftTable
 from wucht.cams.tables.speed import SpeedTable
 from wucht.checking import checked, choice, table
 from wucht.errors import InputError
@@ -100,8 +100,17 @@ class CamDrive:
             n: {"kind": t.kind, **t.model_dump(mode="json", exclude_none=True)} for n, t in tables.items() if t is not None
         }
         if self.speed is not None and self.speed.file is not None:
-            facts["speed"]["contents"] = hashlib.sha256((self.folder / self.speed.file).read_bytes()).hexdigest()
+            facts["speed"]["contents"] = self._contents(self.speed.file)
+        if self.shaft is not None and self.shaft.drive is not None and isinstance(self.shaft.drive.get("file"), str):
+            facts["shaft"]["contents"] = self._contents(self.shaft.drive["file"])
         return {"title": self.title, **facts}
+
+    def _contents(self, name: str) -> str:
+        """Of a file, so that a changed one is another question. Empty where it cannot be read: the study says so."""
+        try:
+            return hashlib.sha256((self.folder / name).read_bytes()).hexdigest()
+        except OSError:
+            return ""
 
 
 def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDrive:

@@ -1,0 +1,202 @@
+"""The table [shaft] of a cam file: what turns, what drives and brakes it, and how stiff it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from wucht.analysis.shaft import Curve, curves
+from wucht.cams.elastic_output import ElasticOutput
+from wucht.cams.elastic_shaft import ElasticShaft
+from wucht.cams.prediction import CamShaft
+from wucht.checking import read_quantity
+from wucht.errors import InputError
+from wucht.fields import Described, si
+from wucht.files.building import machine_from
+from wucht.files.tables import with_tables
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed, shaft_torques
+from wucht.quantities import Unit
+
+_STIFFNESS = {"rad": Unit("N m/rad", "stiffness"), "m": Unit("N/m", "stiffness")}
+_DAMPING = {"rad": Unit("N m s/rad", "damping"), "m": Unit("N s/m", "damping")}
+_DAMPING_RATIO = 0.02  # as of [law.resonance]
+_ON = "camshaft"  # the rotor of the machine by which drive and loads are read
+
+
+def _is_quantity(given: Any) -> Any:
+    if isinstance(given, bool) or not isinstance(given, int | float | str):
+        raise ValueError("must be a number, or a string with a unit")
+    return given
+
+
+_OfOutput = Annotated[float | str, BeforeValidator(_is_quantity)]  # its unit depends on whether the output turns or slides
+
+
+@dataclass(frozen=True, eq=False)
+class Driving:
+    """What acts on a camshaft. torques: of the drive, and of all loads against it. speed: that the drive reaches with an output
+    that rests, in rad/s. enforced: the drive holds this speed, whatever torque that takes."""
+
+    torques: Curve
+    speed: float
+    enforced: bool
+
+    def net(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """See ``prediction.Torque``."""
+        (drive, load), (drive_slope, load_slope) = self.torques(speeds)
+        return drive - load, drive_slope - load_slope
+
+
+class ElasticTable(Described):
+    """Springs that the rigid prediction leaves out.
+
+    output_frequency: the natural frequency of the output on the spring between it and the cam's lever, the lever held; or
+    output_stiffness, in N m/rad or N/m. output_damping_ratio, by default 0.02; or output_damping, in N m s/rad or N s/m.
+    shaft_stiffness, shaft_damping: of the camshaft between the flywheel and the cam, whose own inertia is
+    cam_inertia, a part of shaft.inertia.
+    """
+
+    output_frequency: float | None = si("rad/s", "natural frequency of the output", default=None, gt=0)
+    output_stiffness: _OfOutput | None = Field(None, description="stiffness between lever and output")
+    output_damping_ratio: float | None = si("", "damping ratio of the output", default=None, ge=0, lt=1)
+    output_damping: _OfOutput | None = Field(None, description="damping between lever and output")
+    shaft_stiffness: float | None = si("N m/rad", "stiffness of the camshaft", default=None, gt=0)
+    shaft_damping: float = si("N m s/rad", "damping of the camshaft", default=0.0, ge=0)
+    cam_inertia: float | None = si("kg m^2", "moment of inertia of the cam", default=None, gt=0)
+
+    @classmethod
+    def where(cls) -> str:
+        """In a file."""
+        return "shaft.elastic"
+
+    @model_validator(mode="after")
+    def _what_belongs_together(self) -> Self:
+        if self.output_frequency is not None and self.output_stiffness is not None:
+            raise ValueError("output_stiffness", "give either output_frequency or output_stiffness")
+        if self.output_damping_ratio is not None and self.output_damping is not None:
+            raise ValueError("output_damping", "give either output_damping_ratio or output_damping")
+        if (self.shaft_stiffness is None) != (self.cam_inertia is None):
+            missing = "cam_inertia" if self.cam_inertia is None else "shaft_stiffness"
+            raise ValueError(missing, "an elastic camshaft needs shaft_stiffness and cam_inertia")
+        if self.output_frequency is None and self.output_stiffness is None and self.shaft_stiffness is None:
+            raise ValueError("output_frequency", "needed is output_frequency or output_stiffness, or shaft_stiffness")
+        return self
+
+    def output(self, moved: float, unit: str) -> ElasticOutput | None:
+        """The output on its spring, None where it is rigid. moved: what moves with it. unit: of its motion, rad or m."""
+        if self.output_frequency is None and self.output_stiffness is None:
+            return None
+        if moved <= 0:
+            raise InputError("shaft.elastic", None, "what moves with an elastic output must have an inertia above zero")
+        stiffness = moved * (self.output_frequency or 0.0) ** 2
+        if self.output_stiffness is not None:
+            where = "shaft.elastic.output_stiffness"
+            stiffness = read_quantity(_STIFFNESS[unit], self.output_stiffness, where)
+            if stiffness <= 0:
+                raise InputError(where, self.output_stiffness, "must be above zero")
+        if self.output_damping is None:
+            ratio = _DAMPING_RATIO if self.output_damping_ratio is None else self.output_damping_ratio
+            return ElasticOutput(moved, stiffness, 2 * ratio * float(np.sqrt(stiffness * moved)))
+        where = "shaft.elastic.output_damping"
+        damping = read_quantity(_DAMPING[unit], self.output_damping, where)
+        if damping < 0:
+            raise InputError(where, self.output_damping, "must not be negative")
+        return ElasticOutput(moved, stiffness, damping)
+
+
+class ShaftTable(Described):
+    """inertia: of what turns with the cam; output_inertia or output_mass: of what moves with the output. mean_speed: instead of
+    a drive, the eigenmotion; with one where it is expected. drive, loads: as of a machine, without ``on``. elastic: springs."""
+
+    inertia: float = si("kg m^2", "moment of inertia", gt=0)
+    output_inertia: float | None = si("kg m^2", "moment of inertia of the output", default=None, ge=0)
+    output_mass: float | None = si("kg", "mass of the output", default=None, ge=0)
+    mean_speed: float | None = si("rad/s", "mean speed", default=None, gt=0)
+    drive: dict[str, Any] | None = Field(None, description="drive, a table: [shaft.drive]")
+    loads: tuple[dict[str, Any], ...] = Field((), description="loads, tables: [[shaft.loads]]")
+    elastic: ElasticTable | None = Field(None, description="springs, a table: [shaft.elastic]")
+
+    @classmethod
+    def where(cls) -> str:
+        """In a file."""
+        return "shaft"
+
+    @model_validator(mode="after")
+    def _what_fits(self) -> Self:
+        if (self.output_inertia is None) == (self.output_mass is None):
+            raise ValueError("output_inertia", "needed is the output_inertia of an output that turns, or the output_mass")
+        cam = self.elastic.cam_inertia if self.elastic is not None else None
+        if cam is not None and cam >= self.inertia:
+            raise ValueError("inertia", f"must be above elastic.cam_inertia = {cam:g} kg m^2, which is a part of it")
+        return self
+
+    def driving(self, folder: Path) -> Driving | None:
+        """What acts on the shaft, None where nothing does: the eigenmotion. folder: in which files of tables are looked for.
+
+        Raises ``InputError``, located from ``shaft`` on.
+        """
+        if self.drive is None:
+            if self.loads:
+                raise InputError("shaft.loads", None, "nothing drives the shaft against its loads: give [shaft.drive] too")
+            if self.mean_speed is None:
+                raise InputError("shaft.mean_speed", None, "needed is the mean speed of the eigenmotion, or [shaft.drive]")
+            return None
+        machine = self._machine(folder)
+        enforced = machine.rotor.coordinate.prescribed is not None
+        if enforced and self.mean_speed is not None:
+            raise InputError("shaft.mean_speed", self.mean_speed, "this drive enforces a speed: give none beside it")
+        reached = self.mean_speed if self.mean_speed is not None else free_speed(machine, machine.rotor)
+        if reached is None:
+            allowed = "nothing limits the speed that this drive reaches: give [[shaft.loads]], or the mean_speed expected"
+            raise InputError("shaft.drive", self.drive.get("kind"), allowed)
+        if not reached > 0:
+            allowed = (
+                f"it would turn the shaft at {reached:.4g} rad/s: the cam angle counts in the sense of the shaft, above zero"
+            )
+            raise InputError("shaft.drive", self.drive.get("kind"), allowed)
+        return Driving(curves(machine, shaft_torques(machine, machine.rotor)), reached, enforced)
+
+    def _machine(self, folder: Path) -> Machine:
+        """A rotor alone with the drive and the loads. Raises ``InputError``, located from ``shaft`` on."""
+        shafts = {"shaft.drive": self.drive or {}, **{f"shaft.loads[{i}]": load for i, load in enumerate(self.loads)}}
+        for where, described in shafts.items():
+            if "on" in described:
+                raise InputError(f"{where}.on", described["on"], "unknown key: here all act on the camshaft")
+        rotor = {"kind": "rotor", "name": _ON, "mass": 1.0, "eccentricity": 0.0, "inertia": self.inertia}
+        described = {"carrier": {"directions": "fixed"}, "bodies": [rotor], "drive": self.drive, "loads": list(self.loads)}
+        try:
+            return machine_from(with_tables(described, folder))
+        except InputError as error:
+            seen = error.where.replace("machine.", "shaft.", 1)
+            raise InputError(seen, error.given, error.allowed.replace("machine.", "shaft.")) from None
+
+    def camshaft(self, driving: Driving | None, unit: str) -> CamShaft:
+        """The shaft with an output that moves in rad or m. Raises ``InputError`` where what moves with it has another unit."""
+        torque = None if driving is None or driving.enforced else driving.net
+        speed = driving.speed if driving is not None else self.mean_speed or 0.0
+        return CamShaft(self.inertia, self.moved(unit), speed, torque)
+
+    def moved(self, unit: str) -> float:
+        """What moves with an output that turns (rad) or slides (m). Raises ``InputError``."""
+        given: Mapping[str, tuple[str, float | None]] = {
+            "rad": ("output_inertia", self.output_inertia),
+            "m": ("output_mass", self.output_mass),
+        }
+        key, value = given[unit]
+        if value is None:
+            moves, other = ("turns", "output_mass") if unit == "rad" else ("slides", "output_inertia")
+            raise InputError(f"shaft.{other}", None, f"the output {moves} (its law is in {unit}): give {key} instead")
+        return value
+
+    def twisting(self) -> ElasticShaft | None:
+        """The camshaft on its spring, None where it is rigid."""
+        e = self.elastic
+        if e is None or e.shaft_stiffness is None or e.cam_inertia is None:
+            return None
+        return ElasticShaft(e.cam_inertia, e.shaft_stiffness, e.shaft_damping)

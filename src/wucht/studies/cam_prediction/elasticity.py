@@ -1,0 +1,151 @@
+"""What springs make of the prediction: the output on one, behind the cam's lever; and the cam on one, behind its flywheel."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, above
+from wucht.cams.elastic_output import Dwell, ElasticOutput, LeverWithDwells, VibrationOverSpeed, excited, truncated
+from wucht.cams.elastic_shaft import CorrectedCam, ElasticShaft, Load, OriginalCam
+from wucht.cams.laws.law import Law
+from wucht.cams.laws.rise_and_return import RiseAndReturn
+from wucht.cams.laws.standard_laws import standard_law
+from wucht.cams.shaft_motion import ShaftMotion
+from wucht.errors import InputError, RunError
+from wucht.numerics.harmonics import Harmonics, even_angles
+
+_SAMPLES = 2048
+_MOST_ORDERS, _SMALL = 40, 1e-9  # of a lever's motion: those that matter
+_STANDARD = ("3-4-5", "4-5-6-7", "modified-sine", "inclined-sine")
+_NEAR = np.array([-0.02, -0.01, 0.0, 0.01, 0.02])  # about a resonance, so that no peak falls between two speeds
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation:
+    """name: of a lever's motion. deviation, acceleration: the vibration left in the dwells at the mean speed; peak: the largest
+    acceleration of the output, per s^2."""
+
+    name: str
+    deviation: float
+    acceleration: float
+    peak: float
+
+
+@dataclass(frozen=True, eq=False)
+class Vibrations:
+    """names, over_speed: of each cam. excited: of each cam, and of other laws with the same stroke and dwell; the quietest
+    first. notes: what could not be done."""
+
+    names: tuple[str, ...]
+    over_speed: tuple[VibrationOverSpeed, ...]
+    excited: tuple[Excitation, ...]
+    notes: tuple[str, ...]
+
+
+def vibrations(
+    output: ElasticOutput,
+    law: Law,
+    original: ShaftMotion,
+    corrected: ShaftMotion,
+    dwells: tuple[Dwell, ...],
+    speeds: np.ndarray,
+) -> Vibrations:
+    """Of the output with the original cam, the corrected one, and that tuned to the natural frequency.
+
+    Each lever is taken to move alike over tau at all mean speeds: exact without a drive, whose fluctuation is in proportion to
+    the speed.
+    """
+    omega, notes = corrected.mean, list[str]()
+    clean = law if isinstance(law, Harmonics) else truncated(law, _MOST_ORDERS).series
+    moved = tuple(Dwell(float(original.time(d.begin)), float(original.time(d.end)), d.value) for d in dwells)
+    levers = [LeverWithDwells("original cam", _series(MotionOverTime(law, original)), moved)]
+    levers.append(LeverWithDwells("corrected cam", clean, dwells))
+    try:
+        levers.append(LeverWithDwells("corrected and tuned cam", output.tuned(clean, omega), dwells))
+    except InputError as error:
+        notes.append(f"no cam is tuned to the output: {error.allowed}")
+    speeds = _with_resonances(output, clean.count, speeds)
+    swept = tuple(output.residual_over_speed(one.lever, speeds, one.dwells) for one in levers)
+    found = excited(output, [*levers, *_other_laws(law, dwells)], omega)
+    listed = tuple(Excitation(e.name, e.residual.deviation, e.residual.acceleration, e.peak) for e in found)
+    return Vibrations(tuple(one.name for one in levers), swept, listed, tuple(notes))
+
+
+def _series(law: Law) -> Harmonics:
+    whole = Harmonics.sampled(law(even_angles(_SAMPLES))).without_rounding(_SMALL)
+    return Harmonics(whole.mean, whole.cosine[:_MOST_ORDERS], whole.sine[:_MOST_ORDERS])
+
+
+def _with_resonances(output: ElasticOutput, count: int, speeds: np.ndarray) -> np.ndarray:
+    """Speeds to which those about omega_0/k are added; not without damping, where there is no steady motion."""
+    if not output.damping:
+        return speeds
+    peaks = output.natural_frequency / np.arange(1, count + 1)
+    near = np.ravel(peaks[:, None] * (1 + _NEAR))
+    return np.unique(np.append(speeds, near[(near >= speeds[0]) & (near <= speeds[-1])]))
+
+
+def _other_laws(law: Law, dwells: tuple[Dwell, ...]) -> list[LeverWithDwells]:
+    """Standard laws with the same stroke and dwell, up and back in equal times: where there is one dwell."""
+    if len(dwells) != 1:
+        return []
+    (dwell,) = dwells
+    begin, end = dwell.end, dwell.begin + 2 * math.pi
+    middle = (begin + end) / 2
+    away = law(even_angles(_SAMPLES)) - dwell.value
+    stroke = float(away[np.abs(away).argmax()])
+    found = list[LeverWithDwells]()
+    for name in _STANDARD:
+        moved = RiseAndReturn(standard_law(name), stroke, (begin, middle), (middle, end))
+        series = truncated(moved, _MOST_ORDERS).series
+        lever = Harmonics(series.mean + dwell.value, series.cosine, series.sine)
+        found.append(LeverWithDwells(f"law {name}", lever, dwells))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Twist:
+    """name: of a cam. above: orders of the output's acceleration above N, as a share of order 1. torque: in the shaft, the
+    largest in N m. twist: of the shaft, the largest in rad."""
+
+    name: str
+    above: float
+    torque: float
+    twist: float
+
+
+@dataclass(frozen=True, eq=False)
+class Twists:
+    """Of each cam. note: why there is nothing to say."""
+
+    cams: tuple[Twist, ...]
+    note: str = ""
+
+
+def twists(shaft: ElasticShaft, law: Law, count: int, inertia: float, original: ShaftMotion, corrected: ShaftMotion) -> Twists:
+    """The cam behind a shaft that twists, its flywheel turning as the rigid shaft was predicted to."""
+    rigid = _orders_of(CorrectedLaw(law, corrected))
+    cams: list[tuple[str, Load, ShaftMotion]] = [
+        ("original cam", OriginalCam(law, inertia), original),
+        ("corrected cam", OriginalCam(rigid, inertia), corrected),
+        ("corrected for the twist too", CorrectedCam(law, inertia), corrected),
+    ]
+    found = list[Twist]()
+    for name, load, flywheel in cams:
+        points = max(256, 4 * flywheel.speed.count)
+        drive = Harmonics.sampled(flywheel.angle(even_angles(points)) - even_angles(points)).without_rounding()
+        try:
+            turning = shaft.turning(load, drive, flywheel.mean, points)
+        except RunError as error:
+            return Twists(tuple(found), f"{name}: {error}")
+        torque = float(np.abs(turning.torque(even_angles(_SAMPLES))).max())
+        lag = drive(even_angles(_SAMPLES)) - turning.fluctuation(even_angles(_SAMPLES))
+        found.append(Twist(name, above(turning.output.derivative(2), count), torque, float(np.abs(lag).max())))
+    return Twists(tuple(found))
+
+
+def _orders_of(law: Law) -> Harmonics:
+    return Harmonics.sampled(law(even_angles(_SAMPLES))).without_rounding()

@@ -1,0 +1,208 @@
+"""The figure of a prediction: speed, spectrum, power, what is left cam after cam, and the elastic output over the speed."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wucht.results import style
+from wucht.results.conventions import summary_of
+from wucht.results.style import COLOURS, GREY
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+_COLOURS = {"original": COLOURS[1], "corrected": COLOURS[0]}
+_RPM = 30 / math.pi
+_LOWEST = 1e-8  # of the largest order: what is smaller is not seen
+_MOST_BARS = 24
+_NOTHING = 1e-12  # of order 1: orders of the law that are rounding
+_APART = 0.13  # of the panel: labels nearer to each other are left out
+_FEWEST_ROWS = 5
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """Four panels, and with an elastic output two more."""
+    elastic = "residual_deviation" in result
+    drawn, axes = style.new_grid(3 if elastic else 2, 2, 9.4 if elastic else 6.6, result.attrs["title"], _heading(result))
+    drawn.subplots_adjust(bottom=0.5 / drawn.get_figheight())
+    _speed(axes[0], result)
+    _spectrum(axes[1], result)
+    _power(axes[2], result)
+    if len(result.cut):
+        _cuts(axes[3], result)
+    else:
+        _law(axes[3], result)
+    if elastic:
+        _over_speed(axes[4], result)
+        _excited(axes[5], result)
+    return drawn
+
+
+def _heading(result: xr.Dataset) -> str:
+    """The verdict, on two lines where it is long."""
+    return str(result.attrs["sentence"]).replace(": ", ":\n", 1)
+
+
+def _decades(values: np.ndarray) -> tuple[float, float]:
+    """Limits of a logarithmic axis, so that it has ticks."""
+    seen = values[values > 0]
+    low, high = (seen.min(), seen.max()) if len(seen) else (0.1, 1.0)
+    return float(10 ** np.floor(np.log10(0.8 * low))), float(10 ** np.ceil(np.log10(1.25 * high)))
+
+
+def _plain(axis: Axis) -> None:
+    """Decades, and no numbers between them."""
+    style.plain_decades(axis)
+    axis.set_minor_formatter(lambda _value, _position: "")
+
+
+def _turn(axis: Axes, name: str) -> None:
+    axis.set_xlim(0, 360)
+    axis.set_xticks(np.arange(0, 361, 60))
+    axis.set_xlabel(name)
+
+
+def _legend(axis: Axes) -> None:
+    """Inside, in a band above the curves that is made for it."""
+    low, high = axis.get_ylim()
+    axis.set_ylim(low, low + 1.24 * (high - low))
+    axis.legend(loc="upper center", fontsize=8, framealpha=0.9, edgecolor="none", ncols=2)
+
+
+def _speed(axis: Axes, result: xr.Dataset) -> None:
+    degrees = np.degrees(result.tau.values)
+    for name, colour in _COLOURS.items():
+        axis.plot(degrees, _RPM * result.speed.sel(cam=name).values, color=colour, linewidth=1.3, label=f"{name} cam")
+    mean = summary_of(result)["mean_speed"]["corrected"]
+    axis.axhline(_RPM * mean, color=GREY, linestyle=":", linewidth=0.9)
+    axis.set_ylabel("speed of the shaft (rpm)")
+    axis.ticklabel_format(axis="y", useOffset=False)
+    _turn(axis, "time of a turn (°)")
+    _legend(axis)
+
+
+def _spectrum(axis: Axes, result: xr.Dataset) -> None:
+    shown = result.output_acceleration.values[:, :_MOST_BARS]
+    k, lowest = result.order.values[: shown.shape[1]], _LOWEST * shown.max()
+    axis.set_axisbelow(True)
+    for row, (name, colour), aside in zip(shown, _COLOURS.items(), (-0.2, 0.2), strict=True):
+        high = np.where(row > lowest, row, np.nan)
+        axis.bar(k + aside, high - lowest, bottom=lowest, width=0.4, color=colour, label=f"{name} cam")
+    count = summary_of(result)["above"]["orders"]
+    if k[0] <= count < k[-1]:
+        axis.axvline(count + 0.5, color=GREY, linestyle=":", linewidth=0.9)
+    axis.set_yscale("log")
+    axis.set_ylim(lowest, 200 * shown.max())
+    _plain(axis.yaxis)
+    axis.set_xlim(0.3, k[-1] + 0.7)
+    axis.locator_params(axis="x", integer=True)
+    axis.set_xlabel("order")
+    axis.set_ylabel(
+        style.with_unit("acceleration, amplitude", str(result.output_acceleration.attrs["units"]).replace("^2", "²"))
+    )
+    axis.legend(loc="upper right", fontsize=8, framealpha=0.9, edgecolor="none", ncols=2)
+
+
+def _power(axis: Axes, result: xr.Dataset) -> None:
+    degrees = np.degrees(result.tau.values)
+    even = result.power_at_constant_speed.values / 1e3
+    axis.plot(degrees, even, color=COLOURS[6], linewidth=1.1, linestyle="--", label="at constant speed")
+    if summary_of(result)["driven"] == "eigenmotion":
+        axis.axhline(0.0, color=COLOURS[0], linewidth=1.3, label="eigenmotion")
+    else:
+        for name, colour in _COLOURS.items():
+            power = result.drive_power.sel(cam=name).values / 1e3
+            axis.plot(degrees, power, color=colour, linewidth=1.3, label=f"drive, {name} cam")
+    axis.set_ylabel("power (kW)")
+    _turn(axis, "time of a turn (°)")
+    _legend(axis)
+
+
+def _cuts(axis: Axes, result: xr.Dataset) -> None:
+    axis.plot(result.cut.values, result.cut_residual.values, "o-", color=COLOURS[1], linewidth=1.1, markersize=5)
+    own = summary_of(result)["above"]["law"]
+    if own > _NOTHING:
+        axis.axhline(own, color=GREY, linestyle=":", linewidth=0.9, label="the law itself")
+        axis.legend(loc="upper right", fontsize=8, framealpha=0.9, edgecolor="none")
+    axis.set_yscale("log")
+    axis.set_ylim(*_decades(result.cut_residual.values))
+    _plain(axis.yaxis)
+    axis.set_xticks(result.cut.values)
+    axis.set_xlim(0.5, result.cut.values[-1] + 0.5)
+    axis.set_xlabel("cam, cut for the speed with the one before")
+    axis.set_ylabel(f"above order {summary_of(result)['above']['orders']}, over order 1")
+
+
+def _law(axis: Axes, result: xr.Dataset) -> None:
+    angle = result.position.attrs["units"] == "rad"
+    scale, unit = (np.degrees(1.0), "°/rad²") if angle else (1e3, "mm/rad²")
+    axis.plot(np.degrees(result.cam_angle.values), scale * result.acceleration.values, color=COLOURS[0], linewidth=1.3)
+    axis.set_ylabel(style.with_unit("acceleration of the cam's law", unit))
+    _turn(axis, "cam angle (°)")
+
+
+def _over_speed(axis: Axes, result: xr.Dataset) -> None:
+    scale, unit = _small(result)
+    speeds = _RPM * result.swept_speed.values
+    for i, name in enumerate(result.lever.values.tolist()):
+        colour = (COLOURS[1], COLOURS[0], COLOURS[2])[i]
+        axis.plot(speeds, scale * result.residual_deviation.values[i], color=colour, linewidth=1.2, label=name)
+    marks = zip(result.resonance_order.values.tolist(), _RPM * result.resonance_speed.values, strict=True)
+    named = math.inf
+    for k, at in marks:  # from the fastest on
+        axis.axvline(at, color=GREY, linestyle=":", linewidth=0.6)
+        if named - at < _APART * (speeds[-1] - speeds[0]):
+            continue
+        named = at
+        axis.annotate(
+            f"k = {k}", (at, 0.0), (0, 4), xycoords=("data", "axes fraction"), textcoords="offset points", fontsize=7,
+            color=GREY, ha="center", bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
+        )  # fmt: skip
+    mean = _RPM * summary_of(result)["mean_speed"]["corrected"]
+    if speeds[0] <= mean <= speeds[-1]:
+        axis.axvline(mean, color=GREY, linewidth=0.9, label="mean speed")
+    axis.set_yscale("log")
+    low, high = _decades(scale * result.residual_deviation.values)
+    axis.set_ylim(low, high * (high / low) ** 0.3)
+    _plain(axis.yaxis)
+    axis.set_xlim(speeds[0], speeds[-1])
+    axis.set_xlabel("mean speed (rpm)")
+    axis.set_ylabel(style.with_unit("deviation in the dwell", unit))
+    axis.legend(loc="upper left", fontsize=7, framealpha=0.9, edgecolor="none", ncols=2)
+
+
+def _excited(axis: Axes, result: xr.Dataset) -> None:
+    """What stays in the dwell at the mean speed, the quietest motion on top."""
+    scale, unit = _small(result)
+    names, size = result.excited.values.tolist(), scale * result.excited_deviation.values
+    own = [name in result.lever.values.tolist() for name in names]
+    at = np.arange(len(names))[::-1]
+    lowest, highest = _decades(size)
+    axis.barh(at, size - lowest, left=lowest, height=0.34, color=[COLOURS[0] if o else COLOURS[4] for o in own])
+    axis.set_xscale("log")
+    axis.set_xlim(lowest, highest)
+    axis.set_ylim(min(len(names) - _FEWEST_ROWS, 0) - 0.5, len(names) - 0.2)
+    _plain(axis.xaxis)
+    for y, name in zip(at, names, strict=True):
+        axis.annotate(
+            name,
+            (0.0, y + 0.2),
+            (3, 0),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            fontsize=7,
+            va="bottom",
+        )
+    axis.set_yticks([])
+    axis.set_xlabel(style.with_unit("deviation in the dwell at this speed", unit))
+
+
+def _small(result: xr.Dataset) -> tuple[float, str]:
+    """The factor by which deviations are drawn, and their unit there."""
+    return (np.degrees(1.0), "°") if result.residual_deviation.attrs["units"] == "rad" else (1e3, "mm")

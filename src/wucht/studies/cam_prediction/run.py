@@ -1,0 +1,154 @@
+"""Plan -> findings: how the shaft turns with the original cam and with the corrected one, and what that is worth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
+from wucht.cams.laws.law import Law
+from wucht.cams.shaft_motion import ShaftMotion
+from wucht.errors import RunError
+from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.studies.cam_prediction.confirmation import Confirmation, as_series, confirmation
+from wucht.studies.cam_prediction.elasticity import Twists, Vibrations, twists, vibrations
+from wucht.studies.cam_prediction.prepare import Plan
+from wucht.studies.work import Work
+
+_AVERAGED = 4096  # points of a turn, for means
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """shaft: its motion. acceleration: of the output by orders, per s^2. above: the largest of its orders above N, as a share
+    of order 1. left: of a disturbance of the energy after a turn, as a share: below 1 the motion is stable. drive (points + 1):
+    torque of the drive over tau."""
+
+    shaft: ShaftMotion
+    acceleration: Harmonics
+    above: float
+    left: float
+    drive: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """What is left above order N with a cam, and the motion of the shaft that is measured with it; of a shaft for which none is
+    found: failure."""
+
+    left: float = math.nan
+    shaft: ShaftMotion | None = None
+    failure: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """tau (N,): from 0 to 2 pi. cam (4, N): the corrected law over the cam angle, at the same angles, with derivatives.
+    constant (N,): the power that output and loads take from a shaft that turns evenly. clean: what the law itself has above
+    its orders. cuts: what cams leave that are cut one after the other; failure: why there are no more of them."""
+
+    tau: np.ndarray
+    original: Turning
+    corrected: Turning
+    cam: np.ndarray
+    constant: np.ndarray
+    clean: float
+    cuts: np.ndarray
+    failure: str
+    confirmed: tuple[Confirmation, ...]
+    vibrations: Vibrations | None
+    twists: Twists | None
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """Both motions of the shaft, each cut, each simulation, the springs. Raises ``RunError`` where there is no motion."""
+    law, tau = plan.motion.law, np.linspace(0, 2 * math.pi, plan.points + 1)
+    work.report(0.0, "motion of the shaft")
+    original = work.unit("original cam", lambda: _turning(plan, law, _shaft(plan, law, False), tau))
+    work.report(0.1, "motion of the shaft with the corrected cam")
+    motion = work.unit("corrected cam", lambda: _shaft(plan, law, True))
+    cam = CorrectedLaw(law, motion)
+    corrected = work.unit("turning with the corrected cam", lambda: _turning(plan, cam, motion, tau))
+    profile = np.array([cam(tau, order) for order in range(4)])
+    cuts, failure = _cuts(plan, work.part("cuts", 0.2, 0.5))
+    confirmed = []
+    if plan.turns:
+        exact = law if isinstance(law, Harmonics) else as_series(law, plan.count)
+        pairs = ((exact, original.shaft), (as_series(cam, max(motion.speed.count, plan.count)), motion))
+        for n, (one, shaft) in enumerate(pairs):
+            work.report(0.5 + 0.15 * n, "simulation in time")
+            confirmed.append(work.unit(f"simulation {n}", partial(confirmation, plan.shaft, one, shaft, plan.turns)))
+    work.report(0.8, "springs")
+    both, output, twisting = (original.shaft, motion), plan.output, plan.twisting
+    swung = twisted = None
+    if output is not None:
+        swung = work.unit("output", lambda: vibrations(output, law, *both, plan.dwells, plan.speeds))
+    if twisting is not None:
+        inertia = plan.shaft.output_inertia
+        twisted = work.unit("twist", lambda: twists(twisting, law, plan.count, inertia, *both))
+    constant, clean = _constant(plan, motion.mean), above(orders(law), plan.count)
+    yield Findings(tau, original, corrected, profile, constant, clean, cuts, failure, tuple(confirmed), swung, twisted)
+
+
+def _shaft(plan: Plan, law: Law, corrected: bool) -> ShaftMotion:
+    """The motion of the shaft; even where the drive enforces that."""
+    if plan.enforced:
+        return ShaftMotion(Harmonics.of(plan.shaft.mean_speed))
+    return plan.shaft.with_corrected_cam(law) if corrected else plan.shaft.with_cam(law)
+
+
+def _turning(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray) -> Turning:
+    spectrum, omega = orders(MotionOverTime(cam, shaft)), shaft.mean
+    acceleration = Harmonics(0.0, omega**2 * spectrum.cosine, omega**2 * spectrum.sine)
+    return Turning(shaft, acceleration, above(spectrum, plan.count), _left(plan, cam, shaft), _drive(plan, cam, shaft, tau))
+
+
+def _left(plan: Plan, cam: Law, shaft: ShaftMotion) -> float:
+    """exp of the integral of dT/dphi'/J over the time of a turn: the Floquet multiplier of dE/dphi = T(phi')."""
+    if plan.shaft.torque is None:
+        return math.nan if plan.enforced else 1.0
+    tau = even_angles(_AVERAGED)
+    reduced = plan.shaft.inertia + plan.shaft.output_inertia * cam(shaft.angle(tau), 1) ** 2
+    slope = plan.shaft.torque(shaft.speed(tau))[1]
+    return float(np.exp(2 * math.pi / shaft.mean * (slope / reduced).mean()))
+
+
+def _drive(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray) -> np.ndarray:
+    """The torque of the drive; of one that enforces the speed, what that takes."""
+    if plan.driving is None:
+        return np.zeros(len(tau))
+    drive, load = plan.driving.torques(shaft.speed(tau))[0]
+    if not plan.enforced:
+        return np.asarray(drive)
+    return np.asarray(load + plan.shaft.output_inertia * shaft.mean**2 * cam(tau, 1) * cam(tau, 2))
+
+
+def _constant(plan: Plan, omega: float) -> np.ndarray:
+    """As in ``Findings``, at the mean speed that the corrected cam has."""
+    law, points = plan.motion.law, plan.points
+    output = plan.shaft.output_inertia * omega**3 * law(even_angles(points), 1) * law(even_angles(points), 2)
+    load = 0.0 if plan.driving is None else omega * float(plan.driving.torques(np.array([omega]))[0][1][0])
+    return np.append(output, output[0]) + load
+
+
+def _cuts(plan: Plan, work: Work) -> tuple[np.ndarray, str]:
+    left, cam = list[float](), plan.motion.law
+    for n in range(plan.cuts):
+        work.report(n / plan.cuts, f"cut and measured: cam {n + 1}")
+        one = work.unit(f"cam {n + 1}", partial(_cut, plan, cam))
+        if one.shaft is None:
+            return np.array(left), f"with cam {n + 1}, cut for the speed measured with the one before: {one.failure}"
+        left.append(one.left)
+        cam = CorrectedLaw(plan.motion.law, one.shaft)
+    return np.array(left), ""
+
+
+def _cut(plan: Plan, cam: Law) -> Cut:
+    try:
+        return Cut(*plan.shaft.left_by(cam, plan.count))
+    except RunError as error:
+        return Cut(failure=str(error))

@@ -1,0 +1,468 @@
+"""The study cam-prediction: its numbers against integration and closed forms, every drive, what is refused, springs, files."""
+
+import json
+import math
+from dataclasses import asdict
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+
+import wucht
+from wucht.cams.correction import CorrectedLaw
+from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
+from wucht.cams.tables.harmonic_law import HarmonicTable
+from wucht.cams.tables.kinds_of_law import LAWS
+from wucht.cams.tables.speed import SpeedTable
+from wucht.errors import InputError, RunError
+from wucht.numerics.harmonics import Harmonics
+from wucht.studies.cam_prediction.prepare import dwells_of, prepare
+from wucht.studies.cam_prediction.run import run
+from wucht.studies.memory import Memory
+from wucht.studies.registry import study_of
+from wucht.studies.study_file import run_file
+from wucht.studies.work import Work
+
+RESTRICTIONS = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}]
+LAW = HarmonicTable(harmonics=5, restrictions=RESTRICTIONS)
+OMEGA = 500 * math.pi / 30
+TURN = 2 * math.pi
+LINEAR = {"kind": "linear", "slope": 200.0, "no_load_speed": "510 rpm"}
+COULOMB = {"kind": "coulomb", "torque": "150 N m"}
+BRIEF = {"cuts": 0, "simulate": 0}
+
+
+def drive(law=LAW, **shaft):
+    table = {"inertia": 20.0, "output_inertia": 6.0} | shaft
+    return wucht.CamDrive(law, shaft=ShaftTable(**{k: v for k, v in table.items() if v is not None}))
+
+
+def series(result):
+    """The law of the corrected cam, by its samples over a turn."""
+    return Harmonics.sampled(result.position.values[:-1])
+
+
+def settled(law, inertia, output, torque, begin, turns):
+    """phi' over phi of a shaft that is integrated over its angle for so many turns, and then its mean over time."""
+
+    def slope(phi, energy):
+        v = math.sqrt(2 * energy[0] / (inertia + output * float(law(phi, 1)) ** 2))
+        return [torque(v)]
+
+    start = (inertia + output * float(law(0.0, 1)) ** 2) * begin**2 / 2
+    phi = TURN * np.linspace(turns - 1, turns, 2001)
+    run = solve_ivp(slope, (0, TURN * turns), [start], "DOP853", t_eval=phi, rtol=1e-11, atol=1e-9)
+    v = np.sqrt(2 * run.y[0] / (inertia + output * law(phi, 1) ** 2))
+    return phi - phi[0], v, TURN / (np.mean(1 / v[:-1]) * TURN)
+
+
+@pytest.fixture(scope="module")
+def eigenmotion():
+    return wucht.run(wucht.CamPrediction(cuts=4, simulate=5), drive(mean_speed=OMEGA))
+
+
+@pytest.fixture(scope="module")
+def driven():
+    return wucht.run(wucht.CamPrediction(cuts=0, simulate=8), drive(drive=LINEAR, loads=[COULOMB]))
+
+
+def test_the_eigenmotion_is_that_of_the_cases(eigenmotion):
+    """cam-mathematics.md: of orders 6-10 a part stays after a cut, 0.26 -> 0.036 of order 1 at kappa = 0.11."""
+    s = eigenmotion.wucht.summary
+    assert s["inertia_ratio"] == pytest.approx(0.11345, abs=1e-5)
+    assert s["cut_residuals"][:2] == pytest.approx([0.2634, 0.0358], abs=1e-4)
+    assert s["contraction"] == pytest.approx(0.11, abs=0.01)
+    assert s["above"]["original"] == s["cut_residuals"][0]
+    assert s["above"]["corrected"] < 1e-13
+    assert s["mean_speed"] == pytest.approx({"original": OMEGA, "corrected": OMEGA})
+    assert s["driven"] == "eigenmotion"
+    assert eigenmotion.attrs["sentence"].startswith("CLEAN on a shaft that fluctuates by 5.78 %: ")
+    assert not eigenmotion.drive_power.values.any()
+    assert json.loads(eigenmotion.attrs["warnings"]) == []
+
+
+def test_the_eigenmotion_keeps_its_energy(eigenmotion):
+    """Original: J(phi) phi'^2 is constant; corrected: J0 phi'^2 + J1 psi_t^2, with the law over time."""
+    law, tau = LAW.motion("rad").law, eigenmotion.tau.values
+    speed = eigenmotion.speed.sel(cam="corrected").values
+    energy = 20 * speed**2 + 6 * OMEGA**2 * law(tau, 1) ** 2
+    assert energy == pytest.approx(energy[0], rel=1e-9)
+    v = eigenmotion.speed.sel(cam="original").values
+    turned = np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2 * np.diff(tau)) / OMEGA])
+    energy = (20 + 6 * law(turned, 1) ** 2) * v**2
+    assert energy == pytest.approx(energy[0], rel=2e-4)  # the angle by the trapezoidal rule
+    low, high = speed.min(), speed.max()
+    assert eigenmotion.wucht.summary["fluctuation"]["corrected"] == pytest.approx((high - low) / OMEGA, rel=1e-3)
+
+
+def test_the_corrected_cam_makes_the_law_of_time(eigenmotion):
+    """Its law at the angle that the shaft has reached, which is integrated here, is the law at the time."""
+    law, tau, speed = LAW.motion("rad").law, eigenmotion.tau.values, Harmonics.sampled(eigenmotion.speed.values[1, :-1])
+    at = TURN * np.array([0.2, 0.41, 0.5, 0.66, 0.9])
+    turned = [quad(speed, 0, t, epsabs=1e-11, limit=200)[0] / OMEGA for t in at]
+    assert series(eigenmotion)(turned) == pytest.approx(law(at), abs=1e-9)
+    cam = eigenmotion.position.values
+    assert np.abs(cam - law(tau)).max() > math.radians(0.1)  # not the original one
+    for order, name in enumerate(("velocity", "acceleration", "jerk"), 1):
+        expected = series(eigenmotion)(tau, order)
+        assert eigenmotion[name].values == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
+
+
+def test_its_speed_can_be_asked_for_as_if_it_was_measured(eigenmotion):
+    """In the table [speed] of cam-correction; here its cam is the one predicted."""
+    given = SpeedTable(**eigenmotion.wucht.summary["speed"])
+    cam = CorrectedLaw(LAW.motion("rad").law, given.shaft(None))
+    assert cam(eigenmotion.cam_angle.values) == pytest.approx(eigenmotion.position.values, abs=1e-10)
+
+
+def test_the_simulation_confirms_the_spectrum(eigenmotion):
+    s = eigenmotion.wucht.summary["simulation"]
+    assert s["turns"] == 5
+    assert 0 < s["corrected"]["deviation"] < 1e-9
+    assert 0 < s["corrected"]["above"] < 1e-9
+    assert s["original"]["above"] == pytest.approx(eigenmotion.wucht.summary["above"]["original"], rel=1e-8)
+    found, predicted = eigenmotion.simulated_acceleration.values, eigenmotion.output_acceleration.values
+    assert found == pytest.approx(predicted, abs=1e-8 * predicted.max())
+
+
+def test_at_constant_speed_the_output_takes_what_the_cam_gives(eigenmotion):
+    law, tau = LAW.motion("rad").law, np.linspace(0, TURN, 721)
+    power = 6 * OMEGA**3 * law(tau, 1) * law(tau, 2)
+    assert eigenmotion.power_at_constant_speed.values == pytest.approx(power, abs=1e-9 * power.max())
+    found = eigenmotion.wucht.summary["power"]["constant_speed"]
+    assert found["peak"] == pytest.approx(power.max())
+    assert found["mean"] == pytest.approx(0.0, abs=1e-6 * power.max())
+    swings = 3 * OMEGA**2 * law(TURN * np.arange(4001) / 4000, 1) ** 2 * OMEGA / TURN  # the power of each rise of the energy
+    assert found["mean_positive"] == pytest.approx(np.maximum(np.diff(swings), 0).sum(), rel=1e-4)
+    assert eigenmotion.wucht.summary["power_saved"] == {k: found[k] for k in ("peak", "mean_positive")}
+
+
+def test_with_a_drive_it_is_what_integration_settles_to(driven):
+    """Both cams, over the angle, from a speed far off: 200 (53.4 - phi') - 150."""
+
+    def torque(v):
+        return 200 * (510 * math.pi / 30 - v) - 150
+
+    s = driven.wucht.summary
+    for name, law in (("original", LAW.motion("rad").law), ("corrected", series(driven))):
+        _, v, mean = settled(law, 20.0, 6.0, torque, 40.0, 30)
+        assert s["mean_speed"][name] == pytest.approx(mean, rel=1e-8)
+        assert s["fluctuation"][name] == pytest.approx((v.max() - v.min()) / mean, rel=1e-4)  # of samples
+    assert s["left_after_a_turn"]["original"] == pytest.approx(math.exp(-200 * TURN / OMEGA / 20.5), rel=0.03)
+    assert s["simulation"]["corrected"]["deviation"] < 1e-9
+    mean_load = 150 * s["mean_speed"]["corrected"]
+    assert s["power"]["corrected"]["mean"] == pytest.approx(mean_load, rel=1e-9)  # work in, work out
+    assert s["power"]["constant_speed"]["mean"] == pytest.approx(mean_load, rel=1e-9)
+    assert s["power_saved"]["peak"] > 0.9 * s["power"]["constant_speed"]["peak"]
+
+
+def test_a_disturbance_decays_as_it_is_said(driven):
+    law = LAW.motion("rad").law
+
+    def after_a_turn(begin):
+        return settled(law, 20.0, 6.0, lambda v: 200 * (510 * math.pi / 30 - v) - 150, begin, 1)[1][-1]
+
+    steady = float(driven.speed.sel(cam="original")[0])
+    grown = after_a_turn(steady * (1 + 1e-4)) - steady
+    assert grown / (1e-4 * steady) == pytest.approx(driven.wucht.summary["left_after_a_turn"]["original"], rel=1e-3)
+
+
+DRIVES = {
+    "linear": {"slope": 50.0, "no_load_speed": 55.0},
+    "constant-torque": {"torque": 100.0},
+    "table": {"points": [[0, 900], [40, 700], [60, -100]]},
+    "induction": {"voltage": 230, "frequency": 50, "pole_pairs": 6, "stator_resistance": 0.3, "rotor_resistance": 0.3,
+                  "stator_reactance": 0.6, "rotor_reactance": 0.6},
+    "dc-separate": {"voltage": 220, "armature_resistance": 0.3, "motor_constant": 1.0, "flux": 4.0},
+    "dc-shunt": {"voltage": 220, "armature_resistance": 0.3, "field_resistance": 100, "field_inductance": 2.0,
+                 "motor_constant": 0.9},
+    "dc-series": {"voltage": 220, "armature_resistance": 0.3, "field_resistance": 0.2, "field_inductance": 0.1,
+                  "motor_constant": 1.0},
+    "constant-speed": {"speed": "500 rpm"},
+    "synchronous": {"frequency": 50, "pole_pairs": 6},
+}  # fmt: skip
+
+
+def test_every_drive_of_the_package_is_tried():
+    assert set(wucht.parts.drives()) == set(DRIVES)
+
+
+@pytest.mark.parametrize("kind", [k for k in DRIVES if k not in ("constant-speed", "synchronous")])
+def test_with_every_drive_work_in_is_work_out(kind):
+    asked = drive(drive={"kind": kind, **DRIVES[kind]}, loads=[{"kind": "viscous", "coefficient": 2.0}])
+    result = wucht.run(wucht.CamPrediction(**BRIEF), asked)
+    s = result.wucht.summary
+    for name in ("original", "corrected"):
+        speed = result.speed.sel(cam=name).values[:-1]
+        assert s["power"][name]["mean"] == pytest.approx(np.mean(2.0 * speed**2), rel=1e-7)
+        assert 0 < s["left_after_a_turn"][name] < 1
+        assert s["fluctuation"][name] > 0.04
+    assert s["above"]["corrected"] < 1e-12
+
+
+@pytest.mark.parametrize("kind", ["constant-speed", "synchronous"])
+def test_a_drive_that_enforces_its_speed_needs_no_other_cam(kind):
+    load = {"kind": "viscous", "coefficient": 2.0}
+    result = wucht.run(wucht.CamPrediction(), drive(drive={"kind": kind, **DRIVES[kind]}, loads=[load]))
+    s, law, tau = result.wucht.summary, LAW.motion("rad").law, result.tau.values
+    assert s["mean_speed"]["corrected"] == pytest.approx(OMEGA)
+    assert s["fluctuation"] == {"original": 0, "corrected": 0}
+    assert result.position.values == pytest.approx(law(tau), abs=1e-14)
+    expected = 6 * OMEGA**2 * law(tau, 1) * law(tau, 2) + 2 * OMEGA
+    assert result.drive_torque.sel(cam="corrected").values == pytest.approx(expected, abs=1e-8 * expected.max())
+    assert result.attrs["sentence"].startswith("the drive holds the shaft at its speed")
+    assert s["simulation"] is None
+    assert wucht.draw(result).axes[3].get_ylabel() == "acceleration of the cam's law (°/rad²)"
+    assert wucht.report(result)
+
+
+def test_a_motion_that_is_not_stable_is_said_to_be():
+    """A drive whose torque rises through that of the load at 50 rad/s."""
+    rising = {"kind": "table", "points": [[30, 80], [50, 100], [70, 120]]}
+    loads = [{"kind": "coulomb", "torque": 100.0}]
+    result = wucht.run(wucht.CamPrediction(**BRIEF), drive(drive=rising, loads=loads, mean_speed=50.0))
+    assert result.wucht.summary["left_after_a_turn"]["corrected"] > 1
+    assert "not stable" in result.attrs["warnings"]
+
+
+def test_the_inertia_ratio_warns():
+    ask = wucht.CamPrediction(cuts=3, simulate=0, points=16)
+    heavy = wucht.run(ask, drive(mean_speed=OMEGA, output_inertia=30.0))
+    assert heavy.wucht.summary["inertia_ratio"] == pytest.approx(0.567, abs=1e-3)
+    (said,) = json.loads(heavy.attrs["warnings"])
+    assert "converges slowly" in said
+    assert heavy.wucht.summary["contraction"] > 0.4
+    with pytest.raises(RunError, match=r"inertia ratio J1 max psi'\^2/J0 is 3\.\d+; below 1"):
+        wucht.run(ask, drive(mean_speed=OMEGA, output_inertia=160.0))
+
+
+@pytest.mark.parametrize(
+    ("shaft", "where", "sentence"),
+    [
+        ({}, "shaft.mean_speed", "eigenmotion, or"),
+        ({"loads": [COULOMB], "mean_speed": 50.0}, "shaft.loads", "nothing drives"),
+        ({"drive": LINEAR | {"slope": "-3 N m s"}}, "shaft.drive.slope", "of at least 0"),
+        ({"drive": LINEAR | {"slop": 3}}, "shaft.drive.slop", "did you mean 'slope'"),
+        ({"drive": LINEAR | {"on": "x"}}, "shaft.drive.on", "act on the camshaft"),
+        ({"drive": {"slope": 3}}, "shaft.drive.kind", "missing"),
+        ({"drive": {"kind": "lineer"}}, "shaft.drive.kind", "did you mean 'linear'"),
+        ({"drive": {"kind": "table", "file": "none.csv"}}, "shaft.drive.file", "no such file"),
+        ({"drive": LINEAR, "loads": [COULOMB, {"kind": "viscous"}]}, "shaft.loads[1].coefficient", "missing"),
+        ({"drive": LINEAR | {"no_load_speed": -50.0}}, "shaft.drive", "sense of the shaft"),
+        ({"drive": {"kind": "constant-torque", "torque": 5.0}}, "shaft.drive", "nothing limits the speed"),
+        ({"drive": {"kind": "constant-speed", "speed": 5.0}, "mean_speed": 50.0}, "shaft.mean_speed", "enforces a speed"),
+        ({"mean_speed": 50.0, "output_inertia": None, "output_mass": 3.0}, "shaft.output_mass", "give output_inertia"),
+        ({"mean_speed": 50.0, "elastic": {"output_stiffness": "3 N/m"}}, "shaft.elastic.output_stiffness", "N m/rad"),
+        ({"mean_speed": 50.0, "elastic": {"output_stiffness": 0}}, "shaft.elastic.output_stiffness", "above zero"),
+        ({"mean_speed": 50.0, "output_inertia": 0.0, "elastic": {"output_frequency": 9}}, "shaft.elastic", "above zero"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_located(shaft, where, sentence):
+    with pytest.raises(InputError) as error:
+        prepare(wucht.CamPrediction(), drive(**shaft))
+    assert error.value.where == where
+    assert sentence in error.value.allowed
+    assert "machine" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("keys", "where"),
+    [
+        ({"output_frequency": 3.0, "output_stiffness": 5.0}, "shaft.elastic.output_stiffness"),
+        ({"output_frequency": 3.0, "output_damping": 5.0, "output_damping_ratio": 0.1}, "shaft.elastic.output_damping"),
+        ({"shaft_stiffness": 3.0}, "shaft.elastic.cam_inertia"),
+        ({"output_damping": 5.0}, "shaft.elastic.output_frequency"),
+        ({"output_frequency": -1}, "shaft.elastic.output_frequency"),
+    ],
+)
+def test_springs_that_do_not_fit_are_refused(keys, where):
+    with pytest.raises(InputError) as error:
+        ElasticTable(**keys)
+    assert error.value.where == where
+
+
+def test_the_shaft_is_needed_and_the_cam_is_a_part_of_it():
+    with pytest.raises(InputError, match=r"shaft: the table \[shaft\] is missing"):
+        prepare(wucht.CamPrediction(), wucht.CamDrive(LAW))
+    with pytest.raises(InputError, match=r"shaft\.inertia: .*a part of it"):
+        drive(elastic={"shaft_stiffness": 1e6, "cam_inertia": 20.0})
+
+
+# --- springs ---
+
+
+def test_where_the_law_rests():
+    (arc,) = dwells_of(LAW.motion("rad"))
+    assert (arc.begin, arc.end, arc.value) == pytest.approx((-TURN / 3, TURN / 3, 0.0))
+    rests = dwells_of(LAWS["3-4-5"](stroke="10 mm", rise=("60 deg", "150 deg")).motion("m"))
+    arcs = sorted((round(math.degrees(d.begin)) % 360, round(math.degrees(d.end)) % 360, d.value) for d in rests)
+    assert arcs == [(150, 210, pytest.approx(0.01)), (300, 60, pytest.approx(0.0, abs=1e-12))]
+    waves = HarmonicTable(coefficients={"cosine": ["3 deg"]})
+    with pytest.raises(InputError, match=r"study\.dwell"):
+        prepare(wucht.CamPrediction(), drive(waves, mean_speed=50.0, elastic={"output_frequency": 400.0}))
+    plan = prepare(wucht.CamPrediction(dwell=("-3 deg", "3 deg")), drive(waves, mean_speed=50.0))
+    (dwell,) = plan.dwells
+    assert (dwell.begin, dwell.end) == pytest.approx((-math.pi / 60, math.pi / 60))
+    assert dwell.value == pytest.approx(math.radians(3), rel=1e-3)
+
+
+@pytest.fixture(scope="module")
+def elastic():
+    springs = {"output_frequency": "60 Hz", "shaft_stiffness": 4e6, "shaft_damping": 2000.0, "cam_inertia": 0.5}
+    asked = wucht.CamPrediction(**BRIEF, speeds=("600 rpm", "1300 rpm"), speed_points=60)
+    return wucht.run(asked, drive(mean_speed=OMEGA, elastic=springs))
+
+
+def test_the_dwell_is_disturbed_most_where_an_order_meets_the_natural_frequency(elastic):
+    """k omega = omega_0: 3600/5, 3600/4, 3600/3 rpm."""
+    speeds = elastic.swept_speed.values * 30 / math.pi
+    assert elastic.resonance_order.values.tolist() == [3, 4, 5]
+    assert elastic.resonance_speed.values * 30 / math.pi == pytest.approx([1200, 900, 720])
+    left = elastic.residual_acceleration.sel(lever="corrected cam").values
+    peaks = speeds[1:-1][(left[1:-1] > left[:-2]) & (left[1:-1] > left[2:])]
+    assert len(peaks) == 3
+    assert peaks == pytest.approx([720, 900, 1200], rel=0.015)
+
+
+def test_the_tuned_cam_leaves_the_law_at_its_speed(elastic):
+    s = elastic.wucht.summary
+    assert s["output"]["natural_frequency"] == pytest.approx(120 * math.pi)
+    assert s["output"]["damping_ratio"] == pytest.approx(0.02)
+    by_name = {e["name"]: e for e in s["output"]["excited"]}
+    tolerance = math.radians(24) * 243 / 29525  # of the flattest dwell of five harmonics
+    assert by_name["corrected and tuned cam"]["deviation"] == pytest.approx(tolerance, rel=1e-5)
+    peak = OMEGA**2 * np.abs(LAW.motion("rad").law(np.linspace(0, TURN, 20001), 2)).max()
+    assert by_name["corrected and tuned cam"]["peak"] == pytest.approx(peak, rel=1e-6)
+    assert by_name["corrected cam"]["deviation"] > 3 * tolerance
+    assert by_name["law 3-4-5"]["deviation"] > by_name["corrected cam"]["deviation"]
+    deviations = [e["deviation"] for e in s["output"]["excited"]]
+    assert deviations == sorted(deviations)
+
+
+def test_the_response_per_order_is_that_of_one_mass(elastic):
+    """The corrected cam's lever moves by the law: the peak of the output from |H_k|, added up with its phases here."""
+    law, omega0 = LAW.motion("rad").law, 120 * math.pi
+    k = np.arange(1, 6) * OMEGA
+    response = (omega0**2 + 0.04j * omega0 * k) / (omega0**2 + 0.04j * omega0 * k - k**2)
+    tau = np.linspace(0, TURN, 20001)
+    moved = ((law.cosine - 1j * law.sine) * response * -(k**2)) @ np.exp(1j * np.outer(np.arange(1, 6), tau))
+    found = elastic.excited_peak.sel(excited="corrected cam")
+    assert float(found) == pytest.approx(np.abs(moved.real).max(), rel=1e-6)
+
+
+def test_a_shaft_that_twists_asks_for_its_own_cam(elastic):
+    twisted = elastic.twist_residual
+    assert twisted.sel(twisted="corrected for the twist too") < 1e-9
+    assert twisted.sel(twisted="corrected cam") > 0.05
+    torque, twist = elastic.twist_torque.values, elastic.twist_angle.values
+    assert twist == pytest.approx(torque / 4e6, rel=0.1)  # but for the damper
+    assert "the shaft twists" in elastic.attrs["warnings"]
+    stiff = {"shaft_stiffness": 4e9, "shaft_damping": 2e5, "cam_inertia": 0.5}
+    rigid = wucht.run(wucht.CamPrediction(**BRIEF), drive(mean_speed=OMEGA, elastic=stiff))
+    assert rigid.twist_residual.sel(twisted="corrected cam") < 1e-3
+    assert rigid.twist_residual.sel(twisted="original cam") == pytest.approx(rigid.wucht.summary["above"]["original"], rel=0.01)
+
+
+# --- files, figure, sentences ---
+
+
+def test_what_was_done_is_remembered(tmp_path):
+    asked = wucht.CamPrediction(cuts=1, simulate=1, speed_points=2)
+    springs = {"output_frequency": "60 Hz", "shaft_stiffness": 4e6, "cam_inertia": 0.5}
+    plan, memory = prepare(asked, drive(mean_speed=OMEGA, elastic=springs)), Memory.begun(tmp_path, {})
+    (first,) = run(plan, Work(memory))
+    memory.flush()
+    again = Memory.resumed(tmp_path)
+
+    def none_is_computed(name, compute):
+        return again.unit(name, lambda: pytest.fail(f"{name} is computed again"))
+
+    work = Work(SimpleNamespace(unit=none_is_computed))
+    (second,) = run(plan, work)
+    assert second.cuts.tolist() == first.cuts.tolist()
+    assert second.confirmed[1].deviation == first.confirmed[1].deviation
+    assert asdict(second.twists) == asdict(first.twists)
+    assert [asdict(e) for e in second.vibrations.excited] == [asdict(e) for e in first.vibrations.excited]
+
+
+def write(tmp_path, *changes):
+    text = study_of("cam-prediction").template
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "cam.toml"
+    path.write_text(text)
+    return path
+
+
+def test_the_template_runs_with_a_drive_from_a_file(tmp_path):
+    (tmp_path / "motor.csv").write_text("speed [rpm], torque [N m]\n0, 900\n490, 300\n520, -100\n")
+    path = write(
+        tmp_path,
+        ("mean_speed = ", "# mean_speed = "),
+        ("# [shaft.drive] ", "[shaft.drive]\nkind = 'table'\nfile = 'motor.csv' #"),
+    )
+    result = run_file(path, {"study.cuts": 0, "study.simulate": 1, "study.speed_points": 5, "shaft.output_inertia": 5})
+    assert result.wucht.summary["driven"] == "drive"
+    assert result.wucht.summary["power"]["corrected"]["mean"] == pytest.approx(0.0, abs=1e-3)  # nothing is lost
+    assert result.wucht.summary["mean_speed"]["corrected"] == pytest.approx(512.5 * math.pi / 30, rel=0.01)
+    with pytest.raises(InputError, match=r"cam\.toml: shaft\.loads\[0\]\.torque"):
+        run_file(write(tmp_path, ("mean_speed", "drive = { kind = 'linear', slope = 3, no_load_speed = 3 }\n"
+                       "loads = [{ kind = 'coulomb', torque = '3 N' }]\nmean_speed")))  # fmt: skip
+
+
+def test_the_command_draws_and_reports(wucht, tmp_path):
+    assert wucht("new", "cam-prediction", "mine.toml").code == 0
+    words = ("--set", "study.cuts=2", "--set", "study.simulate=2", "--set", "study.speed_points=8", "-o", "out")
+    command = wucht("run", "mine.toml", *words)
+    assert command.code == 0, command.err
+    for line in (
+        "verdict: CLEAN on a shaft that fluctuates by 5.78 %",
+        "of the output at most 0.113 of the shaft's",
+        "original     52.36 rad/s (500 rpm), fluctuating by 5.28 %; orders above 5: 26.3 % of order 1",
+        "even speed   would take 544.8 kW at most, 52.13 kW in the mean",
+        "drive        none: the eigenmotion saves all of that",
+        "leaves 26.3 %, 3.58 %",
+        "2 turns with the corrected cam",
+        "output at 60 Hz, damping ratio 0.02",
+        "0.198°: corrected and tuned cam",
+    ):
+        assert line in command.out
+    assert (tmp_path / "out" / "cam-prediction.png").stat().st_size > 50_000
+    refused = wucht("run", "mine.toml", "--set", "shaft.drive.kind=liner")
+    assert refused.code == 2
+    assert "mine.toml: shaft.drive.kind" in refused.err
+
+
+def test_the_figure_says_what_it_shows(eigenmotion, driven, elastic):
+    axes = wucht.draw(eigenmotion).axes
+    labels = [a.get_ylabel() for a in axes]
+    assert labels[:3] == ["speed of the shaft (rpm)", "acceleration, amplitude (rad/s²)", "power (kW)"]
+    assert labels[3:] == ["above order 5, over order 1"]
+    assert [t.get_text() for t in axes[2].get_legend().get_texts()] == ["at constant speed", "eigenmotion"]
+    assert list(axes[3].get_lines()[0].get_ydata()) == pytest.approx(eigenmotion.cut_residual.values)
+    assert "drive, corrected cam" in [t.get_text() for t in wucht.draw(driven).axes[2].get_legend().get_texts()]
+    shown = wucht.draw(elastic).axes
+    assert len(shown) == 6
+    assert {"k = 3", "k = 4", "k = 5"} <= {t.get_text() for t in shown[4].texts}
+    assert [t.get_text() for t in shown[5].texts] == elastic.excited.values.tolist()
+    for result in (eigenmotion, driven, elastic):
+        for variable in (*result.data_vars.values(), *result.coords.values()):
+            assert variable.attrs["long_name"]
+            assert "units" in variable.attrs
+
+
+def test_a_slide_is_shown_in_millimetres():
+    asked = wucht.CamPrediction(orders=12, speed_points=4, dwell=("160 deg", "200 deg"), **BRIEF)
+    law = HarmonicTable(harmonics=3, restrictions=[{"at": "0 deg", "equals": "0 mm"}, {"at": "180 deg", "equals": "60 mm"}],
+                        objective="least-mean-square-acceleration")  # fmt: skip
+    slide = drive(
+        law, output_inertia=None, output_mass=80.0, inertia=5.0, mean_speed=12.0, elastic={"output_stiffness": "4e6 N/m"}
+    )
+    result = wucht.run(asked, slide)
+    assert result.wucht.summary["unit"] == "m"
+    assert result.output_acceleration.attrs["units"] == "m/s^2"
+    assert result.wucht.summary["output"]["natural_frequency"] == pytest.approx(math.sqrt(4e6 / 80))
+    assert wucht.draw(result).axes[4].get_ylabel() == "deviation in the dwell (mm)"
+    assert any("mm: " in line for line in wucht.report(result))
