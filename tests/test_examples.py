@@ -11,7 +11,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
+from wucht.cams.milled import MilledCam
+from wucht.cams.shaft_motion import ShaftMotion
+from wucht.cams.workshop.lists import read_list
 from wucht.files.catalogue import load_machine
+from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.studies.study_file import read_study
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -26,7 +32,9 @@ def _load(name: str) -> ModuleType:
 
 
 def test_every_example_is_tested_here() -> None:
-    assert sorted(p.stem for p in EXAMPLES.glob("*.py")) == ["averaging_alone", "numerics_alone", "own_part", "own_study"]
+    assert sorted(p.stem for p in EXAMPLES.glob("*.py")) == [
+        "averaging_alone", "cam_for_an_uneven_shaft", "numerics_alone", "own_part", "own_study",
+    ]  # fmt: skip
 
 
 def test_a_part_of_our_own_is_one_class() -> None:
@@ -90,3 +98,21 @@ def test_a_study_of_our_own_is_one_file(wucht: Callable[..., Any], here: Path) -
     assert written["frequencies"] == pytest.approx([math.sqrt(1e5 / 9), math.sqrt(2e5 / 9)], rel=1e-9)
     refused = wucht("run", "practice/laundry-drum", *poles, "--set", "study.bellow=3")
     assert (refused.code, "below" in refused.err) == (2, True)
+
+
+def test_from_a_motion_task_and_a_record_to_the_points_to_mill(tmp_path: Path) -> None:
+    """On the shaft as it truly turns, the milled cam leaves what the noise of the record does; the original one a lot."""
+    module = _load("cam_for_an_uneven_shaft")
+    module.main(tmp_path)
+    drive = read_study(str(tmp_path / "task.toml")).subject
+    truth = ShaftMotion(Harmonics.of(module.MEAN, module.COSINE, module.SINE))
+    fitted = drive.turning.speed
+    assert fitted.cosine == pytest.approx(module.COSINE, abs=0.01)
+    assert fitted.sine == pytest.approx(module.SINE, abs=0.01)
+    milled = MilledCam(read_list(tmp_path / "mill" / "cam.txt").position, drive.follower.follower())
+    phi = truth.angle(even_angles(1024))
+    motion = Harmonics.sampled(milled.motion(phi, CorrectedLaw(drive.motion.law, drive.turning)(phi)))
+    acceleration = motion.derivative(2).amplitudes
+    assert acceleration[5:30].max() < 5e-3 * acceleration[0]
+    assert above(orders(MotionOverTime(drive.motion.law, truth)), 5) > 0.5
+    assert (tmp_path / "cam-correction.png").exists()

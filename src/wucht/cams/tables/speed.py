@@ -52,13 +52,19 @@ class SpeedTable(Described):
         return self
 
     def measured(self, folder: Path) -> OrderFit | None:
-        """The orders of the record, None without one. folder: that of the cam file. Raises ``InputError``."""
+        """The orders of the record, None without one. folder: that of the cam file. Raises ``InputError``.
+
+        Their phases count from where the cam stands at its zero: at the index pulse, where a measured angle is zero, else at
+        0 s of the record.
+        """
         if self.file is None or self.column is None:
             return None
         recording = read_recording(folder / self.file)
         signal = shaft_signal(recording, self.column, self.quantity, self.pulses_per_turn, self.index)
         fit = fit_orders(signal, self.orders)
-        return fit.about(fit.time_of_angle())
+        # A speed alone does not say where the cam stands: its zero is then that of the record's clock.
+        told = signal.quantity == "angle" and not len(signal.index)
+        return fit.about(fit.time_of_angle()) if told else fit
 
     def shaft(self, measured: OrderFit | None) -> ShaftMotion:
         """The motion of the shaft. Raises ``InputError`` where it stands still or turns back, or the mean is not 2 pi/T."""
