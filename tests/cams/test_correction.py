@@ -34,27 +34,6 @@ def test_orders_of_a_cosine_on_a_shaft_with_one_order_are_bessel_functions():
     assert found.cosine[[0, 2, 4]] == pytest.approx(bessel, abs=1e-14)
 
 
-def test_acceleration_over_time_is_that_of_the_paper():
-    """004 (3): psi'' phi'^2 + psi' phi''."""
-    of = shaft()
-    phi, first, second = (of.angle(PHI, n) for n in range(3))
-    assert MotionOverTime(LAW, of)(PHI, 2) == pytest.approx(LAW(phi, 2) * first**2 + LAW(phi, 1) * second)
-
-
-def test_the_original_cam_gains_the_orders_up_to_n_plus_m_and_the_corrected_one_has_none():
-    of = shaft()
-    original, corrected = (orders(MotionOverTime(law, of)) for law in (LAW, CorrectedLaw(LAW, of)))
-    assert original.amplitudes[5:10].max() > 0.1 * original.amplitudes[0]
-    assert above(corrected, 5) < 1e-13
-    assert corrected.amplitudes[:5] == pytest.approx(orders(LAW).amplitudes[:5])
-
-
-def test_orders_beyond_n_scale_with_the_fluctuation_and_those_beyond_twice_n_with_its_square():
-    found = [orders(MotionOverTime(LAW, shaft(scale))).amplitudes for scale in (0.1, 0.05)]
-    assert found[0][5:10].max() / found[1][5:10].max() == pytest.approx(2, rel=0.05)
-    assert found[0][10:15].max() / found[1][10:15].max() == pytest.approx(4, rel=0.05)
-
-
 def test_the_correction_of_a_constant_speed_is_the_identity():
     of = ShaftMotion(Harmonics.of(OMEGA, [0.0, 0.0]))
     for order in range(4):

@@ -32,17 +32,6 @@ def test_the_angle_is_the_integral_of_the_speed():
     assert of.angle(TAU + 2 * math.pi) == pytest.approx(of.angle(TAU) + 2 * math.pi)
 
 
-def test_equation_4_of_the_paper_with_the_errata():
-    """004 (4): with a_j, b_j in rad/s and omega = 2 pi/T, up to a constant."""
-    of, t, a, b = shaft(), TAU / OMEGA, [0, 2.4, 1, 0.5, 0.3], [0, 1, -1.3, 0.2, 0.4]
-    terms = [
-        (x * np.sin(j * OMEGA * t) - y * np.cos(j * OMEGA * t)) / (j * OMEGA)
-        for j, (x, y) in enumerate(zip(a, b, strict=True), 1)
-    ]
-    phi = OMEGA * t + sum(terms)
-    assert np.ptp(of.angle(TAU) - phi) < 1e-12
-
-
 def test_time_is_the_inverse_of_the_angle_with_its_derivatives():
     of = shaft()
     phi = np.linspace(-10, 10, 500)
