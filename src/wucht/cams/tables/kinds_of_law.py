@@ -39,7 +39,10 @@ class RiseTable(LawTable):
 
 
 class PointsTable(LawTable):
-    """A motion by points over one turn: cam angle and output, from a file or as numbers in SI. unit: of the output's."""
+    """A motion by points over one turn: cam angle and output, from a file or as numbers in SI.
+
+    unit: of the output.
+    """
 
     kind: ClassVar[str] = "table"
 
@@ -58,15 +61,20 @@ class PointsTable(LawTable):
         return MotionLaw(TableLaw(angles, outputs, self.degree), unit)
 
 
-# In a file "harmonic" is the series; the simple harmonic law of the textbooks is named so.
-STANDARD = {
-    "3-4-5": "3-4-5", "4-5-6-7": "4-5-6-7", "inclined-sine": "inclined-sine", "modified-sine": "modified-sine",
-    "modified-trapezoid": "modified-trapezoid", "simple-harmonic": "harmonic", "cubic-spline": "cubic-spline",
-    "quintic-spline": "quintic-spline",
-}  # fmt: skip
-LAWS: Mapping[str, type[LawTable]] = {
-    "harmonic": HarmonicTable,
-    "table": PointsTable,
-    **{kind: type(f"{kind} law", (RiseTable,), {"kind": kind, "standard": name, "__doc__": RiseTable.__doc__})
-       for kind, name in STANDARD.items()},
-}  # fmt: skip
+def _standard(kind: str, name: str, what: str) -> type[LawTable]:
+    """The table of a standard law: its kind in a file, its name there, and what it is."""
+    return type(f"{kind} law", (RiseTable,), {"kind": kind, "standard": name, "__doc__": f"Rise, rest and return: {what}."})
+
+
+_STANDARD: list[type[LawTable]] = [  # in a file "harmonic" is the series; the simple harmonic law of the textbooks is named so
+    _standard("3-4-5", "3-4-5", "a polynomial whose acceleration begins at zero"),
+    _standard("4-5-6-7", "4-5-6-7", "a polynomial whose jerk begins at zero"),
+    _standard("inclined-sine", "inclined-sine", "a sine on a straight line (cycloidal)"),
+    _standard("modified-sine", "modified-sine", "a sine with faster ends, whose largest velocity is small"),
+    _standard("modified-trapezoid", "modified-trapezoid", "a trapezoid of acceleration with rounded corners"),
+    _standard("simple-harmonic", "harmonic", "half a cosine, whose acceleration jumps at both ends"),
+    _standard("cubic-spline", "cubic-spline", "a spline through points"),
+    _standard("quintic-spline", "quintic-spline", "a smoother spline through points"),
+]
+_ALL: list[type[LawTable]] = [HarmonicTable, PointsTable, *_STANDARD]
+LAWS: Mapping[str, type[LawTable]] = {t.kind: t for t in _ALL}

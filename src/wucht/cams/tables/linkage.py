@@ -31,7 +31,7 @@ class LinkageTable(Described):
 
 
 class FourBarTable(LinkageTable):
-    """See ``cams.linkages.FourBar``."""
+    """Lever and output turn about fixed pivots, and a coupler joins their arms."""
 
     kind: ClassVar[str] = "four-bar"
 
@@ -48,7 +48,7 @@ class FourBarTable(LinkageTable):
 
 
 class SliderCrankTable(LinkageTable):
-    """See ``cams.linkages.SliderCrank``."""
+    """A rod joins the arm of the lever to a slider."""
 
     kind: ClassVar[str] = "slider-crank"
     unit: ClassVar[str] = "m"
