@@ -13,6 +13,9 @@ from typing import Any
 
 import pytest
 
+# Two workers whose linear algebra has threads of its own wait for each other: before NumPy is loaded.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 STUDY = """\
 title = "A drum with two pendulums"
 

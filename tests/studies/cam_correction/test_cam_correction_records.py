@@ -79,7 +79,7 @@ def test_what_to_check_of_a_record_is_told(tmp_path):
     assert not any("no index pulse" in w for w in warnings)
     without = asked(tmp_path, FILE.replace('index = "index"\n', ""), **{"speed.orders": [2, 3, 5]})
     texts = json.loads(without.attrs["warnings"])
-    assert any("no index pulse: cam angle zero is taken to be at 0." in w for w in texts)
+    assert any("no index pulse: cam angle zero is taken to be at 0 s." in w for w in texts)
     assert any(w.startswith("Order 4 is left out, but the record holds 1.0") for w in texts)
 
 
