@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.cams.demands import not_negative, positive
 from wucht.cams.laws.law import Law
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
@@ -81,11 +82,9 @@ class ElasticOutput:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in (("inertia", self.inertia), ("stiffness", self.stiffness)):
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(f"output.{name}", value, "must be a positive number")
-        if not (math.isfinite(self.damping) and self.damping >= 0):
-            raise InputError("output.damping", self.damping, "must not be negative")
+        positive("output.inertia", self.inertia)
+        positive("output.stiffness", self.stiffness)
+        not_negative("output.damping", self.damping)
 
     @property
     def natural_frequency(self) -> float:

@@ -14,6 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
+from wucht.cams.demands import not_negative, positive
 from wucht.cams.laws.law import Law
 from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
@@ -49,7 +50,7 @@ class OriginalCam:
     inertia: float
 
     def __post_init__(self) -> None:
-        _check_not_negative("load.inertia", self.inertia)
+        not_negative("load.inertia", self.inertia)
 
     def torque(self, tau: np.ndarray, phi: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """See ``Load``."""
@@ -73,7 +74,7 @@ class CorrectedCam:
     inertia: float
 
     def __post_init__(self) -> None:
-        _check_not_negative("load.inertia", self.inertia)
+        not_negative("load.inertia", self.inertia)
 
     def torque(self, tau: np.ndarray, phi: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """See ``Load``."""
@@ -99,10 +100,9 @@ class ElasticShaft:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in (("inertia", self.inertia), ("stiffness", self.stiffness)):
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(f"shaft.{name}", value, "must be a positive number")
-        _check_not_negative("shaft.damping", self.damping)
+        positive("shaft.inertia", self.inertia)
+        positive("shaft.stiffness", self.stiffness)
+        not_negative("shaft.damping", self.damping)
 
     def turning(self, load: Load, drive: Harmonics, omega: float, points: int = _POINTS) -> Turning:
         """How the cam turns, again and again, under a load: J_c phi_tt + b (phi_t - phi_d,t) + c (phi - phi_d) + torque = 0.
@@ -264,8 +264,3 @@ def _check(drive: Harmonics, omega: float, points: int) -> None:
     if not slowest > 0:
         allowed = f"the flywheel must not stand still or turn back: its speed falls to {slowest:.4g} of the mean; check that"
         raise InputError("drive", None, f"{allowed} the coefficients are those of an angle in rad")
-
-
-def _check_not_negative(where: str, value: float) -> None:
-    if not (math.isfinite(value) and value >= 0):
-        raise InputError(where, value, "must not be negative")

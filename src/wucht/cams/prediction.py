@@ -13,10 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
+from wucht.cams.correction import MotionOverTime, above, orders
+from wucht.cams.demands import not_negative, positive
 from wucht.cams.laws.law import Law
 from wucht.cams.shaft_motion import ShaftMotion, over_time
-from wucht.errors import InputError, RunError
+from wucht.errors import RunError
 from wucht.numerics.harmonics import Harmonics, even_angles
 
 Torque = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # speeds (N,) in rad/s -> torque in N m, its derivative by speed
@@ -40,11 +41,9 @@ class CamShaft:
     torque: Torque | None = None
 
     def __post_init__(self) -> None:
-        for name, value in (("inertia", self.inertia), ("mean_speed", self.mean_speed)):
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(f"shaft.{name}", value, "must be a positive number")
-        if not (math.isfinite(self.output_inertia) and self.output_inertia >= 0):
-            raise InputError("shaft.output_inertia", self.output_inertia, "must be a number that is not negative")
+        positive("shaft.inertia", self.inertia)
+        positive("shaft.mean_speed", self.mean_speed)
+        not_negative("shaft.output_inertia", self.output_inertia)
 
     def inertia_ratio(self, law: Law) -> float:
         """J1 max psi'^2/J0: beyond about 1 there may be no periodic motion."""
@@ -103,16 +102,6 @@ class CamShaft:
         """The power in W over tau (evenly spaced) that the output takes from a shaft that turns evenly at the mean speed."""
         tau = even_angles(count)
         return np.asarray(self.output_inertia * self.mean_speed**3 * law(tau, 1) * law(tau, 2))
-
-    def cut_and_measured(self, law: Law, count: int, cams: int) -> list[float]:
-        """What is left above order N = count, as a share of order 1, with one cam after the other: the original one, that
-        corrected for the speed measured with it, that corrected for the speed with the second, and so on."""
-        left, cam = list[float](), law
-        for _ in range(cams):
-            share, shaft = self.left_by(cam, count)
-            left.append(share)
-            cam = CorrectedLaw(law, shaft)
-        return left
 
     def left_by(self, cam: Law, count: int) -> tuple[float, ShaftMotion]:
         """What is left above order N = count with a cam, as a share of order 1, and the motion of the shaft with it."""

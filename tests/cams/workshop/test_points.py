@@ -83,7 +83,7 @@ def test_the_deviation_of_a_polygon():
 @pytest.mark.parametrize(
     ("ask", "sentence"),
     [
-        (lambda: chord_points(ellipse(), 0.0), "tolerance: given 0.0; it must be a number greater than zero"),
+        (lambda: chord_points(ellipse(), 0.0), "tolerance: given 0.0; must be a positive number"),
         (lambda: chord_points(ellipse(), math.nan), "tolerance: given nan"),
         (lambda: chord_points(ellipse(), 1e-3, spacing=-1.0), "spacing: given -1.0"),
         (lambda: chord_points(ellipse(), 1e-3, least=2), "least: given 2; .* 3 or more"),

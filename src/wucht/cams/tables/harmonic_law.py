@@ -183,13 +183,17 @@ def _found(
     try:
         return synthesise(count, [*asked, *objective], weights)
     except InfeasibleError:
-        pass
+        raise _contradiction(count, asked, unit) from None
+
+
+def _contradiction(count: int, asked: Sequence[Restriction], unit: str) -> InputError:
+    """What must give way, by how much, and how many harmonics would be enough."""
     ways = ways_out(count, asked)
     shown = [f"{way.restriction.name} alone by {_amount(way.by, unit)}" for way in ways]
     gives = f"what may give way: {', or '.join(shown)}" if shown else "more than one of them must give way"
     more = next((n for n in range(count + 1, _MORE * count + 1) if _feasible(n, asked)), None)
     enough = f"; {more} harmonics are enough" if more else ""
-    raise InputError("law.restrictions", None, f"no motion of {count} harmonics satisfies them all; {gives}{enough}")
+    return InputError("law.restrictions", None, f"no motion of {count} harmonics satisfies them all; {gives}{enough}")
 
 
 def _feasible(count: int, asked: Sequence[Restriction]) -> bool:

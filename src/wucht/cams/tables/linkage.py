@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
@@ -25,9 +26,9 @@ class LinkageTable(Described):
         """In a file."""
         return "linkage"
 
+    @abstractmethod
     def linkage(self) -> Linkage:
         """The linkage. Raises ``InputError`` where it does not close."""
-        raise NotImplementedError
 
 
 class FourBarTable(LinkageTable):

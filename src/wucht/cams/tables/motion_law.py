@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -39,6 +40,6 @@ class LawTable(Described):
         """Where each position stands, and what is given there."""
         yield from ()
 
+    @abstractmethod
     def motion(self, unit: str) -> MotionLaw:
         """The law of an output whose positions are in rad or m. Raises ``InputError``."""
-        raise NotImplementedError

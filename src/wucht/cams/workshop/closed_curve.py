@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from wucht.cams.workshop.demands import finite
+from wucht.cams.demands import finite
 from wucht.errors import InputError
 from wucht.numerics.harmonics import even_angles
 

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from wucht.cams.demands import finite, positive
 from wucht.cams.workshop.closed_curve import ClosedCurve, distances
-from wucht.cams.workshop.demands import finite, positive
 from wucht.cams.workshop.plane_spline import PlaneSpline, fitted_spline, spline_deviation
 from wucht.cams.workshop.points import chord_deviation, chord_points
 from wucht.cams.workshop.textfiles import written

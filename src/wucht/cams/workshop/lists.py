@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from wucht.cams.workshop.demands import places, positive
+from wucht.cams.demands import places, positive
 from wucht.cams.workshop.points import FEWEST, PointList
 from wucht.cams.workshop.textfiles import decimal, read_text, written_text
 from wucht.errors import InputError, nearest

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.cams.demands import finite, positive
 from wucht.cams.workshop.closed_curve import ClosedCurve
-from wucht.cams.workshop.demands import finite, positive
 from wucht.errors import InputError
 from wucht.numerics.harmonics import even_angles
 

@@ -12,8 +12,8 @@ from enum import Enum
 
 import numpy as np
 
+from wucht.cams.demands import finite, places, positive
 from wucht.cams.laws.law import Law
-from wucht.cams.workshop.demands import finite, places, positive
 from wucht.errors import InputError
 
 MOST_ROWS = 32767  # nElements of CODESYS' MC_CAM_REF is an INT

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from wucht.cams.demands import positive
 from wucht.cams.workshop.closed_curve import ClosedCurve, curvature
-from wucht.cams.workshop.demands import positive
 from wucht.cams.workshop.points import PointList
 
 FINE = 0.01  # of h^2/r: a rounding up to there will do

@@ -3,15 +3,22 @@
 import numpy as np
 import pytest
 
-from wucht.cams.workshop.demands import at_least, finite, places, positive
+from wucht.cams.demands import at_least, finite, not_negative, places, positive
 from wucht.errors import InputError
 
 
 @pytest.mark.parametrize("value", [0.0, -1e-9, float("nan"), float("inf")])
 def test_a_positive_number(value):
-    with pytest.raises(InputError, match=r"tolerance: given .* greater than zero"):
+    with pytest.raises(InputError, match=r"tolerance: given .*; must be a positive number"):
         positive("tolerance", value)
     assert positive("tolerance", 1e-300) == 1e-300
+
+
+@pytest.mark.parametrize("value", [-1e-300, float("nan"), float("inf")])
+def test_a_number_that_is_not_negative(value):
+    with pytest.raises(InputError, match=r"damping: given .*; must not be negative"):
+        not_negative("damping", value)
+    assert not_negative("damping", 0.0) == 0.0
 
 
 @pytest.mark.parametrize("value", [2, -3, 3.5, float("nan"), True])

@@ -1,4 +1,4 @@
-"""What is demanded of numbers that someone types: a sentence for each that will not do."""
+"""What is demanded of numbers: a sentence for each that will not do."""
 
 from __future__ import annotations
 
@@ -14,7 +14,14 @@ MOST_DECIMALS = 12
 def positive(where: str, value: float) -> float:
     """A finite number above zero. Raises ``InputError``."""
     if not (math.isfinite(value) and value > 0):
-        raise InputError(where, value, "it must be a number greater than zero")
+        raise InputError(where, value, "must be a positive number")
+    return float(value)
+
+
+def not_negative(where: str, value: float) -> float:
+    """A finite number that is not below zero. Raises ``InputError``."""
+    if not (math.isfinite(value) and value >= 0):
+        raise InputError(where, value, "must not be negative")
     return float(value)
 
 
