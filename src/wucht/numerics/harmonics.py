@@ -45,9 +45,10 @@ class Harmonics:
     def __call__(self, x: np.ndarray | float, order: int = 0) -> np.ndarray:
         """The derivative of an order at x (any shape)."""
         k = np.arange(1, self.count + 1)
-        turned = np.multiply.outer(np.asarray(x, float), k) + order * math.pi / 2
-        waves = np.cos(turned) @ (k**order * self.cosine) + np.sin(turned) @ (k**order * self.sine)
-        return np.asarray(waves + (self.mean if order == 0 else 0.0))
+        turn = np.exp(1j * np.asarray(x, float))[..., np.newaxis]
+        waves = np.cumprod(np.broadcast_to(turn, (*turn.shape[:-1], self.count)), axis=-1)  # e^(ikx) without a sine for each k
+        varying = (waves @ ((1j * k) ** order * (self.cosine - 1j * self.sine))).real
+        return np.asarray(varying + (self.mean if order == 0 else 0.0))
 
     @property
     def count(self) -> int:

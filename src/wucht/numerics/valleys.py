@@ -13,6 +13,7 @@ TURN = 2 * math.pi
 STEP = TURN / 4096
 GRID = np.arange(4096) * STEP  # rad: what is narrower than 0.09 deg may be missed
 _GOLDEN = (math.sqrt(5) - 1) / 2
+_LEVEL = 1e-13  # of the largest value: what differs by less from sample to sample is rounding
 
 
 def narrowed(function: RealFunction, a: np.ndarray, b: np.ndarray, sections: int = 40) -> np.ndarray:
@@ -20,10 +21,14 @@ def narrowed(function: RealFunction, a: np.ndarray, b: np.ndarray, sections: int
 
     By golden sections: the function may jump or have a kink.
     """
+    c, d = b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
+    at_c, at_d = function(c), function(d)
     for _ in range(sections):
-        c, d = b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
-        left = function(c) < function(d)
+        left = at_c < at_d
         a, b = np.where(left, a, c), np.where(left, d, b)
+        new = np.where(left, b - _GOLDEN * (b - a), a + _GOLDEN * (b - a))
+        at_new = function(new)
+        (c, at_c), (d, at_d) = (np.where(left, (new, at_new), (d, at_d)), np.where(left, (c, at_c), (new, at_new)))
     tried = np.stack([a, (a + b) / 2, b])
     return np.asarray(tried[np.argmin([function(x) for x in tried], axis=0), np.arange(len(a))])
 
@@ -35,12 +40,23 @@ def valleys(function: RealFunction, values: np.ndarray | None = None, below: flo
     jumps has its minima there on the lower side.
     """
     y = function(GRID) if values is None else values
-    i = np.flatnonzero((y < np.roll(y, 1)) & (y <= np.roll(y, -1)) & (y < below))
+    i = _dips(y)
+    i = i[y[i] < below]
     i = i if len(i) else np.array([int(np.argmin(y))])
     found = narrowed(function, GRID[i] - STEP, GRID[i] + STEP)
     reached = function(found)
     at, least = np.where(reached < y[i], found, GRID[i]), np.minimum(reached, y[i])
     return np.mod(at, TURN), least
+
+
+def _dips(y: np.ndarray) -> np.ndarray:
+    """The indices (k,) of the samples (N,) of a turn that are lower than their neighbours, of a level stretch the first one.
+
+    A stretch that is level but for rounding counts once: a circle would have a thousand minima.
+    """
+    steps = np.flatnonzero(~(np.abs(y - np.roll(y, 1)) <= _LEVEL * np.abs(y[np.isfinite(y)]).max(initial=0.0)))
+    z = y[steps]
+    return np.asarray(steps[(z < np.roll(z, 1)) & (z <= np.roll(z, -1))])
 
 
 def arcs_below_zero(function: RealFunction, minima: np.ndarray | None = None) -> tuple[Arc, ...]:
