@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -60,7 +61,9 @@ class CamShaft:
             root = np.sqrt(reduced / 2)
             energy = np.full(count, (self.mean_speed * root.mean()) ** 2)
             if self.torque is not None:
-                energy = _newton(_EnergyBalance(reduced, _differentiation(count), self.torque), energy, self.remedy(law))
+                energy = _newton(
+                    _EnergyBalance(reduced, _differentiation(count), self.torque), energy, partial(self.remedy, law)
+                )
             return Harmonics.sampled(np.sqrt(energy) / root)
 
         speed = _resolved(attempt)
@@ -78,7 +81,7 @@ class CamShaft:
             if self.torque is None:
                 return Harmonics.sampled(self._eigenmotion(moved, law))
             balance = _PowerBalance(self.inertia, moved, _differentiation(count), self.torque)
-            return Harmonics.sampled(_newton(balance, np.full(count, self.mean_speed), self.remedy(law)))
+            return Harmonics.sampled(_newton(balance, np.full(count, self.mean_speed), partial(self.remedy, law)))
 
         return ShaftMotion(_resolved(attempt).without_rounding(_NOTHING))
 
@@ -92,6 +95,15 @@ class CamShaft:
             x = (low + high) / 2
             low, high = (x, high) if np.sqrt(x - lost).mean() < 1 else (low, x)
         return np.asarray(self.mean_speed * np.sqrt(high - lost))
+
+    def free(self, mean_speed: float) -> CamShaft:
+        """Without a torque: its motion is the eigenmotion, of constant energy, at a mean speed in rad/s."""
+        return CamShaft(self.inertia, self.output_inertia, mean_speed)
+
+    def energy(self, cam: Law, motion: ShaftMotion) -> float:
+        """In J, of shaft and output with a cam on a motion of the shaft, at the cam angle zero."""
+        reduced = self.inertia + self.output_inertia * float(cam(0.0, 1)) ** 2
+        return float(reduced * motion.speed(0.0) ** 2 / 2)
 
     def remedy(self, law: Law) -> str:
         """What is wrong where there is no solution, and what helps."""
@@ -142,7 +154,9 @@ class _PowerBalance:
         return omega * turning + omega**3 * moving - torque * speed, by_each + by_mean
 
 
-def _newton(balance: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], start: np.ndarray, remedy: str) -> np.ndarray:
+def _newton(
+    balance: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], start: np.ndarray, remedy: Callable[[], str]
+) -> np.ndarray:
     """Where a balance of positive unknowns is closed: Newton's steps, halved where they do not help."""
     x, (off, jacobian) = start, balance(start)
     for _ in range(_MOST_STEPS):
@@ -161,7 +175,7 @@ def _newton(balance: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], star
                 return np.asarray(x)
             break
         x, off, jacobian = x + step, new_off, new_jacobian
-    raise RunError(f"no periodic motion of the shaft was found: {remedy}; and a drive that holds the mean speed")
+    raise RunError(f"no periodic motion of the shaft was found: {remedy()}; and a drive that holds the mean speed")
 
 
 def _differentiation(count: int) -> np.ndarray:
@@ -173,11 +187,23 @@ def _differentiation(count: int) -> np.ndarray:
 
 
 def _resolved(attempt: Callable[[int], Harmonics]) -> Harmonics:
-    """The speed with so many points that its highest orders are rounding, or the most."""
+    """The speed with so many points that its highest orders are rounding, or the most: ``unresolved`` tells."""
     count = _FEWEST
     while True:
         found = attempt(count)
-        tail = found.amplitudes[-round(_TAIL * found.count) :]
-        if tail.max() <= _ROUNDING * found.mean or count >= _MOST:
+        if _highest(found) <= _ROUNDING * found.mean or count >= _MOST:
             return found
         count *= 2
+
+
+def _highest(speed: Harmonics) -> float:
+    return float(speed.amplitudes[-round(_TAIL * speed.count) :].max())
+
+
+def unresolved(motion: ShaftMotion) -> float:
+    """The largest of the highest orders of a predicted speed, as a share of its mean, where there are as many as can be.
+
+    A law whose acceleration jumps has no end of orders, and a shaft that nearly stands still within a turn very many.
+    """
+    amplitudes = motion.speed.amplitudes[round((1 - _TAIL) * _MOST / 2) :]
+    return float(amplitudes.max(initial=0.0) / motion.mean)

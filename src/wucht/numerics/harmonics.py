@@ -12,6 +12,7 @@ import numpy as np
 from wucht.numerics.zeros import crossings
 
 _MANY, _DENSE = 64, 16  # harmonics whose companion matrix takes too long; looked at so densely they show their extrema
+_BLOCK = 16  # powers of a wave that are multiplied out; of their highest the further ones follow by Horner's scheme
 _TINY = 1e-280  # no function at all
 _NEGLIGIBLE = 1e-15  # of the largest coefficient: highest harmonics that are rounding only blow up a companion matrix
 
@@ -44,11 +45,15 @@ class Harmonics:
 
     def __call__(self, x: np.ndarray | float, order: int = 0) -> np.ndarray:
         """The derivative of an order at x (any shape)."""
-        k = np.arange(1, self.count + 1)
-        turn = np.exp(1j * np.asarray(x, float))[..., np.newaxis]
-        waves = np.cumprod(np.broadcast_to(turn, (*turn.shape[:-1], self.count)), axis=-1)  # e^(ikx) without a sine for each k
-        varying = (waves @ ((1j * k) ** order * (self.cosine - 1j * self.sine))).real
-        return np.asarray(varying + (self.mean if order == 0 else 0.0))
+        width, k = min(_BLOCK, max(self.count, 1)), np.arange(1, self.count + 1)
+        wave = np.exp(1j * np.asarray(x, float))[..., np.newaxis]
+        powers = np.cumprod(np.broadcast_to(wave, (*wave.shape[:-1], width)), axis=-1)
+        coefficients = np.zeros((-(-max(self.count, 1) // width), width), complex)
+        coefficients.flat[: self.count] = (1j * k) ** order * (self.cosine - 1j * self.sine)
+        total, *lower = np.moveaxis(powers @ coefficients.T, -1, 0)[::-1]
+        for block in lower:
+            total = total * powers[..., -1] + block
+        return np.asarray(total.real + (self.mean if order == 0 else 0.0))
 
     @property
     def count(self) -> int:

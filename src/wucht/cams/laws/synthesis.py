@@ -114,9 +114,15 @@ def _needed(restriction: Restriction, law: Harmonics) -> float:
     """By how much it must be widened for a motion to satisfy it, exactly."""
     if isinstance(restriction, Cap):
         return max(float(law.amplitudes[restriction.harmonic - 1]) - restriction.size, 0.0)
-    derivative = law.derivative(restriction.order)
-    values = derivative(np.array([restriction.begin, restriction.end, *_on(restriction, derivative)]))
-    return max(float(np.maximum(values - restriction.high, restriction.low - values).max()), 0.0)
+    least, greatest = extremes(restriction, law)
+    return max(greatest - restriction.high, restriction.low - least, 0.0)
+
+
+def extremes(band: Band, law: Harmonics) -> tuple[float, float]:
+    """The least and the greatest value of its derivative on the arc of a band, exactly."""
+    derivative = law.derivative(band.order)
+    values = derivative(np.array([band.begin, band.end, *_on(band, derivative)]))
+    return float(values.min()), float(values.max())
 
 
 def _on(band: Band, derivative: Harmonics) -> np.ndarray:

@@ -152,7 +152,7 @@ class HarmonicTable(LawTable):
                 allowed = "the flattest dwell needs a restriction on an arc that says equals, without a tolerance"
                 raise InputError("law.objective", self.objective, allowed)
             found = _found(count, asked, [], self._weights(count), unit)
-        return MotionLaw(found.law, unit, count, asked, found.widening if self.objective != _LEAST_SQUARE else None)
+        return MotionLaw(found.law, unit, count, asked)
 
     def _weights(self, count: int) -> np.ndarray | None:
         """Of the harmonics in what is minimised."""

@@ -54,16 +54,25 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     return answered(xr_.Dataset(dict(data), coords=coordinates), summary, summary["sentence"])
 
 
+def _ripple(plan: Plan, f: Findings) -> float | None:
+    """The largest deviation from what is asked on the arcs that are to be as tight as they can be, or else in the dwells."""
+    asked = plan.motion.restrictions
+    kept = {r.name for r in asked if r.widened} or {band.name for band in plan.motion.dwells}
+    found = zip(asked, f.met, strict=True)
+    off = [np.abs(met - (r.low + r.high) / 2).max() for r, met in found if isinstance(r, Band) and r.name in kept]
+    return float(max(off)) if off else None
+
+
 def _summary(plan: Plan, f: Findings) -> dict[str, Any]:
     stroke = float(f.greatest[0] - f.least[0])
-    largest = {n: float(max(abs(a), abs(b))) for n, a, b in zip(NAMES, f.least, f.greatest, strict=True)}
+    peaks = {n: float(max(abs(a), abs(b))) for n, a, b in zip(NAMES, f.least, f.greatest, strict=True)}
     summary: dict[str, Any] = {
         "sentence": "",
         "unit": plan.motion.unit,
         "stroke": stroke,
         "harmonics": plan.motion.count,
-        "largest": largest,
-        "tolerance": plan.motion.widening,
+        "ripple": _ripple(plan, f),
+        "peaks": peaks,
         "coefficients": {
             "mean": f.harmonics.mean,
             "cosine": f.harmonics.cosine.tolist(),

@@ -20,10 +20,9 @@ def report(result: xr.Dataset) -> list[str]:
     def shown(value: float, suffix: str = "") -> str:
         return f"{math.degrees(value):.4g}°{suffix}" if angle else f"{1e3 * value:.4g} mm{suffix}"
 
-    largest = s["largest"]
     lines = [("stroke", shown(s["stroke"]))]
-    if s["tolerance"] is not None:
-        lines.append(("tightest", f"within {shown(s['tolerance'])} of what is asked"))
+    if s["ripple"] is not None:
+        lines.append(("dwell", f"within {shown(s['ripple'])} of what is asked"))
     for name, suffix in (("velocity", "/rad"), ("acceleration", "/rad²"), ("jerk", "/rad³")):
-        lines.append((name, f"at most {shown(largest[name], suffix)}"))
+        lines.append((name, f"at most {shown(s['peaks'][name], suffix)}"))
     return in_lines(result, s["sentence"], lines)

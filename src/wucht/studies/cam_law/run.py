@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.cams.laws.law import Law
 from wucht.cams.laws.rise_and_return import RiseAndReturn
-from wucht.cams.laws.synthesis import Band, Cap, Restriction
+from wucht.cams.laws.synthesis import Cap, Restriction, extremes
 from wucht.numerics.harmonics import Harmonics, even_angles
 from wucht.studies.cam_law.prepare import Plan
 from wucht.studies.work import Work
@@ -58,10 +58,8 @@ def _met(restriction: Restriction, law: Law, harmonics: Harmonics) -> tuple[floa
     """The least and the greatest value of what is restricted."""
     if isinstance(restriction, Cap):
         return 0.0, float(harmonics.amplitudes[restriction.harmonic - 1])
-    values = _on_arc(restriction, law)
+    if isinstance(law, Harmonics):
+        return extremes(restriction, law)
+    at = np.linspace(restriction.begin, restriction.end, _FINE if restriction.end > restriction.begin else 1)
+    values = law(at, restriction.order)
     return float(values.min()), float(values.max())
-
-
-def _on_arc(band: Band, law: Law) -> np.ndarray:
-    at = np.linspace(band.begin, band.end, _FINE if band.end > band.begin else 1)
-    return law(at, band.order)

@@ -6,14 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicHermiteSpline
 
 from wucht.cams.laws.law import Law
 from wucht.cams.prediction import CamShaft
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.harmonics import Harmonics
 
 _PER_TURN = 512
 _TOLERANCE = 1e-12
+_TABLE = 8192  # angles of a turn at which the cam is tabulated: of order 20 the table is 1e-10 off between them
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +29,11 @@ class Confirmation:
 
 def confirmation(camshaft: CamShaft, cam: Law, predicted: ShaftMotion, turns: int) -> Confirmation:
     """J phi'' = T - dJ/dphi phi'^2/2 with J = J0 + J1 psi'(phi)^2, over so many turns."""
-    J0, J1, omega = camshaft.inertia, camshaft.output_inertia, predicted.mean
+    J0, J1, omega, table = camshaft.inertia, camshaft.output_inertia, predicted.mean, _table(cam)
 
     def moved(phi: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """psi', psi'' and the acceleration of the shaft."""
-        p, q = cam(phi, 1), cam(phi, 2)
+        p, q = table(np.mod(phi, 2 * np.pi)).T
         torque = 0.0 if camshaft.torque is None else camshaft.torque(v)[0]
         return p, q, (torque - J1 * p * q * v**2) / (J0 + J1 * p**2)
 
@@ -51,7 +53,8 @@ def confirmation(camshaft: CamShaft, cam: Law, predicted: ShaftMotion, turns: in
     return Confirmation(float(off), Harmonics.sampled((q * v**2 + p * a) / omega**2))
 
 
-def as_series(law: Law, orders: int) -> Harmonics:
-    """A law by harmonics: asked for at single angles thousands of times. orders: of the shaft; it needs some times more."""
-    samples = min(max(_PER_TURN, 8 * orders), 2 * _PER_TURN)
-    return Harmonics.sampled(law(even_angles(samples))).without_rounding()
+def _table(cam: Law) -> CubicHermiteSpline:
+    """psi' and psi'' by cam angles of a turn: asked for at single angles many thousands of times."""
+    phi = np.linspace(0, 2 * np.pi, _TABLE + 1)
+    first, second, third = (cam(phi, order) for order in (1, 2, 3))
+    return CubicHermiteSpline(phi, np.column_stack([first, second]), np.column_stack([second, third]))

@@ -20,6 +20,7 @@ from wucht.numerics.harmonics import Harmonics, even_angles
 _SAMPLES = 2048
 _MOST_ORDERS, _SMALL = 40, 1e-9  # of a lever's motion: those that matter
 _STANDARD = ("3-4-5", "4-5-6-7", "modified-sine", "inclined-sine")
+_FEWEST, _MOST = 256, 1024  # points of a turn at which the cam behind its shaft is balanced
 _NEAR = np.array([-0.02, -0.01, 0.0, 0.01, 0.02])  # about a resonance, so that no peak falls between two speeds
 
 
@@ -135,7 +136,7 @@ def twists(shaft: ElasticShaft, law: Law, count: int, inertia: float, original: 
     ]
     found = list[Twist]()
     for name, load, flywheel in cams:
-        points = max(256, 4 * flywheel.speed.count)
+        points = min(max(_FEWEST, 4 * flywheel.speed.count), _MOST)
         drive = Harmonics.sampled(flywheel.angle(even_angles(points)) - even_angles(points)).without_rounding()
         try:
             turning = shaft.turning(load, drive, flywheel.mean, points)

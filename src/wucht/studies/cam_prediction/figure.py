@@ -79,7 +79,7 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
     degrees = np.degrees(result.tau.values)
     for name, colour in _COLOURS.items():
         axis.plot(degrees, _RPM * result.speed.sel(cam=name).values, color=colour, linewidth=1.3, label=f"{name} cam")
-    mean = summary_of(result)["mean_speed"]["corrected"]
+    mean = summary_of(result)["corrected"]["mean_speed"]
     axis.axhline(_RPM * mean, color=GREY, linestyle=":", linewidth=0.9)
     axis.set_ylabel("speed of the shaft (rpm)")
     axis.ticklabel_format(axis="y", useOffset=False)
@@ -164,7 +164,7 @@ def _over_speed(axis: Axes, result: xr.Dataset) -> None:
             f"k = {k}", (at, 0.0), (0, 4), xycoords=("data", "axes fraction"), textcoords="offset points", fontsize=7,
             color=GREY, ha="center", bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
         )  # fmt: skip
-    mean = _RPM * summary_of(result)["mean_speed"]["corrected"]
+    mean = _RPM * summary_of(result)["corrected"]["mean_speed"]
     if speeds[0] <= mean <= speeds[-1]:
         axis.axvline(mean, color=GREY, linewidth=0.9, label="mean speed")
     axis.set_yscale("log")

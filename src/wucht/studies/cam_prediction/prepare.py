@@ -10,7 +10,6 @@ import numpy as np
 from wucht.cams.drive import CamDrive
 from wucht.cams.elastic_output import Dwell, ElasticOutput
 from wucht.cams.elastic_shaft import ElasticShaft
-from wucht.cams.laws.synthesis import Band
 from wucht.cams.prediction import CamShaft
 from wucht.cams.tables.camshaft import Driving
 from wucht.cams.tables.motion_law import MotionLaw
@@ -18,7 +17,6 @@ from wucht.errors import InputError
 from wucht.numerics.harmonics import even_angles
 from wucht.studies.cam_prediction.spec import CamPrediction
 
-_NARROW = 0.1  # of the stroke: a band on an arc that is narrower is a dwell
 _STILL = 1e-9  # of the largest velocity
 _LOOKED_AT, _SHORTEST = 3600, 36  # cam angles in which a law without restrictions is looked at, and those of a dwell, at least
 _ABOUT = (0.5, 1.5)  # times the mean speed
@@ -70,10 +68,7 @@ def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
 
 def dwells_of(motion: MotionLaw) -> tuple[Dwell, ...]:
     """Where a law is asked to rest; or, where nothing was asked, where it does."""
-    stroke = np.ptp(motion.law(even_angles(_LOOKED_AT)))
-    asked = [r for r in motion.restrictions if isinstance(r, Band) and r.order == 0 and r.end > r.begin]
-    narrow = [b for b in asked if b.high - b.low <= _NARROW * stroke]
-    return tuple(Dwell(b.begin, b.end, (b.low + b.high) / 2) for b in narrow) or _where_it_rests(motion)
+    return tuple(Dwell(b.begin, b.end, (b.low + b.high) / 2) for b in motion.dwells) or _where_it_rests(motion)
 
 
 def _where_it_rests(motion: MotionLaw) -> tuple[Dwell, ...]:

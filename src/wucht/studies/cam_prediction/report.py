@@ -17,11 +17,11 @@ _BEST = 3  # motions of the elastic output that are named
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a prediction."""
     s, (speed, _) = summary_of(result), formats(result)
-    mean, swing, above, power = s["mean_speed"], s["fluctuation"], s["above"], s["power"]
+    above, power = s["above"], s["power"]
     lines = [("inertia", f"of the output at most {s['inertia_ratio']:.3g} of the shaft's")]
-    for name in ("original", "corrected"):
+    for name, one in (("original", s), ("corrected", s["corrected"])):
         left = f"orders above {above['orders']}: {_share(above[name])} of order 1"
-        lines.append((name, f"{speed(mean[name])}, fluctuating by {_share(swing[name])}; {left}"))
+        lines.append((name, f"{speed(one['mean_speed'])}, fluctuating by {_share(one['fluctuation'])}; {left}"))
     constant, drive = power["constant_speed"], power["corrected"]
     taken = f"{_watts(constant['peak'])} at most, {_watts(constant['mean_positive'])} in the mean without what flows back"
     lines.append(("even speed", f"would take {taken}"))

@@ -14,7 +14,7 @@ from wucht.cams.laws.law import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import RunError
 from wucht.numerics.harmonics import Harmonics, even_angles
-from wucht.studies.cam_prediction.confirmation import Confirmation, as_series, confirmation
+from wucht.studies.cam_prediction.confirmation import Confirmation, confirmation
 from wucht.studies.cam_prediction.elasticity import Twists, Vibrations, twists, vibrations
 from wucht.studies.cam_prediction.prepare import Plan
 from wucht.studies.work import Work
@@ -22,17 +22,28 @@ from wucht.studies.work import Work
 _AVERAGED = 4096  # points of a turn, for means
 
 
+@dataclass(frozen=True)
+class Eigenmotion:
+    """How the shaft would turn at a mean speed with neither drive nor loads: its energy in J stays the same."""
+
+    mean_speed: float
+    period: float
+    energy: float
+    fluctuation: float
+
+
 @dataclass(frozen=True, eq=False)
 class Turning:
     """shaft: its motion. acceleration: of the output by orders, per s^2. above: the largest of its orders above N, as a share
     of order 1. left: of a disturbance of the energy after a turn, as a share: below 1 the motion is stable. drive (points + 1):
-    torque of the drive over tau."""
+    torque of the drive over tau. eigenmotion: at the same mean speed, None where there is none."""
 
     shaft: ShaftMotion
     acceleration: Harmonics
     above: float
     left: float
     drive: np.ndarray
+    eigenmotion: Eigenmotion | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,18 +79,16 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Both motions of the shaft, each cut, each simulation, the springs. Raises ``RunError`` where there is no motion."""
     law, tau = plan.motion.law, np.linspace(0, 2 * math.pi, plan.points + 1)
     work.report(0.0, "motion of the shaft")
-    original = work.unit("original cam", lambda: _turning(plan, law, _shaft(plan, law, False), tau))
+    original = work.unit("original cam", lambda: _turning(plan, law, _shaft(plan, law, False), tau, False))
     work.report(0.1, "motion of the shaft with the corrected cam")
     motion = work.unit("corrected cam", lambda: _shaft(plan, law, True))
     cam = CorrectedLaw(law, motion)
-    corrected = work.unit("turning with the corrected cam", lambda: _turning(plan, cam, motion, tau))
+    corrected = work.unit("turning with the corrected cam", lambda: _turning(plan, cam, motion, tau, True))
     profile = np.array([cam(tau, order) for order in range(4)])
     cuts, failure = _cuts(plan, work.part("cuts", 0.2, 0.5))
     confirmed = []
     if plan.turns:
-        exact = law if isinstance(law, Harmonics) else as_series(law, plan.count)
-        pairs = ((exact, original.shaft), (as_series(cam, max(motion.speed.count, plan.count)), motion))
-        for n, (one, shaft) in enumerate(pairs):
+        for n, (one, shaft) in enumerate(((law, original.shaft), (cam, motion))):
             work.report(0.5 + 0.15 * n, "simulation in time")
             confirmed.append(work.unit(f"simulation {n}", partial(confirmation, plan.shaft, one, shaft, plan.turns)))
     work.report(0.8, "springs")
@@ -101,10 +110,21 @@ def _shaft(plan: Plan, law: Law, corrected: bool) -> ShaftMotion:
     return plan.shaft.with_corrected_cam(law) if corrected else plan.shaft.with_cam(law)
 
 
-def _turning(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray) -> Turning:
+def _turning(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray, corrected: bool) -> Turning:
     spectrum, omega = orders(MotionOverTime(cam, shaft)), shaft.mean
     acceleration = Harmonics(0.0, omega**2 * spectrum.cosine, omega**2 * spectrum.sine)
-    return Turning(shaft, acceleration, above(spectrum, plan.count), _left(plan, cam, shaft), _drive(plan, cam, shaft, tau))
+    left, drive, free = _left(plan, cam, shaft), _drive(plan, cam, shaft, tau), _eigenmotion(plan, omega, corrected)
+    return Turning(shaft, acceleration, above(spectrum, plan.count), left, drive, free)
+
+
+def _eigenmotion(plan: Plan, omega: float, corrected: bool) -> Eigenmotion | None:
+    law, free = plan.motion.law, plan.shaft.free(omega)
+    try:
+        motion = free.with_corrected_cam(law) if corrected else free.with_cam(law)
+    except RunError:
+        return None
+    cam = CorrectedLaw(law, motion) if corrected else law
+    return Eigenmotion(omega, 2 * math.pi / omega, free.energy(cam, motion), motion.fluctuation)
 
 
 def _left(plan: Plan, cam: Law, shaft: ShaftMotion) -> float:

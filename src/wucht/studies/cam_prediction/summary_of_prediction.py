@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from wucht.cams.prediction import unresolved
 from wucht.studies.cam_prediction.confirmation import Confirmation
 from wucht.studies.cam_prediction.elasticity import Twists
 from wucht.studies.cam_prediction.prepare import Plan
@@ -18,11 +19,13 @@ _SLOW, _DIVERGING = 0.5, 1.0  # inertia ratios
 _KEPT = 1e-12  # of the mean speed: orders that a cam is made for
 _FLOOR = 1e-9  # residuals below are rounding
 _TOO_MUCH = 1e-3  # of order 1: what an elastic shaft leaves
+_UNRESOLVED = 1e-6  # of the mean speed: orders beyond which more must be
 _DOUBTFUL = 1e-5  # of the mean speed: prediction and simulation differ
 
 
 def summary(plan: Plan, f: Findings) -> dict[str, Any]:
-    """The numbers of ``summary.json``: of original and corrected cam each; inertia_ratio; power; cut_residuals; simulation."""
+    """The numbers of ``summary.json``: how the shaft turns with the original cam, which moves its output by the law over the
+    cam angle, and under ``corrected`` how with the corrected one; inertia_ratio; power; cut_residuals; simulation."""
     both = {"original": f.original, "corrected": f.corrected}
     constant = _power(f.constant)
     powers = {name: _power(one.drive * one.shaft.speed(f.tau)) for name, one in both.items()}
@@ -31,9 +34,8 @@ def summary(plan: Plan, f: Findings) -> dict[str, Any]:
         "harmonics": plan.motion.count,
         "inertia_ratio": plan.shaft.inertia_ratio(plan.motion.law),
         "driven": "eigenmotion" if plan.driving is None else "enforced" if plan.enforced else "drive",
-        "mean_speed": {name: one.shaft.mean for name, one in both.items()},
-        "fluctuation": {name: one.shaft.fluctuation for name, one in both.items()},
-        "speed": _coefficients(f.corrected),
+        **_turning(f.original, powers["original"]),
+        "corrected": {**_turning(f.corrected, powers["corrected"]), "speed": _coefficients(f.corrected)},
         "above": {"orders": plan.count, "law": f.clean, **{name: one.above for name, one in both.items()}},
         "left_after_a_turn": {name: _number(one.left) for name, one in both.items()},
         "power": {"constant_speed": constant, **powers},
@@ -52,6 +54,16 @@ def summary(plan: Plan, f: Findings) -> dict[str, Any]:
     if f.twists is not None:
         found["shaft"] = [asdict(c) for c in f.twists.cams]
     return found
+
+
+def _turning(one: Turning, power: dict[str, float]) -> dict[str, Any]:
+    return {
+        "mean_speed": one.shaft.mean,
+        "fluctuation": one.shaft.fluctuation,
+        "speed_orders": one.shaft.speed.without_rounding(_KEPT).amplitudes.tolist(),
+        "mean_power": power["mean"],
+        "eigenmotion": None if one.eigenmotion is None else asdict(one.eigenmotion),
+    }
 
 
 def _coefficients(one: Turning) -> dict[str, Any]:
@@ -90,7 +102,7 @@ def sentence(plan: Plan, s: dict[str, Any]) -> str:
     above, orders = s["above"], f"orders above {s['above']['orders']}"
     simulated = s["simulation"] and s["simulation"]["corrected"]["above"]
     left = above["corrected"] if simulated is None else max(simulated, above["corrected"])
-    shaft = f"on a shaft that fluctuates by {_percent(s['fluctuation']['corrected'])}"
+    shaft = f"on a shaft that fluctuates by {_percent(s['corrected']['fluctuation'])}"
     if not left <= above["law"] + _CLEAN:
         return f"NOT CLEAN {shaft}: {orders} are {_percent(left)} of order 1 with the corrected cam"
     before = f"the original one leaves {_percent(above['original'])} of order 1"
@@ -124,6 +136,10 @@ def warnings(plan: Plan, f: Findings, s: dict[str, Any]) -> list[str]:
         said.append(f.failure)
     elif contraction is not None and contraction >= 1:
         said.append("cutting a cam and measuring again diverges: the last cam is worse than the one before")
+    for name, turning in (("original", f.original), ("corrected", f.corrected)):
+        if (share := unresolved(turning.shaft)) > _UNRESOLVED:
+            more = f"with the {name} cam the highest orders of the speed are {share:.1e} of its mean, and more are left out"
+            said.append(f"{more}: the shaft nearly stands still within a turn, or the law's acceleration jumps")
     said += [_unstable(name, one) for name, one in (("original", f.original), ("corrected", f.corrected)) if one.left > 1]
     for name, one in zip(("original", "corrected"), f.confirmed, strict=False):
         if not one.deviation <= _DOUBTFUL:
