@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -144,12 +145,18 @@ def _with_points(given: dict[str, Any], folder: Path, unit: str | None) -> dict[
         raise InputError("law.file", name, "must be the name of a file")
     if "points" in given:
         raise InputError("law.file", name, "give either file or points")
-    failed: InputError | None = None
+    failed = list[str]()
     for known in [unit] if unit is not None else UNITS:
         try:
             points = read_table(folder / name, (_CAM_ANGLE, UNITS[known]))
         except InputError as error:
-            failed = failed or error
+            failed.append(error.allowed)
         else:
             return {**{k: v for k, v in given.items() if k != "file"}, "points": points, "unit": known}
-    raise InputError("law.file", name, failed.allowed if failed else "must have a unit of angle or length")
+    raise InputError("law.file", name, max(failed, key=_line))  # with the other unit it fails at the heading
+
+
+def _line(sentence: str) -> int:
+    """The line of a file that a sentence names."""
+    found = re.match(r"line (\d+):", sentence)
+    return int(found[1]) if found else 0

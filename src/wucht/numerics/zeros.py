@@ -55,3 +55,11 @@ def first_where(holds: Callable[[float], bool], low: float, high: float) -> floa
     while (middle := (low + high) / 2) not in (low, high):
         low, high = (low, middle) if holds(middle) else (middle, high)
     return high
+
+
+def fewest_where(holds: Callable[[int], bool], low: int, high: int) -> int:
+    """The least whole number above ``low`` from which on a condition holds, which does at ``high``."""
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high

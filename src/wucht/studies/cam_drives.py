@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -34,8 +35,9 @@ class OfCamDrive:
 
 
 def _set(described: Document, path: str, value: Any) -> None:
-    """Set a key by its path, such as ``law.restrictions.1.equals``, items of lists by number. Raises ``InputError``."""
-    keys = path.split(".")
+    """Set a key by its path. Items of lists are counted from 1, ``law.restrictions.1.equals``, or named as messages do,
+    ``law.restrictions[0].equals``. Raises ``InputError``."""
+    keys = re.sub(r"\[(\d+)\]", lambda found: f".{int(found[1]) + 1}", path).split(".")
     if keys[0] not in TABLES or len(keys) == 1:
         raise InputError(path, value, f"unknown table; {nearest(keys[0], TABLES)}, each followed by '.key'")
     target: Any = described.setdefault(keys[0], {})

@@ -134,3 +134,19 @@ def test_wrong_tables(phi, psi, degree, sentence):
 def test_as_few_points_as_the_degree_needs(degree):
     phi = np.arange(degree + 1) / (degree + 1) * TURN
     assert TableLaw(phi, np.cos(phi), degree)(phi) == pytest.approx(np.cos(phi), abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("angles", "outputs", "sentence"),
+    [
+        (np.linspace(0, 3.5, 40), np.sin(np.linspace(0, 3.5, 40)), "there are none from 200.535 to 360 deg"),
+        (np.linspace(0, 5.9, 60), np.linspace(0, 1, 60), "from 338.045 to 360 deg it jumps back"),
+        (np.linspace(0, 6.0, 60), 1 - np.cos(np.linspace(0, 6.0, 60)), None),
+    ],
+)
+def test_points_make_up_a_whole_turn(angles, outputs, sentence):
+    if sentence is None:
+        assert TableLaw(angles, outputs)(6.1) == pytest.approx(1 - math.cos(6.1), abs=1e-3)
+        return
+    with pytest.raises(InputError, match=sentence):
+        TableLaw(angles, outputs)

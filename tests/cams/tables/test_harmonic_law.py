@@ -82,6 +82,7 @@ FEW = {"harmonics": 2, "objective": "least-peak-acceleration"}
 WRONG = {
     "law.restrictions: needed are [[law.restrictions]], or coefficients": {"restrictions": []},
     "law.harmonics: this key is missing": {"harmonics": None},
+    "law.coefficients: needed are cosine or sine": {"restrictions": [], "coefficients": {"mean": 1.0}},
     "law.harmonics: given 0; must be between 1 and 60|a whole number from 1 to 60": {"harmonics": 0},
     "law.restrictions[0].on: given [0.0, 1.0]; give either at or on": {"restrictions": [TOP | {"on": [0, 1]}, DWELL]},
     "law.restrictions[0].equals: given '1 deg'; give either equals, or min and max": {
@@ -118,7 +119,67 @@ def test_what_contradicts_itself_says_what_must_give_way_and_how_many_harmonics_
     assert "no motion of 2 harmonics satisfies them all; what may give way: law.restrictions[" in said
     assert "; 5 harmonics are enough" in said
     with pytest.raises(InputError, match="more than one of them must give way"):
-        law({"at": 0, "equals": 1}, {"at": 0, "equals": 2}, {"at": 0, "equals": 3}, DWELL)
+        law({"at": 3, "equals": 1}, {"at": 3, "equals": 2}, {"at": 3, "equals": 3}, DWELL)
+
+
+def _accelerated(harmonics, bound):
+    dwell = {"on": ["-90 deg", "90 deg"], "equals": 0, "tolerance": "0.1 deg"}
+    bounded = {"of": "acceleration", "min": f"-{bound} deg/rad^2", "max": f"{bound} deg/rad^2"}
+    asked = [{"at": math.pi, "equals": "20 deg"}, dwell, bounded]
+    return law(*asked, harmonics=harmonics, objective="least-mean-square-acceleration")
+
+
+def test_bounds_of_the_acceleration_say_what_must_give_way_in_their_own_unit():
+    """Each by a linear programme of its own on a fine grid (SciPy's linprog): 13.05 deg, 8.07 deg, 22.8 deg/rad^2."""
+    with pytest.raises(InputError) as refused:
+        _accelerated(6, 10)
+    said = str(refused.value)
+    for amount in (
+        "restrictions[0] alone by 13 deg,",
+        "restrictions[1] alone by 8.07 deg",
+        "restrictions[2] alone by 22.8 deg/rad^2",
+    ):
+        assert amount in said
+
+
+@pytest.mark.parametrize(("harmonics", "bound"), [(5, 1), (8, 5), (12, 1), (12, 20)])
+def test_contradictions_are_recognised_whatever_their_size(harmonics, bound):
+    with pytest.raises(InputError, match="no motion of"):
+        _accelerated(harmonics, bound)
+
+
+def test_more_harmonics_than_a_dwell_can_use_are_zero():
+    """Of 40 harmonics rounding hides how flat it is: the fewest with which it is flat to 1e-9 of the stroke are taken."""
+    found = HarmonicTable(harmonics=40, restrictions=[TOP, DWELL]).motion("rad").law
+    assert found.bounds == pytest.approx((0.0, math.radians(24)), abs=1e-9)
+    used = np.flatnonzero(found.amplitudes)[-1] + 1
+    assert used == 20  # T_20((3 + c)/(1 - c)) is the first of them above 1e9, c = cos 120 deg
+    assert found.count == 40
+
+
+@pytest.mark.parametrize(("on", "told"), [(["120 deg", "-120 deg"], True), (["-120 deg", "120 deg"], False)])
+def test_a_point_on_the_arc_that_is_to_be_flat_is_told(on, told):
+    asked = HarmonicTable(harmonics=5, restrictions=[TOP, {"on": on, "equals": 0}])
+    if not told:
+        assert asked.motion("rad").count == 5
+        return
+    with pytest.raises(InputError, match=r"law.restrictions\[0\]: it lies on the arc of law.restrictions\[1\]"):
+        asked.motion("rad")
+
+
+@pytest.mark.parametrize("begin", [400, 760, -320])
+def test_an_arc_may_begin_in_any_turn(begin):
+    there = law(TOP, {"on": [f"{begin + 200} deg", f"{begin + 80} deg"], "equals": 0})
+    assert there.law(PHI) == pytest.approx(law(TOP, DWELL).law(PHI), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("of", "given"),
+    [("position", "24 deg/rad^3"), ("position", "24 deg rad"), ("acceleration", "24 deg/rad"), ("velocity", "3 deg*rad")],
+)
+def test_a_unit_of_another_derivative_is_refused(of, given):
+    with pytest.raises(InputError, match="must be an angle of the output"):
+        law(TOP, DWELL, {"of": of, "at": 1.0, "equals": given})
 
 
 @pytest.mark.parametrize(("share", "feasible"), [(0.99, False), (1.01, True)])

@@ -10,10 +10,13 @@ import numpy as np
 
 from wucht.errors import RunError
 
+REMEDY = "its restrictions hardly leave room for a motion; widen them, or ask for fewer harmonics"
 _TOLERANCE = 1e-10  # of the interior point method, relative
+_KEPT = 1e-7  # of what is allowed, in which restrictions may be broken by what it finds
 _LARGE = 0.1  # units: a widening of so many is found exactly enough; a smaller one in a smaller unit
 _SMALLER = 1e-4  # times at most
 _NOTHING = 1e-12  # of the largest bound: a widening below is none
+_HIDDEN = 1e-8  # of the largest bound: a widening below need not be known to all its digits
 _UNDETERMINED = 1e-13  # of the largest singular value
 
 
@@ -44,27 +47,36 @@ class Programme:
         return float(max([*np.abs(self.to), *np.abs(self.bounds), *(size for _, _, size, _ in self.caps), 0.0])) or 1.0
 
 
-def solved(programme: Programme) -> tuple[np.ndarray, float]:
-    """The x (n,) and t that are best.
+def solved(programme: Programme, about: float = 0.0) -> tuple[np.ndarray, float]:
+    """The x (n,) and t that are best. about: what t was in a programme with fewer rows, 0 where nothing is known.
 
     A ripple may be 1e-9 of the stroke: unknowns are chosen that are as large as what is to be small, and units in which t is
     about 1. Raises ``InfeasibleError``.
     """
-    tight = programme.rows[programme.widths > 0] if programme.weights is None else np.diag(programme.weights)
-    basis = _basis(tight, programme.rows.shape[1])
-    unit, smallest = programme.size, _NOTHING * programme.size
-    x, t = _interior(programme, basis, unit)
+    smallest = _NOTHING * programme.size
+    unit = max(about, smallest) if about else programme.size
+    x, t = _interior(programme, _basis(programme, unit), unit)
     while programme.weights is None and t < _LARGE * unit and unit > smallest:
         unit = max(t, _SMALLER * unit, smallest)
-        x, t = _interior(programme, basis, unit)
+        try:
+            x, t = _interior(programme, _basis(programme, unit), unit)
+        except RunError:
+            if t > _HIDDEN * programme.size:
+                raise
+            break  # a widening that rounding hides is as good as none
     return x, t
 
 
-def _basis(tight: np.ndarray, n: int) -> np.ndarray:
-    """B (n, n) with x = B z, such that rows B are orthonormal where the rows are to be small, as far as they determine x."""
+def _basis(p: Programme, unit: float) -> np.ndarray:
+    """B (n, n) with x = B z, such that rows B, divided by what each allows, are orthonormal as far as they determine x; or W B.
+
+    unit: in which it counts what they allow; t is about as large.
+    """
+    allowed = np.abs(p.bounds) / unit + p.widths
+    tight = p.rows / np.where(allowed > 0, allowed, 1.0)[:, None] if p.weights is None else np.diag(p.weights)
     if not len(tight):
-        return np.eye(n)
-    _, found, directions = np.linalg.svd(np.vstack([tight, np.zeros((n, n))]), full_matrices=False)
+        return np.eye(p.rows.shape[1])
+    _, found, directions = np.linalg.svd(np.vstack([tight, np.zeros((tight.shape[1],) * 2)]), full_matrices=False)
     sizes = np.where(found > _UNDETERMINED * found[0], found, found[0] or 1.0)
     return np.asarray(directions.T / sizes)
 
@@ -82,22 +94,21 @@ def _interior(p: Programme, basis: np.ndarray, unit: float) -> tuple[np.ndarray,
         blocks.append(np.column_stack([-np.vstack([np.zeros(n), basis[[i, j]]]), [-width, 0.0, 0.0]]))
         sides.append(np.array([size / unit, 0.0, 0.0]))
         cones.append(clarabel.SecondOrderConeT(3))
-    square, linear = np.zeros((n + 1, n + 1)), np.zeros(n + 1)
-    if p.weights is None:
-        linear[n] = 1.0
-    else:
+    square, linear = np.zeros((n + 1, n + 1)), np.append(np.zeros(n), 1.0)
+    if p.weights is not None:
         square[:n, :n] = (basis.T * p.weights**2) @ basis
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
-    problem = csc_matrix(np.triu(square)), linear, csc_matrix(np.vstack(blocks)), np.concatenate(sides)
-    found = clarabel.DefaultSolver(*problem, cones, settings).solve()
+    whole, bound = np.vstack(blocks), np.concatenate(sides)
+    found = clarabel.DefaultSolver(csc_matrix(np.triu(square)), linear, csc_matrix(whole), bound, cones, settings).solve()
     if "Infeasible" in str(found.status):
         raise InfeasibleError
-    if "Solved" not in str(found.status):
-        raise RunError(f"the programme of the motion law was not solved: {found.status}")
-    z = unit * np.asarray(found.x)
-    return basis @ z[:n], float(z[n])
+    z = np.asarray(found.x)
+    # The solver measures against the size of z, which grows without end where the restrictions contradict each other.
+    if "Solved" not in str(found.status) or np.abs(whole @ z + found.s - bound).max() > _KEPT * (1 + np.abs(bound).max()):
+        raise RunError(f"the motion law was not found ({found.status}): {REMEDY}")
+    return unit * basis @ z[:n], float(unit * z[n])
 
 
 def _scaled(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -74,8 +74,19 @@ class RiseAndReturn:
 
     def largest(self, order: int) -> float:
         """The largest magnitude of the derivative by phi of an order from 1 to 3, exactly."""
+        return abs(self.stroke) * self.law.largest(order) / self._shorter**order
+
+    @property
+    def jump(self) -> float:
+        """By how much the acceleration jumps, at most: where the rise or the return begins or ends."""
+        ends = np.abs(self.law(np.array([0.0, 1.0]), 2)).max()
+        return float(abs(self.stroke) * ends / self._shorter**2) if ends > _ROUNDING * self.law.Ca else 0.0
+
+    @property
+    def _shorter(self) -> float:
+        """Of rise and return, in rad."""
         top, returns, bottom = self._borders
-        return abs(self.stroke) * self.law.largest(order) / min(top, bottom - returns) ** order
+        return min(top, bottom - returns)
 
 
 def _after(begin: float, angle: np.ndarray | float) -> np.ndarray:

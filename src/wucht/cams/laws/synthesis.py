@@ -13,13 +13,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.cams.laws.programs import InfeasibleError, Programme, solved
+from wucht.cams.laws.programs import REMEDY, InfeasibleError, Programme, solved
 from wucht.errors import RunError
 from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.zeros import fewest_where
 
 _PER_HARMONIC = 6  # angles on a whole turn that are looked at first, times the number of harmonics
 _BROKEN = 1e-6  # of what is allowed: less is not broken
 _ROUNDING = 1e-13  # of the largest value
+_ENOUGH = 1e-9  # of the largest bound: a widening that need not be smaller
+_FEW, _STEP, _FALLING = 16, 4, 0.5  # harmonics tried first, then so many more while the widening falls to such a share
 _MOST_EXCHANGES = 40
 
 
@@ -96,18 +99,65 @@ def synthesise(
     RunError
         Where the solution is not found.
     """
+    few = _with_few(count, restrictions) if weights is None and count >= _FEW else None
+    try:
+        return few or _exchanged(count, restrictions, weights)
+    except RunError:
+        # Some contradictions leave the solver undecided: widened together by ever so little, restrictions have a motion.
+        together = [replace(r, widened=True) for r in restrictions if not r.widened]
+        if together and _exchanged(count, together, None).widening > _BROKEN * max(r.size for r in together):
+            raise InfeasibleError from None
+        raise
+
+
+def _with_few(count: int, restrictions: Sequence[Restriction]) -> Synthesis | None:
+    """That of the fewest harmonics with which restrictions are hardly widened, those above being zero; None where all count.
+
+    Of more harmonics rounding would hide by how much, and of the motions that would do some swing wildly elsewhere.
+    """
+    bounds = [bound for r in restrictions for bound in ((r.low, r.high) if isinstance(r, Band) else (r.size,))]
+    enough = _ENOUGH * max((abs(bound) for bound in bounds if math.isfinite(bound)), default=0.0)
+
+    def of(harmonics: int) -> Synthesis | None:
+        kept = [r for r in restrictions if isinstance(r, Band) or r.harmonic <= harmonics]
+        try:
+            return _exchanged(harmonics, kept, None)
+        except (InfeasibleError, RunError):
+            return None
+
+    def is_enough(harmonics: int) -> bool:
+        found = of(harmonics)
+        return found is not None and found.widening <= enough
+
+    before = math.inf
+    for tried in range(_FEW, count + _STEP, _STEP):
+        found = of(min(tried, count))
+        if found is not None and found.widening <= enough:
+            fewest = fewest_where(is_enough, tried - _STEP, min(tried, count))
+            law, zeros = (of(fewest) or found).law, np.zeros(count - fewest)
+            padded = Harmonics(law.mean, np.append(law.cosine, zeros), np.append(law.sine, zeros))
+            return Synthesis(padded, found.widening)
+        if found is not None and found.widening > _FALLING * before:
+            return None
+        before = math.inf if found is None else found.widening
+    return None
+
+
+def _exchanged(count: int, restrictions: Sequence[Restriction], weights: Sequence[float] | np.ndarray | None) -> Synthesis:
     bands = [r for r in restrictions if isinstance(r, Band)]
     caps = [(c.harmonic, count + c.harmonic, c.size, float(c.widened)) for c in restrictions if isinstance(c, Cap)]
     diagonal = None if weights is None else np.concatenate([[0.0], weights, weights])
-    angles = [_first_angles(band, count) for band in bands]
+    points = np.array([band.begin for band in bands if band.exact])
+    angles = [_first_angles(band, count, points) for band in bands]
+    widening = 0.0
     for _ in range(_MOST_EXCHANGES):
-        x, widening = solved(_programme(count, bands, angles, caps, diagonal))
+        x, widening = solved(_programme(count, bands, angles, caps, diagonal), widening if weights is None else 0.0)
         law = Harmonics(float(x[0]), x[1 : count + 1], x[count + 1 :])
         broken = [_broken(band, law, widening) for band in bands]
         if not any(len(b) for b in broken):
             return Synthesis(law, max((_needed(r, law) for r in restrictions if r.widened), default=0.0))
         angles = [np.append(known, new) for known, new in zip(angles, broken, strict=True)]
-    raise RunError(f"the motion law breaks restrictions still after {_MOST_EXCHANGES} exchanges: ask for fewer harmonics")
+    raise RunError(f"the motion law breaks restrictions still after {_MOST_EXCHANGES} exchanges: {REMEDY}")
 
 
 def _needed(restriction: Restriction, law: Harmonics) -> float:
@@ -167,11 +217,12 @@ def _rows(count: int, order: int, phi: np.ndarray) -> np.ndarray:
     return np.hstack([mean, k**order * np.cos(turned), k**order * np.sin(turned)])
 
 
-def _first_angles(band: Band, count: int) -> np.ndarray:
-    """Evenly over the arc, its ends among them."""
+def _first_angles(band: Band, count: int, points: np.ndarray) -> np.ndarray:
+    """Evenly over the arc, its ends among them; and those precision points on it, which may contradict it."""
     arc = band.end - band.begin
     intervals = math.ceil(_PER_HARMONIC * count * arc / (2 * math.pi))
-    return np.linspace(band.begin, band.end, intervals + 1)
+    on = band.begin + np.mod(points - band.begin, 2 * math.pi)
+    return np.append(np.linspace(band.begin, band.end, intervals + 1), on[(on > band.begin) & (on < band.end)])
 
 
 def _broken(band: Band, law: Harmonics, widening: float) -> np.ndarray:
@@ -206,6 +257,6 @@ def ways_out(count: int, restrictions: Sequence[Restriction]) -> tuple[WayOut, .
         alone = [*fixed[:k], replace(restriction, widened=True), *fixed[k + 1 :]]
         try:
             found.append(WayOut(restriction, synthesise(count, alone).widening))
-        except InfeasibleError:
+        except (InfeasibleError, RunError):
             continue
     return tuple(sorted(found, key=lambda way: way.by / (way.restriction.size or way.by or 1.0)))

@@ -13,6 +13,7 @@ from wucht.errors import InputError
 
 _TURN = 2 * math.pi
 _ROUNDED = 1e-5  # rad: a last angle so near to a turn after the first is the first again, as tables are rounded
+_WIDE, _STEEP = 5.0, 10.0  # times the widest spacing and the steepest change between points: over the end of a turn no more
 _CLOSES = 1e-6  # of the range of the output: so much may the output differ there
 
 
@@ -26,7 +27,7 @@ class TableLaw:
 
     Raises ``InputError`` (law.file, law.degree): another degree; not as many outputs as angles; values that are no numbers;
     angles that do not increase or span more than a turn; a last point, a turn after the first, that differs from it; no more
-    points than the degree, without a repeated one.
+    points than the degree, without a repeated one; points that leave a part of the turn open, or do not meet at its end.
     """
 
     angles: np.ndarray
@@ -57,6 +58,8 @@ class TableLaw:
             raise InputError(
                 "law.file", f"{count} points", f"degree {self.degree} needs {self.degree + 1} different ones or more"
             )
+        if not self._closed:
+            _check_whole_turn(phi, psi)
 
     @property
     def _closed(self) -> bool:
@@ -74,3 +77,13 @@ class TableLaw:
     def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
         """The derivative by phi of an order from 0 to 3, at angles of any shape; where it jumps, of what begins there."""
         return np.asarray(self._spline(np.asarray(phi, float), nu=order))
+
+
+def _check_whole_turn(phi: np.ndarray, psi: np.ndarray) -> None:
+    """Raises ``InputError`` where the points, the first not repeated at the end, are no whole turn."""
+    gap, jump, spacing = _TURN - (phi[-1] - phi[0]), abs(psi[0] - psi[-1]), np.diff(phi)
+    open_at = f"from {math.degrees(phi[-1]):.6g} to {math.degrees(phi[0] + _TURN):.6g} deg"
+    if gap > _WIDE * spacing.max():
+        raise InputError("law.file", None, f"the points must cover a whole turn of the cam: there are none {open_at}")
+    if jump / gap > _STEEP * np.abs(np.diff(psi) / spacing).max():
+        raise InputError("law.file", None, f"the motion must close after a turn: {open_at} it jumps back; give points there")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from typing import ClassVar, Literal
@@ -10,16 +11,17 @@ import numpy as np
 from pydantic import Field
 
 from wucht.cams.laws.programs import InfeasibleError
-from wucht.cams.laws.synthesis import Band, Cap, Restriction, Synthesis, synthesise, ways_out
+from wucht.cams.laws.synthesis import Band, Cap, Restriction, Synthesis, WayOut, synthesise, ways_out
 from wucht.cams.tables.motion_law import LawTable, MotionLaw
-from wucht.cams.tables.output import UNITS, Position, without_angle
-from wucht.checking import read_quantity
-from wucht.errors import InputError
+from wucht.cams.tables.output import Position, read_output
+from wucht.errors import InputError, RunError
 from wucht.fields import Described, si
 from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.zeros import fewest_where
 
 _ORDERS = ("position", "velocity", "acceleration", "jerk")
 _TURN = 2 * math.pi
+_MOST = 60  # harmonics
 _MORE = 3  # times the harmonics, at most, that are tried where so many are too few
 _FLATTEST, _LEAST_PEAK, _LEAST_SQUARE = "flattest-dwell", "least-peak-acceleration", "least-mean-square-acceleration"
 
@@ -44,11 +46,13 @@ class RestrictionTable(Described):
 
     def band(self, where: str, unit: str, objective: str) -> Band:
         """As a restriction of the synthesis. Raises ``InputError`` where keys do not fit each other."""
-        given = {w.rsplit(".", 1)[1]: read_quantity(UNITS[unit], without_angle(q), w) for w, q in self.quantities(where)}
+        order = _ORDERS.index(self.of)
+        given = {w.rsplit(".", 1)[1]: read_output(unit, q, w, order) for w, q in self.quantities(where)}
         if self.at is not None and self.on is not None:
             raise InputError(f"{where}.on", list(self.on), "give either at or on")
         begin, end = (self.at, self.at) if self.at is not None else self.on or (0.0, _TURN)
-        end += _TURN if end < begin else 0.0
+        if end < begin:
+            end = begin + math.remainder(end - begin - math.pi, _TURN) + math.pi
         if end - begin > _TURN * (1 + 1e-12):
             raise InputError(f"{where}.on", self.on and list(self.on), "must be an arc of at most one turn")
         low, high, widened = given.get("min", -math.inf), given.get("max", math.inf), False
@@ -67,7 +71,7 @@ class RestrictionTable(Described):
             raise InputError(where, None, "needed is equals (on an arc with a tolerance), or min, max or both")
         if low > high:
             raise InputError(f"{where}.min", self.min, "must not be greater than max")
-        return Band(where, _ORDERS.index(self.of), begin, end, low, high, widened)
+        return Band(where, order, begin, end, low, high, widened)
 
 
 class CapTable(Described):
@@ -109,7 +113,7 @@ class HarmonicTable(LawTable):
 
     kind: ClassVar[str] = "harmonic"
 
-    harmonics: int | None = Field(None, ge=1, le=60, description="number of harmonics")
+    harmonics: int | None = Field(None, ge=1, le=_MOST, description="number of harmonics")
     objective: Literal["flattest-dwell", "least-peak-acceleration", "least-mean-square-acceleration"] = "flattest-dwell"
     restrictions: tuple[RestrictionTable, ...] = Field((), description="restrictions")
     caps: tuple[CapTable, ...] = Field((), description="largest amplitudes of harmonics")
@@ -130,8 +134,10 @@ class HarmonicTable(LawTable):
             if self.restrictions or self.caps or self.resonance:
                 raise InputError("law.coefficients", None, "give either coefficients or restrictions")
             c = self.coefficients
-            read = {w: read_quantity(UNITS[unit], q, w) for w, q in c.quantities()}
+            read = {w: read_output(unit, q, w) for w, q in c.quantities()}
             cosine, sine = ([v for w, v in read.items() if f".{key}[" in w] for key in ("cosine", "sine"))
+            if not cosine and not sine:
+                raise InputError("law.coefficients", None, "needed are cosine or sine coefficients, the first harmonic first")
             law = Harmonics.of(read["law.coefficients.mean"], cosine, sine)
             return MotionLaw(law, unit, law.count)
         return self._synthesised(unit)
@@ -169,11 +175,21 @@ class HarmonicTable(LawTable):
             where = f"law.caps[{i}]"
             if cap.harmonic > (self.harmonics or 0):
                 raise InputError(f"{where}.harmonic", cap.harmonic, f"the law has {self.harmonics} harmonics")
-            size = read_quantity(UNITS[unit], cap.amplitude, f"{where}.amplitude")
+            size = read_output(unit, cap.amplitude, f"{where}.amplitude")
             if size < 0:
                 raise InputError(f"{where}.amplitude", cap.amplitude, "must not be negative")
             asked.append(Cap(where, cap.harmonic, size))
+        _refuse_points_in_dwells([r for r in asked if isinstance(r, Band)])
         return tuple(asked)
+
+
+def _refuse_points_in_dwells(bands: Sequence[Band]) -> None:
+    """Raises ``InputError`` where a precision point lies on an arc that is to be kept as closely as can be elsewhere."""
+    for point, arc in itertools.product(bands, bands):
+        on = (point.begin - arc.begin) % _TURN <= arc.end - arc.begin
+        if point.exact and arc.widened and point.order == arc.order and on and point.low != arc.low:
+            allowed = f"it lies on the arc of {arc.name}, which asks for another value; an arc goes from begin up to end"
+            raise InputError(point.name, None, allowed)
 
 
 def _found(
@@ -189,20 +205,32 @@ def _found(
 def _contradiction(count: int, asked: Sequence[Restriction], unit: str) -> InputError:
     """What must give way, by how much, and how many harmonics would be enough."""
     ways = ways_out(count, asked)
-    shown = [f"{way.restriction.name} alone by {_amount(way.by, unit)}" for way in ways]
+    shown = [f"{way.restriction.name} alone by {_amount(way, unit)}" for way in ways]
     gives = f"what may give way: {', or '.join(shown)}" if shown else "more than one of them must give way"
-    more = next((n for n in range(count + 1, _MORE * count + 1) if _feasible(n, asked)), None)
+    more = _enough(count, asked)
     enough = f"; {more} harmonics are enough" if more else ""
     return InputError("law.restrictions", None, f"no motion of {count} harmonics satisfies them all; {gives}{enough}")
+
+
+def _enough(count: int, asked: Sequence[Restriction]) -> int | None:
+    """The fewest harmonics that are enough; None where the most that are tried are too few."""
+    most = min(_MORE * count, _MOST)
+    if most <= count or not _feasible(most, asked):
+        return None
+    return fewest_where(lambda harmonics: _feasible(harmonics, asked), count, most)
 
 
 def _feasible(count: int, asked: Sequence[Restriction]) -> bool:
     try:
         synthesise(count, [r for r in asked if not r.widened], np.arange(1, count + 1) ** 2)
-    except InfeasibleError:
+    except (InfeasibleError, RunError):
         return False
     return True
 
 
-def _amount(value: float, unit: str) -> str:
-    return f"{math.degrees(value):.3g} deg" if unit == "rad" else f"{1e3 * value:.3g} mm"
+def _amount(way: WayOut, unit: str) -> str:
+    shown, order = (math.degrees(way.by), "deg") if unit == "rad" else (1e3 * way.by, "mm"), 0
+    if isinstance(way.restriction, Band):
+        order = way.restriction.order
+    by_angle = ("", "/rad", "/rad^2", "/rad^3")[order]
+    return f"{shown[0]:.3g} {shown[1]}{by_angle}"

@@ -13,8 +13,7 @@ from wucht.cams.laws.standard_laws import standard_law
 from wucht.cams.laws.table_law import TableLaw
 from wucht.cams.tables.harmonic_law import HarmonicTable
 from wucht.cams.tables.motion_law import LawTable, MotionLaw
-from wucht.cams.tables.output import UNITS, Position
-from wucht.checking import read_quantity
+from wucht.cams.tables.output import Position, read_output
 from wucht.fields import si
 
 
@@ -34,7 +33,7 @@ class RiseTable(LawTable):
 
     def motion(self, unit: str) -> MotionLaw:
         """See ``LawTable``."""
-        stroke = read_quantity(UNITS[unit], self.stroke, "law.stroke")
+        stroke = read_output(unit, self.stroke, "law.stroke")
         return MotionLaw(RiseAndReturn(standard_law(self.standard, self.points), stroke, self.rise, self.back), unit)
 
 
@@ -57,7 +56,7 @@ class PointsTable(LawTable):
 
     def motion(self, unit: str) -> MotionLaw:
         """See ``LawTable``."""
-        angles, outputs = np.transpose(self.points)
+        angles, outputs = np.array(self.points).reshape(-1, 2).T
         return MotionLaw(TableLaw(angles, outputs, self.degree), unit)
 
 

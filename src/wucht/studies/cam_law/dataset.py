@@ -23,7 +23,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
     Coordinates: cam_angle (N), order (K, from 1), restriction (R). position, velocity, acceleration, jerk (cam_angle): the
     motion and its derivatives by the cam angle. mean, cosine, sine, amplitude (order). Of each restriction: restricted (0 to 3,
-    -1 for a cap), begin, end, low, high, least, greatest.
+    -1 for a cap of a harmonic), harmonic, begin, end, low, high, least, greatest.
     """
     import xarray as xr_
 
@@ -38,6 +38,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "sine": variable("order", f.harmonics.sine, "sine coefficient", unit),
         "amplitude": variable("order", f.harmonics.amplitudes, "amplitude", unit),
         "restricted": variable("restriction", [b.order for b in bands], "derivative that is restricted"),
+        "harmonic": variable(
+            "restriction", [0 if isinstance(r, Band) else r.harmonic for r in asked], "harmonic that is capped"
+        ),
         "begin": variable("restriction", [b.begin for b in bands], "begin of the arc", "rad"),
         "end": variable("restriction", [b.end for b in bands], "end of the arc", "rad"),
         "low": variable("restriction", [b.low for b in bands], "least value allowed"),
@@ -51,7 +54,15 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "restriction": variable("restriction", [r.name for r in asked], "restriction"),
     }
     summary = _summary(plan, findings)
-    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, summary["sentence"])
+    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, summary["sentence"], _warnings(summary))
+
+
+def _warnings(summary: dict[str, Any]) -> list[str]:
+    """A jump of the acceleration is a shock."""
+    if not summary["acceleration_jumps"]:
+        return []
+    ends = "the acceleration jumps where the rise and the return begin or end, and the jerk has no bound there"
+    return [f"{ends}: for slow shafts alone; a polynomial or a sine law does not jump"]
 
 
 def _ripple(plan: Plan, f: Findings) -> float | None:
@@ -64,22 +75,23 @@ def _ripple(plan: Plan, f: Findings) -> float | None:
 
 
 def _summary(plan: Plan, f: Findings) -> dict[str, Any]:
-    stroke = float(f.greatest[0] - f.least[0])
-    peaks = {n: float(max(abs(a), abs(b))) for n, a, b in zip(NAMES, f.least, f.greatest, strict=True)}
     summary: dict[str, Any] = {
         "sentence": "",
         "unit": plan.motion.unit,
-        "stroke": stroke,
+        "stroke": f.greatest - f.least,
         "harmonics": plan.motion.count,
         "ripple": _ripple(plan, f),
-        "peaks": peaks,
+        "peaks": dict(zip(NAMES, f.peaks.tolist(), strict=True)),
+        "acceleration_jumps": f.jump,
+        "rise": None if f.rise is None else dict(zip(NAMES[1:], f.rise.tolist(), strict=True)),
         "coefficients": {
             "mean": f.harmonics.mean,
             "cosine": f.harmonics.cosine.tolist(),
             "sine": f.harmonics.sine.tolist(),
         },
     }
-    made = "a motion by its points or pieces" if plan.motion.count is None else f"a motion of {plan.motion.count} harmonics"
+    count = plan.motion.count
+    made = "a motion by its points or pieces" if count is None else f"a motion of {count} harmonic{'s' if count > 1 else ''}"
     restricted = len(plan.motion.restrictions)
     summary["sentence"] = made + (f" meets {restricted} restriction{'s' if restricted > 1 else ''}" if restricted else "")
     return summary

@@ -26,8 +26,8 @@ def figure(result: xr.Dataset) -> Figure:
         _derivative(axis, result, name, order)
     _spectrum(axes[4], result, 0, "position")
     _spectrum(axes[5], result, 2, "acceleration")
-    handles, labels = axes[0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="lower center", ncols=3, frameon=False, fontsize=8)
+    named = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    drawn.legend([*named.values()], [*named], loc="lower center", ncols=4, frameon=False, fontsize=8)
     return drawn
 
 
@@ -53,16 +53,19 @@ def _derivative(axis: Axes, result: xr.Dataset, name: str, order: int) -> None:
 
 
 def _restriction(axis: Axes, result: xr.Dataset, i: int, scale: float, named: set[str]) -> None:
-    """Bounds as lines over their arc, precision points as dots."""
+    """Bounds as lines over their arc, or as triangles at an angle, precision points as dots."""
     begin, end = np.degrees(result.begin.values[i]), np.degrees(result.end.values[i])
-    for bound in {float(result.low.values[i]), float(result.high.values[i])}:
+    low, high = float(result.low.values[i]), float(result.high.values[i])
+    for bound, sign in {low: "^", high: "v"}.items():
         if not np.isfinite(bound):
             continue
-        what = "precision point" if end - begin < _SHORT else "restriction"
+        at = end - begin < _SHORT
+        what = "precision point" if at and low == high else "restriction"
         label = None if what in named else what
         named.add(what)
-        if end - begin < _SHORT:
-            axis.plot([begin % 360], [scale * bound], "o", color=COLOURS[1], markersize=4, label=label, zorder=5)
+        if at:
+            mark = "o" if low == high else sign
+            axis.plot([begin % 360], [scale * bound], mark, color=COLOURS[1], markersize=5, label=label, zorder=5)
             continue
         for turn in (-360.0, 0.0, 360.0):
             axis.plot([begin + turn, end + turn], [scale * bound] * 2, "--", color=COLOURS[1], linewidth=1.2, label=label)
@@ -77,3 +80,7 @@ def _spectrum(axis: Axes, result: xr.Dataset, power: int, name: str) -> None:
     axis.set_xlabel("order")
     axis.set_ylabel(style.with_unit(f"{name}, amplitude", f"{unit}{_PER[power]}"))
     axis.set_xlim(0.3, k[-1] + 0.7)
+    axis.locator_params(axis="x", integer=True)
+    for i in np.flatnonzero(result.harmonic.values).tolist():
+        cap, at = scale * result.high.values[i], float(result.harmonic.values[i])
+        axis.plot([at - 0.5, at + 0.5], [at**power * cap] * 2, color=COLOURS[1], linewidth=2, label="cap of a harmonic")

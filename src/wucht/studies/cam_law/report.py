@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from wucht.results.conventions import summary_of
@@ -10,6 +11,10 @@ from wucht.results.formatting import in_lines
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+_NAMES, _PER = ("position", "velocity", "acceleration", "jerk"), ("", "/rad", "/rad²", "/rad³")
+_BINDS = 1e-5  # of its bound: so near, a restriction binds
 
 
 def report(result: xr.Dataset) -> list[str]:
@@ -23,6 +28,26 @@ def report(result: xr.Dataset) -> list[str]:
     lines = [("stroke", shown(s["stroke"]))]
     if s["ripple"] is not None:
         lines.append(("dwell", f"within {shown(s['ripple'])} of what is asked"))
-    for name, suffix in (("velocity", "/rad"), ("acceleration", "/rad²"), ("jerk", "/rad³")):
+    for name, suffix in zip(_NAMES[1:], _PER[1:], strict=True):
         lines.append((name, f"at most {shown(s['peaks'][name], suffix)}"))
-    return in_lines(result, s["sentence"], lines)
+    if s["rise"] is not None:
+        Cv, Ca, Cj = (s["rise"][name] for name in ("velocity", "acceleration", "jerk"))
+        lines.append(("rise", f"of 1 over an arc of 1: Cv = {Cv:.5g}, Ca = {Ca:.5g}, Cj = {Cj:.5g}"))
+    return in_lines(result, s["sentence"], [*lines, *_restrictions(result, shown)])
+
+
+def _restrictions(result: xr.Dataset, shown: Callable[[float, str], str]) -> list[tuple[str, str]]:
+    """How each is met, and which of them bind."""
+    lines = []
+    r = {name: result[name].values for name in ("restricted", "begin", "end", "low", "high", "least", "greatest")}
+    for i, name in enumerate(result.restriction.values.tolist()):
+        k = int(r["restricted"][i])
+        suffix, what = ("", "amplitude") if k < 0 else (_PER[k], _NAMES[k])
+        low, high, least, greatest = (float(r[n][i]) for n in ("low", "high", "least", "greatest"))
+        size = max(abs(bound) for bound in (low, high) if math.isfinite(bound))
+        binds = greatest > high - _BINDS * size or (k >= 0 and least < low + _BINDS * size)
+        one = k < 0 or least == greatest
+        found = shown(greatest, suffix) if one else f"{shown(least, suffix)} to {shown(greatest, suffix)}"
+        line = f"{name.removeprefix('law.')}: {what} {found}" + (" (binds)" if binds and low < high else "")
+        lines.append(("" if i else "asked", line))
+    return lines

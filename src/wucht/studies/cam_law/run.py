@@ -11,6 +11,7 @@ from wucht.cams.laws.law import Law
 from wucht.cams.laws.rise_and_return import RiseAndReturn
 from wucht.cams.laws.synthesis import Cap, Restriction, extremes
 from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.valleys import valleys
 from wucht.studies.cam_law.prepare import Plan
 from wucht.studies.work import Work
 
@@ -20,15 +21,19 @@ _FINE = 2000  # of an arc, on which the values of such a law are looked at
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """angles (N,). derivatives (4, N): of orders 0 to 3. harmonics: of the motion. least, greatest (4,): of each derivative.
-    met: of each restriction the least and the greatest value (R, 2)."""
+    """angles (N,). derivatives (4, N): of orders 0 to 3. harmonics: of the motion. least, greatest: of the motion. peaks (4,):
+    the largest magnitude of each derivative. met: of each restriction the least and the greatest value (R, 2). jump: the
+    largest of the acceleration; rise (3,): Cv, Ca and Cj of a standard law, None of others."""
 
     angles: np.ndarray
     derivatives: np.ndarray
     harmonics: Harmonics
-    least: np.ndarray
-    greatest: np.ndarray
+    least: float
+    greatest: float
+    peaks: np.ndarray
     met: np.ndarray
+    jump: float
+    rise: np.ndarray | None
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
@@ -39,19 +44,26 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     derivatives = np.array([law(angles, order) for order in range(4)])
     whole = law if isinstance(law, Harmonics) else Harmonics.sampled(law(even_angles(_SAMPLES)))
     harmonics = Harmonics(whole.mean, whole.cosine[: plan.orders], whole.sine[: plan.orders])
-    bounds = np.array([_bounds(law, order, derivatives[order]) for order in range(4)])
+    least, greatest = _bounds(law, 0)
+    peaks = np.array([max(-least, greatest), *(_peak(law, order) for order in (1, 2, 3))])
     met = np.array([_met(r, law, harmonics) for r in plan.motion.restrictions]).reshape(-1, 2)
-    yield Findings(angles, derivatives, harmonics, bounds[:, 0], bounds[:, 1], met)
+    jump, rise = (law.jump, np.array([law.law.Cv, law.law.Ca, law.law.Cj])) if isinstance(law, RiseAndReturn) else (0.0, None)
+    yield Findings(angles, derivatives, harmonics, least, greatest, peaks, met, jump, rise)
 
 
-def _bounds(law: Law, order: int, values: np.ndarray) -> tuple[float, float]:
-    """Exactly, but for a law by points: there on the angles that are looked at."""
+def _bounds(law: Law, order: int) -> tuple[float, float]:
+    """The least and the greatest value of a derivative, between the angles that are looked at too."""
     if isinstance(law, Harmonics):
         return law.derivative(order).bounds
-    if isinstance(law, RiseAndReturn) and order:
-        largest = law.largest(order)
-        return max(float(values.min()), -largest), min(float(values.max()), largest)
-    return float(values.min()), float(values.max())
+    lowest, highest = valleys(lambda phi: law(phi, order))[1], valleys(lambda phi: -law(phi, order))[1]
+    return float(lowest.min()), float(-highest.min())
+
+
+def _peak(law: Law, order: int) -> float:
+    if isinstance(law, RiseAndReturn):
+        return law.largest(order)
+    least, greatest = _bounds(law, order)
+    return max(-least, greatest)
 
 
 def _met(restriction: Restriction, law: Law, harmonics: Harmonics) -> tuple[float, float]:
