@@ -7,7 +7,9 @@ import pytest
 import xarray as xr
 
 from wucht.machines.tracks import angular_width
+from wucht.numerics.harmonics import even_angles
 from wucht.results.conventions import summary_of
+from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
@@ -26,6 +28,20 @@ EXPECTED = {
     "practice/screen": ("synchronised", 155.1556, 0.00601),
     "practice/screen-unsynchronised": ("not-synchronised", 155.232, 0.00467),
 }
+
+
+def test_the_carton_pusher_gives_what_its_notes_say() -> None:
+    """The shaft swings by 12 %; the cam for an even shaft leaves orders, the corrected one none; pressure angle 42 degrees."""
+    study = read_study("practice/carton-pusher")
+    s = summary_of(run(CamPrediction(simulate=5, cuts=1), study.subject))
+    assert s["fluctuation"] == pytest.approx(0.1158, abs=1e-4)
+    assert s["corrected"]["fluctuation"] == pytest.approx(0.1253, abs=1e-4)
+    assert s["inertia_ratio"] == pytest.approx(0.305, abs=1e-3)
+    assert s["above"]["original"] == pytest.approx(0.0735, abs=1e-4)
+    assert s["above"]["corrected"] < 1e-12
+    assert s["simulation"]["corrected"]["deviation"] < 1e-9
+    cam = study.subject.cams(study.subject.motion.law)["cam"]
+    assert math.degrees(np.abs(cam.pressure_angle(even_angles(3600))).max()) == pytest.approx(42.0, abs=0.3)
 
 
 @pytest.fixture(scope="module")
