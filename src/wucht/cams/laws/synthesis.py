@@ -22,7 +22,7 @@ _PER_HARMONIC = 6  # angles on a whole turn that are looked at first, times the 
 _BROKEN = 1e-6  # of what is allowed: less is not broken
 _ROUNDING = 1e-13  # of the largest value
 _ENOUGH = 1e-9  # of the largest bound: a widening that need not be smaller
-_FEW, _STEP, _FALLING = 16, 4, 0.5  # harmonics tried first, then so many more while the widening falls to such a share
+_STEP, _FALLING = 4, 0.5  # harmonics tried first, then so many more while the widening falls to such a share
 _MOST_EXCHANGES = 40
 
 
@@ -99,7 +99,7 @@ def synthesise(
     RunError
         Where the solution is not found.
     """
-    few = _with_few(count, restrictions) if weights is None and count >= _FEW else None
+    few = _with_few(count, restrictions) if weights is None else None
     try:
         return few or _exchanged(count, restrictions, weights)
     except RunError:
@@ -130,13 +130,13 @@ def _with_few(count: int, restrictions: Sequence[Restriction]) -> Synthesis | No
         return found is not None and found.widening <= enough
 
     before = math.inf
-    for tried in range(_FEW, count + _STEP, _STEP):
-        found = of(min(tried, count))
+    for tried in range(_STEP, count, _STEP):
+        found = of(tried)
         if found is not None and found.widening <= enough:
-            fewest = fewest_where(is_enough, tried - _STEP, min(tried, count))
-            law, zeros = (of(fewest) or found).law, np.zeros(count - fewest)
-            padded = Harmonics(law.mean, np.append(law.cosine, zeros), np.append(law.sine, zeros))
-            return Synthesis(padded, found.widening)
+            best = of(fewest_where(is_enough, tried - _STEP, tried)) or found
+            zeros = np.zeros(count - best.law.count)
+            padded = Harmonics(best.law.mean, np.append(best.law.cosine, zeros), np.append(best.law.sine, zeros))
+            return Synthesis(padded, best.widening)
         if found is not None and found.widening > _FALLING * before:
             return None
         before = math.inf if found is None else found.widening
