@@ -13,7 +13,7 @@ from wucht.cams.followers import OscillatingRoller, TranslatingRoller
 from wucht.cams.laws.rise_and_return import RiseAndReturn
 from wucht.cams.laws.standard_laws import STANDARD_LAWS
 from wucht.cams.sizing.smallest_cam import smallest_flat_faced_cam, smallest_lever_cam, smallest_rod_cam
-from wucht.errors import InputError
+from wucht.errors import InputError, RunError
 from wucht.numerics.harmonics import Harmonics
 
 TURN = 2 * math.pi
@@ -251,6 +251,43 @@ def test_a_flat_faced_cam_goes_round_its_shaft():
     shaft = smallest_flat_faced_cam(law, 0.005, shaft_radius=0.012)
     assert (shaft.base_radius, shaft.follower.distance) == pytest.approx((0.012, 0.042))
     assert smallest_flat_faced_cam(law, 0.05, shaft_radius=0.012).follower.distance == pytest.approx(0.05)
+
+
+def test_a_flat_face_has_a_distance_even_where_its_law_is_never_zero():
+    found = smallest_flat_faced_cam(Harmonics.of(0.020, [0.012]), 0.002)
+    assert found.follower.distance == pytest.approx(1e-6)
+    assert found.base_radius == pytest.approx(0.008001)
+
+
+@pytest.mark.parametrize("size", ["base", "blank"])
+def test_a_rod_cam_goes_round_its_shaft(size):
+    """In harmonic motion D = roller + shaft, and sin alpha = (h/2)/(D + h/2) is the least pressure angle there is."""
+    law = Harmonics.of(0.015, [-0.015])
+    free = smallest_rod_cam(law, ROLLER, 60 * DEG, least_radius=0.0, smallest=size)
+    assert free.base_radius < ROLLER, "the shaft would lie outside of the cam"
+    found = smallest_rod_cam(law, ROLLER, 60 * DEG, least_radius=0.0, shaft_radius=0.012, smallest=size)
+    assert found.base_radius == pytest.approx(ROLLER + 0.012, rel=1e-6)
+    assert found.base_radius >= ROLLER + 0.012
+    assert math.sin(found.pressure_angle) == pytest.approx(0.015 / (ROLLER + 0.012 + 0.015), rel=1e-6)
+    never_zero = smallest_rod_cam(Harmonics.of(0.045, [-0.015]), ROLLER, 60 * DEG, shaft_radius=0.0, smallest=size)
+    assert never_zero.follower.distance == pytest.approx(1e-6, rel=1e-2)
+
+
+@pytest.mark.parametrize("outward", [True, False])
+def test_a_lever_cam_goes_round_its_shaft(outward):
+    """Its base circle is the shaft's, with the pressure angle from which on a smaller one would do."""
+    found = smallest_lever_cam(SWING, ARM, ROLLER, 45 * DEG, outward=outward, shaft_radius=0.02)
+    assert found.base_radius == pytest.approx(ROLLER + 0.02, rel=1e-6)
+    assert found.pressure_angle < 45 * DEG
+    again = smallest_lever_cam(SWING, ARM, ROLLER, found.pressure_angle, outward=outward)
+    assert again.base_radius == pytest.approx(found.base_radius, rel=1e-6)
+    free = smallest_lever_cam(SWING, ARM, ROLLER, 45 * DEG, outward=outward)
+    assert free.base_radius < found.base_radius
+
+
+def test_a_shaft_beyond_all_bounds_is_refused():
+    with pytest.raises(RunError, match="no cam round a shaft of that radius was found"):
+        smallest_lever_cam(SWING, ARM, ROLLER, 45 * DEG, shaft_radius=1e9)
 
 
 @pytest.mark.parametrize(

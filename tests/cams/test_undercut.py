@@ -10,7 +10,17 @@ import pytest
 
 from wucht.cams.cam import FlatFacedCam, RollerCam
 from wucht.cams.followers import FlatFaced, OscillatingRoller, TranslatingRoller
-from wucht.cams.undercut import check_face, check_roller, check_wheel, cut_away, largest_roller, largest_wheel
+from wucht.cams.laws.rise_and_return import RiseAndReturn
+from wucht.cams.laws.standard_laws import STANDARD_LAWS
+from wucht.cams.undercut import (
+    check_face,
+    check_roller,
+    check_wheel,
+    cut_away,
+    cut_away_by_face,
+    largest_roller,
+    largest_wheel,
+)
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 from wucht.numerics.valleys import GRID
@@ -155,6 +165,62 @@ def test_a_flat_face_needs_the_distance_of_the_closed_form():
     told = float(re.search(r"at least (\S+) m", str(error.value)).group(1))
     assert told == pytest.approx(0.005, rel=3e-4)
     check_face(FlatFacedCam(law, FlatFaced(told)))
+
+
+@functools.cache
+def faced(clockwise=False, unit=1.0):
+    """3-4-5 up within 60 deg and down within 80: far too small for its face."""
+    law = RiseAndReturn(STANDARD_LAWS["3-4-5"], 0.02 * unit, (0.1, 0.1 + PI / 3), (4.0, 4.0 + 4 * PI / 9))
+    return FlatFacedCam(law, FlatFaced(0.02 * unit), clockwise)
+
+
+@functools.cache
+def cut_by_face(clockwise=False, unit=1.0):
+    return cut_away_by_face(faced(clockwise, unit))
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_what_a_face_leaves_lies_behind_all_faces(clockwise):
+    """By the half-planes of many cam angles: a contour point is left where it lies in all of them. Ends of an arc are one
+    point of the contour; where the radius is negative it is a part only."""
+    cam, found = faced(clockwise), cut_by_face(clockwise)
+    phi, many = np.linspace(0.0007, TURN, 700), np.linspace(0, TURN, 8000)
+    beyond = (cam.contour(phi)[:, None] * cam.normal(many).conj()).real - (cam.follower.distance + cam.law(many))
+    gone = beyond.max(axis=1) > 1e-9
+    assert (gone == inside(found.missing, phi)).all()
+    assert len(found.missing) == len(found.undercut) == 2
+    for (begin, end), (first, last) in zip(found.missing, found.undercut, strict=True):
+        assert begin < first < last < end
+        assert cam.contour(np.array(begin)) == pytest.approx(cam.contour(np.array(end)), abs=1e-12)
+    left = phi[~gone]
+    assert found.convex.radius <= cam.radius(left).min() * (1 + 1e-12)
+    assert found.convex.radius == pytest.approx(cam.radius(left).min(), rel=1e-2)
+    assert (found.hollow, found.largest_roller, found.elsewhere) == (None, math.inf, ())
+
+
+def test_what_a_face_leaves_is_the_same_in_any_unit_and_all_where_nothing_folds():
+    assert np.array(cut_by_face(unit=1000.0).missing) == pytest.approx(np.array(cut_by_face().missing), abs=1e-9)
+    whole = cut_away_by_face(FlatFacedCam(Harmonics.of(0.01, [-0.01, 0.005]), FlatFaced(0.006)))
+    assert (whole.undercut, whole.missing) == ((), ())
+    assert whole.convex.radius == pytest.approx(0.001, rel=1e-9)  # of distance + 0.01 - 0.015 cos 2 phi
+
+
+def test_a_limit_is_no_cap():
+    """A lever cam that is hollow with a radius of 6.65 m, 33 times its size: the wheel may be as large, no larger. A convex one
+    has none, nor has the roller on the outer flank of its groove."""
+    law = RiseAndReturn(STANDARD_LAWS["modified-sine"], -PI / 9, (5 * PI / 3, 13 * PI / 6), (PI / 2, 10 * PI / 9))
+    cam = RollerCam(law, OscillatingRoller(0.150, 0.100, 0.015, 5 * PI / 6))
+    largest = largest_wheel(cam)
+    assert largest.radius == pytest.approx(6.653, rel=1e-3)
+    assert math.degrees(largest.phi) == pytest.approx(313.7, abs=0.05)
+    assert largest.radius == pytest.approx(cut(cam).hollow.radius, rel=1e-9)
+    round_one = TranslatingRoller(0.1, 0.01)
+    convex, outer = (RollerCam(Harmonics.of(0.0, [0.002]), round_one, outer=flank) for flank in (False, True))
+    assert largest_wheel(convex) is None
+    check_wheel(convex, 1e6)
+    assert largest_roller(outer) is None
+    assert cut(outer).largest_roller == math.inf
+    check_roller(replace(outer, follower=replace(round_one, roller_radius=1e3)))
 
 
 def test_radii_are_lengths():

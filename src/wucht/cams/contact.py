@@ -58,8 +58,9 @@ class ContactForces:
     """What the contour and the camshaft bear, as long as the follower moves by its law.
 
     phi (N,) in rad. force (N,): along the normal in N, positive where it presses; a negative one does not exist, the roller
-    lifts off. effort (N,): of the contact on the follower, in the sense of the law, N m or N. torque (N,): that the camshaft
-    must be given in the sense in which it turns, N m. lift_off: arcs of the cam angle in rad, (begin, end), without contact.
+    lifts off, or in a groove the other flank presses. effort (N,): of the contact on the follower, in the sense of the law, N m
+    or N. torque (N,): that the camshaft must be given in the sense in which it turns, N m; both have the sign of the force, and
+    where the roller lifts off do not exist either. lift_off: arcs of the cam angle in rad, (begin, end), without contact.
     least_preload: from which on there are none, N m or N; not negative.
     """
 

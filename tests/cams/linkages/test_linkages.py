@@ -89,7 +89,7 @@ def made(cls, *parameters):
 @pytest.mark.parametrize("linkage", [ROCKERS, CRANK_ROCKER, DOUBLE_CRANK])
 def test_freudenstein(linkage, branch):
     """On both branches as Norton defines them."""
-    g, a, b, c, angle = linkage.ground, linkage.input, linkage.coupler, linkage.output, linkage.input_angle
+    g, a, b, c, angle = linkage.ground, linkage.input, linkage.coupler, linkage.output, linkage.angle
     linkage = FourBar(g, a, b, c, angle, branch)
     rho = inner(linkage.lever_limits)
     turned = (norton(g, a, b, c, angle + rho, branch) / norton(g, a, b, c, angle, branch)) ** 2
@@ -116,7 +116,7 @@ def test_the_coupler_keeps_its_length(linkage, share):
     """From the output's angle, which the reference position and psi give, and the lever's."""
     low, high = inner(linkage.output_limits, 2, 1.0)
     psi = (low + high) / 2 + share * (high - low) / 2
-    g, a, b, c, angle = linkage.ground, linkage.input, linkage.coupler, linkage.output, linkage.input_angle
+    g, a, b, c, angle = linkage.ground, linkage.input, linkage.coupler, linkage.output, linkage.angle
     half = norton(g, a, b, c, angle, linkage.branch)
     assume(abs(half) > 0.01)  # else Norton's formula loses its digits
     beta = 2 * np.angle(half) + psi
@@ -186,7 +186,7 @@ def test_with_a_long_rod_the_slider_follows_the_cosine(rod, branch):
 @given(four_bars(), shares)
 def test_the_mirror_image_is_crossed(linkage, share):
     g, a, b, c = linkage.ground, linkage.input, linkage.coupler, linkage.output
-    mirror = made(FourBar, g, a, b, c, -linkage.input_angle, -linkage.branch)
+    mirror = made(FourBar, g, a, b, c, -linkage.angle, -linkage.branch)
     low, high = linkage.output_limits
     assert (-high, -low) == pytest.approx(mirror.output_limits, abs=1e-7)
     psi = share * min(high, -low, 10.0)
@@ -320,40 +320,40 @@ def test_a_dead_point_between_samples_is_seen(direction):
         (lambda: FourBar(1, -1, 1, 1, 1), "linkage.input: given -1; must be a length greater than 0 m"),
         (lambda: FourBar(1, 1, math.nan, 1, 1), "linkage.coupler: given nan; must be a length greater than 0 m"),
         (lambda: FourBar(1, 1, 1, math.inf, 1), "linkage.output: given inf; must be a length greater than 0 m"),
-        (lambda: FourBar(1, 1, 1, 1, math.nan), "linkage.input_angle: given nan; must be a finite angle in rad"),
+        (lambda: FourBar(1, 1, 1, 1, math.nan), "linkage.angle: given nan; must be a finite angle"),
         (lambda: FourBar(1, 1, 1, 1, 1, 0), "linkage.branch: given 0; must be +1 (open) or -1 (crossed)"),
         (
             lambda: FourBar(4, 3, 1.5, 2, PI / 2),
-            "linkage.coupler: given 1.5; must be between 3 m and 7 m to close the linkage at its input_angle",
+            "linkage.coupler: given 1.5; must be between 3000 mm and 7000 mm, not 1500 mm, to close the linkage",
         ),
         (
             lambda: FourBar(4, 3, 7.5, 2, PI / 2),
-            "linkage.coupler: given 7.5; must be between 3 m and 7 m to close the linkage at its input_angle",
+            "linkage.coupler: given 7.5; must be between 3000 mm and 7000 mm, not 7500 mm, to close the linkage",
         ),
         (
             lambda: FourBar(4, 3, 7, 2, PI / 2),
-            "linkage.input_angle: given '90 deg'; must not be a dead point: the rod cannot move the output",
+            "linkage.angle: given '90 deg'; must not be a dead point: the rod cannot move the output",
         ),
         (
             lambda: FourBar(5, 1, 2, 4, math.acos(0.6)),
-            "linkage.input_angle: given '53.1301 deg'; must not be a dead point: the rod is in line with the lever",
+            "linkage.angle: given '53.1301 deg'; must not be a dead point: the rod is in line with the lever",
         ),
         (lambda: SliderCrank(0, 1, 1), "linkage.crank: given 0; must be a length greater than 0 m"),
         (lambda: SliderCrank(1, -2, 1), "linkage.rod: given -2; must be a length greater than 0 m"),
-        (lambda: SliderCrank(1, 2, 1, math.inf), "linkage.offset: given inf; must be a finite length in m"),
-        (lambda: SliderCrank(1, 2, math.inf), "linkage.input_angle: given inf; must be a finite angle in rad"),
+        (lambda: SliderCrank(1, 2, 1, math.inf), "linkage.offset: given inf; must be a finite length"),
+        (lambda: SliderCrank(1, 2, math.inf), "linkage.angle: given inf; must be a finite angle"),
         (lambda: SliderCrank(1, 2, 1, branch=2), "linkage.branch: given 2; must be +1 (open) or -1 (crossed)"),
         (
             lambda: SliderCrank(1, 1.4, PI / 2, -0.5),
-            "linkage.rod: given 1.4; must be at least 1.5 m to close the linkage at its input_angle",
+            "linkage.rod: given 1.4; must be at least 1500 mm, not 1400 mm, to close the linkage",
         ),
         (
             lambda: SliderCrank(1, 1.5, PI / 2, -0.5),
-            "linkage.input_angle: given '90 deg'; must not be a dead point: the rod cannot move the output",
+            "linkage.angle: given '90 deg'; must not be a dead point: the rod cannot move the output",
         ),
         (
             lambda: SliderCrank(1, 2, 0.0),
-            "linkage.input_angle: given '0 deg'; must not be a dead point: the rod is in line with the lever",
+            "linkage.angle: given '0 deg'; must not be a dead point: the rod is in line with the lever",
         ),
         (
             lambda: LeverMotion(Harmonics.of(0.3, [1.2]), CRANK_ROCKER),
@@ -361,7 +361,7 @@ def test_a_dead_point_between_samples_is_seen(direction):
         ),
         (
             lambda: LeverMotion(Harmonics.of(0.0, [0.0], [0.06]), SLIDER),
-            "linkage: given '0.06 m'; the output must stay between -0.0747603 m and 0.0253733 m, where the linkage",
+            "linkage: given '60 mm'; the output must stay between -74.7603 mm and 25.3733 mm, where the linkage",
         ),
         (
             lambda: OutputMotion(Harmonics.of(0.0, [2.0]), ROCKING_SLIDER),

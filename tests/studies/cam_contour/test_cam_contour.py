@@ -14,7 +14,8 @@ import xarray as xr
 from wucht.cams.workshop.cam_files import Outline
 from wucht.cams.workshop.points import chord_deviation
 from wucht.errors import InputError
-from wucht.studies.cam_contour.spec import CamContour
+from wucht.studies.cam_contour.permitted_cam import obstacles, smallest_cam
+from wucht.studies.cam_contour.spec import CamContour, Permitted
 from wucht.studies.cam_contour.write_workshop import drive_of, points_to_mill
 from wucht.studies.runner import report, run
 
@@ -41,7 +42,8 @@ def circle() -> xr.Dataset:
 
 @pytest.fixture(scope="module")
 def pair() -> xr.Dataset:
-    return answered(given.FIVE, given.FOLLOWER | {"counter": given.COUNTER}, contact=LEVER_CONTACT, speed="300 rpm")
+    follower, permitted = given.FOLLOWER | {"counter": given.COUNTER}, {"pressure_angle": "45 deg"}
+    return answered(given.FIVE, follower, contact=LEVER_CONTACT, speed="300 rpm", permitted=permitted)
 
 
 @pytest.fixture(scope="module")
@@ -242,7 +244,7 @@ def test_what_is_not_permitted_is_said() -> None:
 def test_undercut_is_shown_where_that_is_asked_for() -> None:
     law = {"kind": "3-4-5", "stroke": "25 mm", "rise": ["20 deg", "80 deg"], "return": ["120 deg", "200 deg"]}
     follower = given.ROD | {"distance": "26 mm", "roller_radius": "16 mm", "offset": 0.0}
-    with pytest.raises(InputError, match=r"^follower.roller_radius: given 0.016; .* take a roller radius of at most 0.0151"):
+    with pytest.raises(InputError, match=r"^follower.roller_radius: given '16 mm'; .* take a roller radius of at most 15.1"):
         answered(law, follower)
     result = answered(law, follower, allow_undercut=True, contact=ROD_CONTACT, speed=10.0)
     s = result.wucht.summary
@@ -256,6 +258,75 @@ def test_undercut_is_shown_where_that_is_asked_for() -> None:
     assert result.sizes["mill_point"] == 0
     assert np.isnan(result.contact_force.values).all()
     assert [w.split(":")[0] for w in result.wucht.warnings][:2] == ["no points to mill", "no contact forces"]
+
+
+def test_a_face_leaves_what_lies_behind_it_at_all_angles() -> None:
+    """3-4-5 over 60 deg: the radius is negative from 33.58 to 57.5 deg; half-planes cut away more, all of a swallowtail."""
+    law = {"kind": "3-4-5", "stroke": "20 mm", "rise": ["0 deg", "60 deg"]}
+    result = answered(law, given.FLAT | {"distance": "20 mm"}, allow_undercut=True)
+    s = result.wucht.summary
+    [rise, back] = np.degrees(s["cams"]["cam"]["missing"])
+    assert rise == pytest.approx([22.1, 72.9], abs=0.05)
+    assert back == pytest.approx(360 - rise[::-1], abs=1e-6)
+    assert s["min_curvature_radius"] == pytest.approx(0.020)
+    assert (s["base_radius"], s["largest_radius"]) == pytest.approx((0.020, 0.040))
+    assert "the face cuts the cam away from 22.09° to 72.89° and from 287.1° to 337.9°" in s["sentence"]
+
+
+def test_no_limit_is_none(circle: xr.Dataset) -> None:
+    """A convex cam can be ground with any wheel; a roller on the outer flank of its groove may have any radius."""
+    assert circle.wucht.summary["cams"]["cam"]["largest_wheel"] is None
+    rod = given.ROD | {"groove": True, "distance": "100 mm"}
+    result = answered({"kind": "harmonic", "coefficients": {"mean": "0 mm", "cosine": ["2 mm"]}}, rod, chord_tolerance="50 um")
+    cam, outer = result.wucht.summary["cams"].values()
+    assert (outer["min_curvature"], outer["largest_roller"], cam["largest_wheel"]) == (None, None, None)
+    assert cam["largest_roller"] == pytest.approx(0.1, rel=2e-3)
+    assert sum("or it cuts the contour away" in line for line in report(result)) == 1
+
+
+def test_the_smallest_cam_goes_round_its_shaft() -> None:
+    """By default round a shaft of no radius; and what is proposed is a file that runs."""
+    law = {"kind": "harmonic", "coefficients": {"mean": "20 mm", "cosine": ["12 mm"]}}
+    for shaft, base in (("0 mm", 8e-3), ("12 mm", 12e-3)):
+        permitted = {"least_radius": "2 mm", "shaft_radius": shaft}
+        size = answered(law, given.FLAT, permitted=permitted, chord_tolerance="50 um").wucht.summary["smallest"]
+        assert size["base_radius"] == pytest.approx(base, abs=2e-6)
+        made = answered(law, given.FLAT | size["follower"], permitted=permitted, chord_tolerance="50 um").wucht.summary
+        assert made["outcome"] == "cuttable"
+        assert made["base_radius"] == pytest.approx(size["base_radius"])
+
+
+def test_a_base_circle_less_than_the_shaft_is_not_permitted() -> None:
+    result = answered(given.MODIFIED_SINE, given.FLAT, permitted={"shaft_radius": "41 mm"}, chord_tolerance="50 um")
+    assert result.wucht.summary["outcome"] == "not-permitted"
+    assert "base circle 40 mm (permitted 41 mm, that of the shaft)" in result.attrs["sentence"]
+    assert result.wucht.summary["smallest"]["base_radius"] == pytest.approx(0.041)
+
+
+def test_a_smallest_cam_that_is_not_all_is_warned_of(pair: xr.Dataset) -> None:
+    """With a counter cam it is that of the main lever; of a groove the roller may cut the other flank away."""
+    [said] = pair.wucht.warnings
+    assert "the lever of the counter cam must be chosen anew" in said
+    law = {"kind": "harmonic", "coefficients": {"mean": "0 mm", "cosine": ["0 mm", "8 mm"]}}
+    groove = given.drive(law, given.ROD | {"distance": "150 mm", "roller_radius": "20 mm", "groove": True, "offset": 0.0})
+    found = smallest_cam(groove.motion.law, groove.follower, Permitted(pressure_angle="45 deg"), "base")
+    assert found is not None
+    [said] = obstacles(groove, groove.motion.law, found)
+    assert said.startswith("the smallest cam that is permitted cannot be made: the roller would cut the contour away")
+
+
+def test_without_contact_there_is_no_torque() -> None:
+    """A spring that pulls the roller off, and one that holds it for a part of the turn."""
+    asked: dict[str, Any] = {"speed": "700 rpm", "points": 360, "chord_tolerance": "50 um"}
+    off = answered(given.SMOOTH, given.FOLLOWER, contact={"inertia": 0.02, "preload": "-500 N m"}, **asked)
+    assert (off.camshaft_torque.values == 0).all()
+    assert any("nowhere: the follower does not touch its cam" in line for line in report(off))
+    partly = answered(given.SMOOTH, given.FOLLOWER, contact={"inertia": 0.02, "preload": "1 N m"}, **asked)
+    torque, touches = partly.camshaft_torque.values, partly.contact_force.values[0] > 0
+    assert 0 < touches.sum() < len(touches)
+    assert (torque[~touches] == 0).all()
+    by_law = 0.02 * (700 * math.pi / 30) ** 2 * partly.follower_acceleration.values + 1
+    assert torque[touches] == pytest.approx((by_law * partly.follower_velocity.values)[touches])
 
 
 def test_rounding_and_common_limits_are_warned_of(circle: xr.Dataset) -> None:
@@ -272,7 +343,16 @@ def test_the_report_has_its_lines(pair: xr.Dataset) -> None:
     lines = report(pair)
     assert lines[:2] == ["A cam", f"verdict: {pair.attrs['sentence']}"]
     begins = [line[2:15].strip() for line in lines[2:]]
-    assert [b for b in begins if b] == ["cam", "counter cam", "contact", "Hertz", "camshaft", "preload", "to mill"]
+    assert [b for b in begins if b] == [
+        "cam",
+        "counter cam",
+        "contact",
+        "Hertz",
+        "camshaft",
+        "preload",
+        "smallest cam",
+        "to mill",
+    ]
     assert lines[1].startswith("verdict: cuttable: least convex radius 25.06 mm at 173.4°, pressure angle at most 41.64°")
     assert all(len(line) < 130 for line in lines)
 
@@ -303,10 +383,16 @@ LEVER, SLIDES = (given.SMOOTH, given.FOLLOWER), (given.MODIFIED_SINE, given.FLAT
         (LEVER, {"permitted": {"pressure_angle": "5 deg"}}, "study.permitted.pressure_angle: given '5 deg'; no cam has it"),
         (SLIDES, {"permitted": {"pressure_angle": "5 deg"}}, "study.permitted.pressure_angle: a flat face has none"),
         (LEVER, {"chord_tolerance": 1e-16}, "study.chord_tolerance: given 1e-16; it needs more than 2000000 points"),
-        ((given.SMOOTH, given.FOLLOWER | {"roller_radius": 0.2}), {}, "follower.roller_radius: given 0.2; the roller would"),
-        ((given.MODIFIED_SINE, given.FLAT | {"distance": 1e-3}), {}, "follower.distance: given 0.001; the face would cut"),
+        ((given.SMOOTH, given.FOLLOWER | {"roller_radius": 0.2}), {}, "follower.roller_radius: given '200 mm'; the roller"),
+        ((given.SMOOTH, given.FOLLOWER | {"roller_radius": 0.2}), {"allow_undercut": True}, "follower.roller_radius: given '"),
+        ((given.MODIFIED_SINE, given.FLAT | {"distance": 1e-3}), {}, "follower.distance: given '1 mm'; the face would cut"),
+        (LEVER, {"contact": {"inertia": 1, "stiffness": "30 N/m"}, "speed": 1},
+         "study.contact.stiffness: given '30 N/m'; must be a torsional stiffness of a follower that turns, a number"),
+        (LEVER, {"permitted": {"pressure_angle": "95 deg"}}, "study.permitted.pressure_angle: given '95 deg'; must be at most"),
+        (LEVER, {"permitted": {"shaft_radius": "-1 mm"}}, "study.permitted.shaft_radius: given '-1 mm'; must be a radius"),
+        ((given.FIVE, given.FOLLOWER), {"wheel_radius": "1 m"}, "study.wheel_radius: given '1000 mm'; the cam is too hollow"),
         ((given.FIVE, given.FOLLOWER | {"counter": given.COUNTER | {"roller_radius": 0.06}}), {},
-         "follower.counter.roller_radius: given 0.06; the roller would cut the contour away at a cam angle of 134.7 deg"),
+         "follower.counter.roller_radius: given '60 mm'; the roller would cut the contour away at a cam angle of 134.7 deg"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_a_sentence(drive: Any, asked: dict[str, Any], says: str) -> None:

@@ -60,14 +60,16 @@ def test_the_panels_and_their_limits(lever: xr.Dataset) -> None:
     *below, above = figure.axes
     assert [a.get_ylabel() for a in below] == [
         "radius of curvature (mm)", "pressure angle (°)", "contact force (N)", "contact pressure (MPa)",
+        "torque of the camshaft (N m)", "motion of the lever (°)",
     ]  # fmt: skip
+    assert below[4].get_lines()[0].get_ydata() == pytest.approx(lever.camshaft_torque.values)
     assert {a.get_xlabel() for a in below} == {"cam angle (°)"}
     assert above.get_xlabel() == "x (mm), cam at 0°"
     limits = [
         sorted({float(np.asarray(x.get_ydata())[0]) for x in axis.get_lines() if x.get_label() == "permitted"})
         for axis in below
     ]
-    assert [pytest.approx(found) for found in limits] == [[5], [-15, 15], [], [1000]]
+    assert [pytest.approx(found) for found in limits] == [[5], [-15, 15], [], [1000], [], []]
     assert line(below[0], "grinding wheel").get_ydata()[0] == -75
     assert below[2].patches, "a band where the roller lifts off"
     assert {"contour", "pitch curve", "base circle", "roller", "lever", "pivot", "permitted", "lifts off"} <= set(names(lever))
@@ -81,17 +83,52 @@ def test_a_flat_face_has_no_pressure_angle(flat: xr.Dataset) -> None:
     assert "roller" not in names(flat)
 
 
-def test_counter_cam_groove_linkage_and_undercut_can_be_drawn() -> None:
-    counter, groove = given.FOLLOWER | {"counter": given.COUNTER}, given.FOLLOWER | {"groove": True}
+@pytest.fixture(scope="module")
+def groove() -> xr.Dataset:
+    return run(CamContour(), given.drive(given.SMOOTH, given.FOLLOWER | {"groove": True}))
+
+
+def test_counter_cam_groove_linkage_and_undercut_can_be_drawn(groove: xr.Dataset) -> None:
+    counter = given.FOLLOWER | {"counter": given.COUNTER}
     pair = run(CamContour(chord_tolerance="50 um"), given.drive(given.SMOOTH, counter))
     assert {"contour of the counter cam", "counter cam", "common limit"} <= set(names(pair))
-    assert len([x for x in draw(pair).axes[-1].get_lines() if x.get_label() == "roller"]) == 2
-    assert "outer flank" in names(run(CamContour(), given.drive(given.SMOOTH, groove)))
+    drawn = draw(pair).axes[-1].get_lines()
+    assert len([x for x in drawn if x.get_label() == "roller"]) == 2
+    colours = {name: [x.get_color() for x in drawn if x.get_label() in named] for name, named in {
+        "base": ("base circle",), "cams": ("contour", "contour of the counter cam")}.items()}  # fmt: skip
+    assert colours["base"] == colours["cams"], "whose base circle it is"
+    assert "outer flank" in names(groove)
     linked = draw(run(CamContour(), given.drive(given.SMOOTH, given.FOLLOWER, linkage=given.FOUR_BAR)))
     assert [a.get_ylabel() for a in linked.axes[2:-1]] == ["transmission angle (°)", "motion of the lever (°)"]
     cut = run(CamContour(allow_undercut=True), given.drive(given.MODIFIED_SINE, given.FLAT | {"distance": "2 mm"}))
-    away = line(draw(cut).axes[-1], "cut away").get_xdata()
-    assert 0 < np.isfinite(away).sum() < len(away)
+    *below, above = draw(cut).axes
+    away, left = (np.isfinite(line(above, name).get_xdata()) for name in ("cut away", "contour"))
+    assert away.any()
+    assert np.array_equal(left, ~away), "what is cut away is not drawn as what is left"
+    assert below[0].patches, "a band where it is cut away"
+    assert np.array_equal(np.isfinite(below[0].get_lines()[0].get_ydata()) & away, np.zeros(len(away), bool))
+    assert [a.get_ylabel() for a in below] == ["radius of curvature (mm)", "motion of the follower (mm)"]
+
+
+def test_words_lie_beside_each_other(groove: xr.Dataset) -> None:
+    """The legend below the names of the axes, and "hollow" beside the curves: measured as they are drawn."""
+    figure = draw(groove)
+    figure.canvas.draw()
+    *below, _ = figure.axes
+    [legend] = figure.legends
+    assert legend.get_window_extent().y1 < min(a.xaxis.label.get_window_extent().y0 for a in below) - 3
+    [hollow] = below[0].texts
+    assert hollow.get_text() == "hollow"
+    assert below[0].get_window_extent().x1 < hollow.get_window_extent().x0
+    assert hollow.get_window_extent().x1 < below[1].yaxis.label.get_window_extent().x0
+
+
+def test_forces_that_are_nowhere_have_no_panels() -> None:
+    asked = CamContour(
+        contact={"inertia": 0.02, "preload": "-50 N m", "width": "12 mm"}, speed="60 rpm", chord_tolerance="50 um"
+    )
+    *below, _ = draw(run(asked, given.drive(given.SMOOTH, given.FOLLOWER))).axes
+    assert [a.get_ylabel() for a in below] == ["radius of curvature (mm)", "pressure angle (°)"]
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])

@@ -139,8 +139,8 @@ def test_every_commented_key_of_the_template_is_known(here: Path) -> None:
 @pytest.mark.parametrize(
     ("settings", "says"),
     [
-        (("follower.roller_radius=40 mm",), ("follower.roller_radius", "the roller would cut the contour away", "0.035064 m")),
-        (("study.permitted.radius=1",), ("study.permitted.radius", "did you mean 'least_radius'?")),
+        (("follower.roller_radius=40 mm",), ("follower.roller_radius", "the roller would cut the contour away", "35.064 mm")),
+        (("study.permitted.least_radiu=1",), ("study.permitted.least_radiu", "did you mean 'least_radius'?")),
         (("study.chord_tolerance=1 s",), ("study.chord_tolerance", "must be a chord tolerance")),
         (("study.contact.width=-1 mm",), ("study.contact.width", "must be a width of the contact greater than 0 m")),
         (("study.decimals=13",), ("study.decimals", "a whole number from 0 to 12")),

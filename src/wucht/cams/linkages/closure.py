@@ -28,13 +28,13 @@ _TURNED = np.array([1, 1j, -1, -1j])  # the derivatives of e^(i alpha) by alpha,
 class Linkage(ABC):
     """Between the lever's angle rho and the output psi, both zero in the reference position.
 
-    There the lever stands at ``input_angle`` (rad), and the output where the closure on the ``branch`` (+1 or -1) puts it. All
+    There the lever stands at ``angle`` (rad), and the output where the closure on the ``branch`` (+1 or -1) puts it. All
     angles are counter-clockwise. Dead points are of two kinds: where the rod cannot move the output, being in line with it or
     square to its slide, and where the rod is in line with the lever, and the output turns back. The lever can pass those of the
     second kind; a motion of the output cannot ask for it.
     """
 
-    input_angle: float
+    angle: float
     branch: int
 
     def lever_at(self, psi: np.ndarray | float, order: int = 0) -> np.ndarray:
@@ -79,27 +79,27 @@ class Linkage(ABC):
     @cached_property
     def lever_limits(self) -> Limits:
         """rho stays between the dead points next to 0 where the rod cannot move the output; infinite where the lever turns."""
-        return _around(self.input_angle, [alpha for alpha, _ in self._locked()], 2 * math.pi)
+        return _around(self.angle, [alpha for alpha, _ in self._locked()], 2 * math.pi)
 
     @cached_property
     def _reference_output(self) -> float:
-        return float(self._output_where(np.asarray(self.input_angle)))
+        return float(self._output_where(np.asarray(self.angle)))
 
     @cached_property
     def _reference_lever(self) -> float:
         """The input angle, in the turn in which the output's position puts it."""
         near = float(self._lever_where(np.asarray(self._reference_output)))
-        return self.input_angle + 2 * math.pi * round((near - self.input_angle) / (2 * math.pi))
+        return self.angle + 2 * math.pi * round((near - self.angle) / (2 * math.pi))
 
     @cached_property
     def _side(self) -> float:
         """On which side of the line from its pivot to the output's joint the lever is: between dead points it stays there."""
-        return math.copysign(1.0, self._lean(self.input_angle, self._reference_output))
+        return math.copysign(1.0, self._lean(self.angle, self._reference_output))
 
     def _position(self, rho: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
         """alpha and y at rho."""
         _check_within("lever", rho, self.lever_limits, degrees)
-        alpha = self.input_angle + np.asarray(rho, float)
+        alpha = self.angle + np.asarray(rho, float)
         return alpha, self._output_where(alpha)
 
     def _lever_joint(self, alpha: np.ndarray) -> np.ndarray:
@@ -117,13 +117,13 @@ class Linkage(ABC):
         return float((w.conjugate() * cmath.exp(1j * alpha)).imag / (abs(w) or 1.0))
 
     def _check_reference(self) -> None:
-        """Raises ``InputError`` (linkage.input_angle) where the reference position is a dead point."""
+        """Raises ``InputError`` (linkage.angle) where the reference position is a dead point."""
         y = np.asarray(self._reference_output)
-        P, Q = self._output_joint(y), self._lever_joint(np.asarray(self.input_angle))
+        P, Q = self._output_joint(y), self._lever_joint(np.asarray(self.angle))
         grips = [abs((np.conj(P[0] - Q[0]) * moved).real) / (self._rod * abs(moved)) for moved in (P[1], Q[1])]
         if min(grips) < _DEAD:
             line = "the rod cannot move the output" if grips[0] < grips[1] else "the rod is in line with the lever"
-            raise InputError("linkage.input_angle", degrees(self.input_angle), f"must not be a dead point: {line}")
+            raise InputError("linkage.angle", degrees(self.angle), f"must not be a dead point: {line}")
 
     @property
     @abstractmethod
@@ -175,13 +175,13 @@ def corner(a: np.ndarray, b: float, opposite: float) -> np.ndarray:
     return np.asarray(2 * np.arctan2(np.sqrt(np.maximum(near, 0)), np.sqrt(np.maximum(far, 0))))
 
 
-def check_parameters(lengths: dict[str, float], input_angle: float, branch: int) -> None:
+def check_parameters(lengths: dict[str, float], angle: float, branch: int) -> None:
     """Raises ``InputError`` (linkage.KEY) for lengths in m or an angle that are none, or a branch that is not +1 or -1."""
     for key, length in lengths.items():
         if not (math.isfinite(length) and length > 0):
             raise InputError(f"linkage.{key}", length, "must be a length greater than 0 m")
-    if not math.isfinite(input_angle):
-        raise InputError("linkage.input_angle", input_angle, "must be a finite angle in rad")
+    if not math.isfinite(angle):
+        raise InputError("linkage.angle", angle, "must be a finite angle")
     if branch not in (-1, +1):
         raise InputError("linkage.branch", branch, "must be +1 (open) or -1 (crossed)")
 
@@ -189,6 +189,11 @@ def check_parameters(lengths: dict[str, float], input_angle: float, branch: int)
 def degrees(angle: float) -> str:
     """An angle in rad, for the user."""
     return f"{math.degrees(angle):.6g} deg"
+
+
+def millimetres(length: float) -> str:
+    """A length in m, for the user."""
+    return f"{1e3 * length:.6g} mm"
 
 
 def _around(value: float, dead: Iterable[float], period: float) -> Limits:

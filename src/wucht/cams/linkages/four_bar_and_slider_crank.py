@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.linkages.closure import Linkage, check_parameters, corner, degrees
+from wucht.cams.linkages.closure import Linkage, check_parameters, corner, degrees, millimetres
 from wucht.errors import InputError
 
 _ROUNDING = 1e-12
+_CLOSES = "to close the linkage at the angle where the law is zero (linkage.angle)"
 
 
 @dataclass(frozen=True)
@@ -23,28 +24,28 @@ class FourBar(Linkage):
     """Lever and output turn about fixed pivots, and a coupler joins their ends; the output psi is an angle in rad.
 
     ground: the distance of the pivots; input, output: from pivot to joint, of lever and output; coupler: between the joints;
-    all in m. input_angle: of the lever where rho = psi = 0, in rad from the line to the output's pivot. branch: +1, the open
-    linkage, or -1, the crossed one, as seen with the lever on the left of that line (0 < input_angle < pi): in the open one the
+    all in m. angle: of the lever where rho = psi = 0, in rad from the line to the output's pivot. branch: +1, the open
+    linkage, or -1, the crossed one, as seen with the lever on the left of that line (0 < angle < pi): in the open one the
     output is clockwise of the line from its pivot to the lever's joint.
 
-    Raises ``InputError`` (linkage.KEY): no length, lengths that do not close at ``input_angle``, a dead point there.
+    Raises ``InputError`` (linkage.KEY): no length, lengths that do not close at ``angle``, a dead point there.
     """
 
     ground: float
     input: float
     coupler: float
     output: float
-    input_angle: float
+    angle: float
     branch: int = +1
 
     def __post_init__(self) -> None:
         lengths = {"ground": self.ground, "input": self.input, "coupler": self.coupler, "output": self.output}
-        check_parameters(lengths, self.input_angle, self.branch)
-        reach = abs(self.input * cmath.exp(1j * self.input_angle) - self.ground)
+        check_parameters(lengths, self.angle, self.branch)
+        reach = abs(self.input * cmath.exp(1j * self.angle) - self.ground)
         least, most = abs(reach - self.output), reach + self.output
         if not least <= self.coupler <= most:
-            allowed = f"must be between {least:.6g} m and {most:.6g} m to close the linkage at its input_angle"
-            raise InputError("linkage.coupler", self.coupler, allowed)
+            between = f"must be between {millimetres(least)} and {millimetres(most)}"
+            raise InputError("linkage.coupler", self.coupler, f"{between}, not {millimetres(self.coupler)}, {_CLOSES}")
         self._check_reference()
 
     @property
@@ -93,25 +94,26 @@ class SliderCrank(Linkage):
     """The lever is a crank, and a rod joins its end to a slider; the output psi is the slider's way in m.
 
     crank: the lever's arm on this side; rod: its length. offset: by how much the slide passes the lever's pivot on the left, as
-    seen in the direction in which psi grows. All in m. input_angle: of the crank where rho = psi = 0, in rad from that
+    seen in the direction in which psi grows. All in m. angle: of the crank where rho = psi = 0, in rad from that
     direction. branch: +1, the slider is ahead of the crank's end, or -1, behind it.
 
-    Raises ``InputError`` (linkage.KEY): no length, lengths that do not close at ``input_angle``, a dead point there.
+    Raises ``InputError`` (linkage.KEY): no length, lengths that do not close at ``angle``, a dead point there.
     """
 
     crank: float
     rod: float
-    input_angle: float
+    angle: float
     offset: float = 0.0
     branch: int = +1
 
     def __post_init__(self) -> None:
-        check_parameters({"crank": self.crank, "rod": self.rod}, self.input_angle, self.branch)
+        check_parameters({"crank": self.crank, "rod": self.rod}, self.angle, self.branch)
         if not math.isfinite(self.offset):
-            raise InputError("linkage.offset", self.offset, "must be a finite length in m")
-        least = abs(self.offset - self.crank * math.sin(self.input_angle))
+            raise InputError("linkage.offset", self.offset, "must be a finite length")
+        least = abs(self.offset - self.crank * math.sin(self.angle))
         if not self.rod >= least:
-            raise InputError("linkage.rod", self.rod, f"must be at least {least:.6g} m to close the linkage at its input_angle")
+            allowed = f"must be at least {millimetres(least)}, not {millimetres(self.rod)}, {_CLOSES}"
+            raise InputError("linkage.rod", self.rod, allowed)
         self._check_reference()
 
     @property
@@ -151,7 +153,7 @@ class SliderCrank(Linkage):
 
     @staticmethod
     def _shown(psi: float) -> str:
-        return f"{psi:.6g} m"
+        return millimetres(psi)
 
 
 def _angle_of_sum(fixed: float, turning: float, angle: np.ndarray) -> np.ndarray:

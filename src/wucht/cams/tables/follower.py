@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import ClassVar, Self
 
-from pydantic import Field, StrictBool
+from pydantic import Field, StrictBool, model_validator
 
 from wucht.cams.followers import FlatFaced, OscillatingRoller, TranslatingRoller
 from wucht.fields import Described, si
@@ -44,6 +44,12 @@ class OscillatingRollerTable(FollowerTable):
     angle: float = si("rad", "angle of the lever where the law is zero")
     counter: CounterTable | None = None
     groove: StrictBool = Field(False, description="choice of a groove, true or false")
+
+    @model_validator(mode="after")
+    def _holds_one_way(self) -> Self:
+        if self.groove and self.counter is not None:
+            raise ValueError("groove", "a groove holds the roller by itself: give either groove = true or a counter cam")
+        return self
 
     def follower(self) -> OscillatingRoller:
         """The follower."""

@@ -19,8 +19,18 @@ from wucht.studies.cam_contour.shapes import AnyCam
 from wucht.studies.cam_contour.spec import CamContour, Contact
 
 _UNITS = {
-    "rad": {"preload": "N m", "stiffness": "N m/rad", "damping": "N m s/rad", "constant": "N m"},
-    "m": {"preload": "N", "stiffness": "N/m", "damping": "N s/m", "constant": "N"},
+    "rad": {
+        "preload": Unit("N m", "preload of a follower that turns"),
+        "stiffness": Unit("N m/rad", "torsional stiffness of a follower that turns"),
+        "damping": Unit("N m s/rad", "torsional damping of a follower that turns"),
+        "constant": Unit("N m", "constant load of a follower that turns"),
+    },
+    "m": {
+        "preload": Unit("N", "preload of a follower that slides"),
+        "stiffness": Unit("N/m", "stiffness of a follower that slides"),
+        "damping": Unit("N s/m", "damping of a follower that slides"),
+        "constant": Unit("N", "constant load of a follower that slides"),
+    },
 }
 
 
@@ -53,8 +63,8 @@ class ContactLoad:
 class Pressed:
     """Of the cams by name over cam angles phi (N,) in rad: force (N,) in N, none negative, and pressure (N,) in Pa.
 
-    torque (N,): that the camshaft must be given, in N m. off: arcs without contact, (begin, end) in rad. least_preload: from
-    which on there are none, in N m or N.
+    torque (N,): that the camshaft must be given, in N m; none where nothing touches. off: arcs without contact, (begin, end) in
+    rad. least_preload: from which on there are none, in N m or N.
     """
 
     phi: np.ndarray
@@ -78,9 +88,7 @@ def contact_load(spec: CamContour, drive: CamDrive, unit: str) -> ContactLoad | 
     if inertia is None:
         needed = "moment of inertia in kg m^2 about its pivot" if unit == "rad" else "mass in kg"
         raise InputError(f"study.contact.{given}", None, f"this key is missing; needed is the follower's {needed}")
-    quantities = {
-        key: read_quantity(Unit(si, key), getattr(asked, key), f"study.contact.{key}") for key, si in _UNITS[unit].items()
-    }
+    quantities = {key: read_quantity(of, getattr(asked, key), f"study.contact.{key}") for key, of in _UNITS[unit].items()}
     try:
         load = FollowerLoad(inertia, **quantities)
     except InputError as error:
@@ -119,7 +127,8 @@ _Forces = tuple[dict[str, np.ndarray], np.ndarray, dict[str, tuple[Arc, ...]], f
 
 def _of_one(contact: ContactLoad, cams: Mapping[str, AnyCam], phi: np.ndarray) -> _Forces:
     found = contact_forces(cams["cam"], contact.load, contact.speed, phi)
-    return {"cam": np.maximum(found.force, 0.0)}, found.torque, {"cam": found.lift_off}, found.least_preload
+    torque = np.where(found.force > 0, found.torque, 0.0)
+    return {"cam": np.maximum(found.force, 0.0)}, torque, {"cam": found.lift_off}, found.least_preload
 
 
 def _of_groove(contact: ContactLoad, cams: Mapping[str, AnyCam], phi: np.ndarray) -> _Forces | None:

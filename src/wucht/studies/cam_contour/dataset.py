@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from wucht.numerics.valleys import Arc
 from wucht.results.conventions import Variable, answered, variable
 from wucht.studies.cam_contour.contact_load import Pressed
 from wucht.studies.cam_contour.judgement import beyond_common, judged, largest_pressure_angle
+from wucht.studies.cam_contour.permitted_cam import placed
 from wucht.studies.cam_contour.prepare import Plan
 from wucht.studies.cam_contour.run import Curves, Findings
 from wucht.studies.cam_contour.shapes import Shape
@@ -32,7 +32,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     contour_x, contour_y, pitch_x, pitch_y (of the roller's centre), normal_x, normal_y (away from the centre), curvature
     (positive where the material bulges), uncut (1: straight, 0: an edge, less: undercut), pressure_angle, contact_force,
     contact_pressure (cam, cam_angle). output, follower, each also _velocity and _acceleration (derivatives by the cam angle),
-    transmission_angle, camshaft_torque (cam_angle). What does not apply is NaN. roller_radius, base_radius (cam).
+    transmission_angle, camshaft_torque (0 where nothing touches) (cam_angle). What does not apply is NaN. roller_radius,
+    base_radius (cam).
     Arcs of the cam angle: arc_cam, arc_of (``undercut``, ``missing``, ``lift-off``), arc_begin, arc_end (arc).
     Points to mill, of all cams in a row: mill_cam (number of the cam), mill_angle, mill_x, mill_y, mill_normal_x, mill_normal_y
     (mill_point), the normals outwards of what the contour encloses.
@@ -227,14 +228,13 @@ def _smallest(plan: Plan) -> dict[str, Any] | None:
     found = plan.smallest
     if found is None:
         return None
-    follower = {key: value for key, value in asdict(found.follower).items() if key not in ("arm", "roller_radius")}
     inward, more = 0.0, dict[str, Any]()
     if isinstance(found, SmallestCam):  # whose radii are those of the pitch curve
         inward, more = found.follower.roller_radius, {"max_pressure_angle": found.pressure_angle}
     else:
         more = {"face": list(found.face)}
     return {
-        "follower": follower,
+        "follower": placed(found),
         "base_radius": found.base_radius - inward,
         "largest_radius": found.largest_radius - inward,
         "min_curvature_radius": found.least_radius if math.isfinite(found.least_radius) else None,

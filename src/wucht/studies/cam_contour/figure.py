@@ -10,7 +10,7 @@ import numpy as np
 from wucht.results import style
 from wucht.results.conventions import summary_of
 from wucht.results.style import COLOURS, GREY
-from wucht.studies.cam_contour.figure_of_cam import draw_cam
+from wucht.studies.cam_contour.figure_of_cam import draw_cam, is_missing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,6 +21,7 @@ _ROW, _CAM_ROWS, _MARGINS = 2.1, 2, 1.7  # inches, rows
 _CLIPPED = 2.5  # of the largest distance from the centre: larger radii of curvature are not drawn
 _COMMON = {"rad": 45, "m": 30}  # degrees
 _LINE_OF_TEXT = 95  # letters that fit on the page
+_NAMES_A_ROW, _ROW_OF_NAMES, _BELOW_PANELS = 4, 0.165, 0.6  # of the legend; inches
 _LINE = {"cam": 0, "counter": 1, "outer": 2}
 _NAMED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
@@ -30,12 +31,10 @@ def figure(result: xr.Dataset) -> Figure:
     panels = [_radius, _motion if summary_of(result)["follower"] == "flat-faced" else _pressure_angle]
     if np.isfinite(result.transmission_angle.values).any():
         panels.append(_transmission)
-    if np.isfinite(result.contact_force.values).any():
-        panels.append(_force)
-    if np.isfinite(result.contact_pressure.values).any():
-        panels.append(_pressure)
+    if (result.contact_force.values > 0).any():
+        panels += [_force, _pressure, _torque] if np.isfinite(result.contact_pressure.values).any() else [_force, _torque]
     if len(panels) % 2:
-        panels.append(_torque if _motion in panels else _motion)
+        panels.append(_touched if _motion in panels else _motion)
     rows = _CAM_ROWS + len(panels) // 2
     heading = "\n".join(wrap(result.attrs["sentence"], _LINE_OF_TEXT))
     drawn, axes = style.new_grid(rows, 2, _ROW * rows + _MARGINS, result.attrs["title"], heading)
@@ -59,7 +58,11 @@ def _legend(drawn: Figure, axes: list[Axes]) -> None:
     for axis in axes:
         for handle, name in zip(*axis.get_legend_handles_labels(), strict=True):
             named.setdefault(name, handle)
-    drawn.legend(handles=list(named.values()), labels=list(named), loc="lower center", ncols=4, frameon=False, fontsize=8)
+    drawn.legend(
+        handles=list(named.values()), labels=list(named), loc="lower center", ncols=_NAMES_A_ROW, frameon=False, fontsize=8
+    )
+    rows = -(-len(named) // _NAMES_A_ROW)
+    drawn.subplots_adjust(bottom=(_BELOW_PANELS + _ROW_OF_NAMES * rows) / drawn.get_figheight())
 
 
 def _lines(axis: Axes, result: xr.Dataset, values: np.ndarray) -> None:
@@ -76,12 +79,14 @@ def _limit(axis: Axes, value: float, name: str, colour: str = COLOURS[3]) -> Non
 
 
 def _radius(axis: Axes, result: xr.Dataset) -> None:
-    """Of curvature of the contour; none is drawn where it is nearly straight."""
+    """Of curvature of the contour; none is drawn where it is nearly straight, or cut away."""
     widest = _CLIPPED * 1e3 * float(np.hypot(result.contour_x.values, result.contour_y.values).max())
     with np.errstate(divide="ignore"):
         radius = 1e3 / result.curvature.values
-    shown = np.where(np.abs(radius) <= widest, radius, np.nan)
+    cut = np.array([is_missing(result, name) for name in map(str, result.cam.values)])
+    shown = np.where((np.abs(radius) <= widest) & ~cut, radius, np.nan)
     _lines(axis, result, shown)
+    _bands(axis, result, "missing", "cut away", COLOURS[3])
     _limit(axis, 1e3 * float(result.permitted_radius), "permitted")
     _limit(axis, -1e3 * float(result.wheel_radius), "grinding wheel", COLOURS[5])
     axis.axhline(0, color=GREY, linewidth=0.8)
@@ -90,7 +95,8 @@ def _radius(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylim(1.1 * low - 0.03 * widest, 1.1 * high)
     axis.set_ylabel("radius of curvature (mm)")
     if low < 0:
-        axis.text(355, low, "hollow", ha="right", va="bottom", fontsize=8, color=GREY)
+        # Beside the panel: in it the word would lie under a curve.
+        axis.text(1.01, 0.0, "hollow", transform=axis.transAxes, rotation=90, va="bottom", fontsize=8, color=GREY)
 
 
 def _pressure_angle(axis: Axes, result: xr.Dataset) -> None:
@@ -113,19 +119,19 @@ def _transmission(axis: Axes, result: xr.Dataset) -> None:
 
 def _force(axis: Axes, result: xr.Dataset) -> None:
     _lines(axis, result, result.contact_force.values)
-    for i in np.flatnonzero(result.arc_of.values == "lift-off").tolist():
-        if "outer" not in result.cam.values:
-            _arc(axis, float(result.arc_begin[i]), float(result.arc_end[i]))
+    if "outer" not in result.cam.values:
+        _bands(axis, result, "lift-off", "lifts off", COLOURS[1])
     axis.set_ylim(bottom=0)
     axis.set_ylabel(style.label(result, "contact_force"))
 
 
-def _arc(axis: Axes, begin: float, end: float) -> None:
-    """A band over an arc of the cam angle, and where it comes again a turn earlier."""
-    for turn in (0.0, -360.0):
-        low, high = np.clip(np.degrees([begin, end]) + turn, 0, 360)
-        if high > low:
-            axis.axvspan(low, high, color=COLOURS[1], alpha=0.15, linewidth=0, label="lifts off")
+def _bands(axis: Axes, result: xr.Dataset, what: str, name: str, colour: str) -> None:
+    """A band over each arc of the cam angle on which something happens, and where it comes again a turn earlier."""
+    for i in np.flatnonzero(result.arc_of.values == what).tolist():
+        for turn in (0.0, -360.0):
+            low, high = np.clip(np.degrees([float(result.arc_begin[i]), float(result.arc_end[i])]) + turn, 0, 360)
+            if high > low:
+                axis.axvspan(low, high, color=colour, alpha=0.15, linewidth=0, label=name)
 
 
 def _torque(axis: Axes, result: xr.Dataset) -> None:
@@ -138,6 +144,13 @@ def _pressure(axis: Axes, result: xr.Dataset) -> None:
     _limit(axis, 1e-6 * float(result.permitted_contact_pressure), "permitted")
     axis.set_ylim(bottom=0)
     axis.set_ylabel("contact pressure (MPa)")
+
+
+def _touched(axis: Axes, result: xr.Dataset) -> None:
+    """Where a flat face is touched: as far from the rod's axis as its velocity by the cam angle says."""
+    sense = -1 if summary_of(result)["clockwise"] else 1
+    axis.plot(np.degrees(result.cam_angle.values), -1e3 * sense * result.follower_velocity.values, **style.line_style(4))
+    axis.set_ylabel("face touched at y (mm)")
 
 
 def _motion(axis: Axes, result: xr.Dataset) -> None:

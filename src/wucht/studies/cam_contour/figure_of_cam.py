@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY
+from wucht.results.style import COLOURS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,19 +21,19 @@ _FOLLOWER = "#000000"
 def draw_cam(axis: Axes, result: xr.Dataset) -> None:
     """Contours, base circle, pitch curves, rollers, the cam's centre, the lever with its pivot, the rod or the face; in mm."""
     for i, name in enumerate(map(str, result.cam.values)):
-        x, y = 1e3 * result.contour_x.values[i], 1e3 * result.contour_y.values[i]
+        left = ~is_missing(result, name)
+        x, y = (np.where(left, 1e3 * result[v].values[i], np.nan) for v in ("contour_x", "contour_y"))
         axis.plot(x, y, color=_COLOUR[name], linewidth=1.6, label=_NAMED[name], zorder=3)
         if name in ("cam", "counter"):
             # Twice the outline would be darker where contours overlap: the fill is pale enough for both.
-            axis.fill(x, y, color=_COLOUR[name], alpha=0.0 if "outer" in result.cam.values else 0.08, linewidth=0)
+            axis.fill(x[left], y[left], color=_COLOUR[name], alpha=0.0 if "outer" in result.cam.values else 0.08, linewidth=0)
             pitch = 1e3 * result.pitch_x.values[i], 1e3 * result.pitch_y.values[i]
             if np.isfinite(pitch[0]).all():
                 axis.plot(*pitch, color=_COLOUR[name], linestyle="--", linewidth=0.8, label="pitch curve", zorder=3)
-            _circle(
-                axis, 0, 0, 1e3 * float(result.base_radius[i]), label="base circle", color=GREY, linestyle=":", linewidth=0.9
-            )
+            base = 1e3 * float(result.base_radius[i])
+            _circle(axis, 0, 0, base, label="base circle", color=_COLOUR[name], linestyle=":", linewidth=0.9)
             _roller(axis, result, i)
-        _cut(axis, result, name, i)
+        _cut(axis, result, i, ~left)
     _turning(axis, result)
     axis.plot([0], [0], "+", color=_FOLLOWER, markersize=9, markeredgewidth=1.2, label="cam's centre", zorder=6)
     _face(axis, result)
@@ -85,11 +85,16 @@ def _face(axis: Axes, result: xr.Dataset) -> None:
     axis.plot([x, x + (high - low)], [0, 0], color=_FOLLOWER, linewidth=2.0, alpha=0.7, label="rod", zorder=4)
 
 
-def _cut(axis: Axes, result: xr.Dataset, name: str, i: int) -> None:
+def _cut(axis: Axes, result: xr.Dataset, i: int, missing: np.ndarray) -> None:
     """What is cut away of a contour."""
-    phi = result.cam_angle.values
+    if missing.any():
+        x, y = (np.where(missing, 1e3 * result[v].values[i], np.nan) for v in ("contour_x", "contour_y"))
+        axis.plot(x, y, color=COLOURS[3], linewidth=1.8, label="cut away", zorder=6)
+
+
+def is_missing(result: xr.Dataset, name: str) -> np.ndarray:
+    """Whether the contour of a cam is cut away (N,) at the cam angles of the result."""
+    phi, missing = result.cam_angle.values, np.zeros(result.sizes["cam_angle"], bool)
     for k in np.flatnonzero((result.arc_cam.values == name) & (result.arc_of.values == "missing")).tolist():
-        begin, end = float(result.arc_begin[k]), float(result.arc_end[k])
-        inside = np.mod(phi - begin, 2 * np.pi) <= end - begin
-        x, y = (np.where(inside, 1e3 * result[v].values[i], np.nan) for v in ("contour_x", "contour_y"))
-        axis.plot(x, y, color=COLOURS[3], linewidth=2.4, label="cut away", zorder=6)
+        missing |= np.mod(phi - float(result.arc_begin[k]), 2 * np.pi) <= float(result.arc_end[k]) - float(result.arc_begin[k])
+    return missing

@@ -73,6 +73,9 @@ def _broken(plan: Plan, findings: Findings) -> Iterator[str]:
     convex = [s.convex.radius for s in plan.shapes.values() if s.convex is not None]
     if permitted.least_radius is not None and convex and min(convex) < permitted.least_radius * (1 - _REACHED):
         yield f"least radius {_millimetres(min(convex))} (permitted {_millimetres(permitted.least_radius)})"
+    base = min(shape.base.value for shape in plan.shapes.values())
+    if permitted.shaft_radius is not None and base < permitted.shaft_radius * (1 - _REACHED):
+        yield f"base circle {_millimetres(base)} (permitted {_millimetres(permitted.shaft_radius)}, that of the shaft)"
     if permitted.contact_pressure is not None and findings.largest is not None:
         largest = max(float(pressure.max()) for pressure in findings.largest.pressure.values())
         if largest > permitted.contact_pressure:

@@ -10,7 +10,7 @@ from wucht.cams.drive import CamDrive
 from wucht.cams.laws.law import Law
 from wucht.errors import RunError
 from wucht.studies.cam_contour.contact_load import ContactLoad, contact_load
-from wucht.studies.cam_contour.permitted_cam import Smallest, smallest_cam
+from wucht.studies.cam_contour.permitted_cam import Smallest, obstacles, smallest_cam
 from wucht.studies.cam_contour.shapes import AnyCam, Shape, shapes
 from wucht.studies.cam_contour.spec import CamContour
 
@@ -54,6 +54,7 @@ def prepare(spec: CamContour, drive: CamDrive) -> Plan:
         notes.append("the contact forces are those of the lever alone: what the linkage moves is not in them")
     try:
         smallest = smallest_cam(lever, follower, spec.permitted, spec.smallest)
+        notes += obstacles(drive, law, smallest) if smallest is not None else []
     except RunError as error:
         smallest = None
         notes.append(f"no smallest cam: {error}")

@@ -11,6 +11,7 @@ from wucht.results.formatting import in_lines
 if TYPE_CHECKING:
     import xarray as xr
 
+_DECIMALS = 9  # of lengths in mm: what is less is rounding
 _CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 
@@ -50,6 +51,9 @@ def _of_cam(name: str, cam: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _contact(contact: dict[str, Any], unit: str) -> list[tuple[str, str]]:
     forces = contact["max_force"].items()
+    preload = f"at least {contact['least_preload']:.4g} {unit} to"
+    if not any(p["value"] for _, p in forces):
+        return [("contact", "nowhere: the follower does not touch its cam"), ("preload", f"{preload} keep contact")]
     shown = ", ".join(f"{_of(name, forces)}at most {p['value']:.4g} N at {_degrees(p['at'])}" for name, p in forces)
     lines = [("contact", f"{shown}, at {contact['mean_speed'] * 30 / math.pi:.4g} rpm")]
     if contact["max_pressure"]:
@@ -59,7 +63,7 @@ def _contact(contact: dict[str, Any], unit: str) -> list[tuple[str, str]]:
     torque = contact["max_torque"]
     lines.append(("camshaft", f"torque at most {torque['value']:.4g} N m at {_degrees(torque['at'])}"))
     kept = "stay on the inner flank" if "outer" in contact["max_force"] else "keep contact all the way round"
-    lines.append(("preload", f"at least {contact['least_preload']:.4g} {unit} to {kept}"))
+    lines.append(("preload", f"{preload} {kept}"))
     return lines
 
 
@@ -88,4 +92,4 @@ def _degrees(angle: float) -> str:
 
 
 def _millimetres(length: float) -> str:
-    return f"{1e3 * length:.4g} mm"
+    return f"{round(1e3 * length, _DECIMALS) + 0.0:.4g} mm"

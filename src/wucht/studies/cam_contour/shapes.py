@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.cams.cam import FlatFacedCam, RollerCam
-from wucht.cams.undercut import RadiusAt, check_face, check_roller, cut_away, largest_wheel
+from wucht.cams.undercut import CutAway, RadiusAt, check_face, check_roller, cut_away, cut_away_by_face, largest_wheel
 from wucht.errors import InputError
-from wucht.numerics.valleys import Arc, arcs_below_zero, valleys
+from wucht.numerics.valleys import GRID, Arc, valleys
 from wucht.numerics.zeros import RealFunction
 from wucht.studies.cam_contour.spec import CamContour
 
@@ -33,9 +33,9 @@ class Shape:
 
     convex, hollow: the least radius of curvature where the material bulges and where it is hollow, None where it is nowhere.
     pressure_angle: the largest, as a magnitude. base, blank: the least and the largest distance of the contour from the cam's
-    centre. undercut: arcs on which the contour runs backwards; missing: arcs that are cut away, those among them.
-    largest_roller: with which nothing would be missing, None of a flat face. wheel: the largest that reaches all of the
-    contour, None where nothing is hollow or some is missing.
+    centre. Radii are those of what is left. undercut: arcs on which the contour runs backwards; missing: arcs that are cut
+    away, those among them. largest_roller: with which nothing would be missing, infinite where every roller will do, None of a
+    flat face. wheel: the largest that reaches all of the contour, None where every wheel does, or some is missing.
     """
 
     convex: RadiusAt | None
@@ -56,42 +56,60 @@ def shapes(cams: Mapping[str, AnyCam], spec: CamContour) -> dict[str, Shape]:
         try:
             found[name] = _of_flat_face(cam, spec) if isinstance(cam, FlatFacedCam) else _of_roller(cam, spec, _CALLED[name])
         except InputError as error:
-            own = "follower.counter.roller_radius"
-            if name == "counter" and error.where == "follower.roller_radius":
-                raise InputError(own, error.given, error.allowed) from None
-            raise
+            counters = name == "counter" and error.where == "follower.roller_radius"
+            where = "follower.counter.roller_radius" if counters else error.where
+            given = millimetres(error.given) if isinstance(error.given, float) else error.given
+            raise InputError(where, given, error.allowed) from None
     return found
+
+
+def millimetres(length: float) -> str:
+    """A length in m, for the user."""
+    return f"{1e3 * length:.6g} mm"
 
 
 def _of_roller(cam: RollerCam, spec: CamContour, name: str) -> Shape:
     left = cut_away(cam)
     sound = cam.follower.roller_radius < left.largest_roller
-    if not sound and not spec.allow_undercut:
-        check_roller(cam)
+    if not sound and (not spec.allow_undercut or _nothing_is_left(left)):
+        check_roller(cam, millimetres)
     wheel = largest_wheel(cam) if sound and left.hollow is not None else None
     if spec.wheel_radius is not None and wheel is not None and spec.wheel_radius > wheel.radius:
         where = f"{name} is too hollow for it at a cam angle of {np.degrees(wheel.phi):.4g} deg"
-        largest = f"it must be less than {1e3 * wheel.radius:.6g} mm"
-        raise InputError("study.wheel_radius", f"{1e3 * spec.wheel_radius:.6g} mm", f"{where}: {largest}")
-    return Shape(
-        left.convex, left.hollow, *_extremes(cam), left.undercut, left.missing, left.largest_roller, wheel,
-    )  # fmt: skip
+        raise InputError("study.wheel_radius", spec.wheel_radius, f"{where}: it must be less than {millimetres(wheel.radius)}")
+    return _shape(cam, left, left.largest_roller, wheel)
 
 
 def _of_flat_face(cam: FlatFacedCam, spec: CamContour) -> Shape:
-    if not spec.allow_undercut:
-        check_face(cam)
-    undercut = arcs_below_zero(cam.radius)
-    at, radii = valleys(lambda phi: np.where(cam.radius(phi) > 0, cam.radius(phi), np.inf))
-    k = int(np.argmin(radii))
-    return Shape(RadiusAt(float(radii[k]), float(at[k])), None, *_extremes(cam), undercut, undercut, None, None)
+    left = cut_away_by_face(cam)
+    if not spec.allow_undercut or _nothing_is_left(left):
+        check_face(cam, millimetres)
+    return _shape(cam, left, None, None)
 
 
-def _extremes(cam: AnyCam) -> tuple[Extreme, Extreme, Extreme]:
-    """The largest pressure angle, the least and the largest radius."""
+def _nothing_is_left(left: CutAway) -> bool:
+    return bool(left.is_missing(GRID).all())
+
+
+def _shape(cam: AnyCam, left: CutAway, largest_roller: float | None, wheel: RadiusAt | None) -> Shape:
+    beyond = 2 * float(np.abs(cam.contour(GRID)).max())
+
+    def distance(phi: np.ndarray, missing: float) -> np.ndarray:
+        return np.where(left.is_missing(phi), missing, np.abs(cam.contour(phi)))
+
     angle = _least(lambda phi: -np.abs(cam.pressure_angle(phi)))
-    blank = _least(lambda phi: -np.abs(cam.contour(phi)))
-    return Extreme(-angle.value, angle.phi), _least(lambda phi: np.abs(cam.contour(phi))), Extreme(-blank.value, blank.phi)
+    base, blank = _least(lambda phi: distance(phi, beyond)), _least(lambda phi: -distance(phi, 0.0))
+    return Shape(
+        convex=left.convex,
+        hollow=left.hollow,
+        pressure_angle=Extreme(-angle.value, angle.phi),
+        base=base,
+        blank=Extreme(-blank.value, blank.phi),
+        undercut=left.undercut,
+        missing=left.missing,
+        largest_roller=largest_roller,
+        wheel=wheel,
+    )
 
 
 def _least(function: RealFunction) -> Extreme:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from wucht.errors import InputError
 from wucht.fields import Described, si
@@ -40,14 +40,23 @@ class Contact(Described):
 
 
 class Permitted(Described):
-    """What the cam is judged by. pressure_angle; least_radius: of curvature where the contour is convex; contact_pressure.
+    """What the cam is judged by. pressure_angle; least_radius: of curvature where the contour is convex; shaft_radius: of the
+    shaft or the hub, which the base circle must not be smaller than; contact_pressure.
 
-    With a pressure angle (for a flat face: with a least radius) the smallest cam is found besides that keeps them.
+    With a pressure angle (for a flat face: with a least radius or a shaft radius) the smallest cam is found besides that keeps
+    them, in any case with a base circle that is not negative.
     """
 
-    pressure_angle: float | None = si("rad", "largest pressure angle", default=None, gt=0, le=_LARGEST_ANGLE)
+    pressure_angle: float | None = si("rad", "largest pressure angle", default=None, gt=0)
     least_radius: float | None = si("m", "least radius of curvature", default=None, ge=0)
+    shaft_radius: float | None = si("m", "radius of the shaft or hub", default=None, ge=0)
     contact_pressure: float | None = si("Pa", "largest contact pressure", default=None, gt=0)
+
+    @model_validator(mode="after")
+    def _can_be_sized(self) -> Self:
+        if self.pressure_angle is not None and self.pressure_angle > _LARGEST_ANGLE:
+            raise ValueError("pressure_angle", f"must be at most {math.degrees(_LARGEST_ANGLE):g} deg")
+        return self
 
 
 class CamContour(Spec):
