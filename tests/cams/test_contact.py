@@ -19,6 +19,8 @@ from wucht.cams.contact import (
     hertz_pressure,
 )
 from wucht.cams.followers import FlatFaced, OscillatingRoller, TranslatingRoller
+from wucht.cams.linkages.four_bar_and_slider_crank import FourBar, SliderCrank
+from wucht.cams.linkages.linked_motion import LeverMotion
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
 
@@ -61,6 +63,25 @@ def test_the_shaft_pays_for_what_the_follower_stores_and_loses(cam, load):
     lost = load.damping * cam.law(PHI, 1) ** 2 * OMEGA(PHI) + (load.constant + side(cam) * load.preload) * cam.law(PHI, 1)
     found = contact_forces(cam, load, OMEGA, PHI)
     assert found.torque == pytest.approx(stored + lost, rel=1e-6, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    "linkage",
+    [FourBar(0.3, 0.1, 0.28, 0.12, math.radians(80)), SliderCrank(0.25, 0.6, math.radians(105))],
+    ids=["turns", "slides"],
+)
+def test_the_shaft_pays_for_what_moves_behind_a_linkage(linkage):
+    """Power balance with the energy of the output J1 (psi' omega)^2/2 besides that of the lever, while the speed varies."""
+    output = Harmonics.of(0.02, [-0.05, 0.02], [0.01])
+    cam = RollerCam(LeverMotion(output, linkage), OUT)
+    load = FollowerLoad(inertia=0.04, preload=25.0, output_inertia=1.5)
+
+    def stored(phi):
+        return sum(J * (law(phi, 1) * OMEGA(phi)) ** 2 / 2 for J, law in ((0.04, cam.law), (1.5, output)))
+
+    slope = (stored(PHI + 1e-5) - stored(PHI - 1e-5)) / 2e-5
+    expected = slope + side(cam) * load.preload * cam.law(PHI, 1)
+    assert contact_forces(cam, load, OMEGA, PHI).torque == pytest.approx(expected, rel=1e-6, abs=1e-6 * np.abs(expected).max())
 
 
 @EACH

@@ -16,6 +16,7 @@ import numpy as np
 from wucht.cams.cam import FlatFacedCam, RollerCam
 from wucht.cams.conjugate import ConjugateCams
 from wucht.cams.laws.law import Law
+from wucht.cams.linkages.linked_motion import LeverMotion
 from wucht.cams.undercut import check_face, check_roller
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
@@ -31,11 +32,14 @@ _DEAD = 1e-6  # of the largest grip: less is none
 class FollowerLoad:
     """What moves with the follower and acts on it.
 
-    inertia: kg m^2 or kg. stiffness: of a spring that draws the follower to where the law is zero, N m/rad or N/m. preload: of
-    this spring, the effort with which it presses the roller on the cam where the law is zero, N m or N. damping: N m s/rad or
-    N s/m. constant: an effort against the sense in which the law rises, as a weight on a rod that rises, N m or N.
+    inertia: kg m^2 or kg. output_inertia: of what a linkage moves behind the follower, whose law is a ``LeverMotion`` then:
+    kg m^2 or kg, as the output turns or slides. stiffness: of a spring that draws the follower to where the law is zero,
+    N m/rad or N/m. preload: of this spring, the effort with which it presses the roller on the cam where the law is zero, N m
+    or N. damping: N m s/rad or N s/m. constant: an effort against the sense in which the law rises, as a weight on a rod that
+    rises, N m or N.
 
-    Raises ``InputError`` (inertia, stiffness, damping, preload, constant): not finite, or one of the first three negative.
+    Raises ``InputError`` (inertia, output_inertia, stiffness, damping, preload, constant): not finite, or one of the first four
+    negative.
     """
 
     inertia: float
@@ -43,9 +47,10 @@ class FollowerLoad:
     preload: float = 0.0
     damping: float = 0.0
     constant: float = 0.0
+    output_inertia: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("inertia", "stiffness", "damping"):
+        for name in ("inertia", "output_inertia", "stiffness", "damping"):
             if not (math.isfinite(value := getattr(self, name)) and value >= 0):
                 raise InputError(name, value, "must be a finite number, not negative")
         for name in ("preload", "constant"):
@@ -181,11 +186,17 @@ def _inertial(cam: RollerCam | FlatFacedCam, load: FollowerLoad, speed: Speed) -
     law, omega = cam.law, _speed(speed)
 
     def effort(phi: np.ndarray) -> np.ndarray:
-        w = omega(phi)
-        acceleration = law(phi, 2) * w**2 + law(phi, 1) * w * omega(phi, 1)
-        return np.asarray(
-            load.inertia * acceleration + load.damping * law(phi, 1) * w + load.stiffness * law(phi) + load.constant
-        )
+        w, slope = omega(phi), omega(phi, 1)
+
+        def acceleration(of: Law) -> np.ndarray:
+            return np.asarray(of(phi, 2) * w**2 + of(phi, 1) * w * slope)
+
+        springs = load.damping * law(phi, 1) * w + load.stiffness * law(phi) + load.constant
+        moved = load.inertia * acceleration(law)
+        if load.output_inertia and isinstance(law, LeverMotion):
+            transmission = 1 / law.linkage.lever_at(law.law(phi), 1)  # dpsi/drho
+            moved = moved + load.output_inertia * transmission * acceleration(law.law)
+        return np.asarray(moved + springs)
 
     return effort
 

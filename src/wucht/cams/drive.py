@@ -27,6 +27,7 @@ from wucht.checking import checked, choice, table
 from wucht.errors import InputError
 from wucht.files.tables import read_table
 from wucht.measurements.order_fit import OrderFit
+from wucht.numerics.harmonics import Harmonics
 from wucht.quantities import Unit
 
 _CAM_ANGLE = Unit("rad", "cam angle")
@@ -92,6 +93,20 @@ class CamDrive:
         if self.speed is None:
             raise InputError("speed", None, "the table [speed] is missing: the speed of the camshaft over a turn")
         return self.speed.shaft(self.measured)
+
+    @cached_property
+    def turning_with_corrected_cam(self) -> ShaftMotion:
+        """The motion of the shaft for which the cam is corrected: that of the table [speed], or else predicted from [shaft].
+
+        Raises ``InputError`` where nothing says it, ``RunError`` where none is found.
+        """
+        if self.speed is not None or self.shaft is None:
+            return self.turning
+        driving = self.shaft.driving(self.folder)
+        shaft = self.shaft.camshaft(driving, self.motion.unit)
+        if driving is not None and driving.enforced:
+            return ShaftMotion(Harmonics.of(shaft.mean_speed))
+        return shaft.with_corrected_cam(self.motion.law)
 
     @property
     def facts(self) -> Mapping[str, Any]:

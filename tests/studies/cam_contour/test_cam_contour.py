@@ -180,7 +180,34 @@ def test_a_linkage_is_between_lever_and_output() -> None:
     expected = np.minimum(between, np.pi - between)
     assert result.transmission_angle.values == pytest.approx(expected, abs=2e-3)
     assert result.wucht.summary["min_transmission_angle"] == result.transmission_angle.values.min()
-    assert any("the lever alone" in warning for warning in result.wucht.warnings)
+    assert any("study.contact.output_inertia" in warning for warning in result.wucht.warnings)
+
+
+def test_what_moves_behind_a_linkage_presses_too() -> None:
+    """The work on lever and output over a part of the turn in which both gain energy, by the camshaft's torque."""
+    heavy = LEVER_CONTACT | {"preload": "900 N m", "output_inertia": "2 kg m^2"}
+    result = answered(given.SMOOTH, given.FOLLOWER, {"linkage": given.FOUR_BAR}, contact=heavy, speed=10.0)
+    light = answered(
+        given.SMOOTH, given.FOLLOWER, {"linkage": given.FOUR_BAR}, contact=LEVER_CONTACT | {"preload": "900 N m"}, speed=10.0
+    )
+    assert not result.wucht.warnings
+    more = (result.camshaft_torque - light.camshaft_torque).values
+    energy = 2 * (10 * np.gradient(result.output.values, result.cam_angle.values)) ** 2 / 2
+    work = np.append(0, np.cumsum((more[1:] + more[:-1]) / 2 * np.diff(result.cam_angle.values)))
+    assert work == pytest.approx(energy - energy[0], abs=2e-3 * energy.max())
+
+
+@pytest.mark.parametrize(
+    ("key", "more", "sentence"),
+    [
+        ("output_mass", {"linkage": given.FOUR_BAR}, "the output turns: give its inertia"),
+        ("output_inertia", {}, "without a linkage the follower is the output"),
+    ],
+)
+def test_an_output_that_cannot_be_is_refused(key, more, sentence) -> None:
+    with pytest.raises(InputError, match=sentence) as refused:
+        answered(given.SMOOTH, given.FOLLOWER, more, contact=LEVER_CONTACT | {key: 2.0}, speed=10.0)
+    assert refused.value.where == f"study.contact.{key}"
 
 
 def test_a_preload_keeps_the_roller_on_its_cam() -> None:

@@ -67,3 +67,16 @@ def test_a_study_without_files_for_others_says_so(tmp_path):
     path.write_text(study_of("cam-law").template)
     with pytest.raises(InputError, match="cam-law: this study has no files for others"):
         wucht.export(run_file(path), tmp_path)
+
+
+def test_without_a_table_speed_the_cam_is_corrected_for_the_predicted_shaft(tmp_path):
+    """As if its predicted orders had been given; the carton pusher of the catalogue."""
+    quick = {"study.kind": "cam-contour", "study.corrected": True, "study.points": 90, "study.chord_tolerance": "20 um"}
+    found = run_file("practice/carton-pusher", quick)
+    shaft = run_file("practice/carton-pusher", {"study.cuts": 0, "study.simulate": 0}).wucht.summary["corrected"]["speed"]
+    given = {f"speed.{key}": value for key, value in shaft.items()}
+    same = run_file("practice/carton-pusher", quick | given)
+    assert found.contour_x.values == pytest.approx(same.contour_x.values, abs=1e-12)
+    assert found.wucht.summary["corrected"]["mean"] == pytest.approx(shaft["mean"])
+    even = run_file("practice/carton-pusher", quick | {"study.corrected": False})
+    assert np.abs(found.contour_x.values - even.contour_x.values).max() > 1e-4

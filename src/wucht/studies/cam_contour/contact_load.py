@@ -80,25 +80,41 @@ def contact_load(spec: CamContour, drive: CamDrive, unit: str) -> ContactLoad | 
     asked = spec.contact
     if asked is None:
         return None
-    given, other = ("inertia", "mass") if unit == "rad" else ("mass", "inertia")
-    if getattr(asked, other) is not None:
-        turns = "turns: give its inertia in kg m^2" if unit == "rad" else "slides: give its mass in kg"
-        raise InputError(f"study.contact.{other}", getattr(asked, other), f"the follower {turns}")
-    inertia = getattr(asked, given)
+    given, inertia = _moved(asked, unit, "follower")
     if inertia is None:
         needed = "moment of inertia in kg m^2 about its pivot" if unit == "rad" else "mass in kg"
         raise InputError(f"study.contact.{given}", None, f"this key is missing; needed is the follower's {needed}")
     quantities = {key: read_quantity(of, getattr(asked, key), f"study.contact.{key}") for key, of in _UNITS[unit].items()}
+    behind = _moved(asked, drive.motion.unit, "output")[1] if drive.linkage is not None else _nothing_behind(asked)
     try:
-        load = FollowerLoad(inertia, **quantities)
+        load = FollowerLoad(inertia, **quantities, output_inertia=behind or 0.0)
     except InputError as error:
         raise error.within("study.contact") from None
     return ContactLoad(load, *_speed(spec, drive), asked.share, asked.width, _materials(asked))
 
 
+def _moved(asked: Contact, unit: str, what: str) -> tuple[str, float | None]:
+    """The key that says how heavy a follower or an output is, and its value; the other one must not be there."""
+    prefix = "output_" if what == "output" else ""
+    given, other = (prefix + kind for kind in (("inertia", "mass") if unit == "rad" else ("mass", "inertia")))
+    if getattr(asked, other) is not None:
+        turns = "turns: give its inertia in kg m^2" if unit == "rad" else "slides: give its mass in kg"
+        raise InputError(f"study.contact.{other}", getattr(asked, other), f"the {what} {turns}")
+    return given, getattr(asked, given)
+
+
+def _nothing_behind(asked: Contact) -> None:
+    for key in ("output_inertia", "output_mass"):
+        if getattr(asked, key) is not None:
+            allowed = "without a linkage the follower is the output: add it to that of the follower"
+            raise InputError(f"study.contact.{key}", getattr(asked, key), allowed)
+
+
 def _speed(spec: CamContour, drive: CamDrive) -> tuple[Speed, float]:
     if spec.speed is not None:
         return spec.speed, spec.speed
+    if spec.corrected:
+        return SpeedOverAngle(drive.turning_with_corrected_cam), drive.turning_with_corrected_cam.mean
     if drive.speed is None:
         allowed = "the contact force needs the speed of the camshaft: speed = '500 rpm', or a table [speed]"
         raise InputError("study.speed", None, allowed)

@@ -220,7 +220,7 @@ def _shaft(plan: Plan) -> dict[str, Any] | None:
     """The speed of the shaft in rad/s for which the cam was corrected."""
     if not plan.spec.corrected:
         return None
-    speed = plan.drive.turning.speed
+    speed = plan.drive.turning_with_corrected_cam.speed
     return {"mean": speed.mean, "cosine": speed.cosine.tolist(), "sine": speed.sine.tolist()}
 
 

@@ -45,13 +45,14 @@ def prepare(spec: CamContour, drive: CamDrive) -> Plan:
     """The plan. Raises ``InputError`` where there is no such cam: which key, and what to do."""
     law, notes = drive.motion.law, list[str]()
     if spec.corrected:
-        law = CorrectedLaw(law, drive.turning)
+        law = CorrectedLaw(law, drive.turning_with_corrected_cam)
     cams = drive.cams(law)
     lever, follower = drive.lever(law), drive.follower
     unit = follower.unit if follower is not None else "rad"
     contact = contact_load(spec, drive, unit)
-    if contact is not None and drive.linkage is not None:
-        notes.append("the contact forces are those of the lever alone: what the linkage moves is not in them")
+    if contact is not None and drive.linkage is not None and not contact.load.output_inertia:
+        key = "output_inertia" if drive.motion.unit == "rad" else "output_mass"
+        notes.append(f"the contact forces are those of the lever alone: study.contact.{key} is what the linkage moves")
     try:
         smallest = smallest_cam(lever, follower, spec.permitted, spec.smallest)
         notes += obstacles(drive, law, smallest) if smallest is not None else []

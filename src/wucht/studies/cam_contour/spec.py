@@ -17,9 +17,10 @@ _LARGEST_ANGLE = math.radians(89)
 class Contact(Described):
     """What moves with the follower and presses it on the cam; of a lever about its pivot, of a rod along it.
 
-    inertia (kg m^2) of a lever, or mass (kg) of a rod. preload (N m or N): with which a spring presses the roller on the cam
-    where the law is zero; of two cams with which they squeeze the lever. stiffness (N m/rad or N/m): of this spring. damping
-    (N m s/rad or N s/m). constant (N m or N): against the sense in which the law rises, as a weight.
+    inertia (kg m^2) of a lever, or mass (kg) of a rod. output_inertia (kg m^2) or output_mass (kg): of what turns or slides
+    behind a linkage. preload (N m or N): with which a spring presses the roller on the cam where the law is zero; of two cams
+    with which they squeeze the lever. stiffness (N m/rad or N/m): of this spring. damping (N m s/rad or N s/m). constant (N m
+    or N): against the sense in which the law rises, as a weight.
     share: of two cams, how much of the driving torque the cam takes up as more, the rest the counter cam as less.
     width: of the contact; with it the Hertzian pressure is found. modulus, poisson: of the cam; roller_modulus, roller_poisson:
     of the roller or face, where they differ.
@@ -27,6 +28,8 @@ class Contact(Described):
 
     inertia: float | None = si("kg m^2", "moment of inertia of the follower", default=None, ge=0)
     mass: float | None = si("kg", "mass of the follower", default=None, ge=0)
+    output_inertia: float | None = si("kg m^2", "moment of inertia of the output", default=None, ge=0)
+    output_mass: float | None = si("kg", "mass of the output", default=None, ge=0)
     preload: Quantity = Field(0.0, description="preload")
     stiffness: Quantity = Field(0.0, description="stiffness of the spring")
     damping: Quantity = Field(0.0, description="damping")
@@ -69,7 +72,8 @@ class CamContour(Spec):
     speed: of the camshaft, for the contact; without it the speed of the table [speed]. contact: what presses, without it
     nothing is said about forces. permitted: what the cam is judged by. smallest: which is made small when the smallest cam is
     sought, the base circle ("base") or the largest radius ("blank"). allow_undercut: show a contour that the roller cuts away
-    instead of refusing it. corrected: the cam that makes the law over time, on the shaft of the table [speed].
+    instead of refusing it. corrected: the cam that makes the law over time, on a shaft that turns as the table
+    [speed] says, or without one as is predicted from the table [shaft].
     """
 
     kind: ClassVar[str] = "cam-contour"
