@@ -153,8 +153,8 @@ def test_eigenmotion_with_the_corrected_cam_ends_where_the_mean_of_a_root_says(p
     slowest = [CamShaft(1.0, ratio, OMEGA).with_corrected_cam(SINE).speed.bounds[0] for ratio in (2.3, 2.4, 2.46)]
     assert OMEGA / 4 > slowest[0] > slowest[1] > slowest[2] > 0
     beyond = CamShaft(1.0, 2.48, OMEGA)
-    said = "without a torque the shaft would come to rest in each turn: the inertia ratio J1 max psi'^2/J0 is 2.48; below 1"
-    with pytest.raises(RunError, match=re.escape(said)):
+    said = "without a torque the shaft would come to rest in each turn: the inertia ratio J1 max psi'^2/J0 is 2.48; without"
+    with pytest.raises(RunError, match=re.escape(said) + r" a drive this law allows up to 2\.4\d: a larger flywheel"):
         beyond.with_corrected_cam(SINE)
     assert beyond.with_cam(SINE).mean == pytest.approx(OMEGA)
 
@@ -245,7 +245,7 @@ def test_a_stiff_drive_is_found_where_the_eigenmotion_is_far_from_even(points):
 
 def test_a_weak_drive_beyond_the_threshold_holds_no_motion(points):
     points(128)
-    said = "no periodic motion of the shaft was found: the inertia ratio J1 max psi'^2/J0 is 1.6; below 1 there is one"
+    said = "no periodic motion of the shaft was found: the inertia ratio J1 max psi'^2/J0 is 1.6; without a drive"
     with pytest.raises(RunError, match=re.escape(said)):
         shaft(1.6, line(1.0)).with_corrected_cam(LAW)
     assert shaft(1.2, line(1.0)).with_corrected_cam(LAW).fluctuation > 0.5
@@ -345,6 +345,28 @@ def test_points_are_doubled_until_the_highest_orders_are_rounding_or_there_are_t
     assert speeds[16, 2048](TAU) == pytest.approx(speeds[128, 128](TAU), rel=1e-9)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_the_finer_solution_starts_from_the_coarser_one(method, points, monkeypatch):
+    points(32, 512)
+    sizes, solve = [], np.linalg.solve
+    monkeypatch.setattr(np.linalg, "solve", lambda a, b: sizes.append(len(b)) or solve(a, b))
+    rough = Harmonics.sampled(np.abs(np.sin(even_angles(4096))) ** 3)  # of a third derivative that jumps
+    getattr(shaft(0.3, motor_and_fan), method)(rough)
+    assert sizes.count(32) >= 3
+    assert sizes.count(512) <= 2
+
+
+def test_up_to_which_inertia_ratio_there_is_a_corrected_cam_without_a_drive(points):
+    """No law has less than 1; a corrected cam is found just below it, and none just above."""
+    assert CamShaft.most_inertia_ratio(SINE) == pytest.approx(math.pi**2 / 4, rel=1e-5)
+    points(256)
+    most = CamShaft.most_inertia_ratio(LAW)
+    assert most == pytest.approx(1.29, abs=0.01)
+    assert shaft(0.99 * most).with_corrected_cam(LAW).mean == pytest.approx(OMEGA)
+    with pytest.raises(RunError, match="come to rest"):
+        shaft(1.01 * most).with_corrected_cam(LAW)
+
+
 def test_power_at_constant_speed_is_what_changes_the_energy_of_the_output():
     of = CamShaft(J0, 3.0, 40.0)
     power = of.power_at_constant_speed(LAW)
@@ -387,6 +409,7 @@ NO_EQUILIBRIUM = {
     "viscous friction": lambda v: (-v, np.full(len(v), -1.0)),
     "a drive of constant power": lambda v: (100 / v, -100 / v**2),
     "a drive that fades": lambda v: (100 * np.exp(-v / OMEGA), -100 / OMEGA * np.exp(-v / OMEGA)),
+    "dry friction alone": lambda v: (-150 * np.tanh(v / 0.1), -1500 / np.cosh(np.minimum(v / 0.1, 300)) ** 2),
     "not a number": lambda v: (math.nan * v, math.nan * v),
 }
 

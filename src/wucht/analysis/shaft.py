@@ -11,6 +11,8 @@ import sympy as sp
 from wucht.analysis.vibration import Vibration, unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.operation import damped, net_torque, operating_speed, slopes
+from wucht.machines.parts.coulomb_load import CoulombLoad
+from wucht.machines.parts.table_load import TableLoad
 from wucht.machines.structure import SPEED
 
 _NO_DECAY = 1e-6  # of its frequency: a rate below it is rounding
@@ -23,10 +25,20 @@ def curves(machine: Machine, torques: Sequence[sp.Expr]) -> Curve:
 
     def values(speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         w = np.atleast_1d(np.asarray(speeds, float))
-        every = np.array([np.broadcast_to(np.asarray(v, float), w.shape) for v in function(w)])
+        every = np.empty((2 * len(torques), *w.shape))
+        for row, value in zip(every, function(w), strict=True):
+            row[:] = value  # which may be one number for all speeds
         return every[: len(torques)], every[len(torques) :]
 
     return values
+
+
+def dry_friction(machine: Machine) -> tuple[float, float]:
+    """What all loads of dry friction take at any speed, in N m, and the highest speed in rad/s of their smooth transitions."""
+    measured = [(load.friction(), load.transition_speed) for load in machine.parts if isinstance(load, TableLoad)]
+    dry = [(load.level, load.transition_speed) for load in machine.parts if isinstance(load, CoulombLoad)]
+    there = [(torque, speed) for torque, speed in (*dry, *measured) if torque > 0]
+    return sum(torque for torque, _ in there), max((speed for _, speed in there), default=0.0)
 
 
 def energy_scale(machine: Machine) -> float:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.cams.demands import not_negative, positive
+from wucht.cams.largest_on_arc import largest_on_arc
 from wucht.cams.laws.law import Law
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
@@ -40,10 +41,12 @@ class Dwell:
 
     def largest(self, series: Harmonics) -> float:
         """The largest magnitude of a function on the arc, exactly: at its extrema or at an end."""
+        return float(self.largest_of(np.array([series.mean]), _waves(series)[np.newaxis])[0])
+
+    def largest_of(self, mean: np.ndarray, waves: np.ndarray) -> np.ndarray:
+        """Of many series at once (M,): see ``largest_on_arc``."""
         arc = self.end - self.begin
-        arc = arc if arc >= 0 else arc + _TURN
-        after = np.mod(series.stationary() - self.begin, _TURN)
-        return float(np.abs(series(self.begin + np.array([0.0, arc, *after[after < arc]]))).max())
+        return largest_on_arc(self.begin, arc if arc >= 0 else arc + _TURN, mean, waves)
 
 
 @dataclass(frozen=True)
@@ -147,24 +150,29 @@ class ElasticOutput:
 
     def residual(self, lever: Harmonics, omega: float, dwells: Sequence[Dwell]) -> ResidualVibration:
         """The vibration that is left where the output is to rest, exactly. Raises as ``steady``; without a dwell too."""
-        if not dwells:
-            raise InputError("dwells", None, "there must be a dwell in which to look for vibration")
-        output = self.steady(lever, omega)
-        acceleration = output.derivative(2)
-        deviation = max(d.largest(Harmonics(output.mean - d.value, output.cosine, output.sine)) for d in dwells)
-        return ResidualVibration(deviation, omega**2 * max(d.largest(acceleration) for d in dwells))
+        found = self._left(lever, np.array([omega]), dwells)
+        return ResidualVibration(*(float(each[0]) for each in found))
 
     def residual_over_speed(self, lever: Harmonics, speeds: np.ndarray, dwells: Sequence[Dwell]) -> VibrationOverSpeed:
         """The vibration left in the dwells at each mean speed in rad/s (M,), of one lever. Raises as ``residual``."""
         speeds = np.atleast_1d(np.asarray(speeds, float))
         if not speeds.size:
             raise InputError("speeds", None, "there must be a speed")
-        found = [self.residual(lever, float(omega), dwells) for omega in speeds]
+        deviation, acceleration = self._left(lever, speeds, dwells)
         orders = np.flatnonzero(_present(lever)) + 1
         resonances = self.natural_frequency / orders
         within = (resonances >= speeds.min()) & (resonances <= speeds.max())
-        deviation, acceleration = (np.array([getattr(r, name) for r in found]) for name in ("deviation", "acceleration"))
         return VibrationOverSpeed(speeds, deviation, acceleration, orders[within], resonances[within])
+
+    def _left(self, lever: Harmonics, speeds: np.ndarray, dwells: Sequence[Dwell]) -> tuple[np.ndarray, np.ndarray]:
+        """In the dwells at most, at each speed: deviation (M,) and acceleration (M,)."""
+        if not dwells:
+            raise InputError("dwells", None, "there must be a dwell in which to look for vibration")
+        waves, k = np.stack([_waves(self.steady(lever, float(omega))) for omega in speeds]), np.arange(1, lever.count + 1)
+        mean, none = np.full(len(speeds), lever.mean), np.zeros(len(speeds))
+        deviations = [d.largest_of(mean - d.value, waves) for d in dwells]
+        accelerations = [d.largest_of(none, k**2 * waves) for d in dwells]
+        return np.max(deviations, axis=0), speeds**2 * np.max(accelerations, axis=0)
 
     def weights(self, count: int, omega: float, power: float = 2.0) -> np.ndarray:
         """k^power |H_k| (N,), for ``synthesise``: with 2 it finds the law with the least rms acceleration of the output.
@@ -206,8 +214,13 @@ def _present(series: Harmonics) -> np.ndarray:
 
 def _multiplied(series: Harmonics, mean: float, by: np.ndarray) -> Harmonics:
     """Of Re (A_k - i B_k) exp(i k tau), each multiplied by a complex number (N,)."""
-    product = (series.cosine - 1j * series.sine) * by
+    product = _waves(series) * by
     return Harmonics(mean, product.real, -product.imag)
+
+
+def _waves(series: Harmonics) -> np.ndarray:
+    """A_k - i B_k (N,)."""
+    return np.asarray(series.cosine - 1j * series.sine)
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,7 @@ _FEWEST, _MOST = 256, 2048  # collocation points; doubled until the highest orde
 _TAIL, _ROUNDING = 0.25, 1e-10  # share of the orders that are the highest ones, and of the mean speed
 _MOST_STEPS, _MOST_HALVINGS = 40, 30
 _HIDDEN = 1e-9  # of the mean speed: where no part of a step helps any more
-_SMALL = 1e-12  # of the mean speed: a last step of Newton's method
+_SMALL = 1e-8  # of the largest value: a last step of Newton's method, whose next one would be its square
 _NOTHING = 1e-14  # of the mean speed: the highest orders below are rounding
 
 
@@ -47,8 +47,17 @@ class CamShaft:
         not_negative("shaft.output_inertia", self.output_inertia)
 
     def inertia_ratio(self, law: Law) -> float:
-        """J1 max psi'^2/J0: beyond about 1 there may be no periodic motion."""
+        """J1 max psi'^2/J0: beyond ``most_inertia_ratio`` there may be no periodic motion with the corrected cam."""
         return float(self.output_inertia * (law(even_angles(_MOST), 1) ** 2).max() / self.inertia)
+
+    @staticmethod
+    def most_inertia_ratio(law: Law) -> float:
+        """Up to which the eigenmotion has a corrected cam: 1/mean(sqrt(1 - psi'^2/max psi'^2))^2 over tau, never below 1.
+
+        There the shaft would come to rest where the output is fastest; above it no energy gives the mean speed.
+        """
+        square = law(even_angles(_MOST), 1) ** 2
+        return float(1 / np.sqrt(1 - square / square.max()).mean() ** 2)
 
     def with_cam(self, law: Law) -> ShaftMotion:
         """The motion of the shaft with a cam whose output moves by a law over the cam angle.
@@ -56,11 +65,12 @@ class CamShaft:
         Of E = J phi'^2/2 and J = J0 + J1 psi'(phi)^2 it is dE/dphi = T. Raises ``RunError`` where no such motion is found.
         """
 
-        def attempt(count: int) -> Harmonics:
+        def attempt(count: int, coarser: Harmonics | None) -> Harmonics:
             reduced = self.inertia + self.output_inertia * law(even_angles(count), 1) ** 2
             root = np.sqrt(reduced / 2)
             energy = np.full(count, (self.mean_speed * root.mean()) ** 2)
             if self.torque is not None:
+                energy = energy if coarser is None else _positive(coarser, count, self.mean_speed) ** 2 * root**2
                 energy = _newton(
                     _EnergyBalance(reduced, _differentiation(count), self.torque), energy, partial(self.remedy, law)
                 )
@@ -76,12 +86,13 @@ class CamShaft:
         ``RunError`` where no such motion is found.
         """
 
-        def attempt(count: int) -> Harmonics:
+        def attempt(count: int, coarser: Harmonics | None) -> Harmonics:
             moved = self.output_inertia * law(even_angles(count), 1) ** 2 / 2
             if self.torque is None:
                 return Harmonics.sampled(self._eigenmotion(moved, law))
             balance = _PowerBalance(self.inertia, moved, _differentiation(count), self.torque)
-            return Harmonics.sampled(_newton(balance, np.full(count, self.mean_speed), partial(self.remedy, law)))
+            start = np.full(count, self.mean_speed) if coarser is None else _positive(coarser, count, self.mean_speed)
+            return Harmonics.sampled(_newton(balance, start, partial(self.remedy, law)))
 
         return ShaftMotion(_resolved(attempt).without_rounding(_NOTHING))
 
@@ -107,8 +118,9 @@ class CamShaft:
 
     def remedy(self, law: Law) -> str:
         """What is wrong where there is no solution, and what helps."""
-        ratio = self.inertia_ratio(law)
-        return f"the inertia ratio J1 max psi'^2/J0 is {ratio:.3g}; below 1 there is one: a larger flywheel, a smaller stroke"
+        ratio, most = self.inertia_ratio(law), self.most_inertia_ratio(law)
+        shown = f"the inertia ratio J1 max psi'^2/J0 is {ratio:.3g}; without a drive this law allows up to {most:.3g}"
+        return f"{shown}: a larger flywheel, a smaller stroke"
 
     def power_at_constant_speed(self, law: Law, count: int = _MOST) -> np.ndarray:
         """The power in W over tau (evenly spaced) that the output takes from a shaft that turns evenly at the mean speed."""
@@ -160,7 +172,10 @@ def _newton(
     """Where a balance of positive unknowns is closed: Newton's steps, halved where they do not help."""
     x, (off, jacobian) = start, balance(start)
     for _ in range(_MOST_STEPS):
-        step = whole = -np.linalg.solve(jacobian, off)
+        try:
+            step = whole = -np.linalg.solve(jacobian, off)
+        except np.linalg.LinAlgError:  # the torque is the same at all speeds
+            break
         if np.abs(step).max() <= _SMALL * np.abs(x).max():
             return np.asarray(x + step)
         for _ in range(_MOST_HALVINGS):
@@ -186,11 +201,20 @@ def _differentiation(count: int) -> np.ndarray:
     return np.asarray(row[(k[:, None] - k) % count])
 
 
-def _resolved(attempt: Callable[[int], Harmonics]) -> Harmonics:
-    """The speed with so many points that its highest orders are rounding, or the most: ``unresolved`` tells."""
-    count = _FEWEST
+def _positive(speed: Harmonics, count: int, otherwise: float) -> np.ndarray:
+    """A speed at even points (n,), the other one where it is not above zero: too few orders let it swing below."""
+    values = speed(even_angles(count))
+    return np.where(values > 0, values, otherwise)
+
+
+def _resolved(attempt: Callable[[int, Harmonics | None], Harmonics]) -> Harmonics:
+    """The speed with so many points that its highest orders are rounding, or the most: ``unresolved`` tells.
+
+    attempt: from a number of points and the speed that was found with fewer, None at first.
+    """
+    count, found = _FEWEST, None
     while True:
-        found = attempt(count)
+        found = attempt(count, found)
         if _highest(found) <= _ROUNDING * found.mean or count >= _MOST:
             return found
         count *= 2

@@ -10,23 +10,29 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from wucht.analysis.shaft import Curve, curves
+from wucht.analysis.shaft import Curve, curves, dry_friction
 from wucht.cams.elastic_output import ElasticOutput
 from wucht.cams.elastic_shaft import ElasticShaft
 from wucht.cams.prediction import CamShaft
-from wucht.checking import read_quantity
+from wucht.checking import fields_of, read_quantity, refuse_unknown
 from wucht.errors import InputError
 from wucht.fields import Described, si
 from wucht.files.building import machine_from
 from wucht.files.tables import with_tables
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, shaft_torques
+from wucht.machines.parts import drives, loads
+from wucht.machines.parts.base import OnShaft
 from wucht.quantities import Unit
 
-_STIFFNESS = {"rad": Unit("N m/rad", "stiffness"), "m": Unit("N/m", "stiffness")}
-_DAMPING = {"rad": Unit("N m s/rad", "damping"), "m": Unit("N s/m", "damping")}
+_STIFFNESS = {"rad": Unit("N m/rad", "rotational stiffness"), "m": Unit("N/m", "stiffness")}
+_DAMPING = {"rad": Unit("N m s/rad", "rotational damping"), "m": Unit("N s/m", "damping")}
+_MOVES = {"rad": "turns", "m": "slides"}
 _DAMPING_RATIO = 0.02  # as of [law.resonance]
 _ON = "camshaft"  # the rotor of the machine by which drive and loads are read
+_DEVELOPED = 4.0  # times the speed of its transition: there dry friction is at 99.9 % of its torque
+_FAST = 1e3  # rad/s: no camshaft is expected to be faster
+_LOOKED_AT, _BEYOND = 400, 10.0  # speeds, and times the expected one, at which a drive is looked for that carries its load
 
 
 def _is_quantity(given: Any) -> Any:
@@ -41,16 +47,37 @@ _OfOutput = Annotated[float | str, BeforeValidator(_is_quantity)]  # its unit de
 @dataclass(frozen=True, eq=False)
 class Driving:
     """What acts on a camshaft. torques: of the drive, and of all loads against it. speed: that the drive reaches with an output
-    that rests, in rad/s. enforced: the drive holds this speed, whatever torque that takes."""
+    that rests, in rad/s. enforced: the drive holds this speed, whatever torque that takes. friction: of dry loads, N m, and
+    transition: the speed of their smooth transition at standstill, rad/s."""
 
     torques: Curve
     speed: float
     enforced: bool
+    friction: float = 0.0
+    transition: float = 0.0
 
     def net(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """See ``prediction.Torque``."""
         (drive, load), (drive_slope, load_slope) = self.torques(speeds)
         return drive - load, drive_slope - load_slope
+
+    def standing(self, speed: float) -> str:
+        """Why a shaft that was found to turn at a speed in rad/s stands in truth, empty where it turns.
+
+        Dry friction that is smooth about standstill gives way to any torque, slowly, within its transition; a real one holds.
+        """
+        starting = float(self.torques(np.array([0.0]))[0][0, 0])
+        if not self.friction or speed >= _DEVELOPED * self.transition or starting > self.friction:
+            return ""
+        held = f"the drive's torque of {starting:.4g} N m at standstill does not carry the load of {self.friction:.4g} N m"
+        return f"{held}: the shaft stands; give a stronger drive or a smaller load"
+
+    def never_carrying(self, expected: float) -> str:
+        """Why there is no speed at which it turns, up to ten times the one expected in rad/s; empty where there is one."""
+        if not (stands := self.standing(0.0)):
+            return ""
+        speeds = np.geomspace(_DEVELOPED * self.transition, _BEYOND * expected, _LOOKED_AT)
+        return "" if (self.net(speeds)[0] > 0).any() else stands
 
 
 class ElasticTable(Described):
@@ -97,17 +124,25 @@ class ElasticTable(Described):
         stiffness = moved * (self.output_frequency or 0.0) ** 2
         if self.output_stiffness is not None:
             where = "shaft.elastic.output_stiffness"
-            stiffness = read_quantity(_STIFFNESS[unit], self.output_stiffness, where)
+            stiffness = _of_output(_STIFFNESS[unit], self.output_stiffness, where, unit)
             if stiffness <= 0:
                 raise InputError(where, self.output_stiffness, "must be above zero")
         if self.output_damping is None:
             ratio = _DAMPING_RATIO if self.output_damping_ratio is None else self.output_damping_ratio
             return ElasticOutput(moved, stiffness, 2 * ratio * float(np.sqrt(stiffness * moved)))
         where = "shaft.elastic.output_damping"
-        damping = read_quantity(_DAMPING[unit], self.output_damping, where)
+        damping = _of_output(_DAMPING[unit], self.output_damping, where, unit)
         if damping < 0:
             raise InputError(where, self.output_damping, "must not be negative")
         return ElasticOutput(moved, stiffness, damping)
+
+
+def _of_output(quantity: Unit, given: float | str, where: str, unit: str) -> float:
+    """In SI. Raises ``InputError``, which says how the output moves: that decides the unit."""
+    try:
+        return read_quantity(quantity, given, where)
+    except InputError as error:
+        raise InputError(where, given, f"{error.allowed}; the output {_MOVES[unit]}, its law is in {unit}") from None
 
 
 class ShaftTable(Described):
@@ -129,8 +164,10 @@ class ShaftTable(Described):
 
     @model_validator(mode="after")
     def _what_fits(self) -> Self:
-        if (self.output_inertia is None) == (self.output_mass is None):
+        if self.output_inertia is None and self.output_mass is None:
             raise ValueError("output_inertia", "needed is the output_inertia of an output that turns, or the output_mass")
+        if self.output_inertia is not None and self.output_mass is not None:
+            raise ValueError("output_mass", "give only one: output_inertia of an output that turns, output_mass if it slides")
         cam = self.elastic.cam_inertia if self.elastic is not None else None
         if cam is not None and cam >= self.inertia:
             raise ValueError("inertia", f"must be above elastic.cam_inertia = {cam:g} kg m^2, which is a part of it")
@@ -160,14 +197,21 @@ class ShaftTable(Described):
                 f"it would turn the shaft at {reached:.4g} rad/s: the cam angle counts in the sense of the shaft, above zero"
             )
             raise InputError("shaft.drive", self.drive.get("kind"), allowed)
-        return Driving(curves(machine, shaft_torques(machine, machine.rotor)), reached, enforced)
+        driving = Driving(curves(machine, shaft_torques(machine, machine.rotor)), reached, enforced, *dry_friction(machine))
+        if not enforced and self.mean_speed is not None and (stands := driving.never_carrying(reached)):
+            raise InputError("shaft.drive", self.drive.get("kind"), stands)
+        if not enforced and self.mean_speed is None and (stands := driving.standing(reached)):
+            started = (
+                "" if driving.never_carrying(_FAST) else ", or, if something else starts the shaft, the mean_speed expected"
+            )
+            raise InputError("shaft.drive", self.drive.get("kind"), f"{stands}{started}")
+        return driving
 
     def _machine(self, folder: Path) -> Machine:
         """A rotor alone with the drive and the loads. Raises ``InputError``, located from ``shaft`` on."""
-        shafts = {"shaft.drive": self.drive or {}, **{f"shaft.loads[{i}]": load for i, load in enumerate(self.loads)}}
-        for where, described in shafts.items():
-            if "on" in described:
-                raise InputError(f"{where}.on", described["on"], "unknown key: here all act on the camshaft")
+        _check_keys(self.drive or {}, drives(), "shaft.drive")
+        for i, load in enumerate(self.loads):
+            _check_keys(load, loads(), f"shaft.loads[{i}]")
         rotor = {"kind": "rotor", "name": _ON, "mass": 1.0, "eccentricity": 0.0, "inertia": self.inertia}
         described = {"carrier": {"directions": "fixed"}, "bodies": [rotor], "drive": self.drive, "loads": list(self.loads)}
         try:
@@ -190,8 +234,8 @@ class ShaftTable(Described):
         }
         key, value = given[unit]
         if value is None:
-            moves, other = ("turns", "output_mass") if unit == "rad" else ("slides", "output_inertia")
-            raise InputError(f"shaft.{other}", None, f"the output {moves} (its law is in {unit}): give {key} instead")
+            other = "output_mass" if unit == "rad" else "output_inertia"
+            raise InputError(f"shaft.{other}", None, f"the output {_MOVES[unit]} (its law is in {unit}): give {key} instead")
         return value
 
     def twisting(self) -> ElasticShaft | None:
@@ -200,3 +244,14 @@ class ShaftTable(Described):
         if e is None or e.shaft_stiffness is None or e.cam_inertia is None:
             return None
         return ElasticShaft(e.cam_inertia, e.shaft_stiffness, e.shaft_damping)
+
+
+def _check_keys(described: Mapping[str, Any], kinds: Mapping[str, type[OnShaft]], where: str) -> None:
+    """Raises ``InputError`` for a key that a drive or a load of this kind does not have on a camshaft."""
+    if "on" in described:
+        raise InputError(f"{where}.on", described["on"], "unknown key: here all act on the camshaft")
+    kind = described.get("kind")
+    if isinstance(kind, str) and kind in kinds:
+        measured = {"file"} if kind == "table" else set()  # read before the part is built, which has the points
+        keys = {k: v for k, v in described.items() if k != "kind"}
+        refuse_unknown(keys, {*fields_of(kinds[kind], given=True), *measured} - {"on"}, where)

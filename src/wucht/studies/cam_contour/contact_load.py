@@ -85,9 +85,9 @@ def contact_load(spec: CamContour, drive: CamDrive, unit: str) -> ContactLoad | 
         needed = "moment of inertia in kg m^2 about its pivot" if unit == "rad" else "mass in kg"
         raise InputError(f"study.contact.{given}", None, f"this key is missing; needed is the follower's {needed}")
     quantities = {key: read_quantity(of, getattr(asked, key), f"study.contact.{key}") for key, of in _UNITS[unit].items()}
-    behind = _moved(asked, drive.motion.unit, "output")[1] if drive.linkage is not None else _nothing_behind(asked)
+    behind = _behind(asked, drive)
     try:
-        load = FollowerLoad(inertia, **quantities, output_inertia=behind or 0.0)
+        load = FollowerLoad(inertia, **quantities, output_inertia=behind)
     except InputError as error:
         raise error.within("study.contact") from None
     return ContactLoad(load, *_speed(spec, drive), asked.share, asked.width, _materials(asked))
@@ -103,11 +103,15 @@ def _moved(asked: Contact, unit: str, what: str) -> tuple[str, float | None]:
     return given, getattr(asked, given)
 
 
-def _nothing_behind(asked: Contact) -> None:
+def _behind(asked: Contact, drive: CamDrive) -> float:
+    """What a linkage moves, in kg m^2 or kg."""
+    if drive.linkage is not None:
+        return _moved(asked, drive.motion.unit, "output")[1] or 0.0
     for key in ("output_inertia", "output_mass"):
         if getattr(asked, key) is not None:
             allowed = "without a linkage the follower is the output: add it to that of the follower"
             raise InputError(f"study.contact.{key}", getattr(asked, key), allowed)
+    return 0.0
 
 
 def _speed(spec: CamContour, drive: CamDrive) -> tuple[Speed, float]:

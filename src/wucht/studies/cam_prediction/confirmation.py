@@ -2,59 +2,113 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicHermiteSpline
+from scipy.integrate import DOP853
 
 from wucht.cams.laws.law import Law
 from wucht.cams.prediction import CamShaft
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.harmonics import Harmonics, even_angles
 
-_PER_TURN = 512
-_TOLERANCE = 1e-12
-_TABLE = 8192  # angles of a turn at which the cam is tabulated: of order 20 the table is 1e-10 off between them
+_TURN = 2 * np.pi
+_PER_TURN = 2048  # as many as the predicted orders are sampled at: both alias alike
+_TOLERANCE = 1e-13
+_LONGEST = 1 / 64  # of a turn: a step; a longer one may miss, unnoticed, where the cam is sharp
+_TABLE = 8192  # times of a turn at whose cam angles the cam is tabulated: dense where the shaft is slow, and its cam sharp
+_MOST_CALLS = 50_000  # of the right-hand side for a turn; 1500 to 3000 are usual
+_REPORTED = 32  # steps between two reports
 
 
 @dataclass(frozen=True, eq=False)
 class Confirmation:
     """deviation: the largest difference of speed, as a share of the mean; NaN where the simulation fails. acceleration: of the
-    output in the last turn, by orders, over the mean speed squared."""
+    output in the last turn, by orders, over the mean speed squared. failure: why there is neither, empty where there are both.
+    speed: in the last turn, over tau, in rad/s."""
 
     deviation: float
     acceleration: Harmonics
+    failure: str
+    speed: Harmonics
 
 
-def confirmation(camshaft: CamShaft, cam: Law, predicted: ShaftMotion, turns: int) -> Confirmation:
-    """J phi'' = T - dJ/dphi phi'^2/2 with J = J0 + J1 psi'(phi)^2, over so many turns."""
-    J0, J1, omega, table = camshaft.inertia, camshaft.output_inertia, predicted.mean, _table(cam)
+def confirmation(
+    camshaft: CamShaft, cam: Law, predicted: ShaftMotion, turns: int, report: Callable[[float], None]
+) -> Confirmation:
+    """J phi'' = T - dJ/dphi phi'^2/2 with J = J0 + J1 psi'(phi)^2, over so many turns.
 
-    def moved(phi: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """psi', psi'' and the acceleration of the shaft."""
-        p, q = table(np.mod(phi, 2 * np.pi)).T
-        torque = 0.0 if camshaft.torque is None else camshaft.torque(v)[0]
-        return p, q, (torque - J1 * p * q * v**2) / (J0 + J1 * p**2)
+    report: is told the share that is done, and may raise to stop.
+    """
+    omega, tau = predicted.mean, np.linspace(0, _TURN * turns, _PER_TURN * turns + 1)
+    begin = [float(predicted.angle(0.0)), float(predicted.speed(0.0))]
+    slope, tolerance = _slope(camshaft, _Table.of(cam, predicted)), {"rtol": _TOLERANCE, "atol": _TOLERANCE * omega}
+    solver = DOP853(slope, 0.0, begin, tau[-1] / omega, max_step=_LONGEST * _TURN / omega, **tolerance)
+    found, done, steps, none = np.empty((2, len(tau))), 0, 0, Harmonics.of(0.0)
+    while solver.status == "running":
+        fault = solver.step()
+        passed = solver.t * omega / _TURN
+        if fault or solver.nfev > _MOST_CALLS * (1 + passed):
+            why = fault or f"a turn takes more than {_MOST_CALLS} evaluations, so fast the torque changes with the speed"
+            return Confirmation(np.nan, none, f"fails in turn {int(passed) + 1} of {turns}: {why}", none)
+        last = len(tau) if solver.status == "finished" else int(np.searchsorted(tau, solver.t * omega))
+        if last > done:
+            found[:, done:last], done = solver.dense_output()(tau[done:last] / omega), last
+        if (steps := steps + 1) % _REPORTED == 0:
+            report(passed / turns)
+    deviation = np.abs(found[1] - predicted.speed(np.mod(tau, _TURN))).max() / omega
+    phi, v = found[:, -_PER_TURN - 1 : -1]
+    a = _acceleration(camshaft, cam(phi, 1), cam(phi, 2), v)
+    acceleration = Harmonics.sampled((cam(phi, 2) * v**2 + cam(phi, 1) * a) / omega**2)
+    return Confirmation(float(deviation), acceleration, "", Harmonics.sampled(v))
+
+
+def _acceleration(camshaft: CamShaft, p: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """phi'' (N,) where the cam has psi' = p and psi'' = q, at speeds v."""
+    torque = 0.0 if camshaft.torque is None else camshaft.torque(v)[0]
+    J1 = camshaft.output_inertia
+    return np.asarray((torque - J1 * p * q * v**2) / (camshaft.inertia + J1 * p**2))
+
+
+def _slope(camshaft: CamShaft, table: _Table) -> Callable[[float, np.ndarray], list[float]]:
+    """phi' and phi'' of phi and phi', in single numbers: arrays of one would take three times as long."""
+    J0, J1, torque = camshaft.inertia, camshaft.output_inertia, camshaft.torque
 
     def slope(_t: float, y: np.ndarray) -> list[float]:
-        return [y[1], float(moved(y[:1], y[1:])[2][0])]
+        phi, v = y.tolist()
+        p, q = table(phi)
+        driving = 0.0 if torque is None else float(torque(y[1:])[0][0])
+        return [v, (driving - J1 * p * q * v * v) / (J0 + J1 * p * p)]
 
-    tau = np.linspace(0, 2 * np.pi * turns, _PER_TURN * turns + 1)
-    begin = [float(predicted.angle(0.0)), float(predicted.speed(0.0))]
-    times = tau / omega
-    run = solve_ivp(slope, (0.0, times[-1]), begin, "DOP853", t_eval=times, rtol=_TOLERANCE, atol=_TOLERANCE * omega)
-    if not run.success:
-        return Confirmation(float("nan"), Harmonics.of(0.0))
-    phi, v = run.y
-    off = np.abs(v - predicted.speed(np.mod(tau, 2 * np.pi))).max() / omega
-    phi, v = phi[-_PER_TURN - 1 : -1], v[-_PER_TURN - 1 : -1]
-    p, q, a = moved(phi, v)
-    return Confirmation(float(off), Harmonics.sampled((q * v**2 + p * a) / omega**2))
+    return slope
 
 
-def _table(cam: Law) -> CubicHermiteSpline:
-    """psi' and psi'' by cam angles of a turn: asked for at single angles many thousands of times."""
-    phi = np.linspace(0, 2 * np.pi, _TABLE + 1)
-    first, second, third = (cam(phi, order) for order in (1, 2, 3))
-    return CubicHermiteSpline(phi, np.column_stack([first, second]), np.column_stack([second, third]))
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """psi' of a cam by quintics between cam angles, and psi'' their very derivative, so that the output keeps its energy: with
+    a psi'' tabulated beside it a shaft without a drive would gain or lose some in each turn.
+
+    at: cam angles (M,), from 0. quintics: the coefficients of each after its angle (M, 6), the constant first.
+    """
+
+    at: list[float]
+    quintics: list[list[float]]
+
+    @classmethod
+    def of(cls, cam: Law, predicted: ShaftMotion) -> _Table:
+        """By psi', psi'' and psi''' at the ends."""
+        angles = np.append(predicted.angle(even_angles(_TABLE)), _TURN)
+        values = [cam(angles, order) for order in (1, 2, 3)]
+        h, (p, q, r), (p1, q1, r1) = np.diff(angles), (f[:-1] for f in values), (f[1:] for f in values)
+        d, e, g = (p1 - p - q * h - r * h**2 / 2) / h**3, (q1 - q - r * h) / h**2, (r1 - r) / h
+        higher = [10 * d - 4 * e + g / 2, (-15 * d + 7 * e - g) / h, (6 * d - 3 * e + g / 2) / h**2]
+        return cls(angles[:-1].tolist(), np.stack([p, q, r / 2, *higher], axis=1).tolist())
+
+    def __call__(self, phi: float) -> tuple[float, float]:
+        """psi' and psi''."""
+        phi %= _TURN
+        i = bisect_right(self.at, phi) - 1
+        x, (a, b, c, d, e, f) = phi - self.at[i], self.quintics[i]
+        return a + x * (b + x * (c + x * (d + x * (e + x * f)))), b + x * (2 * c + x * (3 * d + x * (4 * e + x * 5 * f)))

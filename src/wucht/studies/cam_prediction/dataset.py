@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.numerics.harmonics import even_angles
 from wucht.results.conventions import Variable, answered, variable
 from wucht.studies.cam_prediction.prepare import Plan
 from wucht.studies.cam_prediction.run import Findings, Turning
-from wucht.studies.cam_prediction.summary_of_prediction import sentence, summary, warnings
+from wucht.studies.cam_prediction.summary_of_prediction import summary, verdict, warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 CAMS = ["original", "corrected"]
 NAMES = ("position", "velocity", "acceleration", "jerk")
 _FEWEST, _MOST = 15, 100  # orders that are given
+_SIMULATED = 36  # times of a turn at which the simulated speed is given
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
@@ -26,7 +28,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     Coordinates: tau, cam_angle (N), cam (original, corrected), order (K, from 1), cut. Variables: speed, drive_torque,
     drive_power (cam, tau); power_at_constant_speed (tau); output_acceleration (cam, order): amplitudes; position, velocity,
     acceleration, jerk (cam_angle): the corrected cam's law; cut_residual (cut); simulated_deviation, simulated_residual (cam),
-    simulated_acceleration (cam, order), where it is simulated.
+    simulated_acceleration (cam, order), simulated_speed (cam, simulated_tau) of the last turn, where it is simulated.
 
     With an elastic output: lever, swept_speed (M), excited, resonance; residual_deviation, residual_acceleration (lever,
     swept_speed); excited_deviation, excited_acceleration, excited_peak (excited); resonance_order, resonance_speed. With an
@@ -60,8 +62,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "order": variable("order", np.arange(1, count + 1), "order"),
         "cut": variable("cut", np.arange(1, len(f.cuts) + 1), "number of the cam"),
     }
-    answer = {"sentence": "", **summary(plan, f)}
-    answer["sentence"] = sentence(plan, answer)
+    answer = {"sentence": "", "verdict": "", **summary(plan, f)}
+    answer["verdict"], answer["sentence"] = verdict(plan, answer)
     return answered(xr_.Dataset(dict(data), coords=coordinates), answer, answer["sentence"], warnings(plan, f, answer))
 
 
@@ -78,7 +80,11 @@ def _simulated(plan: Plan, f: Findings, count: int) -> dict[str, Variable]:
         row[: len(found)] = found
     residual = [a[plan.count :].max(initial=0.0) / a[0] for a in amplitudes]
     what = "acceleration of the output in the last turn simulated, amplitude"
+    tau = even_angles(_SIMULATED)
+    speeds = [one.speed(tau) if not one.failure else np.full(_SIMULATED, np.nan) for one in f.confirmed]
     return {
+        "simulated_tau": variable("simulated_tau", tau, "time of the last turn simulated as an angle", "rad"),
+        "simulated_speed": variable("cam simulated_tau", speeds, "speed of the shaft in the last turn simulated", "rad/s"),
         "simulated_deviation": variable("cam", [c.deviation for c in f.confirmed], "difference of speed over the mean speed"),
         "simulated_residual": variable("cam", residual, "largest order above N over order 1, simulated"),
         "simulated_acceleration": variable("cam order", amplitudes, what, f"{plan.motion.unit}/s^2"),

@@ -21,6 +21,7 @@ _SAMPLES = 2048
 _MOST_ORDERS, _SMALL = 40, 1e-9  # of a lever's motion: those that matter
 _STANDARD = ("3-4-5", "4-5-6-7", "modified-sine", "inclined-sine")
 _FEWEST, _MOST = 256, 1024  # points of a turn at which the cam behind its shaft is balanced
+FOR_RIGID_SHAFT, FOR_TWIST = "corrected cam", "corrected for the twist too"  # cams behind a shaft that twists
 _NEAR = np.array([-0.02, -0.01, 0.0, 0.01, 0.02])  # about a resonance, so that no peak falls between two speeds
 
 
@@ -120,10 +121,10 @@ class Twist:
 
 @dataclass(frozen=True, eq=False)
 class Twists:
-    """Of each cam. note: why there is nothing to say."""
+    """Of each cam with which a motion was found. notes: of each other one, why not."""
 
     cams: tuple[Twist, ...]
-    note: str = ""
+    notes: tuple[str, ...]
 
 
 def twists(shaft: ElasticShaft, law: Law, count: int, inertia: float, original: ShaftMotion, corrected: ShaftMotion) -> Twists:
@@ -131,21 +132,22 @@ def twists(shaft: ElasticShaft, law: Law, count: int, inertia: float, original: 
     rigid = _orders_of(CorrectedLaw(law, corrected))
     cams: list[tuple[str, Load, ShaftMotion]] = [
         ("original cam", OriginalCam(law, inertia), original),
-        ("corrected cam", OriginalCam(rigid, inertia), corrected),
-        ("corrected for the twist too", CorrectedCam(law, inertia), corrected),
+        (FOR_RIGID_SHAFT, OriginalCam(rigid, inertia), corrected),
+        (FOR_TWIST, CorrectedCam(law, inertia), corrected),
     ]
-    found = list[Twist]()
+    found, notes = list[Twist](), list[str]()
     for name, load, flywheel in cams:
         points = min(max(_FEWEST, 4 * flywheel.speed.count), _MOST)
         drive = Harmonics.sampled(flywheel.angle(even_angles(points)) - even_angles(points)).without_rounding()
         try:
             turning = shaft.turning(load, drive, flywheel.mean, points)
         except RunError as error:
-            return Twists(tuple(found), f"{name}: {error}")
+            notes.append(f"on the shaft that twists, {name}: {error}")
+            continue
         torque = float(np.abs(turning.torque(even_angles(_SAMPLES))).max())
         lag = drive(even_angles(_SAMPLES)) - turning.fluctuation(even_angles(_SAMPLES))
         found.append(Twist(name, above(turning.output.derivative(2), count), torque, float(np.abs(lag).max())))
-    return Twists(tuple(found))
+    return Twists(tuple(found), tuple(notes))
 
 
 def _orders_of(law: Law) -> Harmonics:

@@ -1,9 +1,11 @@
-"""The figure of a prediction: speed, spectrum, power, what is left cam after cam, and the elastic output over the speed."""
+"""The figure of a prediction: speed, spectrum, power, what is left cam after cam, and what springs make of it."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -17,36 +19,41 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
+Panel = Callable[["Axes", "xr.Dataset"], None]
 _COLOURS = {"original": COLOURS[1], "corrected": COLOURS[0]}
 _RPM = 30 / math.pi
 _LOWEST = 1e-8  # of the largest order: what is smaller is not seen
 _MOST_BARS = 24
+_WIDEST = 100  # characters of a heading
+_CLEAN = 1e-6  # of order 1: nothing
 _NOTHING = 1e-12  # of order 1: orders of the law that are rounding
 _APART = 0.13  # of the panel: labels nearer to each other are left out
-_FEWEST_ROWS = 5
+_FEWEST_ROWS = 4
+_SIMULATED = "simulated"
+_DASHES = {"original": "--", "corrected": "-"}  # where the two curves lie on each other both are seen
+_DOT: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.6, "color": "black", "zorder": 5}
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Four panels, and with an elastic output two more."""
-    elastic = "residual_deviation" in result
-    drawn, axes = style.new_grid(3 if elastic else 2, 2, 9.4 if elastic else 6.6, result.attrs["title"], _heading(result))
+    """Four panels; with a drive one more, with an elastic output two, with an elastic shaft one; the law fills the last row."""
+    panels: list[Panel] = [_speed, _spectrum, _power]
+    panels += [_drive] if summary_of(result)["driven"] == "drive" else []
+    panels += [_cuts] if len(result.cut) else [_law]
+    panels += [_over_speed, _excited] if "residual_deviation" in result else []
+    panels += [_twist] if "twist_residual" in result and len(result.twisted) else []
+    if len(panels) % 2:
+        panels.append(_law if _law not in panels else _travel)
+    rows = len(panels) // 2
+    drawn, axes = style.new_grid(rows, 2, 1.0 + 2.8 * rows, result.attrs["title"], _heading(result))
     drawn.subplots_adjust(bottom=0.5 / drawn.get_figheight())
-    _speed(axes[0], result)
-    _spectrum(axes[1], result)
-    _power(axes[2], result)
-    if len(result.cut):
-        _cuts(axes[3], result)
-    else:
-        _law(axes[3], result)
-    if elastic:
-        _over_speed(axes[4], result)
-        _excited(axes[5], result)
+    for axis, draw in zip(axes, panels, strict=True):
+        draw(axis, result)
     return drawn
 
 
 def _heading(result: xr.Dataset) -> str:
-    """The verdict, on two lines where it is long."""
-    return str(result.attrs["sentence"]).replace(": ", ":\n", 1)
+    """The verdict, on lines that fit the page."""
+    return "\n".join(line for part in str(result.attrs["sentence"]).split(": ", 1) for line in wrap(part, _WIDEST))
 
 
 def _decades(values: np.ndarray) -> tuple[float, float]:
@@ -72,13 +79,28 @@ def _legend(axis: Axes) -> None:
     """Inside, in a band above the curves that is made for it."""
     low, high = axis.get_ylim()
     axis.set_ylim(low, low + 1.24 * (high - low))
-    axis.legend(loc="upper center", fontsize=8, framealpha=0.9, edgecolor="none", ncols=2)
+    _legend_in_a_row(axis, "upper center")
+
+
+def _legend_in_a_row(axis: Axes, place: Literal["upper center", "upper right"]) -> None:
+    """The cams first, what is simulated last."""
+    lines, names = axis.get_legend_handles_labels()
+    order = sorted(range(len(names)), key=lambda i: names[i] == _SIMULATED)
+    axis.legend(
+        [lines[i] for i in order], [names[i] for i in order], loc=place, fontsize=7, framealpha=0.9, edgecolor="none",
+        ncols=3, handlelength=1.6, columnspacing=1.2,
+    )  # fmt: skip
 
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
     degrees = np.degrees(result.tau.values)
     for name, colour in _COLOURS.items():
-        axis.plot(degrees, _RPM * result.speed.sel(cam=name).values, color=colour, linewidth=1.3, label=f"{name} cam")
+        drawn: dict[str, Any] = {"color": colour, "linewidth": 1.3, "linestyle": _DASHES[name], "label": f"{name} cam"}
+        axis.plot(degrees, _RPM * result.speed.sel(cam=name).values, **drawn)
+    if "simulated_speed" in result:
+        at = np.degrees(result.simulated_tau.values)
+        for n, row in enumerate(_RPM * result.simulated_speed.values):
+            axis.plot(at, row, label=_SIMULATED if n == 0 else None, **_DOT)
     mean = summary_of(result)["corrected"]["mean_speed"]
     axis.axhline(_RPM * mean, color=GREY, linestyle=":", linewidth=0.9)
     axis.set_ylabel("speed of the shaft (rpm)")
@@ -94,6 +116,9 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     for row, (name, colour), aside in zip(shown, _COLOURS.items(), (-0.2, 0.2), strict=True):
         high = np.where(row > lowest, row, np.nan)
         axis.bar(k + aside, high - lowest, bottom=lowest, width=0.4, color=colour, label=f"{name} cam")
+        if "simulated_acceleration" in result:
+            dots = result.simulated_acceleration.sel(cam=name).values[: len(k)]
+            axis.plot(k + aside, np.where(dots > lowest, dots, np.nan), label=_SIMULATED if aside > 0 else None, **_DOT)
     count = summary_of(result)["above"]["orders"]
     if k[0] <= count < k[-1]:
         axis.axvline(count + 0.5, color=GREY, linestyle=":", linewidth=0.9)
@@ -106,20 +131,32 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylabel(
         style.with_unit("acceleration, amplitude", str(result.output_acceleration.attrs["units"]).replace("^2", "²"))
     )
-    axis.legend(loc="upper right", fontsize=8, framealpha=0.9, edgecolor="none", ncols=2)
+    _legend_in_a_row(axis, "upper right")
 
 
 def _power(axis: Axes, result: xr.Dataset) -> None:
+    """What an even speed would take, beside what the drive gives."""
     degrees = np.degrees(result.tau.values)
     even = result.power_at_constant_speed.values / 1e3
-    axis.plot(degrees, even, color=COLOURS[6], linewidth=1.1, linestyle="--", label="at constant speed")
+    axis.plot(degrees, even, color=COLOURS[6], linewidth=1.1, linestyle="--", label="at constant speed", zorder=3)
     if summary_of(result)["driven"] == "eigenmotion":
         axis.axhline(0.0, color=COLOURS[0], linewidth=1.3, label="eigenmotion")
     else:
-        for name, colour in _COLOURS.items():
-            power = result.drive_power.sel(cam=name).values / 1e3
-            axis.plot(degrees, power, color=colour, linewidth=1.3, label=f"drive, {name} cam")
+        power = result.drive_power.sel(cam="corrected").values / 1e3
+        axis.plot(degrees, power, color=_COLOURS["corrected"], linewidth=1.3, label="drive, corrected cam")
     axis.set_ylabel("power (kW)")
+    _turn(axis, "time of a turn (°)")
+    _legend(axis)
+
+
+def _drive(axis: Axes, result: xr.Dataset) -> None:
+    """The power of the drive alone, on its own scale."""
+    degrees, power = np.degrees(result.tau.values), result.drive_power
+    kilo = np.abs(power.values).max() >= 1e3
+    for name, colour in _COLOURS.items():
+        values = power.sel(cam=name).values / (1e3 if kilo else 1.0)
+        axis.plot(degrees, values, color=colour, linewidth=1.3, linestyle=_DASHES[name], label=f"{name} cam")
+    axis.set_ylabel(f"power of the drive alone ({'kW' if kilo else 'W'})")
     _turn(axis, "time of a turn (°)")
     _legend(axis)
 
@@ -140,10 +177,21 @@ def _cuts(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _law(axis: Axes, result: xr.Dataset) -> None:
+    _of_cam(axis, result, "acceleration", "/rad²")
+    axis.set_ylabel(f"acceleration of the cam's law ({axis.get_ylabel()})")
+
+
+def _travel(axis: Axes, result: xr.Dataset) -> None:
+    _of_cam(axis, result, "position", "")
+    axis.set_ylabel(f"law of the corrected cam ({axis.get_ylabel()})")
+
+
+def _of_cam(axis: Axes, result: xr.Dataset, name: str, by: str) -> None:
+    """A derivative of the corrected cam's law; labelled with its unit."""
     angle = result.position.attrs["units"] == "rad"
-    scale, unit = (np.degrees(1.0), "°/rad²") if angle else (1e3, "mm/rad²")
-    axis.plot(np.degrees(result.cam_angle.values), scale * result.acceleration.values, color=COLOURS[0], linewidth=1.3)
-    axis.set_ylabel(style.with_unit("acceleration of the cam's law", unit))
+    scale, unit = (np.degrees(1.0), "°") if angle else (1e3, "mm")
+    axis.plot(np.degrees(result.cam_angle.values), scale * result[name].values, color=COLOURS[0], linewidth=1.3)
+    axis.set_ylabel(f"{unit}{by}")
     _turn(axis, "cam angle (°)")
 
 
@@ -182,25 +230,38 @@ def _excited(axis: Axes, result: xr.Dataset) -> None:
     scale, unit = _small(result)
     names, size = result.excited.values.tolist(), scale * result.excited_deviation.values
     own = [name in result.lever.values.tolist() for name in names]
-    at = np.arange(len(names))[::-1]
     lowest, highest = _decades(size)
-    axis.barh(at, size - lowest, left=lowest, height=0.34, color=[COLOURS[0] if o else COLOURS[4] for o in own])
+    _bars(axis, size, [COLOURS[0] if o else COLOURS[4] for o in own], names, (lowest, highest))
+    axis.set_xlabel(style.with_unit("deviation in the dwell at this speed", unit))
+
+
+def _twist(axis: Axes, result: xr.Dataset) -> None:
+    """What each cam leaves behind the shaft that twists."""
+    names, left = result.twisted.values.tolist(), result.twist_residual.values
+    named = [f"{name}: {100 * x:.3g} %" if x > _CLEAN else f"{name}: nothing" for name, x in zip(names, left, strict=True)]
+    highest = _decades(left)[1]
+    colours = [_COLOURS.get(name.removesuffix(" cam"), COLOURS[2]) for name in names]
+    _bars(axis, left, colours, named, (_CLEAN, max(highest, 1.0)))
+    own = summary_of(result)["above"]["law"]
+    if own > _CLEAN:
+        axis.axvline(own, color=GREY, linestyle=":", linewidth=0.9)
+        axis.annotate("the law itself", (own, 0.0), (-3, 4), xycoords=("data", "axes fraction"),
+                      textcoords="offset points", fontsize=7, color=GREY, ha="right")  # fmt: skip
+    axis.set_xlabel(f"shaft that twists: above order {summary_of(result)['above']['orders']}, over order 1")
+
+
+def _bars(axis: Axes, size: np.ndarray, colours: list[str], names: list[str], limits: tuple[float, float]) -> None:
+    """One below the other from the lower limit on, on a logarithmic axis, each with its name above."""
+    at = np.arange(len(names))[::-1]
+    axis.barh(at, np.maximum(size - limits[0], 0.0), left=limits[0], height=0.34, color=colours)
     axis.set_xscale("log")
-    axis.set_xlim(lowest, highest)
+    axis.set_xlim(*limits)
     axis.set_ylim(min(len(names) - _FEWEST_ROWS, 0) - 0.5, len(names) - 0.2)
     _plain(axis.xaxis)
+    style_of_name: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "fontsize": 7}
     for y, name in zip(at, names, strict=True):
-        axis.annotate(
-            name,
-            (0.0, y + 0.2),
-            (3, 0),
-            xycoords=("axes fraction", "data"),
-            textcoords="offset points",
-            fontsize=7,
-            va="bottom",
-        )
+        axis.annotate(name, (0.0, y + 0.2), (3, 0), va="bottom", **style_of_name)
     axis.set_yticks([])
-    axis.set_xlabel(style.with_unit("deviation in the dwell at this speed", unit))
 
 
 def _small(result: xr.Dataset) -> tuple[float, str]:

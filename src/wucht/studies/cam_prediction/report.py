@@ -18,7 +18,9 @@ def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a prediction."""
     s, (speed, _) = summary_of(result), formats(result)
     above, power = s["above"], s["power"]
-    lines = [("inertia", f"of the output at most {s['inertia_ratio']:.3g} of the shaft's")]
+    most = f"; without a drive there is a corrected cam up to {s['inertia_ratio_limit']:.3g}"
+    ratio = f"of the output at most {s['inertia_ratio']:.3g} of the shaft's"
+    lines = [("inertia", ratio + ("" if s["driven"] == "enforced" else most))]
     for name, one in (("original", s), ("corrected", s["corrected"])):
         left = f"orders above {above['orders']}: {_share(above[name])} of order 1"
         lines.append((name, f"{speed(one['mean_speed'])}, fluctuating by {_share(one['fluctuation'])}; {left}"))
@@ -36,7 +38,7 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append(("instead", f"cutting, measuring and cutting again leaves {shown}"))
     if (simulated := s["simulation"]) is not None:
         one = simulated["corrected"]
-        off = "it fails" if one["deviation"] is None else f"{one['deviation']:.1e} off in speed"
+        off = "it fails" if one["failure"] else f"{one['deviation']:.1e} off in speed"
         left = "" if one["above"] is None else f", {one['above']:.1e} of order 1 above {above['orders']}"
         lines.append(("simulated", f"{simulated['turns']} turns with the corrected cam: {off}{left}"))
     return in_lines(result, s["sentence"], [*lines, *_springs(s)])
@@ -55,6 +57,8 @@ def _springs(s: dict[str, Any]) -> list[tuple[str, str]]:
         lines.append(
             ("shaft", f"{twist}, orders above {s['above']['orders']} {_share(one['above'])} of order 1: {one['name']}")
         )
+    if output is not None and s["shaft"]:
+        lines.append(("springs", "of output and shaft: each is computed with the other one rigid"))
     return lines
 
 

@@ -89,8 +89,9 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     confirmed = []
     if plan.turns:
         for n, (one, shaft) in enumerate(((law, original.shaft), (cam, motion))):
-            work.report(0.5 + 0.15 * n, "simulation in time")
-            confirmed.append(work.unit(f"simulation {n}", partial(confirmation, plan.shaft, one, shaft, plan.turns)))
+            part = work.part("simulation", 0.5 + 0.15 * n, 0.65 + 0.15 * n)
+            told = partial(_told, part)
+            confirmed.append(part.unit(f"{n}", partial(confirmation, plan.shaft, one, shaft, plan.turns, told)))
     work.report(0.8, "springs")
     both, output, twisting = (original.shaft, motion), plan.output, plan.twisting
     swung = twisted = None
@@ -103,11 +104,18 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     yield Findings(tau, original, corrected, profile, constant, clean, cuts, failure, tuple(confirmed), swung, twisted)
 
 
+def _told(work: Work, share: float) -> None:
+    work.report(share, "simulation in time")
+
+
 def _shaft(plan: Plan, law: Law, corrected: bool) -> ShaftMotion:
     """The motion of the shaft; even where the drive enforces that."""
     if plan.enforced:
         return ShaftMotion(Harmonics.of(plan.shaft.mean_speed))
-    return plan.shaft.with_corrected_cam(law) if corrected else plan.shaft.with_cam(law)
+    motion = plan.shaft.with_corrected_cam(law) if corrected else plan.shaft.with_cam(law)
+    if plan.driving is not None and (stands := plan.driving.standing(motion.mean)):
+        raise RunError(f"from the mean_speed expected the shaft comes to {motion.mean:.3g} rad/s: {stands}")
+    return motion
 
 
 def _turning(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray, corrected: bool) -> Turning:

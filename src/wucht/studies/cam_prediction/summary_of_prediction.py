@@ -10,7 +10,7 @@ import numpy as np
 
 from wucht.cams.prediction import unresolved
 from wucht.studies.cam_prediction.confirmation import Confirmation
-from wucht.studies.cam_prediction.elasticity import Twists
+from wucht.studies.cam_prediction.elasticity import FOR_RIGID_SHAFT, FOR_TWIST, Twists
 from wucht.studies.cam_prediction.prepare import Plan
 from wucht.studies.cam_prediction.run import Findings, Turning
 
@@ -25,7 +25,8 @@ _DOUBTFUL = 1e-5  # of the mean speed: prediction and simulation differ
 
 def summary(plan: Plan, f: Findings) -> dict[str, Any]:
     """The numbers of ``summary.json``: how the shaft turns with the original cam, which moves its output by the law over the
-    cam angle, and under ``corrected`` how with the corrected one; inertia_ratio; power; cut_residuals; simulation."""
+    cam angle, and under ``corrected`` how with the corrected one; inertia_ratio, and the limit up to which there is a corrected
+    cam without a drive; power; cut_residuals; simulation."""
     both = {"original": f.original, "corrected": f.corrected}
     constant = _power(f.constant)
     powers = {name: _power(one.drive * one.shaft.speed(f.tau)) for name, one in both.items()}
@@ -33,6 +34,7 @@ def summary(plan: Plan, f: Findings) -> dict[str, Any]:
         "unit": plan.motion.unit,
         "harmonics": plan.motion.count,
         "inertia_ratio": plan.shaft.inertia_ratio(plan.motion.law),
+        "inertia_ratio_limit": plan.shaft.most_inertia_ratio(plan.motion.law),
         "driven": "eigenmotion" if plan.driving is None else "enforced" if plan.enforced else "drive",
         **_turning(f.original, powers["original"]),
         "corrected": {**_turning(f.corrected, powers["corrected"]), "speed": _coefficients(f.corrected)},
@@ -88,28 +90,59 @@ def _contraction(cuts: np.ndarray, clean: float) -> float | None:
     return float(above[-1] / above[-2]) if len(above) > 1 else None
 
 
-def _confirmed(plan: Plan, one: Confirmation) -> dict[str, float | None]:
+def _confirmed(plan: Plan, one: Confirmation) -> dict[str, float | str | None]:
     amplitudes = one.acceleration.amplitudes
     above = amplitudes[plan.count :].max(initial=0.0) / amplitudes[0] if len(amplitudes) else math.nan
-    return {"deviation": _number(one.deviation), "above": _number(float(above))}
+    return {"deviation": _number(one.deviation), "above": _number(float(above)), "failure": one.failure}
 
 
-def sentence(plan: Plan, s: dict[str, Any]) -> str:
-    """The verdict."""
+def verdict(plan: Plan, s: dict[str, Any]) -> tuple[str, str]:
+    """The label, in lower case, and the whole sentence."""
+    twists = _too_much_twist(s)
     if plan.enforced:
         peak = s["power"]["corrected"]["peak"]
-        return f"the drive holds the shaft at its speed whatever that takes, up to {_watts(peak)}: the law itself is the cam"
-    above, orders = s["above"], f"orders above {s['above']['orders']}"
-    simulated = s["simulation"] and s["simulation"]["corrected"]["above"]
-    left = above["corrected"] if simulated is None else max(simulated, above["corrected"])
-    shaft = f"on a shaft that fluctuates by {_percent(s['corrected']['fluctuation'])}"
-    if not left <= above["law"] + _CLEAN:
-        return f"NOT CLEAN {shaft}: {orders} are {_percent(left)} of order 1 with the corrected cam"
+        held = f"the drive holds the shaft at its speed whatever that takes, up to {_watts(peak)}: the law itself is the cam"
+        return ("not clean", f"NOT CLEAN on the shaft that twists: {twists}; {held}") if twists else ("enforced", held)
+    above, fluctuates = s["above"], f"fluctuates by {_percent(s['corrected']['fluctuation'])}"
+    label, found = _on_rigid_shaft(s)
+    shaft = f"on a shaft that {fluctuates}"
+    if label == "clean" and twists:
+        label, found, shaft = "not clean", twists, f"on the shaft that twists and {fluctuates}"
     before = f"the original one leaves {_percent(above['original'])} of order 1"
-    if above["law"] > _CLEAN:
-        own = f"{orders} are at {_percent(above['law'])} of order 1 with the corrected cam, as in the law"
-        return f"CLEAN {shaft}: {own}; with the original one {_percent(above['original'])}"
-    return f"CLEAN {shaft}: the corrected cam leaves nothing in {orders}, {before}"
+    return label, f"{label.upper()} {shaft}: {found}" + (f", {before}" if label == "clean" else "")
+
+
+def _on_rigid_shaft(s: dict[str, Any]) -> tuple[str, str]:
+    """The label of the corrected cam, and what it leaves."""
+    above, orders = s["above"], f"orders above {s['above']['orders']}"
+    clean, own = above["law"] + _CLEAN, _percent(above["law"])
+    if not above["corrected"] <= clean:
+        return "not clean", f"{orders} are {_percent(above['corrected'])} of order 1 with the corrected cam"
+    left = f"nothing in {orders}" if above["law"] <= _CLEAN else f"{own} of order 1 in {orders} as the law itself"
+    grows, simulated = s["left_after_a_turn"]["corrected"], s["simulation"] and s["simulation"]["corrected"]["above"]
+    if grows is not None and grows > 1:
+        unstable = f"but this motion is not stable, a disturbance grows {grows:.4g}-fold in a turn"
+        return "not clean", f"the corrected cam would leave {left}, {unstable}"
+    if simulated is not None and simulated > clean:
+        return "not confirmed", f"by prediction the corrected cam leaves {left}, by simulation {_percent(simulated)} of order 1"
+    return "clean", f"the corrected cam leaves {left}"
+
+
+def _too_much_twist(s: dict[str, Any]) -> str:
+    """What the corrected cam leaves behind a shaft that twists, empty where that does not matter."""
+    if s["shaft"] is None:
+        return ""
+    twisted = {one["name"]: one["above"] for one in s["shaft"]}
+    left = twisted.get(FOR_RIGID_SHAFT, math.inf)
+    if left <= s["above"]["law"] + _TOO_MUCH:
+        return ""
+    found = f"the cam corrected for a rigid shaft leaves {_percent(left)} of order 1 in orders above {s['above']['orders']}"
+    if FOR_RIGID_SHAFT not in twisted:
+        found = "no periodic motion was found with the cam corrected for a rigid shaft"
+    if FOR_TWIST not in twisted:
+        return found
+    rest = "nothing" if twisted[FOR_TWIST] <= _CLEAN else _percent(twisted[FOR_TWIST])
+    return f"{found}, corrected for the twist too it leaves {rest}"
 
 
 def _percent(share: float) -> str:
@@ -128,7 +161,8 @@ def warnings(plan: Plan, f: Findings, s: dict[str, Any]) -> list[str]:
     if plan.enforced:
         pass
     elif ratio > _DIVERGING:
-        said.append(f"{shown}: above about 1 cutting a cam and measuring again may diverge; a larger flywheel is needed")
+        diverging = "above about 1 cutting a cam and measuring again may diverge; take the predicted cam, or a larger flywheel"
+        said.append(f"{shown}: {diverging}")
     elif ratio > _SLOW:
         each = "" if contraction is None else f", each cam leaves {_percent(contraction)} of what the one before left"
         said.append(f"{shown}: cutting a cam and measuring again converges slowly{each}; take the predicted cam")
@@ -141,23 +175,30 @@ def warnings(plan: Plan, f: Findings, s: dict[str, Any]) -> list[str]:
             more = f"with the {name} cam the highest orders of the speed are {share:.1e} of its mean, and more are left out"
             said.append(f"{more}: the shaft nearly stands still within a turn, or the law's acceleration jumps")
     said += [_unstable(name, one) for name, one in (("original", f.original), ("corrected", f.corrected)) if one.left > 1]
-    for name, one in zip(("original", "corrected"), f.confirmed, strict=False):
+    for name, one, turning in zip(("original", "corrected"), f.confirmed, (f.original, f.corrected), strict=False):
         if not one.deviation <= _DOUBTFUL:
-            off = (
-                "fails"
-                if math.isnan(one.deviation)
-                else f"departs from the prediction by {_percent(one.deviation)} of the speed"
-            )
-            said.append(f"the simulation with the {name} cam {off}")
+            said.append(f"the simulation with the {name} cam {one.failure or _departs(one, turning)}")
     said += [] if f.vibrations is None else f.vibrations.notes
-    return said + ([] if f.twists is None else _twisted(plan, f.twists))
+    return said + ([] if f.twists is None else _twisted(plan, f.clean, f.twists))
 
 
-def _twisted(plan: Plan, twists: Twists) -> list[str]:
-    left = [one.above for one in twists.cams if one.name == "corrected cam" and one.above > _TOO_MUCH]
-    orders = f"orders above {plan.count}"
-    shown = [f"the shaft twists: of {orders} the cam for the rigid shaft leaves {_percent(share)} of order 1" for share in left]
-    return shown + ([twists.note] if twists.note else [])
+def _departs(one: Confirmation, turning: Turning) -> str:
+    """By how much a simulation differs, and why, where that is known."""
+    why = ""
+    if turning.left > 1:
+        why = ": this motion is not stable"
+    elif unresolved(turning.shaft) > _UNRESOLVED:
+        why = ", by the orders that the prediction leaves out"
+    elif turning.left == 1:
+        why = ": without a drive nothing brings the shaft back, and the errors of the simulation add up from turn to turn"
+    return f"departs from the prediction by {_percent(one.deviation)} of the speed{why}"
+
+
+def _twisted(plan: Plan, law: float, twists: Twists) -> list[str]:
+    """law: what the law itself has above N, over order 1."""
+    left = [one.above for one in twists.cams if one.name == FOR_RIGID_SHAFT and one.above > law + _TOO_MUCH]
+    rigid = f"of orders above {plan.count} the cam for the rigid shaft, that of this result, leaves"
+    return [*(f"the shaft twists: {rigid} {_percent(share)} of order 1" for share in left), *twists.notes]
 
 
 def _unstable(name: str, one: Turning) -> str:
