@@ -15,6 +15,63 @@ def test_a_frequency_counts_turns(given):
     assert Unit("Hz", "frequency").parse(given) == pytest.approx(50, rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    "unit",
+    [
+        "RPM", "Rpm", "upm", "UPM", "U/min", "u/min", "Umdr/min", "Umdr./min", "Umdrehungen/min", "r/min", "rev/min",
+        "REV/MIN", "1/min", "1 / min", "/min", "min^-1", "min-1", "min⁻¹", "U min^-1",
+    ],
+)  # fmt: skip
+def test_turns_a_minute_as_loggers_write_them(unit):
+    assert Unit("rad/s", "speed").parse(f"3000 {unit}") == pytest.approx(100 * math.pi, rel=1e-14)
+    assert Unit("Hz", "frequency").parse(f"3000 {unit}") == pytest.approx(50, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("given", "si", "value"),
+    [
+        ("50 U/s", "rad/s", 100 * math.pi),
+        ("50 rev/s", "rad/s", 100 * math.pi),
+        ("180 Grad/s", "rad/s", math.pi),
+        ("2 rev", "rad", 4 * math.pi),
+        ("2 U", "rad", 4 * math.pi),
+        ("2 Umdr", "rad", 4 * math.pi),
+        ("180 Grad", "rad", math.pi),
+    ],
+)
+def test_turns_and_degrees_as_loggers_write_them(given, si, value):
+    """To Pint a U is an enzyme unit, and a Grad 1e9 rad."""
+    assert Unit(si, "quantity").parse(given) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("si", "given"), [("rad/s", "50 U"), ("rad", "50 1/min"), ("rad", "50 rpm"), ("s", "50 U"), ("kg", "1 1/min")]
+)
+def test_turns_are_no_other_quantity(si, given):
+    with pytest.raises(ValueError, match="must be a quantity"):
+        Unit(si, "quantity").parse(given)
+
+
+@pytest.mark.parametrize(
+    ("noun", "written"),
+    [
+        ("angle", "an angle"),
+        ("unit", "a unit"),
+        ("mass of the lever", "a mass of the lever"),
+        ("stiffness", "a stiffness"),
+        ("axis", "an axis"),
+        ("radius of the pulses", "a radius of the pulses"),
+        ("number of orders", "a number of orders"),
+        ("Young's modulus of the cam", "a Young's modulus of the cam"),
+        ("orders that are kept", "orders that are kept"),
+        ("sine coefficients", "sine coefficients"),
+        ("points (time, displacement)", "points (time, displacement)"),
+    ],
+)
+def test_article(noun, written):
+    assert quantities.article(noun) == written
+
+
 @pytest.mark.parametrize(("unit", "si"), quantities.COMMON)
 def test_common_units_have_the_bits_of_pint(unit, si, monkeypatch):
     known = quantities.COMMON[unit, si]

@@ -36,14 +36,23 @@ class Unit:
 
 
 def article(noun: str) -> str:
-    """The noun with its indefinite article: ``an angle``."""
+    """The noun with its indefinite article, ``an angle``; without one where it is a plural, ``orders that are kept``."""
+    head = _AFTER_HEAD.split(noun, maxsplit=1)[0]
+    if head.endswith("s") and not head.endswith(("ss", "us", "is", "as")):
+        return noun
     return f"{'an' if noun[:1] in 'aeiou' and not noun.startswith('unit') else 'a'} {noun}"
 
 
+_AFTER_HEAD = re.compile(r",? (?:of|in|at|that|with|where|to|from|by|for|about|between|[^a-z ].*)\b")
 _NUMBER = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|nan)(?![a-z]))\s*(.*)", re.IGNORECASE | re.DOTALL
 )
 _UNIT = re.compile(r"[^\W\d_][\w°%·⋅*/^()²³⁻¹ -]*|[°%](?:/[a-z]+)?")  # begins with a letter: no second number, no decimal comma
+# What loggers write, in any case: Pint reads U as an enzyme unit, and 1/min does not say to it that turns are counted.
+_TURNS = r"(?:u|umdr\.?|umdrehung(?:en)?|revs?)"
+_TURN = re.compile(_TURNS, re.IGNORECASE)
+_TURNS_A_MINUTE = re.compile(rf"rpm|upm|(?:{_TURNS}|r|1)?\s*/\s*min\.?|(?:{_TURNS}\s*)?min\s*\^?\s*(?:-1|⁻¹)", re.IGNORECASE)
+_TURNS_A_SECOND = re.compile(rf"(?:{_TURNS}|r)\s*/\s*s(?:ec|ek)?\.?", re.IGNORECASE)
 
 
 def _parse(given: object, si: str, what: str) -> float:
@@ -58,7 +67,7 @@ def _parse(given: object, si: str, what: str) -> float:
             raise ValueError(f"{allowed}; this one is too large") from None
     split = _NUMBER.fullmatch(given)
     unit = split[2].strip() if split else ""
-    if split is None or (unit and not _UNIT.fullmatch(unit)):
+    if split is None or (unit and not _UNIT.fullmatch(unit) and _of_loggers(unit, si) is None):
         hint = "write rpm, Hz or rad/s" if si in ("rad/s", "Hz") else "a decimal point, no comma"
         raise ValueError(f"{allowed}; this cannot be read as a number and a unit ({hint})")
     return float(split[1]) * (_factor(unit, si, allowed) if unit else 1.0)
@@ -72,6 +81,8 @@ def _factor(unit: str, si: str, allowed: str) -> float:
         return 1.0
     if (unit, si) in COMMON:
         return COMMON[unit, si]
+    if (known := _of_loggers(unit, si)) is not None:
+        return known
     import pint as pint_
 
     try:
@@ -94,6 +105,18 @@ def _factor(unit: str, si: str, allowed: str) -> float:
             raise ValueError(f"{allowed}; {unit!r} does not say whether turns or radians: write rpm, Hz or rad/s")
         return factor * (2 * math.pi if turns else 1.0)
     return factor
+
+
+def _of_loggers(unit: str, si: str) -> float | None:
+    """How many SI units one of turns or degrees is that Pint does not know, or takes for another; None for other units."""
+    if si == "rad" and _TURN.fullmatch(unit):
+        return 2 * math.pi
+    if si in ("rad/s", "Hz") and _TURNS_A_MINUTE.fullmatch(unit):
+        return 2 * math.pi / 60
+    if si in ("rad/s", "Hz") and _TURNS_A_SECOND.fullmatch(unit):
+        return 2 * math.pi
+    # To Pint a Grad is a gigaradian.
+    return math.pi / 180 if (unit, si) in (("Grad", "rad"), ("Grad/s", "rad/s")) else None
 
 
 # To load Pint takes as long as a run: a file with no other units than these does without.

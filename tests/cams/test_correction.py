@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import jv
 
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, compared, orders, residuals
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, compared, left_by_order, orders, residuals
 from wucht.cams.laws.closed_forms import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
@@ -65,8 +65,42 @@ def test_what_is_left_where_the_shaft_turns_otherwise():
     assert more == pytest.approx(less, rel=0.05)
     even = found.pop("a shaft that turns evenly")
     assert even == pytest.approx(10 * more, rel=0.1)
+    assert found.pop("a mean speed off by 10%, the fluctuation the same in rad/s") > 1.05 * more
     assert set(found) == {f"order {j} left out of the correction" for j in (2, 3, 4, 5)}  # order 1 is none here
     assert max(found, key=found.get) == "order 2 left out of the correction"
+
+
+@pytest.mark.parametrize("degrees", [1, -1, 5, -5])
+def test_a_phase_that_is_off_either_way_leaves_no_more_than_is_said(degrees):
+    said = {r.what: r.share for r in residuals(LAW, 5, shaft())}
+    one = said[f"the phase of the speed, or the cam on its shaft, off by {abs(degrees)}°"]
+    both = [above(orders(MotionOverTime(CorrectedLaw(LAW, shaft(), math.radians(d)), shaft())), 5) for d in (degrees, -degrees)]
+    assert one == max(both)
+    assert abs(both[0] - both[1]) > 1e-4 * one
+
+
+def test_a_mean_speed_that_is_off_is_worse_below():
+    """At 10 % less the fluctuation is 1/0.9 of what it was, at 10 % more 1/1.1."""
+    said = {r.what: r.share for r in residuals(LAW, 5, shaft())}
+    slower, faster = (above(orders(MotionOverTime(CorrectedLaw(LAW, shaft()), shaft(1 / by))), 5) for by in (0.9, 1.1))
+    assert slower > 1.2 * faster
+    assert said["a mean speed off by 10%, the fluctuation the same in rad/s"] == pytest.approx(slower, rel=1e-12)
+    # 92 % of the speed, of order 1: at 10 % less it would turn back.
+    strong = [r.what for r in residuals(LAW, 5, ShaftMotion(Harmonics.of(OMEGA, [0.92 * OMEGA])))]
+    assert "a mean speed higher by 10%, the fluctuation the same in rad/s" in strong
+
+
+def test_what_an_order_leaves_that_nobody_corrects_for():
+    """As much as if it were known and left out, to the worst of its phases."""
+    whole = shaft()
+    known = {r.what: r.share for r in residuals(LAW, 5, whole)}
+    for j in (2, 3, 4, 5):
+        more = left_by_order(LAW, 5, whole.without(j), j, float(whole.speed.amplitudes[j - 1]))
+        assert 0.9 < more / known[f"order {j} left out of the correction"] < 1.3
+    beyond = left_by_order(LAW, 5, whole, 9, 0.5)  # an order above those of the speed
+    assert 0.01 < beyond == pytest.approx(left_by_order(LAW, 5, whole, 9, 0.25) * 2, rel=0.05)
+    with pytest.raises(InputError, match="turn back"):
+        left_by_order(LAW, 5, whole, 1, OMEGA)
 
 
 def test_an_order_left_out_leaves_what_it_would_have_made():
@@ -97,5 +131,25 @@ def test_a_measured_acceleration_is_compared_order_by_order():
     noisy = Harmonics(0.0, np.append(measured.cosine, np.zeros(2000)), np.append(measured.sine, np.zeros(2000)))
     noisy.cosine[1500] = rms
     assert compared(noisy, LAW, of).share == pytest.approx(0.5, abs=1e-3)
+    assert compared(noisy, LAW, of).delayed == pytest.approx((0.0, 0.5), abs=1e-3)
     with pytest.raises(InputError, match="must have orders"):
         compared(Harmonics.of(1.0), LAW, of)
+
+
+@pytest.mark.parametrize("degrees", [5.0, -40.0, 0.0])
+def test_the_delay_of_a_measured_acceleration(degrees):
+    of = shaft()
+    found = orders(MotionOverTime(LAW, of))
+    measured = Harmonics(7.0, OMEGA**2 * found.cosine[:15], OMEGA**2 * found.sine[:15]).shifted(math.radians(degrees))
+    comparison = compared(measured, LAW, of)
+    delay, share = comparison.delayed
+    assert math.degrees(delay) == pytest.approx(degrees, abs=1e-6)
+    assert share == pytest.approx(1.0, abs=1e-12)
+    assert comparison.share <= share + 1e-12
+
+
+@pytest.mark.parametrize("mean", [0.0, 3.0, -9.81])
+def test_a_record_without_orders_is_no_acceleration(mean):
+    rounding = 1e-14 * mean * np.ones(15)
+    with pytest.raises(InputError, match=r"holds no orders, it is .* all the time: is it the right column"):
+        compared(Harmonics(mean, rounding, rounding), LAW, shaft())

@@ -232,13 +232,6 @@ def test_what_only_looks_like_a_quantity(refused: Refused, study: Study, value: 
     assert len(completed) < 500
 
 
-@pytest.mark.parametrize("value", ["3000 1/min", "3000 min^-1"])
-def test_turns_a_minute_are_not_taken_for_radians(refused: Refused, study: Study, value: str) -> None:
-    refused(
-        "run", study('"200 rad/s"', f'"{value}"'), "--json", says=("machine.drive.no_load_speed", f"given '{value}'", "rpm")
-    )
-
-
 WRONG_TYPES = ("true", "[1]", "{ a = 1 }", "1979-05-27", '""', '"  "')
 PLACES = {
     "mass": (MASS, f"{DRUM}.mass"),

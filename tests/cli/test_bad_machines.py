@@ -364,7 +364,7 @@ TABLES = {
     "unit of another kind": ("speed [kg], torque [N m]\n0,1\n1,2\n", "line 1", "this one is a mass"),
     "unknown unit": ("speed [foo], torque [N m]\n0,1\n1,2\n", "line 1", "'foo' is no known unit"),
     "no unit between brackets": ("speed [], torque [N m]\n0,1\n1,2\n", "line 1"),
-    "turns a minute": ("speed [1/min], torque [N m]\n0,1\n1,2\n", "line 1", "rpm"),
+    "turns or radians a second": ("speed [1/s], torque [N m]\n0,1\n1,2\n", "line 1", "rad/s"),
     "exchanged": ("torque, speed\n0,1\n1,2\n", "line 1", "exchanged"),
     "equal speeds": ("0,1\n1,2\n1,3\n", "line 3", "does not increase"),
     "falling speeds": ("2,1\n1,2\n", "line 2", "does not increase"),

@@ -253,6 +253,7 @@ def test_ctrl_c_on_the_process_twice_over(study: Study, here: Path) -> None:
     assert 0 < ends[0] < ends[1]
 
 
+@pytest.mark.slow
 @POSIX
 def test_kill_leaves_what_was_saved(study: Study, here: Path, wucht: Command) -> None:
     study(*LONG)

@@ -52,7 +52,9 @@ def test_with_noise_they_are_within_four_standard_errors(kind, seed):
     assert off.max() > 0.2, "the errors are no larger than they need be"
 
 
-@pytest.mark.parametrize("kind", RECORDS)
+@pytest.mark.parametrize(
+    "kind", ["speed", *(pytest.param(kind, marks=pytest.mark.slow) for kind in RECORDS if kind != "speed")]
+)
 def test_scatter_of_two_hundred_records_is_the_standard_error(kind):
     fits = [fit_orders(RECORDS[kind](1.0, seed), ORDERS) for seed in range(200)]
     found = np.array([coefficients(f) for f in fits])

@@ -5,7 +5,7 @@ import pytest
 from known_motion import OMEGA, PERIOD, uneven
 
 from wucht.measurements.order_regression import Mean, OrderModel
-from wucht.measurements.order_residual import drift, left_out_orders
+from wucht.measurements.order_residual import drift, left_out_orders, roughness
 
 
 def residual_of(values, t, orders=(1,), mean=Mean.SPEED):
@@ -62,3 +62,11 @@ def test_a_drift(mean):
     found, share = drift(model, fit, t, values)
     assert found == pytest.approx(1.5, rel=1e-3)
     assert share == pytest.approx(1, rel=1e-2)
+
+
+def test_roughness():
+    t = uneven(20, 4000) - 10 * PERIOD
+    noise = np.random.default_rng(0).standard_normal(len(t))
+    for rest, expected in ((noise, 2.0), (np.cos(0.4 * OMEGA * t), 0.0), (np.zeros(len(t)), 2.0)):
+        model, fit = residual_of(OMEGA + rest, t)
+        assert roughness(model, fit, t, OMEGA + rest) == pytest.approx(expected, abs=0.1)

@@ -6,7 +6,7 @@ from known_motion import OMEGA, PERIOD, channel, speed_record, uneven
 
 from wucht.measurements.order_fit import fit_orders
 from wucht.measurements.order_residual import LeftOutOrder
-from wucht.measurements.order_warnings import warnings_of
+from wucht.measurements.order_warnings import unexplained_warning, warnings_of
 from wucht.measurements.shaft_signal import speed_signal
 from wucht.numerics.harmonics import Harmonics
 
@@ -83,3 +83,24 @@ def test_a_drift_is_told():
     t = np.linspace(0, 20 * PERIOD, 4000)
     fit = fit_orders(speed_signal(channel(t, speed_record(t, 0.1).values + 0.5 * (t / t[-1] - 0.5))), [1, 2, 3, 5])
     assert "drifts by +0.50" in fit.warnings[-1]
+
+
+SMOOTH, ROUGH = (0.1, 0.01), (2.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("explained", "rough", "left", "drifted", "count"),
+    [
+        (0.02, SMOOTH, (), 0.0, 1),
+        (0.02, (1.5, 0.1), (), 0.0, 1),
+        (0.6, SMOOTH, (), 0.0, 0),
+        (0.02, ROUGH, (), 0.0, 0),
+        (0.02, SMOOTH, (LeftOutOrder(1, 1.0, 0.1, 0.3), LeftOutOrder(7, 1.0, 0.1, 0.3)), 0.0, 0),
+        (0.02, SMOOTH, (LeftOutOrder(1, 1.0, 0.5, 0.6),), 0.0, 1),
+        (0.02, SMOOTH, (), 0.6, 0),
+    ],
+)
+def test_a_fluctuation_that_nothing_explains(explained, rough, left, drifted, count):
+    texts = unexplained_warning(explained, rough, left, drifted)
+    assert len(texts) == count
+    assert all(t.startswith("The orders kept explain 2 % of the fluctuation") for t in texts)

@@ -44,8 +44,12 @@ def test_units(given, unit, first):
     [
         ("deg", SPEED, "r.csv: x: given 'deg'; must be an angular speed"),
         ("rpm", ANGLE, "given 'rpm'; must be an angle"),
-        ("blorps", ANGLE, "'blorps' is no known unit; if the file is wrong, say what its numbers are: scaled(1, 'rad')"),
-        (FULL_SCALE, SPEED, "a sound file has no units; say of how many rad/s full scale is: scaled(NUMBER, UNIT)"),
+        (
+            "blorps",
+            ANGLE,
+            "'blorps' is no known unit; if the file is wrong, say what its numbers are with the key unit, as in unit = 'rad'",
+        ),
+        (FULL_SCALE, SPEED, "say of how many rad/s full scale is with the keys scale = NUMBER and unit = 'rad/s'"),
     ],
 )
 def test_units_of_another_kind(given, unit, sentence):
@@ -58,6 +62,17 @@ def test_scaled(factor):
     found = channel(FULL_SCALE).scaled(factor, "rpm")
     assert found.unit == "rpm"
     assert found.in_si(SPEED).values == pytest.approx(factor * np.pi / 30 * np.array([1, 2, 4]), rel=1e-12, abs=1e-300)
+
+
+def test_what_is_said_of_a_channel_counts():
+    assert channel("rad/s").corrected().unit == "rad/s"
+    assert channel("rad/s").corrected("rpm").in_si(SPEED).values == pytest.approx(np.pi / 30 * np.array([1, 2, 4]))
+    turned = channel("rpm").corrected(scale=-2)
+    assert (turned.unit, turned.values.tolist()) == ("rpm", [-2, -4, -8])
+    assert channel(FULL_SCALE).corrected("rpm", 600).in_si(SPEED).values[0] == pytest.approx(20 * np.pi)
+    for said in ({"unit": "rpm"}, {"scale": 600}):
+        with pytest.raises(InputError, match=r"a sound file has no units; say of how many .* scale = NUMBER and unit = "):
+            channel(FULL_SCALE).corrected(**said).in_si(SPEED)
 
 
 @pytest.mark.parametrize(

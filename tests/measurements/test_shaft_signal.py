@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from known_motion import OMEGA, PERIOD, TURN, angle_at, channel, pulse_record, speed_at, speed_record, times_of
 
 from wucht.errors import InputError
+from wucht.measurements.order_fit import fit_orders
 from wucht.measurements.recording import Recording
 from wucht.measurements.shaft_signal import angle_signal, mean_direction, pulse_signal, shaft_signal, speed_signal
 
@@ -18,8 +19,9 @@ T = np.linspace(0, 7.37 * PERIOD, 3000)
 def test_a_speed():
     shaft = speed_signal(channel(T, speed_at(T) * 30 / np.pi, "rpm"))
     assert shaft.values == pytest.approx(speed_at(T))
-    assert (shaft.quantity, shaft.where, shaft.unit_stated) == ("speed", "r.csv: speed", True)
-    assert not speed_signal(channel(T, speed_at(T), "")).unit_stated
+    assert (shaft.quantity, shaft.where, shaft.unit) == ("speed", "r.csv: speed", "rpm")
+    assert speed_signal(channel(T, speed_at(T), "")).unit == ""
+    assert (shaft.stated(TURN), speed_signal(channel(T, speed_at(T), "")).stated(TURN)) == ("60 rpm", "6.2832 rad/s")
     assert shaft.speed()[1] is shaft.values
     with pytest.raises(InputError, match=r"r.csv: speed: given 'mm'; must be an angular speed"):
         speed_signal(channel(T, speed_at(T), "mm"))
@@ -137,8 +139,8 @@ def test_it_can_be_said():
 @pytest.mark.parametrize(
     ("asked", "sentence"),
     [
-        (("x",), "f.csv: x: say whether this column holds the speed, the angle or pulses of the shaft"),
-        (("pulses",), "f.csv: pulses: say how many pulses the encoder gives a turn"),
+        (("x",), 'f.csv: x: say what this column holds of the shaft, with the key quantity: "speed", "angle" or "pulses"'),
+        (("pulses",), "f.csv: pulses: say how many pulses the encoder gives a turn, with the key pulses_per_turn"),
         (("sped",), "f.csv: given 'sped'; there is no such column; did you mean"),
         (("n", None, None, "indx"), "f.csv: given 'indx'; there is no such column; did you mean 'index'?"),
         (("n", "angle"), "f.csv: n: given 'rpm'; must be an angle"),
@@ -147,3 +149,57 @@ def test_it_can_be_said():
 def test_columns_that_are_refused(asked, sentence):
     with pytest.raises(InputError, match=re.escape(sentence)):
         shaft_signal(RECORD, *asked)
+
+
+GERMAN = {
+    "Drehzahl": "speed", "drehgeschwindigkeit 2": "speed", "Winkelgeschwindigkeit": "speed", "Winkel": "angle",
+    "Drehwinkel": "angle", "Impulse": "pulses",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "quantity"), GERMAN.items())
+def test_german_names(name, quantity):
+    values = {"speed": speed_at(T), "angle": angle_at(T), "pulses": np.sin(16 * angle_at(T))}[quantity]
+    shaft = shaft_signal(Recording.of("f.csv", T, {name: values}), name, per_turn=16)
+    assert shaft.speed()[1].mean() == pytest.approx(OMEGA, rel=0.02)
+    assert shaft.per_turn == (16 if quantity == "pulses" else None)
+
+
+def test_an_angular_acceleration_is_no_angle():
+    with pytest.raises(InputError, match="with the key quantity"):
+        shaft_signal(Recording.of("f.csv", T, {"Winkelbeschleunigung": T}), "Winkelbeschleunigung")
+
+
+@pytest.mark.parametrize("unit", ["1/s", "s^-1", "s-1", "1/sec"])
+def test_what_a_second_counts_is_told(unit):
+    shaft = shaft_signal(Recording.of("f.csv", T, {"n": speed_at(T) / TURN}, {"n": unit}), "n", "speed")
+    assert shaft.values == pytest.approx(speed_at(T))
+    (text,) = shaft.warnings
+    assert f"{unit!r} does not say whether turns or radians, and is read as turns a second" in text
+    assert 'give unit = "rad/s"' in text
+    assert text in fit_orders(shaft, [1, 2, 3, 5]).warnings
+    radians = shaft_signal(Recording.of("f.csv", T, {"n": speed_at(T)}, {"n": unit}), "n", "speed")
+    with pytest.raises(InputError, match="repeat as if they were rad/s: give unit = 'rad/s'"):
+        fit_orders(radians, [1, 2, 3, 5])
+
+
+def test_what_is_said_of_the_numbers():
+    turned = shaft_signal(RECORD, "n", scale=-1)
+    assert turned.values == pytest.approx(-speed_at(T))
+    assert shaft_signal(RECORD, "n", unit="Hz").values == pytest.approx(60 * speed_at(T))
+    assert shaft_signal(RECORD, "x", unit="rpm", scale=2).values == pytest.approx(2 * (T + 1) * TURN / 60), (
+        "the unit says what it is"
+    )
+
+
+def test_a_pulse_too_many_and_what_to_do():
+    t = np.linspace(0, 2, 4001)
+    wave = np.where((8 * t) % 1 < 0.5, 5.0, 0.0)
+    wave[1001:1003] = 1.6, 3.2  # a glitch in the middle of a low half
+    with pytest.raises(InputError, match=r"raise the hysteresis above 0.1 with the key hysteresis, or cut"):
+        pulse_signal(channel(t, wave, "V", "pulses"), 8, hysteresis=0.1)
+    assert len(pulse_signal(channel(t, wave, "V", "pulses"), 8).time) == 16
+    times = np.append(np.arange(30) / 10, 1.04)
+    times.sort()
+    with pytest.raises(InputError, match=r"a pulse too many near 1.04 s: take it out, or cut"):
+        pulse_signal(channel(times, times, "s", "pulses"), 8)

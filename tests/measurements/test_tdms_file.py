@@ -55,3 +55,10 @@ def test_text_is_no_channel_of_numbers(tmp_path):
     with pytest.raises(InputError, match=r"r.tdms: x: the values must be a list of real numbers"):
         read_recording(path).channel("x")
     assert read_recording(path).channel("y").values.tolist() == VALUES.tolist(), "it does not hinder the others"
+
+
+def test_what_is_no_tdms(tmp_path):
+    path = tmp_path / "bad.tdms"
+    path.write_text("hello")
+    with pytest.raises(InputError, match=r"bad.tdms: this cannot be read as a TDMS file: it does not begin with TDSm"):
+        read_recording(path)

@@ -56,6 +56,28 @@ def test_without_heading(read):
     assert found.channel("3").values.tolist() == [2, 4]
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Zeit [s];Drehzahl [U/min]\n0;60\n0,5;120\n",
+        "Zeit in ms;Drehzahl in 1/min\n0;60\n500;120\n",
+        "Zeit;Drehzahl\n[ms];[min-1]\n0;60\n500;120\n",
+        "Zeit;Drehzahl\ns;RPM\n0;60\n0,5;120\n",
+    ],
+)
+def test_german_loggers(read, text):
+    (name,) = read(text).names
+    speed = read(text).channel(name, SPEED)
+    assert name.startswith("Drehzahl")
+    assert speed.time.tolist() == [0, 0.5]
+    assert speed.values == pytest.approx([2 * np.pi, 4 * np.pi])
+
+
+def test_words_that_are_no_unit(read):
+    assert read("t;tilt in plane\n0;1\n1;2\n").channel("tilt in plane").unit == ""
+    assert read("t;a in g\n0;1\n1;2\n").channel("a in g").unit == "g"
+
+
 def test_a_heading_of_units_alone(read):
     found = read("s, rpm\n0, 60\n1, 60\n")
     assert found.names == ("rpm",)
@@ -88,7 +110,14 @@ def test_other_letters_than_utf_8(read):
         ("time, speed\n0, 1\n1, x\n", "r.csv: speed: line 3: 'x' is no finite number"),
         ("time, speed\n0, 1\n\n# c\n1, nan\n", "r.csv: speed: line 5: 'nan' is no finite number"),
         ("time, speed\n0, 1\n1, -inf\n", "'-inf' is no finite number"),
-        ("time, speed\n0, 1\n1,\n", "line 3: there must be 2 columns; these are 1"),
+        ("time, speed\n0, 1\n1,\n", "r.csv: speed: line 3: there is no value; fill it in, or take the row out"),
+        ("time; n; index\n0;1;2\n1;;2\n2;3;4\n", "r.csv: n: line 3: there is no value"),
+        (
+            "time; n; index\n0;1;2\n1;1;2\n\n2;3;\n3;3;\n4;3;\n",
+            "r.csv: index: this channel ends early: it has 2 values, and none from line 5 on, where others go on to 5; cut all "
+            "columns at line 5, or write this one into a file of its own",
+        ),
+        ("time, n\n0, 1\n1\n", "line 3: there must be 2 columns; these are 1"),
         ("time; speed\n0; 1\n1; 2; 3\n2; 3\n", "line 3: there must be 2 columns; these are 3"),
         ("time, speed\n0, 1, 2\n1, 2, 3\n", "line 2: there are 3 columns; the heading has 2"),
         ("time, x, x\n0, 1, 2\n1, 2, 3\n", "two columns are called 'x'; each needs a name of its own"),

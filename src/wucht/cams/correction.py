@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from wucht.numerics.harmonics import Harmonics, even_angles
 _SAMPLES = 2048  # of a turn: orders up to a quarter of that are free of aliasing for any motion worth making
 _PHASES = (1.0, 5.0)  # degrees by which the speed may be out of phase with the shaft
 _SHARES = (0.9, 1.1)  # times the fluctuation
+_SPEEDS = (1.1, 0.9)  # times the mean speed, with the same fluctuation in rad/s
+_SIDES = 4  # phases of an order, over half a turn, of which the worst counts: the other half is the same to first order
 _NONE = 1e-9  # of the largest order of the law's acceleration: less is none
 _MOST_ORDERS = _SAMPLES // 8  # of a law: one with more of them is taken to have no end
 
@@ -106,52 +109,100 @@ class Residual:
     share: float
 
 
+_Ways = list[tuple[CorrectedLaw, ShaftMotion]]  # cams, and the shafts that turn them
+
+
 def residuals(law: Law, count: int | None, shaft: ShaftMotion) -> tuple[Residual, ...]:
     """How clean the motion of the corrected cam stays where its shaft turns otherwise than it was made for.
 
-    count: N, the orders of the law, or None: see ``Purity``. A speed that changes as a whole, all fluctuations with it, changes
-    nothing. What would make the shaft turn back is left out.
+    count: N, the orders of the law, or None: see ``Purity``. Where something may be off either way the worse one counts. A
+    speed that changes as a whole, all fluctuations with it, changes nothing. What would make the shaft turn back is left out.
     """
     purity = Purity.of(law, count)
-    return tuple(
-        Residual(what, purity.share(orders(MotionOverTime(cam, actual)))) for what, cam, actual in _otherwise(law, shaft)
-    )
+    return tuple(Residual(what, _worst(purity, ways)) for what, ways in _otherwise(law, shaft) if ways)
 
 
-def _otherwise(law: Law, shaft: ShaftMotion) -> Iterator[tuple[str, CorrectedLaw, ShaftMotion]]:
-    """What is not as the cam was made for, in words, the cam, and the shaft that turns it."""
+def _worst(purity: Purity, ways: _Ways) -> float:
+    return max(purity.share(orders(MotionOverTime(cam, actual))) for cam, actual in ways)
+
+
+def _otherwise(law: Law, shaft: ShaftMotion) -> Iterator[tuple[str, _Ways]]:
+    """What is not as the cam was made for, in words, and the ways in which it may be so."""
     cam = CorrectedLaw(law, shaft)
-    yield "as measured", cam, shaft
+    yield "as measured", [(cam, shaft)]
     for degrees in _PHASES:
-        turned = CorrectedLaw(law, shaft, math.radians(degrees))
-        yield f"the phase of the speed, or the cam on its shaft, off by {degrees:g}°", turned, shaft
+        turned = [CorrectedLaw(law, shaft, math.radians(by)) for by in (degrees, -degrees)]
+        yield f"the phase of the speed, or the cam on its shaft, off by {degrees:g}°", [(one, shaft) for one in turned]
     for share in _SHARES:
-        with suppress(InputError):
-            yield f"{share:.0%} of the fluctuation", cam, shaft.scaled(share)
+        yield f"{share:.0%} of the fluctuation", [(cam, other) for other in _scaled(shaft, share)]
+    speeds = [(cam, other) for by in _SPEEDS for other in _scaled(shaft, 1 / by)]
+    off = "off by" if len(speeds) == len(_SPEEDS) else "higher by"  # at the lower one a strong fluctuation would turn back
+    yield f"a mean speed {off} {_SPEEDS[0] - 1:.0%}, the fluctuation the same in rad/s", speeds
     for j in (np.flatnonzero(shaft.speed.amplitudes) + 1).tolist():
         with suppress(InputError):
-            yield f"order {j} left out of the correction", CorrectedLaw(law, shaft.without(j)), shaft
-    yield "a shaft that turns evenly", cam, shaft.scaled(0.0)
+            yield f"order {j} left out of the correction", [(CorrectedLaw(law, shaft.without(j)), shaft)]
+    yield "a shaft that turns evenly", [(cam, shaft.scaled(0.0))]
+
+
+def _scaled(shaft: ShaftMotion, by: float) -> list[ShaftMotion]:
+    """With a fluctuation so many times as large; none where it would turn back."""
+    with suppress(InputError):
+        return [shaft.scaled(by)]
+    return []
+
+
+def left_by_order(law: Law, count: int | None, shaft: ShaftMotion, order: int, amplitude: float) -> float:
+    """What is left of the cam for this shaft if its speed has an order more: as a share of order 1, as in ``residuals``.
+
+    amplitude: of that order in rad/s. Its phase is not known: the worst counts. Raises ``InputError`` (speed) where the shaft
+    would turn back.
+    """
+    cam, ways = CorrectedLaw(law, shaft), _Ways()
+    for phase in np.pi * np.arange(_SIDES) / _SIDES:
+        wave = np.zeros(max(order, shaft.speed.count), complex)
+        wave[: shaft.speed.count] = shaft.speed.cosine + 1j * shaft.speed.sine
+        wave[order - 1] += amplitude * np.exp(1j * phase)
+        ways.append((cam, ShaftMotion(Harmonics(shaft.mean, wave.real, wave.imag))))
+    return _worst(Purity.of(law, count), ways)
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
     """A measured acceleration of the output beside the computed one. measured, computed: orders, of one unit. share: of the
-    measured mean square that the computed one explains."""
+    measured orders' mean square that the computed ones explain."""
 
     measured: Harmonics
     computed: Harmonics
     share: float
 
+    @cached_property
+    def delayed(self) -> tuple[float, float]:
+        """By how much in rad of tau, within half a turn, the measured one comes after the computed one where they agree best,
+        and the share that is explained then."""
+        m, c = (series.cosine - 1j * series.sine for series in (self.measured, self.computed))
+        product = m[: len(c)].conj() * c
+        agreement = Harmonics(0.0, product.real, product.imag)  # over the delay
+        at = agreement.stationary()
+        best = float(at[np.argmax(agreement(at))])
+        measured, computed = (float((series.amplitudes**2).sum()) for series in (self.measured, self.computed))
+        share = (2 * float(agreement(best)) - computed) / measured
+        return math.remainder(best, 2 * math.pi), share
+
 
 def compared(acceleration: Harmonics, law: Law, shaft: ShaftMotion) -> Comparison:
-    """004, figures 2 and 4: orders of a measured acceleration (in rad/s^2 or m/s^2) and of what the cam should make."""
+    """004, figures 2 and 4: orders of a measured acceleration (in rad/s^2 or m/s^2) and of what the cam should make.
+
+    Raises ``InputError`` (acceleration) where it has no orders.
+    """
     if not acceleration.count:
         raise InputError("acceleration", None, "the measured acceleration must have orders")
+    total = float((acceleration.amplitudes**2).sum())
+    if total <= (_NONE * acceleration.mean) ** 2:
+        allowed = f"this record holds no orders, it is {acceleration.mean:.4g} all the time: is it the right column?"
+        raise InputError("acceleration", None, allowed)
     found, scale = orders(MotionOverTime(law, shaft)), shaft.mean**2
     count = min(acceleration.count, found.count)
     computed = Harmonics(0.0, scale * found.cosine[:count], scale * found.sine[:count])
     off = np.hypot(acceleration.cosine[:count] - computed.cosine, acceleration.sine[:count] - computed.sine)
-    total = float((acceleration.amplitudes**2).sum())
     rest = float((off**2).sum() + (acceleration.amplitudes[count:] ** 2).sum())
-    return Comparison(acceleration, computed, 1 - rest / total if total else math.nan)
+    return Comparison(acceleration, computed, 1 - rest / total)

@@ -116,12 +116,12 @@ class CamDrive:
             n: {"kind": t.kind, **t.model_dump(mode="json", exclude_none=True)} for n, t in tables.items() if t is not None
         }
         if self.speed is not None and self.speed.file is not None:
-            facts["speed"]["contents"] = self._contents(self.speed.file)
+            facts["speed"]["contents"] = self.contents(self.speed.file)
         if self.shaft is not None and self.shaft.drive is not None and isinstance(self.shaft.drive.get("file"), str):
-            facts["shaft"]["contents"] = self._contents(self.shaft.drive["file"])
+            facts["shaft"]["contents"] = self.contents(self.shaft.drive["file"])
         return {"title": self.title, **facts}
 
-    def _contents(self, name: str) -> str:
+    def contents(self, name: str) -> str:
         """Of a file, so that a changed one is another question. Empty where it cannot be read: the study says so."""
         try:
             return hashlib.sha256((self.folder / name).read_bytes()).hexdigest()

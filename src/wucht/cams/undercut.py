@@ -33,6 +33,7 @@ _NEAREST = 16  # golden sections of two steps: to 1e-6 rad, and what is least to
 _SHRINKINGS = 60  # at most; a few are enough
 _STRAIGHT_EDGE = 1e4  # diameters of the curve: a ball so large is a straight edge, and sets no limit
 _BETWEEN = 1.02  # times the smallest ball: those at the angles of the grid beside it are no larger
+_LEAF = 128  # points that the tree compares one by one: from the centre of a ball many are about as far
 _EDGE = 1e-12  # of 1: so little is left at an edge
 _STRAIGHT = 1e-9  # 1/diameter of the curve: less is no curvature
 _ROWS = 256  # cam angles at a time that are held against all faces
@@ -91,7 +92,7 @@ class _Side:
 
         points = self.curve(GRID)
         widest = _STRAIGHT_EDGE * 2 * float(np.abs(points - points.mean()).max())
-        return points, widest, cKDTree(_plane(points))
+        return points, widest, cKDTree(_plane(points), _LEAF)
 
     def limit(self, ball: float) -> float:
         """The radius of a ball as a limit: infinite where the ball is a straight edge."""

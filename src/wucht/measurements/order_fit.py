@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wucht.errors import InputError
-from wucht.measurements.order_checks import check_samples, check_unit, scale_warning
+from wucht.measurements.order_checks import check_outliers, check_samples
 from wucht.measurements.order_regression import Fit, Mean, OrderModel, scaled_gram
-from wucht.measurements.order_residual import LeftOutOrder, drift, left_out_orders
+from wucht.measurements.order_residual import LeftOutOrder, drift, left_out_orders, roughness
 from wucht.measurements.order_start import START_BLOCKS, block_means, mean_speed, middle, start
-from wucht.measurements.order_warnings import warnings_of
+from wucht.measurements.order_warnings import unexplained_warning, warnings_of
+from wucht.measurements.repetition import check_repetition, scale_warning
 from wucht.measurements.shaft_signal import TURN, ShaftSignal, mean_direction
 from wucht.numerics.harmonics import Harmonics
 
@@ -123,28 +124,36 @@ def fit_orders(
     too, and without one 0 s of the record's clock. look_up_to: the highest order that is looked for in the residual.
 
     Raises ``InputError`` for orders that are no whole numbers from 1, a record shorter than a turn, in which whole turns are
-    missing, with too few samples a turn, a shaft that stands or turns backwards, and orders that cannot be told apart.
+    missing, with too few samples a turn or samples that stick out, a shaft that stands or turns backwards, numbers that repeat
+    as if they were in another unit, and orders that cannot be told apart.
     """
-    chosen = _checked(orders)
+    chosen = checked_orders(orders)
+    check_outliers(shaft)
     model = OrderModel(chosen, Mean.SPEED if shaft.quantity == "speed" else Mean.ANGLE)
     centre = float(shaft.time[0] + shaft.time[-1]) / 2
     time = shaft.time - centre
     omega = mean_speed(time, shaft.values, model.mean)
-    check_unit(shaft, time, omega, chosen)
+    suspected = check_repetition(shaft, omega, chosen)
     check_samples(shaft, omega, chosen)
     blocks = block_means(time, shaft.values, TURN / omega / chosen[-1] / START_BLOCKS)
     first = start(model, *blocks, omega)
     fit = model.fit(time, shaft.values, first.theta)
     _check_fit(shaft, model, fit, omega)
     found = _with_origin(_result(shaft, model, fit, centre), shaft.index, origin)
-    found = replace(found, warnings=found.warnings + scale_warning(model, *blocks, first))
     most = max(_MOST_LEFT_OUT, 2 * found.orders[-1]) if look_up_to is None else look_up_to
     left = _left_out(shaft, model, fit, time, most)
-    texts = warnings_of(found.speed, found.orders, found.amplitude_errors, left, drift(model, fit, *blocks))
-    return replace(found, left_out=left, warnings=found.warnings + texts)
+    drifted = drift(model, fit, *blocks)
+    told = suspected or scale_warning(shaft, chosen, found.speed.mean)
+    if not told:
+        samples = middle(time, shaft.values, _RESIDUAL_TURNS * TURN / found.speed.mean)
+        rough = roughness(model, fit, *blocks), roughness(model, fit, *samples)
+        told = unexplained_warning(found.explained, rough, left, drifted[1])
+    texts = warnings_of(found.speed, found.orders, found.amplitude_errors, left, drifted)
+    return replace(found, left_out=left, warnings=shaft.warnings + found.warnings + told + texts)
 
 
-def _checked(orders: Sequence[int]) -> np.ndarray:
+def checked_orders(orders: Sequence[int]) -> np.ndarray:
+    """The orders chosen (K,), increasing. Raises ``InputError`` for none, one that is no whole number from 1, and one twice."""
     allowed = "the orders must be different whole numbers, 1 or more, such as [2, 3, 4]"
     whole = all(not isinstance(j, bool) and isinstance(j, int | np.integer) and j >= 1 for j in orders)
     if not len(orders) or not whole or len(set(orders)) < len(orders):

@@ -1,4 +1,4 @@
-"""What is left of a record when its orders are taken out: other orders, a drift."""
+"""What is left of a record when its orders are taken out: other orders, a drift, noise."""
 
 from __future__ import annotations
 
@@ -51,10 +51,24 @@ def left_out_orders(
 
 def drift(model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray) -> tuple[float, float]:
     """By how much the speed rises over the record, in rad/s, and the share of the residual's square that this is."""
-    starts = range(0, len(time), _AT_ONCE)
-    rest = np.concatenate([model.rows(time[i : i + _AT_ONCE], values[i : i + _AT_ONCE], fit.theta)[-1] for i in starts])
+    rest = _rest(model, fit, time, values)
     course = time**2 / 2 if model.mean is Mean.ANGLE else time
     course = course - course.mean()
     slope = float(course @ rest / (course @ course))
     share = slope**2 * float(np.mean(course**2)) / fit.variance if fit.variance > 0 else 0.0
     return slope * float(time[-1] - time[0]), share
+
+
+def roughness(model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray) -> float:
+    """Of the residual: the mean square of successive differences over that of the values; 2 for noise, less for what is smooth.
+
+    time, values (B,): samples, or block means.
+    """
+    rest = _rest(model, fit, time, values)
+    power = float(np.mean((rest - rest.mean()) ** 2))
+    return float(np.mean(np.diff(rest) ** 2)) / power if power > 0 else 2.0
+
+
+def _rest(model: OrderModel, fit: Fit, time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    starts = range(0, len(time), _AT_ONCE)
+    return np.concatenate([model.rows(time[i : i + _AT_ONCE], values[i : i + _AT_ONCE], fit.theta)[-1] for i in starts])

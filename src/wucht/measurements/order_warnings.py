@@ -13,6 +13,9 @@ _ERRORS = 3.0  # standard errors: an order above is there
 _ROUNDING = 1e-9  # of omega: an order below is none
 _MATTERS = 1e-3  # of omega: an order that is left out
 _SHARE = 0.05  # of the residual's square, by a drift
+_HALF = 0.5  # of a fluctuation, or of what is left of it
+_ROUGH = 1.0  # of block means: smoother ones are no noise
+_ROUGH_SAMPLES = 0.5  # of samples, likewise; these may be few in a period
 
 
 def warnings_of(
@@ -32,12 +35,36 @@ def warnings_of(
             found = next((o for o in left if o.order == order), None)
             if found and found.amplitude > max(_ERRORS * found.error, _MATTERS * omega):
                 texts.append(_left_out(order, found.amplitude / omega))
-    if drifted[1] > _SHARE and abs(drifted[0]) > _MATTERS * omega:
+    if drifts(omega, drifted):
         texts.append(
             f"The speed drifts by {drifted[0]:+.3g} rad/s over the record, which orders of one constant speed cannot follow: "
             "cut the record to a part of constant mean speed."
         )
     return tuple(texts)
+
+
+def drifts(omega: float, drifted: tuple[float, float]) -> bool:
+    """Whether a speed drifts. drifted: by how much in rad/s, and the share of the residual's square."""
+    return drifted[1] > _SHARE and abs(drifted[0]) > _MATTERS * omega
+
+
+def unexplained_warning(
+    explained: float, rough: tuple[float, float], left: tuple[LeftOutOrder, ...], drifted: float
+) -> tuple[str, ...]:
+    """A sentence where the orders kept explain less than half of a fluctuation that is no noise, no drift and no other orders.
+
+    explained: the share. rough: of the residual, of block means and of samples, see ``roughness``. drifted: the share of its
+    square by a drift.
+    """
+    others = sum(o.share for o in left if o.amplitude > _ERRORS * o.error)
+    noise = rough[0] > _ROUGH and rough[1] > _ROUGH_SAMPLES
+    if explained > _HALF or noise or others > _HALF or drifted > _HALF:
+        return ()
+    return (
+        f"The orders kept explain {_percent(explained)} of the fluctuation, and the rest is no noise from sample to sample, no "
+        "drift and in no other whole order: it does not repeat with the speed that the numbers say. Check unit and scale, of "
+        "pulses pulses_per_turn, and whether this is the shaft of the cam.",
+    )
 
 
 def _kept(order: int, share: float) -> str:

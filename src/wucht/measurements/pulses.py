@@ -7,21 +7,26 @@ import numpy as np
 from wucht.errors import InputError
 from wucht.measurements.recording import TIME, Channel
 
-_HYSTERESIS = 0.2  # of the swing, to each side of the middle
+HYSTERESIS = 0.2  # of the swing, to each side of the middle
 _AROUND = 5  # intervals, whose median is what one should be
 _MISSING = 1.6  # times that: a pulse is missing
 _FALSE = 1.2  # times that, of two together: a false pulse cuts one in two
 _TIMES = ("s", "ms", "us", "µs", "ns")
 
 
-def pulse_times(channel: Channel, level: float | None = None, hysteresis: float = _HYSTERESIS, least: int = 2) -> np.ndarray:
+def holds_instants(channel: Channel) -> bool:
+    """Whether a channel is a list of instants, being in a unit of time, and not a signal."""
+    return channel.unit in _TIMES
+
+
+def pulse_times(channel: Channel, level: float | None = None, hysteresis: float = HYSTERESIS, least: int = 2) -> np.ndarray:
     """The instants (m,) of the pulses of a channel, in s.
 
     A channel in a unit of time holds the instants themselves. Any other is a signal, square or not, whose rising crossings of a
     level are pulses; see ``rising_crossings``. Raises ``InputError`` for fewer pulses than the least, and instants that
     do not increase.
     """
-    if channel.unit in _TIMES:
+    if holds_instants(channel):
         times = channel.in_si(TIME).values
         return Channel(channel.source, channel.name, "s", times, times).time
     times = rising_crossings(channel, level, hysteresis)
@@ -31,7 +36,7 @@ def pulse_times(channel: Channel, level: float | None = None, hysteresis: float 
     return times
 
 
-def rising_crossings(channel: Channel, level: float | None = None, hysteresis: float = _HYSTERESIS) -> np.ndarray:
+def rising_crossings(channel: Channel, level: float | None = None, hysteresis: float = HYSTERESIS) -> np.ndarray:
     """Where a signal rises through a level (m,), in s, interpolated between samples.
 
     level: by default half-way between the least and the greatest value. hysteresis: share of that swing by which the signal
@@ -51,8 +56,11 @@ def rising_crossings(channel: Channel, level: float | None = None, hysteresis: f
     return np.asarray(time[before] + share * (time[before + 1] - time[before]))
 
 
-def check_even(times: np.ndarray, where: str) -> None:
-    """Raises ``InputError`` where a pulse is missing, or is one too many, among the instants (m,): by the intervals around."""
+def check_even(times: np.ndarray, where: str, remedy: str = "take it out") -> None:
+    """Raises ``InputError`` where a pulse is missing, or is one too many, among the instants (m,): by the intervals around.
+
+    remedy: what to do about a pulse too many, other than to cut the record.
+    """
     steps = np.diff(times)
     if len(steps) < _AROUND:
         return
@@ -69,5 +77,5 @@ def check_even(times: np.ndarray, where: str) -> None:
     false = np.flatnonzero(steps[:-1] + steps[1:] < _FALSE * np.minimum(usual[:-1], usual[1:]))
     if len(false):
         i = int(false[0]) + 1
-        allowed = f"there is a pulse too many near {times[i]:.6g} s: raise the hysteresis, or cut the record there"
+        allowed = f"there is a pulse too many near {times[i]:.6g} s: {remedy}, or cut the record there"
         raise InputError(where, None, allowed)

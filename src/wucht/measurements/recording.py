@@ -14,6 +14,7 @@ TIME = Unit("s", "time")
 SPEED = Unit("rad/s", "angular speed")
 ANGLE = Unit("rad", "angle")
 FULL_SCALE = "of full scale"  # the unit of a sound file's samples, which are between -1 and 1
+_OF_FULL_SCALE = "a sound file has no units; say of how many {0} full scale is with the keys scale = NUMBER and unit = '{0}'"
 _GRAVITY = 9.80665  # m/s^2: accelerometers state g, which elsewhere is a gram
 
 
@@ -61,9 +62,7 @@ class Channel:
         Raises ``InputError`` for a channel of another dimension, an unknown unit, and a sound that was given no scale.
         """
         if self.unit == FULL_SCALE:
-            raise InputError(
-                self.where, None, f"a sound file has no units; say of how many {unit.si} full scale is: scaled(NUMBER, UNIT)"
-            )
+            raise InputError(self.where, None, _OF_FULL_SCALE.format(unit.si))
         factor = self._factor(unit) if self.unit else 1.0
         return replace(self, unit=unit.si, values=self.values if factor == 1.0 else factor * self.values)
 
@@ -73,12 +72,21 @@ class Channel:
         try:
             return unit.parse(f"1 {self.unit}")
         except ValueError as error:
-            allowed = f"{error}; if the file is wrong, say what its numbers are: scaled(1, {unit.si!r})"
+            allowed = f"{error}; if the file is wrong, say what its numbers are with the key unit, as in unit = '{unit.si}'"
             raise InputError(self.where, self.unit, allowed) from None
 
     def scaled(self, factor: float, unit: str) -> Channel:
         """The values times a factor, which then are in that unit: the scale of a sound file, or another sign."""
         return replace(self, unit=unit, values=factor * self.values)
+
+    def corrected(self, unit: str | None = None, scale: float | None = None) -> Channel:
+        """With a unit instead of the one that the file states, and the values times a factor, as far as they are given.
+
+        Raises ``InputError`` for the unit of a sound without a factor.
+        """
+        if unit is not None and scale is None and self.unit == FULL_SCALE:
+            raise InputError(self.where, None, _OF_FULL_SCALE.format(unit))
+        return self if unit is None and scale is None else self.scaled(1.0 if scale is None else scale, unit or self.unit)
 
 
 @dataclass(frozen=True, eq=False)

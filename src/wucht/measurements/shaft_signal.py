@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+import re
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from wucht.errors import InputError
-from wucht.measurements.pulses import check_even, pulse_times
+from wucht.measurements.pulses import HYSTERESIS, check_even, holds_instants, pulse_times
 from wucht.measurements.recording import ANGLE, SPEED, Channel, Recording
+from wucht.quantities import Unit
 
 Quantity = Literal["speed", "angle", "pulses"]
 TURN = 2 * math.pi
 _LONGEST_STEP = 0.4  # turns: over longer steps a wrapped angle may have gone either way
 _STANDS = 1e-9  # rad: no larger angle is a motion
+_A_SECOND = re.compile(r"1\s*/\s*s(?:ec|ek)?|s\s*\^?\s*(?:-1|⁻¹)", re.IGNORECASE)
+_NAMES: tuple[tuple[str, Quantity], ...] = (
+    ("speed|drehzahl|drehgeschwindigkeit|winkelgeschwindigkeit", "speed"),
+    ("angle|winkel(?!beschleunigung)|drehwinkel", "angle"),
+    ("pulse|impuls", "pulses"),
+)
 
 
 @dataclass(frozen=True, eq=False)
 class ShaftSignal:
     """The speed in rad/s or the angle in rad, not wrapped, of a shaft at times (n,) in s.
 
-    where: file and column. index: instants in s at which the shaft stands at its zero; none without an index pulse.
-    unit_stated: False where nobody said that the numbers are in SI.
+    where: file and column. index: instants in s at which the shaft stands at its zero; none without an index pulse. unit: that
+    of the numbers as they were recorded, "" where nobody said one. per_turn: of pulses. warnings: what to check, in sentences.
     """
 
     where: str
@@ -31,7 +39,15 @@ class ShaftSignal:
     time: np.ndarray
     values: np.ndarray
     index: np.ndarray = field(default_factory=lambda: np.empty(0))
-    unit_stated: bool = True
+    unit: str = ""
+    per_turn: int | None = None
+    warnings: tuple[str, ...] = ()
+
+    def stated(self, speed: float) -> str:
+        """A speed in rad/s in the unit of the record, for sentences."""
+        if self.quantity != "speed" or not self.unit:
+            return f"{speed:.5g} rad/s"
+        return f"{speed / SPEED.parse(f'1 {self.unit}'):.5g} {self.unit}"
 
     def speed(self) -> tuple[np.ndarray, np.ndarray]:
         """Times in s and the speed in rad/s: that measured, or the differences of the angle in the middle between samples."""
@@ -63,16 +79,23 @@ def mean_direction(angles: np.ndarray) -> float:
     return float(np.angle(np.exp(1j * angles).mean()))
 
 
-def speed_signal(channel: Channel, index: Channel | None = None) -> ShaftSignal:
+def speed_signal(channel: Channel, index: Channel | None = None, hysteresis: float = HYSTERESIS) -> ShaftSignal:
     """Of a speed, in any unit of angular speed; without one in rad/s. index: a channel of pulses, one a turn.
 
-    Raises ``InputError`` for a unit of another dimension.
+    hysteresis: of the pulses of the index. Raises ``InputError`` for a unit of another dimension.
     """
-    speed = channel.in_si(SPEED)
-    return ShaftSignal(channel.where, "speed", speed.time, speed.values, _index(index), bool(channel.unit))
+    told: tuple[str, ...] = ()
+    if _A_SECOND.fullmatch(channel.unit):
+        told = (
+            f"{channel.where}: {channel.unit!r} does not say whether turns or radians, and is read as turns a second, as "
+            'rotational frequencies are written; else give unit = "rad/s".',
+        )
+        channel = replace(channel, unit="Hz")
+    speed, zero = channel.in_si(SPEED), _index(index, hysteresis)
+    return ShaftSignal(channel.where, "speed", speed.time, speed.values, zero, channel.unit, warnings=told)
 
 
-def angle_signal(channel: Channel, index: Channel | None = None) -> ShaftSignal:
+def angle_signal(channel: Channel, index: Channel | None = None, hysteresis: float = HYSTERESIS) -> ShaftSignal:
     """Of an angle, in any unit of angle; without one in rad. One that jumps back after each turn (or several) is unwrapped.
 
     Raises ``InputError`` for a unit of another dimension, an angle that stands still, and a wrapped one in too long steps.
@@ -80,10 +103,10 @@ def angle_signal(channel: Channel, index: Channel | None = None) -> ShaftSignal:
     angle = channel.in_si(ANGLE)
     if np.ptp(angle.values) < _STANDS:
         raise InputError(channel.where, None, "the angle is constant: the shaft does not turn; is this the right column?")
-    return ShaftSignal(channel.where, "angle", angle.time, _unwrapped(angle), _index(index), bool(channel.unit))
+    return ShaftSignal(channel.where, "angle", angle.time, _unwrapped(angle), _index(index, hysteresis), channel.unit)
 
 
-def pulse_signal(channel: Channel, per_turn: int, index: Channel | None = None) -> ShaftSignal:
+def pulse_signal(channel: Channel, per_turn: int, index: Channel | None = None, hysteresis: float = HYSTERESIS) -> ShaftSignal:
     """Of an encoder's pulses: their instants (a channel in a unit of time), or a signal that rises at each of them.
 
     per_turn: pulses a turn. The angle is zero at the first pulse, or, with an index, there. Raises ``InputError`` for pulses
@@ -91,47 +114,61 @@ def pulse_signal(channel: Channel, per_turn: int, index: Channel | None = None) 
     """
     if isinstance(per_turn, bool) or int(per_turn) != per_turn or per_turn < 1:
         raise InputError(channel.where, per_turn, "the pulses per turn must be a whole number, 1 or more")
-    times = pulse_times(channel)
-    check_even(times, channel.where)
-    return ShaftSignal(channel.where, "angle", times, TURN / per_turn * np.arange(len(times)), _index(index))
+    times, zero = pulse_times(channel, hysteresis=hysteresis), _index(index, hysteresis)
+    remedy = "take it out" if holds_instants(channel) else f"raise the hysteresis above {hysteresis:g} with the key hysteresis"
+    check_even(times, channel.where, remedy)
+    angles = TURN / per_turn * np.arange(len(times))
+    return ShaftSignal(channel.where, "angle", times, angles, zero, per_turn=per_turn)
 
 
 def shaft_signal(
-    recording: Recording, column: str, quantity: Quantity | None = None, per_turn: int | None = None, index: str | None = None
+    recording: Recording,
+    column: str,
+    quantity: Quantity | None = None,
+    per_turn: int | None = None,
+    index: str | None = None,
+    unit: str | None = None,
+    scale: float | None = None,
+    hysteresis: float | None = None,
 ) -> ShaftSignal:
     """Of the column of a record. index: the column of an index pulse.
 
-    quantity: what the column holds; by default what its name begins with ("speed", "angle" or "pulse"), else what its unit is.
+    quantity: what the column holds; by default what its name begins with (speed, angle or pulse; Drehzahl, Winkel, Impuls),
+    else what its unit is. unit: of the numbers, instead of the one that the file states. scale: a factor for them. hysteresis:
+    of pulses that are a signal; see ``rising_crossings``.
     Raises ``InputError`` where neither says so, for pulses without their number a turn, and what the three functions above do.
     """
-    channel, zero = recording.channel(column), recording.channel(index) if index is not None else None
-    found = quantity or _quantity(channel)
+    channel = recording.channel(column).corrected(unit, scale)
+    zero = recording.channel(index) if index is not None else None
+    found, away = quantity or _quantity(channel), HYSTERESIS if hysteresis is None else hysteresis
     if found == "speed":
-        return speed_signal(channel, zero)
+        return speed_signal(channel, zero, away)
     if found == "angle":
-        return angle_signal(channel, zero)
+        return angle_signal(channel, zero, away)
     if per_turn is None:
-        raise InputError(channel.where, None, "say how many pulses the encoder gives a turn")
-    return pulse_signal(channel, per_turn, zero)
+        allowed = "say how many pulses the encoder gives a turn, with the key pulses_per_turn"
+        raise InputError(channel.where, None, allowed)
+    return pulse_signal(channel, per_turn, zero, away)
 
 
 def _quantity(channel: Channel) -> Quantity:
-    names: tuple[Quantity, ...] = ("speed", "angle", "pulses")
-    for name in names:
-        if channel.name.rsplit("/", 1)[-1].strip().lower().startswith(name.removesuffix("s")):
-            return name
-    for unit, quantity in ((SPEED, names[0]), (ANGLE, names[1])):
+    for names, quantity in _NAMES:
+        if re.match(names, channel.name.rsplit("/", 1)[-1].strip(), re.IGNORECASE):
+            return quantity
+    units: tuple[tuple[Unit, Quantity], ...] = ((SPEED, "speed"), (ANGLE, "angle"))
+    for unit, quantity in units:
         try:
             if channel.unit:
                 unit.parse(f"1 {channel.unit}")
                 return quantity
         except ValueError:
             continue
-    raise InputError(channel.where, None, "say whether this column holds the speed, the angle or pulses of the shaft")
+    allowed = 'say what this column holds of the shaft, with the key quantity: "speed", "angle" or "pulses"'
+    raise InputError(channel.where, None, allowed)
 
 
-def _index(channel: Channel | None) -> np.ndarray:
-    return np.empty(0) if channel is None else pulse_times(channel, least=1)
+def _index(channel: Channel | None, hysteresis: float) -> np.ndarray:
+    return np.empty(0) if channel is None else pulse_times(channel, hysteresis=hysteresis, least=1)
 
 
 def _unwrapped(angle: Channel) -> np.ndarray:

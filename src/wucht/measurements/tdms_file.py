@@ -12,6 +12,7 @@ from wucht.measurements.optional_library import library, reading, unique
 from wucht.measurements.recording import TIME, Channel, Recording
 
 _TIMES = ("time", "t", "zeit")
+_TAG = b"TDSm"
 
 
 def read_tdms(path: Path) -> Recording:
@@ -22,6 +23,7 @@ def read_tdms(path: Path) -> Recording:
     """
     nptdms = library("nptdms", path)
     with reading(path, "a TDMS file"):
+        _check_tag(path)
         channels = [c for group in nptdms.TdmsFile.read_metadata(path).groups() for c in group.channels()]
         names = unique([c.name for c in channels], [f"{c.group_name}/{c.name}" for c in channels])
     places = {name: (c.group_name, c.name) for name, c in zip(names, channels, strict=True)}
@@ -34,6 +36,13 @@ def read_tdms(path: Path) -> Recording:
             return Channel(str(path), name, _unit(channel), time, np.asarray(channel[:]))
 
     return Recording(str(path), tuple(names), load)
+
+
+def _check_tag(path: Path) -> None:
+    """Raises ``ValueError`` for a file that is none: nptdms finds no channels in it, and says nothing."""
+    with path.open("rb") as file:
+        if file.read(len(_TAG)) != _TAG:
+            raise ValueError(f"it does not begin with {_TAG.decode()}")
 
 
 def _unit(channel: Any) -> str:

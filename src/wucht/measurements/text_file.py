@@ -11,11 +11,14 @@ import numpy as np
 
 from wucht.errors import InputError
 from wucht.files.documents import read_text
-from wucht.measurements.recording import TIME, Channel, Recording
+from wucht.measurements.recording import ANGLE, SPEED, TIME, Channel, Recording
+from wucht.quantities import Unit
 
 _TIMES = ("time", "t", "zeit", "times", "timestamp")
+_KNOWN = (TIME, SPEED, ANGLE, Unit("m/s^2", "acceleration"), Unit("rad/s^2", "angular acceleration"))
 _HEADING = re.compile(r"([^\[(]*?)\s*(?:\[(.*)\]|\((.*)\))?")  # name, name [unit] or name (unit)
 _BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
+_UNIT_IN_WORDS = re.compile(r"\S.*\sin (\S+)")  # Drehzahl in 1/min; the name is then all of it
 _UNITS_ALONE = ("s", "ms", "rpm", "rad/s", "deg/s", "Hz", "rad", "deg", "°", "V", "mV", "m/s^2")
 
 
@@ -41,7 +44,7 @@ def read_text_file(path: Path) -> Recording:
     lines = _text(path).splitlines()
     layout = _layout(str(path), lines)
     table = _table(str(path), lines, layout)
-    clock = next((i for i, n in enumerate(layout.names) if n.lower() in _TIMES), 0)
+    clock = next((i for i, n in enumerate(layout.names) if n.lower().split(" in ")[0] in _TIMES), 0)
     rows = np.arange(len(table))
     time = Channel(str(path), layout.names[clock], layout.units[clock], rows, table[:, clock]).in_si(TIME).values
     if len(layout.names) == 1:
@@ -97,10 +100,23 @@ def _heading(heading: list[list[str]], count: int) -> tuple[list[str], list[str]
         parts = _HEADING.fullmatch(cell)
         name, unit = (parts[1], (parts[2] or parts[3] or "").strip()) if parts else (cell, "")
         names.append(name or unit or str(i + 1))
-        units.append(unit or (name if name in _UNITS_ALONE else ""))
+        in_words = _UNIT_IN_WORDS.fullmatch(name)
+        told = in_words[1] if in_words and _is_unit(in_words[1]) else ""
+        units.append(unit or told or (name if name in _UNITS_ALONE else ""))
     if len(heading) == 2 and len(heading[1]) == len(names):
         units = [u or c.strip("[]()- ") for u, c in zip(units, heading[1], strict=True)]
     return names, units
+
+
+def _is_unit(text: str) -> bool:
+    """Whether it is one of those in which motions are recorded."""
+    for known in _KNOWN:
+        try:
+            known.parse(f"1 {text}")
+        except ValueError:
+            continue
+        return True
+    return text == "g"
 
 
 def _table(source: str, lines: list[str], layout: _Layout) -> np.ndarray:
@@ -126,6 +142,9 @@ def _located(source: str, lines: list[str], layout: _Layout) -> InputError:
         cells = _cells(held, layout.separator)
         if not held:
             continue
+        empty = _first_empty(held, layout)
+        if empty is not None:
+            return _without_value(source, lines, layout, number, empty)
         if len(cells) != len(layout.names):
             allowed = f"line {number}: there must be {len(layout.names)} columns; these are {len(cells)}"
             return InputError(source, None, allowed)
@@ -133,6 +152,29 @@ def _located(source: str, lines: list[str], layout: _Layout) -> InputError:
             if not _is_number(cell, layout.separator) or not math.isfinite(_float(cell, layout.separator)):
                 return InputError(f"{source}: {name}", None, f"line {number}: {cell[:40]!r} is no finite number")
     return InputError(source, None, f"the rows must be of {len(layout.names)} numbers each")
+
+
+def _first_empty(held: str, layout: _Layout) -> int | None:
+    """The number, from 0, of the first column that has nothing between its separators in a line."""
+    if layout.separator is None:
+        return None
+    cells = [c.strip().strip('"').strip() for c in held.split(layout.separator)]
+    return next((i for i, c in enumerate(cells[: len(layout.names)]) if not c), None)
+
+
+def _without_value(source: str, lines: list[str], layout: _Layout, number: int, column: int) -> InputError:
+    """The error of a column without a value in a line, and as it may be, in all that follow: it was recorded for less long."""
+    held = [line.split("#", 1)[0].strip() for line in lines[layout.first :]]
+    before = sum(1 for line in held[: number - 1 - layout.first] if line)
+    after = [line for line in held[number - 1 - layout.first :] if line]
+    ends = len(after) > 1 and all(_first_empty(line, layout) == column for line in after)
+    allowed = f"line {number}: there is no value; fill it in, or take the row out"
+    if ends:
+        allowed = (
+            f"this channel ends early: it has {before} values, and none from line {number} on, where others go on to "
+            f"{before + len(after)}; cut all columns at line {number}, or write this one into a file of its own"
+        )
+    return InputError(f"{source}: {layout.names[column]}", None, allowed)
 
 
 def _is_number(cell: str, separator: str | None) -> bool:

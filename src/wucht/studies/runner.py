@@ -82,7 +82,7 @@ def run(
         spec.refuse_units()
     plan = study.prepare(spec, subject)
     solve = study.run  # loaded before units are read back, which are of its classes
-    question: dict[str, Any] = json.loads(to_json({"study": spec.asked(), "machine": subject_is.facts}))
+    question: dict[str, Any] = json.loads(to_json({"study": spec.asked_of(subject), "machine": subject_is.facts}))
     memory, notes = Memory(), list[str]()
     if folder is not None:
         folder = prepare_folder(folder, files)
@@ -155,15 +155,25 @@ def _resumable(folder: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[x
 
 
 def _differences(before: Any, now: Any, path: str = "") -> dict[str, str]:
-    """In which keys two questions differ, and how, in words."""
+    """In which keys two questions differ, and how, in words. ``contents`` is the hash of a table's file."""
     if isinstance(before, Mapping) and isinstance(now, Mapping):
         differing: dict[str, str] = {}
         for key in [*before, *(k for k in now if k not in before)]:
+            if key == "contents" and before.get(key) != now.get(key):
+                if _file_of(before) == _file_of(now):
+                    differing[f"{path}file"] = f"the record {_file_of(now)} has changed"
+                continue
             inner = path if key in ("machine", "parameters") else f"{path}{key}."
             differing |= _differences(before.get(key), now.get(key), inner)
         return differing
     name = path.removesuffix(".")
     return {} if before == now else {name: f"{name} was {_brief(before)}, now {_brief(now)}"}
+
+
+def _file_of(table: Mapping[str, Any]) -> str | None:
+    """The file that a table names, itself or a table in it."""
+    named = [t.get("file") for t in (table, *table.values()) if isinstance(t, Mapping)]
+    return next((str(n) for n in named if n is not None), None)
 
 
 def _brief(value: Any) -> str:

@@ -68,6 +68,13 @@ class Spec(Described):
         """What was asked, for a result: the keys that are given or have a default."""
         return {"kind": self.kind} | {k: v for k, v in self.model_dump(mode="json").items() if v is not None}
 
+    def asked_of(self, subject: Any) -> dict[str, Any]:
+        """The same of a subject, with all from which another answer would follow: the contents of files that it names.
+
+        Two questions with the same are one, and what is done of it is taken up again.
+        """
+        return self.asked()
+
     def refuse_units(self) -> None:
         """Raises ``InputError`` where a quantity has a unit: the subject is dimensionless."""
         for where, one, unit in self._quantities(self._written):

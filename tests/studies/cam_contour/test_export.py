@@ -1,6 +1,7 @@
 """The files of a contour for the workshop, from the command line and from Python, of the cam that was corrected too."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,11 +10,16 @@ from typer.testing import CliRunner
 import wucht
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.shaft_motion import ShaftMotion
+from wucht.cams.tables.speed import SpeedTable
 from wucht.cams.workshop.lists import read_list
 from wucht.cli import app as command_line
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
+from wucht.studies.cam_contour.prepare import prepare
+from wucht.studies.cam_contour.spec import CamContour
+from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.registry import study_of
+from wucht.studies.runner import run
 from wucht.studies.study_file import read_study, run_file
 
 UNEVEN = """
@@ -69,14 +75,12 @@ def test_a_study_without_files_for_others_says_so(tmp_path):
         wucht.export(run_file(path), tmp_path)
 
 
-def test_without_a_table_speed_the_cam_is_corrected_for_the_predicted_shaft(tmp_path):
+def test_without_a_table_speed_the_cam_is_corrected_for_the_predicted_shaft():
     """As if its predicted orders had been given; the carton pusher of the catalogue."""
-    quick = {"study.kind": "cam-contour", "study.corrected": True, "study.points": 90, "study.chord_tolerance": "20 um"}
-    found = run_file("practice/carton-pusher", quick)
-    shaft = run_file("practice/carton-pusher", {"study.cuts": 0, "study.simulate": 0}).wucht.summary["corrected"]["speed"]
-    given = {f"speed.{key}": value for key, value in shaft.items()}
-    same = run_file("practice/carton-pusher", quick | given)
-    assert found.contour_x.values == pytest.approx(same.contour_x.values, abs=1e-12)
-    assert found.wucht.summary["corrected"]["mean"] == pytest.approx(shaft["mean"])
-    even = run_file("practice/carton-pusher", quick | {"study.corrected": False})
-    assert np.abs(found.contour_x.values - even.contour_x.values).max() > 1e-4
+    pusher = read_study("practice/carton-pusher").subject
+    found = prepare(CamContour(corrected=True), pusher).lever
+    shaft = run(CamPrediction(cuts=0, simulate=0), pusher).wucht.summary["corrected"]["speed"]
+    given = prepare(CamContour(corrected=True), replace(pusher, speed=SpeedTable(**shaft))).lever
+    even, phi = prepare(CamContour(), pusher).lever, np.linspace(0, 6, 50)
+    assert found(phi) == pytest.approx(given(phi), abs=1e-11)
+    assert np.abs(found(phi) - even(phi)).max() > 1e-3

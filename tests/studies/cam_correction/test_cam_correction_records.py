@@ -11,6 +11,8 @@ from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
 from wucht.numerics.harmonics import Harmonics
+from wucht.studies.cam_correction.measured_acceleration import measured
+from wucht.studies.cam_correction.spec import Acceleration
 from wucht.studies.study_file import run_file
 
 FILE = f"""
@@ -125,7 +127,7 @@ def test_a_sensor_on_a_lever_measures_along_its_circle(tmp_path):
     heading = "time [s],speed [rad/s],index [V],acceleration [m/s^2]"
     write(tmp_path / "record.csv", heading=heading)
     given = {"file": "record.csv", "column": "acceleration", "zero": ZERO}
-    with pytest.raises(InputError, match=r"record\.csv: acceleration"):
+    with pytest.raises(InputError, match=r"record\.csv: acceleration: given 'm/s\^2'; the output turns: give study\.acceler"):
         asked(tmp_path, **{"study.acceleration": given})
     amplitude = asked(tmp_path, **{"study.acceleration": given | {"radius": "500 mm"}}).measured_amplitude.values
     assert amplitude[:5] == pytest.approx(2 * orders_of_original()[:5], rel=1e-3)
@@ -179,3 +181,63 @@ def test_rows_of_different_length(tmp_path):
     (tmp_path / "record.csv").write_text("\n".join(lines))
     with pytest.raises(InputError, match="line 51: there must be 4 columns; these are 3"):
         asked(tmp_path)
+
+
+def test_a_record_that_has_changed_is_told_by_its_name(tmp_path):
+    """Not by its hash, which the facts of the drive hold."""
+    write(tmp_path / "record.csv")
+    path = tmp_path / "drive.toml"
+    path.write_text(FILE, encoding="utf-8")
+    run_file(path, folder=tmp_path / "out")
+    write(tmp_path / "record.csv", noise=0.01)
+    with pytest.raises(InputError) as refused:
+        run_file(path, folder=tmp_path / "out", resume=True)
+    assert str(refused.value).endswith("answers another question: the record record.csv has changed")
+    (tmp_path / "record.csv").rename(tmp_path / "other.csv")
+    with pytest.raises(InputError) as refused:
+        run_file(path, {"speed.file": "other.csv"}, folder=tmp_path / "out", resume=True)
+    assert str(refused.value).endswith("another question: speed.file was 'record.csv', now 'other.csv'")
+
+
+@pytest.mark.parametrize(
+    ("heading", "keys", "turned"),
+    [
+        ("acceleration [rad/s^2]", {"scale": -1}, -1.0),
+        ("acceleration [m/s]", {"unit": "rad/s^2"}, 1.0),
+        ("acceleration", {"unit": "deg/s^2", "scale": 180 / math.pi}, 1.0),
+    ],
+)
+def test_what_is_said_of_the_acceleration(tmp_path, heading, keys, turned):
+    write(tmp_path / "record.csv", noise=0.01, heading=f"time [s],speed [rad/s],index [V],{heading}")
+    given = {"file": "record.csv", "column": "acceleration", "zero": ZERO}
+    shaft, orders_fitted = SHAFT, 15
+    found = measured(Acceleration(**given, **keys), tmp_path, "rad", orders_fitted, LAW, shaft, 0.0)
+    assert found.comparison.share == pytest.approx(1.0, abs=1e-3) if turned > 0 else found.comparison.share < 0
+    assert found.channel.unit == "rad/s^2"
+    wanted = turned * np.loadtxt(tmp_path / "record.csv", delimiter=",", skiprows=1)[:, 3]
+    assert found.channel.values == pytest.approx(wanted, rel=1e-9)
+
+
+def test_a_unit_of_the_acceleration_that_is_wrong_is_told_at_its_key(tmp_path):
+    write(tmp_path / "record.csv")
+    with pytest.raises(InputError) as refused:
+        measured(Acceleration(file="record.csv", column="acceleration", unit="mm"), tmp_path, "rad", 15, LAW, SHAFT, 0.0)
+    assert refused.value.where == "study.acceleration.unit"
+
+
+def test_a_changed_record_of_the_acceleration_is_another_question(tmp_path):
+    """It is told by its name; unchanged, the finished answer is read back."""
+    record, file = tmp_path / "acc.csv", tmp_path / "cam.toml"
+    t = np.linspace(0, 0.5, 800)
+    rows = [f"{x:.6f}, {y:.6f}" for x, y in zip(t, np.cos(500 * math.pi / 30 * t), strict=True)]
+    record.write_text("time [s], acceleration [rad/s^2]\n" + "\n".join(rows) + "\n")
+    tables = "[law]\nkind = 'harmonic'\ncoefficients = { cosine = ['5 deg', '1 deg'] }\n[speed]\nmean = '500 rpm'\n"
+    file.write_text(
+        f"[study]\nkind = 'cam-correction'\nacceleration = {{ file = 'acc.csv', column = 'acceleration' }}\n{tables}"
+    )
+    first = run_file(file, folder=tmp_path / "out")
+    again = run_file(file, folder=tmp_path / "out", resume=True)
+    assert again.attrs["elapsed_s"] == first.attrs["elapsed_s"]
+    record.write_text(record.read_text().replace("1.000000\n", "1.000001\n", 1))
+    with pytest.raises(InputError, match=r"the record acc\.csv has changed"):
+        run_file(file, folder=tmp_path / "out", resume=True)

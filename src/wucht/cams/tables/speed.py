@@ -8,10 +8,12 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from wucht.cams.shaft_motion import ShaftMotion, over_time, with_period
+from wucht.errors import InputError
 from wucht.fields import Described, si
-from wucht.measurements.order_fit import OrderFit, fit_orders
+from wucht.measurements.order_fit import OrderFit, checked_orders, fit_orders
 from wucht.measurements.reading import read_recording
-from wucht.measurements.shaft_signal import shaft_signal
+from wucht.measurements.recording import Recording
+from wucht.measurements.shaft_signal import ShaftSignal, shaft_signal
 from wucht.numerics.harmonics import Harmonics
 
 
@@ -19,21 +21,25 @@ class SpeedTable(Described):
     """mean, cosine, sine: coefficients, order 1 first. over: the time of a turn, or its angle, as order tracking gives them.
     period: of a turn, to check the mean.
 
-    file, column: a record of the speed, the angle or the pulses of an encoder; orders: those that are kept. pulses_per_turn,
-    index: of the encoder.
+    file, column: a record of the speed, the angle or the pulses of an encoder; orders: those that are kept. unit: of numbers,
+    instead of the one that the file states. scale: a factor for them; -1 where they count against the cam's turning.
+    pulses_per_turn, index: of the encoder. hysteresis: of pulses that are a signal, a share of its swing.
     """
 
     mean: float | None = si("rad/s", "mean speed", default=None, gt=0)
-    cosine: tuple[float, ...] | None = si("rad/s", "cosine coefficients", default=None)
-    sine: tuple[float, ...] | None = si("rad/s", "sine coefficients", default=None)
+    cosine: tuple[float, ...] | None = si("rad/s", "cosine coefficient", default=None)
+    sine: tuple[float, ...] | None = si("rad/s", "sine coefficient", default=None)
     over: Literal["time", "angle"] = "time"
     period: float | None = si("s", "time of a turn", default=None, gt=0)
     file: str | None = Field(None, description="file of the record")
     column: str | None = Field(None, description="column of the record")
     quantity: Literal["speed", "angle", "pulses"] | None = None
+    unit: str | None = Field(None, min_length=1, description="unit of the column's numbers")
+    scale: float | None = si("", "factor for the column's numbers", default=None)
     orders: tuple[int, ...] = Field((), description="orders that are kept")
-    pulses_per_turn: int | None = Field(None, ge=1, description="pulses of the encoder in a turn")
+    pulses_per_turn: int | None = Field(None, ge=1, description="number of encoder pulses a turn")
     index: str | None = Field(None, description="column of the index pulse")
+    hysteresis: float | None = si("", "hysteresis of the pulses as a share of their swing", default=None, ge=0, lt=0.5)
 
     @classmethod
     def where(cls) -> str:
@@ -51,6 +57,20 @@ class SpeedTable(Described):
             raise ValueError("column" if self.column is None else "orders", "a record needs a column, and the orders to keep")
         return self
 
+    @model_validator(mode="after")
+    def _of_a_record(self) -> Self:
+        for key in ("unit", "scale", "hysteresis"):
+            if self.file is None and getattr(self, key) is not None:
+                raise ValueError(key, "this is said of a record: give its file, too")
+        if self.scale == 0:
+            raise ValueError("scale", "must not be 0: all numbers would be")
+        if self.orders:
+            try:
+                checked_orders(self.orders)
+            except InputError as error:
+                raise ValueError("orders", error.allowed) from None
+        return self
+
     def measured(self, folder: Path) -> OrderFit | None:
         """The orders of the record, None without one. folder: that of the cam file. Raises ``InputError``.
 
@@ -59,18 +79,39 @@ class SpeedTable(Described):
         """
         if self.file is None or self.column is None:
             return None
-        recording = read_recording(folder / self.file)
-        signal = shaft_signal(recording, self.column, self.quantity, self.pulses_per_turn, self.index)
+        signal = self._signal(read_recording(folder / self.file), self.column)
         fit = fit_orders(signal, self.orders)
         # A speed alone does not say where the cam stands: its zero is then that of the record's clock.
         told = signal.quantity == "angle" and not len(signal.index)
         return fit.about(fit.time_of_angle()) if told else fit
 
+    def _signal(self, recording: Recording, column: str) -> ShaftSignal:
+        """Raises ``InputError``, that of a unit at its key."""
+        encoder = self.pulses_per_turn, self.index
+        try:
+            return shaft_signal(recording, column, self.quantity, *encoder, self.unit, self.scale, self.hysteresis)
+        except InputError as error:
+            if self.unit is None or error.given != self.unit:
+                raise
+            raise InputError("speed.unit", self.unit, error.allowed) from None
+
     def shaft(self, measured: OrderFit | None) -> ShaftMotion:
         """The motion of the shaft. Raises ``InputError`` where it stands still or turns back, or the mean is not 2 pi/T."""
         if measured is not None:
-            return ShaftMotion(measured.speed)
+            return _turning(measured)
         speed = Harmonics.of(self.mean or 0.0, self.cosine or (), self.sine or ())
         if self.over == "angle":
             return ShaftMotion(over_time(speed, max(4 * speed.count, 16)).speed.without_rounding())
         return ShaftMotion(speed) if self.period is None else with_period(speed, self.period)
+
+
+def _turning(measured: OrderFit) -> ShaftMotion:
+    """The motion that the orders of a record make. Raises ``InputError`` where the shaft would stand still or turn back."""
+    least = measured.speed.bounds[0]
+    if not least > 0:
+        allowed = (
+            f"with the orders kept the shaft would stand still or turn back: their speed falls to {least:.4g} rad/s, of "
+            f"{measured.speed.mean:.4g} rad/s on average; check the unit and the offset of the record, and the orders"
+        )
+        raise InputError(measured.where, None, allowed)
+    return ShaftMotion(measured.speed)

@@ -30,9 +30,10 @@ _UNITS = {"rad": Unit("rad/s^2", "angular acceleration"), "m": Unit("m/s^2", "ac
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """comparison: of the record's orders with what the cam makes. cam: which one. noise: what is left of the record, root mean
-    square, in rad/s^2 or m/s^2. turns: of the record. notes: what to check, in sentences."""
+    """channel: the record in rad/s^2 or m/s^2. comparison: of its orders with what the cam makes. cam: which one. noise: what
+    is left of the record, root mean square, in the same unit. turns: of the record. notes: what to check, in sentences."""
 
+    channel: Channel
     comparison: Comparison
     cam: str
     noise: float
@@ -47,22 +48,40 @@ def measured(asked: Acceleration, folder: Path, unit: str, most: int, law: Law, 
     cam angle is zero if nothing is said. Raises ``InputError`` for a record that cannot be read, has another dimension, is
     shorter than a turn or has gaps or too few samples.
     """
-    channel = _in_unit(read_recording(folder / asked.file).channel(asked.column), asked.radius, unit)
+    channel = _in_unit(
+        read_recording(folder / asked.file).channel(asked.column).corrected(asked.unit, asked.scale), asked, unit
+    )
     orders = np.arange(1, (asked.orders or most) + 1)
     check_samples(ShaftSignal(channel.where, "speed", channel.time, channel.values), shaft.mean, orders)
     zero = zero if asked.zero is None else asked.zero
     found, noise, speed = _fitted(channel, orders, shaft.mean, zero)
     comparison = compared(found, law, shaft)
     turns = speed * float(np.ptp(channel.time)) / TURN
-    return Measured(comparison, asked.cam, noise, turns, _notes(comparison, asked.cam, speed / shaft.mean))
+    return Measured(channel, comparison, asked.cam, noise, turns, _notes(comparison, asked.cam, speed / shaft.mean))
 
 
-def _in_unit(channel: Channel, radius: float | None, unit: str) -> Channel:
-    if radius is None:
-        return channel.in_si(_UNITS[unit])
-    if unit != "rad":
-        raise InputError("study.acceleration.radius", radius, "the output slides: there is no circle about an axis")
-    return channel.in_si(_UNITS["m"]).scaled(1 / radius, "rad/s^2")
+def _in_unit(channel: Channel, asked: Acceleration, unit: str) -> Channel:
+    """In the output's unit/s^2. Raises ``InputError``, that of a unit that was given at its key."""
+    if asked.radius is not None and unit != "rad":
+        raise InputError("study.acceleration.radius", asked.radius, "the output slides: there is no circle about an axis")
+    try:
+        found = channel.in_si(_UNITS[unit if asked.radius is None else "m"])
+    except InputError as error:
+        allowed = error.allowed
+        if asked.radius is None and unit == "rad" and _is_straight(channel):
+            allowed = "the output turns: give study.acceleration.radius, the distance of the sensor from the output's axis"
+        own = asked.unit is not None and error.given == asked.unit
+        raise InputError("study.acceleration.unit" if own else error.where, error.given, allowed) from None
+    return found if asked.radius is None else found.scaled(1 / asked.radius, "rad/s^2")
+
+
+def _is_straight(channel: Channel) -> bool:
+    """Whether its unit is one of an acceleration along a way."""
+    try:
+        channel.in_si(_UNITS["m"])
+    except InputError:
+        return False
+    return bool(channel.unit)
 
 
 def _fitted(channel: Channel, orders: np.ndarray, omega: float, zero: float) -> tuple[Harmonics, float, float]:
@@ -89,6 +108,7 @@ def _notes(comparison: Comparison, cam: str, ratio: float) -> tuple[str, ...]:
     if comparison.share < _LITTLE:
         notes.append(
             f"The motion computed for the {cam} cam explains {max(comparison.share, 0.0):.0%} of the measured acceleration: "
-            "check its sign and unit, and that both records have one clock, or give study.acceleration.zero."
+            "check its sign and unit (keys scale and unit), and that both records have one clock, or give "
+            "study.acceleration.zero."
         )
     return tuple(notes)

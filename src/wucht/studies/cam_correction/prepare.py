@@ -1,26 +1,30 @@
-"""Question and cam drive -> plan: the law, the shaft, the cams before and after, and what can be wrong with them."""
+"""Question and cam drive -> plan: the law, the shaft, the cams before and after, the records, and what to check of these."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from wucht.cams.cam import FlatFacedCam, RollerCam
-from wucht.cams.correction import CorrectedLaw, Purity
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, Purity
+from wucht.cams.correction import orders as orders_of
 from wucht.cams.drive import CamDrive
 from wucht.cams.laws.law import Law
 from wucht.cams.linkages.closure import Linkage
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.cams.undercut import CutAway, check_face, check_roller, cut_away
+from wucht.errors import InputError
 from wucht.measurements.order_fit import OrderFit
 from wucht.studies.cam_correction.measured_acceleration import Measured, measured
-from wucht.studies.cam_correction.spec import CamCorrection
+from wucht.studies.cam_correction.spec import Acceleration, CamCorrection
 
 _ENDLESS = 60  # orders shown of a law that has no end of them
 _MATTERS, _ERRORS = 1e-3, 3.0  # of the mean speed, and standard errors: an order left out that is told
 _TOLD = (1, 2)  # orders that the fit itself tells of
+_AGREES, _BETTER = 0.5, 0.005  # of the mean square: what a delay must explain at least, and how much more than none
+_ABOVE = 0.1  # of the root mean square: so much of the computed motion above the orders that are fitted is told
 
 Cams = Mapping[str, RollerCam | FlatFacedCam]
 
@@ -28,10 +32,12 @@ Cams = Mapping[str, RollerCam | FlatFacedCam]
 @dataclass(frozen=True, eq=False)
 class Plan:
     """law, corrected: of the output over the cam angle, in ``unit``; levers: what moves the follower for both. purity: of the
-    acceleration. closure: the linkage. before, after: the cams of both by name, none without a follower. cut: what is cut away
-    of those after, of rollers: nothing. fit: of the record of the speed. measured: of that of the acceleration."""
+    acceleration. closure: the linkage. before, after: the cams of both by name, none without a follower. fit: of the record of
+    the speed. measured: of that of the acceleration, zero: the time in s of its clock at which the cam angle is zero, delay: by
+    how much in rad of tau it comes after the motion computed, and what would be explained without that; None if no more."""
 
     spec: CamCorrection
+    drive: CamDrive
     law: Law
     corrected: CorrectedLaw
     levers: tuple[Law, Law]
@@ -43,9 +49,10 @@ class Plan:
     closure: Linkage | None
     before: Cams
     after: Cams
-    cut: Mapping[str, CutAway]
     fit: OrderFit | None
     measured: Measured | None
+    zero: float
+    delay: tuple[float, float] | None
     notes: tuple[str, ...]
 
 
@@ -53,20 +60,23 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
     """The plan.
 
     Raises ``InputError``: there is no such law, the output stands still, nothing says how the shaft turns, it turns back, a
-    record cannot be used, the linkage or the follower cannot make the motion, or a roller would cut the new contour away.
+    record cannot be used, or the linkage or the follower cannot make the motion.
     """
     motion, shaft, fit = drive.motion, drive.turning, drive.measured
     purity = Purity.of(motion.law, motion.count)
     orders = spec.orders or 3 * (purity.count or _ENDLESS // 3)
     corrected = CorrectedLaw(motion.law, shaft)
     before, after = ({}, {}) if drive.follower is None else (drive.cams(motion.law), drive.cams(corrected))
-    record = None
+    zero, record, delay, notes = 0.0 if fit is None else fit.origin, None, None, list(_of_record(drive, fit))
     if spec.acceleration is not None:
         law = motion.law if spec.acceleration.cam == "original" else corrected
-        zero = 0.0 if fit is None else fit.origin
-        record = measured(spec.acceleration, drive.folder, motion.unit, orders, law, shaft, zero)
+        record = _measured(spec.acceleration, drive, orders, law, zero)
+        zero, few = zero if spec.acceleration.zero is None else spec.acceleration.zero, _too_few(record, law, shaft)
+        delay = None if few else _delay(record)  # at a wrong speed the record is out of phase all the same
+        notes += [*record.notes, *few, *_late(record, delay, shaft.mean, zero)]
     return Plan(
         spec=spec,
+        drive=drive,
         law=motion.law,
         corrected=corrected,
         levers=(drive.lever(motion.law), drive.lever(corrected)),
@@ -78,24 +88,62 @@ def prepare(spec: CamCorrection, drive: CamDrive) -> Plan:
         closure=drive.closure,
         before=before,
         after=after,
-        cut=_whole(after),
         fit=fit,
         measured=record,
-        notes=(*_of_record(drive, fit), *(() if record is None else record.notes)),
+        zero=zero,
+        delay=delay,
+        notes=tuple(notes),
     )
 
 
-def _whole(cams: Cams) -> dict[str, CutAway]:
-    """What is cut away of the new cams: nothing. Raises ``InputError`` where something is."""
-    cut: dict[str, CutAway] = {}
-    for name, cam in cams.items():
-        if isinstance(cam, FlatFacedCam):
-            check_face(cam)
-        else:
-            cut[name] = cut_away(cam)
-            if cut[name].largest_roller <= cam.follower.roller_radius:
-                check_roller(cam)
-    return cut
+def _measured(asked: Acceleration, drive: CamDrive, orders: int, law: Law, zero: float) -> Measured:
+    """See ``measured``. Raises ``InputError``, that of a column without orders at its key."""
+    try:
+        return measured(asked, drive.folder, drive.motion.unit, orders, law, drive.turning, zero)
+    except InputError as error:
+        if error.where != "acceleration":
+            raise
+        raise InputError("study.acceleration.column", asked.column, error.allowed) from None
+
+
+def _delay(record: Measured) -> tuple[float, float] | None:
+    """See ``Plan``: only where it explains noticeably more, and most of the record."""
+    delay, share = record.comparison.delayed
+    better = share > record.comparison.share + _BETTER and explained(record, share) > _AGREES
+    return (delay, share) if better else None
+
+
+def explained(record: Measured, share: float) -> float:
+    """Of the whole record about its mean, where this share of the mean square of its orders is explained."""
+    of_orders = float((record.comparison.measured.amplitudes**2).sum()) / 2
+    return share * of_orders / (of_orders + record.noise**2)
+
+
+def _late(record: Measured, delay: tuple[float, float] | None, omega: float, zero: float) -> list[str]:
+    """What to do about a delay. zero: when the cam angle is zero, in s."""
+    if delay is None:
+        return []
+    by, share = delay
+    late = f"{abs(math.degrees(by)):.3g}° ({abs(1e3 * by / omega):.3g} ms) {'later' if by > 0 else 'earlier'}"
+    return [
+        f"The measured acceleration comes {late} than that computed for the {record.cam} cam; without this {share:.1%} of its "
+        "orders would be explained. Check the delay of the sensor's filter, how the cam sits on its shaft, and the clocks of "
+        f'the records; study.acceleration.zero = "{zero + by / omega:.6g} s" takes it out.'
+    ]
+
+
+def _too_few(record: Measured, law: Law, shaft: ShaftMotion) -> list[str]:
+    """Where the motion computed has orders above those that are fitted."""
+    count, powers = record.comparison.measured.count, orders_of(MotionOverTime(law, shaft)).amplitudes ** 2
+    above = np.sqrt(np.append(np.cumsum(powers[::-1])[::-1], 0.0) / powers.sum())  # above[n]: of orders from n + 1 on
+    if above[count] <= _ABOVE:
+        return []
+    enough = int(np.argmax(above <= _ABOVE**2))
+    return [
+        f"Only {count} orders are fitted to the measured acceleration, and the motion computed holds {above[count]:.0%} of its "
+        f"root mean square above them. What is left is not noise, and the speed at which they repeat is not known well: "
+        f"take study.acceleration.orders = {enough}."
+    ]
 
 
 def _of_record(drive: CamDrive, fit: OrderFit | None) -> tuple[str, ...]:
@@ -114,19 +162,3 @@ def _of_record(drive: CamDrive, fit: OrderFit | None) -> tuple[str, ...]:
             share = left.amplitude / fit.speed.mean
             notes.append(f"Order {left.order} is left out, but the record holds {share:.2%} of the speed in it.")
     return tuple(notes)
-
-
-def left_by_errors(plan: Plan, shares: Mapping[int, float]) -> float | None:
-    """What the standard errors of the record's orders leave, as the residuals do. shares: what each order left out leaves.
-
-    What an order leaves is proportional to it, and the errors of different orders are independent: the root of the squares.
-    """
-    if plan.fit is None:
-        return None
-    amplitudes = plan.fit.speed.amplitudes
-    parts = [
-        shares[j] * error / amplitudes[j - 1]
-        for j, error in zip(plan.fit.orders, plan.fit.amplitude_errors, strict=True)
-        if j in shares
-    ]
-    return float(np.linalg.norm(parts))

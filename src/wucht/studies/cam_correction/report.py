@@ -11,17 +11,18 @@ from wucht.results.formatting import formats, in_lines
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST = 6  # orders named one by one
+_MOST, _FEW = 6, 4  # orders named one by one, and with what is known of them
+_RPM = 30 / math.pi
+_NOTHING = 1e-4  # of order 1
+_CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a correction."""
     s = summary_of(result)
     lines = [*_shaft(result, s), *_motion(s), *_left(s), *_contours(s)]
-    if (m := s["measured"]) is not None:
-        record = f"{m['turns']:.3g} turns, {m['orders']} orders"
-        explained = f"{max(m['explained'], 0.0):.1%} explained by the motion computed for the {m['cam']} cam"
-        lines.append(("measured", f"{record}: {explained}"))
+    if s["measured"] is not None:
+        lines += _measured(s["measured"], s)
     return in_lines(result, s["sentence"], lines)
 
 
@@ -31,8 +32,40 @@ def _shaft(result: xr.Dataset, s: dict[str, Any]) -> list[tuple[str, str]]:
     fluctuates = f"fluctuates by {s['fluctuation']:.2%} in orders {_listed(there)}" if there else "turns evenly"
     lines = [("shaft", f"{speed(s['mean_speed'])}, a turn in {1e3 * s['period']:.5g} ms; it {fluctuates}")]
     if (r := s["record"]) is not None:
-        error = "" if r["left_by_errors"] is None else f"; its noise leaves about {_percent(r['left_by_errors'])}"
-        lines.append(("record", f"{r['turns']:.3g} turns, {r['samples']} samples, orders explain {r['explained']:.2%}{error}"))
+        lines += _record(r, s["mean_speed"])
+    return lines
+
+
+def _record(r: dict[str, Any], mean: float) -> list[tuple[str, str]]:
+    """What is left of the record of the speed, and what that leaves of the motion."""
+    rest = f"{math.degrees(r['residual_rms']):.3g}° rms" if r["unit"] == "rad" else f"{_RPM * r['residual_rms']:.3g} rpm rms"
+    explained = f"orders explain {r['explained']:.2%}, {rest} left"
+    noise = f"the noise leaves {_about(r['left_by_errors'])}"
+    if not r["left_out"]:
+        return [("record", f"{r['turns']:.3g} turns, {r['samples']} samples, {explained}; {noise}, no order left out matters")]
+    others = f"the orders left out {_about(r['left_by_left_out'])}"
+    sizes = (
+        f"order {one['order']} ({_RPM * one['amplitude']:.3g} rpm, {_percent(one['amplitude'] / mean)} of the speed), which "
+        f"leaves {_percent(one['share'])}"
+        for one in r["left_out"][:_FEW]
+    )
+    return [
+        ("record", f"{r['turns']:.3g} turns, {r['samples']} samples, {explained}; {noise}, {others}"),
+        ("left out", f"{'; '.join(sizes)}"),
+    ]
+
+
+def _measured(m: dict[str, Any], s: dict[str, Any]) -> list[tuple[str, str]]:
+    """The measured acceleration beside the one computed."""
+    unit, orders = f"{s['unit']}/s^2", f"{m['orders']} orders" if m["orders"] > 1 else "1 order"
+    explained = f"{max(m['explained'], 0.0):.1%} explained by the motion computed for the {m['cam']} cam"
+    of_orders = f"{max(m['explained_orders'], 0.0):.1%} of its {orders}"
+    beside = f"{m['noise_rms']:.4g} of {m['rms']:.4g} {unit} rms are in none of these"
+    lines = [("measured", f"{m['turns']:.3g} turns: {explained} ({of_orders}; {beside})")]
+    if m["delay"] is not None:
+        by = f"{abs(math.degrees(m['delay'])):.3g}° ({abs(1e3 * m['delay'] / s['mean_speed']):.3g} ms)"
+        late = f"{by} {'later' if m['delay'] > 0 else 'earlier'} than computed"
+        lines.append(("", f"it comes {late}; without that {m['explained_without_delay']:.1%} of its orders would be explained"))
     return lines
 
 
@@ -63,10 +96,13 @@ def _contours(s: dict[str, Any]) -> list[tuple[str, str]]:
     lines = []
     for name, c in s["contours"].items():
         old, new = c["original"], c["corrected"]
-        angles = f"pressure angle at most {_degrees(new)} (original {_degrees(old)})"
+        at = math.degrees(new["max_pressure_angle_at"])
+        angles = f"pressure angle at most {_degrees(new)} at {at:.4g}° (original {_degrees(old)}), "
         radii = f"least radius of curvature {_mm(new['min_curvature_radius'])} ({_mm(old['min_curvature_radius'])})"
         roller = "" if new["largest_roller"] is None else f", largest roller {_mm(new['largest_roller'])}"
-        lines.append((name, f"{angles}, {radii}{roller}; moved by {_mm(c['moved'])}, not undercut"))
+        wheel = "" if new["largest_wheel"] is None else f", largest grinding wheel {_mm(new['largest_wheel'])}"
+        lines.append((_CALLED[name], f"{angles if new['max_pressure_angle'] else ''}{radii}"))  # a flat face has none
+        lines.append(("", f"moved by {_mm(c['moved'])} at most, not undercut{roller}{wheel}"))
     return lines
 
 
@@ -76,6 +112,10 @@ def _listed(orders: list[int]) -> str:
 
 def _percent(share: float | None) -> str:
     return "none" if share is None else f"{float(f'{100 * share:.2g}'):g} %"
+
+
+def _about(share: float) -> str:
+    return f"less than {_percent(_NOTHING)}" if share < _NOTHING else f"about {_percent(share)}"
 
 
 def _degrees(of: dict[str, Any]) -> str:

@@ -4,35 +4,42 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from wucht.cams.cam import FlatFacedCam, RollerCam
-from wucht.cams.correction import MotionOverTime, Residual, orders, residuals
+from wucht.cams.cam import RollerCam
+from wucht.cams.correction import MotionOverTime, Residual, left_by_order, orders, residuals
 from wucht.cams.laws.law import Law
 from wucht.cams.milled import MilledCam
-from wucht.cams.undercut import cut_away
 from wucht.cams.workshop.closed_curve import ClosedCurve, distances
 from wucht.cams.workshop.points import chord_deviation
-from wucht.errors import WuchtError
+from wucht.errors import InputError, WuchtError
+from wucht.measurements.shaft_signal import TURN
 from wucht.numerics.harmonics import Harmonics, even_angles
-from wucht.numerics.valleys import GRID, valleys
-from wucht.studies.cam_correction.prepare import Plan, left_by_errors
+from wucht.studies.cam_contour.judgement import beyond_common
+from wucht.studies.cam_contour.prepare import Plan as ContourPlan
+from wucht.studies.cam_contour.shapes import AnyCam, Shape, shapes
+from wucht.studies.cam_contour.spec import CamContour
+from wucht.studies.cam_correction.prepare import Cams, Plan
 from wucht.studies.work import Work
 
+CALLED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 TIMES = 721  # at which the motion over time is given, the first again at the end
 _RECOVERED = 1024  # times at which the follower on the milled points is looked for
 _OFF = 2e-3  # of the stroke: it is looked for beside where it should be
-_FASTER = 1.1  # times the mean speed, with the same fluctuation in rad/s
+_ERRORS = 3.0  # standard errors: an order that is left out and larger is there
+_MOST, _NOTHING = 6, 1e-4  # of them that are looked at, the largest; of order 1: what leaves less does not matter
+_SAMPLES = 3000  # of a record that are shown
 
 
 @dataclass(frozen=True, eq=False)
 class Contour:
-    """Of a cam at the cam angles (N,): points and normals (away from the centre) complex in m, curvature in 1/m, pressure angle
-    in rad, uncut: 0 at an edge. chord: by how much in m chords between the points leave the contour. moved: how far the points
-    are from the original contour. convex, hollow: the least radii of curvature in m, largest_roller in m; missing: the share of
-    the turn that is cut away. What there is not is NaN.
+    """Of a cam at the cam angles (N,): points and normals (away from the centre) complex in m, curvature in 1/m (positive where
+    the material bulges), pressure angle in rad, uncut: 0 at an edge. moved: how far the points lie outside of the original
+    contour, in m. chord: by how much in m chords between the points leave the contour. shape: what all of it is like.
     """
 
     points: np.ndarray
@@ -40,12 +47,29 @@ class Contour:
     curvature: np.ndarray
     pressure_angle: np.ndarray
     uncut: np.ndarray
+    moved: np.ndarray
     chord: float
-    moved: float
-    convex: float
-    hollow: float
-    largest_roller: float
-    missing: float
+    shape: Shape
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """The acceleration over omega^2 from the points of a corrected cam, and from these rounded; None where none was found, and
+    notes why."""
+
+    recovered: Harmonics | None
+    rounded: Harmonics | None
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """An order of the speed that a record holds and nothing corrects for. amplitude, error: in rad/s. share: what it leaves."""
+
+    order: int
+    amplitude: float
+    error: float
+    share: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +78,8 @@ class Findings:
 
     tau (T,): time as an angle. output, acceleration: over tau, the latter in the output's unit/s^2. spectrum: of the latter,
     over omega^2, impurity: its share above N. table, lever: derivatives 0 to 3 (4, N) by the cam angle of output and follower.
-    contours: by the name of the cam. recovered, rounded: the acceleration over omega^2 of the corrected cam from its points,
-    and from these rounded, by the name of the cam. from_errors: what the standard errors of the record leave.
+    contours, proofs: by the name of the cam. from_errors, left_out: what is left of the record's standard errors, and of its
+    orders that are not corrected for. samples: tau (S,) and measured acceleration (S,) of a record, folded over a turn.
     """
 
     tau: np.ndarray
@@ -67,28 +91,30 @@ class Findings:
     table: tuple[np.ndarray, np.ndarray]
     lever: tuple[np.ndarray, np.ndarray]
     contours: tuple[Mapping[str, Contour], Mapping[str, Contour]]
-    recovered: Mapping[str, Harmonics]
-    rounded: Mapping[str, Harmonics]
+    proofs: Mapping[str, Proof]
     residuals: tuple[Residual, ...]
     from_errors: float | None
+    left_out: tuple[LeftOut, ...]
+    samples: tuple[np.ndarray, np.ndarray]
     notes: tuple[str, ...]
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """All at once: it takes a second or two."""
+    """All at once: it takes a few seconds. Raises ``InputError`` (follower...) where the corrected cam would be cut away."""
     work.report(0.0, "motion over time")
-    laws = (plan.law, plan.corrected)
-    over_time = [MotionOverTime(law, plan.shaft) for law in laws]
+    over_time = [MotionOverTime(law, plan.shaft) for law in (plan.law, plan.corrected)]
     found = [orders(motion) for motion in over_time]
     tau, angles = np.linspace(0, 2 * np.pi, TIMES), even_angles(plan.spec.points)
     scale = plan.shaft.mean**2
-    left, shares = _left(plan)
-    work.report(0.3, "contours")
-    contours = tuple(
-        {name: _contour(plan, name, cam, angles) for name, cam in cams.items()} for cams in (plan.before, plan.after)
-    )
-    work.report(0.7, "motion from the points")
-    recovered, rounded, notes = _from_points(plan, angles, {n: c.points for n, c in contours[1].items()})
+    left = work.unit("what is left", lambda: _left(plan))
+    left_out = work.unit("orders left out", lambda: _left_out(plan))
+    after = _contours(plan, work.part("corrected", 0.1, 0.5), plan.after, angles)
+    before = _contours(plan, work.part("original", 0.5, 0.8), plan.before, angles)
+    proofs: dict[str, Proof] = {}
+    for i, (name, contour) in enumerate(after.items()):
+        work.report(0.8 + 0.2 * i / len(after), f"motion from the points of the corrected {CALLED[name]}")
+        proofs[name] = work.unit(f"proof of {name}", partial(_proof, plan, name, contour.points))
+    told = (note for proof in proofs.values() for note in proof.notes)
     yield Findings(
         tau=tau,
         output=(over_time[0](tau), over_time[1](tau)),
@@ -98,12 +124,13 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         angles=angles,
         table=(_derivatives(plan.law, angles), _derivatives(plan.corrected, angles)),
         lever=(_derivatives(plan.levers[0], angles), _derivatives(plan.levers[1], angles)),
-        contours=(contours[0], contours[1]),
-        recovered=recovered,
-        rounded=rounded,
+        contours=(before, after),
+        proofs=proofs,
         residuals=left,
-        from_errors=left_by_errors(plan, shares),
-        notes=(*plan.notes, *notes, *_notes(plan, contours[0], contours[1])),
+        from_errors=_left_by_errors(plan, left),
+        left_out=left_out,
+        samples=_folded(plan),
+        notes=(*plan.notes, *told, *_notes(plan, before, after)),
     )
 
 
@@ -111,62 +138,95 @@ def _derivatives(law: Law, angles: np.ndarray) -> np.ndarray:
     return np.array([law(angles, order) for order in range(4)])
 
 
-def _left(plan: Plan) -> tuple[tuple[Residual, ...], dict[int, float]]:
-    """What is left where something is not as the cam was made for, and of this what each order of the speed left out leaves."""
-    found = residuals(plan.law, plan.purity.count, plan.shaft)
-    faster = orders(MotionOverTime(plan.corrected, plan.shaft.scaled(1 / _FASTER)))
-    what = f"a mean speed {_FASTER - 1:.0%} higher, the fluctuation the same in rad/s"
-    kept = tuple(r for r in found if r.what != "as measured")
-    shares = {int(r.what.split()[1]): r.share for r in kept if r.what.startswith("order ")}
-    return (*kept, Residual(what, plan.purity.share(faster))), shares
+def _left(plan: Plan) -> tuple[Residual, ...]:
+    """What is left where something is not as the cam was made for."""
+    return tuple(r for r in residuals(plan.law, plan.purity.count, plan.shaft) if r.what != "as measured")
 
 
-def _contour(plan: Plan, name: str, cam: RollerCam | FlatFacedCam, angles: np.ndarray) -> Contour:
-    if isinstance(cam, FlatFacedCam):
-        _, radii = valleys(cam.radius)
-        convex, hollow, largest, missing = float(radii.min()), math.nan, math.nan, float(np.mean(cam.radius(GRID) <= 0))
-    else:
-        cut = plan.cut[name] if cam is plan.after[name] else cut_away(cam)
-        convex, hollow = (math.nan if at is None else at.radius for at in (cut.convex, cut.hollow))
-        largest, missing = cut.largest_roller, sum(end - begin for begin, end in cut.missing) / (2 * math.pi)
-    curve, points = _curve(cam), cam.contour(angles)
+def _left_by_errors(plan: Plan, left: tuple[Residual, ...]) -> float | None:
+    """What the standard errors of the record's orders leave, as the residuals do.
+
+    What an order leaves is proportional to it, and the errors of different orders are independent: the root of the squares.
+    """
+    if plan.fit is None:
+        return None
+    shares = {int(r.what.split()[1]): r.share for r in left if r.what.startswith("order ")}
+    errors = zip(plan.fit.orders, plan.fit.amplitude_errors, strict=True)
+    amplitudes = plan.fit.speed.amplitudes
+    return float(np.linalg.norm([shares[j] * error / amplitudes[j - 1] for j, error in errors if j in shares]))
+
+
+def _left_out(plan: Plan) -> tuple[LeftOut, ...]:
+    """The orders that matter which the record holds beyond its noise and that are not corrected for, the largest first."""
+    there = [] if plan.fit is None else [one for one in plan.fit.left_out if one.amplitude > _ERRORS * one.error]
+    found: list[LeftOut] = []
+    for one in sorted(there, key=lambda one: -one.amplitude)[:_MOST]:
+        with suppress(InputError):  # the shaft would turn back with it
+            share = left_by_order(plan.law, plan.purity.count, plan.shaft, one.order, one.amplitude)
+            found.append(LeftOut(one.order, one.amplitude, one.error, share))
+    return tuple(one for one in found if one.share > _NOTHING)
+
+
+def _contours(plan: Plan, work: Work, cams: Cams, angles: np.ndarray) -> dict[str, Contour]:
+    """By name, each a unit of work."""
+    found: dict[str, Contour] = {}
+    for i, (name, cam) in enumerate(cams.items()):
+        work.report(i / len(cams), f"{work.name.rstrip('/')} {CALLED[name]}")
+        found[name] = work.unit(name, partial(_contour, plan, name, cam, angles))
+    return found
+
+
+def _contour(plan: Plan, name: str, cam: AnyCam, angles: np.ndarray) -> Contour:
+    """Judged as in a cam-contour. Raises ``InputError`` where a corrected cam is cut away; the original one may be."""
+    new, sign = cam is plan.after[name], -1 if isinstance(cam, RollerCam) and cam.outer else 1
+    original, points, normals = _curve(plan.before[name]), cam.contour(angles), cam.normal(angles)
+    shape = shapes({name: cam}, CamContour(allow_undercut=not new))[name]
     return Contour(
         points=points,
-        normals=cam.normal(angles),
-        curvature=cam.curvature(angles),
+        normals=normals,
+        curvature=sign * cam.curvature(angles),
         pressure_angle=cam.pressure_angle(angles),
         uncut=cam.undercut(angles),
-        chord=chord_deviation(curve, angles),
-        moved=float(distances(_curve(plan.before[name]), points).max()),
-        convex=convex,
-        hollow=hollow,
-        largest_roller=largest,
-        missing=missing,
+        moved=_outside(original, points, normals) if new else np.zeros(len(angles)),
+        chord=chord_deviation(_curve(cam), angles),
+        shape=shape,
     )
 
 
-def _curve(cam: RollerCam | FlatFacedCam) -> ClosedCurve:
+def _curve(cam: AnyCam) -> ClosedCurve:
     return lambda phi, order=0: cam.contour(np.asarray(phi), order)
 
 
-def _from_points(
-    plan: Plan, angles: np.ndarray, points: Mapping[str, np.ndarray]
-) -> tuple[dict[str, Harmonics], dict[str, Harmonics], list[str]]:
-    """The acceleration of the output from the points of each corrected cam, and from these rounded."""
-    found: tuple[dict[str, Harmonics], dict[str, Harmonics]] = ({}, {})
-    notes: list[str] = []
-    step = 1e-3 * 10.0**-plan.spec.decimals
-    for name, exact in points.items():
-        milled = (exact, step * (np.round(exact.real / step) + 1j * np.round(exact.imag / step)))
-        for by_name, contour in zip(found, milled, strict=True):
-            try:
-                by_name[name] = _recovered(plan, plan.after[name], contour)
-            except WuchtError as error:
-                notes.append(f"No motion could be found from {len(angles)} points of the contour ({name}): {error}; take more.")
-    return *found, notes
+def _outside(curve: ClosedCurve, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """How far in m points (N,) lie from a curve, positive where they come nearer against the normals."""
+    far = distances(curve, points)
+    return np.where(distances(curve, points - far * normals) <= far, far, -far)
 
 
-def _recovered(plan: Plan, cam: RollerCam | FlatFacedCam, points: np.ndarray) -> Harmonics:
+def _folded(plan: Plan) -> tuple[np.ndarray, np.ndarray]:
+    """Samples (S,) of the measured acceleration about its mean: tau within a turn, and the output's unit/s^2."""
+    if (record := plan.measured) is None:
+        return np.zeros(0), np.zeros(0)
+    channel = record.channel
+    # At random: every n-th one would always be in the same phase of a turn if the shaft gave the clock.
+    some = np.random.default_rng(0).permutation(len(channel.time))[:_SAMPLES]
+    speed = TURN * record.turns / float(np.ptp(channel.time))
+    return np.mod(speed * (channel.time[some] - plan.zero), TURN), channel.values[some] - record.comparison.measured.mean
+
+
+def _proof(plan: Plan, name: str, exact: np.ndarray) -> Proof:
+    """From the points of a corrected cam, and from these rounded."""
+    step, found, notes = 1e-3 * 10.0**-plan.spec.decimals, list[Harmonics | None](), list[str]()
+    for points in (exact, step * (np.round(exact.real / step) + 1j * np.round(exact.imag / step))):
+        try:
+            found.append(_recovered(plan, plan.after[name], points))
+        except WuchtError as error:
+            found.append(None)
+            notes.append(f"No motion could be found from {len(exact)} points of the contour ({name}): {error}; take more.")
+    return Proof(found[0], found[1], tuple(notes))
+
+
+def _recovered(plan: Plan, cam: AnyCam, points: np.ndarray) -> Harmonics:
     """Points -> contact with the follower -> linkage -> psi(t): a way that knows nothing of the law."""
     phi = plan.shaft.angle(even_angles(_RECOVERED))
     nearly = plan.levers[1](phi)
@@ -179,11 +239,11 @@ def _recovered(plan: Plan, cam: RollerCam | FlatFacedCam, points: np.ndarray) ->
 
 
 def _notes(plan: Plan, before: Mapping[str, Contour], after: Mapping[str, Contour]) -> list[str]:
-    notes = [
-        f"The follower cuts {contour.missing:.1%} of the original contour ({name}) away; the corrected one is whole."
-        for name, contour in before.items()
-        if contour.missing > 0
-    ]
+    notes = _too_steep(plan, after)
+    for name, contour in before.items():
+        missing = sum(end - begin for begin, end in contour.shape.missing) / TURN
+        if missing > 0:
+            notes.append(f"The follower cuts {missing:.1%} of the original contour ({name}) away; the corrected one is whole.")
     worst = max((contour.chord for contour in after.values()), default=0.0)
     if worst > plan.spec.chord_tolerance:
         needed = math.ceil(1.01 * plan.spec.points * math.sqrt(worst / plan.spec.chord_tolerance))
@@ -192,3 +252,13 @@ def _notes(plan: Plan, before: Mapping[str, Contour], after: Mapping[str, Contou
             f"{1e6 * plan.spec.chord_tolerance:.3g} um: take points = {needed}, or leave the curve between them to a spline."
         )
     return notes
+
+
+def _too_steep(plan: Plan, after: Mapping[str, Contour]) -> list[str]:
+    """What a cam-contour says of the pressure angle of the corrected cams."""
+    if not after:
+        return []
+    spec, found = CamContour(corrected=True), {name: contour.shape for name, contour in after.items()}
+    judged = ContourPlan(spec, plan.drive, plan.corrected, plan.levers[1], plan.after, found, None, None)
+    where = 'this key belongs to study.kind = "cam-contour", with study.corrected = true'
+    return [f"Of the corrected cam {said}; {where}" for said in beyond_common(judged)]

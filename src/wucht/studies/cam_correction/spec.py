@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -16,13 +16,16 @@ Count = Annotated[Whole, Field(ge=1, le=_MOST_ORDERS)]
 class Acceleration(Described):
     """A record of the acceleration of the output, to compare with.
 
-    file, column: of the record; a column without a unit is in rad/s^2, or m/s^2 of an output that slides. orders: how many are
-    fitted to it. cam: with which one it was measured. zero: the time on the record's clock at which the cam angle is zero; by
-    default that of the record of the speed, or 0 s. radius: of a sensor that measures along a circle about the output's axis.
+    file, column: of the record; a column without a unit is in rad/s^2, or m/s^2 of an output that slides. unit: of the column's
+    numbers, instead of the one that the file states. scale: a factor for them, such as -1. orders: how many are fitted to it.
+    cam: with which one it was measured. zero: the time on the record's clock at which the cam angle is zero; by default that of
+    the record of the speed, or 0 s. radius: of a sensor that measures along a circle about the output's axis.
     """
 
     file: str = Field(min_length=1, description="file of the record")
     column: str = Field(min_length=1, description="column of the record")
+    unit: str | None = Field(None, min_length=1, description="unit of the column's numbers")
+    scale: float | None = si("", "factor for the column's numbers", default=None)
     orders: Count | None = Field(None, description="number of orders")
     cam: Literal["original", "corrected"] = Field("original", description="cam with which it was measured")
     zero: float | None = si("s", "time at which the cam angle is zero", default=None)
@@ -45,3 +48,10 @@ class CamCorrection(Spec):
     acceleration: Acceleration | None = Field(None, description="record of the output's acceleration")
     chord_tolerance: float = si("m", "chord tolerance", default=1e-6, gt=0)
     decimals: Whole = Field(5, ge=0, le=12, description="number of decimals in mm")
+
+    def asked_of(self, subject: Any) -> dict[str, Any]:
+        """See ``Spec``: a changed record of the acceleration is another question."""
+        asked = self.asked()
+        if self.acceleration is not None:
+            asked["acceleration"]["contents"] = subject.contents(self.acceleration.file)
+        return asked

@@ -1,0 +1,150 @@
+"""At which speed a record repeats, beside the one that its numbers say: a wrong unit, wrong pulses per turn, a wrong scale."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wucht.errors import InputError
+from wucht.measurements.order_regression import Fit, Mean, OrderModel
+from wucht.measurements.order_residual import drift
+from wucht.measurements.order_start import START_BLOCKS, block_means, middle, start
+from wucht.measurements.order_warnings import drifts
+from wucht.measurements.recording import ANGLE, SPEED
+from wucht.measurements.shaft_signal import TURN, ShaftSignal
+
+_TURNS = 60.0  # in the middle of a record, in which it is looked at
+_MOST_BLOCKS = 40_000  # in these, where two speeds are far apart
+_FEWEST = 4  # samples
+_EXPLAINED = 0.1  # of the variance is left: the orders are those of this speed
+_BETTER = 0.5  # of what is left
+_NOTHING = 1e-3  # of the variance is left: in records without noise it differs by rounding
+_OFF = 1e-3  # of omega: the mean is another
+_NEAR, _ABOUT = 4e-3, 0.2  # of omega: so near another speed must be (two rpm are no 19 teeth), this one may be off by its scale
+_LEFT_OUT = 10  # orders that may have been left out on purpose, or twice the highest one kept
+_PULSES = (0.25, 0.5, 2.0, 4.0)  # of the speed: an encoder counted by its edges, or another one
+
+
+def check_repetition(shaft: ShaftSignal, omega: float, orders: np.ndarray) -> tuple[str, ...]:
+    """A sentence where the orders kept would explain far more if the unit, or the number of pulses in a turn, were another one.
+
+    omega: the mean of the numbers in rad/s. Orders that were left out on purpose are no reason: at a multiple of this speed the
+    orders kept may be these. Raises ``InputError`` where all whole orders of this speed, too, explain far less.
+    """
+    time, values = _speed(shaft)
+    if omega <= 0 or _left(*_at_speeds(time, values, orders, omega, omega), orders, omega, _ABOUT) < _EXPLAINED:
+        return ()
+    found: list[tuple[float, float, bool, str]] = []
+    for ratio, name in _others(shaft).items():
+        t, y = _at_speeds(time, values, orders, omega, ratio * omega)
+        other, kept = _left(t, y, orders, ratio * omega, _NEAR), _left(t, y, orders, omega, _ABOUT)
+        if other < _BETTER * kept:
+            multiple = ratio > 1 and abs(ratio - round(ratio)) < _OFF
+            whole = _left(t, y, _whole(orders, t, omega), omega, _ABOUT)
+            if (multiple and _BETTER * other < whole + _NOTHING) or other < _BETTER * whole:
+                found.append((other, kept, multiple, name))
+    if not found:
+        return ()
+    other, kept, multiple, name = min(found)
+    if not multiple:
+        raise InputError(shaft.where, None, _refusal(shaft, name))
+    return (
+        f"The orders kept explain {1 - kept:.0%} of the fluctuation. {_if(shaft, name)} they would explain {1 - other:.0%}: "
+        f"check {'pulses_per_turn' if shaft.per_turn is not None else 'the unit'}.",
+    )
+
+
+def scale_warning(shaft: ShaftSignal, orders: np.ndarray, omega: float) -> tuple[str, ...]:
+    """A sentence where orders repeat at another speed than the mean of the signal says: where its scale or its zero is wrong.
+
+    omega: about that mean. None where the speed drifts by more than that: then, too, no speed fits, and it is told elsewhere.
+    """
+    t, y = _at_speeds(*_speed(shaft), orders, omega, omega)
+    model = OrderModel(orders, Mean.FREE)
+    if len(t) <= 2 * model.size:
+        return ()
+    free, bound = start(model, t, y, omega), start(OrderModel(orders, Mean.SPEED), t, y, omega)
+    repeats, mean = float(free.theta[0]), float(free.theta[1])
+    ratio = mean / repeats
+    if not free.converged or free.squares > _BETTER * bound.squares or not _OFF < abs(ratio - 1) < _ABOUT:
+        return ()
+    drifted = drift(model, free, t, y)
+    by_drift = drifts(omega, drifted) and abs(drifted[0]) > abs(mean - repeats)
+    return () if by_drift else (_scale(shaft, mean, repeats),)
+
+
+def _speed(shaft: ShaftSignal) -> tuple[np.ndarray, np.ndarray]:
+    """Of the shaft over the time from the middle of the record."""
+    time, values = shaft.speed()
+    return time - (time[0] + time[-1]) / 2, values
+
+
+def _others(shaft: ShaftSignal) -> dict[float, str]:
+    """How else the numbers may be meant, by how much faster the shaft then turns: a unit, or a number of pulses a turn."""
+    if shaft.per_turn is not None:
+        return {r: f"{shaft.per_turn / r:.0f}" for r in _PULSES if (shaft.per_turn / r).is_integer()}
+    unit, names = (SPEED, ("rad/s", "rpm", "Hz", "deg/s")) if shaft.quantity == "speed" else (ANGLE, ("rad", "deg", "rev"))
+    own = unit.parse(f"1 {shaft.unit}") if shaft.unit else 1.0
+    ratios = {unit.parse(f"1 {name}") / own: name for name in names}
+    return {ratio: name for ratio, name in ratios.items() if abs(ratio - 1) > _NEAR}
+
+
+def _at_speeds(
+    time: np.ndarray, values: np.ndarray, orders: np.ndarray, one: float, two: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Blocks (B,) of the middle of a record in which the orders of both speeds can be seen, with the same noise."""
+    block = TURN / max(one, two) / orders[-1] / START_BLOCKS
+    return block_means(*middle(time, values, min(_TURNS * TURN / min(one, two), _MOST_BLOCKS * block)), block)
+
+
+def _whole(orders: np.ndarray, time: np.ndarray, omega: float) -> np.ndarray:
+    """The orders, and all others that blocks at these times can hold, as far as they may have been left out on purpose."""
+    most = min(max(_LEFT_OUT, 2 * int(orders[-1])), int(len(time) * TURN / omega / float(np.ptp(time)) / 2.5))
+    return np.union1d(orders, np.arange(1, most + 1))
+
+
+def _left(time: np.ndarray, values: np.ndarray, orders: np.ndarray, omega: float, near: float) -> float:
+    """Of the variance, when orders of about omega are taken out, the mean being free; 1 where the record does not tell."""
+    if len(time) < _FEWEST:
+        return 1.0
+    turns, spread = omega * float(np.ptp(time)) / TURN, float(np.var(values))
+    model = OrderModel(orders, Mean.FREE)
+    if turns < 1 or len(time) <= max(2 * orders[-1] * turns, 2 * model.size) or spread == 0:
+        return 1.0
+    fit: Fit = start(model, time, values, omega)
+    return min(1.0, fit.variance / spread) if abs(fit.theta[0] / omega - 1) < near else 1.0
+
+
+def _refusal(shaft: ShaftSignal, name: str) -> str:
+    if shaft.per_turn is not None:
+        return f"the pulses repeat as if there were {name} a turn, not {shaft.per_turn}: give pulses_per_turn = {name}"
+    if shaft.unit:
+        remedy = f"give unit = '{name}', or correct the heading"
+        return f"the numbers are said to be {shaft.unit}, but they repeat as if they were {name}: {remedy}"
+    column = shaft.where.rsplit(": ", 1)[-1]
+    remedy = f"write the unit into the heading, as in {column} [{name}], or give unit = '{name}'"
+    return f"the numbers have no unit and would be {_said(shaft)}, but they repeat as if they were {name}: {remedy}"
+
+
+def _if(shaft: ShaftSignal, name: str) -> str:
+    if shaft.per_turn is not None:
+        return f"If the encoder gave {name} pulses a turn, not {shaft.per_turn},"
+    return f"If the numbers were {name}, not {_said(shaft)},"
+
+
+def _said(shaft: ShaftSignal) -> str:
+    """The unit of the numbers, as it was said or, where it was not, is taken to be."""
+    return shaft.unit or (SPEED.si if shaft.quantity == "speed" else ANGLE.si)
+
+
+def _scale(shaft: ShaftSignal, mean: float, repeats: float) -> str:
+    ratio = mean / repeats
+    told = f"The mean of the numbers is {ratio:.5g} times the speed at which their orders repeat, and no motion has both:"
+    if shaft.per_turn is not None:
+        pulses = shaft.per_turn * ratio
+        return f"{told} check pulses_per_turn, {shaft.per_turn}; {pulses:.6g} of them in a turn would fit."
+    times = f"multiply the numbers by {1 / ratio:.5g} (key scale)"
+    if shaft.quantity == "angle":
+        return f"{told} the scale of the sensor is wrong; {times}."
+    off = shaft.stated(abs(mean - repeats))
+    off = f"take {off} off them in the record" if ratio > 1 else f"add {off} to them in the record"
+    return f"{told} the scale of the sensor is wrong, or its offset. If it is the scale, {times}; if it is the offset, {off}."
