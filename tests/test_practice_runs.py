@@ -62,7 +62,10 @@ def ran(results: dict[str, xr.Dataset]):
     return of
 
 
-@pytest.mark.parametrize("name", sorted(EXPECTED))
+LONG = ("practice/balls-at-resonance", "practice/laundry-drum-tumbling")
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in sorted(EXPECTED)])
 def test_runs_and_gives_its_numbers(name: str, ran) -> None:
     outcome, speed, peak = EXPECTED[name]
     actual = summary_of(ran(name))
@@ -90,6 +93,7 @@ def test_two_balls_side_by_side_leave_the_rest_of_the_unbalance(ran) -> None:
     assert summary_of(ran("practice/grinder-2-balls"))["final_residual_unbalance"] == pytest.approx(left, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_balls_in_thin_oil_hang_in_a_heap_below_the_resonance(ran) -> None:
     result = ran("practice/balls-at-resonance")
     speeds = result.speed.isel(time=slice(-5000, None)).mean("time").values
@@ -118,6 +122,7 @@ def test_the_line_of_an_unsynchronised_screen_turns(ran) -> None:
     assert actual["modulation_period"] == pytest.approx(3.04, abs=0.02)
 
 
+@pytest.mark.slow
 def test_laundry_that_loses_water_is_followed_without_vibration(ran) -> None:
     """While the unbalance falls from 0.12 to 0.08 kg m between 60 and 80 s, the axis moves by micrometres."""
     result = ran("practice/laundry-drum-tumbling")

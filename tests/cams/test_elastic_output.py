@@ -83,6 +83,7 @@ def test_the_steady_motion_is_what_integration_settles_to():
     assert np.abs(settled(OUTPUT, SERIES, 61.0, 35, at) - out(at)).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_truncated_polynomial_law_differs_from_its_integration_by_what_is_left_out():
     omega, at = 23.0, np.linspace(0, TURN, 200)
     true = settled(OUTPUT, POLYNOMIAL, omega, 7, at)

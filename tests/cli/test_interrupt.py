@@ -235,6 +235,7 @@ def _wait(process: subprocess.Popen[str], condition: Callable[[], bool], seconds
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 @POSIX
 def test_ctrl_c_on_the_process_twice_over(study: Study, here: Path) -> None:
     study(*LONG)

@@ -159,6 +159,7 @@ def test_a_system_that_is_not_of_second_order_is_refused():
         separated(System((x, v), (-v, sp.cos(k * TIME)), (k,)), [x], k)
 
 
+@pytest.mark.slow
 def test_measured_order_of_kapitzas_pendulum():
     """With a k fixed the errors of angle and speed, fast parts put back, fall with 1/k; the slope is near 1 from k = 64 on.
 

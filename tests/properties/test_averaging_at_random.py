@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 import sympy as sp
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
@@ -107,6 +108,7 @@ def test_what_cannot_be_averaged_is_refused_by_a_sentence(f, g, order):
     assert f.has(sp.I) or g.has(sp.I) or not any(sp.sympify(e).has(sp.I) for e in (*result.first, *result.second))
 
 
+@pytest.mark.slow
 @few
 @given(st.tuples(*[st.fractions(-2, 2, max_denominator=7)] * 2), st.integers(1, 3), polynomials)
 def test_the_mean_of_a_quotient_is_the_integral_over_a_period(waves, power, numerator):

@@ -608,6 +608,7 @@ def narrowed_lockings(draw):
     return e, replace(e, apart=narrower[0], phases=narrower[1])
 
 
+@pytest.mark.slow
 @always
 @given(narrowed_lockings(), st.booleans())
 def test_narrower_bounds_never_change_whether_rotors_are_locked(pair, by_vibration):

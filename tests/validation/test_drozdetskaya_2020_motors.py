@@ -173,6 +173,7 @@ def test_the_magnetising_branch_vanishes_as_one_over_its_reactance(slip):
     assert np.diff(np.log10(errors)) == pytest.approx([-1, -1], abs=0.01)
 
 
+@pytest.mark.slow
 @some
 @given(m=MOTORS)
 def test_the_breakdown_torque_is_the_maximum(m):

@@ -122,6 +122,7 @@ def test_the_template_runs(wucht: Any, here: Path) -> None:
     assert not wucht("plot", "out/result.nc", "--format", "svg").code
 
 
+@pytest.mark.slow
 def test_every_commented_key_of_the_template_is_known(here: Path) -> None:
     text = template()
     for key in ("counter", "points", "chord_tolerance", "spacing", "decimals", "wheel_radius", "smallest", "clockwise"):

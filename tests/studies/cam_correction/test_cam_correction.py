@@ -208,6 +208,7 @@ def test_a_law_without_order_1_is_measured_by_the_first_there_is():
     assert s["after"] < 1e-12
 
 
+@pytest.mark.slow
 def test_a_groove_has_two_flanks_and_both_prove_it():
     follower = {"kind": "translating-roller", "distance": 0.08, "roller_radius": 0.01, "groove": True}
     law = {"kind": "harmonic", "coefficients": {"mean": 0.005, "cosine": [-0.005, 0.001], "sine": []}}

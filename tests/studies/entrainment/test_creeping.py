@@ -55,6 +55,7 @@ def _beyond(**table: Any) -> float:
     return float(max(least - low, high - most))
 
 
+@pytest.mark.slow
 def test_short_runs_do_not_widen_the_band_of_existence() -> None:
     assert _beyond(until=20.0, resolution=1e-6) <= 1e-6
 

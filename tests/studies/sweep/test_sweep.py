@@ -122,6 +122,7 @@ def test_steep_is_no_jump(machine: Machine) -> None:
     assert summary_of(result)["jumps"] == []
 
 
+@pytest.mark.slow
 def test_another_parameter_of_a_dimensionless_machine() -> None:
     """002, Table 3.1: the folds of the Laval rotor are at twice the u of the carrier with one direction (cases.md)."""
     result = run(Sweep(along="u", range=(1.0, 7.0), rate=2e-4), load_machine("drozdetskaya-2020/table-3.1-laval"))
@@ -293,6 +294,7 @@ def test_progress_grows(machine: Machine) -> None:
     assert seen[-1] == 1.0
 
 
+@pytest.mark.slow
 def test_scipy_finds_the_same(machine: Machine) -> None:
     asked: dict[str, Any] = {"rate": 0.02, "direction": "up", "jump_tolerance": 1e-3, "tolerance": 1e-8, "engine": "scipy"}
     (jump,) = summary_of(run(Sweep(along=OMEGA_1, range=(9.0, 10.6), **asked), machine))["jumps"]

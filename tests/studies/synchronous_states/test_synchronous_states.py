@@ -156,6 +156,7 @@ def test_exciters_are_found_completely(count: int, held: float | None) -> None:
         assert np.abs(left).max() < 1e-10
 
 
+@pytest.mark.slow
 def test_five_exciters_are_not_shown_complete() -> None:
     """More than four bodies: by Newton's method from many starts, which is said; what is found fulfils the balance."""
     m = exciters(5, 99.9)
@@ -457,6 +458,7 @@ def test_bodies_in_each_others_place_are_not_called_stable() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_family_that_gravity_breaks_is_judged_across_it() -> None:
     """The washing machine: its balls creep along the family; across it everything decays, the drum's speed slowest."""
     family = answer(load_machine("practice/laundry-drum"))["states"][0]
