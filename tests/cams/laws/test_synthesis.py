@@ -133,6 +133,15 @@ def test_bounds_hold_between_the_angles_looked_at(order):
     assert found.derivative(order).peak <= bound * (1 + 1e-6)
 
 
+@pytest.mark.parametrize("half", [0.971186440677966, 1.011864406779661, 1.1338983050847458])
+def test_a_dwell_whose_ripple_rounding_hides_is_found_beside_a_bound(half):
+    """With so little to widen a programme may fail in the unit of the one before; it is solved in its own."""
+    top, bound = Band("top", 0, math.pi, math.pi, 0.6716, 0.6716), everywhere(1, 2.7957)
+    found = synthesise(8, [top, dwell(half), bound])
+    assert found.widening < 1e-6
+    assert found.law.derivative().peak <= 2.7957 * (1 + 1e-6)
+
+
 def test_one_sided_bounds_and_arcs_beyond_a_turns_end():
     """A second dwell at the top, from 170 to 190 degrees, of which one bound is left open; arcs count from where they begin."""
     top = Band("top", 0, math.radians(170), math.radians(190), STROKE, math.inf)

@@ -55,7 +55,12 @@ def solved(programme: Programme, about: float = 0.0) -> tuple[np.ndarray, float]
     """
     smallest = _NOTHING * programme.size
     unit = max(about, smallest) if about else programme.size
-    x, t = _interior(programme, _basis(programme, unit), unit)
+    try:
+        x, t = _interior(programme, _basis(programme, unit), unit)
+    except RunError:
+        if not about:
+            raise
+        return solved(programme)  # a unit that is much too small
     while programme.weights is None and t < _LARGE * unit and unit > smallest:
         unit = max(t, _SMALLER * unit, smallest)
         try:
