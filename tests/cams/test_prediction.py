@@ -16,7 +16,7 @@ from wucht.cams.correction import CorrectedLaw, MotionOverTime, above, orders
 from wucht.cams.laws.closed_forms import equiripple
 from wucht.cams.prediction import CamShaft
 from wucht.errors import InputError, RunError
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.harmonics import Harmonics, differentiation, even_angles
 
 TURN = 2 * math.pi
 LAW = equiripple(5, math.radians(120), math.radians(24))
@@ -87,20 +87,10 @@ def settled(of, law, turns):
     return TURN / (end - begin), phi - turns * TURN, speed
 
 
-@pytest.mark.parametrize("count", [8, 10, 64])
-def test_the_matrix_differentiates_all_waves_below_half_of_its_points(count):
-    at, matrix = even_angles(count), prediction._differentiation(count)
-    for k in range(count // 2):
-        assert matrix @ np.cos(k * at) == pytest.approx(-k * np.sin(k * at), abs=1e-13 * count**2)
-        assert matrix @ np.sin(k * at) == pytest.approx(k * np.cos(k * at), abs=1e-13 * count**2)
-    k = count // 2 + 1  # is taken for that of k = count/2 - 1
-    assert np.abs(matrix @ np.cos(k * at) + k * np.sin(k * at)).max() > 1
-
-
 @pytest.mark.parametrize("kind", ["energy", "power"])
 def test_the_jacobians_are_the_derivatives_of_what_is_off(kind):
     count, h = 32, 1e-5
-    at, matrix = even_angles(count), prediction._differentiation(count)
+    at, matrix = even_angles(count), differentiation(count)
     if kind == "energy":
         balance = prediction._EnergyBalance(J0 + 0.5 * LAW(at, 1) ** 2, matrix, motor_and_fan)
         x = 2500 * (1 + 0.1 * np.cos(2 * at))

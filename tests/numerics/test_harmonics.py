@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.harmonics import Harmonics, differentiation, even_angles
 
 X = np.linspace(0, 2 * math.pi, 20001)
 
@@ -100,3 +100,16 @@ def test_subnormal_numbers_are_no_function():
 def test_highest_harmonics_that_are_rounding_do_no_harm():
     f = Harmonics.of(0.0, [1.0, 0.2, 1e-18, 1e-300], [0.0, 0.0, 0.0, 0.0])
     assert f.bounds == pytest.approx(Harmonics.of(0.0, [1.0, 0.2]).bounds)
+
+
+@pytest.mark.parametrize("count", [8, 10, 64])
+def test_the_matrix_differentiates_all_waves_below_half_of_its_points(count):
+    at, matrix = even_angles(count), differentiation(count)
+    for k in range(count // 2):
+        assert matrix @ np.cos(k * at) == pytest.approx(-k * np.sin(k * at), abs=1e-13 * count**2)
+        assert matrix @ np.sin(k * at) == pytest.approx(k * np.cos(k * at), abs=1e-13 * count**2)
+    k = count // 2 + 1  # is taken for that of k = count/2 - 1
+    assert np.abs(matrix @ np.cos(k * at) + k * np.sin(k * at)).max() > 1
+    assert differentiation(count, 2) @ np.cos((count // 2 - 1) * at) == pytest.approx(
+        -((count // 2 - 1) ** 2) * np.cos((count // 2 - 1) * at), abs=1e-13 * count**3
+    )

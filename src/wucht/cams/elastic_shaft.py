@@ -17,7 +17,7 @@ import numpy as np
 from wucht.cams.demands import not_negative, positive
 from wucht.cams.laws.law import Law
 from wucht.errors import InputError, RunError
-from wucht.numerics.harmonics import Harmonics
+from wucht.numerics.harmonics import Harmonics, differentiation
 
 _POINTS = 128
 _MOST_STEPS = 40
@@ -186,7 +186,7 @@ class _Balance:
 
     def solved(self) -> tuple[np.ndarray, int]:
         """u at the points (n,), and after how many steps: Newton's, halved where they do not improve the balance."""
-        D, DD = (_differentiation(self.points, order) for order in (1, 2))
+        D, DD = (differentiation(self.points, order) for order in (1, 2))
         u = self.drive(self.tau)
         off = self._off(self.tau, u, D @ u, DD @ u)
         for iteration in range(1, _MOST_STEPS + 1):
@@ -245,13 +245,6 @@ class _Balance:
             f"by itself it swings about {ratio:.3g} times a turn; give a stiffer shaft, more damping, less inertia at the "
             "output, or another speed"
         )
-
-
-def _differentiation(points: int, order: int) -> np.ndarray:
-    """The matrix (n, n) that gives the derivative, of order 1 or 2, of the trigonometric polynomial through even points."""
-    k = np.fft.rfftfreq(points, 1 / points)
-    spectra = (1j * k[:, None]) ** order * np.fft.rfft(np.eye(points), axis=0)
-    return np.asarray(np.fft.irfft(spectra, points, axis=0))  # drops the highest sine, which is zero at every point
 
 
 def _check(drive: Harmonics, omega: float, points: int) -> None:

@@ -7,7 +7,6 @@ method; without a torque it is the eigenmotion, of constant energy, in closed fo
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -19,7 +18,7 @@ from wucht.cams.demands import not_negative, positive
 from wucht.cams.laws.law import Law
 from wucht.cams.shaft_motion import ShaftMotion, over_time
 from wucht.errors import RunError
-from wucht.numerics.harmonics import Harmonics, even_angles
+from wucht.numerics.harmonics import Harmonics, differentiation, even_angles
 
 Torque = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # speeds (N,) in rad/s -> torque in N m, its derivative by speed
 
@@ -72,7 +71,7 @@ class CamShaft:
             if self.torque is not None:
                 energy = energy if coarser is None else _positive(coarser, count, self.mean_speed) ** 2 * root**2
                 energy = _newton(
-                    _EnergyBalance(reduced, _differentiation(count), self.torque), energy, partial(self.remedy, law)
+                    _EnergyBalance(reduced, differentiation(count), self.torque), energy, partial(self.remedy, law)
                 )
             return Harmonics.sampled(np.sqrt(energy) / root)
 
@@ -90,7 +89,7 @@ class CamShaft:
             moved = self.output_inertia * law(even_angles(count), 1) ** 2 / 2
             if self.torque is None:
                 return Harmonics.sampled(self._eigenmotion(moved, law))
-            balance = _PowerBalance(self.inertia, moved, _differentiation(count), self.torque)
+            balance = _PowerBalance(self.inertia, moved, differentiation(count), self.torque)
             start = np.full(count, self.mean_speed) if coarser is None else _positive(coarser, count, self.mean_speed)
             return Harmonics.sampled(_newton(balance, start, partial(self.remedy, law)))
 
@@ -191,14 +190,6 @@ def _newton(
             break
         x, off, jacobian = x + step, new_off, new_jacobian
     raise RunError(f"no periodic motion of the shaft was found: {remedy()}; and a drive that holds the mean speed")
-
-
-def _differentiation(count: int) -> np.ndarray:
-    """The matrix (n, n) that differentiates samples of a turn, n even: L. N. Trefethen, Spectral Methods in MATLAB, (3.10)."""
-    k = np.arange(count)
-    row = np.zeros(count)
-    row[1:] = (-1.0) ** k[1:] / (2 * np.tan(math.pi * k[1:] / count))
-    return np.asarray(row[(k[:, None] - k) % count])
 
 
 def _positive(speed: Harmonics, count: int, otherwise: float) -> np.ndarray:

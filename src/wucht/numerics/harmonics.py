@@ -22,6 +22,16 @@ def even_angles(count: int) -> np.ndarray:
     return 2 * math.pi * np.arange(count) / count
 
 
+def differentiation(count: int, order: int = 1) -> np.ndarray:
+    """The matrix (n, n) that differentiates samples at ``even_angles``, n even; all harmonics below n/2 exactly.
+
+    L. N. Trefethen, Spectral Methods in MATLAB, SIAM 2000, chapter 3.
+    """
+    wave = (1j * np.fft.rfftfreq(count, 1 / count)) ** order
+    column, k = np.fft.irfft(wave, count), np.arange(count)  # odd orders drop the highest sine, which is zero at every point
+    return np.asarray(column[(k[:, None] - k) % count])
+
+
 @dataclass(frozen=True, eq=False)
 class Harmonics:
     """mean: c0. cosine, sine: A_k, B_k (N,), the first harmonic first; all in the unit of the function."""

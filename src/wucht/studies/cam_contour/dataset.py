@@ -13,7 +13,7 @@ from wucht.cams.tables.follower import FlatFacedTable, OscillatingRollerTable, T
 from wucht.numerics.valleys import Arc
 from wucht.results.conventions import Variable, answered, variable
 from wucht.studies.cam_contour.contact_load import Pressed
-from wucht.studies.cam_contour.judgement import beyond_common, judged, largest_pressure_angle
+from wucht.studies.cam_contour.judgement import COMMON, beyond_common, judged, largest_pressure_angle
 from wucht.studies.cam_contour.permitted_cam import placed
 from wucht.studies.cam_contour.prepare import Plan
 from wucht.studies.cam_contour.run import Curves, Findings
@@ -38,7 +38,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     Points to mill, of all cams in a row: mill_cam (number of the cam), mill_angle, mill_x, mill_y, mill_normal_x, mill_normal_y
     (mill_point), the normals outwards of what the contour encloses.
     The drive as it is drawn at cam angle 0: pivot, rod_offset, face_from, face_to, face_at. Limits: permitted_pressure_angle,
-    permitted_radius, permitted_contact_pressure, wheel_radius.
+    common_pressure_angle, permitted_radius, permitted_contact_pressure, wheel_radius.
     """
     import xarray as xr_
 
@@ -55,7 +55,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     }
     outcome, sentence = judged(plan, findings)
     summary = _summary(plan, findings, outcome, sentence)
-    notes = [*findings.notes, *beyond_common(plan)]
+    notes = [*findings.notes, *_beyond_common(plan)]
     return answered(xr_.Dataset(dict(data), coords=coordinates), summary, sentence, notes)
 
 
@@ -149,6 +149,7 @@ def _layout(plan: Plan) -> dict[str, Variable]:
             "", flat.distance + float(plan.lever(0.0)) if isinstance(flat, FlatFacedTable) else None, "face, x", "m"
         ),
         "permitted_pressure_angle": variable("", limits[0], "permitted pressure angle", "rad"),
+        "common_pressure_angle": variable("", COMMON[plan.unit], "common pressure angle, at most", "rad"),
         "permitted_radius": variable("", limits[1], "permitted radius of curvature", "m"),
         "permitted_contact_pressure": variable("", limits[2], "permitted contact pressure", "Pa"),
         "wheel_radius": variable("", spec.wheel_radius, "radius of the grinding wheel", "m"),
@@ -214,6 +215,13 @@ def _contact(plan: Plan, largest: Pressed | None) -> dict[str, Any] | None:
         "lift_off": {name: [list(arc) for arc in arcs] for name, arcs in largest.off.items()},
         "least_preload": largest.least_preload,
     }
+
+
+def _beyond_common(plan: Plan) -> list[str]:
+    """Where nobody has permitted a pressure angle."""
+    permitted = plan.spec.permitted
+    given = permitted is not None and permitted.pressure_angle is not None
+    return [] if given else beyond_common(plan.shapes.values(), plan.unit)
 
 
 def _shaft(plan: Plan) -> dict[str, Any] | None:

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 _ROW, _CAM_ROWS, _MARGINS = 2.1, 2, 1.7  # inches, rows
 _CLIPPED = 2.5  # of the largest distance from the centre: larger radii of curvature are not drawn
-_COMMON = {"rad": 45, "m": 30}  # degrees
 _LINE_OF_TEXT = 95  # letters that fit on the page
 _NAMES_A_ROW, _ROW_OF_NAMES, _BELOW_PANELS = 4, 0.165, 0.6  # of the legend; inches
 _LINE = {"cam": 0, "counter": 1, "outer": 2}
@@ -103,9 +102,9 @@ def _pressure_angle(axis: Axes, result: xr.Dataset) -> None:
     angles = np.degrees(result.pressure_angle.values)
     _lines(axis, result, np.where(result.cam.values[:, None] == "outer", np.nan, angles))  # one roller has one
     permitted = np.degrees(float(result.permitted_pressure_angle))
-    limit, name = (
-        (permitted, "permitted") if np.isfinite(permitted) else (_COMMON[result.follower.attrs["units"]], "common limit")
-    )
+    limit, name = permitted, "permitted"
+    if not np.isfinite(permitted):
+        limit, name = np.degrees(float(result.common_pressure_angle)), "common limit"
     for sign in (1, -1):
         _limit(axis, sign * limit, name)
     axis.set_ylabel("pressure angle (°)")

@@ -12,7 +12,8 @@ from wucht.studies.cam_contour.shapes import Extreme, Shape
 
 _REACHED = 1e-6  # of a limit: beyond it by less is at it, where a smallest cam is
 _MOST_ARCS = 3
-_COMMON = {"rad": ("lever", math.radians(45)), "m": ("rod", math.radians(30))}
+_GUIDES = {"rad": "lever", "m": "rod"}
+COMMON = {"rad": math.radians(45), "m": math.radians(30)}  # pressure angles, at most, of followers that turn or slide
 
 
 def judged(plan: Plan, findings: Findings) -> tuple[str, str]:
@@ -29,17 +30,14 @@ def judged(plan: Plan, findings: Findings) -> tuple[str, str]:
     return ("lifts-off" if off else "cuttable"), "; ".join([*said, *off])
 
 
-def beyond_common(plan: Plan) -> list[str]:
-    """A warning where a pressure angle is larger than is common, and nobody has permitted it."""
-    permitted = plan.spec.permitted
-    if permitted is not None and permitted.pressure_angle is not None:
-        return []
-    guide, common = _COMMON[plan.unit]
-    angle = largest_pressure_angle(plan.shapes.values())
+def beyond_common(shapes: Iterable[Shape], unit: str) -> list[str]:
+    """A sentence where a pressure angle is larger than is common. unit: of the follower's motion, rad or m."""
+    angle, common = largest_pressure_angle(shapes), COMMON[unit]
     if angle.value <= common:
         return []
     reached = f"the pressure angle reaches {_degrees(angle.value)} at {_degrees(angle.phi)}"
-    return [f"{reached}; with a {guide} at most {_degrees(common)} is common (study.permitted finds the smallest cam for it)"]
+    finds = "study.permitted finds the smallest cam for it"
+    return [f"{reached}; with a {_GUIDES[unit]} at most {_degrees(common)} is common ({finds})"]
 
 
 def largest_pressure_angle(shapes: Iterable[Shape]) -> Extreme:

@@ -14,7 +14,7 @@ from wucht.cams.undercut import RadiusAt
 from wucht.measurements.order_residual import LeftOutOrder
 from wucht.numerics.harmonics import Harmonics
 from wucht.results.conventions import Variable, answered, variable
-from wucht.studies.cam_contour.judgement import largest_pressure_angle
+from wucht.studies.cam_contour.judgement import COMMON, largest_pressure_angle
 from wucht.studies.cam_contour.shapes import Shape
 from wucht.studies.cam_correction.cleanliness import left_by_left_out, sentence
 from wucht.studies.cam_correction.prepare import Plan, explained
@@ -43,7 +43,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     Contours: contour_x, contour_y, normal_x, normal_y (away from the centre), curvature, pressure_angle, uncut (1: straight, 0:
     an edge) (version, cam, cam_angle); moved (cam, cam_angle): the corrected contour, outwards from the original one;
     least_radius, hollow_radius, largest_roller, base_radius (version, cam); at cam angle 0 follower_x, follower_y,
-    roller_radius (cam; NaN of a flat face).
+    roller_radius (cam; NaN of a flat face); common_pressure_angle.
     share (residual). measured_acceleration (tau): of the orders fitted; sample_tau, sample_acceleration (sample): some of the
     record's samples; measured_amplitude, computed_amplitude (order). NaN, or no samples, without a record.
     """
@@ -172,6 +172,7 @@ def _contours(plan: Plan, f: Findings) -> dict[str, Variable]:
             each, once(lambda c: c.shape.largest_roller or math.nan), "largest roller that cuts nothing away", "m"
         ),
         "base_radius": variable(each, once(lambda c: c.shape.base.value), "least radius of the contour", "m"),
+        "common_pressure_angle": variable("", COMMON[plan.lever_unit], "common pressure angle, at most", "rad"),
         "follower_x": variable("cam", np.array([p.real for p in places], float), "roller or face at cam angle 0, x", "m"),
         "follower_y": variable("cam", np.array([p.imag for p in places], float), "roller or face at cam angle 0, y", "m"),
         "roller_radius": variable("cam", np.array(radii, float), "radius of the roller", "m"),

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 LOOKS = {"original": (COLOURS[1], "--"), "corrected": (COLOURS[0], "-")}
 _CAMS = {"counter": (COLOURS[2], "counter cam"), "outer": (COLOURS[4], "outer flank")}
 _FOLLOWER = "#000000"
-_COMMON = {"rad": 45, "m": 30}  # degrees
 _FINE = 1e-4  # m: less is drawn in micrometres
 _CLIPPED = 2.5  # of the largest distance from the centre: larger radii of curvature are not drawn
 
@@ -103,7 +102,7 @@ def _pressure(axis: Axes, result: xr.Dataset) -> None:
         for version, (_, dashes) in LOOKS.items():
             angle = np.degrees(result.pressure_angle.sel(version=version, cam=name).values)
             axis.plot(np.degrees(result.cam_angle.values), angle, dashes, color=_colour(name, version), linewidth=1.1)
-    common = _COMMON[result.follower.attrs["units"]]
+    common = np.degrees(float(result.common_pressure_angle))
     for limit in (common, -common):
         axis.axhline(limit, color=COLOURS[3], linestyle=":", linewidth=1.2, label="common limit")
     _cam_angle_axis(axis)

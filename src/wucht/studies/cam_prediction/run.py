@@ -121,14 +121,15 @@ def _shaft(plan: Plan, law: Law, corrected: bool) -> ShaftMotion:
 def _turning(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray, corrected: bool) -> Turning:
     spectrum, omega = orders(MotionOverTime(cam, shaft)), shaft.mean
     acceleration = Harmonics(0.0, omega**2 * spectrum.cosine, omega**2 * spectrum.sine)
-    left, drive, free = _left(plan, cam, shaft), _drive(plan, cam, shaft, tau), _eigenmotion(plan, omega, corrected)
+    left, drive, free = _left(plan, cam, shaft), _drive(plan, cam, shaft, tau), _eigenmotion(plan, shaft, corrected)
     return Turning(shaft, acceleration, above(spectrum, plan.count), left, drive, free)
 
 
-def _eigenmotion(plan: Plan, omega: float, corrected: bool) -> Eigenmotion | None:
-    law, free = plan.motion.law, plan.shaft.free(omega)
+def _eigenmotion(plan: Plan, shaft: ShaftMotion, corrected: bool) -> Eigenmotion | None:
+    law, omega, free = plan.motion.law, shaft.mean, plan.shaft.free(shaft.mean)
     try:
-        motion = free.with_corrected_cam(law) if corrected else free.with_cam(law)
+        found = free.with_corrected_cam if corrected else free.with_cam
+        motion = shaft if plan.driving is None else found(law)
     except RunError:
         return None
     cam = CorrectedLaw(law, motion) if corrected else law
