@@ -116,6 +116,31 @@ class Jacobian:
             whole[i, j] = value
         return numbers[:n].reshape((n, *shape)), whole[:, :n], whole[:, n:]
 
+    def bound(self, parameters: Numbers) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
+        """The same at fixed parameters and time 0, with the least work a call: x (n,) or (n, N) -> f and df/dx as above.
+
+        Raises ``RunError`` where the equations cannot be evaluated at these parameters.
+        """
+        n, function = len(self.system.states), self._compiled
+        if function is None:
+            return lambda x: self(x, parameters)[:2]
+        constants = self.program.constant_values(parameters)
+        flat = np.array([i * n + j for i, j in self.places], int)
+
+        def values(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            shape = x.shape[1:]
+            if shape:
+                numbers = function(
+                    np.ascontiguousarray(x), pars=np.repeat(constants[:, None], shape[0], 1), time=np.zeros(shape)
+                )
+            else:
+                numbers = function(x, pars=constants, time=0.0)
+            matrix = np.zeros((n * n, *shape))
+            matrix[flat] = numbers[n:]
+            return numbers[:n], matrix.reshape(n, n, *shape)
+
+        return values
+
     def at(
         self, state: Sequence[float] | np.ndarray, parameters: Numbers, time: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,0 +1,105 @@
+"""Simple branch points, where two branches of F(u) = 0 cross, and the directions of both.
+
+W. Govaerts, "Numerical Methods for Bifurcations of Dynamical Equilibria", SIAM 2000, sections 6.1 (defining equations) and
+4.1 (the algebraic branching equation).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.problem import CurvePoint
+
+_MOST_STEPS = 15
+_TOLERANCE = 1e-12
+_STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
+
+
+@dataclass(frozen=True, eq=False)
+class BranchPoint:
+    """Where two branches cross.
+
+    u (n+1,). jacobian (n, n+1). tangents (2, n+1): of the branch that was followed, and of the other. share: of the way to it.
+    """
+
+    u: np.ndarray
+    jacobian: np.ndarray
+    tangents: np.ndarray
+    share: float = 0.0
+
+    @classmethod
+    def at(cls, equations: Equations, u: np.ndarray, along: np.ndarray | None = None) -> BranchPoint:
+        """The branches through a branch point u; the first is nearest to a direction (n+1,), by default the parameter's.
+
+        Raises ``RunError`` where two branches do not cross there.
+        """
+        scale = equations.scale
+        jacobian = equations.values(u)[1]
+        left, _, right = np.linalg.svd(jacobian * scale)
+        w, both = left[:, -1], right[-2:] * scale
+        second = np.array([w @ derivative_along(equations, u, v) @ both.T for v in both])
+        a, b, c = second[0, 0], (second[0, 1] + second[1, 0]) / 2, second[1, 1]
+        inside = b * b - a * c
+        if not inside > 1e-8 * (b * b + abs(a * c)):
+            raise RunError("no two branches cross here: it is no simple branch point")
+        # a x^2 + 2 b x y + c y^2 = 0, each root by the formula that does not cancel.
+        q = -(b + math.copysign(math.sqrt(inside), b))
+        roots = np.array([(q, a), (c, q)])
+        tangents = roots @ both
+        tangents /= np.linalg.norm(tangents / scale, axis=1)[:, None]
+        wanted = np.eye(len(u))[-1] * scale if along is None else along
+        near = np.abs(tangents / scale @ (wanted / scale))
+        tangents = tangents[np.argsort(-near)]
+        tangents *= np.where(tangents / scale @ (wanted / scale) < 0, -1.0, 1.0)[:, None]
+        return cls(u, jacobian, tangents)
+
+
+def derivative_along(equations: Equations, u: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """d/ds of dF/du (n, n+m) along a direction (n+m,), by a central difference: right to about ten digits."""
+    length = float(np.linalg.norm(direction / equations.scale))
+    h = _STEP / length if length else 1.0
+    _, both = equations.values(np.stack([u + h * direction, u - h * direction], axis=-1))
+    return np.asarray((both[..., 0] - both[..., 1]) / (2 * h))
+
+
+def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPoint:
+    """The branch point between two neighbouring points of a branch.
+
+    It is a regular solution of F + b w = 0, F_u^T w = 0, w^T w = 1 with unknowns u, b, w. Raises ``RunError`` where none
+    lies there.
+    """
+    n, scale = equations.n, equations.scale
+    way = (b.u - a.u) / scale
+    u, slack = (a.u + b.u) / 2, 0.0
+    w = np.linalg.svd(equations.values(u)[1] * scale)[0][:, -1]
+    basis = np.diag(scale)
+    for _ in range(_MOST_STEPS):
+        off, jacobian = equations.values(u)
+        scaled = jacobian * scale
+        around = u[:, None] + np.concatenate([_STEP * basis, -_STEP * basis], axis=1)
+        change = equations.values(around)[1]
+        hessian = np.einsum("i,ijk->jk", w, change[..., : n + 1] - change[..., n + 1 :]) * scale[:, None] / (2 * _STEP)
+        matrix = np.zeros((2 * n + 2, 2 * n + 2))
+        matrix[:n, : n + 1], matrix[:n, n + 1], matrix[:n, n + 2 :] = scaled, w, slack * np.eye(n)
+        matrix[n : 2 * n + 1, : n + 1], matrix[n : 2 * n + 1, n + 2 :] = hessian, scaled.T
+        matrix[-1, n + 2 :] = 2 * w
+        missed = np.concatenate([off + slack * w, scaled.T @ w, [w @ w - 1]])
+        try:
+            step = np.linalg.solve(matrix, -missed)
+        except np.linalg.LinAlgError:
+            break
+        u, slack, w = u + step[: n + 1] * scale, slack + step[n + 1], w + step[n + 2 :]
+        if not np.isfinite(step).all():
+            break
+        if np.abs(step[: n + 2]).max() <= _TOLERANCE:
+            share = float((u - a.u) / scale @ way / (way @ way))
+            if not (-0.5 <= share <= 1.5 and abs(slack) < 1e-8):
+                break
+            found = BranchPoint.at(equations, u, b.u - a.u)
+            return BranchPoint(found.u, found.jacobian, found.tangents, share)
+    raise RunError("no branch point was found between two points")

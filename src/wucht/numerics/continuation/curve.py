@@ -1,0 +1,196 @@
+"""A curve F(u) = 0, F: R^(n+1) -> R^n, followed point by point by pseudo-arclength continuation.
+
+From a point the next one is predicted along the tangent and its change, and corrected by Newton's method in the plane across
+the tangent; the step grows and shrinks with Newton's effort and with how far the tangent turns.
+H. B. Keller, in P. Rabinowitz (ed.), "Applications of Bifurcation Theory", Academic Press 1977; W. Govaerts, "Numerical
+Methods for Bifurcations of Dynamical Equilibria", SIAM 2000.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.continuation.problem import CurvePoint, Problem
+
+P = TypeVar("P")
+
+_MOST_CORRECTIONS = 8
+_WANTED_CORRECTIONS = 3  # more, and the step shrinks
+_GROWS, _SHRINKS = 1.6, 0.5  # at most
+
+
+@dataclass(frozen=True)
+class Steps:
+    """How a curve is followed. Lengths are arclengths in units of the problem's scale.
+
+    first, least, most: length of a step. turn: of the tangent from point to point, rad. points: at most. tolerance: of Newton's
+    last correction, as a length.
+    """
+
+    first: float = 0.01
+    least: float = 1e-7
+    most: float = 0.2
+    turn: float = 0.15
+    points: int = 2000
+    tolerance: float = 1e-10
+
+
+class Walk(Iterator[P], Generic[P]):
+    """Points in order, as they are asked for. end: once there is none left, a sentence why."""
+
+    def __init__(self, points: Generator[P, None, str]) -> None:
+        self._points, self.end = points, ""
+
+    def __next__(self) -> P:
+        try:
+            return next(self._points)
+        except StopIteration as stop:
+            self.end = self.end or str(stop.value)
+            raise StopIteration from None
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """The solutions of a problem within bounds: (low, high) of some unknowns, by their index (-1: the last one)."""
+
+    problem: Problem
+    bounds: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    steps: Steps = Steps()
+
+    def start(self, u: np.ndarray, towards: np.ndarray) -> CurvePoint:
+        """The solution near u in the plane across a direction (n+1,), which its tangent follows. Raises ``RunError``."""
+        point, _ = self.corrected(u, towards / self._size(towards), 0.0)
+        return point
+
+    def follow(self, start: CurvePoint) -> Walk[tuple[Curve, CurvePoint]]:
+        """The points after a first one, each with the curve as it is written there."""
+        return Walk(self._followed(start))
+
+    def _followed(self, start: CurvePoint) -> Generator[tuple[Curve, CurvePoint], None, str]:
+        curve, here, step = self, start, self.steps.first
+        first, turns = self.problem.outline(start.u)
+        bent = np.zeros_like(here.u)
+        made = 0
+        while made < self.steps.points:
+            try:
+                guess = here.u + step * here.tangent + step**2 / 2 * bent
+                there, corrections = curve.corrected(guess, here.tangent, here.length + step)
+                turned = curve._angle(here.tangent, there.tangent)
+            except RunError:
+                there, turned, corrections = here, math.pi, _MOST_CORRECTIONS
+            if turned > 3 * self.steps.turn:
+                step, bent = step * _SHRINKS, np.zeros_like(bent)
+                if step < self.steps.least:
+                    return f"no further point was found: steps would be shorter than {self.steps.least:g}"
+                continue
+            if (left := curve._left(there.u)) is not None:
+                index, bound = left
+                yield curve, curve._at_bound(here, there, index, bound)
+                return f"it leaves the range at {bound:.9g}"
+            if made > 1 and _passes(*curve._outlines(here, there), first, turns):
+                yield curve, curve._at_begin(there, start)
+                return "it is closed"
+            yield curve, there
+            made += 1
+            bent = (there.tangent - here.tangent) / step
+            step = self._next(step, turned, corrections)
+            problem, here = curve.problem.renewed(there)
+            if problem is not curve.problem:
+                curve = replace(curve, problem=problem)
+            if len(bent) != len(here.u) or here.u is not there.u:
+                bent = np.zeros_like(here.u)
+        return f"it has as many points as were asked for, {self.steps.points}"
+
+    def corrected(self, u: np.ndarray, tangent: np.ndarray, length: float) -> tuple[CurvePoint, int]:
+        """Newton's method from u in the plane across a tangent, and after how many corrections. Raises ``RunError``."""
+        scale = self.problem.scale
+        across = tangent / scale**2
+        sides, before = np.zeros((len(u), 2)), math.inf
+        sides[-1, 1] = 1.0
+        for correction in range(1, _MOST_CORRECTIONS + 1):
+            off, jacobian = self.problem.residual(u)
+            sides[:-1, 0] = off
+            solved, orientation = self.problem.solution(jacobian, across, sides)
+            change = self._size(solved[:, 0])
+            u = u - solved[:, 0]
+            if change <= self.steps.tolerance:
+                direction = solved[:, 1]
+                return CurvePoint(u, direction / self._size(direction), jacobian, length, orientation), correction
+            if not change < 2 * before:
+                break
+            before = change
+        raise RunError("Newton's method does not converge to a point of the curve")
+
+    def between(self, a: CurvePoint, b: CurvePoint, share: float) -> CurvePoint:
+        """The point of the curve at a share of the way from one point to another, near it. Raises ``RunError``."""
+        way, span = b.u - a.u, b.length - a.length
+        s, r = share, 1 - share
+        guess = (1 + 2 * s) * r**2 * a.u + s * r**2 * span * a.tangent + s**2 * (3 - 2 * s) * b.u - s**2 * r * span * b.tangent
+        across = way / self._size(way)
+        guess = guess + across * float((a.u + s * way - guess) @ (across / self.problem.scale**2))
+        return self.corrected(guess, across, a.length + share * span)[0]
+
+    def backwards(self, point: CurvePoint) -> CurvePoint:
+        """The same point of the curve followed the other way."""
+        return replace(point, tangent=-point.tangent, orientation=-point.orientation)
+
+    def _outlines(self, here: CurvePoint, there: CurvePoint) -> tuple[np.ndarray, np.ndarray]:
+        return self.problem.outline(here.u)[0], self.problem.outline(there.u)[0]
+
+    def _size(self, direction: np.ndarray) -> float:
+        scaled = direction / self.problem.scale
+        return math.sqrt(scaled @ scaled)
+
+    def _angle(self, a: np.ndarray, b: np.ndarray) -> float:
+        return math.acos(min(1.0, max(-1.0, float(a @ (b / self.problem.scale**2)))))
+
+    def _next(self, step: float, turned: float, corrections: int) -> float:
+        """The next step: as long as the tangent will turn and Newton's method will take as much as is wanted."""
+        factor = min(_GROWS, self.steps.turn / max(turned, 1e-12), 2.0 ** (_WANTED_CORRECTIONS - corrections + 1))
+        return min(max(factor, _SHRINKS) * step, self.steps.most)
+
+    def _left(self, u: np.ndarray) -> tuple[int, float] | None:
+        """Which unknown is out of its bounds, and the bound that it passes."""
+        for index, (low, high) in self.bounds.items():
+            if not low <= u[index] <= high:
+                return index, low if u[index] < low else high
+        return None
+
+    def _at_bound(self, here: CurvePoint, there: CurvePoint, index: int, bound: float) -> CurvePoint:
+        """The point between two where an unknown is on its bound: Newton's method in that plane."""
+        plane = np.zeros(len(here.u))
+        plane[index] = self.problem.scale[index]
+        share = (bound - here.u[index]) / (there.u[index] - here.u[index])
+        guess = here.u + share * (there.u - here.u)
+        found, _ = self.corrected(guess, plane, here.length + share * (there.length - here.length))
+        u = found.u.copy()
+        u[index] = bound
+        found = replace(found, u=u)
+        return found if found.tangent @ (here.tangent / self.problem.scale**2) > 0 else self.backwards(found)
+
+    def _at_begin(self, there: CurvePoint, start: CurvePoint) -> CurvePoint:
+        """The first point once more, seen from the end of a closed curve: after whole turns of its angles."""
+        if len(there.u) != len(start.u):
+            return there
+        _, turns = self.problem.outline(start.u)
+        away = (there.u - start.u) / self.problem.scale
+        if len(turns) != len(away):
+            return there
+        whole = turns * np.round(np.divide(away, turns, out=np.zeros_like(away), where=turns > 0))
+        return replace(start, u=start.u + whole * self.problem.scale, length=there.length)
+
+
+def _passes(before: np.ndarray, after: np.ndarray, first: np.ndarray, turns: np.ndarray) -> bool:
+    """Whether the first point's outline lies on the way from one to the next, but for whole turns."""
+    away = after - first
+    target = first + turns * np.round(np.divide(away, turns, out=np.zeros_like(away), where=turns > 0))
+    way = after - before
+    long = float(way @ way)
+    share = float((target - before) @ way) / long if long else -1.0
+    return 0 <= share <= 1 and float(np.linalg.norm(before + share * way - target)) < 0.1 * math.sqrt(long)

@@ -1,0 +1,18 @@
+"""Systems of AUTO-07p's demos, which peers' numbers are known of: E. J. Doedel et al., AUTO-07P manual, 2007."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from wucht.system import System
+
+_U1, _U2, _X, _Y, _Z = sp.symbols("u1 u2 x y z", real=True)
+_P1, _P2, _RHO, _Q = sp.symbols("p1 p2 rho q", real=True)
+
+AB = System(
+    (_U1, _U2),
+    (-_U1 + _P1 * (1 - _U1) * sp.exp(_U2), -_U2 + _P1 * _P2 * (1 - _U1) * sp.exp(_U2) - 3 * _U2),
+    (_P1, _P2),
+)
+LORENZ = System((_X, _Y, _Z), (10 * (_Y - _X), _RHO * _X - _Y - _X * _Z, _X * _Y - sp.Rational(8, 3) * _Z), (_RHO,))
+PP2 = System((_U1, _U2), (3 * _U1 * (1 - _U1) - _U1 * _U2 - _Q * (1 - sp.exp(-5 * _U1)), -_U2 + 3 * _U1 * _U2), (_Q,))

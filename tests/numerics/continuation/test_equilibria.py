@@ -1,0 +1,168 @@
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from auto_demos import AB, LORENZ, PP2
+from wucht.errors import RunError, WuchtError
+from wucht.numerics.continuation.curve import Curve, Steps
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equilibria import Equilibria, Equilibrium
+from wucht.numerics.continuation.problem import Functions
+from wucht.system import System
+
+X, Y, P, Q = sp.symbols("x y p q", real=True)
+
+
+def equilibria(system: System, varied: str, fixed: Mapping[str, float], low: float, high: float, **more: object) -> Equilibria:
+    return Equilibria(Equations.of(system, [varied], fixed), (low, high), **more)  # type: ignore[arg-type]
+
+
+def kinds(points: tuple[Equilibrium, ...] | list[Equilibrium]) -> list[tuple[str, float]]:
+    return [(p.kind, p.parameter) for p in points if p.kind]
+
+
+def test_ab_hopf_and_folds() -> None:
+    """AUTO-07p, demo ab, at p2 = 15 and 18."""
+    for p2, expected in {
+        15.0: [("hopf", 0.14688248), ("hopf", 0.2945108)],
+        18.0: [("hopf", 0.11115348), ("fold", 0.11156508), ("fold", 0.09957414), ("hopf", 0.18383461)],
+    }.items():
+        problem = equilibria(AB, "p1", {"p2": p2}, 0, 0.5)
+        branch = problem.branch(problem.start([0, 0], 0.0))
+        assert [k for k, _ in kinds(list(branch.special))] == [k for k, _ in expected]
+        np.testing.assert_allclose([v for _, v in kinds(list(branch.special))], [v for _, v in expected], rtol=5e-8)
+        assert branch.ends == ("it leaves the range at 0", "it leaves the range at 0.5")
+
+
+def test_located_points_satisfy_their_defining_equations() -> None:
+    """Residual, and: determinant zero at a fold, a purely imaginary pair at a Hopf point."""
+    problem = equilibria(AB, "p1", {"p2": 18.0}, 0, 0.5)
+    for point in problem.branch(problem.start([0, 0], 0.0)).special:
+        f, f_u = problem.equations.values(point.u)
+        assert np.abs(f).max() < 1e-12
+        assert min(abs(np.linalg.det(f_u[:, :2])) if point.kind == "fold" else abs(np.trace(f_u[:, :2])), 1) < 1e-11
+
+
+def test_lorenz_pitchfork_and_hopf_on_both_sides() -> None:
+    """rho = 1; Hopf at 470/19 (sigma = 10, beta = 8/3)."""
+    problem = equilibria(LORENZ, "rho", {}, -1, 30, steps=Steps(most=1.0))
+    trivial = problem.branch(problem.start([0, 0, 0], 0.3))
+    (pitchfork,) = trivial.special
+    assert pitchfork.kind == "branch-point" and pitchfork.parameter == pytest.approx(1.0, abs=1e-10)
+    for first in problem.switched(pitchfork):
+        points = list(problem.walk(first))
+        assert [k for k, _ in kinds(points)] == ["hopf"]
+        assert kinds(points)[0][1] == pytest.approx(470 / 19, rel=1e-12)
+        assert np.sign(points[-1].x[0]) == np.sign(first.u[0])
+
+
+def test_pp2_branch_points_fold_and_hopf() -> None:
+    """AUTO-07p, demo pp2."""
+    problem = equilibria(PP2, "q", {}, 0, 1.5, limits={0: (-0.1, 2), 1: (-0.1, 5)})
+    trivial = problem.branch(problem.start([0, 0], 0.0))
+    assert kinds(list(trivial.special)) == [("branch-point", pytest.approx(0.6, abs=1e-10))]
+    prey = problem.branch(problem.start([1, 0], 0.0))
+    named = dict(kinds(list(prey.special)))
+    assert named["fold"] == pytest.approx(0.83292932223, rel=1e-10)
+    second = next(p for p in prey.special if p.kind == "branch-point" and p.parameter > 0.7)
+    assert second.parameter == pytest.approx(0.82190434537, rel=2e-8)
+    found = [kinds(list(problem.walk(first))) for first in problem.switched(second)]
+    assert ("hopf", pytest.approx(0.67159384754, rel=1e-7)) in itertools.chain(*found)
+
+
+def test_a_branch_around_a_circle_of_an_angle_is_closed() -> None:
+    """p = sin(theta): the angle goes on by a whole turn, p returns."""
+    theta = sp.Symbol("theta", real=True)
+    system = System((theta,), (P - sp.sin(theta),), (P,), angles=frozenset({theta}))
+    problem = equilibria(system, "p", {}, -2, 2)
+    branch = problem.branch(problem.start([0.3], math.sin(0.3)))
+    assert branch.closed
+    assert branch.u[:, -1] == pytest.approx(branch.u[:, 0] + [2 * math.pi * np.sign(branch.u[0, 5] - 0.3), 0])
+    assert sorted(v for _, v in kinds(list(branch.special))) == pytest.approx([-1, 1], abs=1e-12)
+    assert len(branch.special) == 2
+
+
+def test_an_isola_is_closed() -> None:
+    """x^2 + p^2 = 1."""
+    system = System((X,), (X**2 + P**2 - 1,), (P,))
+    problem = equilibria(system, "p", {}, -2, 2)
+    branch = problem.branch(problem.start([1.0], 0.1))
+    assert branch.closed and [round(v, 12) for _, v in kinds(list(branch.special))] in ([1, -1], [-1, 1])
+
+
+def test_a_function_of_the_user_is_zero_where_it_says() -> None:
+    problem = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3, functions={"half": lambda u: u[0] - 0.5})
+    (half,) = [p for p in problem.branch(problem.start([0, 0], 0.0)).special if p.kind == "half"]
+    assert half.x[0] == pytest.approx(0.5, abs=1e-10)
+    assert np.abs(problem.equations.values(half.u)[0]).max() < 1e-12
+
+
+def test_points_come_one_by_one_and_the_walk_goes_on_after_a_pause() -> None:
+    problem = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3)
+    walk = problem.walk(problem.start([0, 0], 0.0))
+    three = list(itertools.islice(walk, 3))
+    assert len(three) == 3 and walk.end == ""
+    rest = list(walk)
+    assert walk.end == "it leaves the range at 0.3" and rest[-1].parameter == 0.3
+
+
+def test_a_neutral_saddle_is_no_hopf_point() -> None:
+    """Eigenvalues 1 and p: their sum is zero at p = -1, where nothing happens."""
+    problem = equilibria(System((X, Y), (X, P * Y), (P,)), "p", {}, -2, -0.5)
+    assert problem.branch(problem.start([0, 0], -1.5)).special == ()
+
+
+def test_rounding_of_the_tangent_is_no_fold() -> None:
+    """exp(-x) = p: the parameter ceases to change as x grows."""
+    problem = equilibria(System((X,), (P - sp.exp(-X),), (P,)), "p", {}, -1, 1, limits={0: (-1, 60)}, steps=Steps(most=1))
+    branch = problem.branch(problem.start([0.0], 1.0))
+    assert branch.special == () and 60 in (branch.points[0].x[0], branch.points[-1].x[0])
+
+
+def test_why_a_branch_ends() -> None:
+    few = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3, steps=Steps(points=4))
+    assert few.branch(few.start([0, 0], 0.0)).ends[1] == "it has as many points as were asked for, 4"
+    ending = equilibria(System((X,), (X - sp.sqrt(P),), (P,)), "p", {}, -1, 1)
+    branch = ending.branch(ending.start([0.5], 0.25))
+    assert branch.ends[0].startswith("no further point was found") and branch.u[-1, 0] < 1e-5
+
+
+def test_a_user_gives_residual_and_jacobian() -> None:
+    """The circle, from functions alone."""
+    problem = Functions(lambda u: (np.array([u @ u - 1]), 2 * u[None, :]), np.ones(2))
+    curve = Curve(problem)
+    walk = curve.follow(curve.start(np.array([1.0, 0.1]), np.array([0.0, 1.0])))
+    points = [p for _, p in walk]
+    assert walk.end == "it is closed"
+    assert max(abs(p.u @ p.u - 1) for p in points) < 1e-12
+    by_hand = Equations.by_hand(lambda u: (np.array([u @ u - 1]), 2 * u[None, :]), ["x"], ["p"])
+    branch = Equilibria(by_hand, (-2, 2))
+    assert len(branch.branch(branch.start([1.0], 0.1)).special) == 2
+
+
+def test_bad_input_is_told() -> None:
+    with pytest.raises(WuchtError, match="p3 is none of the parameters: p1, p2"):
+        Equations.of(AB, ["p3"], {"p1": 1.0, "p2": 1.0})
+    with pytest.raises(WuchtError, match="the parameter p2 has no value"):
+        Equations.of(AB, ["p1"], {})
+    with pytest.raises(WuchtError, match="depend on time"):
+        Equations.of(System((X,), (sp.Symbol("t", real=True) - P,), (P,)), ["p"], {})
+    nothing = equilibria(System((X,), (X**2 + 1 + P**2,), (P,)), "p", {}, -1, 1)
+    with pytest.raises(RunError, match="does not converge"):
+        nothing.start([0.3], 0.0)
+
+
+def test_scale_does_not_change_what_is_found() -> None:
+    """The same equations in units a million times smaller."""
+    scaled = {"u1": 1.0, "u2": 1.0, "p1": 1e-6}
+    p1 = AB.parameters[0]
+    system = System(AB.states, tuple(d.xreplace({p1: 1e6 * p1}) for d in AB.derivatives), AB.parameters)
+    problem = Equilibria(Equations.of(system, ["p1"], {"p2": 15.0}, scaled), (0, 0.3e-6))
+    special = problem.branch(problem.start([0, 0], 0.0)).special
+    assert [p.parameter for p in special] == pytest.approx([0.14688248e-6, 0.2945108e-6], rel=1e-6)
