@@ -1,7 +1,8 @@
-"""Stability of steady phase configurations in the full equations, by Floquet multipliers.
+"""Stability of steady phase configurations in the full equations: by eigenvalues in a turning frame, or by multipliers.
 
-The motion with steady phases is periodic; its multipliers mu grow or decay by ln(mu)/T. What belongs to a family of states,
-to an interval of speeds without torque, and to the phase of the rotation itself, neither grows nor decays and is left out.
+The motion with steady phases is an equilibrium in the frame that turns with the main rotor, or else a periodic orbit, whose
+multipliers mu grow or decay by ln(mu)/T: ``synchronous_motion``. What belongs to a family of states, to an interval of speeds
+without torque, and to the phase of the rotation itself, neither grows nor decays and is left out.
 Something small, as gravity, may break a family: then its members creep along it, and it is judged across it.
 """
 
@@ -19,10 +20,11 @@ from wucht.analysis.configurations.averaged_stability import AveragedStability, 
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.torques import SteadyTorques, separation
 from wucht.analysis.static import static_position
+from wucht.analysis.synchronous_motion import SynchronousMotions
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled import CompiledSystem, compile_system
-from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
+from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.orbits import PeriodicOrbit
 
 NEUTRAL = 1e-7  # ln|mu| of a multiplier on the unit circle: the accuracy of those that come from an integration
 _ELSEWHERE = 0.5  # rad: a periodic motion whose phases are further away is another one
@@ -43,35 +45,39 @@ class FullStability:
     inertia: bool
 
     @cached_property
+    def motions(self) -> SynchronousMotions:
+        """The motions with steady phases."""
+        senses = dict(zip(self.torques.names, self.torques.senses.tolist(), strict=True))
+        return SynchronousMotions.of(self.torques.machine, senses)
+
+    @property
     def machine(self) -> Machine:
         """Without contacts."""
-        return self.torques.machine.changed(energies=self.torques.machine.without_contacts, tracks=())
+        return self.motions.machine
 
-    @cached_property
+    @property
     def flow(self) -> CompiledSystem:
         """Its equations of motion."""
-        return compile_system(replace(self.machine.system, outputs=(), quadratures=()))
+        return self.motions.flow
 
     def stability(self, state: State) -> Stability:
-        """Stability from the multipliers of the periodic motion near a state of the averaged equations."""
+        """Stability of the motion near a state of the averaged equations."""
         state = state.inside
         try:
-            orbit = self.orbit(state)
+            motion = self.motions.near(self.start(state), state.speed, state.neutral, state.dimension)
         except WuchtError as error:
             return Stability.undecided(str(error))
-        angles = self._angles(orbit.state)
+        angles = self._angles(motion.state)
         away = float(separation(angles - angles[0], state.phases).max())
         if away > _ELSEWHERE and not state.dimension:
             apart = f"phases up to {math.degrees(away):.0f} degrees away"
             return Stability.undecided(f"the nearest periodic motion of the full equations has {apart}")
-        with np.errstate(divide="ignore"):
-            exponents = np.log(orbit.nontrivial(1 + state.neutral).astype(complex)) / orbit.period
         reason = "a multiplier lies on the unit circle"
         if (np.diag(self.machine.matrices[1]) == 0).any():
             reason = "the carrier is not damped: its own vibration neither grows nor decays"
-        in_order = exponents[np.argsort(-exponents.real, kind="stable")]
-        across = Stability.of_exponents(in_order, NEUTRAL / orbit.period, reason)
-        return self._creeping(orbit, state, across) if orbit.residual > _REPEATS else across
+        across = Stability.of_exponents(motion.exponents, NEUTRAL / motion.period, reason)
+        orbit = motion.orbit
+        return across if orbit is None or orbit.residual <= _REPEATS else self._creeping(orbit, state, across)
 
     def _creeping(self, orbit: PeriodicOrbit, state: State, across: Stability) -> Stability:
         """Of a member of a family that does not repeat exactly."""
@@ -95,12 +101,7 @@ class FullStability:
 
     def orbit(self, state: State) -> PeriodicOrbit:
         """The periodic motion near a state, of a family as far as it repeats. Raises ``WuchtError`` where none is found."""
-        advance = np.zeros(len(self.machine.state_names))
-        advance[self._rows] = 2 * np.pi * self.torques.senses
-        return periodic_orbit(
-            self.flow, self.machine.values, self.start(state), 2 * np.pi / state.speed, advance,
-            free_period=self.torques.given is None, phase_state=self._rows[0], left_open=state.dimension,
-        )  # fmt: skip
+        return self.motions.orbit(self.start(state), state.speed, state.dimension)
 
     def start(self, state: State) -> np.ndarray:
         """The state of the full equations (n,) that the slow ones have, when the main rotor's own angle is zero."""

@@ -24,7 +24,7 @@ from wucht.numerics.subdivision import Zeros, all_zeros
 
 MOST_BODIES = 4
 _SMALLEST = 1e-6  # of the ranges: smaller boxes are along a family, or around a state at a fold
-_BOXES = {2: 200_000, 3: 1_000_000, 4: 3_000_000}
+_BOXES = {1: 200_000, 2: 200_000, 3: 1_000_000, 4: 3_000_000}
 _STARTS, _ROUNDS, _STEPS = 600, 8, 80
 _AGAIN = 6  # times that all starts, when their indices show that a state is missing
 _SAME = 1e-6  # rad, and share of the speed: two ends of Newton's method that are one state
@@ -70,7 +70,7 @@ def in_closed_form(torques: SteadyTorques, low: float, high: float) -> bool:
     Raises ``InputError`` where a body has no unbalance, so that nothing fixes its phase.
     """
     at = np.array([torques.given]) if torques.given is not None else np.linspace(low, high, _PROBES)
-    known = torques.size == 2 or (torques.coefficients is not None and torques.idle(at))
+    known = torques.size == 2 or (torques.size > 2 and torques.coefficients is not None and torques.idle(at))
     if known:
         closed_form.branches(torques, at)
     return known
@@ -106,6 +106,8 @@ def search(torques: SteadyTorques, low: float, high: float, watch: Watch = None)
         searched = by_subdivision(torques, low, high, watch=watch)
         if searched.complete:
             return searched
+        if torques.size == 1:
+            return Search(_working_points(torques, low, high), False, searched.shown)
         return Search(from_many_starts(torques, low, high, searched.states, watch=watch), False, searched.shown)
     states, given = list[State](), torques.given is not None
     for rounds in range(1, _AGAIN + 1):
@@ -119,6 +121,14 @@ def search(torques: SteadyTorques, low: float, high: float, watch: Watch = None)
     elif given:
         shown += ", but their indices add up to 0, as they must"
     return Search(states, False, shown)
+
+
+def _working_points(torques: SteadyTorques, low: float, high: float) -> list[State]:
+    """The steady speeds of a single rotor on a grid."""
+    machine, sense = torques.machine, float(torques.senses[0])
+    ends = (min(sense * low, sense * high), max(sense * low, sense * high))
+    curves = TorqueCurves(machine, machine.rotor, Forced.of(machine, np.zeros(1)), ends, _POINTS)
+    return [State(w, np.zeros(1)) for w in sorted(sense * p.speed for p in curves.working_points) if low <= w <= high]
 
 
 def index(torques: SteadyTorques, states: Sequence[State]) -> int:
@@ -204,7 +214,7 @@ def from_many_starts(
             x = np.concatenate([x, draw.uniform(low, high, (1, _STARTS))])
         speeds, phases = problem.parted(_newton(problem, x, low, high))
         for state in (State(w, at) for w, at in zip(speeds.tolist(), phases.T, strict=True)):
-            if not any(_same(torques, state, s) for s in states) and torques.balanced(state.speed, state.phases):
+            if not any(same_state(torques, state, s) for s in states) and torques.balanced(state.speed, state.phases):
                 states.append(state)
     return _grouped(torques, states)
 
@@ -226,7 +236,7 @@ def _newton(problem: OnTheTorus, x: np.ndarray, low: float, high: float) -> np.n
     return np.asarray(x[:, good])
 
 
-def _same(torques: SteadyTorques, state: State, other: State) -> bool:
+def same_state(torques: SteadyTorques, state: State, other: State) -> bool:
     """Whether two states are one, equal bodies being exchanged."""
     if abs(state.speed - other.speed) > _SAME * abs(state.speed):
         return False
@@ -240,16 +250,24 @@ def _same(torques: SteadyTorques, state: State, other: State) -> bool:
     return True
 
 
+def multiplicity(torques: SteadyTorques, state: State) -> int:
+    """How many states exchanging equal bodies makes of one."""
+    many = 1
+    for members in torques.classes:
+        angles = state.phases[list(members)]
+        near = np.unique(separation(angles[:, None], angles) < _SAME, axis=0, return_counts=True)[1]
+        many *= math.factorial(len(members)) // math.prod(math.factorial(k) for k in near.tolist())
+    return many
+
+
 def _grouped(torques: SteadyTorques, states: Sequence[State]) -> list[State]:
     """Each state once, with the number of those that exchanging equal bodies makes of it."""
     different: list[State] = []
     for state in states:
-        if any(_same(torques, state, s) for s in different):
+        if any(same_state(torques, state, s) for s in different):
             continue
-        ordered, many = state.phases % (2 * math.pi), 1
+        ordered = state.phases % (2 * math.pi)
         for members in torques.classes:
-            angles = ordered[list(members)] = np.sort(ordered[list(members)])
-            near = np.unique(separation(angles[:, None], angles) < _SAME, axis=0, return_counts=True)[1]
-            many *= math.factorial(len(members)) // math.prod(math.factorial(k) for k in near.tolist())
-        different.append(State(state.speed, ordered, 0, many))
+            ordered[list(members)] = np.sort(ordered[list(members)])
+        different.append(State(state.speed, ordered, 0, multiplicity(torques, state)))
     return sorted(different, key=lambda s: (s.speed, s.phases.tolist()))

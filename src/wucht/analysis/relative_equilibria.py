@@ -1,0 +1,247 @@
+"""Steady rotation as an equilibrium: the full equations of a machine in the frame that turns with its main rotor.
+
+Of a machine that does not feel being turned as a whole (an isotropic carrier, no gravity, no prescribed motion, all rotors in
+one sense) the rotor's angle drops out. Motions with steady phases are then equilibria of one state less, their stability is
+that of a matrix, and branches of them are followed as those of any equilibria. Of others they are periodic orbits:
+``synchronous_motion``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+import sympy as sp
+
+from wucht.analysis.vibration import unbalances
+from wucht.disk_cache import derived_once
+from wucht.errors import InputError, RunError, WuchtError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import sense_of
+from wucht.machines.structure import Structure
+from wucht.mechanics.corotating import Turning, corotating, refuse_oriented
+from wucht.numerics.continuation.curve import Steps
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.jacobian import Jacobian
+from wucht.system import System
+
+_MOST_STEPS = 30
+_TOLERANCE = 1e-11  # of the states' sizes: Newton's last step
+_SINGULAR = 1e-12  # share of the largest singular value below which there is a family of equilibria
+_LEFT = 1e-8  # of the fastest rate: more that is left along a family means that there is none
+_HALVINGS = 10
+
+
+@dataclass(frozen=True)
+class RelativeEquilibrium:
+    """A steady rotation.
+
+    Attributes
+    ----------
+    state : ndarray, (n-1,)
+        Of the turning frame's System.
+    speed : float
+        Of the main rotor, signed: with it all turns.
+    eigenvalues : ndarray of complex, (n-1,)
+        Of the full equations linearised about it, per unit of time, the fastest growing first.
+    neutral : int
+        In how many directions there are others of a family: so many eigenvalues are zero and say nothing of stability.
+    """
+
+    state: np.ndarray
+    speed: float
+    eigenvalues: np.ndarray
+    neutral: int
+
+    @property
+    def exponents(self) -> np.ndarray:
+        """The eigenvalues (n-1-neutral,) across the family, the fastest growing first."""
+        zero = np.argsort(np.abs(self.eigenvalues), kind="stable")[: self.neutral]
+        return np.delete(self.eigenvalues, zero)
+
+
+@dataclass(frozen=True)
+class RelativeEquilibria:
+    """The relative equilibria of a machine at its parameter values, contacts on tracks left out, all bodies released.
+
+    system: in the turning frame, see ``mechanics.corotating``; its parameters are those of the machine but for gravity, which
+    is zero.
+    """
+
+    machine: Machine
+    system: System
+
+    @classmethod
+    def of(cls, machine: Machine, senses: Mapping[str, float] | None = None) -> RelativeEquilibria:
+        """Those of a machine, whose bodies turn in these senses (+1, -1 by name; by default as their drives would have them).
+
+        Raises ``InputError`` for a machine whose steady rotation is no equilibrium in any frame, with the reason.
+        """
+        bare = without_contacts(machine)
+        try:
+            return cls(bare, _checked(bare, senses))
+        except WuchtError as error:
+            reason = f"steady rotation is no equilibrium in a frame that turns with {machine.rotor.name}: {error}"
+            raise InputError("machine", None, reason) from None
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The parameters' values by name."""
+        return {name: self.machine.values[name] for name in self.system.parameter_names}
+
+    @cached_property
+    def _rows(self) -> tuple[list[int], list[int], list[int], int]:
+        """In the machine's state: of what turns as x, of what turns as y, of the other bodies' angles; of the rotor's angle."""
+        turning, row = turning_of(self.machine.structure), self.machine.row
+        pairs = [[row(s) for s in (c.position, c.velocity)] for c in turning.plane] or [[], []]
+        return pairs[0], pairs[1], [row(c.position) for c in turning.angles[1:]], row(turning.angles[0].position)
+
+    def turned(self, states: np.ndarray) -> np.ndarray:
+        """States (n-1,) or (n-1, N) in the turning frame, from those of the machine's equations (n,) or (n, N)."""
+        x, y, angles, main = self._rows
+        seen = np.array(states, float)
+        z = (seen[x] + 1j * seen[y]) * np.exp(-1j * seen[main])
+        seen[x], seen[y] = z.real, z.imag
+        seen[angles] -= seen[main]
+        return np.delete(seen, main, axis=0)
+
+    def fixed(self, states: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
+        """The way back: states (n,) or (n, N), the main rotor's angle being a number or (N,)."""
+        x, y, angles, main = self._rows
+        rest = np.insert(np.asarray(states, float), main, angle, axis=0)
+        z = (rest[x] + 1j * rest[y]) * np.exp(1j * np.asarray(angle))
+        rest[x], rest[y] = z.real, z.imag
+        rest[angles] += angle
+        return rest
+
+    def speed(self, state: np.ndarray) -> float:
+        """The main rotor's speed, signed, in a state (n-1,) of the turning frame."""
+        coordinate = self.machine.rotor.coordinate
+        if coordinate.prescribed is not None:
+            return float(self.machine.prescribed_speed(coordinate, 0.0)[0])
+        return float(state[self.system.state_names.index(coordinate.velocity.name)])
+
+    def sizes(self, state: np.ndarray) -> np.ndarray:
+        """By how much each state (n-1,) changes when it changes much, near one of these.
+
+        A phase by 1 rad, a speed by that of the rotor, the carrier by its displacement, or U/M of all unbalances together.
+        """
+        x, y, _, main = self._rows
+        speed, mass = abs(self.speed(state)) or 1.0, float(np.abs(self.machine.matrices[0]).max(initial=0.0))
+        away = float(np.abs(unbalances(self.machine)).sum()) / mass if mass else 1.0
+        if x:
+            away = max(away, float(np.hypot(*self.fixed(state, 0.0)[[x[0], y[0]]])))
+        size = [1.0 if c.angle else away for c in self.machine.coordinates]
+        size += [speed * (1.0 if c.angle else away) for c in self.machine.coordinates if c.prescribed is None]
+        return np.delete(np.array(size), main)
+
+    def linear(self) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
+        """The rates f (n-1,) and df/dx (n-1, n-1) as a function of a state (n-1,)."""
+        return _differentiated(self.system).bound(self.system.values(self.values))
+
+    def near(self, guess: np.ndarray, neutral: int = 0) -> RelativeEquilibrium:
+        """The relative equilibrium near a state (n-1,) of the turning frame, by Newton's method.
+
+        neutral: the dimension of the family that it belongs to, as of more than two bodies that compensate; of its members the
+        nearest is found. Raises ``RunError`` where none is found.
+        """
+        linear, x = self.linear(), np.array(guess, float)
+        sizes, rate = self.sizes(x), abs(self.speed(x)) or 1.0
+        for _ in range(_MOST_STEPS):
+            f, f_x = linear(x)
+            if not (np.isfinite(f).all() and np.isfinite(f_x).all()):
+                break
+            left, values, right = np.linalg.svd(f_x * sizes / (sizes[:, None] * rate))
+            rank = len(x) - neutral
+            if values[rank - 1] <= _SINGULAR * values[0]:
+                raise RunError(f"the equations are singular here: there is a family of more than {neutral} dimensions")
+            step = -right[:rank].T @ ((left[:, :rank].T @ (f / (sizes * rate))) / values[:rank])
+            if np.abs(step).max() <= _TOLERANCE:
+                if np.abs(f / (sizes * rate)).max() > _LEFT * values[0]:
+                    raise RunError(f"no steady rotation was found: near this state there is no family of {neutral} dimensions")
+                return self.at(x + step * sizes, neutral)
+            share, missed = 1.0, np.linalg.norm(f / sizes)
+            for _ in range(_HALVINGS):
+                if np.linalg.norm(linear(x + share * step * sizes)[0] / sizes) < missed:
+                    break
+                share /= 2
+            x = x + share * step * sizes
+        raise RunError(f"no steady rotation was found: {_MOST_STEPS} steps of Newton's method were not enough; start nearer")
+
+    def at(self, state: np.ndarray, neutral: int = 0) -> RelativeEquilibrium:
+        """A state (n-1,) that is known to be a relative equilibrium, with its eigenvalues."""
+        eigenvalues = np.linalg.eigvals(self.linear()(state)[1])
+        order = np.lexsort((-eigenvalues.imag, -eigenvalues.real))
+        return RelativeEquilibrium(state, self.speed(state), eigenvalues[order].astype(complex), neutral)
+
+    def along(
+        self, parameter: str, bounds: tuple[float, float], near: RelativeEquilibrium, steps: Steps | None = None
+    ) -> Equilibria:
+        """The branches of relative equilibria over a parameter (its path), with folds and Hopf points of the full equations.
+
+        bounds: lowest and highest value. near: one of them, by whose size states are measured. Raises ``InputError`` for an
+        unknown parameter, ``RunError`` for a member of a family: one parameter leads along no single branch of it.
+        """
+        if parameter not in self.system.parameter_names:
+            allowed = f"must be a parameter of the equations: {', '.join(self.system.parameter_names)}"
+            raise InputError("parameter", parameter, allowed)
+        if near.neutral:
+            family = f"a family of {near.neutral} dimensions"
+            raise RunError(f"{family} has no single branch over {parameter}: follow a state that is alone")
+        sizes = self.sizes(near.state).tolist()
+        scale = dict(zip(self.system.state_names, sizes, strict=True)) | {parameter: bounds[1] - bounds[0]}
+        fixed = {name: value for name, value in self.values.items() if name != parameter}
+        return Equilibria(Equations.of(self.system, [parameter], fixed, scale), bounds, steps or Steps())
+
+
+def without_contacts(machine: Machine) -> Machine:
+    """The machine without contacts on tracks, all bodies released."""
+    released = tuple(replace(b, release=None) for b in machine.bodies)
+    return machine.changed(energies=machine.without_contacts, tracks=(), bodies=released)
+
+
+def turning_of(structure: Structure) -> Turning:
+    """What of a machine turns when it is turned as a whole."""
+    plane = tuple(c for label, c in zip(structure.labels, structure.carrier, strict=True) if label in ("x", "y"))
+    others = [b for b in structure.bodies if b is not structure.rotor]
+    return Turning(plane, tuple(b.coordinate for b in (structure.rotor, *others)))
+
+
+def _checked(machine: Machine, senses: Mapping[str, float] | None) -> System:
+    """The System in the turning frame. Raises ``WuchtError``: why there is none."""
+    if machine.schedules:
+        raise WuchtError(f"{machine.schedules[0].parameter} changes over time")
+    turn = {r.name: sense_of(machine, r) if senses is None else senses[r.name] for r in machine.rotors}
+    against = [name for name, sense in turn.items() if sense != turn[machine.rotor.name]]
+    if against:
+        raise WuchtError(f"{against[0]} turns against it")
+    held = [b.name for b in machine.bodies if b is not machine.rotor and b.coordinate.prescribed is not None]
+    if held:
+        raise WuchtError(f"the speed of {held[0]} is prescribed")
+    gravity = sp.sympify(machine.frame.gravity)
+    weightless = gravity.is_Symbol and machine.numbers[gravity] == 0
+    derived = _corotating(machine.structure, (gravity,) if weightless else ())
+    if isinstance(derived, str):
+        raise WuchtError(derived)
+    return derived
+
+
+@lru_cache(maxsize=64)
+@derived_once
+def _corotating(structure: Structure, zero: tuple[sp.Symbol, ...]) -> System | str:
+    """The System, or why there is none: kept like it, which an error is not."""
+    turning = turning_of(structure)
+    try:
+        refuse_oriented(structure.energies, turning, zero)
+    except WuchtError as error:
+        return str(error)
+    return corotating(replace(structure.system, outputs=(), quadratures=()), turning, zero)
+
+
+@lru_cache(maxsize=64)
+@derived_once
+def _differentiated(system: System) -> Jacobian:
+    return Jacobian.of(system)

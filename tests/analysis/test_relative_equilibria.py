@@ -1,0 +1,262 @@
+"""Steady rotation as an equilibrium of the full equations: against periodic orbits in the frame at rest, and long runs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.analysis.configurations.closed_form import State, at_speed
+from wucht.analysis.configurations.full_stability import FullStability
+from wucht.analysis.configurations.search import all_states
+from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.analysis.relative_equilibria import RelativeEquilibria
+from wucht.analysis.synchronous_motion import SynchronousMotions
+from wucht.errors import InputError, RunError
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.program import Evaluator
+
+ROTOR = {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.0338}
+BALL = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "inertia": 1.69e-3, "damping": 0.169}
+BODIES = [ROTOR, BALL | {"name": "p1"}, BALL | {"name": "p2"}]
+ISOTROPIC = {"directions": "xy", "stiffness": 1e5, "damping": 200.0}
+MOTOR = {"kind": "linear", "slope": 0.02, "no_load_speed": 200.0}
+HELD = {"kind": "constant-speed", "speed": 170.0}
+SLIDER = {"kind": "slider", "name": "s", "about": "drum", "mass": 0.4, "angle": 1.0, "radius": 0.08, "stiffness": 3e4}
+
+
+def drum(carrier: dict[str, Any] | None = None, drive: Any = MOTOR, bodies: Any = BODIES, **more: Any) -> Machine:
+    return machine_from({"carrier": ISOTROPIC | (carrier or {}), "bodies": bodies, "drive": drive} | more)
+
+
+def judged(m: Machine, **near: float) -> tuple[FullStability, State]:
+    """The state of the averaged equations nearest to a speed, and the full equations."""
+    torques, top = SteadyTorques.of(m), 1.0001 * abs(m.values.get("drive.no_load_speed", 0.0))
+    states = all_states(torques, 1e-3 * top, top).states if torques.given is None else at_speed(torques, torques.given)
+    return FullStability(torques, True), min(states, key=lambda s: abs(s.speed - near.get("speed", s.speed)))
+
+
+# --- the frame ---
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize(
+    "more",
+    [
+        [],
+        [BALL | {"name": "q", "suspension": [0.05, -0.03]}],
+        [SLIDER | {"damping": 2.0}],
+        [{"kind": "roller", "name": "r", "about": "drum", "mass": 0.1, "track_radius": 0.1, "radius": 0.01, "damping": 0.01}],
+        [ROTOR | {"name": "second"}, BALL | {"name": "on2", "about": "second"}],
+    ],
+    ids=["balls", "suspension", "slider", "roller", "two rotors"],
+)
+def test_the_machines_equations_hold_in_the_turning_frame(more: list[dict[str, Any]], sense: int) -> None:
+    """Rates at random states, against a difference quotient of the turned states along the rates at rest."""
+    drives = [MOTOR | {"on": "drum", "no_load_speed": sense * 200.0}]
+    if len(more) > 1:
+        drives.append(MOTOR | {"on": "second", "no_load_speed": sense * 190.0})
+    document = {"carrier": ISOTROPIC, "bodies": [*BODIES, *more], "drives": drives}
+    m = machine_from(document)
+    r = RelativeEquilibria.of(m)
+    assert len(r.system.states) == len(m.system.states) - 1
+    rng = np.random.default_rng(1)
+    states, time = rng.normal(size=(len(m.state_names), 6)) * 0.1, np.zeros(6)
+    rate = Evaluator.of_rates(m.system).array(time, states, m.system.values(m.values))
+    h = 1e-6
+    expected = (r.turned(states + h * rate) - r.turned(states - h * rate)) / (2 * h)
+    found = Evaluator.of_rates(r.system).array(time, r.turned(states), r.system.values(r.values))
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6 * np.abs(expected).max())
+    angle = states[m.row(m.rotor.coordinate.position)]
+    assert r.fixed(r.turned(states), angle) == pytest.approx(states, abs=1e-14)
+    assert r.fixed(r.turned(states[:, 0]), angle[0]) == pytest.approx(states[:, 0], abs=1e-14)
+
+
+def test_machines_of_one_structure_share_the_equations() -> None:
+    first, second = (RelativeEquilibria.of(drum().with_values({"drive.slope": s})) for s in (0.02, 0.04))
+    assert first.system is second.system
+
+
+EXCITER = {"kind": "linear", "slope": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("described", "sentence"),
+    [
+        ({"carrier": ISOTROPIC | {"stiffness": [1e5, 2e5]}}, "carrier.stiffness.x, carrier.stiffness.y"),
+        ({"carrier": ISOTROPIC | {"damping": [100.0, 200.0]}}, "the dissipation changes when the machine is turned"),
+        ({"carrier": ISOTROPIC | {"gravity": 9.81}}, "(with carrier.gravity"),
+        ({"carrier": ISOTROPIC | {"directions": "x"}}, "the carrier moves in one direction alone"),
+        (
+            {"carrier": ISOTROPIC | {"foundation": {"direction": "y", "mass": 3.0, "stiffness": 1e6}}},
+            "the potential energy changes",
+        ),
+        (
+            {"carrier": ISOTROPIC | {"motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}}},
+            "the motion of carrier.x is prescribed",
+        ),
+        ({"schedules": [{"parameter": "drive.no_load_speed", "points": [[0, 0], [1, 200]]}]}, "changes over time"),
+        (
+            {
+                "bodies": [*BODIES, ROTOR | {"name": "second"}],
+                "drives": [EXCITER | {"on": "drum", "no_load_speed": 9}, EXCITER | {"on": "second", "no_load_speed": -9}],
+            },
+            "second turns against it",
+        ),
+        (
+            {
+                "bodies": [*BODIES, ROTOR | {"name": "second"}],
+                "drives": [EXCITER | {"on": "drum", "no_load_speed": 9}, HELD | {"on": "second"}],
+            },
+            "the speed of second is prescribed",
+        ),
+    ],
+)
+def test_other_machines_are_refused_with_the_reason(described: dict[str, Any], sentence: str) -> None:
+    document: dict[str, Any] = {"carrier": ISOTROPIC, "bodies": BODIES} | described
+    m = machine_from(document if "drives" in document else document | {"drive": MOTOR})
+    with pytest.raises(InputError) as refused:
+        RelativeEquilibria.of(m)
+    assert str(refused.value).startswith("machine: steady rotation is no equilibrium in a frame that turns with drum")
+    assert sentence in str(refused.value)
+    assert SynchronousMotions.of(m).relative is None
+    assert sentence in SynchronousMotions.of(m).outside
+
+
+# --- both ways agree ---
+
+
+def assert_both_ways_agree(full: FullStability, state: State) -> None:
+    """Floquet exponents in the frame at rest are the eigenvalues in the turning one but for whole multiples of i w."""
+    motion = full.motions.near(full.start(state), state.speed, state.neutral, state.dimension)
+    orbit = full.motions.orbit(full.start(state), state.speed, state.dimension)
+    assert motion.equilibrium is not None
+    assert motion.period == pytest.approx(orbit.period, rel=1e-10)
+    assert full.motions.relative is not None
+    relative = full.motions.relative
+    # Of a family each way may find another member: then those of the orbit's member.
+    found = relative.near(relative.turned(orbit.state), state.neutral)
+    expected = np.exp(np.append(found.eigenvalues, 0.0) * orbit.period)
+    multipliers = orbit.multipliers.copy()
+    for value in expected[np.argsort(-np.abs(expected))]:
+        nearest = int(np.abs(multipliers - value).argmin())
+        assert abs(multipliers[nearest] - value) < 1e-8
+        if abs(value) > 1e-2:  # what decays by more in a turn is lost in the rounding of those that do not
+            turn = (np.log(multipliers[nearest] / value) / orbit.period).real
+            assert abs(turn) < 1e-8 * abs(found.eigenvalues).max()
+        multipliers = np.delete(multipliers, nearest)
+
+
+@pytest.mark.parametrize(("u", "speed"), [(1.0, 0.7), (1.0, 0.77), (2.0, 2.0), (7.0, 1.35)])
+def test_eigenvalues_are_floquet_exponents_of_table_5_1(u: float, speed: float) -> None:
+    m = load_machine("drozdetskaya-2020/table-5.1", {"u": u})
+    torques = SteadyTorques.of(m)
+    state = min(all_states(torques, 1e-3, 2.0002).states, key=lambda s: abs(s.speed - speed))
+    assert_both_ways_agree(FullStability(torques, True), state)
+
+
+def test_eigenvalues_are_floquet_exponents_clockwise_and_at_a_given_speed() -> None:
+    for drive in (MOTOR | {"no_load_speed": -200.0}, HELD, HELD | {"speed": -170.0}):
+        assert_both_ways_agree(*judged(drum(drive=drive), speed=200.0))
+
+
+def test_a_family_has_eigenvalues_that_are_zero() -> None:
+    """Three equal balls compensate in a family of one dimension: one eigenvalue is zero, and it is stable all the same."""
+    m = drum(bodies=[*BODIES, BALL | {"name": "p3"}])
+    full, state = judged(m, speed=200.0)
+    assert state.dimension == 1
+    assert_both_ways_agree(full, state)
+    assert full.motions.relative is not None
+    relative = full.motions.relative
+    found = relative.near(relative.turned(full.start(state)), 1)
+    size = np.abs(found.eigenvalues).max()
+    assert (np.abs(found.eigenvalues) < 1e-9 * size).sum() == found.neutral == 1
+    assert found.exponents.real.max() < -1e-4 * size
+    assert full.stability(state).stable is True
+    with pytest.raises(RunError, match="there is a family of more than 0 dimensions"):
+        relative.near(found.state)
+    with pytest.raises(RunError, match="has no single branch over drive"):
+        relative.along("drive.slope", (0.01, 0.1), found)
+
+
+def test_one_number_and_two_equal_ones_give_the_same() -> None:
+    """A pair of equal stiffnesses may become unequal: it is judged by the orbit, with the same exponents."""
+    (one, state), (two, same) = (judged(drum({"stiffness": s}), speed=200.0) for s in (1e5, [1e5, 1e5]))
+    assert (one.motions.relative is None, two.motions.relative is None) == (False, True)
+    first, second = one.stability(state), two.stability(same)
+    assert first.leading is not None and second.leading is not None
+    assert first.leading.real == pytest.approx(second.leading.real, rel=1e-8)
+
+
+def test_an_anisotropic_carrier_has_an_orbit() -> None:
+    m = drum({"stiffness": [1e5, 1.2e5]})
+    full, state = judged(m, speed=200.0)
+    motion = full.motions.near(full.start(state), state.speed)
+    assert motion.orbit is not None and motion.equilibrium is None
+    assert motion.orbit.advance[[m.row(b.coordinate.position) for b in m.bodies]] == pytest.approx(2 * math.pi)
+    assert full.motions.outside.endswith("(with carrier.stiffness.x, carrier.stiffness.y)")
+    assert motion.exponents.real.max() < 0
+
+
+# --- against runs ---
+
+
+def test_a_long_run_stays_and_decays_as_the_slowest_eigenvalue_says() -> None:
+    """Table 5.1 at u = 1, captured: a hundred turns at rest, then a disturbance along the slowest direction."""
+    m = load_machine("drozdetskaya-2020/table-5.1", {"u": 1.0})
+    torques = SteadyTorques.of(m)
+    full = FullStability(torques, True)
+    relative = full.motions.relative
+    assert relative is not None
+    captured = min(all_states(torques, 1e-3, 2.0002).states, key=lambda s: abs(s.speed - 0.7028953))
+    found = relative.near(relative.turned(full.start(captured)))
+    values = np.array(full.flow.system.values(m.values))
+
+    def run(state: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """How far a run is from the relative equilibrium (n-1, N)."""
+        states = integrate(full.flow, relative.fixed(state, 0.3), values, time).states
+        return np.asarray(relative.turned(states) - found.state[:, None])
+
+    assert np.abs(run(found.state, np.array([0.0, 1000.0]))).max() < 1e-9
+    eigenvalues, vectors = np.linalg.eig(relative.linear()(found.state)[1])
+    slow = int(eigenvalues.real.argmax())
+    away = run(found.state + 1e-4 * vectors[:, slow].real, np.array([0.0, 200.0, 800.0]))
+    row = relative.system.state_names.index("p1.phase")
+    assert math.log(away[row, 2] / away[row, 1]) / 600 == pytest.approx(found.exponents[0].real, rel=1e-3)
+
+
+def test_unknown_parameters_are_refused() -> None:
+    full, state = judged(drum(), speed=200.0)
+    relative = full.motions.relative
+    assert relative is not None
+    found = relative.near(relative.turned(full.start(state)))
+    with pytest.raises(InputError, match=r"carrier\.gravity.*must be a parameter of the equations"):
+        relative.along("carrier.gravity", (0, 10), found)
+
+
+def test_a_start_that_leads_nowhere_is_told() -> None:
+    relative = RelativeEquilibria.of(load_machine("drozdetskaya-2020/table-5.1", {"u": 1.0}))
+    away = relative.turned(np.array([-1.0, 0.2, 0.0, 5.0, 5.3, 0.1, -0.6, 0.7, 0.7, 0.7]))
+    assert relative.near(away).speed > 0
+    with pytest.raises(RunError, match="near this state there is no family of 1 dimensions"):
+        relative.near(away, 1)
+    with pytest.raises(RunError, match=r"no steady rotation was found|singular"):
+        relative.near(np.full(len(relative.system.states), 1e6))
+
+
+def test_speeds_without_torque_are_a_family() -> None:
+    """A drive whose torque ends at 200 rad/s: every greater speed is as good, which says nothing against stability."""
+    m = drum(drive={"kind": "table", "points": [[0, 20], [100, 15], [150, 10], [200, 0]]})
+    torques = SteadyTorques.of(m)
+    full = FullStability(torques, True)
+    (state,) = {s.speed: s for s in all_states(torques, 0.2, 200.02).states if s.indifferent}.values()
+    motion = full.motions.near(full.start(state.inside), state.inside.speed, state.neutral)
+    assert motion.equilibrium is not None and motion.equilibrium.neutral == 1
+    assert full.stability(state).stable is True
+    orbit = full.motions.orbit(full.start(state.inside), state.inside.speed)
+    assert motion.exponents[0].real == pytest.approx(np.log(np.abs(orbit.nontrivial(2)[0])) / orbit.period, rel=1e-7)
