@@ -158,17 +158,19 @@ class Tangent:
     def __init__(self, known: dict[sp.Symbol, dict[int, sp.Expr]], definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) -> None:
         self.lines: list[tuple[sp.Symbol, sp.Expr]] = []
         self.known = known
-        for symbol, expression in definitions:
+        given = tuple(definitions)
+        self._partial, self._total = _free_prefix("p", given), _free_prefix("d", given)
+        for symbol, expression in given:
             self.lines.append((symbol, expression))
             derivatives = self.of(expression, symbol.name)
             if derivatives:
-                known[symbol] = {j: self._named(e, f"d[{symbol.name}][{j}]") for j, e in derivatives.items()}
+                known[symbol] = {j: self._named(e, f"{self._total}[{symbol.name}][{j}]") for j, e in derivatives.items()}
 
     def of(self, expression: sp.Expr, label: str) -> dict[int, sp.Expr]:
         """The derivatives of an expression by the directions on which it depends."""
         terms: dict[int, list[sp.Expr]] = {}
         for used in sorted(expression.free_symbols & self.known.keys(), key=lambda s: s.name):
-            partial = self._named(sp.diff(expression, used), f"p[{label}][{used.name}]")
+            partial = self._named(sp.diff(expression, used), f"{self._partial}[{label}][{used.name}]")
             for j, change in self.known[used].items():
                 terms.setdefault(j, []).append(partial * change)
         return {j: sp.Add(*products) for j, products in terms.items()}
@@ -179,3 +181,11 @@ class Tangent:
         symbol = sp.Symbol(name, real=True)
         self.lines.append((symbol, expression))
         return symbol
+
+
+def _free_prefix(letter: str, definitions: Iterable[tuple[sp.Symbol, sp.Expr]]) -> str:
+    """Of names for derivatives: a letter, repeated until no definition has it, as those of a first differentiation have."""
+    names, prefix = [symbol.name for symbol, _ in definitions], letter
+    while any(name.startswith(f"{prefix}[") for name in names):
+        prefix += letter
+    return prefix

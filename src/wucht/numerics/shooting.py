@@ -32,15 +32,19 @@ _HALVINGS = 8
 
 
 @lru_cache(maxsize=16)
-def variational(system: System) -> System:
-    """The System together with its linearisation: states (x, dx), d(dx)/dt = (df/dx) dx; no outputs, no quadratures."""
-    moves = {s: sp.Symbol(f"d[{s.name}]", real=True) for s in system.states}
+def variational(system: System, columns: int = 1) -> System:
+    """The System together with its linearisation: states (x, dx_1, dx_2, ...), d(dx_j)/dt = (df/dx) dx_j.
+
+    columns: how many changes dx_j are carried along. No outputs, no quadratures.
+    """
+    moves = [[sp.Symbol(f"d[{s.name}][{j}]", real=True) for s in system.states] for j in range(columns)]
     rates = tuple(sp.sympify(d) for d in system.derivatives)
     definitions = [(symbol, sp.sympify(expression)) for symbol, expression in system.definitions]
-    tangent = Tangent({s: {0: move} for s, move in moves.items()}, definitions)
-    changes = tuple(tangent.of(rate, f"f{i}").get(0, sp.S.Zero) for i, rate in enumerate(rates))
-    states = (*system.states, *moves.values())
-    return System(states, (*rates, *changes), system.parameters, tuple(tangent.lines), angles=system.angles)
+    tangent = Tangent({s: {j: moves[j][i] for j in range(columns)} for i, s in enumerate(system.states)}, definitions)
+    changes = [tangent.of(rate, f"f{i}") for i, rate in enumerate(rates)]
+    further = tuple(change.get(j, sp.S.Zero) for j in range(columns) for change in changes)
+    states = (*system.states, *(move for column in moves for move in column))
+    return System(states, (*rates, *further), system.parameters, tuple(tangent.lines), angles=system.angles)
 
 
 @dataclass(frozen=True)

@@ -21,22 +21,24 @@ from wucht.numerics.continuation.problem import CurvePoint, Problem
 P = TypeVar("P")
 
 _MOST_CORRECTIONS = 8
-_WANTED_CORRECTIONS = 3  # more, and the step shrinks
+_ROUNDED = 1e3  # times the tolerance: corrections that small and no longer smaller are rounding
 _GROWS, _SHRINKS = 1.6, 0.5  # at most
+_NEAR_A_BOUND = 0.1  # of the first step: how near a bound is approached on which the equations are singular
 
 
 @dataclass(frozen=True)
 class Steps:
     """How a curve is followed. Lengths are arclengths in units of the problem's scale.
 
-    first, least, most: length of a step. turn: of the tangent from point to point, rad. points: at most. tolerance: of Newton's
-    last correction, as a length.
+    first, least, most: length of a step. turn: of the tangent from point to point, rad, and corrections: of Newton's method,
+    by which a step is as long as it should be. points: at most. tolerance: of Newton's last correction, as a length.
     """
 
     first: float = 0.01
     least: float = 1e-7
     most: float = 0.2
     turn: float = 0.15
+    corrections: int = 3
     points: int = 2000
     tolerance: float = 1e-10
 
@@ -65,7 +67,7 @@ class Curve:
 
     def start(self, u: np.ndarray, towards: np.ndarray) -> CurvePoint:
         """The solution near u in the plane across a direction (n+1,), which its tangent follows. Raises ``RunError``."""
-        point, _ = self.corrected(u, towards / self._size(towards), 0.0)
+        point, _ = self.corrected(u, towards / self.size(towards), 0.0)
         return point
 
     def follow(self, start: CurvePoint) -> Walk[tuple[Curve, CurvePoint]]:
@@ -89,9 +91,16 @@ class Curve:
                 if step < self.steps.least:
                     return f"no further point was found: steps would be shorter than {self.steps.least:g}"
                 continue
-            if (left := curve._left(there.u)) is not None:
+            if (left := curve._left(here.u, there.u)) is not None:
                 index, bound = left
-                yield curve, curve._at_bound(here, there, index, bound)
+                try:
+                    last = curve._at_bound(here, there, index, bound)
+                except RunError:  # on the bound itself the equations are singular: it is approached
+                    step, bent = step * _SHRINKS, np.zeros_like(bent)
+                    if step < _NEAR_A_BOUND * self.steps.first:
+                        return f"it leaves the range at {bound:.9g}, where the equations are singular"
+                    continue
+                yield curve, last
                 return f"it leaves the range at {bound:.9g}"
             if made > 1 and _passes(*curve._outlines(here, there), first, turns):
                 yield curve, curve._at_begin(there, start)
@@ -117,11 +126,12 @@ class Curve:
             off, jacobian = self.problem.residual(u)
             sides[:-1, 0] = off
             solved, orientation = self.problem.solution(jacobian, across, sides)
-            change = self._size(solved[:, 0])
+            change = self.size(solved[:, 0])
             u = u - solved[:, 0]
-            if change <= self.steps.tolerance:
+            # Where the equations are nearly singular, rounding stops Newton's method before the tolerance is reached.
+            if change <= self.steps.tolerance or before / 2 < change < _ROUNDED * self.steps.tolerance:
                 direction = solved[:, 1]
-                return CurvePoint(u, direction / self._size(direction), jacobian, length, orientation), correction
+                return CurvePoint(u, direction / self.size(direction), jacobian, length, orientation), correction
             if not change < 2 * before:
                 break
             before = change
@@ -130,10 +140,11 @@ class Curve:
     def between(self, a: CurvePoint, b: CurvePoint, share: float) -> CurvePoint:
         """The point of the curve at a share of the way from one point to another, near it. Raises ``RunError``."""
         way, span = b.u - a.u, b.length - a.length
-        s, r = share, 1 - share
-        guess = (1 + 2 * s) * r**2 * a.u + s * r**2 * span * a.tangent + s**2 * (3 - 2 * s) * b.u - s**2 * r * span * b.tangent
-        across = way / self._size(way)
-        guess = guess + across * float((a.u + s * way - guess) @ (across / self.problem.scale**2))
+        across, s, r = way / self.size(way), share, 1 - share
+        guess = (
+            (1 + 2 * s) * r**2 * a.u + s * r**2 * span * a.tangent + s**2 * (3 - 2 * s) * b.u - s**2 * r * span * b.tangent
+        )
+        guess = guess + across * float((a.u + share * way - guess) @ (across / self.problem.scale**2))
         return self.corrected(guess, across, a.length + share * span)[0]
 
     def backwards(self, point: CurvePoint) -> CurvePoint:
@@ -143,7 +154,8 @@ class Curve:
     def _outlines(self, here: CurvePoint, there: CurvePoint) -> tuple[np.ndarray, np.ndarray]:
         return self.problem.outline(here.u)[0], self.problem.outline(there.u)[0]
 
-    def _size(self, direction: np.ndarray) -> float:
+    def size(self, direction: np.ndarray) -> float:
+        """The length of a change of the unknowns (n+1,), in units of their scale."""
         scaled = direction / self.problem.scale
         return math.sqrt(scaled @ scaled)
 
@@ -152,15 +164,13 @@ class Curve:
 
     def _next(self, step: float, turned: float, corrections: int) -> float:
         """The next step: as long as the tangent will turn and Newton's method will take as much as is wanted."""
-        factor = min(_GROWS, self.steps.turn / max(turned, 1e-12), 2.0 ** (_WANTED_CORRECTIONS - corrections + 1))
+        factor = min(_GROWS, self.steps.turn / max(turned, 1e-12), 2.0 ** (self.steps.corrections - corrections + 1))
         return min(max(factor, _SHRINKS) * step, self.steps.most)
 
-    def _left(self, u: np.ndarray) -> tuple[int, float] | None:
-        """Which unknown is out of its bounds, and the bound that it passes."""
-        for index, (low, high) in self.bounds.items():
-            if not low <= u[index] <= high:
-                return index, low if u[index] < low else high
-        return None
+    def _left(self, before: np.ndarray, u: np.ndarray) -> tuple[int, float] | None:
+        """Which unknown is out of its bounds, and the bound that it passes: of several that which is passed first."""
+        left = [(i, low if u[i] < low else high) for i, (low, high) in self.bounds.items() if not low <= u[i] <= high]
+        return min(left, key=lambda each: (each[1] - before[each[0]]) / (u[each[0]] - before[each[0]]), default=None)
 
     def _at_bound(self, here: CurvePoint, there: CurvePoint, index: int, bound: float) -> CurvePoint:
         """The point between two where an unknown is on its bound: Newton's method in that plane."""

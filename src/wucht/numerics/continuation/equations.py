@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
+from wucht.disk_cache import derived_once
 from wucht.errors import WuchtError
 from wucht.numerics.jacobian import Jacobian
 from wucht.system import TIME, System
@@ -73,7 +75,7 @@ class Equations:
         kept = tuple(p for p in system.parameters if p not in symbols)
         # A varied parameter is a state that stays: one compiled function then gives f and all its derivatives.
         whole = System((*system.states, *symbols), (*system.derivatives, *(0,) * m), kept, system.definitions)
-        both = Jacobian.of(whole).bound([fixed[p.name] for p in kept])
+        both = _differentiated(whole).bound([fixed[p.name] for p in kept])
 
         def values(u: np.ndarray) -> Values:
             f, f_u = both(u)
@@ -104,3 +106,9 @@ class Equations:
     def n(self) -> int:
         """How many states there are."""
         return len(self.states)
+
+
+@lru_cache(maxsize=64)
+@derived_once
+def _differentiated(system: System) -> Jacobian:
+    return Jacobian.of(system)

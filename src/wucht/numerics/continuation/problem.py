@@ -55,12 +55,15 @@ def bordered_solution(jacobian: np.ndarray, row: np.ndarray, sides: np.ndarray) 
     """``Problem.solution`` for a Jacobian that is a full matrix."""
     from scipy.linalg.lapack import dgesv
 
-    factors, pivots, solved, failed = dgesv(np.vstack((jacobian, row)), sides)
+    matrix = np.empty((len(row), len(row)), order="F")
+    matrix[:-1], matrix[-1] = jacobian, row
+    factors, pivots, solved, failed = dgesv(matrix, sides, overwrite_a=1)
     if failed:
         raise RunError("the equations are singular here")
-    diagonal = factors.diagonal()
-    swaps = int((pivots != np.arange(len(pivots))).sum())
-    return solved, -1 if (int((diagonal < 0).sum()) + swaps) % 2 else 1
+    changes = 0  # counted by hand: for a few unknowns three times as fast as arrays
+    for i, (pivot, swapped) in enumerate(zip(factors.diagonal().tolist(), pivots.tolist(), strict=True)):
+        changes += (pivot < 0) != (swapped != i)
+    return solved, -1 if changes % 2 else 1
 
 
 @dataclass(frozen=True, eq=False)

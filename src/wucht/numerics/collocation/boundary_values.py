@@ -1,0 +1,164 @@
+"""A boundary value problem y' = g(y, P) on [0, 1] with as many conditions as make its solutions a curve, for ``Curve``.
+
+Conditions are at the ends, b(y(0), y(1), P) = 0, and on integrals, int h(y, P) = 0; with n states and q parameters there are
+n + q - 1 of them. E. J. Doedel, "Lecture notes on numerical analysis of nonlinear equations", in: Numerical Continuation
+Methods for Dynamical Systems, Springer 2007.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from wucht.numerics.collocation.condensation import CollocationJacobian
+from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.continuation.problem import CurvePoint, Problem
+
+Field = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""(y, P) (n+q, K) -> g (n, K), dg/d(y, P) (n, n+q, K)."""
+
+EndValues = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+Ends = Callable[[np.ndarray, np.ndarray, np.ndarray], EndValues]
+"""y(0) (n,), y(1) (n,), P (q,) -> b (k,), its derivatives by y(0) (k, n), y(1) (k, n), P (k, q)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The solution at the point before, at the points of collocation. y, slope (n, K): it and its derivative."""
+
+    y: np.ndarray
+    slope: np.ndarray
+
+
+Integrand = Callable[[np.ndarray, np.ndarray, Reference], tuple[np.ndarray, np.ndarray, np.ndarray]]
+"""y (n, K), P (q,), the reference -> h (r, K), its derivatives by y (r, n, K) and P (r, q, K)."""
+
+_FEWER, _MORE = 0.8, 1.1  # times the intervals: less is not worth a new mesh
+_INTERVALS = (8, 400)
+_UNEVEN = 1.5  # how many more mesh points than the mean an interval may want before the mesh is changed
+
+
+@dataclass(frozen=True, eq=False)
+class BoundaryValueProblem:
+    """See the module. The unknowns u are y at the nodes of the mesh, node by node, then the parameters P.
+
+    field: g. n, q: how many states and parameters. ends, integrand: the conditions; those on integrals may be none.
+    mesh: its nodes. reference: of the conditions on integrals. sizes (n+q,): by how much each state and parameter changes when
+    it changes much. winding (n,): y(1) - y(0) of a periodic solution, or None where it is not periodic.
+    accuracy: wanted within intervals, in units of sizes; at mesh points it is about the square of that.
+    """
+
+    field: Field
+    n: int
+    q: int
+    ends: Ends
+    integrand: Integrand | None
+    mesh: Mesh
+    reference: Reference
+    sizes: np.ndarray
+    winding: np.ndarray | None = None
+    accuracy: float = 1e-7
+
+    def split(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """y at the nodes (N m + 1, n), and P (q,)."""
+        return u[: -self.q].reshape(-1, self.n), u[-self.q :]
+
+    @property
+    def periodic(self) -> bool:
+        """Whether y(1) is y(0), but for a winding."""
+        return self.winding is not None
+
+    @cached_property
+    def scale(self) -> np.ndarray:
+        """See ``Problem``: the size of a function is its mean square over [0, 1], all states together."""
+        per_node = 1 / np.sqrt(self.mesh.shares)
+        return np.concatenate([(per_node[:, None] * self.sizes[: self.n]).ravel(), self.sizes[self.n :]])
+
+    def residual(self, u: np.ndarray) -> tuple[np.ndarray, CollocationJacobian]:
+        """See ``Problem``."""
+        y, parameters = self.split(u)
+        mesh, n, q = self.mesh, self.n, self.q
+        intervals, m, lagrange = mesh.intervals, mesh.degree, mesh.basis.values
+        pieces = mesh.pieces(y)
+        at, slopes = lagrange @ pieces, (mesh.basis.slopes @ pieces) / mesh.lengths[:, None, None]
+        states = at.reshape(-1, n).T
+        g, g_u = self.field(np.concatenate([states, np.broadcast_to(parameters[:, None], (q, states.shape[1]))]))
+        off = slopes.reshape(-1, n) - g.T
+        by_states = g_u[:, :n].transpose(2, 0, 1).reshape(intervals, m, n, 1, n)
+        blocks = -by_states * lagrange[:, None, :, None]
+        diagonal = mesh.basis.slopes / mesh.lengths[:, None, None]
+        for a in range(n):
+            blocks[:, :, a, :, a] += diagonal
+        blocks = blocks.reshape(intervals, m * n, (m + 1) * n)
+        by_parameters = -g_u[:, n:].transpose(2, 0, 1).reshape(intervals, m * n, q)
+        b, begin, end, ends_by_parameters = self.ends(y[0], y[-1], parameters)
+        h, integrals, integrals_by_parameters = self._integrals(states, parameters)
+        jacobian = CollocationJacobian(
+            blocks[..., :n], blocks[..., n:], by_parameters, begin, end, ends_by_parameters, integrals, integrals_by_parameters
+        )
+        return np.concatenate([off.ravel(), b, h]), jacobian
+
+    def rates_at_edges(self, u: np.ndarray) -> np.ndarray:
+        """g (N+1, n) at the edges of the mesh."""
+        y, parameters = self.split(u)
+        at = y[:: self.mesh.degree].T
+        return self.field(np.concatenate([at, np.broadcast_to(parameters[:, None], (self.q, at.shape[1]))]))[0].T
+
+    def _integrals(self, states: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        mesh, n = self.mesh, self.n
+        if self.integrand is None:
+            return np.zeros(0), np.zeros((0, mesh.intervals, mesh.degree + 1, n)), np.zeros((0, self.q))
+        h, by_states, by_parameters = self.integrand(states, parameters, self.reference)
+        weights = mesh.weights.ravel()
+        weighted = (by_states * weights).reshape(len(h), n, mesh.intervals, mesh.degree)
+        return h @ weights, np.einsum("rajc,ci->rjia", weighted, mesh.basis.values), by_parameters @ weights
+
+    def solution(self, jacobian: CollocationJacobian, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
+        """See ``Problem``; the determinant's sign is not known: 0."""
+        return jacobian.solve(row, sides), 0
+
+    def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
+        """See ``Problem``: the reference is the point's solution; the mesh follows it from time to time."""
+        problem = self.remeshed(point.u)
+        if problem.mesh is not self.mesh:
+            u, tangent = (self.moved(each, problem.mesh) for each in (point.u, point.tangent))
+            point = CurvePoint(u, tangent, None, point.length, point.orientation)
+        return replace(problem, reference=problem.referred(point.u)), point
+
+    def remeshed(self, u: np.ndarray) -> BoundaryValueProblem:
+        """The problem on a mesh that suits a solution, if its own does not: as many intervals as the accuracy asks for."""
+        values = self.split(u)[0] / self.sizes[: self.n]
+        error = float(self.error(u).max())
+        wanted = self.mesh.intervals * (error / self.accuracy) ** (1 / (self.mesh.degree + 1))
+        intervals = int(np.clip(math.ceil(wanted), *_INTERVALS))
+        if _FEWER * self.mesh.intervals < intervals < _MORE * self.mesh.intervals:
+            intervals = self.mesh.intervals
+            if self.mesh.unevenness(values, self.periodic) < _UNEVEN:
+                return self
+        return replace(self, mesh=self.mesh.adapted(values, self.periodic, intervals))
+
+    def referred(self, u: np.ndarray) -> Reference:
+        """A solution as the next one's reference."""
+        pieces = self.mesh.pieces(self.split(u)[0])
+        slopes = (self.mesh.basis.slopes @ pieces) / self.mesh.lengths[:, None, None]
+        return Reference((self.mesh.basis.values @ pieces).reshape(-1, self.n).T, slopes.reshape(-1, self.n).T)
+
+    def error(self, u: np.ndarray) -> np.ndarray:
+        """About by how much the solution is wrong within each interval (N,), in units of its sizes; far less at mesh points."""
+        return self.mesh.error(self.split(u)[0] / self.sizes[: self.n], self.periodic)
+
+    def moved(self, u: np.ndarray, mesh: Mesh) -> np.ndarray:
+        """A solution, or a change of it, on another mesh."""
+        return np.concatenate([self.mesh.at(self.split(u)[0], mesh.nodes).ravel(), u[-self.q :]])
+
+    def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """See ``Problem``: the parameters, mean and mean square of states that return, which no shift of the phase changes."""
+        y, parameters = self.split(u)
+        scaled = (y / self.sizes[: self.n])[:, np.ones(self.n, bool) if self.winding is None else self.winding == 0]
+        mean = self.mesh.shares @ scaled
+        numbers = np.concatenate([mean, self.mesh.shares @ (scaled - mean) ** 2, parameters / self.sizes[self.n :]])
+        return numbers, np.zeros(len(numbers))

@@ -1,0 +1,193 @@
+"""The linear equations of collocation: inner values are eliminated interval by interval, then neighbouring intervals merged.
+
+Merging is by orthogonal transformations, stable whatever grows or decays along the solution:
+S. J. Wright, SIAM J. Sci. Stat. Comput. 13 (1992) 742-764.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.errors import RunError
+
+_MERGED = 4  # intervals at once
+_DENSE = 80  # values at mesh points from which on merging pays
+
+
+@dataclass(frozen=True, eq=False)
+class CollocationJacobian:
+    """The derivatives of all equations, N intervals of degree m, n states, q parameters, r conditions on integrals.
+
+    first (N, m n, n), inner (N, m n, m n): of the collocated equations by the values at the first node of the interval, and
+    at the others. by_parameters (N, m n, q): by the parameters. begin, end (b, n), ends_by_parameters (b, q): of the conditions
+    at the ends. integrals (r, N, m+1, n), integrals_by_parameters (r, q): of the conditions on integrals.
+    """
+
+    first: np.ndarray
+    inner: np.ndarray
+    by_parameters: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+    ends_by_parameters: np.ndarray
+    integrals: np.ndarray
+    integrals_by_parameters: np.ndarray
+
+    @property
+    def shape(self) -> tuple[int, int, int, int]:
+        """N, m, n, q."""
+        (intervals, rows, n), q = self.first.shape, self.by_parameters.shape[2]
+        return intervals, rows // n, n, q
+
+    def maps(self) -> np.ndarray:
+        """What small changes at the first node of each interval become at the nodes after it (N, m, n, n), parameters kept."""
+        intervals, m, n, _ = self.shape
+        return -np.linalg.solve(self.inner, self.first).reshape(intervals, m, n, n)
+
+    def solve(self, row: np.ndarray, sides: np.ndarray) -> np.ndarray:
+        """x with [J; row] x = sides.
+
+        row, x, sides: (N m n + n + q,) or with k columns: values at the nodes, node by node, then parameters; the equations'
+        order is collocation, ends, integrals, the row. Raises ``RunError`` if singular.
+        """
+        intervals, m, n, _ = self.shape
+        collocated = intervals * m * n
+        try:
+            return self._solved(row, sides[:collocated].reshape(intervals, m * n, -1), sides[collocated:])
+        except np.linalg.LinAlgError:
+            raise RunError("the equations are singular here") from None
+
+    def _solved(self, row: np.ndarray, sides: np.ndarray, others: np.ndarray) -> np.ndarray:
+        intervals, m, n, q = self.shape
+        k = sides.shape[2]
+        # inner values = known[..., n+q:] - known[..., :n+q] (first value, parameters)
+        known = np.linalg.solve(self.inner, np.concatenate([self.first, self.by_parameters, sides], axis=2))
+        rows, by_parameters, right = self._conditions(row, known, others)
+        last = known[:, -n:]
+        identity = np.broadcast_to(np.eye(n), (intervals, n, n))
+        system = Condensed(last[..., :n], identity, last[..., n : n + q], last[..., n + q :], rows, by_parameters, right)
+        passed = []
+        while system.segments * n > _DENSE and system.segments >= 2 * _MERGED:
+            system, inner = system.merged()
+            passed.append(inner)
+        z, parameters = system.solved(self.begin, self.end, self.ends_by_parameters, others[: len(self.begin)])
+        for inner in reversed(passed):
+            z = inner.between(z, parameters)
+        x = np.empty((intervals * m + 1, n, k))
+        x[0] = z[0]
+        between = known[..., n + q :] - known[..., :n] @ z[:-1] - known[..., n : n + q] @ parameters
+        x[1:] = between.reshape(intervals * m, n, k)
+        return np.concatenate([x.reshape(-1, k), parameters])
+
+    def _conditions(self, row: np.ndarray, known: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The conditions on integrals and the row, by mesh values (r+1, N+1, n) and parameters (r+1, q); sides (r+1, k)."""
+        intervals, m, n, q = self.shape
+        count = len(self.integrals) + 1
+        pieces = np.zeros((count, intervals, m + 1, n))
+        pieces[:-1] = self.integrals
+        values = row[: intervals * m * n + n].reshape(-1, n)
+        pieces[-1, :, 1:] = values[1:].reshape(intervals, m, n)
+        pieces[-1, 0, 0] = values[0]
+        inner = pieces[:, :, 1:m].reshape(count, intervals, (m - 1) * n).transpose(1, 0, 2) @ known[:, : (m - 1) * n]
+        rows = np.zeros((count, intervals + 1, n))
+        rows[:, :-1] = pieces[:, :, 0] - inner[..., :n].transpose(1, 0, 2)
+        rows[:, 1:] += pieces[:, :, m]
+        inner = inner.sum(axis=0)
+        by_parameters = np.concatenate([self.integrals_by_parameters, row[None, -q:]]) - inner[:, n : n + q]
+        return rows, by_parameters, others[-count:] - inner[:, n + q :]
+
+
+@dataclass(frozen=True, eq=False)
+class Condensed:
+    """Equations of M segments: left z_l + right z_r + by_parameters P = sides, rows z + row_parameters P = row_sides.
+
+    left, right (M, n, n), by_parameters (M, n, q), sides (M, n, k); rows (c, M+1, n), row_parameters (c, q), row_sides (c, k).
+    """
+
+    left: np.ndarray
+    right: np.ndarray
+    by_parameters: np.ndarray
+    sides: np.ndarray
+    rows: np.ndarray
+    row_parameters: np.ndarray
+    row_sides: np.ndarray
+
+    @property
+    def segments(self) -> int:
+        """M."""
+        return len(self.left)
+
+    def merged(self) -> tuple[Condensed, Inner]:
+        """The same with groups of segments as one, and what was eliminated."""
+        n, q, k, g = self.left.shape[1], self.by_parameters.shape[2], self.sides.shape[2], _MERGED
+        groups = self.segments // g
+        grouped = groups * g
+        shape = (groups, g, n)
+        matrix, others = np.zeros((*shape, (g - 1) * n)), np.zeros((*shape, 2 * n + q + k))
+        left, right = self.left[:grouped].reshape(*shape, n), self.right[:grouped].reshape(*shape, n)
+        for i in range(g):
+            if i:
+                matrix[:, i, :, (i - 1) * n : i * n] = left[:, i]
+            if i < g - 1:
+                matrix[:, i, :, i * n : (i + 1) * n] = right[:, i]
+        others[:, 0, :, :n], others[:, -1, :, n : 2 * n] = left[:, 0], right[:, -1]
+        others[..., 2 * n : 2 * n + q] = self.by_parameters[:grouped].reshape(*shape, q)
+        others[..., 2 * n + q :] = self.sides[:grouped].reshape(*shape, k)
+        turn, triangle = np.linalg.qr(matrix.reshape(groups, g * n, -1), mode="complete")
+        turned = turn.transpose(0, 2, 1) @ others.reshape(groups, g * n, -1)
+        size = (g - 1) * n
+        known = np.linalg.solve(triangle[:, :size], turned[:, :size])
+        kept = [np.concatenate([turned[:, size:, a:b], rest[grouped:]]) for a, b, rest in (
+            (0, n, self.left), (n, 2 * n, self.right), (2 * n, 2 * n + q, self.by_parameters), (2 * n + q, None, self.sides)
+        )]  # fmt: skip
+        count = len(self.rows)
+        heads = self.rows[:, :grouped].reshape(count, groups, g, n)
+        inner = heads[:, :, 1:].reshape(count, groups, size).transpose(1, 0, 2) @ known
+        rows = np.concatenate([heads[:, :, 0], self.rows[:, grouped:]], axis=1)
+        rows[:, :groups] -= inner[..., :n].transpose(1, 0, 2)
+        rows[:, 1 : groups + 1] -= inner[..., n : 2 * n].transpose(1, 0, 2)
+        inner = inner.sum(axis=0)
+        row_parameters, row_sides = self.row_parameters - inner[:, 2 * n : 2 * n + q], self.row_sides - inner[:, 2 * n + q :]
+        lefts, rights, merged_parameters, merged_sides = kept
+        merged = Condensed(lefts, rights, merged_parameters, merged_sides, rows, row_parameters, row_sides)
+        return merged, Inner(known, n, q)
+
+    def solved(
+        self, begin: np.ndarray, end: np.ndarray, by_parameters: np.ndarray, sides: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Values z (M+1, n, k) and parameters (q, k), with begin z_0 + end z_M + by_parameters P = sides (b, k) as well."""
+        m, n, q = self.segments, self.left.shape[1], self.by_parameters.shape[2]
+        size, b, k = (m + 1) * n, len(begin), self.sides.shape[2]
+        matrix, right = np.zeros((size + q, size + q)), np.empty((size + q, k))
+        chain = matrix[: m * n, :size].reshape(m, n, m + 1, n)
+        index = np.arange(m)
+        chain[index, :, index], chain[index, :, index + 1] = self.left, self.right
+        matrix[: m * n, size:], right[: m * n] = self.by_parameters.reshape(m * n, q), self.sides.reshape(m * n, k)
+        ends = slice(m * n, m * n + b)
+        matrix[ends, :n], matrix[ends, size - n : size], matrix[ends, size:], right[ends] = begin, end, by_parameters, sides
+        rest = slice(m * n + b, None)
+        matrix[rest, :size], matrix[rest, size:] = self.rows.reshape(-1, size), self.row_parameters
+        right[rest] = self.row_sides
+        x = np.linalg.solve(matrix, right)
+        return x[:size].reshape(m + 1, n, k), x[size:]
+
+
+@dataclass(frozen=True, eq=False)
+class Inner:
+    """Values within groups of segments: z = known[..., 2n+q:] - known[..., :2n+q] (z_left, z_right, parameters)."""
+
+    known: np.ndarray
+    n: int
+    q: int
+
+    def between(self, z: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """The values (M+1, n, k) of all segments, from those (M'+1, n, k) at the ends of groups and of segments not in one."""
+        groups, n, k = len(self.known), self.n, z.shape[2]
+        given = np.concatenate(
+            [z[:groups], z[1 : groups + 1], np.broadcast_to(parameters, (groups, *parameters.shape))], axis=1
+        )
+        known = self.known[..., : 2 * n + self.q]
+        inner = self.known[..., 2 * n + self.q :] - known @ given
+        block = np.concatenate([z[:groups, None], inner.reshape(groups, -1, n, k)], axis=1)
+        return np.concatenate([block.reshape(-1, n, k), z[groups:]])

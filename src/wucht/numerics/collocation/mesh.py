@@ -1,0 +1,164 @@
+"""Piecewise polynomials over [0, 1]: where they are kept, where they are collocated, and what mesh suits them best.
+
+U. M. Ascher, R. M. M. Mattheij, R. D. Russell, "Numerical Solution of Boundary Value Problems for Ordinary Differential
+Equations", SIAM 1995, chapters 5 (collocation at Gauss points) and 9 (mesh selection).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+_FLOOR = 0.3  # share of the mean density that every place of a mesh keeps: C. de Boor's safeguard, SIAM 1995 (9.27)
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Polynomials of degree m on [0, 1], by their values at m + 1 nodes, collocated at the m points of Gauss.
+
+    nodes (m+1,): Chebyshev's, ends included. points, weights (m,): of Gauss' quadrature. values, slopes (m, m+1): from the
+    nodes' values to the polynomial and its derivative at the points. highest (m+1,): to its m-th derivative.
+    """
+
+    degree: int
+    nodes: np.ndarray
+    points: np.ndarray
+    weights: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+    highest: np.ndarray
+
+    def at(self, where: np.ndarray) -> np.ndarray:
+        """From the nodes' values to those at places (K,) of [0, 1]: a matrix (K, m+1), by the barycentric formula."""
+        away = where[:, None] - self.nodes
+        exact = away == 0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = _barycentric(self.nodes) / away
+            matrix = shares / shares.sum(axis=1, keepdims=True)
+        hit = exact.any(axis=1)
+        matrix[hit] = exact[hit]
+        return np.asarray(matrix)
+
+
+@lru_cache(maxsize=32)
+def basis(degree: int) -> Basis:
+    """The basis of a degree."""
+    nodes = (1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
+    points, weights = np.polynomial.legendre.leggauss(degree)
+    points, weights = (points + 1) / 2, weights / 2
+    lagrange = np.linalg.inv(np.vander(2 * nodes - 1, increasing=True))  # columns: coefficients of the node's polynomial
+    at_points = np.vander(2 * points - 1, degree + 1, increasing=True)
+    powers = np.arange(degree + 1)
+    derived = np.zeros_like(at_points)
+    derived[:, 1:] = 2 * powers[1:] * at_points[:, :-1]
+    highest = lagrange[-1] * math.factorial(degree) * 2.0**degree
+    return Basis(degree, nodes, points, weights, at_points @ lagrange, derived @ lagrange, highest)
+
+
+def _barycentric(nodes: np.ndarray) -> np.ndarray:
+    weights = np.where(np.arange(len(nodes)) % 2, -1.0, 1.0)
+    weights[[0, -1]] /= 2
+    return weights
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """N intervals of [0, 1] with a polynomial of one degree m on each. edges: (N+1,), from 0 to 1."""
+
+    edges: np.ndarray
+    degree: int
+
+    @classmethod
+    def even(cls, intervals: int, degree: int) -> Mesh:
+        """Of equal intervals."""
+        return cls(np.linspace(0.0, 1.0, intervals + 1), degree)
+
+    @property
+    def intervals(self) -> int:
+        """N."""
+        return len(self.edges) - 1
+
+    @property
+    def basis(self) -> Basis:
+        """Of each interval."""
+        return basis(self.degree)
+
+    @cached_property
+    def lengths(self) -> np.ndarray:
+        """Of the intervals (N,)."""
+        return np.diff(self.edges)
+
+    @cached_property
+    def nodes(self) -> np.ndarray:
+        """Where values are kept (N m + 1,), neighbours sharing one."""
+        inner = self.edges[:-1, None] + self.lengths[:, None] * self.basis.nodes[:-1]
+        return np.append(inner.ravel(), 1.0)
+
+    @cached_property
+    def shares(self) -> np.ndarray:
+        """Of the nodes (N m + 1,) in an integral over [0, 1], all positive: the trapezoidal rule."""
+        gaps = np.diff(self.nodes)
+        return np.asarray((np.append(gaps, 0.0) + np.insert(gaps, 0, 0.0)) / 2)
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Where the equations are collocated (N m,)."""
+        return np.asarray(self.edges[:-1, None] + self.lengths[:, None] * self.basis.points).ravel()
+
+    @cached_property
+    def weights(self) -> np.ndarray:
+        """Of the points in an integral over [0, 1] (N, m)."""
+        return np.asarray(self.lengths[:, None] * self.basis.weights)
+
+    @cached_property
+    def _members(self) -> np.ndarray:
+        return np.arange(self.intervals)[:, None] * self.degree + np.arange(self.degree + 1)
+
+    def pieces(self, values: np.ndarray) -> np.ndarray:
+        """The nodes' values (N m + 1, n), interval by interval (N, m+1, n)."""
+        return np.asarray(values[self._members])
+
+    def at(self, values: np.ndarray, where: np.ndarray) -> np.ndarray:
+        """The values (N m + 1, n) at places (K,) of [0, 1]: (K, n)."""
+        index = np.clip(np.searchsorted(self.edges, where, side="right") - 1, 0, self.intervals - 1)
+        matrix = self.basis.at((where - self.edges[index]) / self.lengths[index])
+        return np.asarray(np.einsum("ki,kin->kn", matrix, self.pieces(values)[index]))
+
+    def error(self, values: np.ndarray, periodic: bool) -> np.ndarray:
+        """By how much the polynomials (N m + 1, n) are about wrong on each interval: (N,), between their mesh points."""
+        constant = 1 / (
+            math.factorial(self.degree + 1) * 2.0 ** (2 * self.degree + 1)
+        )  # of interpolation at Chebyshev's points
+        return np.asarray(constant * self.lengths ** (self.degree + 1) * self._next_derivative(values, periodic))
+
+    def _next_derivative(self, values: np.ndarray, periodic: bool) -> np.ndarray:
+        """The size of the derivative of order m + 1 on each interval (N,), from how that of order m changes: (9.25)."""
+        m, h = self.degree, self.lengths
+        derivative = np.einsum("i,jin->jn", self.basis.highest, self.pieces(values)) / h[:, None] ** m
+        if periodic:
+            derivative = np.concatenate([derivative[-1:], derivative, derivative[:1]])
+            h = np.concatenate([h[-1:], h, h[:1]])
+        change = np.linalg.norm(np.diff(derivative, axis=0), axis=1) / ((h[1:] + h[:-1]) / 2)
+        if not periodic:
+            change = np.concatenate([change[:1], change, change[-1:]])
+        return np.asarray((change[1:] + change[:-1]) / 2)
+
+    def density(self, values: np.ndarray, periodic: bool) -> np.ndarray:
+        """How many mesh points each place wants (N,), by the values (N m + 1, n) there."""
+        density = np.maximum(self._next_derivative(values, periodic) ** (1 / (self.degree + 1)), 1e-300)
+        return np.asarray(density + _FLOOR * float(density @ self.lengths))
+
+    def unevenness(self, values: np.ndarray, periodic: bool) -> float:
+        """By how much the interval that wants most mesh points exceeds the mean: 1 where the mesh suits the values."""
+        wanted = self.density(values, periodic) * self.lengths
+        return float(wanted.max() / wanted.mean())
+
+    def adapted(self, values: np.ndarray, periodic: bool, intervals: int | None = None) -> Mesh:
+        """The mesh of as many intervals on which the error of these values (N m + 1, n) is about the same on each."""
+        grown = np.insert(np.cumsum(self.density(values, periodic) * self.lengths), 0, 0.0)
+        edges = np.interp(np.linspace(0.0, grown[-1], (intervals or self.intervals) + 1), grown, self.edges)
+        edges[[0, -1]] = 0.0, 1.0
+        return Mesh(edges, self.degree)

@@ -1,0 +1,148 @@
+"""A periodic orbit as collocation has it, and what about it is zero where its stability changes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
+from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.continuation.curve import Curve
+from wucht.numerics.continuation.problem import CurvePoint
+
+FOLD, DOUBLING, TORUS, BRANCH_POINT = "fold", "period-doubling", "torus", "branch-point"
+_LOST = 1e-2  # of the trivial multiplier's logarithm: beyond it the others are not known either
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """A periodic orbit of a branch.
+
+    curve: the problem with its mesh. point: of the curve. logarithms (n-1,): ln mu of Floquet's multipliers without the trivial
+    one, as the collocation has them, right near the unit circle, not where mu is tiny (``floquet`` has those). along: ln mu of
+    the trivial one, 0 but for errors. basis (n-1, n-1): of their invariant subspaces, for a neighbour. kind: ``""``,
+    ``"fold"``, ``"period-doubling"``, ``"torus"``, ``"branch-point"``.
+    """
+
+    curve: Curve
+    point: CurvePoint
+    logarithms: np.ndarray
+    along: float
+    basis: np.ndarray
+    kind: str = ""
+
+    @property
+    def problem(self) -> BoundaryValueProblem:
+        """The boundary value problem on the orbit's mesh."""
+        problem = self.curve.problem
+        assert isinstance(problem, BoundaryValueProblem)
+        return problem
+
+    @property
+    def period(self) -> float:
+        """T."""
+        return float(self.point.u[-2])
+
+    @property
+    def parameter(self) -> float:
+        """The parameter's value."""
+        return float(self.point.u[-1])
+
+    @property
+    def tau(self) -> np.ndarray:
+        """Of the nodes, in periods (K,)."""
+        return self.problem.mesh.nodes
+
+    @property
+    def states(self) -> np.ndarray:
+        """At the nodes (n, K)."""
+        return self.problem.split(self.point.u)[0].T
+
+    def at(self, tau: np.ndarray) -> np.ndarray:
+        """The states (n, K) at times (K,) in periods, from 0 to 1."""
+        return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
+
+    def integral(self, values: np.ndarray) -> float:
+        """The integral over a period, in time, of values at the nodes (K,)."""
+        mesh = self.problem.mesh
+        return self.period * float((mesh.weights * (mesh.pieces(values) @ mesh.basis.values.T)).sum())
+
+    @property
+    def unstable(self) -> int:
+        """How many multipliers lie outside the unit circle."""
+        return int((self.logarithms.real > 0).sum())
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the multipliers are known: near a connection of saddles they grow until even the trivial one is lost."""
+        return abs(self.along) < _LOST
+
+    @property
+    def error(self) -> float:
+        """By how much the orbit is about wrong between mesh points, in units of its sizes."""
+        return float(self.problem.error(self.point.u).max())
+
+    def on(self, mesh: Mesh) -> CurvePoint:
+        """Its point of the curve on another mesh."""
+        if self.problem.mesh is mesh:
+            return self.point
+        u, tangent = (self.problem.moved(each, mesh) for each in (self.point.u, self.point.tangent))
+        return replace(self.point, u=u, tangent=tangent)
+
+
+def turned_over(here: Cycle, there: Cycle) -> bool:
+    """Whether an orbit without winding has passed through a point, as at a Hopf point: then it goes on half a period later."""
+    problem, a, b = here.problem, here.states, there.at(here.tau)
+    shares = problem.mesh.shares
+    inside = ((a - a @ shares[:, None]) * (b - b @ shares[:, None])) @ shares
+    return bool(not np.any(problem.winding) and (inside / problem.sizes[: len(a)] ** 2).sum() < 0)
+
+
+def _along_parameter(cycle: Cycle) -> float:
+    return float(cycle.point.tangent[-1])
+
+
+def _minus_one(cycle: Cycle) -> float:
+    return _product(cycle.logarithms + 1j * math.pi)
+
+
+def _on_circle(cycle: Cycle) -> float:
+    """Zero where the product of two multipliers is 1."""
+    return _product(_sums(cycle))
+
+
+def _plus_one(cycle: Cycle) -> float:
+    """Zero where a second multiplier is 1 and the branch does not turn: where another branch crosses it."""
+    value = _product(cycle.logarithms)
+    return math.copysign(value, value * cycle.point.tangent[-1])
+
+
+def has_pair_on_circle(cycle: Cycle) -> bool:
+    """Whether those two multipliers whose product is nearest to 1 are a complex pair."""
+    values, i = cycle.logarithms, np.triu_indices(len(cycle.logarithms), 1)[0]
+    nearest = np.abs(np.expm1(_sums(cycle))).argmin()
+    return bool(abs(values[i[nearest]].imag) not in (0.0, math.pi))
+
+
+def _sums(cycle: Cycle) -> np.ndarray:
+    values, (i, j) = cycle.logarithms, np.triu_indices(len(cycle.logarithms), 1)
+    return np.asarray(values[i] + values[j])
+
+
+def _product(logarithms: np.ndarray) -> float:
+    """The product of (mu - 1)/(1 + |mu|), given ln mu."""
+    large = logarithms.real > 0
+    bounded = np.where(large, -logarithms, logarithms)  # mu - 1 = -mu (1/mu - 1)
+    sign = np.where(large, -np.exp(1j * logarithms.imag), 1.0)
+    return float(np.prod(sign * (np.expm1(bounded)) / (1 + np.exp(bounded.real))).real)
+
+
+TESTS: Mapping[str, Callable[[Cycle], float]] = {
+    FOLD: _along_parameter,
+    DOUBLING: _minus_one,
+    TORUS: _on_circle,
+    BRANCH_POINT: _plus_one,
+}

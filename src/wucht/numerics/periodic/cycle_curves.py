@@ -1,0 +1,240 @@
+"""Curves in two parameters on which a periodic orbit has a fold, doubles its period, begets a torus, or breaks its symmetry.
+
+The orbit and a change v of it that satisfies the linearised equations are one boundary value problem, with g = T f(y):
+fold: v' = g_y v + c f, v(1) = v(0), int v.y_ref' = 0, int v.v + (c/T)^2 = 1; period doubling: v' = g_y v, v(1) = -v(0),
+int v.v = 1; torus: the same for v = a + i b with v(1) = exp(i theta) v(0); symmetry breaking: as the fold, and y' = g + d v,
+int (y - y_ref).v_ref = 0, where d stays 0.
+E. J. Doedel, W. Govaerts, Yu. A. Kuznetsov, SIAM J. Numer. Anal. 41 (2003) 401-435.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, Ends, EndValues, Integrand, Reference
+from wucht.numerics.continuation.curve import Curve, Steps, Walk
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, Cycle
+from wucht.numerics.periodic.cycle_starts import carried, crossing
+from wucht.numerics.periodic.cycles import STEPS
+from wucht.numerics.periodic.periods import PERIOD, in_periods
+from wucht.numerics.shooting import variational
+from wucht.system import System
+
+_EXTRA, _BREAKING = sp.Symbol("_extra", real=True), sp.Symbol("_breaking", real=True)
+_COLUMNS = {FOLD: 1, DOUBLING: 1, TORUS: 2, BRANCH_POINT: 1}  # changes v that are carried along
+_EXTRAS = {FOLD: 1, DOUBLING: 0, TORUS: 1, BRANCH_POINT: 2}  # further parameters
+_SYMMETRIC = 1e-4  # the largest c where the orbit still has the symmetry: c v is added to its rates, v of the size of states
+
+
+@dataclass(frozen=True, eq=False)
+class CurveCycle:
+    """A point of such a curve: times of the nodes in periods (K,), states (n, K), period, the two parameters, tangent."""
+
+    curve: Curve
+    point: CurvePoint
+    n: int
+
+    @property
+    def parameters(self) -> tuple[float, float]:
+        """Their values."""
+        first, second = self.point.u[-2:].tolist()
+        return first, second
+
+    @property
+    def _problem(self) -> BoundaryValueProblem:
+        assert isinstance(self.curve.problem, BoundaryValueProblem)
+        return self.curve.problem
+
+    @property
+    def tau(self) -> np.ndarray:
+        """Of the nodes, in periods (K,)."""
+        return self._problem.mesh.nodes
+
+    @property
+    def states(self) -> np.ndarray:
+        """At the nodes (n, K)."""
+        return self._problem.split(self.point.u)[0][:, : self.n].T
+
+    @property
+    def period(self) -> float:
+        """T."""
+        return float(self._problem.split(self.point.u)[1][0])
+
+    @property
+    def extra(self) -> list[float]:
+        """theta of a torus, c of a fold, c and d where a symmetry breaks."""
+        return [float(e) for e in self._problem.split(self.point.u)[1][1:-2]]
+
+
+@dataclass(frozen=True, eq=False)
+class CycleCurve:
+    """The curve of one kind, followed over two parameters.
+
+    kind: as of a ``Cycle``. equations: of y and v, with T, where there is one c or theta, and both parameters varied. n: states
+    of y. winding (n,): of y. bounds: of both parameters. periods: (low, high). steps, accuracy, degree: as of ``Cycles``.
+    """
+
+    kind: str
+    equations: Equations
+    n: int
+    winding: np.ndarray
+    bounds: tuple[tuple[float, float], tuple[float, float]]
+    periods: tuple[float, float]
+    steps: Steps
+    accuracy: float
+
+    @classmethod
+    def of(
+        cls,
+        kind: str,
+        system: System,
+        parameters: tuple[str, str],
+        fixed: Mapping[str, float],
+        bounds: tuple[tuple[float, float], tuple[float, float]],
+        *,
+        winding: Mapping[str, int] | None = None,
+        scale: Mapping[str, float] | None = None,
+        periods: tuple[float, float] = (0.0, math.inf),
+        steps: Steps | None = None,
+        accuracy: float = 1e-7,
+    ) -> CycleCurve:
+        """Of a System whose equations do not depend on time; arguments as of ``Cycles.of``.
+
+        Raises ``WuchtError`` for another kind, and as ``Equations.of``.
+        """
+        if kind not in _COLUMNS:
+            raise WuchtError(f"{kind}: curves of orbits are of the kinds {', '.join(_COLUMNS)}")
+        both, n = variational(in_periods(system), _COLUMNS[kind]), len(system.states)
+        rates, changes = both.derivatives[:n], both.derivatives[n:]
+        if kind in (FOLD, BRANCH_POINT):
+            changes = tuple(change + _EXTRA * rate / PERIOD for change, rate in zip(changes, rates, strict=True))
+        if kind == BRANCH_POINT:
+            rates = tuple(rate + _BREAKING * v for rate, v in zip(rates, both.states[n:], strict=True))
+        extra = (_EXTRA, _BREAKING)[: _EXTRAS[kind]]
+        whole = replace(both, derivatives=(*rates, *changes), parameters=(*extra, *both.parameters))
+        varied = (PERIOD.name, *(s.name for s in extra), *parameters)
+        sizes = dict(scale or {})
+        sizes |= {name: 1.0 for name in (PERIOD.name, *varied) if name not in sizes}
+        equations = Equations.of(whole, varied, fixed, sizes)
+        turns = np.array([(winding or {}).get(name, 0) for name in system.state_names])
+        return cls(kind, equations, n, turns, bounds, periods, steps or STEPS, accuracy)
+
+    def start(self, at: Cycle, second: float) -> CurveCycle:
+        """The point of the curve at an orbit of this kind, which a branch located in the first parameter.
+
+        second: the value that the other parameter had there. Raises ``RunError`` where none is found.
+        """
+        y, (period, first) = at.problem.split(at.point.u)
+        changes, extra = _changes(at, self.kind)
+        sizes = self.equations.scale.copy()
+        whole, q = len(self.equations.states), len(self.equations.parameters)
+        sizes[self.n : whole] = np.tile(sizes[: self.n], whole // self.n - 1)
+        sizes[whole] = period
+        if self.kind in (FOLD, BRANCH_POINT):
+            sizes[whole + 1] = period
+        squares = at.problem.mesh.shares @ ((changes / sizes[self.n : whole]) ** 2).sum(axis=1)
+        if self.kind in (FOLD, BRANCH_POINT):
+            squares += (extra[0] / period) ** 2
+            extra[0] /= math.sqrt(squares)
+        changes = changes / math.sqrt(squares)
+        u = np.concatenate([np.concatenate([y, changes], axis=1).ravel(), [period, *extra, first, second]])
+        ends, integrand = _conditions(self.kind, self.n, 2 * math.pi * self.winding, sizes)
+        nothing = Reference(np.zeros((whole, 0)), np.zeros((whole, 0)))
+        winding = np.concatenate([2 * math.pi * self.winding, np.zeros(whole - self.n)])
+        problem = BoundaryValueProblem(
+            self.equations.values, whole, q, ends, integrand, at.problem.mesh, nothing, sizes, winding, self.accuracy
+        )
+        problem = replace(problem, reference=problem.referred(u))
+        curve = Curve(problem, {-2: self.bounds[0], -1: self.bounds[1], -q: self.periods}, self.steps)
+        towards = np.zeros(len(u))
+        towards[-1] = sizes[-1]
+        return CurveCycle(curve, curve.start(u, towards), self.n)
+
+    def walk(self, start: CurveCycle) -> Walk[CurveCycle]:
+        """The orbits of the curve from a first one on, as they are asked for."""
+        return Walk(self._walked(start))
+
+    def backwards(self, cycle: CurveCycle) -> CurveCycle:
+        """The same orbit of the curve followed the other way."""
+        return replace(cycle, point=cycle.curve.backwards(cycle.point))
+
+    def _walked(self, start: CurveCycle) -> Generator[CurveCycle, None, str]:
+        walk = start.curve.follow(start.point)
+        for curve, point in walk:
+            there = CurveCycle(curve, point, self.n)
+            if self.kind == BRANCH_POINT and abs(there.extra[1]) > _SYMMETRIC:
+                return "the orbit loses the symmetry that was broken"
+            yield there
+        return walk.end
+
+
+def _changes(at: Cycle, kind: str) -> tuple[np.ndarray, list[float]]:
+    """v at the nodes (K, n or 2 n) of an orbit of a kind, and the extra parameter, if there is one."""
+    if kind == FOLD:
+        change, (longer, _) = at.problem.split(at.point.tangent)
+        return change, [float(longer)]
+    if kind == DOUBLING:
+        return carried(at, -1.0).real, []
+    if kind == BRANCH_POINT:
+        change, (longer, _) = at.problem.split(crossing(at))
+        return change, [float(longer), 0.0]
+    values = at.logarithms[at.logarithms.imag > 0]
+    angle = float(values[np.abs(values.real).argmin()].imag)
+    wave = carried(at, np.exp(1j * angle))
+    return np.concatenate([wave.real, wave.imag], axis=1), [angle]
+
+
+def _conditions(kind: str, n: int, advance: np.ndarray, sizes: np.ndarray) -> tuple[Ends, Integrand]:
+    """The conditions at the ends and on integrals of a kind. sizes: of y, v and the parameters."""
+    columns = _COLUMNS[kind]
+    whole, q = n * (1 + columns), 3 + _EXTRAS[kind]
+    one = np.eye(whole)
+    signs = np.ones(whole)
+    signs[n:] = -1.0 if kind == DOUBLING else 1.0
+    gains = np.concatenate([advance, np.zeros(whole - n)])
+    weights = 1 / sizes[:whole, None] ** 2
+
+    def ends(first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
+        begin, by_parameters = -np.diag(signs), np.zeros((whole, q))
+        if kind == TORUS:
+            cosine, sine = math.cos(parameters[1]), math.sin(parameters[1])
+            turn = np.kron(np.array([[cosine, -sine], [sine, cosine]]), np.eye(n))
+            begin[n:, n:] = -turn
+            by_parameters[n:, 1] = np.kron(np.array([[sine, cosine], [-cosine, sine]]), np.eye(n)) @ first[n:]
+        return last + begin @ first - gains, begin, one, by_parameters
+
+    def integrand(y: np.ndarray, parameters: np.ndarray, reference: Reference) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        along, none = np.zeros_like(y), np.zeros((n, y.shape[1]))
+        along[:n] = (reference.slope * weights)[:n]
+        v = y * weights
+        v[:n] = 0.0
+        square = (y * v).sum(axis=0) - 1
+        by_parameters = np.zeros((q - 1, q, y.shape[1]))
+        rows = [((y - reference.y) * along).sum(axis=0), square]
+        by_states = [along, 2 * v]
+        if kind in (FOLD, BRANCH_POINT):
+            rows[1] = square + (parameters[1] / sizes[whole + 1]) ** 2
+            by_parameters[1, 1] = 2 * parameters[1] / sizes[whole + 1] ** 2
+            across = np.concatenate([none, along[:n]])
+            rows.append((y * across).sum(axis=0))
+            by_states.append(across)
+        if kind == TORUS:
+            a, b = (reference.y * weights)[n : 2 * n], (reference.y * weights)[2 * n :]
+            across = np.concatenate([none, b, -a])
+            rows.append((y * across).sum(axis=0))
+            by_states.append(across)
+        if kind == BRANCH_POINT:
+            across = np.concatenate([(reference.y * weights)[n:], none])
+            rows.append(((y - reference.y) * across).sum(axis=0))
+            by_states.append(across)
+        return np.array(rows), np.array(by_states), by_parameters
+
+    return ends, integrand

@@ -1,0 +1,133 @@
+"""First orbits of a branch: from samples of a run, from a Hopf point, at a period doubling, at a branch point."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.continuation.equilibria import Equilibrium
+from wucht.numerics.periodic.cycle import Cycle
+from wucht.numerics.periodic.cycles import Cycles
+
+_FIRST, _MOST_REFINEMENTS = 30, 6
+
+
+def cycle_near(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: float) -> Cycle:
+    """The periodic orbit near samples of one.
+
+    Parameters
+    ----------
+    cycles : Cycles
+    times : ndarray, (K,)
+        From the begin of a period to its end.
+    states : ndarray, (n, K)
+        Angles as they turn, not wrapped.
+    value : float
+        Of the parameter.
+
+    Raises
+    ------
+    RunError
+        Where Newton's method finds none.
+    """
+    from scipy.interpolate import CubicSpline
+
+    e, period = cycles.equations, float(times[-1] - times[0])
+    samples = CubicSpline((times - times[0]) / period, states.T)
+    fine = np.linspace(0.0, 1.0, 64 * _FIRST + 1)
+    speed = np.linalg.norm(np.diff(samples(fine), axis=0) / e.scale[: e.n], axis=1)
+    grown = np.insert(np.cumsum(speed + speed.mean()), 0, 0.0)
+    mesh = Mesh(np.interp(np.linspace(0.0, grown[-1], _FIRST + 1), grown, fine), cycles.degree)
+    return settled(cycles, mesh, samples(mesh.nodes), period, value)
+
+
+def settled(cycles: Cycles, mesh: Mesh, y: np.ndarray, period: float, value: float) -> Cycle:
+    """The orbit at a value of the parameter near nodes' values (K, n), on a mesh that suits it. Raises ``RunError``."""
+    u = np.concatenate([y.ravel(), [period, value]])
+    problem = cycles.problem(mesh, period)
+    for _ in range(_MOST_REFINEMENTS):
+        problem = replace(problem, reference=problem.referred(u))
+        curve = cycles.curve(problem)
+        up = np.zeros(len(u))
+        up[-1] = problem.scale[-1]
+        point = curve.start(u, up)
+        better = problem.remeshed(point.u)
+        if better.mesh is problem.mesh:
+            break
+        u, problem = problem.moved(point.u, better.mesh), better
+    return cycles.seen(curve, point)
+
+
+def cycle_at_hopf(cycles: Cycles, hopf: Equilibrium, amplitude: float = 0.01) -> Cycle:
+    """The first orbit of the branch that begins at a Hopf point. amplitude: of its states, by their sizes.
+
+    Raises ``RunError`` where none is found.
+    """
+    e, n = cycles.equations, cycles.equations.n
+    values, vectors = np.linalg.eig(hopf.point.jacobian[:, :n])
+    k = int(np.abs(values - 1j * hopf.frequency).argmin())
+    vector = vectors[:, k] / np.linalg.norm(vectors[:, k] / e.scale[:n])
+    period, mesh = 2 * np.pi / hopf.frequency, Mesh.even(_FIRST, cycles.degree)
+    wave = np.sqrt(2) * (np.exp(2j * np.pi * mesh.nodes)[:, None] * vector).real
+    base = np.concatenate([np.tile(hopf.x, len(mesh.nodes)), [period, hopf.parameter]])
+    problem = cycles.problem(mesh, period)
+    direction = np.concatenate([wave.ravel(), [0.0, 0.0]])
+    guess = base + amplitude * direction
+    problem = replace(problem, reference=problem.referred(guess))
+    curve = cycles.curve(problem)
+    return cycles.seen(curve, curve.start(guess, direction))
+
+
+def doubled(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycles, Cycle]:
+    """The branch of twice the period that begins at a period doubling, and its first orbit. Raises ``RunError``."""
+    mesh, n = at.problem.mesh, at.problem.n
+    twice = Mesh(np.concatenate([mesh.edges / 2, (1 + mesh.edges[1:]) / 2]), mesh.degree)
+    y = at.states.T
+    change = carried(at, -1.0).real
+    advance = at.problem.winding
+    assert advance is not None
+    both = np.concatenate([y, y[1:] + advance])
+    direction = np.concatenate([change, -change[1:]])
+    more = replace(cycles, winding=2 * cycles.winding, periods=(2 * cycles.periods[0], 2 * cycles.periods[1]))
+    problem = more.problem(twice, 2 * at.period)
+    size = np.sqrt(twice.shares @ ((direction / problem.sizes[:n]) ** 2).sum(axis=1))
+    way = np.concatenate([(direction / size).ravel(), [0.0, 0.0]])
+    guess = np.concatenate([both.ravel(), [2 * at.period, at.parameter]]) + amplitude * way
+    problem = replace(problem, reference=problem.referred(guess))
+    curve = more.curve(problem)
+    return more, more.seen(curve, curve.start(guess, way))
+
+
+def switched(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycle, Cycle]:
+    """First orbits of the other branch through a branch point, one on either side. Raises ``RunError``."""
+    curve, other = at.curve, crossing(at)
+    first, second = (curve.start(at.point.u + s * amplitude * other, s * other) for s in (1.0, -1.0))
+    return cycles.seen(curve, first), cycles.seen(curve, second)
+
+
+def crossing(at: Cycle) -> np.ndarray:
+    """The direction, of all unknowns, in which another branch leaves a branch point. Raises ``RunError``."""
+    problem, point = at.problem, at.point
+    across = point.tangent / problem.scale**2
+    # Where the equations are nearly singular any solution is mostly the direction in which they are.
+    sides = np.append(np.random.default_rng(0).normal(size=len(point.u) - 1), 0.0)[:, None]
+    other = problem.solution(point.jacobian, across, sides)[0][:, 0]
+    other /= np.linalg.norm(other / problem.scale)
+    if not np.isfinite(other).all():
+        raise RunError("the direction of the other branch was not found")
+    return np.asarray(other)
+
+
+def carried(at: Cycle, multiplier: complex) -> np.ndarray:
+    """The change (K, n), complex, of the orbit that a period multiplies by a number, along it."""
+    maps = at.point.jacobian.maps()
+    values, vectors = np.linalg.eig(np.linalg.multi_dot(maps[::-1, -1]))
+    here = vectors[:, np.abs(values - multiplier).argmin()]
+    changes = [here[None]]
+    for each in maps:
+        changes.append(each @ here)
+        here = changes[-1][-1]
+    return np.concatenate(changes)

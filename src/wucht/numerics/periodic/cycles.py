@@ -1,0 +1,188 @@
+"""Branches of periodic orbits in one parameter, with winding numbers for angles, and what changes along them.
+
+The orbit is y(tau), tau = t/T from 0 to 1: y' = T f(y, p), y(1) = y(0) + 2 pi winding, and the phase is fixed by
+int (y - y_ref) . y_ref' = 0. E. J. Doedel, "Lecture notes on numerical analysis of nonlinear equations", in: Numerical
+Continuation Methods for Dynamical Systems, Springer 2007, section 1.4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from wucht.errors import RunError, WuchtError
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
+from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.continuation.curve import Curve, Steps, Walk
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.continuation.special_points import located
+from wucht.numerics.periodic.cycle import TESTS, TORUS, Cycle, has_pair_on_circle, turned_over
+from wucht.numerics.periodic.floquet import across_flow, logarithms
+from wucht.numerics.periodic.periods import PERIOD, in_periods
+from wucht.system import System
+
+_STEERING = 1e-10  # relative, of multipliers by which special points are found
+_LOCATING = 1e-9  # accuracy, when they are
+_ROUNDING = 1e-9  # a test function that is smaller says nothing
+STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-8)
+
+
+@dataclass(frozen=True, eq=False)
+class Cycles:
+    """Periodic orbits of a System, followed over one of its parameters.
+
+    equations: y' = T f(y, p); varied are the period T and the parameter. bounds: of the parameter. periods: (low, high) of T.
+    winding (n,): turns of each angle in a period, 0 of other states. accuracy: see ``BoundaryValueProblem``. degree: of the
+    polynomials. forced: whether the equations depend on time, and the period is given.
+    """
+
+    equations: Equations
+    bounds: tuple[float, float]
+    periods: tuple[float, float]
+    winding: np.ndarray
+    steps: Steps
+    accuracy: float = 1e-7
+    degree: int = 6
+
+    @classmethod
+    def of(
+        cls,
+        system: System,
+        parameter: str,
+        fixed: Mapping[str, float],
+        bounds: tuple[float, float],
+        *,
+        winding: Mapping[str, int] | None = None,
+        scale: Mapping[str, float] | None = None,
+        periods: tuple[float, float] = (0.0, math.inf),
+        steps: Steps | None = None,
+        accuracy: float = 1e-7,
+        degree: int = 6,
+    ) -> Cycles:
+        """Of a System whose equations do not depend on time.
+
+        Parameters
+        ----------
+        system : System
+        parameter : str
+            The name of the one that is varied.
+        fixed : mapping
+            Values of all others.
+        bounds : (float, float)
+            Of the parameter.
+        winding : mapping, optional
+            Turns of angles in a period, by the states' names.
+        scale : mapping, optional
+            By how much states and the parameter change when they change much, by name; 1 where it is silent.
+        periods : (float, float)
+            Beyond which periods the branch is not followed.
+        steps, accuracy, degree
+            See ``Steps``, ``BoundaryValueProblem``, ``Mesh``.
+
+        Raises
+        ------
+        WuchtError
+            As ``Equations.of``, and for a winding of a state that is no angle.
+        """
+        turning = dict(winding or {})
+        wrong = [name for name in turning if name not in {s.name for s in system.angles}]
+        if wrong:
+            raise WuchtError(f"{wrong[0]} has a winding number but is no angle of this System")
+        equations = Equations.of(in_periods(system), (PERIOD.name, parameter), fixed, scale)
+        turns = np.array([turning.get(name, 0) for name in system.state_names])
+        return cls(
+            equations,
+            bounds,
+            periods,
+            turns,
+            steps or STEPS,
+            accuracy,
+            degree,
+        )
+
+    def problem(self, mesh: Mesh, period: float) -> BoundaryValueProblem:
+        """The boundary value problem on a mesh, a guess of the period being its size."""
+        e, n = self.equations, self.equations.n
+        sizes = e.scale.copy()
+        sizes[n] = period
+        advance = 2 * math.pi * self.winding
+        ends, phase = partial(_returns, advance), partial(_in_phase, 1 / sizes[:n, None] ** 2, 2)
+        nothing = Reference(np.zeros((n, 0)), np.zeros((n, 0)))
+        return BoundaryValueProblem(e.values, n, 2, ends, phase, mesh, nothing, sizes, advance, self.accuracy)
+
+    def curve(self, problem: BoundaryValueProblem) -> Curve:
+        """What is followed, within the bounds of parameter and period."""
+        return Curve(problem, {-1: self.bounds, -2: self.periods}, self.steps)
+
+    def seen(self, curve: Curve, point: CurvePoint, near: np.ndarray | None = None) -> Cycle:
+        """A point of the curve with its multipliers. near: the basis of a neighbour."""
+        problem, maps = curve.problem, point.jacobian.maps()[:, -1]
+        assert isinstance(problem, BoundaryValueProblem)
+        across, along = across_flow(maps, problem.rates_at_edges(point.u))
+        values, basis = logarithms(across, near, _STEERING)
+        return Cycle(curve, point, values, along, basis)
+
+    def walk(self, start: Cycle) -> Walk[Cycle]:
+        """The orbits from a first one on, special ones among them, as they are asked for."""
+        return Walk(self._walked(start))
+
+    def backwards(self, cycle: Cycle) -> Cycle:
+        """The same orbit of the branch followed the other way."""
+        return replace(cycle, point=cycle.curve.backwards(cycle.point))
+
+    def _walked(self, start: Cycle) -> Generator[Cycle, None, str]:
+        here, walk = start, start.curve.follow(start.point)
+        for curve, point in walk:
+            there = self.seen(curve, point, here.basis)
+            if turned_over(here, there):
+                return "it shrinks to an equilibrium: a Hopf point"
+            if here.trusted and there.trusted:
+                before = here.on(there.problem.mesh)
+                found = [self._located(curve, before, here, there, kind) for kind in TESTS]
+                yield from sorted((c for c in found if c is not None), key=lambda c: c.point.length)
+            yield there
+            here = there
+        return walk.end
+
+    def _located(self, curve: Curve, before: CurvePoint, here: Cycle, there: Cycle, kind: str) -> Cycle | None:
+        """The point between two at which a test function passes zero."""
+        test = TESTS[kind]
+        a, b = test(here), test(there)
+        if not (a * b < 0 and min(abs(a), abs(b)) > _ROUNDING):
+            return None
+        try:
+            fine, first, last = self._refined(curve, before, there.point)
+        except RunError:  # near a connection of saddles
+            fine, first, last = curve, before, there.point
+        found = located(fine, first, last, partial(self.seen, fine, near=here.basis), test)
+        if found is None or (kind == TORUS and not has_pair_on_circle(found)):
+            return None
+        return replace(found, kind=kind)
+
+    def _refined(self, curve: Curve, a: CurvePoint, b: CurvePoint) -> tuple[Curve, CurvePoint, CurvePoint]:
+        """Two neighbours as they are on a mesh that is good enough for what lies between them to be located."""
+        problem = curve.problem
+        assert isinstance(problem, BoundaryValueProblem)
+        better = replace(problem, accuracy=min(_LOCATING, self.accuracy)).remeshed(b.u)
+        fine = replace(curve, problem=replace(better, reference=better.referred(problem.moved(b.u, better.mesh))))
+        first, last = (
+            fine.corrected(problem.moved(p.u, better.mesh), problem.moved(p.tangent, better.mesh), p.length)[0] for p in (a, b)
+        )
+        return fine, first, last
+
+
+def _returns(advance: np.ndarray, first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
+    plus = np.eye(len(advance))
+    return last - first - advance, -plus, plus, np.zeros((len(advance), len(parameters)))
+
+
+def _in_phase(
+    weights: np.ndarray, count: int, y: np.ndarray, _: np.ndarray, reference: Reference
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    direction = reference.slope * weights
+    return ((y - reference.y) * direction).sum(axis=0)[None], direction[None], np.zeros((1, count, y.shape[1]))

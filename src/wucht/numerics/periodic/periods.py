@@ -1,0 +1,56 @@
+"""Systems as boundary value problems of orbits are stated for: in units of a period, and free of explicit time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.system import TIME, System
+
+PERIOD = sp.Symbol("_period", real=True)
+FORCING = "forcing.phase"
+
+
+@lru_cache(maxsize=64)
+def in_periods(system: System) -> System:
+    """The System with a period as its unit of time, which is its first parameter; outputs and quadratures are left out."""
+    derivatives = tuple(PERIOD * d for d in system.derivatives)
+    return System(system.states, derivatives, (PERIOD, *system.parameters), system.definitions, angles=system.angles)
+
+
+def forced(system: System, frequency: str) -> System:
+    """A System whose equations repeat after a time of 2 pi/frequency, as one without time: with a phase as its last state.
+
+    The phase ``forcing.phase`` is an angle that grows by the frequency; orbits wind about it once or several times in their
+    period, and have the multipliers of the forced System beside the trivial one.
+
+    Parameters
+    ----------
+    system : System
+        Outputs and quadratures are left out.
+    frequency : str
+        Name of its parameter that is the frequency of the forcing, rad per unit of time.
+
+    Raises
+    ------
+    WuchtError
+        Where there is no such parameter, or the equations do not repeat when the phase has gone round.
+    """
+    if frequency not in system.parameter_names:
+        raise WuchtError(f"{frequency} is no parameter of this System; known: {', '.join(system.parameter_names)}")
+    phase, omega = sp.Symbol(FORCING, real=True), system.parameters[system.parameter_names.index(frequency)]
+    change = {TIME: phase / omega}
+    definitions = tuple((s, sp.sympify(e).xreplace(change)) for s, e in system.definitions)
+    rates = tuple(sp.sympify(d).xreplace(change) for d in system.derivatives)
+    turned = {phase: phase + 2 * sp.pi}
+    direct = [e for e in (*rates, *(e for _, e in definitions)) if phase in e.free_symbols]
+    if any(sp.simplify(e - e.xreplace(turned)) != 0 for e in direct):
+        raise WuchtError(f"these equations do not repeat after a time of 2 pi/{frequency}")
+    angles = system.angles | {phase}
+    bare = replace(system, outputs=(), quadratures=(), second_order=None)
+    return replace(
+        bare, states=(*system.states, phase), derivatives=(*rates, omega), definitions=definitions, angles=frozenset(angles)
+    )
