@@ -1,0 +1,220 @@
+"""Several equilibria at one parameter value, and the branches that do not touch, by deflated Newton's method.
+
+A solution x_i that is known is divided out: Newton's method is applied to M(x) f(x) = 0 with
+
+    M(x) = product over i of (1 / |x - x_i|^p + shift),
+
+which does not go to zero at x_i, so that the same start leads elsewhere. The difference of angles is 2 sin of its half, so that
+a solution and itself after a whole turn are one. As J(Mf) = M f_x + f (grad M)^T, its correction is Newton's own, d, times
+1 / (1 - grad(ln M) . d): no further linear system is solved.
+P. E. Farrell, A. Birkisson, S. W. Funke, SIAM J. Sci. Comput. 37 (2015) A2026-A2045.
+
+Deflation finds and proves nothing: that no more is found is no proof that there is no more. It needs values and the Jacobian
+alone, in any number of states. Where all equilibria are wanted with a proof, in a box of a few states and with bounds on the
+Jacobian, ``numerics.subdivision.all_zeros`` is the one to call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.errors import InputError, RunError
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equilibria import Branch, Equilibria
+
+_SAME = 1e-6  # solutions that are nearer to each other, in units of scale, are one
+_POLISHES = 2  # plain corrections after the last
+_CORRECTIONS = 5  # of Newton's method from between two points of a branch
+_ASIDE = 0.01  # by how much a start lies beside a solution, in units of scale
+
+
+@dataclass(frozen=True)
+class Deflation:
+    """How it is searched.
+
+    power, shift: p and the shift of the operator. steps: of Newton's method from each start, at most. evaluations: of f and its
+    Jacobian in all, at most. longest: of one correction, in units of scale. tolerance: of the last one.
+    """
+
+    power: float = 2.0
+    shift: float = 1.0
+    steps: int = 100
+    evaluations: int = 100_000
+    longest: float = 10.0
+    tolerance: float = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class Deflated:
+    """points: the distinct solutions (n, k), in the order in which they were found. evaluations: of f and its Jacobian.
+
+    exhausted: whether the search ended because no start led to a further solution, not because its evaluations were used up.
+    """
+
+    points: np.ndarray
+    evaluations: int
+    exhausted: bool
+
+
+def seeded(low: Sequence[float] | np.ndarray, high: Sequence[float] | np.ndarray, count: int, seed: int = 0) -> np.ndarray:
+    """Starts (n, count), evenly distributed in a box [low, high] at random, the same ones for the same seed."""
+    low, high = np.asarray(low, float), np.asarray(high, float)
+    return np.asarray(low[:, None] + (high - low)[:, None] * np.random.default_rng(seed).random((len(low), count)))
+
+
+def deflated(
+    equations: Equations,
+    parameters: Sequence[float] | np.ndarray,
+    starts: np.ndarray,
+    known: np.ndarray | None = None,
+    how: Deflation = Deflation(),
+) -> Deflated:
+    """The solutions of f(x, p) = 0 at values of the parameters (m,) to which some starts lead.
+
+    starts: (n, N), each used again after every solution that was found. known: (n, k), solutions that are divided out from the
+    beginning and not returned.
+    """
+    n, N = equations.n, starts.shape[1] if starts.ndim == 2 else 0
+    if starts.shape != (n, N) or not N:
+        raise InputError("starts", f"an array of shape {starts.shape}", f"a column of {n} states for each start")
+    values = np.asarray(parameters, float)
+    before = np.empty((n, 0)) if known is None else np.asarray(known, float).reshape(n, -1)
+    found, used = before, 0
+    while True:
+        more, spent, cut = _round(equations, values, starts, found, how, how.evaluations - used)
+        used += spent
+        distinct = _distinct(equations, more, found)
+        found = np.concatenate([found, distinct], axis=1)
+        if cut or not distinct.shape[1]:
+            return Deflated(found[:, before.shape[1] :], used, not cut)
+
+
+def _round(
+    equations: Equations, values: np.ndarray, starts: np.ndarray, found: np.ndarray, how: Deflation, left: int
+) -> tuple[np.ndarray, int, bool]:
+    """Where all starts lead (n, k), how many evaluations that took, and whether it was cut short."""
+    n, scale = equations.n, equations.scale[: equations.n, None]
+    x, spent, arrived = starts.copy(), 0, list[np.ndarray]()
+    for _ in range(how.steps):
+        if not x.shape[1]:
+            break
+        if spent + (1 + _POLISHES) * x.shape[1] > left:
+            return _all(arrived, n), spent, True
+        spent += x.shape[1]
+        step = _newton(equations, x, values)
+        usable = np.isfinite(step).all(axis=0)
+        x, step = x[:, usable], step[:, usable]
+        near = np.linalg.norm(step / scale, axis=0) <= how.tolerance
+        again = near & (_distances(equations, x + step, found).min(axis=1, initial=np.inf) <= _SAME)
+        near &= ~again
+        if near.any():
+            at = x[:, near] + step[:, near]
+            for _ in range(_POLISHES):
+                spent += at.shape[1]
+                at = at + np.nan_to_num(_newton(equations, at, values))
+            arrived.append(at)
+        # What lies on a solution that was divided out stays there: such a start is given up.
+        x, step = x[:, ~(near | again)], step[:, ~(near | again)]
+        step = step / (1 - _steepness(equations, x, step, found, how))
+        long = np.linalg.norm(step / scale, axis=0)
+        x = x + step * np.minimum(1.0, how.longest / np.where(long > 0, long, 1.0))
+    return _all(arrived, n), spent, False
+
+
+def _all(arrived: list[np.ndarray], n: int) -> np.ndarray:
+    return np.concatenate([np.empty((n, 0)), *arrived], axis=1)
+
+
+def _distinct(equations: Equations, points: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Those of some points (n, N) that are neither one of the others (n, k) nor one of those before them."""
+    kept = others
+    for point in points.T[:, :, None]:
+        if _distances(equations, point, kept).min(initial=np.inf) > _SAME:
+            kept = np.concatenate([kept, point], axis=1)
+    return kept[:, others.shape[1] :]
+
+
+def _newton(equations: Equations, x: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Newton's corrections (n, N) of states (n, N), not a number where there is none."""
+    n = equations.n
+    f, f_u = equations.values(np.concatenate([x, np.repeat(values[:, None], x.shape[1], axis=1)]))
+    matrices, step = np.moveaxis(f_u[:, :n], -1, 0), np.full_like(x, np.nan)
+    with np.errstate(all="ignore"):
+        good = np.flatnonzero(np.isfinite(f).all(axis=0) & np.isfinite(matrices).all(axis=(1, 2)))
+        good = good[np.linalg.slogdet(matrices[good])[0] != 0]
+        step[:, good] = -np.linalg.solve(matrices[good], f[:, good].T[..., None])[..., 0].T
+    return step
+
+
+def _distances(equations: Equations, x: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Of states (n, N) from solutions (n, k), in units of scale: (N, k)."""
+    return np.asarray(np.sqrt((_differences(equations, x, found)[0] ** 2).sum(axis=0)))
+
+
+def _differences(equations: Equations, x: np.ndarray, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Differences (n, N, k) of states (n, N) and solutions (n, k) in units of scale, and their derivatives by the state."""
+    away, scale = x[:, :, None] - found[:, None, :], equations.scale[: equations.n, None, None]
+    period = equations.turns[: equations.n, None, None]
+    rate = np.divide(2 * np.pi, period, out=np.ones_like(period), where=period > 0)
+    around = np.where(period > 0, 2 * np.sin(rate * away / 2) / rate, away)
+    return around / scale, np.where(period > 0, np.cos(rate * away / 2), 1.0) / scale
+
+
+def _steepness(equations: Equations, x: np.ndarray, step: np.ndarray, found: np.ndarray, how: Deflation) -> np.ndarray:
+    """grad(ln M) . step (N,)."""
+    difference, slope = _differences(equations, x, found)
+    with np.errstate(all="ignore"):
+        square = (difference**2).sum(axis=0)  # (N, k)
+        closing = (difference * slope * step[:, :, None]).sum(axis=0)  # |x - x_i| d|x - x_i| along the step
+        share = -how.power * closing / square / (1 + how.shift * square ** (how.power / 2))
+    return np.asarray(np.nan_to_num(share).sum(axis=1))
+
+
+def equilibria_at(branch: Branch, value: float) -> np.ndarray:
+    """Where a branch passes a value of its parameter: states (n, k) between neighbouring points, corrected."""
+    equations, u = branch.equations, branch.u
+    n, p = equations.n, u[-1]
+    i = np.flatnonzero(((p[:-1] <= value) & (value <= p[1:]) | (p[1:] <= value) & (value <= p[:-1])) & (p[:-1] != p[1:]))
+    x = (u[:, i] + (value - p[i]) / (p[i + 1] - p[i]) * (u[:, i + 1] - u[:, i]))[:n]
+    for _ in range(_CORRECTIONS if len(i) else 0):
+        x = x + np.nan_to_num(_newton(equations, x, np.array([value])))
+    return _distinct(equations, x, np.empty((n, 0)))
+
+
+def disconnected_branches(
+    problem: Equilibria,
+    values: Sequence[float],
+    starts: np.ndarray,
+    how: Deflation = Deflation(),
+    known: Sequence[Branch] = (),
+) -> tuple[Branch, ...]:
+    """The branches that pass some values of the parameter, each once: those that touch no other as well.
+
+    At each value the equilibria of the branches known so far are divided out; a solution that is left lies on a branch of its
+    own, which is followed to its ends. starts: (n, N), see ``deflated``; near those found at a value the next one begins too.
+    known: branches that are not to be found again. A solution from which no branch can be followed is left out.
+    """
+    equations, branches, found = problem.equations, list(known), list[Branch]()
+    empty = np.empty((equations.n, 0))
+    before, random = empty, np.random.default_rng(0)
+    for value in values:
+        passed = np.concatenate([empty, *(equilibria_at(b, value) for b in branches)], axis=1)
+        # On a solution itself the operator has no direction.
+        aside = before + _ASIDE * equations.scale[: equations.n, None] * random.normal(size=before.shape)
+        more = deflated(equations, [value], np.concatenate([starts, aside], axis=1), passed, how).points
+        for x in more.T[:, :, None]:
+            if not _distinct(equations, x, passed).shape[1]:
+                continue
+            passed = np.concatenate([passed, x], axis=1)
+            try:
+                branch = problem.branch(problem.start(x[:, 0], value))
+            except RunError:
+                continue
+            passed = np.concatenate([passed, equilibria_at(branch, value)], axis=1)
+            branches.append(branch)
+            found.append(branch)
+        before = passed
+    return tuple(found)

@@ -1,0 +1,286 @@
+"""Curves of Hopf points in two parameters.
+
+With A = df/dx and kappa = omega^2 a Hopf point is a regular solution of f = 0 and of two entries of G = 0, where
+
+    [A^2 + kappa I, b; c^T, 0] [V; G] = [0; I],   [.]^T [W; G^T] = [0; I],   dG/du = -W^T (A^2 + kappa I)_u V,
+
+with borders b, c of two columns. This stays regular at a Bogdanov-Takens point, where kappa passes zero; beyond it the
+eigenvalues are real, +-sqrt(-kappa): neutral saddles, which are no Hopf points.
+Y. A. Kuznetsov, "Elements of Applied Bifurcation Theory", Springer 2004, section 10.2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.continuation.curve import Curve, Steps, Walk
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.fold_curves import direction
+from wucht.numerics.continuation.normal_forms import HopfForm, bogdanov_takens_form, hopf_form
+from wucht.numerics.continuation.problem import CurvePoint, Problem, bordered_solution
+from wucht.numerics.continuation.special_curves import (
+    BOGDANOV_TAKENS,
+    DOUBLE_HOPF,
+    GENERALISED_HOPF,
+    ZERO_HOPF,
+    Condition,
+    SpecialCurve,
+    critical_pairs,
+    refuse_other_than_two,
+    walked,
+    whole_curve,
+)
+
+_STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
+_ROUNDING = 1e-10  # of kappa, in units of its scale
+_ENDS = "it ends at a Bogdanov-Takens point: beyond it, two real eigenvalues have opposite signs"
+
+
+class TwiceBordered(NamedTuple):
+    """Derivatives at a point. matrix (n+2, n+3): of f and two entries of G. V, W (n, 2): null vectors of A^2 + kappa I."""
+
+    matrix: np.ndarray
+    V: np.ndarray
+    W: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class HopfProblem:
+    """f = 0 and two entries of G = 0 with unknowns u = (x, p, q, kappa) (n+3,).
+
+    border (n+2, n+2): b, c in its last two columns and rows. entries: row and column of both entries of G. scale (n+3,).
+    """
+
+    equations: Equations
+    border: np.ndarray
+    entries: tuple[tuple[int, int], tuple[int, int]]
+    scale: np.ndarray
+
+    @classmethod
+    def at(cls, equations: Equations, u: np.ndarray) -> HopfProblem:
+        """As it is best written at u (n+3,)."""
+        n, sizes = equations.n, equations.scale[: equations.n]
+        A = equations.values(u[:-1])[1][:, :n] * (sizes / sizes[:, None])
+        left, _, right = np.linalg.svd(A @ A + u[-1] * np.eye(n))
+        size = float(np.linalg.norm(A, 2)) ** 2
+        scale = np.append(equations.scale, size if size > 0 else 1.0)
+        return cls(equations, *_written(A, right[-2:].T, left[:, -2:]), scale)
+
+    @cached_property
+    def _weights(self) -> np.ndarray:
+        sizes = self.equations.scale[: self.equations.n]
+        return np.asarray(sizes / sizes[:, None])
+
+    def residual(self, u: np.ndarray) -> tuple[np.ndarray, TwiceBordered]:
+        """f and two entries of G (n+2,), and their derivatives.
+
+        Those of G only steer: they are central differences along V and A V.
+        """
+        from scipy.linalg.lapack import dgetrf, dgetrs
+
+        n, sizes, at = self.equations.n, self.equations.scale, u[:-1]
+        f, f_u = self.equations.values(at)
+        A = f_u[:, :n] * self._weights
+        bordered = self.border.copy()
+        bordered[:n, :n] = A @ A
+        bordered[range(n), range(n)] += u[-1]
+        factors, pivots, failed = dgetrf(bordered)
+        if failed:
+            raise RunError("the bordered matrix of this Hopf point is singular")
+        units = np.eye(n + 2)[:, n:]
+        solved, transposed = dgetrs(factors, pivots, units)[0], dgetrs(factors, pivots, units, trans=1)[0]
+        V, W = solved[:n], transposed[:n]
+        G, AV, WA = solved[n:], A @ V, A.T @ W
+        along = np.concatenate([V, AV], axis=1)
+        h = _STEP / np.maximum(np.linalg.norm(along, axis=0), np.finfo(float).tiny)
+        move = along * h * sizes[:n, None]
+        around = np.repeat(at[:, None], 8, axis=1)
+        around[:n, :4] += move
+        around[:n, 4:] -= move
+        both = self.equations.values(around)[1]
+        change = (both[..., :4] - both[..., 4:]) / (2 * h * sizes[:n, None, None])  # (n, n+2, 4): f_xu V, f_xu A V
+        matrix = np.zeros((n + 2, n + 3))
+        matrix[:n, :-1] = f_u
+        for row, (i, j) in enumerate(self.entries, n):
+            matrix[row, :-1] = -(W[:, i] @ change[..., 2 + j] + WA[:, i] @ change[..., j])
+            matrix[row, -1] = -W[:, i] @ V[:, j]
+        return np.append(f, [G[i, j] for i, j in self.entries]), TwiceBordered(matrix, V, W)
+
+    def solution(self, jacobian: TwiceBordered, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
+        """See ``Problem``."""
+        return bordered_solution(jacobian.matrix, row, sides)
+
+    def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
+        """See ``Problem``: with b and c along the null vectors, and those entries of G that are most independent."""
+        n, jacobian = self.equations.n, point.jacobian
+        A = jacobian.matrix[:n, :n] * self._weights
+        return HopfProblem(self.equations, *_written(A, jacobian.V, jacobian.W), self.scale), point
+
+    def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """See ``Problem``: the unknowns."""
+        return u / self.scale, np.append(self.equations.turns, 0.0) / self.scale
+
+
+def _written(A: np.ndarray, V: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, tuple[tuple[int, int], tuple[int, int]]]:
+    """The border and the two entries of G that suit null vectors (n, 2).
+
+    On the critical plane A^2 + kappa I = tr A + (kappa - det) I: G is a combination of W^T A V and W^T V, and of both entries
+    neither must follow from the other.
+    """
+    n = len(A)
+    V, W = np.linalg.qr(V)[0], np.linalg.qr(W)[0]
+    border = np.zeros((n + 2, n + 2), order="F")
+    border[:n, n:], border[n:, :n] = W, V.T
+    one, other = (W.T @ A @ V).ravel(), (W.T @ V).ravel()
+    products = np.outer(one, other)
+    first, second = divmod(int(np.abs(products - products.T).argmax()), 4)
+    return border, (divmod(first, 2), divmod(second, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class HopfPoint:
+    """A point of a Hopf curve.
+
+    point: u = (x, p, q, kappa) (n+3,) with tangent and derivatives. kind: ``""`` of a regular point, else
+    ``"bogdanov-takens"``, ``"zero-hopf"``, ``"generalised-hopf"`` or ``"double-hopf"``.
+    """
+
+    equations: Equations
+    point: CurvePoint
+    kind: str = ""
+
+    @property
+    def u(self) -> np.ndarray:
+        """States and both parameters (n+2,)."""
+        return self.point.u[:-1]
+
+    @property
+    def x(self) -> np.ndarray:
+        """The states (n,)."""
+        return self.point.u[:-3]
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """Both (2,)."""
+        return self.point.u[-3:-1]
+
+    @property
+    def frequency(self) -> float:
+        """Rad per unit of time; 0 at a Bogdanov-Takens point."""
+        return float(max(self.point.u[-1], 0.0) ** 0.5)
+
+    @cached_property
+    def others(self) -> np.ndarray:
+        """The eigenvalues of df/dx (n-2,), per unit of time, without the critical pair."""
+        n, pair = self.equations.n, 1j * np.sqrt(complex(self.point.u[-1]))
+        values = np.linalg.eigvals(self.point.jacobian.matrix[:n, :n])
+        for critical in (pair, -pair):
+            values = np.delete(values, np.abs(values - critical).argmin())
+        return values
+
+    @cached_property
+    def form(self) -> HopfForm | None:
+        """The normal form; None where there is none, as at a Bogdanov-Takens point."""
+        if not self.frequency > 0:
+            return None
+        try:
+            return hopf_form(self.equations, self.u, self.frequency)
+        except RunError:
+            return None
+
+    @cached_property
+    def coefficients(self) -> Mapping[str, float]:
+        """Of the normal form: l1, at a Bogdanov-Takens point a and b: see ``normal_forms``."""
+        if self.kind == BOGDANOV_TAKENS:
+            takens = bogdanov_takens_form(self.equations, self.u)
+            return {"a": takens.a, "b": takens.b}
+        return {"l1": self.form.l1} if self.form else {}
+
+
+@dataclass(frozen=True, eq=False)
+class HopfPoints:
+    """Curves of Hopf points of equations with two varied parameters (p, q).
+
+    equations: f(x, (p, q)). bounds: (low, high) of both. steps: see ``Steps``. limits: of some states, by their index, beyond
+    which a curve is not followed.
+    """
+
+    equations: Equations
+    bounds: Sequence[tuple[float, float]]
+    steps: Steps = field(default_factory=Steps)
+    limits: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        refuse_other_than_two(self.equations)
+
+    def curve(self, u: np.ndarray) -> Curve:
+        """The problem as ``Curve`` follows it, written for the neighbourhood of u (n+3,)."""
+        n = self.equations.n
+        return Curve(HopfProblem.at(self.equations, u), {**self.limits, n: self.bounds[0], n + 1: self.bounds[1]}, self.steps)
+
+    def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float], frequency: float | None = None) -> CurvePoint:
+        """The Hopf point near a state (n,) and both parameters, as an ``Equilibrium`` of the kind hopf has them.
+
+        frequency: rad per unit of time, by default that of the complex pair nearest to the imaginary axis; 0 at a
+        Bogdanov-Takens point. Raises ``RunError`` where none is found.
+        """
+        at = np.append(x, parameters)
+        if frequency is None:
+            values = np.linalg.eigvals(self.equations.values(at)[1][:, : self.equations.n])
+            values = values[values.imag > 0]
+            if not len(values):
+                raise RunError("there is no pair of complex eigenvalues near this state: no Hopf point is near")
+            frequency = float(values[np.abs(values.real).argmin()].imag)
+        u = np.append(at, frequency**2)
+        curve = self.curve(u)
+        found = curve.start(u, direction(curve.problem.residual(u)[1].matrix, curve.problem.scale))
+        if found.u[-1] < -_ROUNDING * curve.problem.scale[-1]:
+            raise RunError("near this state there is no Hopf point, but a saddle whose eigenvalues add up to zero")
+        return found
+
+    def walk(self, start: CurvePoint) -> Walk[HopfPoint]:
+        """The points from a first one on, special ones among them, as they are asked for."""
+        return Walk(self._walked(start))
+
+    def branch(self, start: CurvePoint) -> SpecialCurve[HopfPoint]:
+        """The whole curve through a point, followed both ways."""
+        return whole_curve(self.equations, HopfPoint(self.equations, start), self.walk, self.curve(start.u).backwards)
+
+    def _walked(self, start: CurvePoint) -> Generator[HopfPoint, None, str]:
+        curve, n = self.curve(start.u), self.equations.n
+        kappa = float(curve.problem.scale[-1])
+
+        def square(point: HopfPoint) -> float:
+            return float(point.point.u[-1]) / kappa
+
+        conditions = [
+            Condition(BOGDANOV_TAKENS, square, square, _ROUNDING, end=_ENDS),
+            Condition(GENERALISED_HOPF, _share, _share, rounding=1e-8),
+        ]
+        if n > 2:
+            conditions.append(Condition(ZERO_HOPF, _product, _product))
+        if n > 3:
+            conditions.append(Condition(DOUBLE_HOPF, _pairs, _pairs, holds=lambda p: critical_pairs(p.others)[1]))
+        first = replace(start, jacobian=curve.problem.residual(start.u)[1])
+        return (yield from walked(curve, first, lambda point: HopfPoint(self.equations, point), conditions))
+
+
+def _share(point: HopfPoint) -> float:
+    return point.form.share if point.form else math.nan
+
+
+def _product(point: HopfPoint) -> float:
+    """The product of the other eigenvalues in terms of the largest of all: zero where a real one vanishes."""
+    largest = max(float(np.abs(point.others).max()), point.frequency)
+    return float(np.prod(point.others / largest).real)
+
+
+def _pairs(point: HopfPoint) -> float:
+    return critical_pairs(point.others)[0]

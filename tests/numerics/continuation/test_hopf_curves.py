@@ -1,0 +1,229 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.optimize import brentq
+
+from auto_demos import AB
+from symbolic_forms import planar_lyapunov
+from wucht.errors import RunError
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.fold_curves import Folds
+from wucht.numerics.continuation.hopf_curves import HopfPoint, HopfPoints, HopfProblem
+from wucht.numerics.continuation.special_curves import SpecialCurve
+from wucht.system import System
+
+X, Y, Z, W, P, Q = sp.symbols("x y z w p q", real=True)
+TAKENS = System((X, Y), (Y, P + Q * X + X**2 + X * Y), (P, Q))
+ENDS = "it ends at a Bogdanov-Takens point"
+
+
+def hopf_points(system: System, *bounds: tuple[float, float]) -> HopfPoints:
+    return HopfPoints(Equations.of(system, system.parameter_names[:2], {}), bounds)
+
+
+def ab_hopf(x: float) -> np.ndarray:
+    """See ``test_normal_forms``."""
+    p2 = (5 + x / (1 - x)) / x
+    return np.array([x, p2 * x / 4, x / (1 - x) * math.exp(-p2 * x / 4), p2])
+
+
+def assert_hopf_points(system: System, curve: SpecialCurve[HopfPoint]) -> None:
+    """f = 0 and a pair of eigenvalues +-i omega at each point, the Jacobian being a symbolic one."""
+    unknowns = (*system.states, *system.parameters)
+    f = sp.lambdify(unknowns, sp.Matrix(system.derivatives), "numpy")
+    A = sp.lambdify(unknowns, sp.Matrix(system.derivatives).jacobian(system.states), "numpy")
+    for point in curve.points:
+        matrix = np.array(A(*point.u), float)
+        assert np.abs(f(*point.u)).max() < 1e-11
+        shifted = matrix @ matrix + point.frequency**2 * np.eye(len(matrix))
+        assert np.linalg.svd(shifted, compute_uv=False)[-2:].max() < 1e-9 * max(1.0, np.abs(matrix).max() ** 2)
+
+
+# Steps to other coordinates and back: a stretch of x, since shears alone keep areas, by which part of l1 would not count; and
+# shears new = old + d phi(n . old), n . d = 0. Second and third derivatives of all kinds arise.
+STRETCH = sp.Rational(3, 10)
+SHEARS = (
+    ((1, 0), (0, 1), lambda s: sp.Rational(2, 5) * s**2 * sp.exp(s / 2)),
+    ((1, 1), (1, -1), lambda s: sp.Rational(1, 5) * sp.sin(s) ** 2),
+)
+
+
+def bent(system: System) -> System:
+    """A system in new first two states, which agree with the old ones to first order."""
+    old = system.states[:2]
+    forth = [(sp.exp(STRETCH * old[0]) - 1) / STRETCH, old[1]]
+    for d, n, phi in SHEARS:
+        along = phi(n[0] * forth[0] + n[1] * forth[1])
+        forth = [e + k * along for e, k in zip(forth, d, strict=True)]
+    back = list(old)
+    for d, n, phi in SHEARS[::-1]:
+        along = phi(n[0] * back[0] + n[1] * back[1])
+        back = [e - k * along for e, k in zip(back, d, strict=True)]
+    back[0] = sp.log(1 + STRETCH * back[0]) / STRETCH
+    rates = [sp.sympify(r) for r in system.derivatives]
+    new = [sum(sp.diff(e, s) * r for s, r in zip(system.states, rates, strict=True)) for e in forth] + rates[2:]
+    put = dict(zip(old, back, strict=True))
+    return System(system.states, tuple(e.subs(put, simultaneous=True) for e in new), system.parameters)
+
+
+@pytest.mark.parametrize("coordinates", ["normal form", "bent"])
+def test_bautin(coordinates: str) -> None:
+    """r' = r (p + q r^2 - r^4), turning with the speed 2 + p + r^2 / 2: Hopf at p = 0, l1 = 2 q / 2, zero at q = 0.
+
+    l1 is the same in all coordinates that agree to first order.
+    """
+    r2 = X**2 + Y**2
+    growth, speed = P + Q * r2 - r2**2, 2 + P + r2 / 2
+    system = System((X, Y), (growth * X - speed * Y, speed * X + growth * Y), (P, Q))
+    system = system if coordinates == "normal form" else bent(system)
+    problem = hopf_points(system, (-1, 1), (-0.5, 0.7))
+    curve = problem.branch(problem.start([0.01, 0.01], (0.02, 0.4)))
+    p, q = curve.parameters
+    assert np.abs(p).max() < 1e-11 and (q[0], q[-1]) == (-0.5, 0.7)
+    for point in curve.points:
+        assert point.coefficients["l1"] == pytest.approx(point.parameters[1], abs=1e-11)
+    (special,) = curve.special
+    assert special.kind == "generalised-hopf" and np.abs(special.parameters).max() < 1e-10
+    assert special.frequency == pytest.approx(2, rel=1e-10)
+    assert_hopf_points(system, curve)
+
+
+def test_bogdanov_takens_ends_a_hopf_curve() -> None:
+    """Hopf: p = 0, x = 0, omega^2 = -q, for q < 0 only."""
+    problem = hopf_points(TAKENS, (-1, 1), (-2, 2))
+    curve = problem.branch(problem.start([0.05, 0.0], (0.0, -1.0)))
+    np.testing.assert_allclose([p.frequency**2 for p in curve.points], -curve.parameters[1], atol=1e-10)
+    assert np.abs(curve.u[:3]).max() < 1e-11
+    assert sorted(e[: len(ENDS)] for e in curve.ends) == [ENDS, "it leaves the range at -2"]
+    (takens,) = curve.special
+    assert takens in (curve.points[0], curve.points[-1]) and np.abs(takens.u).max() < 1e-10
+    assert takens.coefficients == pytest.approx({"a": 1, "b": 1}, rel=1e-9)
+    assert all(p.coefficients["l1"] > 0 for p in curve.points if not p.kind)  # a b > 0: unstable orbits
+    assert_hopf_points(TAKENS, curve)
+
+
+def test_a_hopf_curve_begins_at_a_bogdanov_takens_point_of_a_fold_curve() -> None:
+    problem = Folds(Equations.of(TAKENS, ["p", "q"], {}), [(-2, 2), (-2, 2)])
+    (takens,) = problem.branch(problem.start([0.3, 0.1], (0.1, -0.5))).special
+    hopf = hopf_points(TAKENS, (-1, 1), (-2, 2))
+    curve = hopf.branch(hopf.start(takens.x, takens.parameters, 0.0))
+    assert sorted(e[: len(ENDS)] for e in curve.ends) == [ENDS, "it leaves the range at -2"]
+    assert curve.special == () and curve.parameters[1].max() < 1e-9
+
+
+def test_ab_hopf_curve() -> None:
+    """p2 u1 = 5 + u1 / (1 - u1), from a zero trace; l1 vanishes where another formula says so; both ends are known."""
+    one = Equilibria(Equations.of(AB, ["p1"], {"p2": 15.0}), (0, 0.5))
+    first, second = (p for p in one.branch(one.start([0, 0], 0.0)).special if p.kind == "hopf")
+    problem = hopf_points(AB, (0, 1), (5, 40))
+    curve = problem.branch(problem.start(first.x, (first.parameter, 15.0), first.frequency))
+    x, u2, p1, p2 = curve.u
+    np.testing.assert_allclose(p2, (5 + x / (1 - x)) / x, rtol=1e-10)
+    np.testing.assert_allclose(u2, p2 * x / 4, rtol=1e-10)
+    np.testing.assert_allclose(p1, x / (1 - x) * np.exp(-u2), rtol=1e-10)
+    assert min(np.abs(curve.parameters - [[second.parameter], [15.0]]).sum(axis=0)) < 0.1
+    special = {p.kind: p for p in curve.special}
+    assert special.keys() == {"bogdanov-takens", "generalised-hopf"}
+    np.testing.assert_allclose(special["bogdanov-takens"].parameters, [math.exp(-4 / 3) / 3, 64 / 3], rtol=1e-10)
+    # Zero of l1: both signs of it on either side, by Guckenheimer's and Holmes' formula.
+    at = brentq(lambda v: planar_lyapunov(AB, ab_hopf(v))[1], 0.55, 0.6, xtol=1e-13)
+    np.testing.assert_allclose(special["generalised-hopf"].u, ab_hopf(at), rtol=1e-9)
+    np.testing.assert_allclose(special["generalised-hopf"].parameters, ab_hopf(at)[2:], rtol=0, atol=1e-10)
+    assert_hopf_points(AB, curve)
+
+
+def test_zero_hopf_and_generalised_hopf_on_one_curve() -> None:
+    """x' = p + x^2 + |z|^2, z' = (q + i 2 + x + x^2) z: Hopf at p = -x^2, q = -x - x^2.
+
+    Reduced to its centre manifold, |z|' = -(1 + 2 x) / (2 x) |z|^3, so that l1 = -(1 + 2 x) / (2 x): a pole at x = 0, where the
+    third eigenvalue, 2 x, vanishes, and a zero at x = -1/2.
+    """
+    growth = Q + Z + Z**2
+    system = System((X, Y, Z), (growth * X - 2 * Y, 2 * X + growth * Y, P + Z**2 + X**2 + Y**2), (P, Q))
+    system = bent(system)
+    problem = hopf_points(system, (-0.7, 1), (-1, 1))
+    curve = problem.branch(problem.start([0, 0, 0.3], (-0.09, -0.39), 2.0))
+    x = curve.u[2]
+    np.testing.assert_allclose(curve.parameters, [-(x**2), -x - x**2], atol=1e-11)
+    special = sorted(curve.special, key=lambda p: p.kind)
+    assert [p.kind for p in special] == ["generalised-hopf", "zero-hopf"]
+    np.testing.assert_allclose(special[0].parameters, [-0.25, 0.25], atol=1e-10)
+    np.testing.assert_allclose(special[1].parameters, [0, 0], atol=1e-10)
+    assert abs(special[1].others[0]) < 1e-9
+    for point in curve.points:
+        if abs(point.x[2]) > 0.02:
+            expected = -(1 + 2 * point.x[2]) / (2 * point.x[2])
+            assert point.coefficients["l1"] == pytest.approx(expected, rel=1e-8, abs=1e-8)
+    assert_hopf_points(system, curve)
+
+
+def test_double_hopf_of_two_coupled_oscillators() -> None:
+    """Both in phase: lambda^2 - p lambda + 1 = 0; in opposition: lambda^2 - (p - 2 q) lambda + 1 + 2 c = 0, c = 0.4.
+
+    Springs that stiffen and dampers that grow with the square of the deflection, different ones. Curves p = 0 and p = 2 q.
+    """
+    c = sp.Rational(2, 5)
+    system = System(
+        (X, Y, Z, W),
+        (
+            Y,
+            -X + (P - X**2) * Y - c * (X - Z) - Q * (Y - W),
+            W,
+            -Z - Z**2 / 3 + (P - 2 * Z**2) * W - c * (Z - X) - Q * (W - Y),
+        ),
+        (P, Q),
+    )
+    problem = hopf_points(system, (-0.5, 0.5), (-0.4, 0.3))
+    for frequency, start, slope in ((1.0, (0.0, 0.2), 0.0), (math.sqrt(1.8), (0.4, 0.2), 2.0)):
+        curve = problem.branch(problem.start(np.full(4, 0.001), start, frequency))
+        p, q = curve.parameters
+        np.testing.assert_allclose(p, slope * q, atol=1e-11)
+        (special,) = [s for s in curve.special if s.kind == "double-hopf"]
+        assert np.abs(special.parameters).max() < 1e-10
+        both = sorted([special.frequency, abs(special.others[0].imag)])
+        assert both == pytest.approx([1.0, math.sqrt(1.8)], rel=1e-9)
+        assert np.abs(special.others.real).max() < 1e-9
+        assert_hopf_points(system, curve)
+
+
+def test_a_neutral_saddle_is_no_hopf_point() -> None:
+    problem = hopf_points(System((X, Y), (X + 0 * Q, (P - 1) * Y), (P, Q)), (-1, 1), (-1, 1))
+    with pytest.raises(RunError, match="no pair of complex eigenvalues"):
+        problem.start([0, 0], (0.0, 0.0))
+    takens = hopf_points(TAKENS, (-1, 1), (-2, 2))
+    with pytest.raises(RunError, match="eigenvalues add up to zero"):
+        takens.start([0, 0], (0.0, 0.5), 0.0)
+
+
+def test_derivatives_of_the_defining_equations() -> None:
+    """Against differences of the equations themselves: with the border fixed they are functions of u."""
+    equations = Equations.of(AB, ["p1", "p2"], {})
+    u = np.append(ab_hopf(0.5) + 0.03, 3.0)
+    problem = HopfProblem.at(equations, u)
+    h = 1e-5
+    differences = [(problem.residual(u + h * e)[0] - problem.residual(u - h * e)[0]) / (2 * h) for e in np.eye(5)]
+    np.testing.assert_allclose(problem.residual(u)[1].matrix, np.transpose(differences), rtol=1e-6, atol=1e-7)
+
+
+def test_points_come_one_by_one() -> None:
+    problem = hopf_points(AB, (0, 1), (5, 40))
+    walk = problem.walk(problem.start(ab_hopf(0.4)[:2], ab_hopf(0.4)[2:]))
+    assert next(walk).kind == "" and walk.end == ""
+    assert list(walk) and walk.end
+
+
+def test_the_critical_plane_may_turn_all_round() -> None:
+    """The plane of the oscillation is spanned by (cos q, 0, sin q) and (0, 1, 0), the damped direction normal to it."""
+    s, w = sp.cos(Q) * X + sp.sin(Q) * Z, -sp.sin(Q) * X + sp.cos(Q) * Z
+    growth = P - s**2 - Y**2
+    first, second, third = growth * s - Y, s + growth * Y, -w
+    system = System((X, Y, Z), (sp.cos(Q) * first - sp.sin(Q) * third, second, sp.sin(Q) * first + sp.cos(Q) * third), (P, Q))
+    problem = hopf_points(system, (-1, 1), (0, 7))
+    curve = problem.branch(problem.start([0, 0, 0], (0.01, 0.5)))
+    assert curve.ends == ("it leaves the range at 0", "it leaves the range at 7") and curve.special == ()
+    assert np.abs(curve.parameters[0]).max() < 1e-11
