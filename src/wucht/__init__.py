@@ -8,11 +8,12 @@ A ``Machine`` from a file or from ``parts``, a question, an answer:
 >>> result.wucht.summary["outcome"]
 'captured-modulated'
 
-Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SynchronousStates``, ``Entrainment``,
-``Approximation``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``. Results: ``run``,
-``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary differential equation:
-``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``,
-``separated``.
+Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SpeedCurve``, ``SynchronousStates``,
+``Entrainment``,
+``Approximation``, ``PhasePortrait``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
+Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary
+differential equation: ``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
+``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``, ``separated``.
 
 The floors of the house, each of which knows only those before it: ``errors``, ``quantities``, ``piecewise``, ``system``,
 ``checking``, ``fields``, ``results``, ``numerics``, ``mechanics``, ``machines``, ``files``, ``analysis``, ``measurements``,
@@ -26,7 +27,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from wucht.cams.drive import CamDrive as CamDrive
+    from wucht.files.catalogue import load_equations as load_equations
     from wucht.files.catalogue import load_machine as load_machine
+    from wucht.files.own_equations import OwnEquations as OwnEquations
     from wucht.machines import parts as parts
     from wucht.machines.machine import Machine as Machine
     from wucht.mechanics.averaging import averaged as averaged
@@ -42,6 +45,7 @@ if TYPE_CHECKING:
     from wucht.studies.cam_prediction.spec import CamPrediction as CamPrediction
     from wucht.studies.coast_down.spec import CoastDown as CoastDown
     from wucht.studies.entrainment.spec import Entrainment as Entrainment
+    from wucht.studies.phase_portrait.spec import PhasePortrait as PhasePortrait
     from wucht.studies.response.spec import Response as Response
     from wucht.studies.run_up.spec import RunUp as RunUp
     from wucht.studies.runner import draw as draw
@@ -49,6 +53,7 @@ if TYPE_CHECKING:
     from wucht.studies.runner import load as load
     from wucht.studies.runner import report as report
     from wucht.studies.runner import run as run
+    from wucht.studies.speed_curve.spec import SpeedCurve as SpeedCurve
     from wucht.studies.study_file import run_file as run_file
     from wucht.studies.sweep.spec import Sweep as Sweep
     from wucht.studies.synchronous_states.spec import SynchronousStates as SynchronousStates
@@ -68,9 +73,12 @@ _LAZY = {
     "CoastDown": "wucht.studies.coast_down.spec:CoastDown",
     "Entrainment": "wucht.studies.entrainment.spec:Entrainment",
     "Machine": "wucht.machines.machine:Machine",
+    "PhasePortrait": "wucht.studies.phase_portrait.spec:PhasePortrait",
     "Response": "wucht.studies.response.spec:Response",
+    "OwnEquations": "wucht.files.own_equations:OwnEquations",
     "RunUp": "wucht.studies.run_up.spec:RunUp",
     "Sweep": "wucht.studies.sweep.spec:Sweep",
+    "SpeedCurve": "wucht.studies.speed_curve.spec:SpeedCurve",
     "SynchronousStates": "wucht.studies.synchronous_states.spec:SynchronousStates",
     "System": "wucht.system:System",
     "TorqueBalance": "wucht.studies.torque_balance.spec:TorqueBalance",
@@ -80,6 +88,7 @@ _LAZY = {
     "export": "wucht.studies.runner:export",
     "integrate": "wucht.numerics.flow.integrate:integrate",
     "load": "wucht.studies.runner:load",
+    "load_equations": "wucht.files.catalogue:load_equations",
     "load_machine": "wucht.files.catalogue:load_machine",
     "parts": "wucht.machines.parts",
     "periodic_orbit": "wucht.numerics.orbits:periodic_orbit",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wucht.errors import InputError
-from wucht.files.catalogue import FOLDER, load_machine, names
+from wucht.files.catalogue import FOLDER, load_equations, load_machine, names
 from wucht.files.documents import read_toml
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
@@ -27,7 +27,18 @@ def test_every_cam(name):
     assert drive.cams(drive.motion.law)
 
 
-@pytest.mark.parametrize("name", sorted({*names()} - {*CAMS}))
+OWN = [name for name in names() if "system" in read_toml(FOLDER / f"{name}.toml")]
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_every_system(name):
+    own = load_equations(name)
+    run = integrate(compile_system(own.system, engine="scipy"), [0.3, 0.2], own.values, np.linspace(0, 0.01, 3))
+    assert run.failure is None
+    assert read_study(name).subject.system == own.system
+
+
+@pytest.mark.parametrize("name", sorted({*names()} - {*CAMS, *OWN}))
 def test_every_machine(name):
     study = read_study(name)
     machine = study.subject

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -32,9 +32,14 @@ def equations(
     if not slow and (inertia is not None or order != 1):
         raise InputError("--order" if order != 1 else "--inertia", None, "allowed only with --slow")
     from wucht.cli.set_option import parse_settings
-    from wucht.files.catalogue import load_machine
+    from wucht.files.catalogue import load_document, load_machine
     from wucht.machines.symbols import notation_of
 
+    if "system" in load_document(study)[0]:
+        if slow:
+            raise InputError("--slow", None, "allowed only for a machine: these equations are as they were given")
+        _print_own(study, parse_settings(set_ or []), latex)
+        return
     machine = load_machine(study, parse_settings(set_ or []))
     notation = notation_of(machine)
     groups = _slow(machine, notation, latex, inertia, order) if slow else [("", _full(machine, notation, latex))]
@@ -47,6 +52,23 @@ def equations(
     for path, p in machine.parameters.items():
         value = f"{notation.names[path]} = {p.value:g} {p.unit}".rstrip()
         typer.echo(f"{comment}{value}   {path}: {p.what}{'' if p.value else ', left out'}")
+
+
+def _print_own(study: str, settings: dict[str, Any], latex: bool) -> None:
+    """The equations of a table [system]."""
+    from sympy import Symbol
+    from sympy import latex as in_latex
+
+    from wucht.files.catalogue import load_equations
+    from wucht.mechanics.notation import equation
+
+    own, comment = load_equations(study, settings), "% " if latex else ""
+    rates = [Symbol(f"\\dot{{{in_latex(x)}}}" if latex else f"{x}'") for x in own.system.states]
+    rows = [equation(left, right, latex) for left, right in zip(rates, own.system.derivatives, strict=True)]
+    typer.echo(f"{comment}{own.title}")
+    _print([*rows, *(equation(*definition, latex) for definition in own.system.definitions)], latex)
+    for name, value in own.values.items():
+        typer.echo(f"{comment}{name} = {value:g}")
 
 
 def _print(lines: list[str], latex: bool) -> None:

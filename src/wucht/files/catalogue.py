@@ -1,4 +1,4 @@
-"""The catalogue: machines of the papers and of practice, each a TOML file in ``catalogue/``, addressed without its ending."""
+"""The catalogue: machines and equations, of the papers and of practice, each a TOML file addressed without its ending."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from wucht.checking import refuse_unknown, table, text
 from wucht.errors import InputError, nearest
 from wucht.files.building import machine_from
 from wucht.files.documents import Document, flatten, read_toml, settings_in
+from wucht.files.own_equations import OwnEquations, equations_from, with_values
 from wucht.files.settings import with_settings
 from wucht.files.tables import with_tables
 from wucht.machines.machine import Machine
 
 FOLDER = Path(__file__).parent.parent / "machines" / "catalogue"
 ABOUT = ("title", "source", "notes", "study")
-TOP_LEVEL = (*ABOUT, "machine", "law", "follower", "linkage", "speed", "shaft")
+TOP_LEVEL = (*ABOUT, "machine", "system", "law", "follower", "linkage", "speed", "shaft")
 
 
 def names() -> list[str]:
@@ -54,41 +55,78 @@ def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path
     return document, path
 
 
-def machine_table(document: Document, path: Path, seen: tuple[Path, ...] = ()) -> Document:
-    """The table ``[machine]`` of a document with ``use`` resolved and ``set`` merged into one. Raises ``InputError``.
+def used_table(document: Document, path: Path, key: str, seen: tuple[Path, ...] = ()) -> Document:
+    """The table ``[machine]`` or ``[system]`` of a document with ``use`` resolved and ``set`` merged into one.
 
-    seen: the files that led here, to notice when they use each other in a circle.
+    seen: the files that led here, to notice when they use each other in a circle. Raises ``InputError``.
     """
-    described = dict(table(document, "machine", "machine"))
-    settings = settings_in(described)
+    described = dict(table(document, key, key))
+    settings = settings_in(described, key)
     if "use" not in described:
-        return with_tables(described, path.parent) | {"set": settings}
+        return (with_tables(described, path.parent) if key == "machine" else described) | {"set": settings}
     extra = sorted(set(described) - {"use", "title"})
     if extra:
-        raise InputError(f"machine.{extra[0]}", None, "not allowed beside use; allowed there are set and title")
-    name = text(described, "use", "machine") or ""
+        raise InputError(f"{key}.{extra[0]}", None, "not allowed beside use; allowed there are set and title")
+    name = text(described, "use", key) or ""
     try:
         used = locate(name, path.parent)
     except InputError as error:
-        raise InputError("machine.use", name, error.allowed) from None
+        raise InputError(f"{key}.use", name, error.allowed) from None
     seen = (*seen, path.resolve())
     if used.resolve() in seen:
-        raise InputError("machine.use", name, "these files use each other in a circle")
+        raise InputError(f"{key}.use", name, "these files use each other in a circle")
     inner, used = load_document(name, path.parent)
     try:
-        base = machine_table(inner, used, seen)
+        base = used_table(inner, used, key, seen)
     except InputError as error:
         raise error.within(f"{used}", ": ") from None
-    title = text(described, "title", "machine") or base.get("title") or inner.get("title")
+    title = text(described, "title", key) or base.get("title") or inner.get("title")
     return base | ({"title": title} if title else {}) | {"set": base["set"] | settings}
 
 
 def described_machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[machine]`` as it is to be built: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
-    described = machine_table(document, path)
+    described = used_table(document, path, "machine")
     described.setdefault("title", document.get("title", Path(name).stem))
     chosen = with_settings(described, settings_in(described) | flatten(settings))
     return with_tables(chosen, path.parent)
+
+
+def described_equations(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
+    """The table ``[system]`` as it is to be read: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
+    described = used_table(document, path, "system")
+    described.setdefault("title", document.get("title", Path(name).stem))
+    return with_values(described, settings_in(described, "system") | flatten(settings))
+
+
+def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> OwnEquations:
+    """The equations ``[system]`` of a catalogue name or study file.
+
+    Parameters
+    ----------
+    name : path of a study file, or a catalogue name
+    settings : mapping, optional
+        Parameters by name.
+
+    Returns
+    -------
+    OwnEquations
+
+    Raises
+    ------
+    InputError
+        For a wrong name, file, key or value.
+
+    Examples
+    --------
+    >>> load_equations("drozdetskaya-2020/figure-2.13", {"mu": 1.2}).values
+    {'mu': 1.2}
+    """
+    document, path = load_document(name)
+    try:
+        return equations_from(described_equations(document, path, name, settings or {}))
+    except InputError as error:
+        raise error.within(str(path), ": ") from None
 
 
 def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:

@@ -44,9 +44,9 @@ def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     return flat
 
 
-def settings_in(described: Document) -> dict[str, Any]:
-    """The table ``set`` taken out of a machine's table, flattened. Raises ``InputError`` if it is no table."""
+def settings_in(described: Document, key: str = "machine") -> dict[str, Any]:
+    """The table ``set`` taken out of the table of this key, flattened. Raises ``InputError`` if it is no table."""
     settings = described.pop("set", {})
     if not isinstance(settings, dict):
-        raise InputError("machine.set", settings, "must be a table: set = { PATH = VALUE }")
+        raise InputError(f"{key}.set", settings, "must be a table: set = { PATH = VALUE }")
     return flatten(settings)

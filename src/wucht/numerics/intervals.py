@@ -32,19 +32,19 @@ def enclosure(expression: sp.Expr, symbol: sp.Symbol, low: np.ndarray, high: np.
         return value, value
     if isinstance(e, sp.Add | sp.Mul):
         parts = [enclosure(a, symbol, low, high) for a in e.args]
-        return reduce(_sum if isinstance(e, sp.Add) else _product, parts)
+        return reduce(sum_of if isinstance(e, sp.Add) else product_of, parts)
     if isinstance(e, sp.Pow) and e.exp.is_Integer:
-        power = _power(enclosure(e.base, symbol, low, high), abs(int(e.exp)))
-        return power if e.exp > 0 else _reciprocal(power)
+        power = power_of(enclosure(e.base, symbol, low, high), abs(int(e.exp)))
+        return power if e.exp > 0 else reciprocal_of(power)
     if isinstance(e, sp.tanh):
         below, above = enclosure(e.args[0], symbol, low, high)
         return np.tanh(below), np.tanh(above)
     if isinstance(e, PiecewiseCubic):
-        return _cubics(e.args[1], enclosure(e.args[0], symbol, low, high))
+        return cubics_of(e.args[1], enclosure(e.args[0], symbol, low, high))
     raise WuchtError(f"no bounds are known of {e}")
 
 
-def _cubics(pieces: Pieces, a: Interval) -> Interval:
+def cubics_of(pieces: Pieces, a: Interval) -> Interval:
     """The values at both ends, and in between at breakpoints, from both sides, and where the slope is zero."""
     with np.errstate(all="ignore"):
         ends = np.array([np.where(np.isfinite(x), pieces(x), np.nan) for x in a])
@@ -68,23 +68,27 @@ def _extremes(pieces: Pieces) -> tuple[np.ndarray, np.ndarray]:
     return tuple(np.array(candidates).T)
 
 
-def _sum(a: Interval, b: Interval) -> Interval:
+def sum_of(a: Interval, b: Interval) -> Interval:
+    """Bounds of a sum."""
     return a[0] + b[0], a[1] + b[1]
 
 
-def _product(a: Interval, b: Interval) -> Interval:
+def product_of(a: Interval, b: Interval) -> Interval:
+    """Bounds of a product; what is infinite times zero is zero."""
     with np.errstate(invalid="ignore"):
         products = np.nan_to_num(np.array([x * y for x in a for y in b]), nan=0.0, posinf=np.inf, neginf=-np.inf)
     return products.min(axis=0), products.max(axis=0)
 
 
-def _power(a: Interval, exponent: int) -> Interval:
+def power_of(a: Interval, exponent: int) -> Interval:
+    """Bounds of a power with a whole exponent that is not negative."""
     ends = np.array([a[0] ** exponent, a[1] ** exponent])
     low, high = ends.min(axis=0), ends.max(axis=0)
     return np.where((a[0] < 0) & (a[1] > 0) & (exponent % 2 == 0), 0.0, low), high
 
 
-def _reciprocal(a: Interval) -> Interval:
+def reciprocal_of(a: Interval) -> Interval:
+    """Bounds of 1/a, infinite where it may have a pole."""
     with np.errstate(divide="ignore", invalid="ignore"):
         low, high = 1 / a[1], 1 / a[0]
     vanishing = (a[0] <= 0) & (a[1] >= 0)

@@ -22,7 +22,7 @@ from wucht.studies.spec import Spec
 
 GROUP = "wucht.studies"
 NOT_YET = (
-    "speed-curve", "orbit-branch", "stability-map", "phase-portrait",
+    "orbit-branch", "stability-map",
     "basin", "capture-probability", "optimise-balancer", "load-spectrum", "exciter-design",
 )  # fmt: skip
 

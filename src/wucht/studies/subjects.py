@@ -13,8 +13,9 @@ from typing import Any, Protocol
 from wucht.checking import refuse_unknown
 from wucht.errors import InputError
 from wucht.files.building import machine_from
-from wucht.files.catalogue import ABOUT, described_machine
+from wucht.files.catalogue import ABOUT, described_equations, described_machine
 from wucht.files.documents import Document
+from wucht.files.own_equations import OwnEquations, equations_from
 from wucht.machines.machine import Machine
 from wucht.studies.spec import Spec
 from wucht.system import System
@@ -47,6 +48,8 @@ class OfMachine:
 
     def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
         """See ``Subject``."""
+        if "system" in document and "machine" not in document:
+            raise InputError("system", None, "this study is asked of a machine: needed is a table [machine]")
         refuse_unknown(document, (*ABOUT, "machine"), "")
         described = described_machine(document, path, name, settings)
         return machine_from(described), {"machine": described}
@@ -64,6 +67,42 @@ class OfMachine:
         return Description(subject.title, not subject.units.time, facts, subject.warnings)
 
 
+class OfMachineOrSystem:
+    """The machine of the table ``[machine]``, or the user's own equations of the table ``[system]``."""
+
+    def read(
+        self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
+    ) -> tuple[Machine | OwnEquations, Document]:
+        """See ``Subject``."""
+        if "system" not in document:
+            if "machine" not in document:
+                raise InputError("machine", None, "needed is a table [machine], or the equations of a table [system]")
+            return MACHINE.read(document, path, name, settings)
+        if "machine" in document:
+            raise InputError("system", None, "a study is asked of one thing: give either [machine] or [system]")
+        refuse_unknown(document, (*ABOUT, "system"), "")
+        described = described_equations(document, path, name, settings)
+        return equations_from(described), {"system": described}
+
+    def describe(self, subject: Any) -> Description:
+        """See ``Subject``."""
+        if isinstance(subject, Machine):
+            return MACHINE.describe(subject)
+        if not isinstance(subject, OwnEquations):
+            raise InputError("machine", subject, "this study is asked of a machine, or of wucht.OwnEquations")
+        facts = {"title": subject.title, "structure": _fingerprint(subject.system), "parameters": dict(subject.values)}
+        return Description(subject.title, True, facts)
+
+
+def equations_of(subject: Machine | OwnEquations) -> OwnEquations:
+    """The System of a study's subject with values of its parameters: of a machine, its full equations of motion."""
+    return subject if isinstance(subject, OwnEquations) else OwnEquations(subject.system, _own_values(subject), subject.title)
+
+
+def _own_values(machine: Machine) -> dict[str, float]:
+    return {name: machine.values[name] for name in machine.system.parameter_names}
+
+
 @lru_cache(maxsize=64)
 def _fingerprint(system: System) -> str:
     """Of a machine's equations, the same in every process."""
@@ -71,6 +110,7 @@ def _fingerprint(system: System) -> str:
 
 
 MACHINE = OfMachine()
+MACHINE_OR_SYSTEM = OfMachineOrSystem()
 
 
 def subject_of(spec: Spec | type[Spec]) -> Subject:

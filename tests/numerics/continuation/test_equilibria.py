@@ -166,3 +166,20 @@ def test_scale_does_not_change_what_is_found() -> None:
     problem = Equilibria(Equations.of(system, ["p1"], {"p2": 15.0}, scaled), (0, 0.3e-6))
     special = problem.branch(problem.start([0, 0], 0.0)).special
     assert [p.parameter for p in special] == pytest.approx([0.14688248e-6, 0.2945108e-6], rel=1e-6)
+
+
+def test_a_bound_on_which_the_equations_are_singular_is_approached() -> None:
+    """x' = p (1 - x): at p = 0 every x stays. The branch x = 1 ends there, and does not turn into the line p = 0."""
+    problem = equilibria(System((X,), (P * (1 - X),), (P,)), "p", {}, 0.0, 1.0)
+    branch = problem.branch(problem.start([1.0], 0.5))
+    assert sorted(branch.ends) == ["it leaves the range at 0, where the equations are singular", "it leaves the range at 1"]
+    assert 0 < branch.u[-1].min() < 1e-2 and branch.u[0] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_of_two_bounds_that_a_step_passes_the_first_on_the_way_counts() -> None:
+    """x = p: the parameter's bound 1 comes before the state's limit 1.05, though one step passes both."""
+    limited = equilibria(
+        System((X,), (P - X,), (P,)), "p", {}, 0.0, 1.0, limits={0: (-1, 1.05)}, steps=Steps(first=0.5, most=0.5)
+    )
+    branch = limited.branch(limited.start([0.8], 0.8))
+    assert max(branch.u[-1]) == 1.0 and max(branch.u[0]) == pytest.approx(1.0, abs=1e-12)

@@ -223,8 +223,22 @@ def test_a_band_far_from_the_vibration() -> None:
     y = w**2 * 1e-3 / (400 - 1.1 * w**2 + 2j * w)  # the carrier's motion across; its damper brakes, the one along x turns
     brake, torque = 2 * w * abs(y) ** 2 / 2, 1e-3 * w**2 * 1e-3 / 2
     assert (stretch.low.value, stretch.high.value) == pytest.approx(
-        (w + (brake - torque) / 3e-5, w + (brake + torque) / 3e-5), rel=1e-8
+        (w + (brake - torque) / 3e-5, w + (brake + torque) / 3e-5), rel=1e-11
     )
+
+
+def test_a_band_is_found_from_a_value_far_outside_it() -> None:
+    """Bild 2: no equilibrium at 100 rad/s; the edges are folds: (21), w +- m r a w^2 / (2 slope)."""
+    machine = bild_2()
+    averaged = AveragedEquations(machine, swept_parameter(machine, "drive.no_load_speed"), {"rotor": 1.0}, (-300.0, 300.0))
+    path = Continuation(averaged)
+    assert averaged.equilibria(100.0) == []
+    branches = path.branches([100.0], None, Work())
+    (stretch,) = path.stable_ranges(branches)
+    w = 2 * math.pi
+    width = 0.1 * 0.01 * 1e-3 * w**2 / 2 / 1e-5
+    assert (stretch.low.kind, stretch.high.kind) == ("fold", "fold")
+    assert (stretch.low.value, stretch.high.value) == pytest.approx((w - width, w + width), rel=1e-11)
 
 
 def test_an_undriven_rotor_is_sustained_in_either_sense() -> None:

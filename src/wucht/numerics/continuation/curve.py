@@ -31,7 +31,8 @@ class Steps:
     """How a curve is followed. Lengths are arclengths in units of the problem's scale.
 
     first, least, most: length of a step. turn: of the tangent from point to point, rad, and corrections: of Newton's method,
-    by which a step is as long as it should be. points: at most. tolerance: of Newton's last correction, as a length.
+    by which a step is as long as it should be. points: at most. tolerance: of Newton's last correction, as a length; where it is
+    foretold, of the next one, which is not made, by how fast they have become smaller.
     """
 
     first: float = 0.01
@@ -41,6 +42,7 @@ class Steps:
     corrections: int = 3
     points: int = 2000
     tolerance: float = 1e-10
+    foretold: bool = False
 
 
 class Walk(Iterator[P], Generic[P]):
@@ -77,17 +79,18 @@ class Curve:
     def _followed(self, start: CurvePoint) -> Generator[tuple[Curve, CurvePoint], None, str]:
         curve, here, step = self, start, self.steps.first
         first, turns = self.problem.outline(start.u)
-        bent = np.zeros_like(here.u)
         made = 0
         while made < self.steps.points:
             try:
-                guess = here.u + step * here.tangent + step**2 / 2 * bent
+                guess = here.u + step * here.tangent
+                if here.bend is not None:
+                    guess += step**2 / 2 * here.bend
                 there, corrections = curve.corrected(guess, here.tangent, here.length + step)
                 turned = curve._angle(here.tangent, there.tangent)
             except RunError:
                 there, turned, corrections = here, math.pi, _MOST_CORRECTIONS
             if turned > 3 * self.steps.turn:
-                step, bent = step * _SHRINKS, np.zeros_like(bent)
+                step, here = step * _SHRINKS, replace(here, bend=None)
                 if step < self.steps.least:
                     return f"no further point was found: steps would be shorter than {self.steps.least:g}"
                 continue
@@ -96,7 +99,7 @@ class Curve:
                 try:
                     last = curve._at_bound(here, there, index, bound)
                 except RunError:  # on the bound itself the equations are singular: it is approached
-                    step, bent = step * _SHRINKS, np.zeros_like(bent)
+                    step, here = step * _SHRINKS, replace(here, bend=None)
                     if step < _NEAR_A_BOUND * self.steps.first:
                         return f"it leaves the range at {bound:.9g}, where the equations are singular"
                     continue
@@ -107,13 +110,11 @@ class Curve:
                 return "it is closed"
             yield curve, there
             made += 1
-            bent = (there.tangent - here.tangent) / step
+            bend = (there.tangent - here.tangent) / step
             step = self._next(step, turned, corrections)
-            problem, here = curve.problem.renewed(there)
+            problem, here = curve.problem.renewed(replace(there, bend=bend))
             if problem is not curve.problem:
                 curve = replace(curve, problem=problem)
-            if len(bent) != len(here.u) or here.u is not there.u:
-                bent = np.zeros_like(here.u)
         return f"it has as many points as were asked for, {self.steps.points}"
 
     def corrected(self, u: np.ndarray, tangent: np.ndarray, length: float) -> tuple[CurvePoint, int]:
@@ -129,7 +130,8 @@ class Curve:
             change = self.size(solved[:, 0])
             u = u - solved[:, 0]
             # Where the equations are nearly singular, rounding stops Newton's method before the tolerance is reached.
-            if change <= self.steps.tolerance or before / 2 < change < _ROUNDED * self.steps.tolerance:
+            left = change * (change / before) ** 2 if self.steps.foretold and change < before < math.inf else change
+            if left <= self.steps.tolerance or before / 2 < change < _ROUNDED * self.steps.tolerance:
                 direction = solved[:, 1]
                 return CurvePoint(u, direction / self.size(direction), jacobian, length, orientation), correction
             if not change < 2 * before:

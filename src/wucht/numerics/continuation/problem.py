@@ -19,7 +19,8 @@ class CurvePoint:
     """A solution.
 
     u (n+1,): the unknowns, parameters last. tangent (n+1,): du/ds, s being the arclength. jacobian: dF/du, (n, n+1) or as the
-    problem keeps it. length: s. orientation: the sign of the determinant of dF/du with the tangent as its last row.
+    problem keeps it. length: s. orientation: the sign of the determinant of dF/du with the tangent as its last row. bend
+    (n+1,): about d^2u/ds^2, where the point before is known.
     """
 
     u: np.ndarray
@@ -27,6 +28,7 @@ class CurvePoint:
     jacobian: Any
     length: float
     orientation: int
+    bend: np.ndarray | None = None
 
 
 class Problem(Protocol):

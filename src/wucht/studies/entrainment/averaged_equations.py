@@ -9,32 +9,32 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
+import sympy as sp
 
 from wucht.analysis.averaged import averaged_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed
-from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.shooting import variational
+from wucht.numerics.continuation.equations import Equations
 from wucht.results.conventions import within_half_a_turn
 from wucht.studies.entrainment.swept_parameter import SweptParameter
 from wucht.studies.initial_state import angles_in
+from wucht.system import System
 
-_NEWTON_STEPS = 40
+_NEWTON_STEPS, _FAR_STEPS = 40, 60
 _LONGEST_STEP = 0.5  # of Newton's method, in the states' sizes
 _REGULAR = 1e-14  # added to the Jacobian, so that a singular one does not end the search from other starts
 _SMALL = 1e-11  # of what is left open, each equation by its own size
 _SAME = 1e-5  # of two equilibria that are one
-_STABLE = 1e-9  # of the fastest rate: growth below this is rounding
+STABLE = 1e-9  # of the fastest rate: growth below this is rounding
 
 
 class AveragedEquations:
     """The averaged equations of a machine along a parameter, within limits of it. It does not change once it is made.
 
     States (n) are the phases in rad, then the speeds; phases: which are, (n,); phase_rows: where that of a body stands. pace,
-    sizes (n,), unit: the sizes of speeds, of the states and of the parameter.
+    sizes (n,), unit: the sizes of speeds, of the states and of the parameter. equations: as they are followed.
     """
 
     def __init__(
@@ -47,24 +47,40 @@ class AveragedEquations:
         self.n = len(self.names)
         self.phase_rows = {n.removesuffix(".phase"): i for i, n in enumerate(self.names) if n.endswith(".phase")}
         self.phases = np.array([n.endswith(".phase") for n in self.names])
-        self._rates = Evaluator.of_rates(variational(replace(self.averaged.system, outputs=(), quadratures=())))
         self.pace = machine.shaking_frequency or operating_speed(machine)
         self.sizes = np.where(self.phases, 1.0, self.pace)
         # The parameter's size is that of the machine's own value, or the pace of speeds: limits may lie far beyond any band.
         width = limits[1] - limits[0]
         self.unit = min(width, swept.size or width)
+        self.equations = self._equations()
+
+    def _equations(self) -> Equations:
+        """With the swept parameter as the one that varies, and those that follow from it as definitions."""
+        system, name = self.averaged.system, self.swept.name
+        scale = dict(zip(self.names, self.sizes.tolist(), strict=True)) | {name: self.unit}
+        if self.swept.shares.keys() != {name}:
+            varied = sp.Symbol(name, real=True)
+            follows = [(p, mean + share * varied) for p, (mean, share) in self._of_swept(system).items()]
+            kept = tuple(p for p in system.parameters if p not in dict(follows))
+            definitions = (*follows, *system.definitions)
+            system = System(system.states, system.derivatives, (*kept, varied), definitions, angles=system.angles)
+        return Equations.of(system, [name], self.machine.values, scale)
+
+    def _of_swept(self, system: System) -> dict[sp.Symbol, tuple[float, float]]:
+        symbols = dict(zip(system.parameter_names, system.parameters, strict=True))
+        return {symbols[path]: share for path, share in self.swept.shares.items()}
 
     def rates(self, states: np.ndarray, value: float) -> tuple[np.ndarray, np.ndarray]:
         """dx/dt (n, N) at states (n, N), each by its size, and their derivatives (N, n, n) by the states in their sizes."""
-        n, count = states.shape
-        directions = np.tile(np.diag(self.sizes), (1, count))
-        parameters = self.averaged.system.values(self.machine.values | self.swept.values(value))
-        evaluated = self._rates(np.zeros(n * count), np.vstack([np.repeat(states, n, axis=1), directions]), parameters)
-        rows = np.array(list(evaluated.values()))
-        scale = self.pace * self.sizes[:, None]
-        rate = rows[:n, ::n] / scale
-        jacobian = (rows[n:] / scale).reshape(n, count, n).transpose(1, 0, 2)
+        rate, jacobian, _ = self._linearised(states, np.full(states.shape[1], value))
         return rate, jacobian
+
+    def _linearised(self, states: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As ``rates``, at values (N,) of the parameter; and the derivatives (N, n) by the parameter in its size."""
+        f, f_u = self.equations.values(np.vstack([states, values]))
+        scale = self.pace * self.sizes[:, None]
+        jacobian = f_u[:, :-1] * self.sizes[None, :, None] / scale[:, :, None]
+        return f / scale, np.moveaxis(jacobian, -1, 0), (f_u[:, -1] * self.unit / scale).T
 
     def eigenvalues(self, state: np.ndarray, value: float) -> np.ndarray:
         """Of the linearised averaged equations (n,), in 1/time."""
@@ -74,7 +90,7 @@ class AveragedEquations:
     def stable(self, state: np.ndarray, value: float) -> bool:
         """Whether all disturbances decay."""
         values = self.eigenvalues(state, value)
-        return bool(values.real.max() < -_STABLE * np.abs(values).max())
+        return bool(values.real.max() < -STABLE * np.abs(values).max())
 
     @np.errstate(all="ignore")  # a start from which Newton's method goes astray is left out
     def equilibria(self, value: float, more: np.ndarray | None = None) -> list[np.ndarray]:
@@ -94,6 +110,23 @@ class AveragedEquations:
             if self.turning(state) and not any(self.distance(state, other) < _SAME for other in different):
                 different.append(state)
         return different
+
+    @np.errstate(all="ignore")  # a start from which Newton's method goes astray is left out
+    def with_a_phase_held(self, states: np.ndarray, value: float) -> tuple[np.ndarray, np.ndarray]:
+        """Equilibria (n, k) from starts (n, N) whose first phase stays, and the values (k,) of the parameter that they need."""
+        free = np.delete(np.arange(self.n), int(self.phases.argmax()))
+        x, values = states.copy(), np.full(states.shape[1], value)
+        for _ in range(_FAR_STEPS):
+            rate, jacobian, by_value = self._linearised(x, values)
+            matrix = np.concatenate([jacobian[:, :, free], by_value[:, :, None]], axis=2)
+            good = np.isfinite(rate).all(axis=0) & np.isfinite(matrix).all(axis=(1, 2)) & (np.linalg.det(matrix) != 0)
+            x, values, rate, matrix = x[:, good], values[good], rate[:, good], matrix[good]
+            step = np.linalg.solve(matrix, -rate.T[..., None])[..., 0].T
+            step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(np.abs(step).max(axis=0), 1e-300))
+            x[free] += step[:-1] * self.sizes[free, None]
+            values = values + step[-1] * self.unit
+        arrived = np.abs(self._linearised(x, values)[0]).max(axis=0, initial=0.0) < _SMALL
+        return x[:, arrived], values[arrived]
 
     def turning(self, state: np.ndarray) -> bool:
         """Whether all rotors turn in their senses."""

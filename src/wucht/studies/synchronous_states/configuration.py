@@ -10,6 +10,7 @@ import numpy as np
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Stability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.force_balance import members
+from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.forced import Forced
 from wucht.analysis.vibration import unbalances
 from wucht.errors import InputError
@@ -17,7 +18,7 @@ from wucht.machines.tracks import arranged
 from wucht.results.conventions import wrapped
 
 NAMES = ("compensating", "together", "opposed")
-_TYPES: dict[str | None, str] = dict(zip(NAMES, ("I", "II", "III"), strict=True))  # of 002, section 5.1
+TYPES: dict[str | None, str] = dict(zip(NAMES, ("I", "II", "III"), strict=True))  # of 002, section 5.1
 _NOTHING_LEFT = 1e-9  # of all unbalances: what is left where they compensate
 _SAMPLES = 64  # members of a family
 _IN_LINE = math.cos(math.pi / 4)  # two bodies further than that from one direction have no name
@@ -69,6 +70,33 @@ class Configuration:
         return (*NAMES, None).index(self.name), -1.0 if self.residual is None else self.residual, self.speed
 
 
+def residual_unbalance(torques: SteadyTorques, own: np.ndarray, phases: np.ndarray) -> float | None:
+    """The unbalance that is left of the bodies' own (n,) in phases (n,); None where bodies are not on one axis."""
+    if not torques.in_line:
+        return None
+    left = float(abs((own * np.exp(1j * phases)).sum()))
+    return left if left > _NOTHING_LEFT * np.abs(own).sum() else 0.0
+
+
+def name_of(torques: SteadyTorques, state: State, residual: float | None) -> str | None:
+    """What a state is called, one of ``NAMES``, None where it has no name. residual: the unbalance that it leaves."""
+    t = torques
+    if residual == 0.0 and (t.size > 2 or t.heads[-1] == 0):  # two exciters that cancel each other are opposed
+        return "compensating"
+    if len(state.beside) > 1:
+        return "together" if len(set(state.beside)) == 1 else "opposed"
+    if t.size == 2 and (t.coefficients is not None or bool((t.senses == t.senses[0]).all())):
+        cosine = math.cos(state.phases[1])
+        return ("together" if cosine > 0 else "opposed") if abs(cosine) > _IN_LINE else None
+    apart = np.abs(np.exp(1j * state.phases)[:, None] - np.exp(1j * state.phases))
+    return "together" if t.in_line and apart.max() <= _NEAR else None
+
+
+def type_of(torques: SteadyTorques, name: str | None) -> str | None:
+    """The type of 002, section 5.1, of a state of this name: of a rotor with two equal balancing bodies."""
+    return TYPES.get(name) if torques.in_line and torques.size == 3 and len(torques.classes) == 1 else None
+
+
 class Describer:
     """Describes the states of a machine's averaged equations, without the full ones.
 
@@ -83,23 +111,17 @@ class Describer:
 
     def described(self, state: State, full: Stability) -> Configuration:
         """The configuration of a state. full: what is known from the full equations."""
-        t, left, (slow, share) = self.torques, self._residual(state), self._stability(state)
-        name, equal_pair = self._name(state, left), t.in_line and t.size == 3 and len(t.classes) == 1
+        t, (slow, share) = self.torques, self._stability(state)
+        left = residual_unbalance(t, self.own, state.phases)
+        name = name_of(t, state, left)
         forced = replace(self.forced, phases=state.phases[self.order])
         return Configuration(
             state=state, slow=slow, full=full, stable_share=share, name=name,
-            type=_TYPES.get(name) if equal_pair else None,
+            type=type_of(t, name),
             speed=float(t.senses[0]) * state.speed, phases=self._phases(state), residual=left,
             share=float(left / abs(self.own[0])) if left is not None and self.own[0] else None,
             amplitude=float(forced.amplitude(np.array([state.speed]))[0][0]), overlapping=self._overlapping(state),
         )  # fmt: skip
-
-    def _residual(self, state: State) -> float | None:
-        """The unbalance that is left; None where bodies are not on one axis."""
-        if not self.torques.in_line:
-            return None
-        left = float(abs((self.own * np.exp(1j * state.phases)).sum()))
-        return left if left > _NOTHING_LEFT * np.abs(self.own).sum() else 0.0
 
     def _stability(self, state: State) -> tuple[Stability, float | None]:
         """From the averaged equations; of a family, as far as members agree, and the share of the stable ones."""
@@ -111,19 +133,6 @@ class Describer:
         if 0 < share < 1 and stability.stable is not None:
             return Stability(None, stability.exponents, f"stable on {100 * share:.0f} % of the family"), share
         return stability, share
-
-    def _name(self, state: State, residual: float | None) -> str | None:
-        """What the state is called, None where it has no name."""
-        t = self.torques
-        if residual == 0.0 and (t.size > 2 or t.heads[-1] == 0):  # two exciters that cancel each other are opposed
-            return "compensating"
-        if len(state.beside) > 1:
-            return "together" if len(set(state.beside)) == 1 else "opposed"
-        if t.size == 2 and (t.coefficients is not None or bool((t.senses == t.senses[0]).all())):
-            cosine = math.cos(state.phases[1])
-            return ("together" if cosine > 0 else "opposed") if abs(cosine) > _IN_LINE else None
-        apart = np.abs(np.exp(1j * state.phases)[:, None] - np.exp(1j * state.phases))
-        return "together" if t.in_line and apart.max() <= _NEAR else None
 
     def _phases(self, state: State) -> dict[str, float]:
         """Of a balancing body: its angle less that of its rotor, counter-clockwise.

@@ -111,7 +111,7 @@ def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tupl
 
     Raises ``InputError`` where nothing drives the machine, or the given range does not fit.
     """
-    speeds, chosen = _of_drives(machine)
+    speeds, chosen = driven_speeds(machine)
     if given is not None:
         low, high = sorted(sense_of(machine, machine.rotor) * w for w in given)
         if low < 0:
@@ -134,7 +134,7 @@ def _limits(machine: Machine) -> tuple[float, float]:
     return _SLOWER * min(own), _FASTER * max(own)
 
 
-def _of_drives(machine: Machine) -> tuple[tuple[float, float], bool]:
+def driven_speeds(machine: Machine) -> tuple[tuple[float, float], bool]:
     """Up to the highest speed without vibration, and whether a drive runs away without load: then there is no such speed."""
     free = {r: free_speed(machine, r) for r in machine.rotors}
     top = max((abs(w) for w in free.values() if w is not None), default=0.0)

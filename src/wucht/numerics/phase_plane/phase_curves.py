@@ -1,0 +1,229 @@
+"""Curves of a phase plane, followed along their length until it is known where they go."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.phase_plane.closed_curves import ClosedCurve, Lap, closed_curve, last_lap
+from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoint
+from wucht.numerics.phase_plane.plane import PASSED, Plane
+
+FIXED_POINT, CLOSED, LEFT, LENGTH, TIME_UP, AT_REST, FAILED = (
+    "fixed point", "closed curve", "left the window", "length", "time", "at rest", "failed",
+)  # fmt: skip
+
+_LEG, _SPACING = 0.25, 1e-3  # of the window: how far is integrated at a time, and how far samples are apart
+_REST = 1e-4  # of the usual speed: below, time counts instead of length
+_STANDING = 1e-3  # of the length of a leg: a curve that gets no farther is at rest
+_TRAP, _HALVINGS = 5e-3, 12  # of the window: the largest trap around a fixed point, and how often it is halved until it is one
+_RINGS, _ANGLES = 6, 32  # at how many states of a trap it is seen that curves go inwards
+_PASSING, _AWAY = 3e-3, 1.2e-2  # of the window: how near a saddle is looked at, and how far from it a curve was before
+_ON_IT = 1e-5  # of the window: how near its manifold counts as on it
+_NEAR_LAP = 2e-3  # of the window: how near a lap must come to the lap before, for a closed curve to be looked for
+_ON_CLOSED = 0.02  # of the window: how near a closed curve that attracts must be
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseCurve:
+    """A curve as it was followed.
+
+    Attributes
+    ----------
+    states : ndarray, (2, N)
+        Angles as they turn along it.
+    time : ndarray, (N,)
+        That passes, negative where it was followed backwards.
+    forwards : bool
+    end : str
+        One of ``FIXED_POINT``, ``CLOSED``, ``LEFT``, ``LENGTH``, ``TIME_UP``, ``AT_REST``, ``FAILED``.
+    index : int
+        Which fixed point or closed curve, -1 for another end.
+    gap : float
+        How far, in units of the window, it was from there when it was seen to go there; of a saddle, from its manifold.
+    length : float
+        In units of the window.
+    """
+
+    states: np.ndarray
+    time: np.ndarray
+    forwards: bool
+    end: str
+    index: int = -1
+    gap: float = 0.0
+    length: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class _End:
+    """Why a curve ends: how many of its samples are before, and what follows them: a state (2, 1) and its time."""
+
+    end: str
+    count: int
+    index: int
+    gap: float
+    state: np.ndarray
+    time: float
+
+
+@dataclass(eq=False)
+class Portrait:
+    """What is known of a phase plane while curves are followed in it.
+
+    points: its fixed points. closed: curves on which others were seen to end; grows. most_length, most_time: of a curve, in
+    units of the window and of time.
+    """
+
+    plane: Plane
+    points: Sequence[FixedPoint]
+    most_length: float = 60.0
+    most_time: float = np.inf
+    closed: list[ClosedCurve] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._traps = {k: _trap(self.plane, p) for k, p in enumerate(self.points) if p.attracts}
+        self._compiled = self.plane.by_length
+
+    def follow(self, start: np.ndarray, forwards: bool) -> PhaseCurve:
+        """The curve from a state (2,). Raises ``KeyboardInterrupt`` where the user stops it."""
+        plane, way = self.plane, 1.0 if forwards else -1.0
+        numbers, grid = plane.length_numbers(forwards, _REST), np.linspace(0.0, _LEG, round(_LEG / _SPACING) + 1)
+        states, time, length, near = np.asarray(start, float)[:, None], np.zeros(1), 0.0, _NEAR_LAP
+        while True:
+            run, first = integrate(self._compiled, states[:, -1], numbers, grid).uninterrupted(), states.shape[1]
+            states = np.concatenate([states, run.states[:, 1:]], axis=1)
+            time = np.concatenate([time, time[-1] + way * run.quadratures[PASSED][1:]])
+            if (seen := self._end(states, time, first, forwards)) is not None:
+                states = np.concatenate([states[:, : seen.count], seen.state], axis=1)
+                time = np.append(time[: seen.count], seen.time)
+                length += plane.length(states[:, first - 1 :])
+                return PhaseCurve(states, time, forwards, seen.end, seen.index, seen.gap, length)
+            moved = plane.length(states[:, first - 1 :])
+            length += moved
+            lap, end, index, gap = last_lap(plane, states, time), "", -1, 0.0
+            if run.failure is not None:
+                end = FAILED
+            elif moved < _STANDING * _LEG:
+                end, index, gap = self._rest(states[:, -1])
+            elif lap is not None and lap.gap < near and (on := self._closed(lap, forwards)) is not None:
+                end, (index, gap) = CLOSED, on
+            elif length >= self.most_length or abs(time[-1]) >= self.most_time:
+                end = LENGTH if length >= self.most_length else TIME_UP
+            if end:
+                return PhaseCurve(states, time, forwards, end, index, gap, length)
+            near = min(near, lap.gap) / 2 if lap is not None and lap.gap < near else near
+
+    def _rest(self, state: np.ndarray) -> tuple[str, int, float]:
+        """Where a curve rests: at a fixed point of any kind, or elsewhere."""
+        away = [float(np.hypot(*self.plane.apart(state, p.state))) for p in self.points]
+        if away and min(away) < _ON_CLOSED:
+            return FIXED_POINT, int(np.argmin(away)), min(away)
+        return AT_REST, -1, 0.0
+
+    def _end(self, states: np.ndarray, time: np.ndarray, first: int, forwards: bool) -> _End | None:
+        """Why the curve ends among its samples from ``first`` on; None where it does not."""
+        plane, new = self.plane, states[:, first:]
+        found: list[_End] = []
+        outside = (((new < plane.low[:, None]) | (new > plane.high[:, None])) & (plane.turns == 0)[:, None]).any(axis=0)
+        if outside.any():
+            k = first + int(outside.argmax())
+            share = _share_inside(plane, states[:, k - 1], states[:, k])
+            border = states[:, k - 1] + share * (states[:, k] - states[:, k - 1])
+            found.append(_End(LEFT, k, -1, 0.0, border[:, None], float(time[k - 1] + share * (time[k] - time[k - 1]))))
+        for k, p in enumerate(self.points):
+            away = plane.apart(new, p.state[:, None])
+            i, gap = self._arrival(states, first, k, away, forwards)
+            if i >= 0:
+                arrived = new[:, i : i + 1] - (away[:, i] * plane.scale)[:, None]
+                found.append(_End(FIXED_POINT, first + i + 1, k, gap, arrived, float(time[first + i])))
+        return min(found, key=lambda f: f.count, default=None)
+
+    def _arrival(self, states: np.ndarray, first: int, k: int, away: np.ndarray, forwards: bool) -> tuple[int, float]:
+        """At which of its new samples, which are ``away`` (2, N) from it, a curve is seen to go to a fixed point; else -1."""
+        p, distance = self.points[k], np.hypot(*away)
+        if not distance.size:
+            return -1, 0.0
+        if p.attracts == (1 if forwards else -1):
+            caught = self._traps[k].holds(away)
+            i = int(caught.argmax())
+            return (i, float(distance[i])) if caught[i] else (-1, 0.0)
+        i = int(distance.argmin())
+        near = p.kind == SADDLE and distance[i] < (_PASSING if 0 < i < len(distance) - 1 else _PASSING / 2)
+        if near and self._has_been_away(states[:, : first + i], p):
+            gap = _off_manifold(self.plane, p, away[:, i], forwards)
+            return (i, gap) if gap < _ON_IT else (-1, 0.0)
+        return -1, 0.0
+
+    def _has_been_away(self, states: np.ndarray, point: FixedPoint) -> bool:
+        """Whether a curve has been away from a saddle before it comes (back) to it."""
+        return bool((np.hypot(*self.plane.apart(states, point.state[:, None])) > _AWAY).any())
+
+    def _closed(self, lap: Lap, forwards: bool) -> tuple[int, float] | None:
+        """The closed curve on which a curve ends whose last lap this is, and how far it still is from it."""
+        for k, known in enumerate(self.closed):
+            gap = known.distance(self.plane, lap.state)
+            if gap < (_ON_IT if known.neutral else _ON_CLOSED) and known.goes_there(forwards):
+                return k, gap
+        found = closed_curve(self.plane, lap)
+        if found is None or not found.goes_there(forwards) or found.distance(self.plane, lap.state) > _ON_CLOSED:
+            return None
+        self.closed.append(found)
+        return len(self.closed) - 1, found.distance(self.plane, lap.state)
+
+
+@dataclass(frozen=True, eq=False)
+class _Trap:
+    """An ellipse around a fixed point that curves enter and do not leave: z^T metric z <= 1, in units of the window."""
+
+    metric: np.ndarray
+
+    def holds(self, away: np.ndarray) -> np.ndarray:
+        return np.asarray(np.einsum("iN,ij,jN->N", away, self.metric, away) <= 1)
+
+
+def _trap(plane: Plane, point: FixedPoint) -> _Trap:
+    """The ellipse of Lyapunov's equation, so small that z^T metric z is seen to fall along all curves inside it."""
+    from scipy.linalg import solve_continuous_lyapunov
+
+    scale, way = plane.scale, point.attracts
+    matrix = way * plane.jacobian(point.state[:, None])[..., 0] * scale[None, :] / scale[:, None]
+    metric = solve_continuous_lyapunov(matrix.T, -np.eye(2))
+    size = _TRAP * np.sqrt(np.linalg.eigvalsh(metric)[0])  # the longest half axis is _TRAP
+    around = np.linspace(0, 2 * np.pi, _ANGLES, endpoint=False)
+    circle = np.linalg.solve(np.linalg.cholesky(metric).T, np.array([np.cos(around), np.sin(around)]))
+    for _ in range(_HALVINGS):
+        z = np.concatenate([circle * size * r / _RINGS for r in range(1, _RINGS + 1)], axis=1)
+        falls = way * np.einsum(
+            "iN,ij,jN->N", z, metric, plane.rates(point.state[:, None] + z * scale[:, None]) / scale[:, None]
+        )
+        if (falls < 0).all():
+            break
+        size /= 2
+    return _Trap(metric / size**2)
+
+
+def _off_manifold(plane: Plane, saddle: FixedPoint, away: np.ndarray, forwards: bool) -> float:
+    """How far a state near a saddle is from the manifold along which curves go to it, in units of the window."""
+    j, scale = plane.jacobian(saddle.state[:, None])[..., 0], plane.scale
+    values, vectors = np.linalg.eig(j * scale[None, :] / scale[:, None])
+    values, vectors = values.real, vectors.real
+    into, out = (
+        (int(np.argmin(values)), int(np.argmax(values))) if forwards else (int(np.argmax(values)), int(np.argmin(values)))
+    )
+    a = np.linalg.solve(vectors, away)
+    v = vectors[:, into]
+    bend = np.linalg.solve(j - 2 * values[into] * np.eye(2), -plane.curvature(saddle.state, v * scale) / 2) / scale
+    return float(abs(a[out] - np.linalg.solve(vectors, bend)[out] * a[into] ** 2))
+
+
+def _share_inside(plane: Plane, inside: np.ndarray, outside: np.ndarray) -> float:
+    """The share of the way from one state to another that is in the window."""
+    shares = [1.0]
+    for i in np.flatnonzero(plane.turns == 0):
+        border = plane.low[i] if outside[i] < plane.low[i] else plane.high[i] if outside[i] > plane.high[i] else None
+        if border is not None and outside[i] != inside[i]:
+            shares.append(float((border - inside[i]) / (outside[i] - inside[i])))
+    return min(max(min(shares), 0.0), 1.0)

@@ -1,0 +1,177 @@
+"""A System of two states with values of its parameters, seen in a window of its phase plane (a cylinder or torus: angles)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+import sympy as sp
+
+from wucht.disk_cache import derived_once
+from wucht.errors import WuchtError
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.shooting import variational
+from wucht.system import TIME, Output, System
+
+TURN = 2 * math.pi
+PASSED = "passed_time"  # the quadrature of ``by_length``
+_GRID = 41
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """An autonomous planar System and where it is looked at.
+
+    Parameters
+    ----------
+    system : System
+        Of two states, without the time.
+    values : mapping of str to float
+        Of its parameters.
+    low, high : ndarray, (2,)
+        The window; of an angle one turn, low to low + 2 pi.
+
+    Raises
+    ------
+    WuchtError
+        For another number of states, equations that depend on time, a window that is none.
+    """
+
+    system: System
+    values: Mapping[str, float]
+    low: np.ndarray
+    high: np.ndarray
+
+    def __post_init__(self) -> None:
+        s = self.system
+        if len(s.states) != 2:
+            named = ", ".join(s.state_names)
+            raise WuchtError(
+                f"a phase plane has two states, not {len(s.states)} ({named}): its curves would not be separatrices"
+            )
+        if any(TIME in sp.sympify(e).free_symbols for e in (*s.derivatives, *(e for _, e in s.definitions))):
+            raise WuchtError("these equations depend on time: they have no phase plane")
+        if not (np.isfinite([self.low, self.high]).all() and (self.low < self.high).all()):
+            raise WuchtError(f"the window from {self.low} to {self.high} is none: low must be below high")
+
+    @cached_property
+    def turns(self) -> np.ndarray:
+        """2 pi of states that are angles, 0 of others (2,)."""
+        return np.array([TURN if s in self.system.angles else 0.0 for s in self.system.states])
+
+    @cached_property
+    def scale(self) -> np.ndarray:
+        """The sides of the window (2,): the units of all lengths in it."""
+        return np.asarray(self.high - self.low, float)
+
+    @cached_property
+    def numbers(self) -> tuple[float, ...]:
+        """The values in the System's order."""
+        return self.system.values(self.values)
+
+    @cached_property
+    def _jacobian(self) -> Jacobian:
+        return jacobian_of(replace(self.system, outputs=(), quadratures=()))
+
+    def rates(self, x: np.ndarray) -> np.ndarray:
+        """dx/dt at states (2, N), of the same shape; not a number where it cannot be computed."""
+        return self._jacobian(x, self.numbers)[0]
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """d(dx/dt)/dx (2, 2, N) at states (2, N)."""
+        return self._jacobian(x, self.numbers)[1]
+
+    @property
+    def lowered(self) -> Jacobian:
+        """The program behind ``rates`` and ``jacobian``."""
+        return self._jacobian
+
+    def curvature(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """d^2/ds^2 of dx/dt along x + s v (2,), exact: from the Jacobian of the variational equations."""
+        both = _second_derivatives(replace(self.system, outputs=(), quadratures=()))
+        return np.asarray(both.at(np.concatenate([x, v]), self.numbers)[1][2:, :2] @ v)
+
+    def apart(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """x - y (2, ...) in units of the window, angles within half a turn."""
+        extra = (1,) * (np.ndim(x - y) - 1)
+        turns, scale = self.turns.reshape(2, *extra), self.scale.reshape(2, *extra)
+        away = x - y
+        whole = np.round(np.divide(away, turns, out=np.zeros_like(away), where=turns > 0))
+        return np.asarray((away - turns * whole) / scale)
+
+    def length(self, x: np.ndarray) -> float:
+        """Of the line through states (2, N), in units of the window."""
+        return float(np.hypot(*np.diff(x / self.scale[:, None], axis=1)).sum())
+
+    def wrapped(self, x: np.ndarray) -> np.ndarray:
+        """States (2, ...) with angles in the window."""
+        extra = (1,) * (np.ndim(x) - 1)
+        turns, low = self.turns.reshape(2, *extra), self.low.reshape(2, *extra)
+        away = x - low
+        return np.asarray(x - turns * np.floor(np.divide(away, turns, out=np.zeros_like(away), where=turns > 0)))
+
+    @cached_property
+    def usual_speed(self) -> float:
+        """The median of |dx/dt| over the window, in windows per unit of time."""
+        axes = [np.linspace(a, b, _GRID) for a, b in zip(self.low, self.high, strict=True)]
+        x = np.array(np.meshgrid(*axes)).reshape(2, -1)
+        speeds = np.hypot(*(self.rates(x) / self.scale[:, None]))
+        finite = speeds[np.isfinite(speeds) & (speeds > 0)]
+        if not len(finite):
+            raise WuchtError("in this window nothing moves, or the equations cannot be evaluated there")
+        return float(np.median(finite))
+
+    @property
+    def by_length(self) -> CompiledSystem:
+        """The same curves, along their length in units of the window, forwards or backwards: see ``_by_length``."""
+        return compile_system(_by_length(replace(self.system, outputs=(), quadratures=())))
+
+    def length_numbers(self, forwards: bool, rest: float) -> np.ndarray:
+        """Parameter values of ``by_length``. rest: the speed, a share of the usual one, below which time counts, not length."""
+        return np.array([*self.numbers, 1.0 if forwards else -1.0, *self.scale, rest * self.usual_speed])
+
+
+@lru_cache(maxsize=64)
+@derived_once
+def jacobian_of(system: System) -> Jacobian:
+    """The Jacobian of a System, made once."""
+    return Jacobian.of(system)
+
+
+@lru_cache(maxsize=64)
+@derived_once
+def _second_derivatives(system: System) -> Jacobian:
+    """The Jacobian of the variational equations; their lines get new names, as a Jacobian names its lines by those before."""
+    v = variational(system)
+    short = {symbol: sp.Symbol(f"line {i}", real=True) for i, (symbol, _) in enumerate(v.definitions)}
+    definitions = tuple((short[symbol], e.xreplace(short)) for symbol, e in v.definitions)
+    return Jacobian.of(replace(v, derivatives=tuple(e.xreplace(short) for e in v.derivatives), definitions=definitions))
+
+
+@lru_cache(maxsize=64)
+def _by_length(system: System) -> System:
+    """dx/ds = +-f/sqrt(rest^2 + |f|^2): the curves of dx/dt = f along their length s; near fixed points along the time.
+
+    Its quadrature is the time that passes, positive both ways.
+    """
+    way, *sizes, rest = (sp.Symbol(f"_{n}", real=True) for n in ("way", "size_1", "size_2", "rest"))
+    rates = [sp.Symbol(f"_rate_{s.name}", real=True) for s in system.states]
+    per = sp.Symbol("_time_per_length", real=True)
+    squares = sp.Add(rest**2, *((r / size) ** 2 for r, size in zip(rates, sizes, strict=True)))
+    definitions = [
+        *system.definitions,
+        *zip(rates, map(sp.sympify, system.derivatives), strict=True),
+        (per, 1 / sp.sqrt(squares)),
+    ]
+    return System(
+        system.states,
+        tuple(way * per * r for r in rates),
+        (*system.parameters, way, *sizes, rest),
+        tuple(definitions),
+        quadratures=(Output(PASSED, per),),
+        angles=system.angles,
+    )

@@ -1,0 +1,187 @@
+"""The figure of phase portraits: the unrolled cylinder with fixed points, separatrices, closed curves, as 002 figure 5.5."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.results.style import COLOURS, new_grid, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_PALE = "#9A9A9A"
+_UNSTABLE: dict[str, Any] = {"color": COLOURS[1], "linewidth": 1.7, "linestyle": "-", "zorder": 4}
+_STABLE: dict[str, Any] = {"color": COLOURS[0], "linewidth": 1.7, "linestyle": (0, (4, 1.6)), "zorder": 4}
+_CLOSED: dict[str, Any] = {"color": COLOURS[2], "linewidth": 2.2, "zorder": 5}
+_TRAJECTORY: dict[str, Any] = {"color": _PALE, "linewidth": 0.6, "zorder": 2}
+_NULLCLINES = ((COLOURS[3], (0, (1, 1.4))), (COLOURS[5], (0, (5, 1.2, 1, 1.2))))
+_POINTS: dict[str, tuple[str, dict[str, Any]]] = {
+    "stable": ("stable fixed point", {"marker": "o", "markerfacecolor": "black"}),
+    "within": ("stable within the section only", {"marker": "o", "markerfacecolor": "black", "fillstyle": "bottom"}),
+    "unstable": ("unstable fixed point", {"marker": "o", "markerfacecolor": "white"}),
+    "saddle": ("saddle", {"marker": "x", "markeredgewidth": 2.0}),
+    "other": ("centre or degenerate", {"marker": "o", "markerfacecolor": "white", "markeredgewidth": 0.8, "fillstyle": "none"}),
+}
+_FEW = 3  # portraits beside each other
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """A panel a portrait, from the Dataset alone."""
+    cases = result.sizes.get("case", 1)
+    columns = 1 if cases == 1 else 2 if cases in (2, 4) else _FEW
+    rows = math.ceil(cases / columns)
+    height = 5.6 if cases == 1 else 1.6 + (3.0 if columns == 2 else 2.5) * rows
+    subtitle = result.attrs["sentence"] if cases == 1 else ""
+    drawn, axes = new_grid(rows, columns, height, result.attrs["title"], subtitle)
+    for k, axis in enumerate(axes):
+        if k >= cases:
+            axis.set_visible(False)
+            continue
+        _panel(axis, result.isel(case=k) if "case" in result.sizes else result)
+        _scales(axis, result, k % columns == 0, k >= cases - columns)
+        if cases > 1:
+            axis.set_title(str(result.case.values[k]), fontsize=9)
+    _legend(drawn, result)
+    return drawn
+
+
+def _panel(axis: Axes, one: xr.Dataset) -> None:
+    """One portrait."""
+    order = [int(one.attrs["abscissa"]), 1 - int(one.attrs["abscissa"])]
+    box = one.drawn.values[order]
+    turns = one.turn.values[order]
+    axis.set_xlim(*box[0])
+    axis.set_ylim(*box[1])
+    if "rate" in one:
+        for i, (colour, dashes) in enumerate(_NULLCLINES):
+            grid = [np.linspace(low, high, one.sizes[d]) for (low, high), d in zip(box, ("abscissa", "ordinate"), strict=True)]
+            axis.contour(
+                *grid, one.rate.values[order[i]], levels=[0.0], colors=[colour], linestyles=[dashes], linewidths=1.0, zorder=3
+            )
+    for states in one.trajectories.values:
+        _curve(axis, states[order], box, turns, _TRAJECTORY, 6.0)
+    for states, stable in zip(one.separatrices.values, one.separatrix_stable.values, strict=True):
+        if np.isfinite(stable):
+            shown = states[order][:, ::-1] if stable else states[order]
+            _curve(axis, shown, box, turns, _STABLE if stable else _UNSTABLE, 11.0)
+    for states, kind in zip(one.closed_curves.values, one.closed_curve_kind.values.astype(str), strict=True):
+        if kind in ("stable", "unstable"):  # of a family they are trajectories like others
+            _curve(axis, states[order], box, turns, _CLOSED | {"linestyle": "-" if kind == "stable" else ":"}, 11.0)
+    for state, what in zip(one.fixed_points.values, _classes(one), strict=True):
+        for shift in _shifts(state[order][:, None], box, turns):
+            style = _POINTS[what][1]
+            axis.plot(*(state[order] + shift), linestyle="", color="black", markersize=6.5, zorder=7, clip_on=False, **style)
+
+
+def _classes(one: xr.Dataset) -> list[str]:
+    """By which symbol each fixed point is drawn."""
+    classes = []
+    for kind, growth in zip(one.fixed_point_kind.values.astype(str), one.transverse_growth.values, strict=True):
+        if kind.startswith("stable"):
+            classes.append("within" if growth > 0 else "stable")
+        else:
+            classes.append("unstable" if kind.startswith("unstable") else "saddle" if kind == "saddle" else "other")
+    return classes
+
+
+def _shifts(states: np.ndarray, box: np.ndarray, turns: np.ndarray) -> list[np.ndarray]:
+    """By which whole turns of angles curves or points (2, N) are seen in the box."""
+    fine = states[:, np.isfinite(states).all(axis=0)]
+    if not fine.size:
+        return []
+    each = []
+    for i in range(2):
+        if not turns[i]:
+            each.append([0.0])
+            continue
+        slack = 1e-9 * turns[i]
+        first = math.ceil((box[i, 0] - fine[i].max() - slack) / turns[i])
+        last = math.floor((box[i, 1] - fine[i].min() + slack) / turns[i])
+        each.append([k * turns[i] for k in range(first, last + 1)])
+    return [np.array([a, b]) for a in each[0] for b in each[1]]
+
+
+def _curve(axis: Axes, states: np.ndarray, box: np.ndarray, turns: np.ndarray, style: dict[str, Any], head: float) -> None:
+    """A curve (2, N) with an arrow, repeated by whole turns."""
+    fine = states[:, np.isfinite(states).all(axis=0)]
+    if fine.shape[1] < 2:
+        return
+    for shift in _shifts(fine, box, turns):
+        x = fine + shift[:, None]
+        axis.plot(*x, **style)
+        _arrow(axis, x, box, style, head)
+
+
+def _arrow(axis: Axes, x: np.ndarray, box: np.ndarray, style: dict[str, Any], head: float) -> None:
+    """In the middle of what is seen of a curve; none on what is too short for one."""
+    share = (x - box[:, :1]) / (box[:, 1:] - box[:, :1])
+    seen = ((share > 0.02) & (share < 0.98)).all(axis=0)
+    steps = np.hypot(*np.diff(share, axis=1)) * (seen[:-1] & seen[1:])
+    whole = float(steps.sum())
+    if whole < 0.06:
+        return
+    at = min(int(np.searchsorted(np.cumsum(steps), whole / 2)), len(steps) - 1)
+    ahead = min(at + 1 + int((np.cumsum(steps[at:]) < 0.004).sum()), x.shape[1] - 1)
+    if not seen[at] or ahead == at:
+        return
+    arrow = {"arrowstyle": "-|>", "color": style["color"], "linewidth": 0.0, "mutation_scale": head, "shrinkA": 0, "shrinkB": 0}
+    axis.annotate("", xy=tuple(x[:, ahead]), xytext=tuple(x[:, at]), arrowprops=arrow, zorder=style["zorder"] + 0.5)
+
+
+def _scales(axis: Axes, result: xr.Dataset, left: bool, below: bool) -> None:
+    """Names and ticks of both axes; angles in parts of pi."""
+    order = [int(result.attrs["abscissa"]), 1 - int(result.attrs["abscissa"])]
+    for i, one in zip(order, (axis.xaxis, axis.yaxis), strict=True):
+        name, unit = str(result.state_label.values[i]), str(result.state_unit.values[i])
+        shown = {"psi": "$\\psi$", "speed": "$\\omega$"}.get(str(result.state.values[i]), "")
+        if (one is axis.xaxis and below) or (one is axis.yaxis and left):
+            one.set_label_text(with_unit(f"{name} {shown}".strip() if result.attrs["section"] else name, unit))
+        if result.turn.values[i]:
+            low, high = result.drawn.values[i]
+            step = math.pi / 2 if high - low <= 2.1 * math.pi else math.pi
+            ticks = np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)
+            one.set_ticks((ticks * step).tolist(), [_of_pi(int(t), step) for t in ticks])
+
+
+def _of_pi(count: int, step: float) -> str:
+    halves = count if step < 3 else 2 * count
+    if halves == 0:
+        return "0"
+    sign, halves = ("−" if halves < 0 else ""), abs(halves)
+    if halves % 2:
+        return f"{sign}{'' if halves == 1 else halves}π/2"
+    return f"{sign}{'' if halves == 2 else halves // 2}π"
+
+
+def _legend(drawn: Figure, result: xr.Dataset) -> None:
+    """What is drawn, below all panels."""
+    from matplotlib.lines import Line2D
+
+    entries = []
+    panels = [result.isel(case=k) for k in range(result.sizes["case"])] if "case" in result.sizes else [result]
+    there = {c for p in panels for c, kind in zip(_classes(p), p.fixed_point_kind.values, strict=True) if kind}
+    for what, (name, style) in _POINTS.items():
+        if what in there:
+            entries.append(Line2D([], [], color="black", linestyle="", markersize=6.5, label=name, **style))
+    if result.sizes["separatrix"]:
+        for style, name in ((_UNSTABLE, "unstable manifold of a saddle"), (_STABLE, "stable manifold of a saddle")):
+            entries.append(Line2D([], [], label=name, **style))
+    kinds = {str(k) for k in np.ravel(result.closed_curve_kind.values)}
+    for kind, line in (("stable", "-"), ("unstable", ":")):
+        if kind in kinds:
+            entries.append(Line2D([], [], label=f"closed curve, {kind}", **_CLOSED | {"linestyle": line}))
+    if result.sizes["trajectory"]:
+        entries.append(Line2D([], [], label="trajectory", **_TRAJECTORY))
+    if "rate" in result:
+        for i, (colour, dashes) in zip(
+            (int(result.attrs["abscissa"]), 1 - int(result.attrs["abscissa"])), _NULLCLINES, strict=True
+        ):
+            entries.append(Line2D([], [], color=colour, linestyle=dashes, label=f"nullcline of {result.state.values[i]}"))
+    drawn.legend(
+        handles=entries, loc="lower center", ncols=3, frameon=False, fontsize=8, bbox_to_anchor=(0.5, 0.0), handlelength=2.8
+    )

@@ -1,0 +1,178 @@
+"""Question and subject -> plan: the planar System of each portrait, and its window."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wucht.checking import read_quantity, refuse_unknown
+from wucht.errors import InputError, WuchtError, nearest
+from wucht.files.own_equations import OwnEquations
+from wucht.machines.machine import Machine
+from wucht.numerics.phase_plane.plane import TURN, Plane
+from wucht.numerics.phase_plane.window import window_around
+from wucht.quantities import Unit
+from wucht.studies.parameters import parameter_of, values_of
+from wucht.studies.phase_portrait.section import Axis, Section, section
+from wucht.studies.phase_portrait.spec import PhasePortrait
+from wucht.system import System
+
+_DRAWN_TURNS = 2  # of an angle, by default
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A portrait. value: of the parameter ``along``, if there is one. section: of a machine, where its System is from."""
+
+    label: str
+    value: float | None
+    plane: Plane
+    section: Section | None
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The portraits. axes: the two states. drawn: (2, 2), their ranges in the figure.
+
+    given: starts of trajectories (2, k), None where the program chooses them. time: its unit.
+    """
+
+    spec: PhasePortrait
+    cases: tuple[Case, ...]
+    axes: tuple[Axis, Axis]
+    drawn: np.ndarray
+    given: np.ndarray | None
+    time: str
+    warnings: tuple[str, ...]
+
+
+def prepare(spec: PhasePortrait, subject: Machine | OwnEquations) -> Plan:
+    """The plan. Raises ``InputError`` where the subject has no two states, or a key does not fit it."""
+    values = _values(spec, subject)
+    subjects = [(v, subject if v is None else _with(spec, subject, v)) for v in values]
+    sections = [section(spec, s) if isinstance(s, Machine) else None for _, s in subjects]
+    systems = [
+        (made.system, made.values) if made is not None else (s.system, s.values)
+        for made, (_, s) in zip(sections, subjects, strict=True)
+    ]
+    if isinstance(subject, OwnEquations):
+        _refuse_keys_of_machines(spec)
+    first = sections[0]
+    axes = first.axes if first is not None else _own_axes(systems[0][0])
+    ranges = _ranges(spec, axes)
+    try:
+        low, high = _window(systems, axes, ranges)
+        planes = [Plane(system, numbers, low, high) for system, numbers in systems]
+    except InputError:
+        raise
+    except WuchtError as error:
+        raise InputError("system" if first is None else "machine", None, str(error)) from None
+    labels = ["" if v is None else f"{spec.along} = {v:.6g}" for v in values]
+    cases = tuple(Case(n, v, p, made) for n, v, p, made in zip(labels, values, planes, sections, strict=True))
+    warnings = first.warnings if first is not None else ()
+    time = "" if isinstance(subject, OwnEquations) else subject.units.time
+    return Plan(spec, cases, axes, _drawn(planes[0], axes, ranges), _starts(spec, planes[0], axes), time, warnings)
+
+
+def _refuse_keys_of_machines(spec: PhasePortrait) -> None:
+    for key in ("together", "speed", "inertia", "order"):
+        if key in spec.model_fields_set and getattr(spec, key) is not None:
+            raise InputError(f"study.{key}", getattr(spec, key), "allowed only for a machine: [system] has its own two states")
+
+
+def _values(spec: PhasePortrait, subject: Machine | OwnEquations) -> tuple[float | None, ...]:
+    if spec.along is None:
+        return (None,)
+    if isinstance(subject, Machine):
+        return values_of(subject, parameter_of(subject, spec.along), spec.values)
+    if spec.along not in subject.parameters:
+        raise InputError("study.along", spec.along, f"unknown parameter; {nearest(spec.along, subject.parameters)}")
+    unit = Unit("", f"value of the parameter {spec.along}")
+    return tuple(read_quantity(unit, v, f"study.values[{i}]") for i, v in enumerate(spec.values))
+
+
+def _with(spec: PhasePortrait, subject: Machine | OwnEquations, value: float) -> Machine | OwnEquations:
+    changed = {spec.along or "": value}
+    return subject.with_values(changed) if isinstance(subject, Machine) else subject.changed(changed)
+
+
+def _own_axes(system: System) -> tuple[Axis, Axis]:
+    if len(system.states) != 2:
+        named = ", ".join(system.state_names)
+        raise InputError("system.states", named, f"a phase portrait has two states, not {len(system.states)}")
+    turning = [s in system.angles for s in system.states]
+    a, b = (
+        Axis(s.name, s.name, "rad" if turns else "", *((0.0, TURN) if turns else (math.nan, math.nan)))
+        for s, turns in zip(system.states, turning, strict=True)
+    )
+    return a, b
+
+
+def _ranges(spec: PhasePortrait, axes: tuple[Axis, Axis]) -> dict[str, tuple[float, float]]:
+    refuse_unknown(spec.ranges, [a.name for a in axes], "study.ranges")
+    ranges = {}
+    for a in axes:
+        if a.name in spec.ranges:
+            where = f"study.ranges.{a.name}"
+            pair = spec.ranges[a.name]
+            low, high = (read_quantity(Unit(a.unit, a.long_name), v, where) for v in pair)
+            if not low < high:
+                raise InputError(where, list(pair), "must be a pair [low, high] with low below high")
+            ranges[a.name] = low, high
+    return ranges
+
+
+def _window(
+    systems: list[tuple[System, Mapping[str, float]]], axes: tuple[Axis, Axis], ranges: Mapping[str, tuple[float, float]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The window of all portraits: as given, by default as the machine's speeds say, else around all fixed points."""
+    turning = [s in systems[0][0].angles for s in systems[0][0].states]
+    ends = []
+    for a, turns in zip(axes, turning, strict=True):
+        low, high = (0.0, TURN) if turns else ranges.get(a.name, (a.low, a.high))
+        ends.append((low, high))
+    low, high = np.array(ends, float).T
+    if np.isfinite(low).all():
+        return low, high
+    found = [window_around(system, numbers, low, high) for system, numbers in systems]
+    known = [f for f in found if f is not None]
+    if not known:
+        missing = next(a.name for a, x in zip(axes, low, strict=True) if math.isnan(x))
+        raise InputError("study.ranges", None, f"no fixed point was found by which to choose it: give a range of {missing}")
+    return np.min([k[0] for k in known], axis=0), np.max([k[1] for k in known], axis=0)
+
+
+def _drawn(plane: Plane, axes: tuple[Axis, Axis], ranges: Mapping[str, tuple[float, float]]) -> np.ndarray:
+    several = (plane.turns > 0).all()
+    default = [(lo, lo + (1 if several else _DRAWN_TURNS) * TURN) if t else (lo, hi) for lo, hi, t in _sides(plane)]
+    return np.array([ranges.get(a.name, d) for a, d in zip(axes, default, strict=True)])
+
+
+def _sides(plane: Plane) -> list[tuple[float, float, bool]]:
+    return list(zip(plane.low.tolist(), plane.high.tolist(), (plane.turns > 0).tolist(), strict=True))
+
+
+def _starts(spec: PhasePortrait, plane: Plane, axes: tuple[Axis, Axis]) -> np.ndarray | None:
+    """The starts (2, k) that are given. Raises ``InputError`` for another state, or one outside the window."""
+    if isinstance(spec.trajectories, int):
+        return None
+    starts = np.empty((2, len(spec.trajectories)))
+    for k, start in enumerate(spec.trajectories):
+        where = f"study.trajectories[{k}]"
+        refuse_unknown(start, [a.name for a in axes], where)
+        for i, a in enumerate(axes):
+            if a.name not in start:
+                raise InputError(f"{where}.{a.name}", None, f"this key is missing; needed is the {a.long_name}")
+            starts[i, k] = _start(start[a.name], a, f"{where}.{a.name}")
+            if not plane.turns[i] and not plane.low[i] <= starts[i, k] <= plane.high[i]:
+                allowed = f"must be within the range of {a.name}, {plane.low[i]:g} to {plane.high[i]:g}"
+                raise InputError(f"{where}.{a.name}", start[a.name], allowed)
+    return starts
+
+
+def _start(given: Any, axis: Axis, where: str) -> float:
+    return read_quantity(Unit(axis.unit, axis.long_name), given, where)

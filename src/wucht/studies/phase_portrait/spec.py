@@ -1,0 +1,82 @@
+"""The question of a phase portrait."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator, Field
+
+from wucht.errors import InputError
+from wucht.fields import si
+from wucht.studies import spec as common
+
+MOST_PORTRAITS, MOST_TRAJECTORIES = 60, 400
+
+
+def _table(given: Any) -> Any:
+    if not isinstance(given, Mapping):
+        raise ValueError("must be a table: ranges = { STATE = [low, high], ... }")
+    for name, pair in given.items():
+        if not isinstance(pair, list | tuple) or len(pair) != 2:
+            raise ValueError(f"must give a pair [low, high] for {name}")
+    return {str(name): tuple(pair) for name, pair in given.items()}
+
+
+def _together(given: Any) -> Any:
+    if given is True:
+        return True
+    if isinstance(given, list | tuple) and len(given) > 1 and all(isinstance(name, str) for name in given):
+        return tuple(given)
+    raise ValueError('must be true, or the names of bodies: together = ["p1", "p2"]')
+
+
+def _trajectories(given: Any) -> Any:
+    if isinstance(given, list | tuple) and all(isinstance(start, Mapping) for start in given):
+        return tuple(map(dict, given))
+    if isinstance(given, bool) or not isinstance(given, int | float) or given != int(given) or given < 0:
+        raise ValueError("must be how many, or a list of starts: [{ STATE = VALUE, ... }, ...]")
+    return int(given)
+
+
+Ranges = Annotated[dict[str, tuple[common.Quantity, common.Quantity]], BeforeValidator(_table)]
+Together = Annotated[bool | tuple[str, ...], BeforeValidator(_together)]
+Trajectories = Annotated[int | tuple[dict[str, Any], ...], BeforeValidator(_trajectories)]
+
+
+class PhasePortrait(common.Spec):
+    """All fixed points of two equations with their kinds, the separatrices of the saddles and where they go, closed curves.
+
+    Asked of a table [system] of two states, or of the averaged equations of a machine, where its states are made two: together,
+    true or names of bodies: they keep equal phases (002 (5.17)-(5.18): true), which is refused where they would not. speed: at
+    which the main rotor is held. inertia, order: of the averaged equations, as of a run-up. ranges: of the states, by name: the
+    window; of an angle what is drawn of it. trajectories: their starts, or how many, from places that the seed gives.
+    nullclines: whether they are drawn. along, values: a portrait for each value of a parameter. length: at
+    which a curve is given up, in windows.
+    """
+
+    kind: ClassVar[str] = "phase-portrait"
+    subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
+
+    ranges: Ranges = Field(default_factory=dict, description="ranges of the states")
+    together: Together | None = Field(None, description="bodies that keep equal phases")
+    speed: float | None = si("rad/s", "speed", default=None)
+    inertia: common.Inertia | None = None
+    order: common.Order = 1
+    trajectories: Trajectories = Field(24, description="trajectories")
+    seed: common.Whole = Field(0, ge=0, description="seed of their starts")
+    nullclines: common.TrueOrFalse = Field(False, description="whether nullclines are drawn")
+    along: common.Path | None = None
+    values: common.Values = ()
+    length: float = si("", "length of a curve, in windows", default=40.0, gt=0, le=1000)
+
+    def check(self) -> None:
+        """Along belongs to values, and both have limits."""
+        if bool(self.values) != (self.along is not None):
+            missing = "values" if self.along is not None else "along"
+            raise InputError(f"study.{missing}", None, "this key is missing; along = PATH and values = [...] belong together")
+        if len(self.values) > MOST_PORTRAITS:
+            raise InputError("study.values", len(self.values), f"there must be at most {MOST_PORTRAITS} portraits")
+        many = self.trajectories if isinstance(self.trajectories, int) else len(self.trajectories)
+        if many > MOST_TRAJECTORIES:
+            raise InputError("study.trajectories", many, f"there must be at most {MOST_TRAJECTORIES}")

@@ -1,0 +1,158 @@
+"""The variables of a speed curve's Dataset: points, branches, special points, and curves in two parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wucht.numerics.continuation.equilibria import HOPF
+from wucht.results.conventions import Variable, variable
+from wucht.studies.speed_curve.following import FollowedBranch
+from wucht.studies.speed_curve.prepare import Plan
+from wucht.studies.speed_curve.report import label_of
+from wucht.studies.speed_curve.run import Findings
+from wucht.studies.speed_curve.second_parameter import FollowedCurve
+
+_ONE_POINT = 1e-6  # in units of scale: a special point that lies on two branches
+
+
+@dataclass(frozen=True)
+class Special:
+    """A special point u (n+1,) of a branch, by its number. frequency: of a Hopf point. second: value of that parameter."""
+
+    kind: str
+    u: np.ndarray
+    speed: float
+    amplitude: float
+    branch: int
+    frequency: float | None
+    second: float | None
+
+
+def specials(plan: Plan, findings: Findings) -> list[Special]:
+    """All special points; one on two branches once."""
+    found: list[Special] = []
+    curves = dict(plan.curves)
+    for k, branch in enumerate(findings.branches):
+        states = curves[branch.second]
+        width, shown = states.equilibria.equations.scale[-1], states.shown(branch.u)
+        for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
+            u, kind = branch.u[:, i], branch.kinds[i]
+            beside = [
+                s for s in found if (s.kind, s.second) == (kind, branch.second) and abs(s.u[-1] - u[-1]) < _ONE_POINT * width
+            ]
+            if any(states.same(u, np.append(s.u[:-1], u[-1])) for s in beside):
+                continue
+            speed, amplitude = float(shown.speed[i]), float(shown.amplitude[i])
+            frequency = _frequency(branch.exponents[:, i]) if kind == HOPF else None
+            found.append(Special(kind, u, speed, amplitude, k, frequency, branch.second))
+    return found
+
+
+def _frequency(exponents: np.ndarray) -> float:
+    pairs = exponents[exponents.imag > 0]
+    return float(pairs[np.abs(pairs.real).argmin()].imag)
+
+
+def _joined(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
+    """Arrays (N,) or (rows, N) of all branches, one after another."""
+    empty = np.empty(0) if rows is None else np.empty((rows, 0))
+    return np.concatenate([empty, *parts], axis=-1)
+
+
+def of_points(plan: Plan, branches: Sequence[FollowedBranch]) -> dict[str, Variable]:
+    """The points of all branches."""
+    states, curves = plan.curves[0][1], dict(plan.curves)
+    words, n = states.words, len(states.names)
+    seen = [curves[b.second].shown(b.u) for b in branches]
+    exponents = _joined([b.exponents for b in branches], n)
+    growing = [(b.exponents.real > 0).sum(axis=0) for b in branches]
+    shares = [np.array(b.stable_share) if b.stable_share else np.full(b.u.shape[1], np.nan) for b in branches]
+    at_special = [np.array([bool(kind) for kind in b.kinds]) for b in branches]
+    numbers = np.repeat(np.arange(len(branches)), [b.u.shape[1] for b in branches])
+    return {
+        "value": variable("point", _joined([b.values for b in branches]), plan.along.what, plan.along.unit),
+        "speed": variable("point", _joined([s.speed for s in seen]), words.shown, words.unit),
+        "amplitude": variable("point", _joined([s.amplitude for s in seen]), "amplitude of the axis", words.length),
+        "stable": variable("point", _joined([b.stable for b in branches]).astype(np.int8), "stable"),
+        "unstable": variable("point", _joined(growing).astype(int), "how many disturbances grow"),
+        "stable_share": variable("point", _joined(shares), "share of a family's members that are stable"),
+        "at_special": variable("point", _joined(at_special).astype(np.int8), "a special point"),
+        "branch": variable("point", numbers.astype(int), "branch"),
+        "state": variable("state point", _joined([b.u[:-1] for b in branches], n), "states of the equations"),
+        "exponent_re": variable("exponent point", np.asarray(exponents.real), "real part of an exponent", words.rate),
+        "exponent_im": variable("exponent point", np.asarray(exponents.imag), "imaginary part of an exponent", words.rate),
+    }
+
+
+def of_branches(plan: Plan, branches: Sequence[FollowedBranch]) -> dict[str, Variable]:
+    """What is known of each branch."""
+    kinds = [b.kind for b in branches]
+    what, unit = ("second parameter", "") if plan.second is None else (plan.second.what, plan.second.unit)
+    many = np.array([k.multiplicity for k in kinds], int)
+    return {
+        "branch_name": variable("branch", np.array([k.name or "" for k in kinds], "U16"), "name"),
+        "branch_type": variable("branch", np.array([k.type or "" for k in kinds], "U4"), "type of 002, section 5.1"),
+        "branch_label": variable("branch", np.array([label_of(k.name, k.type, k.split) for k in kinds], "U40"), "states"),
+        "family_dimension": variable("branch", np.array([b.dimension for b in branches], int), "dimension of the family"),
+        "multiplicity": variable("branch", many, "states that differ in equal bodies only"),
+        "second_value": variable("branch", [math.nan if b.second is None else b.second for b in branches], what, unit),
+    }
+
+
+def of_specials(plan: Plan, found: Sequence[Special]) -> dict[str, Variable]:
+    """The special points."""
+    states, words = plan.curves[0][1], plan.curves[0][1].words
+    table = np.array([s.u[:-1] for s in found]).reshape(len(found), len(states.names)).T
+    frequency = [math.nan if s.frequency is None else s.frequency for s in found]
+    return {
+        "special_kind": variable("special", np.array([s.kind for s in found], "U16"), "kind of the special point"),
+        "special_value": variable("special", [float(s.u[-1]) for s in found], plan.along.what, plan.along.unit),
+        "special_speed": variable("special", [s.speed for s in found], words.shown, words.unit),
+        "special_amplitude": variable("special", [s.amplitude for s in found], "amplitude of the axis", words.length),
+        "special_branch": variable("special", np.array([s.branch for s in found], int), "branch"),
+        "special_frequency": variable(
+            "special", frequency, "frequency of the oscillation that begins", _frequencies(words.rate)
+        ),
+        "special_state": variable("state special", table, "states of the equations"),
+    }
+
+
+def _frequencies(rate: str) -> str:
+    return f"rad{rate.removeprefix('1')}" if rate else ""
+
+
+def of_own(plan: Plan, own: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
+    """The states at the subject's own value."""
+    words = plan.curves[0][1].words
+    return {
+        "own_speed": variable("own", [s["speed"] for s in own], words.shown, words.unit),
+        "own_amplitude": variable("own", [s["amplitude"] for s in own], "amplitude of the axis", words.length),
+        "own_stable": variable("own", np.array([s["stable"] for s in own], np.int8), "stable"),
+        "own_branch": variable("own", np.array([s["branch"] for s in own], int), "branch"),
+        "own_growth": variable("own", [s["exponents"][0][0] for s in own], "fastest growth", words.rate),
+    }
+
+
+def of_curves(plan: Plan, curves: Sequence[FollowedCurve]) -> dict[str, Variable]:
+    """The curves of folds and Hopf points in two parameters."""
+    assert plan.second is not None
+    states, words = plan.curves[0][1], plan.curves[0][1].words
+    numbers = np.repeat(np.arange(len(curves)), [c.u.shape[1] for c in curves])
+    speeds = [states.shown(c.u[:-1]).speed for c in curves] if plan.plane is not None else []
+    kinds = [kind for c in curves for kind in c.kinds]
+    return {
+        "curve_value": variable("curve_point", _joined([c.u[-2] for c in curves]), plan.along.what, plan.along.unit),
+        "curve_second": variable("curve_point", _joined([c.u[-1] for c in curves]), plan.second.what, plan.second.unit),
+        "curve_speed": variable("curve_point", _joined(speeds), words.shown, words.unit),
+        "curve": variable("curve_point", numbers.astype(int), "curve"),
+        "curve_kind": variable("curve_point", np.array(kinds, "U20"), "kind of a point where a second condition holds"),
+        "curve_of": variable("curve_number", np.array([c.of for c in curves], "U8"), "kind of the curve's points"),
+        "curve_label": variable(
+            "curve_number", np.array([label_of(c.kind.name, c.kind.type, c.kind.split) for c in curves], "U40"), "states"
+        ),
+    }

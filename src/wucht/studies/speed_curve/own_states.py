@@ -1,0 +1,119 @@
+"""The equilibria of a user's own equations along a parameter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from wucht.files.own_equations import OwnEquations
+from wucht.numerics.continuation.curve import Steps
+from wucht.numerics.continuation.deflation import deflated, seeded
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.results.conventions import wrapped
+from wucht.studies.speed_curve.steady_states import Found, Kind, Shown, Watch, Words
+
+_STEPS = Steps(first=0.01, most=0.05, turn=0.06, points=4000)
+_STARTS = 64
+_SAME = 1e-6  # in units of scale
+_AROUND = 1.0  # of an interval of a state: how far beyond it branches are followed
+
+
+@dataclass(frozen=True)
+class OwnStates:
+    """Equilibria of equations. path: of the parameter. bounds: of it. ranges: of states, in which equilibria are searched.
+
+    show: the state that is drawn. Points u (n+1,) are states and the parameter's value.
+    """
+
+    own: OwnEquations
+    path: str
+    bounds: tuple[float, float]
+    ranges: Mapping[str, tuple[float, float]]
+    show: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the states (n)."""
+        return self.own.system.state_names
+
+    @property
+    def own_value(self) -> float:
+        """See ``SteadyStates``."""
+        return float(self.own.values[self.path])
+
+    @cached_property
+    def equilibria(self) -> Equilibria:
+        """As they are followed: states and parameter by the widths of their ranges, angles by a radian."""
+        turning = {s.name for s in self.own.system.angles}
+        limits = {
+            i: (low - _AROUND * (high - low), high + _AROUND * (high - low))
+            for i, (n, (low, high)) in enumerate(self.ranges.items())
+            if n not in turning
+        }
+        equations = Equations.of(self.own.system, [self.path], self.own.values, self._scale)
+        return Equilibria(equations, self.bounds, _STEPS, limits)
+
+    @property
+    def _scale(self) -> dict[str, float]:
+        turning = {s.name for s in self.own.system.angles}
+        sizes = {n: high - low for n, (low, high) in self.ranges.items() if n not in turning}
+        return sizes | {self.path: self.bounds[1] - self.bounds[0]}
+
+    def equations_with(self, second: str, width: float) -> Equations:
+        """See ``SteadyStates``."""
+        return Equations.of(self.own.system, [self.path, second], self.own.values, self._scale | {second: width})
+
+    @property
+    def size_of_shown(self) -> float:
+        """See ``SteadyStates``."""
+        return self._scale.get(self.show, 1.0)
+
+    @property
+    def words(self) -> Words:
+        """See ``SteadyStates``."""
+        return Words(f"state {self.show}", "")
+
+    def found(self, value: float, watch: Watch | None = None) -> Found:
+        """See ``SteadyStates``: by Newton's method from many starts within the ranges, known states being divided out."""
+        if watch is not None:
+            watch()
+        low, high = np.array([self.ranges[n] for n in self.names]).T
+        solutions = deflated(self.equilibria.equations, [value], seeded(low, high, _STARTS)).points.T
+        width = self.equilibria.equations.scale[:-1]
+        turning = self.equilibria.equations.turns[:-1] > 0
+        inside = [x for x in solutions if ((x >= low - width) & (x <= high + width) | turning).all()]
+        shown = f"deflated Newton's method from {_STARTS} starts within the ranges of the states: no proof that none is missing"
+        return Found(tuple(np.append(x, value) for x in inside), (), False, shown)
+
+    def same(self, u: np.ndarray, v: np.ndarray) -> bool:
+        """See ``SteadyStates``: but for whole turns of angles."""
+        e = self.equilibria.equations
+        away = u - v
+        turns = np.where(e.turns > 0, e.turns, 1.0)
+        away = np.where(e.turns > 0, away - turns * np.round(away / turns), away)
+        return bool((np.abs(away / e.scale) < _SAME).all())
+
+    def kind(self, u: np.ndarray) -> Kind:
+        """See ``SteadyStates``: they have no names."""
+        return Kind()
+
+    def shown(self, u: np.ndarray) -> Shown:
+        """See ``SteadyStates``."""
+        return Shown(u[self.names.index(self.show)], np.full(u.shape[1], math.nan))
+
+    def stated(self, u: np.ndarray) -> dict[str, float]:
+        """See ``SteadyStates``."""
+        turning = {s.name for s in self.own.system.angles}
+        return {n: float(wrapped(x) if n in turning else x) for n, x in zip(self.names, u[:-1], strict=True)}
+
+    def end(self, u: np.ndarray) -> str:
+        """See ``SteadyStates``."""
+        for i, (low, high) in self.equilibria.limits.items():
+            if not low < u[i] < high:
+                return f"{self.names[i]} passes {u[i]:.5g}, far outside the range in which equilibria were searched"
+        return "a state leaves its limits"

@@ -1,0 +1,230 @@
+"""The steady states of a machine's averaged equations along a parameter: the equations, all states at a value, their names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+import sympy as sp
+
+from wucht.analysis.averaged import AveragedMachine, averaged_machine
+from wucht.analysis.configurations.averaged_stability import AveragedStability
+from wucht.analysis.configurations.closed_form import State
+from wucht.analysis.configurations.search import all_states, multiplicity, same_state
+from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.analysis.vibration import unbalances
+from wucht.machines.machine import Machine
+from wucht.numerics.continuation.curve import Steps
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.flow.program import Evaluator
+from wucht.results.conventions import within_half_a_turn, wrapped
+from wucht.studies.speed_curve.steady_states import Found, Kind, Shown, Watch, Words
+from wucht.studies.synchronous_states.configuration import name_of, residual_unbalance, type_of
+from wucht.studies.synchronous_states.prepare import driven_speeds
+from wucht.system import System
+
+_STEPS = Steps(first=0.01, most=0.04, turn=0.06, points=4000)
+_LEAST = 1e-3  # of the fastest speed: slower rotors than that hardly turn, and are not followed
+_ABOVE = 1.01  # of the fastest speed: no branch goes on there
+_IN_LINE = 1e-6  # sine of the angle between bodies that are in line
+_ROUNDING = 1e-12  # of all unbalances over the moving mass: an amplitude that is none
+_SAMPLES = 5  # of the range: where the fastest speed is looked for
+
+
+@dataclass(frozen=True)
+class SlowStates:
+    """The equilibria of the averaged equations of a machine.
+
+    machine: with its schedules done. path: of the parameter. bounds: of it. inertia: of the balancing bodies. show:
+    the state that is drawn, None for the speed. A point u (n+1,)
+    is a state of the averaged equations, in the bodies' own senses, and the parameter's value.
+    """
+
+    machine: Machine
+    path: str
+    bounds: tuple[float, float]
+    inertia: bool
+    show: str | None = None
+
+    @cached_property
+    def averaged(self) -> AveragedMachine:
+        """The averaged equations at the machine's own values. Raises ``InputError`` where there are none."""
+        return averaged_machine(self.machine, self.inertia)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the states (n)."""
+        return self.averaged.system.state_names
+
+    @cached_property
+    def at(self) -> Callable[[float], AveragedStability]:
+        """The machine at a value of the parameter: its torques and averaged equations. Made once for each value."""
+        senses = {r.name: self.averaged.senses[r.name] for r in self.machine.rotors}
+
+        def made(value: float) -> AveragedStability:
+            machine = self.machine.with_unchecked({self.path: value})
+            averaged = averaged_machine(machine, self.inertia, turning=senses)
+            return AveragedStability(SteadyTorques.from_slow(averaged), averaged)
+
+        return lru_cache(maxsize=512)(made)
+
+    def driven(self, value: float) -> tuple[float, float]:
+        """The speeds between which states are searched at a value."""
+        return driven_speeds(self.machine.with_unchecked({self.path: value}))[0]
+
+    @cached_property
+    def fastest(self) -> float:
+        """The highest speed that drives reach anywhere in the range; the prescribed one where there is one; 0 for none."""
+        values = np.linspace(*self.bounds, _SAMPLES).tolist()
+        given = self.at(sum(self.bounds) / 2).torques.given
+        return max(self.driven(v)[1] for v in values) if given is None else abs(given)
+
+    @cached_property
+    def limits(self) -> tuple[float, float]:
+        """The speeds of rotors within which branches are followed."""
+        return _LEAST * self.fastest, _ABOVE * self.fastest
+
+    @cached_property
+    def equilibria(self) -> Equilibria:
+        """As they are followed: phases by a radian, speeds by the fastest one, the parameter by its range."""
+        equations = Equations.of(self.averaged.system, [self.path], self.machine.values, self._scale)
+        rotors = {f"{r.name}.speed" for r in self.machine.rotors}
+        limits = {i: self.limits for i, name in enumerate(self.names) if name in rotors}
+        return Equilibria(equations, self.bounds, _STEPS, limits)
+
+    @property
+    def _scale(self) -> dict[str, float]:
+        speeds = {n: self.fastest for n in self.names if n.endswith(".speed")}
+        return speeds | {self.path: self.bounds[1] - self.bounds[0]}
+
+    def equations_with(self, second: str, width: float) -> Equations:
+        """See ``SteadyStates``."""
+        return Equations.of(self.averaged.system, [self.path, second], self.machine.values, self._scale | {second: width})
+
+    @property
+    def size_of_shown(self) -> float:
+        """See ``SteadyStates``."""
+        return 1.0 if self.show is not None and self.show.endswith(".phase") else self.fastest
+
+    def found(self, value: float, watch: Watch | None = None) -> Found:
+        """See ``SteadyStates``: those of equal bodies that are exchanged and those of a family once."""
+        torques, (low, high) = self.at(value).torques, self.driven(value)
+        if torques.given is None and not high > 0:
+            return Found((), (), True, "nothing drives the machine there")
+        search = all_states(torques, low, high, watch)
+        isolated, families = [s for s in search.states if not s.dimension], [s for s in search.states if s.dimension]
+        points = tuple(self.point(s, value) for s in isolated)
+        return Found(points, tuple(families), search.complete, search.shown)
+
+    def point(self, state: State, value: float) -> np.ndarray:
+        """u (n+1,) of a state."""
+        return np.append(self.averaged.steady_state(state.speed, state.phases), value)
+
+    def state(self, u: np.ndarray) -> State:
+        """The state at a point: phases to the main rotor, and which bodies are in line."""
+        torques = self.at(float(u[-1])).torques
+        phases = np.array([self._phase(u, name) for name in torques.names])
+        speed = torques.given if torques.given is not None else float(u[self._rows[f"{torques.names[0]}.speed"]])
+        state = State(speed, phases % (2 * math.pi))
+        beside = _beside(torques, state.phases)
+        return replace(state, beside=beside, multiplicity=multiplicity(torques, state))
+
+    def _phase(self, u: np.ndarray, name: str) -> float:
+        """Of a body to the main rotor."""
+        reference = self.averaged.references[name]
+        return 0.0 if reference is None else float(u[self._rows[f"{name}.phase"]]) + self._phase(u, reference)
+
+    @cached_property
+    def _rows(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.names)}
+
+    def same(self, u: np.ndarray, v: np.ndarray) -> bool:
+        """Whether points at one value of the parameter are one state, equal bodies being exchanged."""
+        return same_state(self.at(float(u[-1])).torques, self.state(u), self.state(v))
+
+    def kind(self, u: np.ndarray) -> Kind:
+        """See ``SteadyStates``: the names that ``synchronous-states`` uses."""
+        torques, state = self.at(float(u[-1])).torques, self.state(u)
+        if torques.size == 1:
+            return Kind()
+        order = [torques.names.index(b.name) for b in torques.machine.bodies]
+        own = unbalances(torques.machine)[np.argsort(order)]
+        name, c = name_of(torques, state, residual_unbalance(torques, own, state.phases)), sum(state.beside)
+        split = (max(len(state.beside) - c, c), min(len(state.beside) - c, c)) if state.beside else None
+        return Kind(name, type_of(torques, name), split, state.multiplicity)
+
+    @cached_property
+    def _observed(self) -> tuple[Evaluator, tuple[float, ...]]:
+        system, symbol = self.averaged.system, sp.Symbol(self.path, real=True)
+        kept = tuple(p for p in system.parameters if p != symbol)
+        rates = (*system.derivatives, sp.S.Zero)
+        whole = System((*system.states, symbol), rates, kept, system.definitions)
+        bodies = self.averaged.equations.bodies
+        speed = system.output(f"speed[{bodies.names[0]}]").expression
+        moments = sp.Add(*(sp.sqrt(sp.Add(*(x**2 for p in row for x in (p.re, p.im)))) for row in bodies.excitation))
+        wanted = [system.output("amplitude").expression, speed, moments / bodies.mass.trace()]
+        values = tuple(self.machine.values[p.name] for p in kept)
+        return Evaluator.of(whole, wanted, ["amplitude", "speed", "size"]), values
+
+    def shown(self, u: np.ndarray) -> Shown:
+        """See ``SteadyStates``: the main rotor's speed with its sign, or the state that was chosen."""
+        evaluator, values = self._observed
+        found = evaluator(np.zeros(u.shape[1]), u, values)
+        amplitude, speed = np.asarray(found["amplitude"]), self._sense * found["speed"]
+        amplitude = np.where(amplitude < _ROUNDING * found["size"], 0.0, amplitude)  # where unbalances compensate
+        return Shown(speed if self.show is None else u[self._rows[self.show]], amplitude)
+
+    @property
+    def _sense(self) -> float:
+        return float(self.averaged.senses[self.machine.rotor.name])
+
+    def stated(self, u: np.ndarray) -> dict[str, float]:
+        """See ``SteadyStates``: phases as in the contract, in the bodies' own senses, speeds likewise; psi and delta of two
+        bodies of one rotor.
+        """
+        angles = [n.endswith(".phase") for n in self.names]
+        values = {n: float(wrapped(x) if angle else x) for n, x, angle in zip(self.names, u[:-1], angles, strict=True)}
+        about = [b.name for b in self.machine.bodies if b.about is not None]
+        if len(self.machine.bodies) == 3 and len(about) == 2:
+            first, second = (values[f"{name}.phase"] for name in about)
+            delta = float(within_half_a_turn(first - second))
+            equal = len(self.at(float(u[-1])).torques.classes) == 1  # exchanging them changes delta's sign, and nothing else
+            values |= {"psi": float(math.pi - wrapped(math.pi - second - delta / 2)), "delta": abs(delta) if equal else delta}
+        return values
+
+    def end(self, u: np.ndarray) -> str:
+        """See ``SteadyStates``."""
+        (low, high), unit = self.limits, self.machine.units.speed
+        if any(u[i] <= low for i in self.equilibria.limits):
+            return f"below {low:.4g} {unit}".rstrip() + " a rotor hardly turns, and the averaged equations do not hold"
+        return f"no drive can keep more than {high:.4g} {unit}".rstrip()
+
+    @property
+    def own_value(self) -> float:
+        """See ``SteadyStates``."""
+        return self.machine.values[self.path]
+
+    @property
+    def words(self) -> Words:
+        """See ``SteadyStates``."""
+        units = self.machine.units
+        rate = f"1/{units.time}" if units.time else ""
+        shown, unit = "speed of the main rotor", units.speed
+        if self.show is not None and self.show.endswith(".phase"):
+            shown, unit = f"phase of {self.show.removesuffix('.phase')}", "rad" if units.time else ""
+        elif self.show is not None:
+            shown = f"speed of {self.show.removesuffix('.speed')}"
+        return Words(shown, unit, rate, self.machine.orbit_unit if units.length else "", self.averaged.warnings)
+
+
+def _beside(torques: SteadyTorques, phases: np.ndarray) -> tuple[int, ...]:
+    """The side of each balancing body of those in line; empty where they are not, or are not on one axis."""
+    c = torques.coefficients
+    if torques.size < 3 or not torques.in_line or c is None:
+        return ()
+    turned = np.exp(1j * (phases[1:] - phases[1])) * np.exp(1j * (np.angle(c[1:]) - np.angle(c[1])))
+    return tuple((turned.real < 0).astype(int).tolist()) if np.abs(turned.imag).max() < _IN_LINE else ()

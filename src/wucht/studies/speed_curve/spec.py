@@ -1,0 +1,82 @@
+"""The question of a speed curve."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator, Field
+
+from wucht.errors import InputError
+from wucht.studies.spec import Inertia, Pair, Path, Spec, Values, Whole
+
+NAMES = ("compensating", "together", "opposed")
+_FEWEST, _MOST = 1, 200
+
+
+def _names(given: Any) -> Any:
+    listed = [given] if isinstance(given, str) else given
+    if not isinstance(listed, list | tuple) or not listed or any(one not in NAMES for one in listed):
+        raise ValueError(f"must be one or more of: {', '.join(NAMES)}")
+    return tuple(dict.fromkeys(listed))
+
+
+def _ranges(given: Any) -> Any:
+    if not isinstance(given, Mapping):
+        raise ValueError("must be a table: ranges = { STATE = [low, high], ... }")
+    for name, pair in given.items():
+        if not isinstance(pair, list | tuple) or len(pair) != 2 or not all(isinstance(x, int | float) for x in pair):
+            raise ValueError(f"must give a pair [low, high] for {name}")
+        if not pair[0] < pair[1]:
+            raise ValueError(f"must give a pair [low, high] with low below high for {name}")
+    return {str(name): (float(pair[0]), float(pair[1])) for name, pair in given.items()}
+
+
+Ranges = Annotated[dict[str, tuple[float, float]], BeforeValidator(_ranges), Field(description="ranges of states")]
+Names = Annotated[tuple[str, ...], BeforeValidator(_names), Field(description="names of states")]
+
+
+class SpeedCurve(Spec):
+    """All branches of steady operation over a parameter, from the averaged equations, with where they turn and lose stability.
+
+    002 (3.51)-(3.52), (5.1)-(5.15), figures 3.2, 5.2, 5.3, A.1.
+
+    along, range: the parameter and from where to where. points: at so many values in the range, and near both of its ends, all
+    steady states are searched, and each that is on no known branch is followed both ways. only: the names of states that are
+    looked at, others are left out. second: another parameter; with second_values the branches of each value are drawn in one
+    figure, with second_range the curves of folds and Hopf points in both parameters are followed. show: the state that is
+    drawn; by default the speed, of a system its first state. ranges: of the states of a system, by name, in which equilibria
+    are searched. inertia: of the balancing bodies in the averaged equations; false: strongly damped, 002 (4.60)-(4.62), the
+    default of the dimensionless machines; that of others is true.
+    """
+
+    kind: ClassVar[str] = "speed-curve"
+    subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("second_values", "second_range"),)
+    meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "second", "second_range", "second_values", "show", "ranges")
+
+    along: Path
+    range: Pair
+    points: Whole = 5
+    only: Names | None = None
+    second: Path | None = None
+    second_values: Values | None = None
+    second_range: Pair | None = None
+    show: Annotated[str | None, Field(description="state that is drawn")] = None
+    ranges: Ranges | None = None
+    inertia: Inertia | None = None
+
+    def check(self) -> None:
+        """The number of points, and that the keys of the second parameter are complete."""
+        if not _FEWEST <= self.points <= _MOST:
+            raise InputError("study.points", self.points, f"must be a whole number from {_FEWEST} to {_MOST}")
+        if self.second is not None and self.second == self.along:
+            raise InputError("study.second", self.second, "must be another parameter than along")
+        of_second = [key for key in ("second_values", "second_range") if getattr(self, key) is not None]
+        if self.second is None and of_second:
+            raise InputError(
+                "study.second", None, f"this key is missing; with {of_second[0]}, needed is the path of a parameter"
+            )
+        if self.second is not None and len(of_second) != 1:
+            needed = "give one of second_values = [...] and second_range = [low, high] with second"
+            raise InputError("study.second", self.second, needed)

@@ -1,0 +1,108 @@
+"""What is followed: the steady states of a subject along a parameter, whatever the subject is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from wucht.analysis.configurations.closed_form import State
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equilibria import Equilibria
+
+Watch = Callable[[], None]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The states at a value of the parameter: points (n+1,) of isolated ones, and families. complete: whether they are shown
+    to be all. shown: how, or why not.
+    """
+
+    points: tuple[np.ndarray, ...]
+    families: tuple[State, ...]
+    complete: bool
+    shown: str
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a state is called. split: how many balancing bodies are on each side of the line they are in, the larger first."""
+
+    name: str | None = None
+    type: str | None = None
+    split: tuple[int, int] | None = None
+    multiplicity: int = 1
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What is drawn of points (N,): a quantity, by default the speed; and the amplitude, not a number where there is none."""
+
+    speed: np.ndarray
+    amplitude: np.ndarray
+
+
+@dataclass(frozen=True)
+class Words:
+    """How results are written. shown: what is drawn, and its unit. rate, length: units of exponents and of the amplitude."""
+
+    shown: str
+    unit: str
+    rate: str = ""
+    length: str = ""
+    warnings: tuple[str, ...] = field(default_factory=tuple)
+
+
+class SteadyStates(Protocol):
+    """Of points u (n+1,): states and the parameter's value."""
+
+    @property
+    def bounds(self) -> tuple[float, float]: ...  # noqa: D102
+
+    @property
+    def path(self) -> str:
+        """Of the parameter."""
+
+    @property
+    def own_value(self) -> float:
+        """The parameter's value of the subject as it is."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the states (n)."""
+
+    @property
+    def equilibria(self) -> Equilibria:
+        """As they are followed."""
+
+    def equations_with(self, second: str, width: float) -> Equations:
+        """The equations with another parameter that varies, by the width of its range."""
+
+    @property
+    def size_of_shown(self) -> float:
+        """By how much what is drawn changes when it changes much."""
+
+    @property
+    def words(self) -> Words:
+        """How results are written."""
+
+    def found(self, value: float, watch: Watch | None = None) -> Found:
+        """All states at a value. Raises ``InputError`` where they cannot be searched."""
+
+    def same(self, u: np.ndarray, v: np.ndarray) -> bool:
+        """Whether points at one value are one state."""
+
+    def kind(self, u: np.ndarray) -> Kind:
+        """What the state at a point is called."""
+
+    def shown(self, u: np.ndarray) -> Shown:
+        """Of points (n+1, N)."""
+
+    def stated(self, u: np.ndarray) -> Mapping[str, float]:
+        """The state at a point by names."""
+
+    def end(self, u: np.ndarray) -> str:
+        """Why a branch ends at a point at which a state leaves its limits."""

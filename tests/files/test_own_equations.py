@@ -1,0 +1,197 @@
+"""The table [system]: formulas mean what they mean on paper, and what is wrong is one sentence with file and key."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sympy as sp
+
+from wucht.errors import InputError, WuchtError
+from wucht.files.catalogue import load_equations
+from wucht.files.formulas import formula
+from wucht.files.own_equations import OwnEquations, equations_from
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.system import System
+
+NAMES = {n: sp.Symbol(n, real=True) for n in ("x", "y", "lambda")}
+TABLE: dict[str, Any] = {"states": {"x": "mu*x - x^3 - y", "y": "x"}, "parameters": {"mu": 0.5}}
+KIND = 'kind = "phase-portrait"'
+FILE = """\
+title = "t"
+[system]
+states = { x = "mu*x - x^3 - y", y = "x" }
+parameters = { mu = 0.5 }
+[study]
+kind = "phase-portrait"
+"""
+
+
+@pytest.mark.parametrize(
+    ("written", "value"),
+    [
+        ("-x^2", -4.0), ("2^-2", 0.25), ("2^3^2", 512.0), ("x - y - 1", -2.0), ("x/y/2", 1 / 3), ("2*-x", -4.0), ("+x**2", 4.0),
+        ("lambda*x", 10.0), ("1.5e-3*x", 3e-3), (".5*x", 1.0), ("sqrt(x^2 + y^2)", math.sqrt(13)),
+        ("atan2(y, x)", math.atan2(3, 2)),
+        ("max(x, y) - min(x, y)", 1.0), ("abs(x - y)", 1.0), ("sign(x - y)", -1.0), ("exp(log(x))", 2.0), ("sin(pi*x/4)", 1.0),
+        ("((x))", 2.0), ("x^0.5", math.sqrt(2)), ("tanh(x) + cosh(y)", math.tanh(2) + math.cosh(3)), ("(1/3)*y", 1.0), (3, 3.0),
+    ],
+)  # fmt: skip
+def test_a_formula_means_what_it_means_on_paper(written: object, value: float) -> None:
+    at = {NAMES["x"]: 2.0, NAMES["y"]: 3.0, NAMES["lambda"]: 5.0}
+    assert float(formula(written, NAMES, "k").subs(at)) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("written", "says"),
+    [
+        ("2x", "an operator is missing before 'x' at character 2; a product is written with *"),
+        ("x +", "it ends too early"),
+        ("(x + 1", "the '(' at character 1 is not closed"),
+        ("x)", "there is no '(' to the ')' at character 2"),
+        ("x(2)", "x is no function; a product is written with *"),
+        ("sine(x)", "unknown function 'sine'; did you mean 'sin'?"),
+        ("sin", "sin is a function: sin(...)"),
+        ("sin(x, y)", "sin has one argument, not 2"),
+        ("atan2(x)", "atan2 has 2 arguments, not 1"),
+        ("lamda*x", "unknown name 'lamda'; did you mean 'lambda'?"),
+        ("x/0", "a division by zero"),
+        ("sqrt(-2)", "no finite real number"),
+        ("9^9^9^9", "no finite real number"),
+        ("exp(exp(exp(10)))", "no finite real number"),
+        ("__import__('os').system('ls')", "belongs to no formula"),
+        ("x.__class__", "'.' at character 2 belongs to no formula"),
+        ("x; y", "';' at character 2 belongs to no formula"),
+        ("(" * 200 + "x" + ")" * 200, "more than 60 brackets or signs are nested"),
+        ("x + " * 2000 + "x", "at most 5000 characters"),
+        ("", "must be a formula"),
+        (True, "must be a formula"),
+        ([1], "must be a formula"),
+    ],
+)
+def test_what_is_no_formula_is_refused(written: object, says: str) -> None:
+    with pytest.raises(InputError) as caught:
+        formula(written, NAMES, "system.states.x")
+    assert says in str(caught.value)
+    assert str(caught.value).startswith("system.states.x: given")
+
+
+@pytest.mark.parametrize(
+    ("changes", "where", "says"),
+    [
+        ({"states": {}}, "system.states", "must be a table of derivatives"),
+        ({"states": "x"}, "system.states", "must be a table"),
+        ({"state": {}}, "system.state", "unknown key; did you mean 'states'?"),
+        ({"states": {"t": "1"}}, "system.states.t", "t is the time"),
+        ({"states": {"mu": "1"}}, "system.parameters.mu", "mu is a state already"),
+        ({"states": {"sin": "1"}}, "system.states.sin", "sin is a function of formulas"),
+        ({"parameters": {"pi": 3}}, "system.parameters.pi", "pi is a number of formulas"),
+        ({"states": {"2x": "1"}}, "system.states.2x", "must be a name"),
+        ({"parameters": {"mu": "half"}}, "system.parameters.mu", "must be a value of the parameter mu"),
+        ({"parameters": {"mu": "1 m"}}, "system.parameters.mu", "this one is a length"),
+        ({"angles": ["z"]}, "system.angles", "unknown state"),
+        ({"angles": "x"}, "system.angles", "must be a list of states"),
+        ({"definitions": {"x": "1"}}, "system.definitions.x", "x is a state already"),
+        ({"definitions": {"a": "b", "b": "x"}}, "system.definitions.a", "uses b, which is defined only after it"),
+        ({"definitions": {"a": "a + 1"}}, "system.definitions.a", "uses itself"),
+        ({"set": {"nu": 1}}, "system.set.nu", "unknown parameter; did you mean 'mu'?"),
+        ({"set": 3}, "system.set", "must be a table"),
+    ],
+)
+def test_what_is_wrong_in_the_table_is_told(changes: dict[str, Any], where: str, says: str) -> None:
+    with pytest.raises(InputError) as caught:
+        equations_from({**TABLE, **changes})
+    assert str(caught.value).startswith(f"{where}:")
+    assert says in str(caught.value)
+
+
+def test_the_equations_have_names_angles_and_values() -> None:
+    table = {
+        "states": {"theta": "omega", "omega": "-k*s - c*omega"}, "angles": ["theta"],
+        "parameters": {"k": 4, "c": 0.1}, "definitions": {"s": "sin(theta)"}, "set": {"c": 0.2},
+    }  # fmt: skip
+    own = equations_from(table, "pendulum")
+    s = own.system
+    assert (s.state_names, s.parameter_names, own.title, own.values) == (
+        ("theta", "omega"), ("k", "c"), "pendulum", {"k": 4.0, "c": 0.2},
+    )  # fmt: skip
+    assert [a.name for a in s.angles] == ["theta"]
+    assert own.changed({"k": 9.0}).values == {"k": 9.0, "c": 0.2}
+    assert own.parameters["k"].value == 4.0
+    with pytest.raises(WuchtError, match="no value for the parameter k"):
+        OwnEquations(s, {"c": 1.0})
+    with pytest.raises(WuchtError, match="d is no parameter of these equations"):
+        own.changed({"d": 1.0})
+
+
+def test_kinks_are_met_exactly() -> None:
+    """x' = |x - 1| + 1 from 0: 2 - x decays to 1 in ln 2, then x grows exponentially; the integral of |t - 1| to 2 is 1."""
+    own = equations_from({"states": {"x": "abs(x - 1) + 1", "y": "abs(t - 1)"}})
+    for engine in ("heyoka", "scipy"):
+        run = integrate(compile_system(own.system, engine=engine), [0.0, 0.0], {}, [0.0, math.log(2), 2.0])
+        assert run.failure is None
+        x, y = run.states[:, -1]
+        assert y == pytest.approx(1.0, abs=1e-11)
+        assert (run.states[0, 1], x) == (pytest.approx(1.0, abs=1e-11), pytest.approx(math.exp(2 - math.log(2)), rel=1e-10))
+
+
+def test_another_file_is_used_with_values_set(here: Path) -> None:
+    Path("first.toml").write_text(FILE)
+    Path("second.toml").write_text('[system]\nuse = "first.toml"\nset = { mu = 2 }\ntitle = "second"\n')
+    assert load_equations("first.toml").values == {"mu": 0.5}
+    second = load_equations("second.toml")
+    assert (second.values, second.title) == ({"mu": 2.0}, "second")
+    assert load_equations("second.toml", {"mu": 3}).values == {"mu": 3.0}
+    assert load_equations("drozdetskaya-2020/figure-2.13", {"mu": 1.2}).values == {"mu": 1.2}
+    assert second.system == load_equations("first.toml").system
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (("mu = 0.5", "mu = 0.5, x = 1"), "study.toml: system.parameters.x: given 'x'; x is a state already"),
+        (("- y", "- z"), "study.toml: system.states.x: given 'mu*x - x^3 - z'; cannot be read as a formula: unknown name 'z'"),
+        (("[system]", "[sytem]"), "study.toml: sytem: given"),
+        (("[study]", "[machine]\n[study]"), "study.toml: system: a study is asked of one thing"),
+        (("phase-portrait", "run-up"), "study.toml: system: this study is asked of a machine: needed is a table [machine]"),
+        (('y = "x" }', 'y = "x", z = "x" }'), "system.states: given 'x, y, z'; a phase portrait has two states, not 3"),
+        (('y = "x" }', 'y = "x*t" }'), "study.toml: system: these equations depend on time"),
+        ((KIND, 'along = "nu"\nvalues = [1]'), "study.along: given 'nu'; unknown parameter"),
+        ((KIND, 'together = true'), "study.together: given True; allowed only for a machine"),
+        ((KIND, 'ranges = { z = [0, 1] }'), "study.ranges.z: given"),
+        ((KIND, 'ranges = { x = [1, 0] }'), "must be a pair [low, high] with low below"),
+        ((KIND, 'ranges = { x = ["1 m", 2] }'), "this one is a length"),
+        ((KIND, 'trajectories = [{ x = 1 }]'), "study.trajectories[0].y: this key is missing"),
+        ((KIND, 'trajectories = -1'), "study.trajectories: given -1; must be how many"),
+        ((KIND, 'trajectories = 9999'), "there must be at most 400"),
+    ],
+)  # fmt: skip
+def test_bad_files(here: Path, refused: Callable[..., str], change: tuple[str, str], says: str) -> None:
+    old, new = change
+    assert old in FILE
+    Path("study.toml").write_text(FILE.replace(old, f"{KIND}\n{new}" if old == KIND else new, 1))
+    refused("run", "study.toml", says=(says,))
+
+
+def test_set_and_print(here: Path, wucht: Callable[..., Any], refused: Callable[..., str]) -> None:
+    Path("study.toml").write_text(FILE)
+    shown = wucht("equations", "study.toml", "--set", "mu=0.25").out
+    assert "x' = mu*x - x**3 - y" in shown and "mu = 0.25" in shown
+    assert "\\dot{x} &= \\mu x" in wucht("equations", "study.toml", "--latex").out
+    refused("equations", "study.toml", "--slow", says=("allowed only for a machine",))
+    refused("run", "study.toml", "--set", "nu=1", says=("system.set.nu", "did you mean 'mu'?"))
+
+
+def test_a_system_of_python_is_asked_too() -> None:
+    import wucht
+
+    x, y = sp.symbols("x y", real=True)
+    own = wucht.OwnEquations(System((x, y), (y, -x)), {}, "spring")
+    result = wucht.run(wucht.PhasePortrait(trajectories=0, ranges={"x": (-1, 1), "y": (-1, 1)}), own)
+    assert result.wucht.summary["fixed_points"][0]["kind"] == "centre"
+    with pytest.raises(InputError, match=r"asked of a machine, or of wucht\.OwnEquations"):
+        wucht.run(wucht.PhasePortrait(), 3)

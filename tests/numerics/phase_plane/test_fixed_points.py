@@ -1,0 +1,80 @@
+"""Fixed points: all of them, proved; and bounds that hold."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.numerics.flow.program import lower
+from wucht.numerics.phase_plane.box_bounds import bounds
+from wucht.numerics.phase_plane.fixed_points import fixed_points, kind_of
+from wucht.numerics.phase_plane.plane import TURN, Plane
+from wucht.numerics.phase_plane.window import window_around
+from wucht.piecewise import Pieces, PiecewiseCubic
+from wucht.system import System
+
+X, Y, A = sp.symbols("x y a", real=True)
+ABSOLUTE = Pieces("abs", (0.0,), ((0, -1, 0, 0), (0, 1, 0, 0)))
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["sin(3*x)*cos(y) - x", "exp(x*y)/(2 + cos(x))", "tan(x/4) + sinh(y) - cosh(x - y)", "sqrt(x**2 + y**2 + 1)*atan(x)",
+     "x**3 - a*x*y**2 + tanh(y)", "log(x + 4)/(y**2 + a)", "(x + 5)**(-3/2)"],
+)  # fmt: skip
+def test_bounds_hold(text: str) -> None:
+    expression = sp.sympify(text, locals={"x": X, "y": Y, "a": A})
+    program = lower(System((X, Y), (sp.S.Zero, sp.S.Zero), (A,)), [expression, PiecewiseCubic(X - Y, ABSOLUTE)])
+    draw = np.random.default_rng(0)
+    low = draw.uniform(-3, 2.5, (2, 300))
+    high = low + draw.choice([0.0, 0.1, 0.8], (2, 300))
+    below, above = bounds(program, program.constant_values([1.5]), low, high)
+    for share in draw.uniform(size=(20, 2, 300)):
+        x, y = low + share * (high - low)
+        values = [sp.lambdify((X, Y, A), expression)(x, y, 1.5), np.abs(x - y)]
+        assert (np.array(values) >= below - 1e-12).all()
+        assert (np.array(values) <= above + 1e-12).all()
+
+
+def test_a_lattice_is_found_whole() -> None:
+    """sin x = sin y = 0 in (-7, 7)^2: 25 points, by Poincare and Hopf half of those on a torus saddles."""
+    system = System((X, Y), (sp.sin(X), sp.sin(Y)))
+    found = fixed_points(Plane(system, {}, np.array([-7.0, -7.0]), np.array([7.0, 7.0])))
+    assert found.complete and len(found.points) == 25
+    assert np.array([p.state for p in found.points]) / math.pi == pytest.approx(
+        np.array([(i, j) for i in range(-2, 3) for j in range(-2, 3)]), abs=1e-14
+    )
+    torus = System((X, Y), system.derivatives, angles=frozenset({X, Y}))
+    kinds = sorted(p.kind for p in fixed_points(Plane(torus, {}, np.zeros(2), np.full(2, TURN))).points)
+    assert kinds == ["saddle", "saddle", "stable node", "unstable node"]
+
+
+def test_kinds() -> None:
+    pairs = {
+        "stable node": (-1, -2), "unstable node": (2, 1), "saddle": (1, -1), "stable focus": (-1 + 1j, -1 - 1j),
+        "unstable focus": (1e-3 + 1j, 1e-3 - 1j), "centre": (1j, -1j), "degenerate": (0, -1),
+    }  # fmt: skip
+    assert {kind: kind_of(np.array(v, complex)) for kind, v in pairs.items()} == {kind: kind for kind in pairs}
+
+
+def test_what_is_not_proved_is_said() -> None:
+    low, high = np.array([-2.0, -2.0]), np.array([2.0, 2.0])
+    fold = fixed_points(Plane(System((X, Y), (X**2, -Y)), {}, low, high))
+    assert not fold.complete and "were not decided, as at a bifurcation" in fold.shown
+    assert [p.kind for p in fold.points] == ["degenerate"]
+    unbounded = fixed_points(Plane(System((X, Y), (sp.atan2(Y, X + 5), X - 1)), {}, low, high))
+    assert not unbounded.complete and "no bounds are known of" in unbounded.shown
+    assert unbounded.points[0].state == pytest.approx([1.0, 0.0], abs=1e-12)
+
+
+def test_a_window_is_chosen_around_all_fixed_points() -> None:
+    nan = np.full(2, np.nan)
+    system = System((X, Y), (A * X - X**3, -Y), (A,))
+    for a in (1.0, 400.0):
+        window = window_around(system, {"a": a}, nan, nan)
+        assert window is not None
+        assert window[0][0] < -math.sqrt(a) and window[1][0] > math.sqrt(a) and (window[0] < window[1]).all()
+    assert window_around(System((X, Y), (X**2 + 1, -Y)), {}, nan, nan) is None

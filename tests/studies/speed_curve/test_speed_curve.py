@@ -1,0 +1,239 @@
+"""The study ``speed-curve``: refusals, families, branch points, ends, other subjects, a second parameter, interruption."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from auto_demos import AB
+from wucht.analysis.averaged import averaged_machine
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.files.own_equations import OwnEquations
+from wucht.machines.machine import Machine
+from wucht.numerics.jacobian import Jacobian
+from wucht.results.conventions import summary_of
+from wucht.studies.runner import report, run
+from wucht.studies.speed_curve.spec import SpeedCurve
+from wucht.system import System
+
+TABLE = "drozdetskaya-2020/table-5.1"
+LINEAR = {"kind": "linear", "slope": 0.01, "no_load_speed": 200.0}
+
+
+def balanced(balls: int = 3, **drive: Any) -> Machine:
+    ball = {"kind": "pendulum", "about": "drum", "mass": 0.1, "length": 0.1, "damping": 0.05}
+    return machine_from({
+        "carrier": {"mass": 1.0, "directions": "xy", "stiffness": 1e5, "damping": 200.0},
+        "bodies": [
+            {"kind": "rotor", "name": "drum", "mass": 9.0, "eccentricity": 1e-3, "inertia": 0.03},
+            *({"name": f"b{i}"} | ball for i in range(balls)),
+        ],
+        "drive": {k: v for k, v in ({"on": "drum", **LINEAR} | drive).items() if v is not None},
+    })  # fmt: skip
+
+
+def summary(subject: Any, **asked: Any) -> dict[str, Any]:
+    return summary_of(run(SpeedCurve(**asked), subject))
+
+
+REFUSED: list[tuple[str, dict[str, Any], str]] = [
+    (TABLE, {"along": "v", "range": [0, 1]}, "study.along: given 'v'; unknown parameter; known: beta_p"),
+    (TABLE, {"along": "u", "range": [1, 0]}, "study.range: given [1.0, 0.0]; must be a pair [low, high] with low below high"),
+    (TABLE, {"along": "u", "range": [2, 2]}, "with low below high"),
+    (TABLE, {"along": "u", "range": [-1, 2]}, "study.range[0]: given -1.0; u: must be"),
+    (TABLE, {"along": "u", "range": ["1 kg", 2]}, "study.range[0]"),
+    (TABLE, {"along": "u", "range": [0, 1], "points": 0}, "study.points: given 0; must be a whole number from 1 to 200"),
+    (TABLE, {"along": "u", "range": [0, 1], "only": ["beside"]}, "must be one or more of: compensating, together, opposed"),
+    (TABLE, {"along": "u", "range": [0, 1], "second": "u", "second_values": [1]}, "another parameter than along"),
+    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma"}, "give one of second_values = [...] and second_range"),
+    (TABLE, {"along": "u", "range": [0, 1], "second_values": [1]}, "study.second: this key is missing"),
+    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma", "second_range": [0.2, 0.3]}, "must contain the value 0.1"),
+    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma", "second_values": [-1]}, "study.second_values[0]"),
+    (TABLE, {"along": "u", "range": [0, 1], "show": "p3.phase"}, "study.show: given 'p3.phase'; unknown state"),
+    (TABLE, {"along": "u", "range": [0, 1], "ranges": {"x": [0, 1]}}, "study.ranges"),
+    (TABLE, {"along": "u", "range": [0, 1], "ranges": {"x": [1, 0]}}, "low below high for x"),
+    ("sperling-vibration/figure-2a", {"along": "drive.slope", "range": [1e-5, 2e-5]}, "study.kind = 'entrainment'"),
+    ("practice/laundry-drum", {"along": "drive.voltage", "range": [1, 2]}, "this parameter follows a schedule"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED, ids=[str(i) for i in range(len(REFUSED))])
+def test_bad_input_is_refused(case: tuple[str, dict[str, Any], str]) -> None:
+    name, asked, sentence = case
+    with pytest.raises(InputError) as refused:
+        summary(load_machine(name), **asked)
+    assert sentence in str(refused.value)
+
+
+def test_machines_without_steady_operation_are_refused_with_the_reason() -> None:
+    still = balanced(0, no_load_speed=0.0)
+    with pytest.raises(InputError, match="nothing drives the machine there"):
+        summary(still, along="drive.slope", range=[0.01, 0.02])
+    prescribed = balanced(0, slope=None, no_load_speed=None, kind="constant-speed", speed=100.0)
+    with pytest.raises(InputError, match=r"study\.kind = 'response' shows its vibration"):
+        summary(prescribed, along="drive.speed", range=[50, 150])
+
+
+def test_a_range_without_states_of_a_name_says_so() -> None:
+    s = summary(load_machine(TABLE), along="u", range=[2.0, 5.0], only="together")
+    assert s["branches"] == [] and "no steady states were found, together, between u = 2 and 5" in s["sentence"]
+
+
+def test_a_pitchfork_of_compensation_and_together() -> None:
+    """Two equal pendulums just compensate the rotor at s = 2: type I begins there, and type II is stable beyond."""
+    r = run(SpeedCurve(along="s", range=[0.5, 4.0]), load_machine(TABLE))
+    s = summary_of(r)
+    (point,) = [p for p in s["special_points"] if p["kind"] == "branch-point"]
+    assert (point["s"], point["speed"]) == pytest.approx((2.0, 2.0), abs=1e-9)
+    assert (point["state"]["psi"], point["state"]["delta"]) == pytest.approx((math.pi, 0.0), abs=1e-6)
+    stable = [(b["type"], b["stable"]) for b in s["branches"] if b["stable"]]
+    assert ("I", [pytest.approx([0.5, 2.0], abs=1e-9)]) in stable
+    assert ("II", [pytest.approx([2.0, 4.0], abs=1e-9)]) in stable
+    # Both halves of type I are one branch, equal pendulums being exchanged; (5.6): delta = 2 arccos(s/2) all along.
+    (one,) = [k for k, t in enumerate(r.branch_type.values) if t == "I"]
+    at = r.branch.values == one
+    delta = np.abs(r.state.values[0, at] - r.state.values[1, at])
+    assert np.abs(np.cos(delta / 2)) == pytest.approx(r.value.values[at] / 2, abs=1e-9)
+
+
+def test_families_are_followed_modulo_the_family() -> None:
+    """Three equal pendulums: a family of dimension 1 compensates, at the speed without vibration."""
+    machine = balanced(3, no_load_speed=180.0).with_unchecked({"drum.bearing_damping": 1e-4})
+    r = run(SpeedCurve(along="drive.slope", range=[1e-4, 0.05], points=3), machine)
+    s = summary_of(r)
+    (family,) = [b for b in s["branches"] if b["family_dimension"]]
+    assert family["name"] == "compensating" and family["family_dimension"] == 1 and family["range"] == [1e-4, 0.05]
+    assert sum("form families of dimension 1" in w for w in r.wucht.warnings) == 1
+    at = r.branch.values == s["branches"].index(family)
+    slope = r.value.values[at]
+    assert r.speed.values[at] == pytest.approx(180.0 * slope / (slope + 1e-4), rel=1e-10)
+    assert (r.amplitude.values[at] == 0).all()
+    # It gains its stability above the natural frequency, by a Hopf bifurcation: so the whole Jacobian of the averaged equations
+    # says too, in which one more eigenvalue, along the family, is zero.
+    (hopf,) = [p for p in s["special_points"] if p["kind"] == "hopf"]
+    assert 1.0 < hopf["speed"] / math.sqrt(1e5 / 10.3) < 1.1 and family["stable"] == [
+        [pytest.approx(hopf["drive.slope"]), 0.05]
+    ]
+    system = averaged_machine(machine).system
+    state = [hopf["state"][name] for name in system.state_names]
+    values = system.values(machine.values | {"drive.slope": hopf["drive.slope"]})
+    eigenvalues = np.linalg.eigvals(Jacobian.of(system).at(state, values)[1])
+    eigenvalues = eigenvalues[np.argsort(np.abs(eigenvalues.real))]
+    assert np.abs(eigenvalues[:3].real) == pytest.approx([0.0] * 3, abs=1e-6)
+    assert np.sort(eigenvalues[:3].imag) == pytest.approx([-hopf["frequency"], 0.0, hopf["frequency"]], abs=1e-6)
+    assert np.isnan(r.exponent_re.values[-1, at]).all() and np.isfinite(r.exponent_re.values[-2, at]).all()
+    (own,) = [x for x in s["states"] if x["family_dimension"]]
+    assert own["speed"] == pytest.approx(180 / 1.01, rel=1e-12)
+    assert any("family of dimension 1" in line for line in report(r))
+
+
+def test_a_family_ends_where_the_unbalances_cannot_compensate() -> None:
+    """0.01 kg m a pendulum, three of them: a rotor of 9 kg is compensated up to e = 1/300 m."""
+    machine = balanced(3)
+    s = summary(machine, along="drum.eccentricity", range=[0.002, 0.006], points=2, only="compensating")
+    (family,) = s["branches"]
+    assert family["range"] == [0.002, pytest.approx(0.03 / 9, rel=1e-8)]
+    assert "beyond, the unbalances cannot compensate each other" in family["ends"]
+
+
+def test_the_speed_given_by_the_drive_is_a_parameter_too() -> None:
+    """000, table 1: both compensating states over the speed; below the natural frequency they are not stable."""
+    r = run(
+        SpeedCurve(along="drive.speed", range=[150, 400], only="compensating", points=1),
+        load_machine("sperling-rollers/table-1"),
+    )
+    s = summary_of(r)
+    assert [b["stable"] for b in s["branches"]] == [[[150, 400]]] * 2
+    assert r.speed.values == pytest.approx(r.value.values, rel=1e-12)
+    phases = sorted(np.degrees(x["state"]["r1.phase"]) for x in s["states"])
+    assert phases == pytest.approx([138.59, 221.41], abs=0.005)
+
+
+def test_speeds_of_no_rotor_are_left_out_with_a_sentence() -> None:
+    s = summary(load_machine("drozdetskaya-2020/table-3.1-carrier"), along="u", range=[0.0, 0.5], points=1)
+    (branch,) = s["branches"]
+    assert "below 0.002 a rotor hardly turns, and the averaged equations do not hold" in branch["ends"]
+
+
+def test_angles_that_differ_by_turns_are_one_branch() -> None:
+    """theta' = mu - sin(theta) has one closed branch over mu."""
+    theta, mu = sp.symbols("theta mu", real=True)
+    own = OwnEquations(System((theta,), (mu - sp.sin(theta),), (mu,), angles=frozenset({theta})), {"mu": 0.5})
+    s = summary(own, along="mu", range=[-2.0, 2.0])
+    (branch,) = s["branches"]
+    assert branch["ends"] == ["it is closed"] * 2
+    assert sorted(p["mu"] for p in s["special_points"]) == pytest.approx([-1, 1], abs=1e-10)
+    assert sorted((x["speed"] % (2 * math.pi), x["stable"]) for x in s["states"]) == [
+        (pytest.approx(math.pi / 6), True), (pytest.approx(5 * math.pi / 6), False),
+    ]  # fmt: skip
+
+
+AB_18 = OwnEquations(AB, {"p1": 0.1, "p2": 18.0}, "AUTO demo ab")
+AB_RANGES = {"u1": [0, 1], "u2": [0, 10]}
+
+
+def test_own_equations_and_the_plane_of_two_parameters() -> None:
+    """AUTO-07p, demo ab: Hopf points and folds at p2 = 18. The cusp by hand: p2 = 16, p1 = exp(-2)."""
+    r = run(SpeedCurve(along="p1", range=[0.0, 0.5], second="p2", second_range=[5.0, 20.0], ranges=AB_RANGES), AB_18)
+    s = summary_of(r)
+    assert [(p["kind"], p["p1"]) for p in s["special_points"]] == [
+        (kind, pytest.approx(value, rel=5e-8))
+        for kind, value in
+        (("hopf", 0.11115348), ("fold", 0.11156508), ("fold", 0.09957414), ("hopf", 0.18383461))
+    ]  # fmt: skip
+    kinds = {c["of"]: [p["kind"] for p in c["special_points"]] for c in s["curves"]}
+    assert kinds == {"hopf": ["generalised-hopf"], "fold": ["cusp"]}
+    (cusp,) = [p for c in s["curves"] for p in c["special_points"] if p["kind"] == "cusp"]
+    assert (cusp["p1"], cusp["p2"]) == pytest.approx((math.exp(-2), 16.0), rel=1e-7)
+    assert r.speed.attrs["long_name"] == "state u1" and "states" in s["sentence"]
+    other = run(SpeedCurve(along="p1", range=[0.0, 0.5], ranges=AB_RANGES, show="u2", points=1), AB_18)
+    assert other.speed.values == pytest.approx(other.state.values[1])
+
+
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        ({}, "needed is a pair [low, high] for u1"),
+        ({"ranges": {"u1": [0, 1]}}, "needed is a pair [low, high] for u2"),
+        ({"ranges": AB_RANGES | {"u3": [0, 1]}}, "study.ranges.u3"),
+        ({"ranges": AB_RANGES, "only": "together"}, "allowed for a machine only"),
+        ({"ranges": AB_RANGES, "show": "speed"}, "study.show: given 'speed'; unknown state"),
+        ({"ranges": AB_RANGES, "along": "p3"}, "study.along: given 'p3'; unknown parameter"),
+    ],
+)
+def test_bad_questions_of_own_equations_are_refused(asked: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(InputError) as refused:
+        summary(AB_18, **({"along": "p1", "range": [0.0, 0.5]} | asked))
+    assert sentence in str(refused.value)
+
+
+def test_interrupted_and_resumed_it_is_the_same(tmp_path: Path) -> None:
+    machine, spec = load_machine(TABLE), SpeedCurve(along="u", range=[0.5, 7.0], points=2)
+    whole, looked = run(spec, machine), list[float]()
+
+    def stop(share: float, _: str) -> None:
+        looked.append(share)
+        if share > 0.2 and not (tmp_path / "stopped").exists():
+            (tmp_path / "stopped").touch()
+            raise KeyboardInterrupt
+
+    begun = run(spec, machine, folder=tmp_path / "r", progress=stop)
+    assert not begun.attrs["finished"] and looked == sorted(looked)
+    assert any("the search is not finished" in w for w in begun.wucht.warnings)
+    resumed = run(spec, machine, folder=tmp_path / "r", resume=True, progress=stop)
+    assert summary_of(resumed) == summary_of(whole)
+    assert resumed.drop_attrs().identical(whole.drop_attrs())
+
+
+def test_the_inertia_is_left_out_of_the_dissertations_machines_only() -> None:
+    """R1 in its own units has five states, Table 5.1 three: (4.60)-(4.62)."""
+    assert summary(load_machine(TABLE), along="u", range=[1, 2], points=1)["inertia"] is False
+    r = run(SpeedCurve(along="drive.slope", range=[1e-3, 2e-3], points=1), load_machine("drozdetskaya-2020/r1"))
+    assert summary_of(r)["inertia"] is True and r.sizes["state"] == 5
