@@ -17,8 +17,15 @@ from wucht.analysis.relative_equilibria import RelativeEquilibria, RelativeEquil
 from wucht.errors import InputError, RunError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
+from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
+from wucht.numerics.periodic.cycle import Cycle
+from wucht.numerics.periodic.cycle_starts import cycle_near
+from wucht.numerics.periodic.cycles import Cycles
+
+_SAMPLES = 200  # of an orbit
 
 
 @dataclass(frozen=True)
@@ -92,6 +99,35 @@ class SynchronousMotions:
         angle = float(start[self.machine.row(self.machine.rotor.coordinate.position)])
         state = self.relative.fixed(found.state, angle)
         return SynchronousMotion(state, 2 * np.pi / turn, _in_order(exponents), equilibrium=found)
+
+    def along(
+        self, parameter: str, bounds: tuple[float, float], near: SynchronousMotion, steps: Steps | None = None
+    ) -> tuple[Cycles, Cycle]:
+        """The branch of the same as periodic orbits, over a parameter (its path), and its first orbit: near one of them.
+
+        bounds: lowest and highest value. Relative equilibria have a cheaper way (``RelativeEquilibria.along``). Raises
+        ``InputError`` for an unknown parameter or a machine whose period is given, ``RunError`` where no orbit is found.
+        """
+        machine, system = self.machine, replace(self.machine.system, outputs=(), quadratures=())
+        if parameter not in system.parameter_names:
+            raise InputError(
+                "parameter", parameter, f"must be a parameter of the equations: {', '.join(system.parameter_names)}"
+            )
+        prescribed = [b.name for b in machine.rotors if b.coordinate.prescribed is not None]
+        if prescribed:
+            raise InputError("machine", None, f"the speed of {prescribed[0]} is prescribed: the period is given, not found")
+        run = integrate(self.flow, near.state, machine.values, np.linspace(0.0, near.period, _SAMPLES + 1)).uninterrupted()
+        if run.failure is not None:
+            raise RunError(f"no orbit was found: {run.failure}")
+        turning = {system.state_names[machine.row(b.coordinate.position)]: round(self.senses[b.name]) for b in machine.bodies}
+        sizes = np.ptp(run.states, axis=1)
+        speed = 2 * np.pi / near.period
+        for b in machine.bodies:
+            sizes[machine.row(b.coordinate.position)], sizes[machine.row(b.coordinate.velocity)] = 1.0, speed
+        scale = dict(zip(system.state_names, sizes.tolist(), strict=True)) | {parameter: bounds[1] - bounds[0]}
+        fixed = {name: value for name, value in machine.values.items() if name != parameter}
+        cycles = Cycles.of(system, parameter, fixed, bounds, winding=turning, scale=scale, steps=steps)
+        return cycles, cycle_near(cycles, run.time, run.states, machine.values[parameter])
 
     def orbit(self, start: np.ndarray, speed: float, left_open: int = 0) -> PeriodicOrbit:
         """The same as a periodic orbit of the machine's own equations, whatever the machine: all angles wind once round."""
