@@ -16,3 +16,16 @@ AB = System(
 )
 LORENZ = System((_X, _Y, _Z), (10 * (_Y - _X), _RHO * _X - _Y - _X * _Z, _X * _Y - sp.Rational(8, 3) * _Z), (_RHO,))
 PP2 = System((_U1, _U2), (3 * _U1 * (1 - _U1) - _U1 * _U2 - _Q * (1 - sp.exp(-5 * _U1)), -_U2 + 3 * _U1 * _U2), (_Q,))
+
+_ANGLE1, _ANGLE2, _V1, _V2, _CURRENT, _GAMMA, _EPS = sp.symbols("phi1 phi2 v1 v2 current gamma eps", real=True)
+PEN = System(
+    (_ANGLE1, _ANGLE2, _V1, _V2),
+    (
+        _V1,
+        _V2,
+        -_EPS * _V1 - sp.sin(_ANGLE1) + _CURRENT + _GAMMA * (_ANGLE2 - _ANGLE1),
+        -_EPS * _V2 - sp.sin(_ANGLE2) + _CURRENT + _GAMMA * (_ANGLE1 - _ANGLE2),
+    ),
+    (_CURRENT, _GAMMA, _EPS),
+    angles=frozenset({_ANGLE1, _ANGLE2}),
+)

@@ -115,10 +115,27 @@ OTHERS = {
     "sperling-vibration/figure-7": {("half_time",): 813.322, ("reversal_time",): 4183.99},
 }
 
+# Branches of orbits, over a part of their range: settings, then path into the summary and number. The whole files run in
+# tests/validation/test_orbit_branches_of_papers.py.
+ORBITS = {
+    "drozdetskaya-2020/figure-5.6": (
+        {"study.range": [2.4, 3.2], "study.values": [3.0]},
+        {("orbits", 0, "period_phi"): 630.30303, ("orbits", 0, "max_speed"): 1.56264},
+    ),
+    "drozdetskaya-2020/figure-5.7": (
+        {"study.range": [2.4, 3.2], "study.values": [2.5]},
+        {("special_points", 0, "u"): 3.0800128, ("orbits", 0, "period_phi"): 766.504},
+    ),
+    "drozdetskaya-2020/figure-a.3": (
+        {"study.range": [4.5, 9.0], "study.values": [5.0], "study.longest": 260.0},
+        {("ends", 1, "u"): 8.01178, ("ends", 0, "u"): 4.5},
+    ),
+}
+
 
 def test_every_file_is_listed() -> None:
     practice = {n for n in names() if n.startswith("practice/")}  # tests/test_practice_runs.py
-    assert sorted({*EXPECTED, *SEVERAL, *OTHERS, *practice}) == names()
+    assert sorted({*EXPECTED, *SEVERAL, *OTHERS, *ORBITS, *practice}) == names()
 
 
 @pytest.mark.parametrize("name", sorted(SEVERAL))
@@ -127,6 +144,18 @@ def test_runs_of_one_figure_end_as_they_should(name: str) -> None:
     actual = summary_of(run(study.spec, study.subject))
     assert [case["outcome"] for case in actual["cases"]] == SEVERAL[name]
     assert max(case["energy_residual"] for case in actual["cases"]) < 1e-9
+
+
+@pytest.mark.parametrize("name", sorted(ORBITS))
+def test_branches_of_orbits_give_their_numbers(name: str) -> None:
+    settings, numbers = ORBITS[name]
+    study = read_study(name, settings)
+    actual = summary_of(run(study.spec, study.subject))
+    for path, expected in numbers.items():
+        value = actual
+        for step in path:
+            value = value[step]
+        assert value == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("name", sorted(OTHERS))

@@ -57,7 +57,8 @@ def test_the_edge_of_capture_on_unequal_supports_is_a_fold_of_orbits() -> None:
     motions, near = captured(False)
     assert motions.relative is None and near.orbit is not None
     cycles, first = motions.along("drive.slope", (SLOPE, 4 * SLOPE), near)
-    (fold,) = [c for c in cycles.walk(first) if c.kind == "fold"]
+    branch = [first, *cycles.walk(first)]
+    (fold,) = [c for c in branch if c.kind == "fold"]
     assert 1.2 * SLOPE < fold.parameter < 3 * SLOPE
     machine = motions.machine
 
@@ -66,7 +67,10 @@ def test_the_edge_of_capture_on_unequal_supports_is_a_fold_of_orbits() -> None:
 
     def slowest(distance: float) -> float:
         """The rate of the slowest multiplier of single shooting at a relative distance below the fold."""
-        orbit = at(fold.parameter * (1 - distance)).orbit(near.state, 2 * math.pi / near.period)
+        slope = fold.parameter * (1 - distance)
+        stable = [c for c in branch if not c.unstable and not c.kind]
+        start = min(stable, key=lambda c: abs(c.parameter - slope))
+        orbit = at(slope).orbit(start.states[:, 0], 2 * math.pi / start.period)
         return float(np.log(np.abs(orbit.nontrivial(1))).max())
 
     rates = np.array([slowest(d) for d in (0.004, 0.016)])

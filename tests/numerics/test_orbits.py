@@ -14,7 +14,6 @@ from witness import machine_from
 from wucht.errors import WuchtError
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.orbits import periodic_orbit
-from wucht.numerics.shooting import variational
 from wucht.piecewise import Pieces, PiecewiseCubic, step
 from wucht.system import TIME, Output, System
 
@@ -253,6 +252,12 @@ def test_where_there_is_none_it_is_reported():
         periodic_orbit(compile_system(uniform), [], [0.0], 3.0, [0], free_period=False, most_steps=5)
 
 
+def test_a_free_period_needs_equations_without_time():
+    system = System((x,), (-a * x + sp.cos(TIME),), (a,))
+    with pytest.raises(WuchtError, match="the period of a periodic motion is free, but the equations depend on time"):
+        periodic_orbit(compile_system(system), [1.0], [0.0], TURN, [0], phase_state=0)
+
+
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
@@ -271,14 +276,66 @@ def test_bad_calls(given, sentence):
         periodic_orbit(compile_system(System((x, v), (v, -x))), [], **good | given)
 
 
-def test_the_variational_equations_are_the_derivative():
-    """By names of intermediate results, through a function of a function; against SymPy's own derivative of the whole."""
-    q, r = sp.symbols("q r", real=True)
-    system = System((x, v), (r * v, -sp.sin(r) * x), (a,), ((q, x**2 + a), (r, sp.sqrt(q) + v)))
-    both = variational(system)
-    states, moves = system.states, both.states[2:]
-    whole = [system.explicit(d) for d in system.derivatives]
-    for derivative, expression in zip(both.derivatives[2:], whole, strict=True):
-        wanted = sum(sp.diff(expression, s) * m for s, m in zip(states, moves, strict=True))
-        numbers = {x: 0.7, v: -0.4, a: 1.3, moves[0]: 0.9, moves[1]: -2.1}
-        assert float(both.explicit(derivative).xreplace(numbers)) == pytest.approx(float(wanted.xreplace(numbers)), rel=1e-13)
+def test_what_a_broken_family_gains_is_known(engine):
+    """y' = e (1 + cos phi) creeps by e T, whatever y; v' = y - v follows it. The gap is where nothing closes it: in y."""
+    rate, small = 1.7, 1e-4
+    system = System((phi, y, v), (b, a * (1 + sp.cos(phi)), y - v), (a, b), angles=frozenset({phi}))
+    orbit = periodic_orbit(
+        compile_system(system, engine=engine), [small, rate], [0, 2.0, 1.0], TURN / rate, [TURN, 0, 0],
+        free_period=False, phase_state=0, left_open=1,
+    )  # fmt: skip
+    creep = small * TURN / rate
+    assert orbit.gap == pytest.approx([0, creep, 0], abs=1e-13)
+    assert orbit.creep(2) == pytest.approx([0, creep, creep], abs=1e-13)
+    assert orbit.residual == pytest.approx(creep / 2, rel=1e-3)  # of the size of y
+    assert orbit.state[1] == pytest.approx(2.0, abs=1e-9)
+    assert np.abs(orbit.logarithms - [0, 0, -TURN / rate]).max() < 1e-9
+    with pytest.raises(WuchtError, match=r"is left open, more than 1e-10$"):
+        periodic_orbit(
+            compile_system(system, engine=engine), [small, rate], [0, 2.0, 1.0], TURN / rate, [TURN, 0, 0],
+            free_period=False, phase_state=0,
+        )  # fmt: skip
+
+
+def wheel(growth, decay):
+    """The circle of radius 1, once round in a time of 1: z on it grows, w decays, both shaken by it."""
+    r = 1 - x**2 - y**2
+    rates = (
+        r * x - TURN * y,
+        TURN * x + r * y,
+        growth * v + x * (1 + w * v) * (x**2 + y**2 - 1) + growth * r * y,
+        -decay * w + r,
+    )
+    return System((x, y, v, w), rates)
+
+
+def test_multipliers_beyond_rounding():
+    """e^-2, e^5 and e^-90: the last is lost in a monodromy matrix, whose entries are rounded at e^-36 of the largest."""
+    orbit = periodic_orbit(compile_system(wheel(5.0, 90.0)), [], [1, 0, 1e-4, 0], 1.01, [0, 0, 0, 0], phase_state=1)
+    assert orbit.period == pytest.approx(1.0, abs=1e-11)
+    assert np.abs(orbit.logarithms - [5, 0, -2, -90]).max() < 1e-8
+    assert orbit.exponents.real == pytest.approx([5, 0, -2, -90], abs=1e-8)
+    assert orbit.nontrivial_logarithms(1).real == pytest.approx([5, -2, -90], abs=1e-8)
+
+
+def test_an_orbit_that_a_run_leaves_at_once_is_found_from_samples():
+    """A disturbance grows e^60-fold in a period: no start lies near enough for a run, but samples do."""
+    system, tau = wheel(60.0, 3.0), np.linspace(0, TURN, 65)
+    samples = 1.03 * np.array([np.cos(tau), np.sin(tau), 0.02 + 0 * tau, 0.02 * np.cos(3 * tau)])
+    flow = compile_system(system)
+    with pytest.raises(WuchtError, match="no periodic motion was found: "):
+        periodic_orbit(flow, [], samples[:, 0], 1.02, [0, 0, 0, 0], phase_state=1)
+    orbit = periodic_orbit(flow, [], samples, 1.02, [0, 0, 0, 0], phase_state=1)
+    assert orbit.period == pytest.approx(1.0, abs=1e-10)
+    assert orbit.state == pytest.approx([1, 0, 0, 0], abs=1e-9)
+    assert np.abs(orbit.logarithms - [60, 0, -2, -3]).max() < 1e-7
+
+
+def test_from_far_away_orbits_are_found_by_collocation():
+    """The two pendula of AUTO, started with speeds wrong by up to a half; a step of Newton's method alone goes astray."""
+    g, eps, torque = 0.175, 0.1, 0.4
+    rates = (v, w, torque - eps * v - sp.sin(x) + g * (y - x), torque - eps * w - sp.sin(y) + g * (x - y))
+    flow = compile_system(System((x, y, v, w), rates, angles=frozenset({x, y})))
+    for angle, first, second in ((0.8, 5.0, 3.0), (-0.9, 3.0, 2.4), (1.2, 2.5, 5.5)):
+        orbit = periodic_orbit(flow, [], [0, angle, first, second], TURN / 4, [TURN, TURN, 0, 0])
+        assert orbit.period == pytest.approx(1.5738797, rel=1e-7)

@@ -88,8 +88,7 @@ class SynchronousMotions:
         """
         if self.relative is None:
             orbit = self.orbit(start, speed, left_open)
-            with np.errstate(divide="ignore"):
-                exponents = np.log(orbit.nontrivial(1 + neutral).astype(complex)) / orbit.period
+            exponents = orbit.nontrivial_logarithms(1 + neutral) / orbit.period
             return SynchronousMotion(orbit.state, orbit.period, _in_order(exponents), orbit=orbit)
         found = self.relative.near(self.relative.turned(start), neutral)
         turn = abs(found.speed)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -127,12 +127,15 @@ class Jacobian:
         constants = self.program.constant_values(parameters)
         flat = np.array([i * n + j for i, j in self.places], int)
 
+        @lru_cache(maxsize=4)
+        def repeated(count: int) -> tuple[np.ndarray, np.ndarray]:
+            return np.repeat(constants[:, None], count, 1), np.zeros(count)
+
         def values(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             shape = x.shape[1:]
             if shape:
-                numbers = function(
-                    np.ascontiguousarray(x), pars=np.repeat(constants[:, None], shape[0], 1), time=np.zeros(shape)
-                )
+                fixed, time = repeated(shape[0])
+                numbers = function(np.ascontiguousarray(x), pars=fixed, time=time)
             else:
                 numbers = function(x, pars=constants, time=0.0)
             matrix = np.zeros((n * n, *shape))

@@ -1,23 +1,36 @@
 """Periodic motions of a System with rotating angles, and the multipliers that decide on their stability.
 
 In a synchronous motion every angle advances, in one period, by a given number of turns, and all else repeats:
-x(T) = x(0) + advance.
+x(T) = x(0) + advance. The orbit is found by collocation (``closing``), then made as exact as the integrator is
+(``exact_orbits``).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
+import sympy as sp
 
-from wucht.errors import WuchtError
-from wucht.numerics.flow.compiled import CompiledSystem
-from wucht.numerics.flow.program import Numbers
-from wucht.numerics.shooting import Shooting, newton_step
+from wucht.errors import RunError, WuchtError
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.program import Evaluator, Numbers
+from wucht.numerics.periodic.closing import Closed, Closing, closed, depends_on_time
+from wucht.numerics.periodic.exact_orbits import ExactOrbit, exact
+from wucht.numerics.periodic.floquet import across_flow, integrated_maps, logarithms
+from wucht.piecewise import PiecewiseCubic
 
 _TOLERANCE = 1e-10  # the largest |x(T) - x(0) - advance| allowed, relative to the size of each state
+_FEW_SAMPLES, _MANY_SAMPLES = 64, 2048  # of one period: for sizes and jumps, for collocation
+_FEW_LEGS, _MANY_LEGS = 4, 32  # of a period that are integrated each on its own: of a run, of samples
+_NEGLIGIBLE = 1e-8  # share of the largest state below which a state counts as at rest
+_AT_REST = 1e-9  # of the states' sizes: what moves by less in a period has no phase
+_CONDITION = 1e5  # of the maps of legs: beyond it, tiny multipliers want shorter legs
 
 
 @dataclass(frozen=True)
@@ -34,35 +47,44 @@ class PeriodicOrbit:
         T, in the unit of time.
     advance : ndarray, (n,)
         What each state gains in a period.
-    multipliers : ndarray of complex, (n,)
-        Floquet multipliers, the largest first. A phase that nothing fixes and each direction of a family have one that is 1.
+    logarithms : ndarray of complex, (n,)
+        ln mu of the Floquet multipliers, the largest first, the imaginary parts within pi: right where mu is tiny or huge.
     monodromy : ndarray, (n, n)
         d x(T) / d x(0).
     gap : ndarray, (n,)
-        What is left of x(T) - x(0) - advance: rounding, or the creep along directions that were left open.
+        x(T) - x(0) - advance in the directions in which no change of x(0) or T closes the motion: rounding, or the creep along
+        directions that were left open.
     residual : float
-        The largest of the gap, each state by its own size.
+        The largest of the gap, and of what is missed elsewhere, each state by its own size.
     """
 
     time: float
     state: np.ndarray
     period: float
     advance: np.ndarray
-    multipliers: np.ndarray
+    logarithms: np.ndarray
     monodromy: np.ndarray
     gap: np.ndarray
     residual: float
 
     @property
+    def multipliers(self) -> np.ndarray:
+        """Floquet's (n,), the largest first. A phase that nothing fixes and each direction of a family have one that is 1."""
+        return np.asarray(np.exp(self.logarithms))
+
+    @property
     def exponents(self) -> np.ndarray:
         """The Floquet exponents ln(mu)/T (n,), the imaginary parts within half the orbit's frequency; -inf where mu = 0."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.log(self.multipliers.astype(complex)) / self.period)
+        return np.asarray(self.logarithms / self.period)
 
     def nontrivial(self, trivial: int) -> np.ndarray:
         """The multipliers without those ``trivial`` ones that lie nearest to 1, the largest first."""
-        nearest = np.argsort(np.abs(self.multipliers - 1), kind="stable")[:trivial]
-        return np.delete(self.multipliers, nearest)
+        return np.asarray(np.exp(self.nontrivial_logarithms(trivial)))
+
+    def nontrivial_logarithms(self, trivial: int) -> np.ndarray:
+        """ln mu of the same."""
+        nearest = np.argsort(np.abs(np.expm1(self.logarithms)), kind="stable")[:trivial]
+        return np.delete(self.logarithms, nearest)
 
     def creep(self, trivial: int) -> np.ndarray:
         """What each state (n,) gains a period along the directions of the ``trivial`` multipliers, all else having decayed.
@@ -87,7 +109,7 @@ def periodic_orbit(
     time: float = 0.0,
     most_steps: int = 25,
 ) -> PeriodicOrbit:
-    """The periodic motion near a guess, by single shooting: |x(T) - x(0) - advance| <= 1e-10 of the size of each state.
+    """The periodic motion near a guess, to |x(T) - x(0) - advance| <= 1e-10 of the size of each state.
 
     Parameters
     ----------
@@ -95,8 +117,9 @@ def periodic_orbit(
         n states; its quadratures, outputs and events are left out.
     parameters : sequence of float, or mapping by name
         The System's parameters.
-    guess : array_like, (n,)
-        The state at ``time``. Where periodic motions form a family the nearest to it is returned.
+    guess : array_like, (n,) or (n, K)
+        The state at ``time``, or those of a whole period at K evenly spaced times from its beginning to its end: for a motion
+        so unstable that a run departs from it within a period. Where periodic motions form a family the nearest is returned.
     period : float
         In the unit of time; a guess too where it is free (an autonomous System).
     advance : array_like, (n,)
@@ -107,7 +130,9 @@ def periodic_orbit(
         The state that keeps its value of the guess. Where the period is free one must, by default the first that advances;
         where it is given, name one if the equations do not depend on time, else the nearest phase is returned.
     left_open : int
-        How many directions of a family that a small term breaks: along them the motion may creep (``PeriodicOrbit.gap``).
+        How many directions of a family that a small term breaks: along them the motion may creep: x(T) - x(0) - advance
+        is the sum of s_i l_i, the l_i those directions of its left side that no change of x(0) and T reaches; what is returned
+        as ``PeriodicOrbit.gap``, and, of what it becomes in the long run, as ``PeriodicOrbit.creep``.
     time : float
         At which the period begins.
     most_steps : int
@@ -120,46 +145,128 @@ def periodic_orbit(
     Raises
     ------
     WuchtError
-        Where the arguments do not fit, Newton's method does not converge (start nearer, as from the end of a long run), or a
-        piecewise function jumps within the period (there the variational equations do not hold).
+        Where the arguments do not fit, Newton's method does not converge (start nearer, as from the end of a long run), the
+        period is free but the equations depend on time, or a piecewise function jumps within the period (there the variational
+        equations do not hold).
     """
-    system, given, gains = compiled.system, np.asarray(guess, float), np.asarray(advance, float)
-    n, duration = len(system.states), float(period)
-    if given.shape != (n,) or gains.shape != (n,) or not np.isfinite([given, gains]).all():
+    n, gains = len(compiled.system.states), np.asarray(advance, float)
+    given, duration = np.asarray(guess, float), float(period)
+    samples = given if given.ndim == 2 and given.shape[1] > 1 else given.reshape(-1, 1)
+    if len(samples) != n or gains.shape != (n,) or not (np.isfinite(samples).all() and np.isfinite(gains).all()):
         raise WuchtError(f"a periodic motion of {n} states needs {n} finite numbers for its start and for its advance")
     if not (math.isfinite(duration) and duration > 0):
         raise WuchtError(f"the period of a periodic motion is positive, not {duration}")
     if phase_state is not None and phase_state not in range(n):
         raise WuchtError(f"phase_state {phase_state} is no state: must be 0 to {n - 1}")
+    if free_period and depends_on_time(compiled.system):
+        raise WuchtError("the period of a periodic motion is free, but the equations depend on time: give the period")
     if free_period and phase_state is None:
         if not gains.any():
             raise WuchtError(
                 "a periodic motion whose period is free needs phase_state, a state held at its start: no state advances"
             )
         phase_state = int(np.flatnonzero(gains)[0])
-    problem = Shooting.of(compiled, parameters, gains, time)
+    bare = replace(compiled.system, outputs=(), quadratures=())
+    plain = compile_system(bare, compiled.tolerance, (), compiled.engine_name)
+    values = np.array(bare.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
     # Angles are taken within half a turn of zero: the smaller the numbers, the smaller their rounding.
-    angles = np.array([s in system.angles for s in system.states])
-    x = np.where(angles, given - 2 * np.pi * np.round(given / (2 * np.pi)), given)
-    end, monodromy, rate = problem.linearised(x, duration)
-    sizes = problem.sizes(x, duration)
-    for _ in range(most_steps):
-        step, longer, seen = newton_step(
-            end - x - gains, monodromy, rate if free_period else None, phase_state, sizes, duration, left_open
-        )
-        residual = problem.missed(end, x, sizes, seen)
-        if residual <= _TOLERANCE:
-            break
-        x, duration = problem.damped(x, duration, step, longer, sizes, seen, residual)
-        end, monodromy, rate = problem.linearised(x, duration)
-    residual = problem.missed(end, x, sizes, seen)
-    if not residual <= _TOLERANCE:
+    angles = np.array([s in bare.angles for s in bare.states])
+    samples = samples - np.where(angles, 2 * np.pi * np.round(samples[:, 0] / (2 * np.pi)), 0.0)[:, None]
+    equations = _Equations(plain, values, time)
+    motion = samples if samples.shape[1] > 1 else equations.run(samples[:, 0], duration, _FEW_SAMPLES)
+    held = () if phase_state is None else (phase_state,)
+    closing = Closing(gains, _sizes(motion, gains), motion[:, 0], duration, held, free_period, left_open)
+    try:
+        orbit = equations.closed(samples, motion, closing, most_steps)
+    except RunError as error:
+        equations.refuse_jumps(motion, duration)
+        raise RunError(f"no periodic motion was found: {error}") from None
+    equations.refuse_jumps(equations.run(orbit.states[:, 0], orbit.period, _FEW_SAMPLES), orbit.period)
+    residual = max(orbit.residual, closing.missed(orbit.gap))
+    if not (orbit.residual <= _TOLERANCE and (left_open or residual <= _TOLERANCE)):
         raise WuchtError(
             f"no periodic motion was found: after {most_steps} steps of Newton's method {residual:.2g} is left open, "
             f"more than {_TOLERANCE:g}"
         )
-    problem.refuse_jumps(x, duration)
-    multipliers = np.linalg.eigvals(monodromy).astype(complex)
-    order = np.lexsort((-multipliers.imag, -np.round(np.abs(multipliers), 14)))
-    gap = end - x - gains
-    return PeriodicOrbit(time, x, duration, gains, multipliers[order], monodromy, gap, float(np.abs(gap / sizes).max()))
+    logs = equations.multipliers(orbit, closing, residual <= _TOLERANCE)
+    monodromy = reduce(lambda whole, each: each @ whole, orbit.at.maps) * closing.sizes[:, None] / closing.sizes
+    return PeriodicOrbit(time, orbit.states[:, 0], orbit.period, gains, logs, monodromy, orbit.gap, residual)
+
+
+def _sizes(states: np.ndarray, advance: np.ndarray) -> np.ndarray:
+    """The size of each state over a period (n,): that of an angle that advances is 1, of a state at rest too."""
+    size = np.abs(states).max(axis=1)
+    return np.where((size > _NEGLIGIBLE * size.max(initial=0.0)) & (advance == 0), size, 1.0)
+
+
+@dataclass(frozen=True)
+class _Equations:
+    """A System without outputs and quadratures, its parameters, and the time at which the orbit begins."""
+
+    plain: CompiledSystem
+    parameters: np.ndarray
+    time: float
+
+    def run(self, x: np.ndarray, duration: float, count: int) -> np.ndarray:
+        """States (n, count + 1) from x over a period. Raises ``RunError`` where the integration fails."""
+        run = integrate(self.plain, x, self.parameters, self.time + np.linspace(0.0, duration, count + 1)).uninterrupted()
+        if run.failure is not None:
+            raise RunError(f"no periodic motion was found: {run.failure}")
+        return run.states
+
+    def closed(self, samples: np.ndarray, motion: np.ndarray, closing: Closing, most_steps: int) -> ExactOrbit:
+        """The orbit near a motion, by integration alone where that is enough, else by collocation first.
+
+        samples (n, K): as they were given, of a period or the start alone. motion (n, K'): of a period.
+        """
+        alone = samples.shape[1] == 1
+        last = motion.shape[1] - 1
+        legs = np.linspace(0, last, min(_FEW_LEGS if alone else _MANY_LEGS, last) + 1).round().astype(int)
+        start = Closed(closing.period, legs / legs[-1], motion[:, legs])
+        with suppress(RunError):
+            orbit = exact(self.plain, self.parameters, self.time, start, closing, _TOLERANCE, most_steps)
+            if orbit.residual <= _TOLERANCE:
+                return orbit
+        fine = self.run(samples[:, 0], closing.period, _MANY_SAMPLES) if alone else samples
+        return self._collocated(fine, closing, most_steps)
+
+    def _collocated(self, motion: np.ndarray, closing: Closing, most_steps: int) -> ExactOrbit:
+        """From the motion, which ends elsewhere than it begins; or else from one that is bent so that it is closed."""
+        shares = np.linspace(0.0, 1.0, motion.shape[1])
+        bent = motion - (motion[:, -1:] - motion[:, :1] - closing.advance[:, None]) * shares
+        try:
+            near = closed(self.plain.system, self.parameters, self.time, motion, closing, most_steps)
+        except RunError:
+            near = closed(self.plain.system, self.parameters, self.time, bent, closing, most_steps)
+        return exact(self.plain, self.parameters, self.time, near, closing, _TOLERANCE, most_steps)
+
+    def multipliers(self, orbit: ExactOrbit, closing: Closing, repeats: bool) -> np.ndarray:
+        """ln mu (n,), the largest first. repeats: whether it is closed, so that a phase that nothing fixes has mu = 1."""
+        maps, flow, system = orbit.at.maps, (orbit.flow / closing.sizes[:, None]).T, self.plain.system
+        if np.linalg.cond(maps).max() > _CONDITION:
+            values = dict(zip(system.parameter_names, self.parameters.tolist(), strict=True))
+            states = np.column_stack([orbit.states, orbit.states[:, 0] + closing.advance])
+            maps, flow = integrated_maps(system, values, self.time + orbit.period * orbit.times, states)
+            maps, flow = maps * closing.sizes / closing.sizes[:, None], flow[:-1] / closing.sizes
+        moves = np.linalg.norm(flow, axis=1).min() * orbit.period > _AT_REST
+        if repeats and moves and not depends_on_time(system):
+            logs = np.append(logarithms(across_flow(maps, np.concatenate([flow, flow[:1]]))[0])[0], 0.0)
+        else:
+            logs = logarithms(maps)[0]
+        return logs[np.lexsort((-logs.imag, -np.round(logs.real, 12)))]
+
+    def refuse_jumps(self, motion: np.ndarray, duration: float) -> None:
+        """Raises ``WuchtError`` where a piecewise function jumps within a period: states (n, K), evenly spaced."""
+        system = self.plain.system
+        expressions = [*system.derivatives, *(e for _, e in system.definitions)]
+        functions = {p for e in expressions for p in sp.sympify(e).atoms(PiecewiseCubic) if p.args[1].jumps()}
+        if not functions:
+            return
+        jumping = sorted(functions, key=str)
+        evaluator = Evaluator.of(system, [p.args[0] for p in jumping], list(map(str, range(len(jumping)))))
+        times = self.time + np.linspace(0.0, duration, motion.shape[1])
+        for function, argument in zip(jumping, evaluator.array(times, motion, self.parameters), strict=True):
+            if any(argument.min() <= jump <= argument.max() for jump in function.args[1].jumps()):
+                raise WuchtError(
+                    f"the periodic motion passes a jump of {function}: its multipliers are not defined by the equations"
+                )

@@ -112,6 +112,15 @@ def test_points_come_one_by_one_and_the_walk_goes_on_after_a_pause() -> None:
     assert walk.end == "it leaves the range at 0.3" and rest[-1].parameter == 0.3
 
 
+def test_two_hopf_points_within_a_step_do_not_hide_each_other() -> None:
+    """Two oscillators, undamped at p = 0 and 0.01: the product of the sums of eigenvalues changes its sign twice."""
+    z, w = sp.symbols("z w", real=True)
+    rates = (P * X - Y, X + P * Y, (P - 0.01) * z - 2 * w, 2 * z + (P - 0.01) * w)
+    problem = equilibria(System((X, Y, z, w), rates, (P,)), "p", {}, -1, 1, steps=Steps(first=0.13, most=0.2))
+    found = problem.branch(problem.start([0, 0, 0, 0], -0.9)).special
+    assert kinds(found) == [("hopf", pytest.approx(0, abs=1e-9)), ("hopf", pytest.approx(0.01, abs=1e-9))]
+
+
 def test_a_neutral_saddle_is_no_hopf_point() -> None:
     """Eigenvalues 1 and p: their sum is zero at p = -1, where nothing happens."""
     problem = equilibria(System((X, Y), (X, P * Y), (P,)), "p", {}, -2, -0.5)
@@ -144,6 +153,19 @@ def test_a_user_gives_residual_and_jacobian() -> None:
     by_hand = Equations.by_hand(lambda u: (np.array([u @ u - 1]), 2 * u[None, :]), ["x"], ["p"])
     branch = Equilibria(by_hand, (-2, 2))
     assert len(branch.branch(branch.start([1.0], 0.1)).special) == 2
+
+
+def test_functions_of_angles_and_of_other_sizes() -> None:
+    """p = 1e-3 sin(theta): closed after a turn."""
+
+    def values(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([u[1] - 1e-3 * math.sin(u[0])]), np.array([[-1e-3 * math.cos(u[0]), 1.0]])
+
+    problem = Equilibria(Equations.by_hand(values, ["theta"], ["p"], {"p": 1e-3}, ["theta"]), (-1, 1))
+    branch = problem.branch(problem.start([0.3], 1e-3 * math.sin(0.3)))
+    assert branch.closed and sorted(v for _, v in kinds(list(branch.special))) == pytest.approx([-1e-3, 1e-3], abs=1e-15)
+    with pytest.raises(WuchtError, match="q is none of the states and parameters: theta, p"):
+        Equations.by_hand(values, ["theta"], ["p"], {"q": 1.0})
 
 
 def test_bad_input_is_told() -> None:

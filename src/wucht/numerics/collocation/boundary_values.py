@@ -38,8 +38,9 @@ Integrand = Callable[[np.ndarray, np.ndarray, Reference], tuple[np.ndarray, np.n
 """y (n, K), P (q,), the reference -> h (r, K), its derivatives by y (r, n, K) and P (r, q, K)."""
 
 _FEWER, _MORE = 0.8, 1.1  # times the intervals: less is not worth a new mesh
+_SPARE = 1.1  # times the intervals of a mesh that is best for the next orbit, not for this one
 _INTERVALS = (8, 400)
-_UNEVEN = 1.5  # how many more mesh points than the mean an interval may want before the mesh is changed
+_UNEVEN = 1.25  # how many more mesh points than the mean an interval may want before the mesh is changed
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +49,8 @@ class BoundaryValueProblem:
 
     field: g. n, q: how many states and parameters. ends, integrand: the conditions; those on integrals may be none.
     mesh: its nodes. reference: of the conditions on integrals. sizes (n+q,): by how much each state and parameter changes when
-    it changes much. winding (n,): y(1) - y(0) of a periodic solution, or None where it is not periodic.
+    it changes much. winding (n,): y(1) - y(0) of a periodic solution, whose first condition on an integral fixes the
+    phase; None where it is not periodic.
     accuracy: wanted within intervals, in units of sizes; at mesh points it is about the square of that.
     """
 
@@ -89,10 +91,8 @@ class BoundaryValueProblem:
         g, g_u = self.field(np.concatenate([states, np.broadcast_to(parameters[:, None], (q, states.shape[1]))]))
         off = slopes.reshape(-1, n) - g.T
         by_states = g_u[:, :n].transpose(2, 0, 1).reshape(intervals, m, n, 1, n)
-        blocks = -by_states * lagrange[:, None, :, None]
-        diagonal = mesh.basis.slopes / mesh.lengths[:, None, None]
-        for a in range(n):
-            blocks[:, :, a, :, a] += diagonal
+        derived = mesh.basis.slopes[:, None, :, None] * np.eye(n)[:, None]
+        blocks = derived / mesh.lengths[:, None, None, None, None] - by_states * lagrange[:, None, :, None]
         blocks = blocks.reshape(intervals, m * n, (m + 1) * n)
         by_parameters = -g_u[:, n:].transpose(2, 0, 1).reshape(intervals, m * n, q)
         b, begin, end, ends_by_parameters = self.ends(y[0], y[-1], parameters)
@@ -115,7 +115,7 @@ class BoundaryValueProblem:
         h, by_states, by_parameters = self.integrand(states, parameters, self.reference)
         weights = mesh.weights.ravel()
         weighted = (by_states * weights).reshape(len(h), n, mesh.intervals, mesh.degree)
-        return h @ weights, np.einsum("rajc,ci->rjia", weighted, mesh.basis.values), by_parameters @ weights
+        return h @ weights, (weighted @ mesh.basis.values).transpose(0, 2, 3, 1), by_parameters @ weights
 
     def solution(self, jacobian: CollocationJacobian, row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
         """See ``Problem``; the determinant's sign is not known: 0."""
@@ -123,17 +123,28 @@ class BoundaryValueProblem:
 
     def renewed(self, point: CurvePoint) -> tuple[Problem, CurvePoint]:
         """See ``Problem``: the reference is the point's solution; the mesh follows it from time to time."""
-        problem = self.remeshed(point.u)
-        if problem.mesh is not self.mesh:
-            u, tangent = (self.moved(each, problem.mesh) for each in (point.u, point.tangent))
-            point = CurvePoint(u, tangent, None, point.length, point.orientation)
-        return replace(problem, reference=problem.referred(point.u)), point
+        better = self.remeshed(point.u)
+        u, tangent, bend = point.u, point.tangent, np.zeros_like(point.u) if point.bend is None else point.bend
+        if better.mesh is not self.mesh:
+            u, tangent, bend = self.moved(np.stack([u, tangent, bend], axis=1), better.mesh).T
+        problem = replace(better, reference=better.referred(u))
+        if self.periodic and self.integrand is not None:
+            tangent, bend = problem._in_phase(u, tangent), problem._in_phase(u, bend)
+        jacobian = point.jacobian if better.mesh is self.mesh else None
+        return problem, CurvePoint(u, tangent, jacobian, point.length, point.orientation, bend)
+
+    def _in_phase(self, u: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """A change of an orbit u, but for the shift of its phase that its first condition on an integral forbids."""
+        y, parameters = self.split(u)
+        shift = np.append(self.mesh.slopes(y).ravel(), np.zeros(self.q))
+        _, row, _ = self._integrals(self.reference.y, parameters)
+        along, share = ((row[0] * self.mesh.pieces(self.split(each)[0])).sum() for each in (shift, change))
+        return np.asarray(change - share / along * shift)
 
     def remeshed(self, u: np.ndarray) -> BoundaryValueProblem:
         """The problem on a mesh that suits a solution, if its own does not: as many intervals as the accuracy asks for."""
         values = self.split(u)[0] / self.sizes[: self.n]
-        error = float(self.error(u).max())
-        wanted = self.mesh.intervals * (error / self.accuracy) ** (1 / (self.mesh.degree + 1))
+        wanted = _SPARE * self.mesh.wanted(values, self.periodic, self.accuracy)
         intervals = int(np.clip(math.ceil(wanted), *_INTERVALS))
         if _FEWER * self.mesh.intervals < intervals < _MORE * self.mesh.intervals:
             intervals = self.mesh.intervals
@@ -152,8 +163,9 @@ class BoundaryValueProblem:
         return self.mesh.error(self.split(u)[0] / self.sizes[: self.n], self.periodic)
 
     def moved(self, u: np.ndarray, mesh: Mesh) -> np.ndarray:
-        """A solution, or a change of it, on another mesh."""
-        return np.concatenate([self.mesh.at(self.split(u)[0], mesh.nodes).ravel(), u[-self.q :]])
+        """A solution, or a change of it, on another mesh; or several, as columns."""
+        values = u[: -self.q].reshape(len(self.mesh.nodes), -1)
+        return np.concatenate([self.mesh.at(values, mesh.nodes).reshape(-1, *u.shape[1:]), u[-self.q :]])
 
     def outline(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """See ``Problem``: the parameters, mean and mean square of states that return, which no shift of the phase changes."""

@@ -13,7 +13,7 @@ import numpy as np
 from wucht.errors import RunError
 
 _MERGED = 4  # intervals at once
-_DENSE = 80  # values at mesh points from which on merging pays
+_DENSE = 110  # values at mesh points from which on merging pays
 
 
 @dataclass(frozen=True, eq=False)

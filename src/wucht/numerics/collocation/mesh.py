@@ -20,7 +20,8 @@ class Basis:
     """Polynomials of degree m on [0, 1], by their values at m + 1 nodes, collocated at the m points of Gauss.
 
     nodes (m+1,): Chebyshev's, ends included. points, weights (m,): of Gauss' quadrature. values, slopes (m, m+1): from the
-    nodes' values to the polynomial and its derivative at the points. highest (m+1,): to its m-th derivative.
+    nodes' values to the polynomial and its derivative at the points. node_slopes (m+1, m+1): to its derivative at the nodes.
+    highest (m+1,): to its m-th derivative.
     """
 
     degree: int
@@ -29,6 +30,7 @@ class Basis:
     weights: np.ndarray
     values: np.ndarray
     slopes: np.ndarray
+    node_slopes: np.ndarray
     highest: np.ndarray
 
     def at(self, where: np.ndarray) -> np.ndarray:
@@ -50,12 +52,16 @@ def basis(degree: int) -> Basis:
     points, weights = np.polynomial.legendre.leggauss(degree)
     points, weights = (points + 1) / 2, weights / 2
     lagrange = np.linalg.inv(np.vander(2 * nodes - 1, increasing=True))  # columns: coefficients of the node's polynomial
-    at_points = np.vander(2 * points - 1, degree + 1, increasing=True)
     powers = np.arange(degree + 1)
-    derived = np.zeros_like(at_points)
-    derived[:, 1:] = 2 * powers[1:] * at_points[:, :-1]
+
+    def matrices(where: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        at = np.vander(2 * where - 1, degree + 1, increasing=True)
+        derived = np.zeros_like(at)
+        derived[:, 1:] = 2 * powers[1:] * at[:, :-1]
+        return at @ lagrange, derived @ lagrange
+
     highest = lagrange[-1] * math.factorial(degree) * 2.0**degree
-    return Basis(degree, nodes, points, weights, at_points @ lagrange, derived @ lagrange, highest)
+    return Basis(degree, nodes, points, weights, *matrices(points), matrices(nodes)[1], highest)
 
 
 def _barycentric(nodes: np.ndarray) -> np.ndarray:
@@ -125,14 +131,26 @@ class Mesh:
         """The values (N m + 1, n) at places (K,) of [0, 1]: (K, n)."""
         index = np.clip(np.searchsorted(self.edges, where, side="right") - 1, 0, self.intervals - 1)
         matrix = self.basis.at((where - self.edges[index]) / self.lengths[index])
-        return np.asarray(np.einsum("ki,kin->kn", matrix, self.pieces(values)[index]))
+        return np.asarray((matrix[:, None] @ self.pieces(values)[index])[:, 0])
+
+    def slopes(self, values: np.ndarray) -> np.ndarray:
+        """The derivative, at the nodes, of the polynomials of values (N m + 1, n) there; on an edge that of the right side."""
+        slopes = (self.basis.node_slopes @ self.pieces(values)) / self.lengths[:, None, None]
+        return np.concatenate([slopes[:, :-1].reshape(-1, values.shape[1]), slopes[-1, -1:]])
 
     def error(self, values: np.ndarray, periodic: bool) -> np.ndarray:
         """By how much the polynomials (N m + 1, n) are about wrong on each interval: (N,), between their mesh points."""
-        constant = 1 / (
-            math.factorial(self.degree + 1) * 2.0 ** (2 * self.degree + 1)
-        )  # of interpolation at Chebyshev's points
-        return np.asarray(constant * self.lengths ** (self.degree + 1) * self._next_derivative(values, periodic))
+        return np.asarray(self._constant * self.lengths ** (self.degree + 1) * self._next_derivative(values, periodic))
+
+    @property
+    def _constant(self) -> float:
+        """Of interpolation at Chebyshev's points."""
+        return 1 / (math.factorial(self.degree + 1) * 2.0 ** (2 * self.degree + 1))
+
+    def wanted(self, values: np.ndarray, periodic: bool, accuracy: float) -> float:
+        """How many intervals, of the best mesh, have an error as small as that."""
+        grown = float(self.density(values, periodic) @ self.lengths)
+        return float(grown * (self._constant / accuracy) ** (1 / (self.degree + 1)))
 
     def _next_derivative(self, values: np.ndarray, periodic: bool) -> np.ndarray:
         """The size of the derivative of order m + 1 on each interval (N,), from how that of order m changes: (9.25)."""

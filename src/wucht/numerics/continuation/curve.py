@@ -21,7 +21,7 @@ from wucht.numerics.continuation.problem import CurvePoint, Problem
 P = TypeVar("P")
 
 _MOST_CORRECTIONS = 8
-_ROUNDED = 1e3  # times the tolerance: corrections that small and no longer smaller are rounding
+_ROUNDED = 1e-7  # corrections that small and no longer smaller are rounding
 _GROWS, _SHRINKS = 1.6, 0.5  # at most
 _NEAR_A_BOUND = 0.1  # of the first step: how near a bound is approached on which the equations are singular
 
@@ -31,8 +31,8 @@ class Steps:
     """How a curve is followed. Lengths are arclengths in units of the problem's scale.
 
     first, least, most: length of a step. turn: of the tangent from point to point, rad, and corrections: of Newton's method,
-    by which a step is as long as it should be. points: at most. tolerance: of Newton's last correction, as a length; where it is
-    foretold, of the next one, which is not made, by how fast they have become smaller.
+    by which a step is as long as it should be. points: at most. tolerance: of Newton's last correction, as a length; or,
+    if foretold, of the next one, which is not made: by how fast they have become smaller.
     """
 
     first: float = 0.01
@@ -79,13 +79,13 @@ class Curve:
     def _followed(self, start: CurvePoint) -> Generator[tuple[Curve, CurvePoint], None, str]:
         curve, here, step = self, start, self.steps.first
         first, turns = self.problem.outline(start.u)
-        made = 0
+        before, made = first, 0
         while made < self.steps.points:
             try:
                 guess = here.u + step * here.tangent
                 if here.bend is not None:
                     guess += step**2 / 2 * here.bend
-                there, corrections = curve.corrected(guess, here.tangent, here.length + step)
+                there, corrections = curve.corrected(guess, here.tangent, here.length + step, self.steps.foretold)
                 turned = curve._angle(here.tangent, there.tangent)
             except RunError:
                 there, turned, corrections = here, math.pi, _MOST_CORRECTIONS
@@ -105,11 +105,12 @@ class Curve:
                     continue
                 yield curve, last
                 return f"it leaves the range at {bound:.9g}"
-            if made > 1 and _passes(*curve._outlines(here, there), first, turns):
+            after, _ = curve.problem.outline(there.u)
+            if made > 1 and _passes(before, after, first, turns):
                 yield curve, curve._at_begin(there, start)
                 return "it is closed"
             yield curve, there
-            made += 1
+            before, made = after, made + 1
             bend = (there.tangent - here.tangent) / step
             step = self._next(step, turned, corrections)
             problem, here = curve.problem.renewed(replace(there, bend=bend))
@@ -117,8 +118,11 @@ class Curve:
                 curve = replace(curve, problem=problem)
         return f"it has as many points as were asked for, {self.steps.points}"
 
-    def corrected(self, u: np.ndarray, tangent: np.ndarray, length: float) -> tuple[CurvePoint, int]:
-        """Newton's method from u in the plane across a tangent, and after how many corrections. Raises ``RunError``."""
+    def corrected(self, u: np.ndarray, tangent: np.ndarray, length: float, foretold: bool = False) -> tuple[CurvePoint, int]:
+        """Newton's method from u in the plane across a tangent, and after how many corrections. Raises ``RunError``.
+
+        foretold: see ``Steps``; only of points that are passed.
+        """
         scale = self.problem.scale
         across = tangent / scale**2
         sides, before = np.zeros((len(u), 2)), math.inf
@@ -130,8 +134,8 @@ class Curve:
             change = self.size(solved[:, 0])
             u = u - solved[:, 0]
             # Where the equations are nearly singular, rounding stops Newton's method before the tolerance is reached.
-            left = change * (change / before) ** 2 if self.steps.foretold and change < before < math.inf else change
-            if left <= self.steps.tolerance or before / 2 < change < _ROUNDED * self.steps.tolerance:
+            left = change * (change / before) ** 2 if foretold and change < before < math.inf else change
+            if left <= self.steps.tolerance or before / 2 < change < _ROUNDED:
                 direction = solved[:, 1]
                 return CurvePoint(u, direction / self.size(direction), jacobian, length, orientation), correction
             if not change < 2 * before:
@@ -143,18 +147,13 @@ class Curve:
         """The point of the curve at a share of the way from one point to another, near it. Raises ``RunError``."""
         way, span = b.u - a.u, b.length - a.length
         across, s, r = way / self.size(way), share, 1 - share
-        guess = (
-            (1 + 2 * s) * r**2 * a.u + s * r**2 * span * a.tangent + s**2 * (3 - 2 * s) * b.u - s**2 * r * span * b.tangent
-        )
+        guess = (1 + 2 * s) * r**2 * a.u + s * r**2 * span * a.tangent + s**2 * (3 - 2 * s) * b.u - s**2 * r * span * b.tangent
         guess = guess + across * float((a.u + share * way - guess) @ (across / self.problem.scale**2))
         return self.corrected(guess, across, a.length + share * span)[0]
 
     def backwards(self, point: CurvePoint) -> CurvePoint:
         """The same point of the curve followed the other way."""
         return replace(point, tangent=-point.tangent, orientation=-point.orientation)
-
-    def _outlines(self, here: CurvePoint, there: CurvePoint) -> tuple[np.ndarray, np.ndarray]:
-        return self.problem.outline(here.u)[0], self.problem.outline(there.u)[0]
 
     def size(self, direction: np.ndarray) -> float:
         """The length of a change of the unknowns (n+1,), in units of their scale."""
@@ -194,15 +193,18 @@ class Curve:
         away = (there.u - start.u) / self.problem.scale
         if len(turns) != len(away):
             return there
-        whole = turns * np.round(np.divide(away, turns, out=np.zeros_like(away), where=turns > 0))
-        return replace(start, u=start.u + whole * self.problem.scale, length=there.length)
+        return replace(start, u=start.u + _whole(away, turns) * self.problem.scale, length=there.length)
 
 
 def _passes(before: np.ndarray, after: np.ndarray, first: np.ndarray, turns: np.ndarray) -> bool:
     """Whether the first point's outline lies on the way from one to the next, but for whole turns."""
-    away = after - first
-    target = first + turns * np.round(np.divide(away, turns, out=np.zeros_like(away), where=turns > 0))
-    way = after - before
-    long = float(way @ way)
-    share = float((target - before) @ way) / long if long else -1.0
-    return 0 <= share <= 1 and float(np.linalg.norm(before + share * way - target)) < 0.1 * math.sqrt(long)
+    away, way = after - first, after - before
+    if turns.any():
+        away = away - _whole(away, turns)
+    long, along = float(way @ way), float(away @ way)
+    return 0 <= along <= long and float(away @ away) * long - along**2 < (0.1 * long) ** 2
+
+
+def _whole(away: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """The whole turns that are nearest to differences, 0 where nothing turns."""
+    return np.asarray(turns * np.rint(away / np.where(turns > 0, turns, np.inf)))

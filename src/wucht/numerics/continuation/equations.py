@@ -86,8 +86,22 @@ class Equations:
         return cls(values, system.state_names, tuple(varied), turns, sizes)
 
     @classmethod
-    def by_hand(cls, values: Callable[[np.ndarray], Values], states: Sequence[str], parameters: Sequence[str]) -> Equations:
-        """Of a function of one u = (x, p) (n+m,) that returns f (n,) and df/du (n, n+m)."""
+    def by_hand(
+        cls,
+        values: Callable[[np.ndarray], Values],
+        states: Sequence[str],
+        parameters: Sequence[str],
+        scale: Mapping[str, float] | None = None,
+        angles: Sequence[str] = (),
+    ) -> Equations:
+        """Of a function of one u = (x, p) (n+m,) that returns f (n,) and df/du (n, n+m).
+
+        states, parameters, angles: names. scale: as of ``of``. Raises ``WuchtError`` for a name that is none of these.
+        """
+        names = (*states, *parameters)
+        for name in (*(scale or {}), *angles):
+            if name not in names:
+                raise WuchtError(f"{name} is none of the states and parameters: {', '.join(names)}")
 
         def many(u: np.ndarray) -> Values:
             if u.ndim == 1:
@@ -95,8 +109,9 @@ class Equations:
             f, f_u = zip(*map(values, u.T), strict=True)
             return np.stack(f, axis=-1), np.stack(f_u, axis=-1)
 
-        size = len(states) + len(parameters)
-        return cls(many, tuple(states), tuple(parameters), np.zeros(size), np.ones(size))
+        turns = np.array([2 * math.pi if name in angles else 0.0 for name in names])
+        sizes = np.array([(scale or {}).get(name, 1.0) for name in names])
+        return cls(many, tuple(states), tuple(parameters), turns, sizes)
 
     def scaled(self, scale: np.ndarray) -> Equations:
         """The same, states and parameters (n+m,) being measured by other sizes."""

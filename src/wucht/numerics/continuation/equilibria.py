@@ -13,11 +13,14 @@ from wucht.numerics.continuation.branch_points import BranchPoint, branch_point
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint, Functions
-from wucht.numerics.continuation.special_points import located
+from wucht.numerics.continuation.special_points import critical_pairs, located
 
 FOLD, HOPF, BRANCH_POINT = "fold", "hopf", "branch-point"
 
 _ROUNDING = 1e-10  # a test function that is smaller says nothing
+_HALVINGS = 8  # of a step at most, to tell apart special points that lie within it
+_ON_AXIS = 1e-8  # relative: the sign of a real part that is smaller says nothing
+_CROSSING = {FOLD: 1, BRANCH_POINT: 1, HOPF: 2}  # eigenvalues that pass the imaginary axis there
 
 UserFunction = Callable[[np.ndarray], float]
 
@@ -103,6 +106,9 @@ class Branch:
 
 CLOSED = "it is closed"
 
+_Found = list[Equilibrium]
+_Last = Mapping[str, tuple[CurvePoint, float]]
+
 
 @dataclass(frozen=True, eq=False)
 class Equilibria:
@@ -150,29 +156,51 @@ class Equilibria:
 
     def _walked(self, start: CurvePoint) -> Generator[Equilibrium, None, str]:
         here, walk = self.seen(start), self.curve.follow(start)
-        tests = {FOLD: _along_parameter, HOPF: _sums, **{n: _of_user(f) for n, f in self.functions.items()}}
         # Where a test function is lost in rounding its sign is that of the last point where it was not.
-        last = {kind: (here.point, test(here)) for kind, test in tests.items()}
+        last: _Last = {kind: (here.point, test(here)) for kind, test in self._tests.items()}
         for curve, point in walk:
-            there, found = self.seen(point), list[Equilibrium | None]()
-            for kind, test in tests.items():
-                value, (before, valued) = test(there), last[kind]
-                if abs(value) > _ROUNDING:
-                    if value * valued < 0 and abs(valued) > _ROUNDING:
-                        found.append(self._located(curve, before, point, kind, test))
-                    last[kind] = point, value
-            if here.point.orientation * point.orientation < 0:
-                found.append(self._branch_point(here.point, point))
-            yield from sorted((p for p in found if p is not None), key=lambda p: p.point.length)
+            there = self.seen(point)
+            found, last = self._between(curve, here, there, last, _HALVINGS)
+            yield from found
             yield there
             here = there
         return walk.end
+
+    @cached_property
+    def _tests(self) -> Mapping[str, Callable[[Equilibrium], float]]:
+        return {FOLD: _along_parameter, HOPF: _sums, **{n: _of_user(f) for n, f in self.functions.items()}}
+
+    def _between(self, curve: Curve, here: Equilibrium, there: Equilibrium, last: _Last, halvings: int) -> tuple[_Found, _Last]:
+        """The special points between two neighbours, and the test functions at the second.
+
+        Where they do not account for the eigenvalues that have become unstable, or stable, two of a kind may have hidden each
+        other: then both halves of the way are looked at.
+        """
+        found, now = list[Equilibrium | None](), dict(last)
+        for kind, test in self._tests.items():
+            value, (before, valued) = test(there), last[kind]
+            if abs(value) > _ROUNDING:
+                if value * valued < 0 and abs(valued) > _ROUNDING:
+                    found.append(self._located(curve, before, there.point, kind, test))
+                now[kind] = there.point, value
+        if here.point.orientation * there.point.orientation < 0:
+            found.append(self._branch_point(here.point, there.point))
+        passed = sorted((p for p in found if p is not None), key=lambda p: p.point.length)
+        if not halvings or _accounted(here, there, passed):
+            return passed, now
+        try:
+            middle = self.seen(curve.between(here.point, there.point, 0.5))
+        except RunError:
+            return passed, now
+        first, last = self._between(curve, here, middle, last, halvings - 1)
+        second, last = self._between(curve, middle, there, last, halvings - 1)
+        return [*first, *second], last
 
     def _located(
         self, curve: Curve, a: CurvePoint, b: CurvePoint, kind: str, test: Callable[[Equilibrium], float]
     ) -> Equilibrium | None:
         found = located(curve, a, b, self.seen, test)
-        if found is None or (kind == HOPF and not _has_crossing_pair(found.eigenvalues)):
+        if found is None or (kind == HOPF and not critical_pairs(found.eigenvalues)[1]):
             return None
         return Equilibrium(found.point, found.eigenvalues, kind)
 
@@ -207,29 +235,24 @@ def _eigenvalues(matrix: np.ndarray) -> np.ndarray:
     return np.asarray(real + 1j * imaginary)
 
 
+def _accounted(here: Equilibrium, there: Equilibrium, passed: Sequence[Equilibrium]) -> bool:
+    """Whether as many eigenvalues may have passed the imaginary axis as do so at the points between two, or some lie on it."""
+    change, most = abs(there.unstable - here.unstable), sum(_CROSSING.get(p.kind, 0) for p in passed)
+    return (change <= most and (most - change) % 2 == 0) or _on_axis(here.eigenvalues) or _on_axis(there.eigenvalues)
+
+
+def _on_axis(eigenvalues: np.ndarray) -> bool:
+    return bool(np.abs(eigenvalues.real).min() <= _ON_AXIS * np.abs(eigenvalues).max())
+
+
 def _along_parameter(equilibrium: Equilibrium) -> float:
     return float(equilibrium.point.tangent[-1])
 
 
 def _sums(equilibrium: Equilibrium) -> float:
-    """The product of the sums of all two eigenvalues, each in terms of their sizes: zero where a pair is imaginary."""
+    """Zero where two eigenvalues add up to zero."""
     values = equilibrium.eigenvalues
-    n = len(values)
-    if n == 2:
-        return float((values[0] + values[1]).real)
-    if n < 2:
-        return 1.0
-    i, j = np.triu_indices(n, 1)
-    sizes = np.abs(values)
-    sums, size = values[i] + values[j], sizes[i] + sizes[j]
-    return float(np.prod(sums / np.where(size > 0, size, 1.0)).real)
-
-
-def _has_crossing_pair(values: np.ndarray) -> bool:
-    """Whether those two eigenvalues whose sum is nearest to zero are a complex pair, not two real ones of opposite signs."""
-    i, j = np.triu_indices(len(values), 1)
-    k = np.abs(values[i] + values[j]).argmin()
-    return bool(values[i[k]].imag != 0)
+    return float((values[0] + values[1]).real) if len(values) == 2 else critical_pairs(values)[0]
 
 
 def _of_user(function: UserFunction) -> Callable[[Equilibrium], float]:

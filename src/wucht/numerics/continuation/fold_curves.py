@@ -29,14 +29,14 @@ from wucht.numerics.continuation.special_curves import (
     ZERO_HOPF,
     Condition,
     SpecialCurve,
-    critical_pairs,
     refuse_other_than_two,
     walked,
     whole_curve,
 )
+from wucht.numerics.continuation.special_points import critical_pairs
 
 _TURNED = 1 / math.cos(0.3) ** 2
-_STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
+_STEP = 1e-7  # of a difference to one side, in units of scale: rounding and truncation are then about as large
 
 
 class Bordered(NamedTuple):
@@ -72,7 +72,7 @@ class FoldProblem:
         return self.equations.scale
 
     def residual(self, u: np.ndarray) -> tuple[np.ndarray, Bordered]:
-        """f and g (n+1,), and their derivatives. dg/du only steers: it is a central difference along v."""
+        """f and g (n+1,), and their derivatives. dg/du only steers: it is a difference along v."""
         dgetrf, dgetrs = _routines()
         n, values, sizes = len(u) - 2, self.equations.values, self.equations.scale[: len(u) - 2]
         f, f_u = values(u)
@@ -86,14 +86,11 @@ class FoldProblem:
         solved, transposed = dgetrs(factors, pivots, unit)[0], dgetrs(factors, pivots, unit, trans=1)[0]
         v, w = solved[:n], transposed[:n]
         h = _STEP / math.sqrt(v @ v)
-        around = u.repeat(2).reshape(n + 2, 2)
-        move = v * sizes * h
-        around[:n, 0] -= move
-        around[:n, 1] += move
-        both = values(around)[1]
+        aside = u.copy()
+        aside[:n] -= h * sizes * v
         matrix = np.empty((n + 1, n + 2))
         matrix[:n] = f_u
-        matrix[n] = (w / sizes) @ (both @ (0.5 / h, -0.5 / h))
+        matrix[n] = (w / (h * sizes)) @ (values(aside)[1] - f_u)
         off = np.empty(n + 1)
         off[:n], off[n] = f, solved[n]
         return off, Bordered(matrix, v, w)
@@ -220,7 +217,7 @@ class Folds:
         # The null vectors as this border has them, so that no sign jumps at the first step.
         first = CurvePoint(start.u, start.tangent, curve.problem.residual(start.u)[1], start.length, start.orientation)
         conditions = [
-            Condition(CUSP, _curvature, _exact_curvature, 1e-7),
+            Condition(CUSP, _curvature, _exact_curvature, 1e-5),
             Condition(BOGDANOV_TAKENS, _skew, _skew),
         ]
         if self.equations.n > 2:

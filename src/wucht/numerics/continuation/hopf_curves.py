@@ -32,11 +32,11 @@ from wucht.numerics.continuation.special_curves import (
     ZERO_HOPF,
     Condition,
     SpecialCurve,
-    critical_pairs,
     refuse_other_than_two,
     walked,
     whole_curve,
 )
+from wucht.numerics.continuation.special_points import critical_pairs
 
 _STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
 _ROUNDING = 1e-10  # of kappa, in units of its scale
@@ -83,7 +83,7 @@ class HopfProblem:
 
         Those of G only steer: they are central differences along V and A V.
         """
-        from scipy.linalg.lapack import dgetrf, dgetrs
+        from scipy.linalg.lapack import dgesv  # dgetrs of two right-hand sides wakes other threads, however small they are
 
         n, sizes, at = self.equations.n, self.equations.scale, u[:-1]
         f, f_u = self.equations.values(at)
@@ -91,11 +91,11 @@ class HopfProblem:
         bordered = self.border.copy()
         bordered[:n, :n] = A @ A
         bordered[range(n), range(n)] += u[-1]
-        factors, pivots, failed = dgetrf(bordered)
+        units = np.eye(n + 2)[:, n:]
+        _, _, solved, failed = dgesv(bordered, units)
         if failed:
             raise RunError("the bordered matrix of this Hopf point is singular")
-        units = np.eye(n + 2)[:, n:]
-        solved, transposed = dgetrs(factors, pivots, units)[0], dgetrs(factors, pivots, units, trans=1)[0]
+        transposed = dgesv(bordered.T, units)[2]
         V, W = solved[:n], transposed[:n]
         G, AV, WA = solved[n:], A @ V, A.T @ W
         along = np.concatenate([V, AV], axis=1)

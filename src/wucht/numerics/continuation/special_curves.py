@@ -147,16 +147,3 @@ def _reversed(seen: P) -> P:
     p = seen.point
     turned = replace(p, tangent=-p.tangent, length=-p.length, orientation=-p.orientation)
     return replace(seen, point=turned)  # type: ignore[type-var]
-
-
-def critical_pairs(eigenvalues: np.ndarray) -> tuple[float, bool]:
-    """Of all two of some eigenvalues (k,): the product of their sums in terms of their sizes, and whether a pair is imaginary.
-
-    The product is zero where the sum of two vanishes; that is an imaginary pair if they are complex, else a neutral saddle.
-    """
-    if len(eigenvalues) < 2:
-        return 1.0, False
-    i, j = np.triu_indices(len(eigenvalues), 1)
-    size = np.abs(eigenvalues[i]) + np.abs(eigenvalues[j])
-    sums = (eigenvalues[i] + eigenvalues[j]) / np.where(size > 0, size, 1.0)
-    return float(np.prod(sums).real), bool(eigenvalues[i[np.abs(sums).argmin()]].imag != 0)

@@ -1,11 +1,11 @@
-"""Where a function of the points of a curve passes zero, and what the defining equations of a branch point are."""
+"""Where a function of the points of a curve passes zero, and such a function of eigenvalues."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -19,7 +19,16 @@ P = TypeVar("P")
 _NODES = 6
 _JUMP = 0.1  # of the smaller value at the neighbours: a function that is larger at its change of sign jumps
 _AROUND = (0.02, 0.05, 0.1, 0.2)  # of the way: nearer to a branch point rounding spoils what Newton's method finds
+_ROUNDING = 1e-13  # of the larger value at the neighbours: a function that is smaller is zero
 _ENDS = np.array([0.0, 1.0])
+
+
+class _Sample(NamedTuple, Generic[P]):
+    """A point of the curve, what is seen of it, and its test function."""
+
+    point: CurvePoint
+    seen: P
+    value: float
 
 
 def located(
@@ -30,49 +39,70 @@ def located(
     None where it jumps instead (a pole), or where the curve cannot be computed there. So near to a branch point that Newton's
     method fails, test function and curve are interpolated between the points found.
     """
-    points: dict[float, tuple[CurvePoint, P]] = {}
+    samples: dict[float, _Sample[P]] = {}
 
     def values(shares: np.ndarray) -> np.ndarray:
         for share in shares.tolist():
             point = curve.between(a, b, share)
-            points[share] = point, seen(point)
-        return np.array([test(points[share][1]) for share in shares.tolist()])
+            there = seen(point)
+            samples[share] = _Sample(point, there, test(there))
+        found = np.array([samples[share].value for share in shares.tolist()])
+        return np.where(np.abs(found) > _ROUNDING * max(_at_ends(samples), default=0.0), found, 0.0)
 
     try:
         shares = crossings(values, _ENDS)
-        found = points[shares[0]][1] if len(shares) else None
+        best = samples[shares[0]] if len(shares) else None
     except RunError:
-        near = _root(points, test)
+        near = _root(samples)
         for share in _AROUND:
             with suppress(RunError):
                 values(np.clip(near + np.array([-share, share]), 0.0, 1.0))
-        sound = {share: point for share, point in points.items() if abs(share - near) >= _AROUND[0]}
-        found = _interpolated(curve, sound, seen, test)
-    if found is None or abs(test(found)) > _JUMP * min(abs(test(points[end][1])) for end in _ENDS.tolist()):
-        return None
-    return found
+        best = _interpolated(curve, {s: p for s, p in samples.items() if abs(s - near) >= _AROUND[0]}, seen, test)
+    return None if best is None or abs(best.value) > _JUMP * min(_at_ends(samples)) else best.seen
+
+
+def _at_ends(samples: dict[float, _Sample[P]]) -> list[float]:
+    return [abs(samples[end].value) for end in _ENDS.tolist() if end in samples]
 
 
 def _interpolated(
-    curve: Curve, points: dict[float, tuple[CurvePoint, P]], seen: Callable[[CurvePoint], P], test: Callable[[P], float]
-) -> P | None:
+    curve: Curve, samples: dict[float, _Sample[P]], seen: Callable[[CurvePoint], P], test: Callable[[P], float]
+) -> _Sample[P] | None:
     """The point where the polynomial through the test function's values passes zero, by that through the points."""
-    root, shares = _root(points, test), _nearest(points, test)
-    if len(shares) < _NODES or not min(points) <= root <= max(points):
+    root, shares = _root(samples), _nearest(samples)
+    if len(shares) < _NODES or not min(samples) <= root <= max(samples):
         return None
     parts = [math.prod((root - r) / (s - r) for r in shares if r != s) for s in shares]
     u, tangent, length = (
-        sum(part * getattr(points[s][0], name) for part, s in zip(parts, shares, strict=True))
+        sum(part * getattr(samples[s].point, name) for part, s in zip(parts, shares, strict=True))
         for name in ("u", "tangent", "length")
     )
-    return seen(CurvePoint(u, tangent / curve.size(tangent), curve.problem.residual(u)[1], length, 0))
+    point = CurvePoint(u, tangent / curve.size(tangent), curve.problem.residual(u)[1], length, 0)
+    there = seen(point)
+    return _Sample(point, there, test(there))
 
 
-def _nearest(points: dict[float, tuple[CurvePoint, P]], test: Callable[[P], float]) -> list[float]:
-    return sorted(points, key=lambda share: abs(test(points[share][1])))[:_NODES]
+def _nearest(samples: dict[float, _Sample[P]]) -> list[float]:
+    return sorted(samples, key=lambda share: abs(samples[share].value))[:_NODES]
 
 
-def _root(points: dict[float, tuple[CurvePoint, P]], test: Callable[[P], float]) -> float:
+def _root(samples: dict[float, _Sample[P]]) -> float:
     """Where the share, as a polynomial of the test function's values, has the value for zero: Lagrange's formula."""
-    values = {share: test(points[share][1]) for share in _nearest(points, test)}
+    values = {share: samples[share].value for share in _nearest(samples)}
     return sum(s * math.prod(values[r] / (values[r] - values[s]) for r in values if r != s) for s in values)
+
+
+def critical_pairs(eigenvalues: np.ndarray) -> tuple[float, bool]:
+    """Of all two of some eigenvalues (k,): where the sum of two vanishes, and whether a pair is imaginary there.
+
+    The number is the least sum of two, in terms of their sizes, with the sign of the product of all; it passes zero where a sum
+    does. That is an imaginary pair if they are complex, else a neutral saddle.
+    """
+    if len(eigenvalues) < 2:
+        return 1.0, False
+    i, j = np.triu_indices(len(eigenvalues), 1)
+    size = np.abs(eigenvalues[i]) + np.abs(eigenvalues[j])
+    sums = (eigenvalues[i] + eigenvalues[j]) / np.where(size > 0, size, 1.0)
+    least = np.abs(sums).argmin()
+    negative = (sums.real < 0) & (sums.imag == 0)  # sums that are not real are conjugate to one another
+    return float(abs(sums[least])) * (-1) ** int(negative.sum()), bool(eigenvalues[i[least]].imag != 0)

@@ -14,6 +14,7 @@ from wucht.numerics.continuation.curve import Curve
 from wucht.numerics.continuation.problem import CurvePoint
 
 FOLD, DOUBLING, TORUS, BRANCH_POINT = "fold", "period-doubling", "torus", "branch-point"
+_STILL = 0.02  # by how much of its size a parameter changes, at most, while the period grows e-fold
 _LOST = 1e-2  # of the trivial multiplier's logarithm: beyond it the others are not known either
 
 
@@ -81,6 +82,12 @@ class Cycle:
         return abs(self.along) < _LOST
 
     @property
+    def lengthens(self) -> bool:
+        """Whether along the branch the period grows and the parameter hardly changes, as it comes near an equilibrium."""
+        longer, further = self.point.tangent[-2:] / (self.period, self.problem.sizes[-1])
+        return bool(abs(further) < _STILL * longer)
+
+    @property
     def error(self) -> float:
         """By how much the orbit is about wrong between mesh points, in units of its sizes."""
         return float(self.problem.error(self.point.u).max())
@@ -89,16 +96,22 @@ class Cycle:
         """Its point of the curve on another mesh."""
         if self.problem.mesh is mesh:
             return self.point
-        u, tangent = (self.problem.moved(each, mesh) for each in (self.point.u, self.point.tangent))
+        u, tangent = self.problem.moved(np.stack([self.point.u, self.point.tangent], axis=1), mesh).T
         return replace(self.point, u=u, tangent=tangent)
 
 
-def turned_over(here: Cycle, there: Cycle) -> bool:
-    """Whether an orbit without winding has passed through a point, as at a Hopf point: then it goes on half a period later."""
-    problem, a, b = here.problem, here.states, there.at(here.tau)
-    shares = problem.mesh.shares
-    inside = ((a - a @ shares[:, None]) * (b - b @ shares[:, None])) @ shares
-    return bool(not np.any(problem.winding) and (inside / problem.sizes[: len(a)] ** 2).sum() < 0)
+def swing(here: Cycle, there: Cycle) -> float:
+    """How large another orbit is in terms of this one, both without winding: negative where it goes on half a period later.
+
+    So it is once a branch has passed through a point, as at a Hopf point. Orbits that wind have no such size: 1.
+    """
+    problem = here.problem
+    if np.any(problem.winding):
+        return 1.0
+    a, b, shares = here.states, there.at(here.tau), problem.mesh.shares
+    a, b = (each - (each @ shares)[:, None] for each in (a, b))
+    along, own = ((a * other) @ shares / problem.sizes[: len(a)] ** 2 for other in (b, a))
+    return float(along.sum() / own.sum())
 
 
 def _along_parameter(cycle: Cycle) -> float:

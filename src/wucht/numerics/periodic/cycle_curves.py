@@ -23,15 +23,15 @@ from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, Cycle
 from wucht.numerics.periodic.cycle_starts import carried, crossing
-from wucht.numerics.periodic.cycles import STEPS
-from wucht.numerics.periodic.periods import PERIOD, in_periods
-from wucht.numerics.shooting import variational
+from wucht.numerics.periodic.cycles import STEPS, Cycles
+from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty
+from wucht.numerics.variational import variational
 from wucht.system import System
 
 _EXTRA, _BREAKING = sp.Symbol("_extra", real=True), sp.Symbol("_breaking", real=True)
 _COLUMNS = {FOLD: 1, DOUBLING: 1, TORUS: 2, BRANCH_POINT: 1}  # changes v that are carried along
 _EXTRAS = {FOLD: 1, DOUBLING: 0, TORUS: 1, BRANCH_POINT: 2}  # further parameters
-_SYMMETRIC = 1e-4  # the largest c where the orbit still has the symmetry: c v is added to its rates, v of the size of states
+_SYMMETRIC = 1e-3  # the largest d where the orbit still has the symmetry: d v is added to its rates, v of the size of states
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +108,14 @@ class CycleCurve:
     ) -> CycleCurve:
         """Of a System whose equations do not depend on time; arguments as of ``Cycles.of``.
 
-        Raises ``WuchtError`` for another kind, and as ``Equations.of``.
+        Raises ``WuchtError`` for another kind, and as ``Cycles.of``.
         """
         if kind not in _COLUMNS:
             raise WuchtError(f"{kind}: curves of orbits are of the kinds {', '.join(_COLUMNS)}")
+        if parameters[0] == parameters[1]:
+            raise WuchtError(f"a curve of orbits needs two parameters, not {parameters[0]} twice")
+        for name, both_bounds in zip((*parameters, "the period"), (*bounds, periods), strict=True):
+            refuse_empty(name, both_bounds)
         both, n = variational(in_periods(system), _COLUMNS[kind]), len(system.states)
         rates, changes = both.derivatives[:n], both.derivatives[n:]
         if kind in (FOLD, BRANCH_POINT):
@@ -138,8 +142,7 @@ class CycleCurve:
         whole, q = len(self.equations.states), len(self.equations.parameters)
         sizes[self.n : whole] = np.tile(sizes[: self.n], whole // self.n - 1)
         sizes[whole] = period
-        if self.kind in (FOLD, BRANCH_POINT):
-            sizes[whole + 1] = period
+        sizes[whole + 1 : q + whole - 2] = period if self.kind in (FOLD, BRANCH_POINT) else 1.0  # c, d are rates per period
         squares = at.problem.mesh.shares @ ((changes / sizes[self.n : whole]) ** 2).sum(axis=1)
         if self.kind in (FOLD, BRANCH_POINT):
             squares += (extra[0] / period) ** 2
@@ -156,7 +159,7 @@ class CycleCurve:
         curve = Curve(problem, {-2: self.bounds[0], -1: self.bounds[1], -q: self.periods}, self.steps)
         towards = np.zeros(len(u))
         towards[-1] = sizes[-1]
-        return CurveCycle(curve, curve.start(u, towards), self.n)
+        return CurveCycle(curve, Cycles.exactly(curve).start(u, towards), self.n)
 
     def walk(self, start: CurveCycle) -> Walk[CurveCycle]:
         """The orbits of the curve from a first one on, as they are asked for."""

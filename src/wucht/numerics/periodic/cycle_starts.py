@@ -6,13 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from wucht.errors import RunError
+from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.equilibria import Equilibrium
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycles import Cycles
 
 _FIRST, _MOST_REFINEMENTS = 30, 6
+_FEWEST = 4  # samples
+_AT_REST = 1e-3  # of the samples' extent: what moves as little is an equilibrium
 
 
 def cycle_near(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: float) -> Cycle:
@@ -30,18 +32,52 @@ def cycle_near(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: flo
 
     Raises
     ------
+    WuchtError
+        Where these are no samples of a period.
     RunError
-        Where Newton's method finds none.
+        Where Newton's method finds no orbit near them.
     """
     from scipy.interpolate import CubicSpline
 
-    e, period = cycles.equations, float(times[-1] - times[0])
+    e, period = cycles.equations, _refuse_other_samples(cycles, times, states, value)
     samples = CubicSpline((times - times[0]) / period, states.T)
     fine = np.linspace(0.0, 1.0, 64 * _FIRST + 1)
     speed = np.linalg.norm(np.diff(samples(fine), axis=0) / e.scale[: e.n], axis=1)
     grown = np.insert(np.cumsum(speed + speed.mean()), 0, 0.0)
     mesh = Mesh(np.interp(np.linspace(0.0, grown[-1], _FIRST + 1), grown, fine), cycles.degree)
-    return settled(cycles, mesh, samples(mesh.nodes), period, value)
+    try:
+        found = settled(cycles, mesh, samples(mesh.nodes), period, value)
+    except RunError as error:
+        raise RunError(f"no periodic orbit was found near these samples: {error}") from None
+    if not _extent(found.states, e.scale) > _AT_REST * _extent(np.asarray(states), e.scale):
+        raise RunError("no periodic orbit was found near these samples, but an equilibrium")
+    return found
+
+
+def _extent(states: np.ndarray, scale: np.ndarray) -> float:
+    return float((np.ptp(states, axis=1) / scale[: len(states)]).max())
+
+
+def _refuse_other_samples(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: float) -> float:
+    """The period that samples cover. Raises ``WuchtError`` where they cannot be those of an orbit."""
+    e, (low, high) = cycles.equations, cycles.bounds
+    if not low <= value <= high:
+        raise WuchtError(f"{e.parameters[-1]} = {value:g} lies outside its bounds, {low:g} to {high:g}")
+    if np.shape(states) != (e.n, len(times)):
+        raise WuchtError(
+            f"samples of {e.n} states at {len(times)} times form an array {(e.n, len(times))}, not {np.shape(states)}"
+        )
+    if len(times) < _FEWEST:
+        raise WuchtError(f"an orbit is found from at least {_FEWEST} samples of a period, not from {len(times)}")
+    if not (np.isfinite(states).all() and np.isfinite(times).all() and (np.diff(times) > 0).all()):
+        raise WuchtError("samples of an orbit are finite, and their times increase")
+    if not _extent(np.asarray(states), e.scale) > 0:
+        raise WuchtError("these samples are at rest: no state changes, as it does along an orbit")
+    gained = (np.asarray(states)[:, -1] - np.asarray(states)[:, 0]) / (2 * np.pi)
+    for name, turns, winding, turn in zip(e.states, gained, cycles.winding, e.turns, strict=False):
+        if turn and round(turns) != winding:
+            raise WuchtError(f"{name} turns {turns:.3g} times in these samples, but its winding number is {winding}")
+    return float(times[-1] - times[0])
 
 
 def settled(cycles: Cycles, mesh: Mesh, y: np.ndarray, period: float, value: float) -> Cycle:
@@ -53,7 +89,7 @@ def settled(cycles: Cycles, mesh: Mesh, y: np.ndarray, period: float, value: flo
         curve = cycles.curve(problem)
         up = np.zeros(len(u))
         up[-1] = problem.scale[-1]
-        point = curve.start(u, up)
+        point = cycles.exactly(curve).start(u, up)
         better = problem.remeshed(point.u)
         if better.mesh is problem.mesh:
             break
@@ -78,7 +114,7 @@ def cycle_at_hopf(cycles: Cycles, hopf: Equilibrium, amplitude: float = 0.01) ->
     guess = base + amplitude * direction
     problem = replace(problem, reference=problem.referred(guess))
     curve = cycles.curve(problem)
-    return cycles.seen(curve, curve.start(guess, direction))
+    return cycles.seen(curve, cycles.exactly(curve).start(guess, direction))
 
 
 def doubled(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycles, Cycle]:
@@ -98,13 +134,13 @@ def doubled(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycles,
     guess = np.concatenate([both.ravel(), [2 * at.period, at.parameter]]) + amplitude * way
     problem = replace(problem, reference=problem.referred(guess))
     curve = more.curve(problem)
-    return more, more.seen(curve, curve.start(guess, way))
+    return more, more.seen(curve, more.exactly(curve).start(guess, way))
 
 
 def switched(cycles: Cycles, at: Cycle, amplitude: float = 0.01) -> tuple[Cycle, Cycle]:
     """First orbits of the other branch through a branch point, one on either side. Raises ``RunError``."""
     curve, other = at.curve, crossing(at)
-    first, second = (curve.start(at.point.u + s * amplitude * other, s * other) for s in (1.0, -1.0))
+    first, second = (cycles.exactly(curve).start(at.point.u + s * amplitude * other, s * other) for s in (1.0, -1.0))
     return cycles.seen(curve, first), cycles.seen(curve, second)
 
 

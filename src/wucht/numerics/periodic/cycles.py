@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -21,15 +22,18 @@ from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.continuation.special_points import located
-from wucht.numerics.periodic.cycle import TESTS, TORUS, Cycle, has_pair_on_circle, turned_over
+from wucht.numerics.periodic.cycle import TESTS, TORUS, Cycle, has_pair_on_circle, swing
 from wucht.numerics.periodic.floquet import across_flow, logarithms
-from wucht.numerics.periodic.periods import PERIOD, in_periods
+from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty
 from wucht.system import System
 
 _STEERING = 1e-10  # relative, of multipliers by which special points are found
 _LOCATING = 1e-9  # accuracy, when they are
+_EXACT = 1e-10  # Newton's tolerance, then
 _ROUNDING = 1e-9  # a test function that is smaller says nothing
-STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-8)
+_NEARLY = 0.95  # of the way to a Hopf point, where the equations are singular
+_LONGER = 4  # times the least period: a branch on which only the period still changes, then
+STEPS = Steps(most=0.5, turn=0.35, corrections=4, tolerance=1e-7, foretold=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +42,7 @@ class Cycles:
 
     equations: y' = T f(y, p); varied are the period T and the parameter. bounds: of the parameter. periods: (low, high) of T.
     winding (n,): turns of each angle in a period, 0 of other states. accuracy: see ``BoundaryValueProblem``. degree: of the
-    polynomials. forced: whether the equations depend on time, and the period is given.
+    polynomials.
     """
 
     equations: Equations
@@ -87,23 +91,18 @@ class Cycles:
         Raises
         ------
         WuchtError
-            As ``Equations.of``, and for a winding of a state that is no angle.
+            As ``Equations.of``, for a winding of a state that is no angle, for bounds without a range between them, and for
+            equations that depend on time: see ``forced``.
         """
+        refuse_empty(parameter, bounds)
+        refuse_empty("the period", periods)
         turning = dict(winding or {})
         wrong = [name for name in turning if name not in {s.name for s in system.angles}]
         if wrong:
             raise WuchtError(f"{wrong[0]} has a winding number but is no angle of this System")
         equations = Equations.of(in_periods(system), (PERIOD.name, parameter), fixed, scale)
         turns = np.array([turning.get(name, 0) for name in system.state_names])
-        return cls(
-            equations,
-            bounds,
-            periods,
-            turns,
-            steps or STEPS,
-            accuracy,
-            degree,
-        )
+        return cls(equations, bounds, periods, turns, steps or STEPS, accuracy, degree)
 
     def problem(self, mesh: Mesh, period: float) -> BoundaryValueProblem:
         """The boundary value problem on a mesh, a guess of the period being its size."""
@@ -119,10 +118,18 @@ class Cycles:
         """What is followed, within the bounds of parameter and period."""
         return Curve(problem, {-1: self.bounds, -2: self.periods}, self.steps)
 
+    @staticmethod
+    def exactly(curve: Curve) -> Curve:
+        """The same, Newton's method going on to rounding: for orbits that are asked for, not passed."""
+        return replace(curve, steps=replace(curve.steps, tolerance=min(_EXACT, curve.steps.tolerance), foretold=False))
+
     def seen(self, curve: Curve, point: CurvePoint, near: np.ndarray | None = None) -> Cycle:
         """A point of the curve with its multipliers. near: the basis of a neighbour."""
-        problem, maps = curve.problem, point.jacobian.maps()[:, -1]
+        problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
+        if curve.steps.foretold:  # the Jacobian is that at a point before
+            point = replace(point, jacobian=problem.residual(point.u)[1])
+        maps = point.jacobian.maps()[:, -1]
         across, along = across_flow(maps, problem.rates_at_edges(point.u))
         values, basis = logarithms(across, near, _STEERING)
         return Cycle(curve, point, values, along, basis)
@@ -136,25 +143,30 @@ class Cycles:
         return replace(cycle, point=cycle.curve.backwards(cycle.point))
 
     def _walked(self, start: Cycle) -> Generator[Cycle, None, str]:
-        here, walk = start, start.curve.follow(start.point)
+        here, least, walk = start, start.period, start.curve.follow(start.point)
         for curve, point in walk:
             there = self.seen(curve, point, here.basis)
-            if turned_over(here, there):
+            if (size := swing(here, there)) < 0:
+                with suppress(RunError):
+                    share = _NEARLY / (1 - size)
+                    yield self.seen(curve, curve.between(here.on(there.problem.mesh), there.point, share), here.basis)
                 return "it shrinks to an equilibrium: a Hopf point"
             if here.trusted and there.trusted:
-                before = here.on(there.problem.mesh)
-                found = [self._located(curve, before, here, there, kind) for kind in TESTS]
+                found = [self._located(curve, here, there, kind) for kind in TESTS]
                 yield from sorted((c for c in found if c is not None), key=lambda c: c.point.length)
             yield there
-            here = there
+            here, least = there, min(least, there.period)
+        if here.period > _LONGER * least and here.lengthens:
+            return f"the period grows without bound as {self.equations.parameters[-1]} approaches {here.parameter:.6g}"
         return walk.end
 
-    def _located(self, curve: Curve, before: CurvePoint, here: Cycle, there: Cycle, kind: str) -> Cycle | None:
+    def _located(self, curve: Curve, here: Cycle, there: Cycle, kind: str) -> Cycle | None:
         """The point between two at which a test function passes zero."""
         test = TESTS[kind]
         a, b = test(here), test(there)
         if not (a * b < 0 and min(abs(a), abs(b)) > _ROUNDING):
             return None
+        before = here.on(there.problem.mesh)
         try:
             fine, first, last = self._refined(curve, before, there.point)
         except RunError:  # near a connection of saddles
@@ -169,10 +181,9 @@ class Cycles:
         problem = curve.problem
         assert isinstance(problem, BoundaryValueProblem)
         better = replace(problem, accuracy=min(_LOCATING, self.accuracy)).remeshed(b.u)
-        fine = replace(curve, problem=replace(better, reference=better.referred(problem.moved(b.u, better.mesh))))
-        first, last = (
-            fine.corrected(problem.moved(p.u, better.mesh), problem.moved(p.tangent, better.mesh), p.length)[0] for p in (a, b)
-        )
+        fine = self.exactly(replace(curve, problem=replace(better, reference=better.referred(problem.moved(b.u, better.mesh)))))
+        moved = (problem.moved(np.stack([p.u, p.tangent], axis=1), better.mesh).T for p in (a, b))
+        first, last = (fine.corrected(u, tangent, p.length)[0] for (u, tangent), p in zip(moved, (a, b), strict=True))
         return fine, first, last
 
 

@@ -17,7 +17,7 @@ from wucht.errors import RunError
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.shooting import variational
+from wucht.numerics.variational import variational
 from wucht.system import System
 
 _CONDITION = 1e4  # of products of maps: four digits less than rounding

@@ -16,9 +16,20 @@ FORCING = "forcing.phase"
 
 @lru_cache(maxsize=64)
 def in_periods(system: System) -> System:
-    """The System with a period as its unit of time, which is its first parameter; outputs and quadratures are left out."""
+    """The System with a period as its unit of time, which is its first parameter; outputs and quadratures are left out.
+
+    Raises ``WuchtError`` where the equations depend on time.
+    """
+    if any(TIME in sp.sympify(e).free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions))):
+        raise WuchtError("these equations depend on time: give them a phase instead, by forced(system, frequency)")
     derivatives = tuple(PERIOD * d for d in system.derivatives)
     return System(system.states, derivatives, (PERIOD, *system.parameters), system.definitions, angles=system.angles)
+
+
+def refuse_empty(name: str, bounds: tuple[float, float]) -> None:
+    """Raises ``WuchtError`` where nothing lies between two bounds."""
+    if not bounds[0] < bounds[1]:
+        raise WuchtError(f"the bounds of {name} are ({bounds[0]:g}, {bounds[1]:g}): the first must be less than the second")
 
 
 def forced(system: System, frequency: str) -> System:

@@ -1,0 +1,48 @@
+"""From samples of an orbit to a solution of its boundary value problem on a mesh that suits it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
+from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.continuation.curve import Curve, Steps
+from wucht.numerics.continuation.problem import CurvePoint
+
+_INTERVALS, _MOST_REFINEMENTS = 40, 6
+_FINE = 20_001
+
+
+def sampled(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: int) -> tuple[Mesh, np.ndarray]:
+    """A mesh as fine as the states change fast, and their values at its nodes (K', n), by a cubic spline.
+
+    times (K,), increasing, states (n, K), sizes (n,): by how much each changes when it changes much.
+    """
+    from scipy.interpolate import CubicSpline
+
+    samples = CubicSpline((times - times[0]) / (times[-1] - times[0]), states.T)
+    fine = np.linspace(0.0, 1.0, _FINE)
+    speed = np.linalg.norm(np.diff(samples(fine), axis=0) / sizes, axis=1)
+    grown = np.insert(np.cumsum(speed + 0.5 * speed.mean()), 0, 0.0)
+    mesh = Mesh(np.interp(np.linspace(0.0, grown[-1], _INTERVALS + 1), grown, fine), degree)
+    return mesh, samples(mesh.nodes)
+
+
+def settled(
+    problem: BoundaryValueProblem, u: np.ndarray, bounds: Mapping[int, tuple[float, float]], steps: Steps
+) -> tuple[Curve, CurvePoint]:
+    """The solution near u with the same last parameter, on a mesh that suits it. Raises ``RunError`` where none is found."""
+    for _ in range(_MOST_REFINEMENTS):
+        problem = replace(problem, reference=problem.referred(u))
+        curve = Curve(problem, bounds, steps)
+        towards = np.zeros(len(u))
+        towards[-1] = problem.scale[-1]
+        point = curve.start(u, towards)
+        better = problem.remeshed(point.u)
+        if better.mesh is problem.mesh:
+            break
+        u, problem = problem.moved(point.u, better.mesh), better
+    return curve, point

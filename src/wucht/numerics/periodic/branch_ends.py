@@ -1,0 +1,289 @@
+"""How a branch of periodic orbits ends: at a Hopf point, a saddle-node on the orbit, a saddle connection, or a limit.
+
+Two things have to agree. The law by which the period grows (``period_laws``), and the equilibrium that the orbit approaches,
+found from where the last orbit is slowest: at a saddle-node on the orbit it has a fold at the law's p*; at a connection it is
+a hyperbolic saddle, one of whose eigenvalues next to zero is the law's lambda.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import islice
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.continuation.curve import Steps
+from wucht.numerics.continuation.equations import Equations, Values
+from wucht.numerics.continuation.equilibria import FOLD, Equilibria, Equilibrium
+from wucht.numerics.continuation.equilibria import HOPF as HOPF_POINT
+from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.periodic.cycle import Cycle
+from wucht.numerics.periodic.cycles import Cycles
+from wucht.numerics.periodic.period_laws import CONNECTION, SADDLE_NODE, Growth, PeriodLaw, growth
+
+SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION, HOPF = "saddle-node-on-orbit", "saddle-connection", "hopf"
+RANGE, CLOSED, PERIOD_LIMIT, NOT_IDENTIFIED = "range", "closed", "period-limit", "not-identified"
+
+_FITS = {SADDLE_NODE: 1e-3, CONNECTION: 1e-2}  # the residual of a law that holds, at most
+_BETTER = 3.0  # by what factor that of the other one is larger, at least
+_GROWN = 1.5  # times the shortest period of the branch: less growth is no growth without bound
+_SLOW, _DWELLS = 0.05, 0.05  # of the highest speed along the orbit: slow; of the period: a place where it stays
+_NEAR = 0.5  # of the orbit's size: how far the equilibrium lies from the slowest place, at most
+_AGREE_CRITICAL = 0.05  # of the last orbit's distance from p*
+_AGREE_RATE = 0.1  # relative: where nu is small, lambda is approached as slowly as |p - p*|^nu
+_AGREE_FREQUENCY = 0.1  # relative, of the last orbit and the Hopf point
+_AT_A_BOUND = 1e-9  # relative
+_ERRORS = 10.0  # times the fit's own error: differences that are not one
+_POINTS = 40  # of the equilibria, each way, among which the fold or Hopf point is looked for
+_IN_A_SUBSPACE = 1e-6  # relative: directions in which the orbit does not lie
+_STEPS = Steps(first=1e-3, most=0.05, points=_POINTS)
+
+
+@dataclass(frozen=True)
+class BranchEnd:
+    """How a branch ends.
+
+    Attributes
+    ----------
+    kind : str
+        ``"saddle-node-on-orbit"``, ``"saddle-connection"``, ``"hopf"``, ``"range"`` (of the parameter), ``"closed"``,
+        ``"period-limit"`` (reached without a period that grows), ``"not-identified"``.
+    parameter : float
+        p*: of the equilibrium's fold or Hopf point, or as the law of the period has it; else of the last orbit.
+    error : float
+        Of p*, about; 0 where it is that of an equilibrium or a bound, and not a number where it is not identified.
+    period : float
+        Of the last orbit.
+    sentence : str
+    equilibrium : ndarray, (n,)
+        That the last orbits approach, empty where there is none.
+    eigenvalues : ndarray of complex, (n,)
+        Its own.
+    saddle_node, connection : PeriodLaw or None
+        Both laws with their residuals, where the period grows.
+    """
+
+    kind: str
+    parameter: float
+    error: float
+    period: float
+    sentence: str
+    equilibrium: np.ndarray = field(default_factory=lambda: np.empty(0))
+    eigenvalues: np.ndarray = field(default_factory=lambda: np.empty(0, complex))
+    saddle_node: PeriodLaw | None = None
+    connection: PeriodLaw | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Saddle:
+    """A saddle, and how its slowest disturbances grow and decay, of those that the orbit has."""
+
+    point: Equilibrium
+    growing: float
+    decaying: float
+
+
+def branch_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle], why: str) -> BranchEnd:
+    """How a branch ends.
+
+    Parameters
+    ----------
+    cycles : Cycles
+        Of which the branch is one.
+    values, periods : ndarray, (N,)
+        Of all its orbits in order, the end being the last.
+    last : sequence of Cycle
+        The last ones, two or more where there are as many.
+    why : str
+        The sentence with which following the branch ended (``Walk.end``).
+    """
+    here, name = last[-1], cycles.equations.parameters[-1]
+    value, period = here.parameter, here.period
+    if why == "it is closed":
+        return BranchEnd(CLOSED, value, 0.0, period, "the branch is closed")
+    if "Hopf point" in why and (shrunk := _at_hopf(cycles, last)) is not None:
+        return shrunk
+    bound = next((b for b in cycles.bounds if abs(value - b) <= _AT_A_BOUND * max(1.0, abs(b))), None)
+    if bound is not None and "leaves the range" in why:
+        return BranchEnd(RANGE, value, 0.0, period, f"the range ends at {name} = {value:.9g}")
+    grown = growth(values, periods) if period >= _GROWN * periods.min() else None
+    if grown is not None:
+        return _of_growth(cycles, here, grown, why)
+    limited = abs(period - cycles.periods[1]) <= _AT_A_BOUND * period
+    if limited:
+        sentence = f"at {name} = {value:.9g} the period passes {period:.6g}, up to which orbits are followed"
+        return BranchEnd(PERIOD_LIMIT, value, math.nan, period, sentence)
+    return BranchEnd(NOT_IDENTIFIED, value, math.nan, period, f"at {name} = {value:.9g} it is not identified: {why}")
+
+
+def equations_of(cycles: Cycles) -> Equations:
+    """The equilibria's equations f(x, p) = 0 of the System whose orbits are followed."""
+    whole = cycles.equations
+    n = whole.n
+    rows, keep = np.array([*range(n), n + 1]), np.delete(np.arange(n + 2), n)
+
+    def values(u: np.ndarray) -> Values:
+        given = np.ones((n + 2, *u.shape[1:]))
+        given[rows] = u  # the period is 1: then T f is f
+        f, f_u = whole.values(given)
+        return f, f_u[:, keep]
+
+    return Equations(values, whole.states, whole.parameters[1:], whole.turns[keep], whole.scale[keep])
+
+
+def _of_growth(cycles: Cycles, here: Cycle, grown: Growth, why: str) -> BranchEnd:
+    """The end of a branch whose period grows."""
+    name, law = cycles.equations.parameters[-1], grown.better
+    other = grown.connection if law is grown.saddle_node else grown.saddle_node
+    made = partial(BranchEnd, saddle_node=grown.saddle_node, connection=grown.connection)
+    places, beyond = _slow_places(cycles, here), "the period grows beyond all bounds, as"
+    holds = law.residual < _FITS[law.name] and other.residual > _BETTER * law.residual and law.factor > 0
+    if holds and law is grown.saddle_node:
+        fold = _fold(cycles, here, places)
+        if fold is not None and _agree(fold.parameter, law, here.parameter):
+            how = f"{law.factor:.5g}/sqrt|{name} - {name}*|: equilibria appear on the orbit, a saddle-node"
+            sentence = f"at {name} = {fold.parameter:.9g} {beyond} {how}"
+            of = fold.x, fold.eigenvalues
+            return made(SADDLE_NODE_ON_ORBIT, fold.parameter, 0.0, here.period, sentence, *of)
+    elif holds:
+        saddles = _saddles(cycles, here, places, law.critical)
+        if saddles and any(abs(rate * law.factor - 1) < _AGREE_RATE for rate in _rates(saddles)):
+            first, count = saddles[0].point, "a saddle" if len(saddles) == 1 else f"{len(saddles)} saddles"
+            how = f"-ln|{name} - {name}*|/{1 / law.factor:.5g}: the orbit runs into {count}"
+            of = first.x, first.eigenvalues
+            sentence = f"at {name} = {law.critical:.9g} {beyond} {how}"
+            return made(SADDLE_CONNECTION, law.critical, law.error, here.period, sentence, *of)
+    what = "no law of the period fits" if not holds else f"the period follows the law of a {law.name.replace('-', ' ')}"
+    missing = "" if not holds else ", and no equilibrium that belongs to it was found where the orbit is slowest"
+    sentence = f"near {name} = {here.parameter:.9g} the period grows; the end is not identified: {what}{missing} ({why})"
+    return made(NOT_IDENTIFIED, here.parameter, math.nan, here.period, sentence)
+
+
+def _agree(parameter: float, law: PeriodLaw, last: float) -> bool:
+    return abs(parameter - law.critical) <= max(_ERRORS * law.error, _AGREE_CRITICAL * abs(last - law.critical))
+
+
+def _sizes(here: Cycle) -> np.ndarray:
+    """The extent of the orbit in each state (n,)."""
+    return np.asarray(np.maximum(np.ptp(here.states, axis=1), 1e-2 * here.problem.sizes[:-2]))
+
+
+def _slow_places(cycles: Cycles, here: Cycle) -> list[np.ndarray]:
+    """The states (n,) where an orbit stays long, in the order in which it passes them."""
+    turned, states = here.tau, here.states
+    given = np.concatenate([states, np.tile([[1.0], [here.parameter]], states.shape[1])])
+    speed = np.linalg.norm(cycles.equations.values(given)[0] / _sizes(here)[:, None], axis=0)[:-1]
+    slow, shares = speed < _SLOW * speed.max(), np.diff(turned)
+    if slow.all() or not slow.any():
+        return [states[:, speed.argmin()]]
+    begin = int(np.flatnonzero(slow & ~np.roll(slow, 1))[0])
+    order = np.roll(np.arange(len(slow)), -begin)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], slow[order], [0]])))
+    stretches = [order[a:b] for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return [states[:, i[speed[i].argmin()]] for i in stretches if shares[i].sum() > _DWELLS]
+
+
+def _near(here: Cycle, place: np.ndarray, x: np.ndarray) -> bool:
+    return bool(np.linalg.norm((x - place) / _sizes(here)) < _NEAR)
+
+
+def _equilibria(cycles: Cycles) -> Equilibria:
+    return Equilibria(equations_of(cycles), (-math.inf, math.inf), _STEPS)
+
+
+def _special(equilibria: Equilibria, start: CurvePoint, kind: str) -> Equilibrium | None:
+    """The first point of a kind on the branch of equilibria through a point, whichever way it is nearer."""
+
+    def ways() -> Iterator[Equilibrium]:
+        for point in (start, equilibria.curve.backwards(start)):
+            found = next((p for p in islice(equilibria.walk(point), _POINTS) if p.kind == kind), None)
+            if found is not None:
+                yield found
+
+    return min(ways(), key=lambda p: abs(p.point.length), default=None)
+
+
+def _fold(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray]) -> Equilibrium | None:
+    """The fold of equilibria near the place where an orbit is slowest: there are none at the orbit's own parameter."""
+    if len(places) != 1:
+        return None
+    equilibria = _equilibria(cycles)
+    u = np.append(places[0], here.parameter)
+    scale = equilibria.equations.scale[:-1]
+    across = np.linalg.svd(equilibria.equations.values(u)[1][:, :-1] * scale / scale[:, None])[2][-1]
+    try:
+        fold = _special(equilibria, equilibria.curve.start(u, np.append(across * scale, 0.0)), FOLD)
+    except RunError:
+        return None
+    return fold if fold is not None and _near(here, places[0], fold.x) else None
+
+
+def _saddles(cycles: Cycles, here: Cycle, places: Sequence[np.ndarray], value: float) -> list[_Saddle]:
+    """The saddles at the slow places of an orbit, none where one of these is no saddle."""
+    equilibria, found = _equilibria(cycles), list[_Saddle]()
+    for place in places:
+        try:
+            point = equilibria.seen(equilibria.start(place, value))
+        except RunError:
+            return []
+        passed = _passed(here, point)
+        if not (_near(here, place, point.x) and passed.min() < 0 < passed.max()):
+            return []
+        found.append(_Saddle(point, float(passed[passed > 0].min()), float(-passed[passed < 0].max())))
+    return found
+
+
+def _passed(here: Cycle, saddle: Equilibrium) -> np.ndarray:
+    """The real parts (k,) of those eigenvalues in whose directions an orbit passes: it may lie in an invariant subspace."""
+    n, sizes = len(saddle.x), _sizes(here)
+    away = (here.states - saddle.x[:, None]) / sizes[:, None]
+    matrix = saddle.point.jacobian[:, :n] * sizes / sizes[:, None]
+    values, left = np.linalg.eig(matrix.T)
+    along = np.abs(left.T @ away[:, np.linalg.norm(away, axis=0) < _NEAR]).max(axis=1)
+    return np.asarray(values.real[along > _IN_A_SUBSPACE * along.max()])
+
+
+def _rates(saddles: Sequence[_Saddle]) -> list[float]:
+    """By which -ln|p - p*| may grow in the time of an orbit past saddles, one of whose connections is broken, or all alike.
+
+    A deviation d from the stable manifold takes the time -ln d/lambda_u past a saddle and becomes d^nu,
+    nu = |lambda_s|/lambda_u. The first deviation is |p - p*| where the orbit is
+    stable; in reversed time it is where it is unstable.
+    """
+    growing, decaying = np.array([(s.growing, s.decaying) for s in saddles]).T
+    rates = []
+    for u, s in ((growing, decaying), (decaying[::-1], growing[::-1])):
+        rates.append(1 / (1 / u).sum())
+        for first in range(len(saddles)):
+            outward, inward = np.roll(u, -first), np.roll(s, -first)
+            rates.append(1 / (np.cumprod([1.0, *(inward / outward)[:-1]]) / outward).sum())
+    return [float(rate) for rate in rates]
+
+
+def _at_hopf(cycles: Cycles, last: Sequence[Cycle]) -> BranchEnd | None:
+    """The Hopf point at which orbits shrink to an equilibrium: the square of their size is linear in the parameter."""
+    here, equilibria = last[-1], _equilibria(cycles)
+    value = here.parameter
+    if len(last) > 1:
+        (a, b), (p, q) = [_square(c) for c in last[-2:]], [c.parameter for c in last[-2:]]
+        value = q if a == b else (a * q - b * p) / (a - b)
+    name, mean = cycles.equations.parameters[-1], here.states @ here.problem.mesh.shares
+    try:
+        start = equilibria.start(mean, value)
+        hopf = _special(equilibria, start, HOPF_POINT) or equilibria.seen(start)
+    except RunError:
+        return None
+    if abs(hopf.frequency * here.period / (2 * math.pi) - 1) > _AGREE_FREQUENCY:
+        return None
+    sentence = f"at {name} = {hopf.parameter:.9g} the orbit shrinks to an equilibrium: a Hopf point"
+    return BranchEnd(HOPF, hopf.parameter, 0.0, here.period, sentence, hopf.x, hopf.eigenvalues)
+
+
+def _square(cycle: Cycle) -> float:
+    """The mean square of an orbit's deviation from its mean, by its sizes."""
+    shares, y = cycle.problem.mesh.shares, cycle.states / cycle.problem.sizes[:-2, None]
+    return float((((y - (y @ shares)[:, None]) ** 2) @ shares).sum())

@@ -1,0 +1,190 @@
+"""The periodic orbit at given parameter values near a motion that is nearly one, by collocation, isolated or of a family."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import sympy as sp
+
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
+from wucht.numerics.collocation.damped import solved
+from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.collocation.starting import sampled
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.periodic.families import Borders, Places, places
+from wucht.numerics.periodic.periods import PERIOD, in_periods
+from wucht.system import TIME, System
+
+_DEGREE = 6
+_ACCURACY = 1e-7  # within intervals; that at mesh points is about its square
+_MESH_ERROR = 1e-8  # of what changes become at mesh points, at most
+_TOLERANCE = 1e-9  # of Newton's last correction
+_MOST_MESHES = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Closing:
+    """What an orbit is to satisfy, the same in all steps.
+
+    advance (n,): of each state in a period. sizes (n,). reference (n,), period: the state and the period that are guessed.
+    held: states that keep their first value. free_period: whether T is unknown. left_open: see ``Places.borders``.
+    """
+
+    advance: np.ndarray
+    sizes: np.ndarray
+    reference: np.ndarray
+    period: float
+    held: tuple[int, ...]
+    free_period: bool
+    left_open: int
+
+    def timed(self, time: float) -> Closing:
+        """The same with the time as a last state, which begins at a given one."""
+        n = len(self.advance)
+        return replace(
+            self,
+            advance=np.append(self.advance, self.period),
+            sizes=np.append(self.sizes, self.period),
+            reference=np.append(self.reference, time),
+            held=(n, *self.held),
+        )
+
+    def missed(self, gap: np.ndarray) -> float:
+        """A gap (n,), or several (n, K), by the size of each state: the largest."""
+        return float(np.abs(gap.T / self.sizes).max(initial=0.0))
+
+    def borders(self, at: Places, gap: np.ndarray, error: float = 0.0) -> Borders:
+        """What makes the equations regular near an orbit that misses itself by a gap (n,). error: of the linearisation."""
+        return at.borders(self.held, self.free_period, max(self.missed(gap), error), self.left_open)
+
+
+def with_clock(system: System) -> System:
+    """A System whose equations depend on time as one without it: time is its last state. Outputs are left out."""
+    clock = sp.Symbol("_clock", real=True)
+    definitions = tuple((s, sp.sympify(e).xreplace({TIME: clock})) for s, e in system.definitions)
+    rates = tuple(sp.sympify(d).xreplace({TIME: clock}) for d in system.derivatives)
+    bare = replace(system, outputs=(), quadratures=(), second_order=None)
+    return replace(bare, states=(*system.states, clock), derivatives=(*rates, sp.S.One), definitions=definitions)
+
+
+def depends_on_time(system: System) -> bool:
+    """Whether time occurs in the equations."""
+    return any(TIME in sp.sympify(e).free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions)))
+
+
+@dataclass(frozen=True, eq=False)
+class Closed:
+    """An orbit, or a motion that is to become one.
+
+    period: T. times (G + 1,): in periods, of places between which changes grow and decay moderately, from 0 to 1. states
+    (n, G + 1): there.
+    """
+
+    period: float
+    times: np.ndarray
+    states: np.ndarray
+
+
+def closed(
+    system: System, parameters: np.ndarray, time: float, motion: np.ndarray, closing: Closing, most_steps: int
+) -> Closed:
+    """The orbit near a motion of one period, as piecewise polynomials.
+
+    Parameters
+    ----------
+    system : System
+        n states.
+    parameters : ndarray
+        In its order.
+    time : float
+        At which the period begins.
+    motion : ndarray, (n, K)
+        States at evenly spaced times.
+    closing : Closing
+    most_steps : int
+        Of Newton's method.
+
+    Raises
+    ------
+    RunError
+        Where none is found.
+    """
+    shares, n = np.linspace(0.0, 1.0, motion.shape[1]), len(system.states)
+    if depends_on_time(system):
+        motion = np.concatenate([motion, time + closing.period * shares[None]])
+        system, closing = with_clock(system), closing.timed(time)
+    fixed = dict(zip(system.parameter_names, map(float, parameters), strict=True))
+    equations = Equations.of(in_periods(system), (PERIOD.name,), fixed)
+    mesh, y = sampled(shares, motion, closing.sizes, _DEGREE)
+    period, left, counts, gap = closing.period, most_steps, -1, y[-1] - y[0] - closing.advance
+    for _ in range(_MOST_MESHES):
+        whole, _ = _places(_problem(equations, closing, mesh, None), y, np.array([period]), closing)
+        borders = closing.borders(whole, gap, _MESH_ERROR)
+        problem = _problem(equations, closing, mesh, borders)
+        # The most that is missed goes where the equations cannot be closed.
+        s = borders.open.T @ (gap / closing.sizes)
+        u = np.concatenate([y.ravel(), [period], s])
+        u, steps = solved(problem, u, _row(problem, borders), -1 - len(s), left, _TOLERANCE)
+        left -= steps
+        y, found = problem.split(u)
+        period, gap = float(found[0]), closing.sizes * (borders.open @ found[1:])
+        better = problem.remeshed(u)
+        if better.mesh is mesh and counts == len(s):
+            break
+        if better.mesh is not mesh:
+            y, mesh = mesh.at(y, better.mesh.nodes), better.mesh
+        counts = len(s)
+        if not left:
+            break
+    whole, firsts = _places(_problem(equations, closing, mesh, None), y, np.array([period]), closing)
+    edges = np.append(firsts, mesh.intervals)
+    return Closed(period, mesh.edges[edges], y[edges * mesh.degree, :n].T)
+
+
+def _problem(equations: Equations, closing: Closing, mesh: Mesh, borders: Borders | None) -> BoundaryValueProblem:
+    """y' = T f(y), closed but for what is left open; without borders the parameters are T alone."""
+    n, k = equations.n, 0 if borders is None else borders.open.shape[1]
+
+    def field(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        f, f_u = equations.values(u[: n + 1])
+        return f, np.concatenate([f_u, np.zeros((n, k, u.shape[1]))], axis=1)
+
+    sizes = np.concatenate([closing.sizes, [closing.period], np.ones(k)])
+    ends = partial(_ends, closing, borders)
+    nothing = Reference(np.zeros((n, 0)), np.zeros((n, 0)))
+    return BoundaryValueProblem(field, n, 1 + k, ends, None, mesh, nothing, sizes, closing.advance, _ACCURACY)
+
+
+def _ends(closing: Closing, borders: Borders | None, first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
+    """See ``Ends``: the gap, and all conditions but that of the row."""
+    n, k = len(first), len(parameters) - 1
+    gap = last - first - closing.advance
+    if borders is None:
+        return gap, -np.eye(n), np.eye(n), np.zeros((n, 1))
+    rows, open_ = borders.rows[1:], closing.sizes[:, None] * borders.open
+    change = np.append((first - closing.reference) / closing.sizes, parameters[0] / closing.period - 1)
+    begin = np.concatenate([-np.eye(n), rows[:, :n] / closing.sizes])
+    by_parameters = np.zeros((n + k, 1 + k))
+    by_parameters[:n, 1:], by_parameters[n:, 0] = -open_, rows[:, n] / closing.period
+    value = np.concatenate([gap - open_ @ parameters[1:], rows @ change])
+    return value, begin, np.concatenate([np.eye(n), np.zeros((k, n))]), by_parameters
+
+
+def _row(problem: BoundaryValueProblem, borders: Borders) -> np.ndarray:
+    """The first condition as a row of all unknowns."""
+    row = np.zeros(len(problem.scale))
+    row[: problem.n] = borders.rows[0, : problem.n] / problem.sizes[: problem.n]
+    row[-problem.q] = borders.rows[0, -1] / problem.sizes[problem.n]
+    return row
+
+
+def _places(
+    problem: BoundaryValueProblem, y: np.ndarray, parameters: np.ndarray, closing: Closing
+) -> tuple[Places, np.ndarray]:
+    """The linearisation between places, and the intervals that begin there."""
+    jacobian = problem.residual(np.concatenate([y.ravel(), parameters]))[1]
+    n, sizes = problem.n, closing.sizes
+    late = -np.linalg.solve(jacobian.inner, jacobian.by_parameters)[:, -n:, 0]
+    return places(jacobian.maps()[:, -1] * sizes / sizes[:, None], late * closing.period / sizes)

@@ -1,0 +1,188 @@
+"""First connections of curves: from the last orbit of a branch, at a saddle-node, between two saddle-nodes, and beyond that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.periodic.cycle import Cycle
+from wucht.numerics.periodic.saddle_connections import Connection, Connections
+
+_SAMPLES = 20_001
+_SLOW = 0.05  # of the largest speed
+_AWAY = 0.05  # of an orbit's size: an equilibrium that is not the one next to which it is slow
+_OUTSIDE, _DECAYED = 2000, 20.0  # samples of what is put before and behind a connection; by exp(-20) a deviation decays there
+_STARTS, _SPREAD = 40, 0.5  # of Newton's method, and how far from a saddle-node they lie, in units of scale
+_SHIFTS = (1e-5, 1e-4, 1e-3)  # of a parameter's size: first steps beyond a codimension-two point
+_CORRECTIONS, _ACCURATE, _SAME = 30, 1e-11, 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class Waiting:
+    """Where a connection is slow on its way, far from its ends. share: of its time. tau: of the slowest place. state (n,)."""
+
+    share: float
+    tau: float
+    state: np.ndarray
+
+
+def of_cycle(connections: Connections, cycle: Cycle, saddle: np.ndarray, values: np.ndarray) -> Connection:
+    """The connection near the last orbit of a branch. Raises ``RunError``.
+
+    saddle (n,): to which the orbit comes near. values: of the parameters. Where the connections' time is longer than the orbit's
+    period, what is missing is that of the linearised equations at the saddle.
+    """
+    tau, n = np.linspace(0.0, 1.0, _SAMPLES), connections.rates.n
+    states = cycle.at(tau)
+    advance = 2 * np.pi * connections.winding[:, None]
+    scale = connections.rates.scale[:n, None]
+    turning = connections.rates.turns[:n, None] > 0
+    away = (states - saddle[:, None]) / scale
+    away = np.where(turning, away - 2 * np.pi / scale * np.round(away * scale / (2 * np.pi)), away)
+    k = int(np.linalg.norm(away, axis=0)[:-1].argmin())
+    turned = np.concatenate([states[:, k:], states[:, 1 : k + 1] + advance], axis=1)
+    begin = turned[:, 0] - away[:, k] * scale[:, 0]  # the saddle, as many whole turns on as the orbit is
+    times, more = tau * cycle.period, connections.time - cycle.period
+    if more > 0:
+        given = [*values, *[0.0] * (len(connections.bounds) - len(values))]
+        rates = np.sort(np.linalg.eigvals(connections.rates.values(np.append(begin, given))[1][:, :n]).real)[::-1]
+        share = rates[1] / (rates[1] - rates[0])  # so that both ends come equally near
+        outside = np.linspace(0.0, more, _OUTSIDE)[1:]
+        before, after = outside[::-1] * share, outside * (1 - share)
+        earlier = begin[:, None] + (turned[:, 0] - begin)[:, None] * np.exp(-rates[0] * before)
+        goal = begin[:, None] + advance
+        later = goal + (turned[:, -1:] - goal) * np.exp(rates[1] * after)
+        turned = np.concatenate([earlier, turned, later], axis=1)
+        times = np.concatenate([-before, times, times[-1] + after]) + before[0]
+    return connections.start(times, turned, begin[None], values.tolist())
+
+
+def saddle_node_of(connections: Connections, connection: Connection, place: np.ndarray, values: np.ndarray) -> Connection:
+    """The connection of a saddle-node (n,) near one of a saddle with the same time. Raises ``RunError``."""
+    tau = np.linspace(0.0, 1.0, _SAMPLES)
+    return connections.start(tau * connections.time, connection.at(tau), place[None], values.tolist())
+
+
+def waiting(connections: Connections, connection: Connection) -> Waiting | None:
+    """The longest wait of a connection between its ends, None where there is none."""
+    tau = np.linspace(0.0, 1.0, _SAMPLES)
+    states, n = connection.at(tau), connections.rates.n
+    given = np.concatenate([states, np.repeat(connection.parameters[:, None], len(tau), axis=1)])
+    speed = np.linalg.norm(connections.rates.values(given)[0] / connections.rates.scale[:n, None], axis=0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (speed < _SLOW * speed.max()).astype(int), [0]])))
+    stretches = [(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if a > 0 and b < len(tau)]
+    if not stretches:
+        return None
+    a, b = max(stretches, key=lambda each: each[1] - each[0])
+    k = a + int(speed[a:b].argmin())
+    return Waiting((b - a) / len(tau), float(tau[k]), states[:, k])
+
+
+def rest_of(connection: Connection, tau: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times from 0 on, and states, of a connection from a share of its time on."""
+    shares = np.linspace(tau, 1.0, _SAMPLES)
+    return (shares - tau) * connection.time, connection.at(shares)
+
+
+def longer(connections: Connections, connection: Connection) -> Connection:
+    """A connection of two saddle-nodes followed for the longer time of other connections. Raises ``RunError``.
+
+    Near the first, d' = a d^2 along the direction in which it is left: the orbit comes from d/(1 + a d t), a time t before. The
+    second it reaches as exp(l t), l being the slowest of the other eigenvalues.
+    """
+    n, more = connections.rates.n, connections.time - connection.time
+    begin, end = connection.equilibria[0], connection.equilibria[-1]
+    times, states = rest_of(connection, 0.0)
+    away, scale = states[:, 0] - begin, connections.rates.scale[:n]
+    speed = connections.rates.values(np.concatenate([states[:, 0], connection.parameters]))[0]
+    rate = float(np.linalg.norm(speed / scale) / np.linalg.norm(away / scale))
+    decay = float(connection.eigenvalues[-1, 1].real)
+    after = np.linspace(0.0, min(more / 2, _DECAYED / -decay), _OUTSIDE)[1:]
+    more -= after[-1]
+    before = np.geomspace(1.0, 1 + rate * more, _OUTSIDE)[:0:-1]
+    earlier = begin[:, None] + away[:, None] / before
+    later = end[:, None] + (states[:, -1] - end)[:, None] * np.exp(decay * after)
+    whole = np.concatenate([earlier, states, later], axis=1)
+    at = np.concatenate([more - (before - 1) / rate, more + times, more + times[-1] + after])
+    values = connection.parameters[: len(connections.bounds)]
+    return connections.start(at, whole, connection.equilibria, values.tolist())
+
+
+def saddles_near(equations: Equations, place: np.ndarray, parameters: np.ndarray) -> list[np.ndarray]:
+    """The saddles (n,), left in one direction, near a saddle-node that has parted in two."""
+    n, scale = equations.n, equations.scale[: equations.n]
+    matrix = equations.values(np.concatenate([place, parameters]))[1][:, :n] * scale / scale[:, None]
+    along = np.linalg.svd(matrix)[2][-1] * scale
+    found = list[np.ndarray]()
+    shares = np.geomspace(1e-4, _SPREAD, _STARTS)
+    for share in np.concatenate([shares, -shares]).tolist():
+        x = place + share * along
+        for _ in range(_CORRECTIONS):
+            f, f_u = equations.values(np.concatenate([x, parameters]))
+            try:
+                change = np.linalg.solve(f_u[:, :n], f)
+            except np.linalg.LinAlgError:
+                break
+            x = x - change
+            if np.linalg.norm(change / scale) < _ACCURATE:
+                break
+        f_x = equations.values(np.concatenate([x, parameters]))[1][:, :n]
+        rates = np.linalg.eigvals(f_x).real if np.isfinite(f_x).all() else np.zeros(n)
+        one = np.linalg.norm(change / scale) < _SAME and (rates > 0).sum() == 1 and (rates < 0).sum() == n - 1
+        near = np.linalg.norm((x - place) / scale) < _SPREAD
+        if one and near and not any(np.linalg.norm((x - y) / scale) < _SAME for y in found):
+            found.append(x)
+    return sorted(found, key=lambda x: float(np.linalg.norm((x - place) / scale)))
+
+
+def beyond(connections: Connections, at: Connection) -> Connection:
+    """The connection from a saddle-node to the saddle of another pair, next to one from saddle-node to saddle-node.
+
+    connections: with folds (True, False), three parameters and the time of ``at``. Raises ``RunError`` where none is found on
+    either side of that point.
+    """
+    equations, m = connections.rates, len(connections.bounds)
+    values = at.parameters[:m]
+    times, states = rest_of(at, 0.0)
+    for shift in _SHIFTS:
+        for sign in (-1.0, 1.0):
+            moved = values.copy()
+            moved[-1] += sign * shift * equations.scale[-1]
+            try:
+                fold, moved = fold_at(equations, at.equilibria[0], moved)
+            except RunError:
+                continue
+            for saddle in saddles_near(equations, at.equilibria[1], moved):
+                try:
+                    return connections.start(times, states, np.array([fold, saddle]), moved.tolist())
+                except RunError:
+                    continue
+    raise RunError("no connection of the saddle-node with a saddle of the other pair was found next to it")
+
+
+def fold_at(equations: Equations, x: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The saddle-node near x, the first parameter being found, the others kept. Raises ``RunError``."""
+    n = equations.n
+    u = np.append(x, parameters[0])
+
+    def conditions(u: np.ndarray) -> np.ndarray:
+        f, f_u = equations.values(np.concatenate([u, parameters[1:]]))
+        return np.append(f, np.linalg.det(f_u[:, :n]))
+
+    sizes = np.append(equations.scale[:n], equations.scale[n])
+    for _ in range(_CORRECTIONS):
+        steps = np.diag(6e-6 * sizes)
+        slopes = np.array([(conditions(u + h) - conditions(u - h)) / (2 * h.max()) for h in steps]).T
+        try:
+            change = np.linalg.solve(slopes, conditions(u))
+        except np.linalg.LinAlgError:
+            break
+        u = u - change
+        if not np.isfinite(u).all():
+            break
+        if np.linalg.norm(change / sizes) < _SAME:
+            return u[:-1], np.append(u[-1], parameters[1:])
+    raise RunError("the saddle-node was not found")

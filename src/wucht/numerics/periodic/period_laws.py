@@ -1,0 +1,112 @@
+"""How a period grows without bound as a parameter nears a critical value: the two laws, fitted to the last orbits of a branch.
+
+At a saddle-node on the orbit T = C/sqrt(mu) + c, at a connection of saddles T = -ln(mu)/lambda + c, with mu = |p - p*|.
+S. H. Strogatz, "Nonlinear Dynamics and Chaos", Perseus 1994, section 8.4; Yu. A. Kuznetsov, "Elements of Applied Bifurcation
+Theory", Springer 2004, sections 6.2 and 7.1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+SADDLE_NODE, CONNECTION = "saddle-node", "connection"
+_SHAPES: Mapping[str, Callable[[np.ndarray], np.ndarray]] = {
+    SADDLE_NODE: lambda mu: mu**-0.5,
+    CONNECTION: lambda mu: -np.log(mu),
+}
+_RESOLVED = (1e-9, 1e-8, 1e-7)  # of the parameter's size: nearer to its last value orbits are not told apart
+_PRECISION = 1e-11  # of the parameter: orbits are not computed better
+_LATE = 1e-6  # of the parameter's size: what follows an orbit so near to the end scatters about p*
+_WINDOWS = (1.15, 1.3, 1.6, 2.0, 3.0)  # by how much the period grows over the orbits that are fitted
+_FEWEST = 6  # orbits
+_NEAREST, _FARTHEST, _PLACES = 1e-12, 1e3, 120  # of the window's width: how far beyond the last orbit p* is looked for
+
+
+@dataclass(frozen=True)
+class PeriodLaw:
+    """A law fitted to some orbits. critical: p*. error: of it, about: by how much it changes with the orbits that are fitted.
+    factor: C, or 1/lambda. residual: root of the mean square of what the periods differ from the law, over the range of these
+    periods.
+    """
+
+    name: str
+    critical: float
+    error: float
+    factor: float
+    residual: float
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Both laws, fitted to the same orbits, of which there are some number."""
+
+    saddle_node: PeriodLaw
+    connection: PeriodLaw
+    orbits: int
+
+    @property
+    def better(self) -> PeriodLaw:
+        """The law with the smaller residual."""
+        return min((self.saddle_node, self.connection), key=lambda law: law.residual)
+
+
+def growth(values: np.ndarray, periods: np.ndarray) -> Growth | None:
+    """The laws by which the periods (N,) grow at the end of a branch, given the parameter's values (N,).
+
+    They are fitted to the last orbits that differ from the very last one by more than rounding, over which the period grows by
+    some factor: by that at which one of the laws fits best. None where there are too few.
+    """
+    apart, size = np.abs(values - values[-1]), float(max(np.abs(values).max(), np.ptp(values)))
+    monotone = np.empty(0, int)
+    for resolution in _RESOLVED:
+        known = np.flatnonzero(apart > resolution * size)
+        falls = np.flatnonzero((np.diff(periods) <= 0) | (np.diff(apart) >= 0)) if len(known) else np.empty(0, int)
+        monotone = known[known > falls[falls < known[-1]].max(initial=-1)] if len(known) else known
+        if len(monotone) >= _FEWEST:
+            break
+    if not len(monotone):
+        return None
+    scatter = float(apart[monotone[-1] + 1 :].max(initial=0.0)) if apart[monotone[-1]] < _LATE * size else 0.0
+    windows = [monotone[periods[monotone] >= periods[monotone[-1]] / factor] for factor in _WINDOWS]
+    fits = [_both(values[w], periods[w], float(values[-1])) for w in windows if len(w) >= _FEWEST]
+    if not fits:
+        return None
+    best = min(fits, key=lambda fit: fit.better.residual)
+
+    def stated(law: PeriodLaw) -> PeriodLaw:
+        others = [getattr(fit, law.name.replace("-", "_")).critical for fit in fits]
+        return replace(law, error=max(_PRECISION * size, scatter, *(abs(other - law.critical) for other in others)))
+
+    return Growth(stated(best.saddle_node), stated(best.connection), best.orbits)
+
+
+def _both(values: np.ndarray, periods: np.ndarray, last: float) -> Growth:
+    saddle_node, connection = (_law(name, values, periods, last) for name in _SHAPES)
+    return Growth(saddle_node, connection, len(values))
+
+
+def _law(name: str, values: np.ndarray, periods: np.ndarray, last: float) -> PeriodLaw:
+    """The best fit."""
+    from scipy.optimize import minimize_scalar
+
+    away, sense, shape = np.abs(last - values), math.copysign(1.0, last - values[0]), _SHAPES[name]
+    width, range_ = float(away.max()), float(np.ptp(periods))
+
+    def fit(beyond: float) -> tuple[float, float]:
+        columns = np.column_stack([shape(away + beyond), np.ones_like(away)])
+        size = np.linalg.norm(columns, axis=0)
+        share = np.linalg.lstsq(columns / size, periods, rcond=None)[0]
+        off = columns / size @ share - periods
+        return float(share[0] / size[0]), math.sqrt(float(off @ off) / len(off)) / range_
+
+    places = np.log(np.geomspace(_NEAREST, _FARTHEST, _PLACES) * width)
+    least = int(np.argmin([fit(math.exp(x))[1] for x in places]))
+    around = places[max(least - 1, 0)], places[min(least + 1, _PLACES - 1)]
+    best = minimize_scalar(lambda x: fit(math.exp(x))[1], bounds=around, method="bounded", options={"xatol": 1e-12})
+    beyond = math.exp(best.x)
+    factor, residual = fit(beyond)
+    return PeriodLaw(name, last + sense * beyond, math.nan, factor, residual)

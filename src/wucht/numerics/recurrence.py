@@ -1,0 +1,94 @@
+"""Whether the end of a run repeats itself: after what time its last state returns, and after how many turns of angles."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+_TURN = 2 * math.pi
+_RETURNS = 0.01  # of the largest distance that the motion has from its last state: so near it returns
+_LEAVES = 0.2  # likewise: so far it goes before it returns
+_SMALL = 1e-4  # of a radian, or of a state's own size: what moves less does not count
+_SAME = 0.02  # relative: a second period that lasts as long as the first
+_STEADY = 1e-6  # of a radian, or of a state's size
+
+
+@dataclass(frozen=True)
+class Recurrence:
+    """period: the time from one return to the next. turns (n,): by which angles advance in it, 0 of other states."""
+
+    period: float
+    turns: np.ndarray
+
+
+def rests(states: np.ndarray) -> bool:
+    """Whether states (n, K) do not change, angles as they turn."""
+    sizes = np.maximum(np.abs(states).max(axis=1), 1.0)
+    return bool((np.ptp(states, axis=1) < _STEADY * sizes).all())
+
+
+def recurrence(times: np.ndarray, states: np.ndarray, turning: np.ndarray) -> Recurrence | None:
+    """The last period of a motion that has become periodic, None where the last two differ or there are no two.
+
+    Parameters
+    ----------
+    times : ndarray, (K,)
+        Many in each period.
+    states : ndarray, (n, K)
+        Angles as they turn, not wrapped.
+    turning : ndarray of bool, (n,)
+        Which states are angles.
+    """
+    away = _distance(states, turning)
+    far = float(away.max())
+    if not far > 0:
+        return None
+    returns = _returns(times, away / far)
+    if len(returns) < 2:
+        return None
+    first, second = times[-1] - returns[0], times[-1] - returns[1]
+    if abs(second / first - 2) > _SAME:
+        return None
+    gained = np.array([x[-1] - np.interp(returns[0], times, x) for x in states])
+    return Recurrence(float(first), np.where(turning, np.round(gained / _TURN), 0).astype(int))
+
+
+def _distance(states: np.ndarray, turning: np.ndarray) -> np.ndarray:
+    """How far each state (n, K) is from the last one, angles around the circle: in units of how much each moves."""
+    total = np.zeros(states.shape[1])
+    for x, angle in zip(states, turning, strict=True):
+        off, range_ = x - x[-1], float(np.ptp(x))
+        least = _SMALL * (1.0 if angle else max(float(np.abs(x).max()), _SMALL))
+        if angle and range_ > math.pi:
+            total += (2 * np.sin(off / 2)) ** 2
+        else:
+            total += (off / max(range_, least)) ** 2
+    return np.asarray(np.sqrt(total))
+
+
+def _returns(times: np.ndarray, away: np.ndarray) -> list[float]:
+    """The times of the last returns, the latest first: minima of the distance, between which it is large."""
+    square, found = away**2, list[float]()
+    last = len(away) - 1
+    while True:
+        left = np.flatnonzero(away[:last] > _LEAVES)
+        if not len(left):
+            return found
+        inside = np.flatnonzero(away[: left[-1]] < _LEAVES)
+        if not len(inside):
+            return found
+        end = int(inside[-1])
+        outside = np.flatnonzero(away[:end] >= _LEAVES)
+        begin = int(outside[-1]) + 1 if len(outside) else 0
+        k = begin + int(square[begin : end + 1].argmin())
+        if 0 < k < len(away) - 1:
+            a, b, c = square[k - 1 : k + 2]
+            bend = a - 2 * b + c
+            shift = (a - c) / (2 * bend) if bend > 0 else 0.0
+            if math.sqrt(max(b - bend * shift**2 / 2, 0.0)) < _RETURNS:
+                found.append(float(times[k] + shift * (times[k + 1] - times[k])))
+        last = begin
+        if len(found) > 2 or begin == 0:
+            return found

@@ -1,0 +1,186 @@
+"""Findings -> the Dataset of a branch of orbits, with the answer in numbers and in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.numerics.periodic.branch_ends import BranchEnd
+from wucht.results.conventions import answered, variable
+from wucht.studies.orbit_branch.orbit_tables import of_ends, of_orbits, of_reported, of_steady
+from wucht.studies.orbit_branch.prepare import Plan
+from wucht.studies.orbit_branch.run import MOST_BRANCHES, Findings, OrbitBranchFound
+from wucht.studies.orbit_branch.single_orbits import ReportedOrbit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST_LOST = 4  # sentences on what was not found
+_ENDS = {
+    "saddle-node-on-orbit": "a saddle-node on the orbit", "saddle-connection": "a saddle connection", "hopf": "a Hopf point",
+    "range": "the end of the range", "period-limit": "the longest period", "not-identified": "an end that is not identified",
+    "closed": "its own begin",
+}  # fmt: skip
+
+
+def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+    """The Dataset of a branch of orbits.
+
+    Orbits of all branches, one after another (point): value of the parameter, period, period_phi (in the main rotor's angle,
+    not a number of a system), min_speed, max_speed, mean_speed (of the main rotor with its sign, or the state that was chosen),
+    min_amplitude, max_amplitude, stable, unstable (how many disturbances grow), at_special, branch; exponent_re, exponent_im
+    (exponent, point), not numbers where they are not known. Reported orbits (orbit): orbit_value, orbit_period, ...,
+    orbit_exponent_re, orbit_exponent_im (exponent, orbit), from integrated variational equations; orbit_time, orbit_turned,
+    orbit_speed, orbit_amplitude (orbit, place) over a period. Ends (end): end_value, end_error, end_kind, end_branch,
+    end_speed, end_amplitude, end_residual (end, law). Steady states (steady): steady_value, steady_speed, steady_amplitude,
+    steady_stable, steady_branch.
+    """
+    import xarray as xr_
+
+    ends = [(k, end) for k, branch in enumerate(findings.branches) for end in ends_of(branch)]
+    data = of_orbits(plan, findings.branches) | of_reported(plan, findings) | of_ends(plan, ends) | of_steady(plan, findings)
+    coordinates = {"law": variable("law", ["saddle-node", "connection"], "law of the period")}
+    summary = _summary(plan, findings, ends)
+    return answered(
+        xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings),
+        along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.what, low=plan.bounds[0], high=plan.bounds[1],
+        shown=plan.subject.shown, rotor=int(plan.subject.rotor),
+    )  # fmt: skip
+
+
+def ends_of(branch: OrbitBranchFound) -> list[BranchEnd]:
+    """Of a branch, that at its first orbit before that at its last."""
+    return [part.end for part in branch.parts]
+
+
+def _pairs(values: np.ndarray) -> list[list[float]]:
+    return [[float(v.real), float(v.imag)] for v in values]
+
+
+def _orbit(plan: Plan, branch: int, one: ReportedOrbit) -> dict[str, Any]:
+    by_phi = one.period / one.period_phi if plan.subject.rotor else None
+    return {
+        plan.along.path: one.value, "kind": one.kind or None, "branch": branch,
+        "period": one.period, "period_phi": one.period_phi if plan.subject.rotor else None,
+        "min_speed": one.low, "max_speed": one.high, "min_amplitude": one.least, "max_amplitude": one.largest,
+        "exponents": _pairs(one.exponents),
+        "exponents_phi": None if by_phi is None else _pairs(one.exponents * by_phi),
+        "stable": bool(one.exponents.real.max(initial=-np.inf) < 0) if not one.kind else None,
+    }  # fmt: skip
+
+
+def _end(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:
+    node, connection = end.saddle_node, end.connection
+    names = plan.subject.system.state_names
+    return {
+        plan.along.path: end.parameter, "kind": end.kind, "branch": branch, "error": end.error, "period": end.period,
+        "sentence": end.sentence,
+        "state": dict(zip(names, end.equilibrium.tolist(), strict=True)) if len(end.equilibrium) else None,
+        "eigenvalues": _pairs(end.eigenvalues),
+        "laws": None if node is None or connection is None else {
+            "saddle-node": {"critical": node.critical, "error": node.error, "factor": node.factor, "residual": node.residual},
+            "connection": {
+                "critical": connection.critical, "error": connection.error, "rate": 1 / connection.factor,
+                "residual": connection.residual,
+            },
+        },
+    }  # fmt: skip
+
+
+def _special(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
+    listed = []
+    for k, branch in enumerate(findings.branches):
+        values, periods = branch.joined("values"), branch.joined("periods")
+        mean, low, high = (branch.joined(name) for name in ("mean", "low", "high"))
+        for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
+            phi = float(periods[i] * abs(mean[i])) if plan.subject.rotor else None
+            listed.append({
+                "kind": branch.kinds[i], plan.along.path: float(values[i]), "branch": k, "period": float(periods[i]),
+                "period_phi": phi, "min_speed": float(low[i]), "max_speed": float(high[i]),
+            })  # fmt: skip
+    return listed
+
+
+def _branches(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
+    listed, names = [], plan.subject.system.state_names
+    for branch in findings.branches:
+        values, kinds = branch.joined("values"), np.array([bool(kind) for kind in branch.kinds])
+        stable = branch.joined("stable") & ~kinds
+        listed.append({
+            "begun": branch.seed.begun, "range": [float(values.min()), float(values.max())],
+            "winding": {n: int(w) for n, w in zip(names, branch.seed.winding, strict=True) if w},
+            "stable": [_limits(branch, values, i, j) for i, j in _stretches(stable, kinds)],
+        })  # fmt: skip
+    return listed
+
+
+def _limits(branch: OrbitBranchFound, values: np.ndarray, begin: int, end: int) -> list[float]:
+    """Of a stretch of orbits, up to where the branch ends if its last orbit is one of them."""
+    inside = [*values[begin:end].tolist()]
+    if end == len(values):
+        inside.append(branch.onward.end.parameter)
+    if begin == 0 and branch.backward is not None:
+        inside.append(branch.backward.end.parameter)
+    return [float(min(inside)), float(max(inside))]
+
+
+def _stretches(stable: np.ndarray, special: np.ndarray) -> list[tuple[int, int]]:
+    """First and one past the last orbit of each stable stretch, with the special orbits at its ends."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (stable | special).astype(int), [0]])))
+    pairs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    return [(i, j) for i, j in pairs if stable[i:j].any()]
+
+
+def _summary(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]]) -> dict[str, Any]:
+    return {
+        "sentence": _sentence(plan, findings, ends),
+        "along": plan.along.path,
+        "along_unit": plan.along.unit,
+        "range": list(plan.bounds),
+        "orbits": [_orbit(plan, k, one) for k, one in findings.reported],
+        "special_points": _special(plan, findings),
+        "ends": [_end(plan, k, end) for k, end in ends],
+        "branches": _branches(plan, findings),
+        "tried": [{plan.along.path: t.value, "found": t.sentence} for t in findings.tried],
+        "inertia": plan.subject.inertia,
+    }
+
+
+def _sentence(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]]) -> str:
+    path = plan.along.path
+    if not findings.branches:
+        if not findings.complete:
+            return "the study was interrupted before an orbit was found"
+        found = "; ".join(t.sentence for t in findings.tried)
+        return f"no modulated motion was found: {found}" + (f"; {plan.without}" if plan.without else "")
+    values = findings.branches[0].joined("values")
+    own = sorted((e for k, e in ends if k == 0), key=lambda e: e.parameter)
+    low, high = min(values.min(), own[0].parameter), max(values.max(), own[-1].parameter)
+    names = [_ENDS.get(e.kind, e.kind.replace("-", " ")) for e in own]
+    how = f"both ends are {names[0]}" if len(set(names)) == 1 and len(names) > 1 else f"it ends at {' and at '.join(names)}"
+    stretches = _branches(plan, findings)[0]["stable"]
+    stable = ", ".join(f"{a:.7g} to {b:.7g}" for a, b in stretches)
+    where = f"stable from {stable}" if stable else "nowhere stable"
+    others = len(findings.branches) - 1
+    more = "" if not others else f"; {'one more branch' if others == 1 else f'{others} more branches'}"
+    of = "modulated motions" if plan.subject.rotor else "periodic orbits"
+    return f"{of} at {path} from {low:.7g} to {high:.7g}, {where}; {how}{more}"
+
+
+def _warnings(plan: Plan, findings: Findings) -> list[str]:
+    """What is left out, doubtful, or not yet done."""
+    lines = [*plan.subject.warnings, *findings.lost[:_MOST_LOST]]
+    if len(findings.lost) > _MOST_LOST:
+        lines.append(f"so are {len(findings.lost) - _MOST_LOST} more")
+    if plan.without and findings.branches and not plan.without.startswith("equilibria"):
+        lines.append(plan.without)
+    if len(findings.branches) >= MOST_BRANCHES:
+        lines.append(f"more than {MOST_BRANCHES} branches: the others are left out")
+    given = plan.values if plan.values is not None else ()
+    missing = [v for v in given if not any(one.value == v for _, one in findings.reported)]
+    if findings.complete and findings.branches and missing:
+        lines.append(f"there is no orbit of a known branch at {plan.along.path} = {', '.join(f'{v:.6g}' for v in missing)}")
+    if not findings.complete:
+        lines.append("the search is not finished")
+    return lines

@@ -1,0 +1,176 @@
+"""The figure of a branch of orbits, as 002 figures 5.6, 5.7 and A.3: its extremes and period, and how some orbits run."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.results.style import COLOURS, GREY, label, line_style, new_grid, printed_unit, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.8, "zorder": 3}
+_UNSTABLE: dict[str, Any] = {"linestyle": (0, (4, 2)), "linewidth": 1.1, "zorder": 3}
+_MARKS = {
+    "fold": ("o", "white"), "period-doubling": ("^", "white"), "torus": ("D", "white"), "branch-point": ("s", "black"),
+}  # fmt: skip
+_ENDS = {
+    "saddle-node-on-orbit": ("X", "saddle-node on the orbit"), "saddle-connection": ("P", "saddle connection"),
+    "hopf": ("d", "Hopf point"), "not-identified": ("$?$", "end not identified"),
+}  # fmt: skip
+_STEADY, _DRAWN = GREY, 6  # how many orbits are drawn as they run
+_LINE = 100  # characters of the heading
+_PALE = 0.12
+_HEIGHT, _COLUMNS, _ROW, _ABOVE_LEGEND = 7.0, 4, 0.18, 0.62  # inches, of the figure, a row of the legend, what is above it
+_SHORT = 6  # characters of a parameter's path that is repeated for each orbit
+_SHOWN_GROWTH = 8.0  # times the shortest period: longer ones are beyond the panel
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """Four panels from the Dataset of a branch of orbits alone: extremes and period over the parameter, and some orbits."""
+    heading = textwrap.fill(result.attrs["sentence"], _LINE)
+    drawn, axes = new_grid(2, 2, _HEIGHT, result.attrs["title"], heading)
+    _extremes(axes[0], result)
+    _periods(axes[2], result)
+    vibrates = bool(np.isfinite(result.orbit_amplitude.values).any())
+    chosen = _chosen(result)
+    _runs(axes[1], result, chosen, "orbit_speed")
+    if vibrates:
+        _runs(axes[3], result, chosen, "orbit_amplitude")
+    else:
+        _runs(axes[3], result, chosen, "orbit_speed", share=True)
+    handles = _legend(result, chosen)
+    rows = -(-len(handles) // _COLUMNS)
+    drawn.subplots_adjust(bottom=(_ABOVE_LEGEND + _ROW * rows) / _HEIGHT)
+    drawn.legend(handles=handles, loc="lower center", ncols=_COLUMNS, frameon=False, fontsize=8, bbox_to_anchor=(0.52, 0.0))
+    return drawn
+
+
+def _what(result: xr.Dataset) -> str:
+    path, what = str(result.attrs["along"]), str(result.attrs["along_what"])
+    return with_unit(path if what in (path, f"parameter {path}") else f"{path}: {what}", str(result.attrs["along_unit"]))
+
+
+def _extremes(axis: Axes, result: xr.Dataset) -> None:
+    value, low, high = (result[name].values for name in ("value", "min_speed", "max_speed"))
+    for k in range(int(result.steady_branch.values.max(initial=-1)) + 1):
+        at = np.flatnonzero(result.steady_branch.values == k)
+        _pieces(
+            axis, result.steady_value.values[at], [result.steady_speed.values[at]], result.steady_stable.values[at], _STEADY
+        )
+    for k in _branches(result):
+        at = np.flatnonzero(result.branch.values == k)
+        axis.fill_between(value[at], low[at], high[at], color=_colour(k), alpha=_PALE, linewidth=0)
+        _pieces(axis, value[at], [low[at], high[at]], result.stable.values[at], _colour(k))
+    _marks(axis, result, ("min_speed", "max_speed"))
+    for i, kind in enumerate(result.end_kind.values.astype(str)):
+        if kind in _ENDS and np.isfinite(result.end_speed.values[i]):
+            axis.plot(
+                result.end_value.values[i], result.end_speed.values[i], _ENDS[kind][0], color="black", markersize=6, zorder=6
+            )
+    axis.set_ylabel(
+        str(result.attrs["shown"]) + (f" ({result.min_speed.attrs['units']})" if result.min_speed.attrs["units"] else "")
+    )
+    _abscissa(axis, result)
+
+
+def _periods(axis: Axes, result: xr.Dataset) -> None:
+    name = "period_phi" if result.attrs["rotor"] else "period"
+    value, period = result.value.values, result[name].values
+    for k in _branches(result):
+        at = np.flatnonzero(result.branch.values == k)
+        _pieces(axis, value[at], [period[at]], result.stable.values[at], _colour(k))
+    _marks(axis, result, (name,))
+    for v, kind in zip(result.end_value.values, result.end_kind.values.astype(str), strict=True):
+        if kind in _ENDS:
+            axis.axvline(v, color="black", linestyle=":", linewidth=0.9, zorder=1)
+    if len(period):
+        axis.set_ylim(0, min(1.05 * period.max(), _SHOWN_GROWTH * period.min()))
+    axis.set_ylabel("period (angle of the main rotor)" if result.attrs["rotor"] else label(result, name))
+    _abscissa(axis, result)
+
+
+def _abscissa(axis: Axes, result: xr.Dataset) -> None:
+    axis.set_xlim(result.attrs["low"], result.attrs["high"])
+    axis.set_xlabel(_what(result))
+
+
+def _branches(result: xr.Dataset) -> range:
+    return range(int(result.branch.values.max(initial=-1)) + 1)
+
+
+def _colour(branch: int) -> str:
+    return COLOURS[branch % len(COLOURS)]
+
+
+def _pieces(axis: Axes, x: np.ndarray, curves: list[np.ndarray], stable: np.ndarray, colour: str) -> None:
+    """Curves along a branch, stretches that are stable and unstable in their own style."""
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(stable)) + 1, [len(x)]])
+    for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        for y in curves:
+            axis.plot(x[a : b + 1], y[a : b + 1], color=colour, **(_STABLE if stable[a] else _UNSTABLE))
+
+
+def _marks(axis: Axes, result: xr.Dataset, names: tuple[str, ...]) -> None:
+    """The special orbits on a branch's curves."""
+    own = {kind for kind in result.orbit_kind.values.astype(str).tolist() if kind}
+    for kind in own:
+        marker, face = _MARKS.get(kind, ("o", "white"))
+        at = result.orbit_kind.values.astype(str) == kind
+        for name in names:
+            x, y = result.orbit_value.values[at], result[f"orbit_{name}"].values[at]
+            axis.plot(x, y, marker, color="black", markerfacecolor=face, markersize=5, zorder=5)
+
+
+def _chosen(result: xr.Dataset) -> list[int]:
+    """Which of the reported orbits are drawn: of the first branch, over its range."""
+    first = np.flatnonzero((result.orbit_branch.values == 0) & (result.orbit_kind.values.astype(str) == ""))
+    if len(first) <= _DRAWN:
+        return [int(i) for i in first]
+    return [int(first[i]) for i in np.linspace(0, len(first) - 1, _DRAWN).round().astype(int)]
+
+
+def _runs(axis: Axes, result: xr.Dataset, chosen: list[int], name: str, share: bool = False) -> None:
+    """Orbits over the rotor's angle, or time, or the share of their period."""
+    over = "orbit_turned" if result.attrs["rotor"] else "orbit_time"
+    factor, unit = printed_unit(result, name)
+    for i, k in enumerate(chosen):
+        x = result[over].values[k]
+        y = factor * result[name].values[k]
+        begin = int(result.orbit_speed.values[k, :-1].argmin())  # each where the speed is least
+        x = np.concatenate([x[begin:-1], x[-1] + x[: begin + 1]]) - x[begin]
+        y = np.concatenate([y[begin:-1], y[: begin + 1]])
+        axis.plot(x / x[-1] if share else x, y, **line_style(i))
+    axis.set_xlabel("share of the period" if share else label(result, over))
+    axis.set_ylabel(label(result, name, unit))
+
+
+def _legend(result: xr.Dataset, chosen: list[int]) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    colour = COLOURS[0]
+    handles = [
+        Line2D([], [], color=colour, label="orbits, stable", **_STABLE),
+        Line2D([], [], color=colour, label="orbits, unstable", **_UNSTABLE),
+    ]
+    if result.sizes["steady"]:
+        handles.append(Line2D([], [], color=_STEADY, label="steady states", linewidth=1.4))
+    for kind in dict.fromkeys(k for k in result.orbit_kind.values.astype(str).tolist() if k):
+        marker, face = _MARKS.get(kind, ("o", "white"))
+        style = {"marker": marker, "markerfacecolor": face, "markersize": 5, "label": kind.replace("-", " ")}
+        handles.append(Line2D([], [], color="black", linestyle="", **style))
+    for kind in dict.fromkeys(result.end_kind.values.astype(str).tolist()):
+        if kind in _ENDS:
+            marker, name = _ENDS[kind]
+            handles.append(Line2D([], [], color="black", linestyle="", marker=marker, markersize=6, label=name))
+    path, unit = str(result.attrs["along"]), result.attrs["along_unit"]
+    before = f"{path} = " if len(path) <= _SHORT else "at "
+    for i, k in enumerate(chosen):
+        name = f"{before}{result.orbit_value.values[k]:.4g} {unit}".rstrip()
+        handles.append(Line2D([], [], label=name, **line_style(i)))
+    return handles

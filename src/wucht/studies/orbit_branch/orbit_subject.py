@@ -1,0 +1,142 @@
+"""The equations whose orbits are followed, and what is seen of a state: of a machine, or of one's own equations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wucht.analysis.averaged import AveragedMachine, averaged_machine
+from wucht.errors import InputError, nearest
+from wucht.files.own_equations import OwnEquations
+from wucht.machines.machine import Machine
+from wucht.machines.operation import damped
+from wucht.numerics.flow.program import Evaluator
+from wucht.studies.initial_state import angles_in, initial_state, speeds_in
+from wucht.studies.orbit_branch.spec import OrbitBranch
+from wucht.studies.phase_portrait.section import Section, section
+from wucht.studies.phase_portrait.spec import PhasePortrait
+from wucht.studies.synchronous_states.prepare import turning as steady_machine
+from wucht.system import TIME, System
+
+MAIN_SPEED = "speed of the main rotor"
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitSubject:
+    """Equations and how they are seen.
+
+    system: without outputs. values: of its parameters. initial: value of the parameter -> state (n,) to run from. seen: states
+    (n, K) and the value -> what is drawn and the amplitude (2, K), the latter not a number where there is none. rotor: whether
+    what is drawn is the main rotor's speed. shown, unit, length, time: words and
+    units. inertia: of a machine's balancing bodies.
+    """
+
+    system: System
+    values: Mapping[str, float]
+    path: str
+    initial: Callable[[float], np.ndarray]
+    seen: Callable[[np.ndarray, float], np.ndarray]
+    rotor: bool
+    shown: str
+    unit: str
+    length: str
+    time: str
+    inertia: bool | None = None
+    warnings: tuple[str, ...] = field(default_factory=tuple)
+
+    @property
+    def turning(self) -> np.ndarray:
+        """Which states are angles (n,)."""
+        return np.array([s in self.system.angles for s in self.system.states])
+
+    @property
+    def fixed(self) -> dict[str, float]:
+        """The values of the other parameters."""
+        return {n: self.values[n] for n in self.system.parameter_names if n != self.path}
+
+
+def subject_of_machine(spec: OrbitBranch, machine: Machine, path: str) -> OrbitSubject:
+    """The averaged equations of a machine. Raises ``InputError`` where there are none."""
+    if spec.show is not None or spec.ranges is not None:
+        key = "show" if spec.show is not None else "ranges"
+        raise InputError(f"study.{key}", getattr(spec, key), "allowed for a table [system] only")
+    steady = steady_machine(machine, None)
+    inertia = not damped(steady) if spec.inertia is None else spec.inertia
+    if not inertia and not damped(steady):
+        raise InputError("study.inertia", False, "must be true: a balancing body is not damped against its rotor")
+    averaged = averaged_machine(steady, inertia)
+    part = _together(spec, steady, inertia) if spec.together else None
+    system = _bare(averaged.system if part is None else part.system)
+    if path not in system.parameter_names:
+        raise InputError("study.along", path, "not allowed: the averaged equations do not depend on it")
+
+    def initial(value: float) -> np.ndarray:
+        at = steady.with_unchecked({path: value})
+        state = initial_state(at, spec.start)
+        slow = averaged_machine(at, inertia)
+        whole = slow.state(angles_in(at, state), speeds_in(at, state))
+        return whole if part is None else np.linalg.lstsq(part.embedding, whole, rcond=None)[0]
+
+    units = steady.units
+    return OrbitSubject(
+        system=system, values=steady.values, path=path, initial=initial, seen=_seen(averaged, part, path, steady), rotor=True,
+        shown=MAIN_SPEED, unit=units.speed, length=steady.orbit_unit if units.length else "", time=units.time,
+        inertia=inertia, warnings=averaged.warnings,
+    )  # fmt: skip
+
+
+def _together(spec: OrbitBranch, machine: Machine, inertia: bool) -> Section:
+    try:
+        return section(PhasePortrait(together=True, inertia=inertia), machine)
+    except InputError as error:
+        raise InputError("study.together", True, error.allowed) from None
+
+
+def _bare(system: System) -> System:
+    return System(system.states, system.derivatives, system.parameters, system.definitions, angles=system.angles)
+
+
+def _seen(
+    averaged: AveragedMachine, part: Section | None, path: str, machine: Machine
+) -> Callable[[np.ndarray, float], np.ndarray]:
+    """The main rotor's speed with its sign and the amplitude of the axis."""
+    system, rotor = averaged.system, machine.rotor.name
+    outputs = [system.output(f"speed[{rotor}]").expression, system.output("amplitude").expression]
+    evaluator, sense = Evaluator.of(system, outputs, ["speed", "amplitude"]), averaged.senses[rotor]
+
+    def seen(states: np.ndarray, value: float) -> np.ndarray:
+        whole = states if part is None else part.embedding @ states
+        found = evaluator(np.zeros(whole.shape[1]), whole, system.values({**machine.values, path: value}))
+        return np.array([sense * found["speed"], found["amplitude"]])
+
+    return seen
+
+
+def subject_of_equations(spec: OrbitBranch, own: OwnEquations, path: str) -> OrbitSubject:
+    """One's own equations. Raises ``InputError`` where they depend on time, or a key does not fit them."""
+    system, names = _bare(own.system), own.system.state_names
+    for key in ("inertia", "together"):
+        if getattr(spec, key):
+            raise InputError(f"study.{key}", getattr(spec, key), "allowed for a machine only")
+    if any(TIME in e.free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions))):
+        raise InputError("system", None, "these equations depend on the time t: give the phase of the forcing as a state")
+    turning = {s.name for s in system.angles}
+    show = spec.show or next((n for n in names if n not in turning), names[0])
+    for name, where in [(show, "study.show"), *((n, f"study.start.{n}") for n in spec.start)]:
+        if name not in names:
+            raise InputError(where, name, f"unknown state; {nearest(name, names)}")
+    start = np.array([_number(spec.start.get(n, 0.0), f"study.start.{n}") for n in names])
+    row = names.index(show)
+
+    def seen(states: np.ndarray, value: float) -> np.ndarray:
+        return np.array([states[row], np.full(states.shape[1], np.nan)])
+
+    return OrbitSubject(system, own.values, path, lambda _: start, seen, False, f"state {show}", "", "", "")
+
+
+def _number(given: object, where: str) -> float:
+    if isinstance(given, bool) or not isinstance(given, int | float):
+        raise InputError(where, given, "must be a number")
+    return float(given)

@@ -1,0 +1,124 @@
+"""The variables of the Dataset of a branch of orbits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from wucht.numerics.periodic.branch_ends import BranchEnd
+from wucht.results.conventions import Variable, variable
+from wucht.studies.orbit_branch.prepare import Plan
+from wucht.studies.orbit_branch.run import Findings, OrbitBranchFound
+
+_ANGLE = "angle of the main rotor"
+
+
+def _joined(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
+    empty = np.empty(0) if rows is None else np.empty((rows, 0))
+    return np.concatenate([empty, *parts], axis=-1)
+
+
+def rate_unit(plan: Plan) -> str:
+    """Of exponents."""
+    return f"1/{plan.subject.time}" if plan.subject.time else ""
+
+
+def phi_of(plan: Plan, periods: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """Periods in the main rotor's angle (N,); not numbers of a system."""
+    return np.asarray(periods * np.abs(mean) if plan.subject.rotor else np.full(len(periods), math.nan))
+
+
+def of_orbits(plan: Plan, branches: Sequence[OrbitBranchFound]) -> dict[str, Variable]:
+    """All orbits of all branches."""
+    s, n = plan.subject, len(plan.subject.system.states)
+    values, periods, mean, low, high, least, largest = (
+        _joined([b.joined(name) for b in branches]) for name in ("values", "periods", "mean", "low", "high", "least", "largest")
+    )
+    logarithms = _joined([b.joined("logarithms") for b in branches], n - 1)
+    trusted = _joined([b.joined("trusted") for b in branches]) > 0
+    growth = logarithms.real
+    special = _joined([np.array([bool(kind) for kind in b.kinds]) for b in branches])
+    numbers = np.repeat(np.arange(len(branches)), [len(b.kinds) for b in branches])
+    rates = np.where(trusted, logarithms, complex(math.nan, math.nan)) / periods
+    return {
+        "value": variable("point", values, plan.along.what, plan.along.unit),
+        "period": variable("point", periods, "period", s.time),
+        "period_phi": variable("point", phi_of(plan, periods, mean), f"period in the {_ANGLE}"),
+        "min_speed": variable("point", low, f"least {s.shown}", s.unit),
+        "max_speed": variable("point", high, f"largest {s.shown}", s.unit),
+        "mean_speed": variable("point", mean, f"mean {s.shown}", s.unit),
+        "min_amplitude": variable("point", least, "least amplitude of the axis", s.length),
+        "max_amplitude": variable("point", largest, "largest amplitude of the axis", s.length),
+        "unstable": variable("point", (growth > 0).sum(axis=0).astype(int), "how many disturbances grow"),
+        "stable": variable("point", (growth.max(axis=0, initial=-math.inf) < 0).astype(np.int8), "stable"),
+        "at_special": variable("point", special.astype(np.int8), "a special point"),
+        "branch": variable("point", numbers.astype(int), "branch"),
+        "exponent_re": variable("exponent point", rates.real, "real part of an exponent, by collocation", rate_unit(plan)),
+        "exponent_im": variable("exponent point", rates.imag, "imaginary part of an exponent, by collocation", rate_unit(plan)),
+    }
+
+
+def of_reported(plan: Plan, findings: Findings) -> dict[str, Variable]:
+    """The orbits that are reported, and how they run."""
+    s, n = plan.subject, len(plan.subject.system.states)
+    orbits = [one for _, one in findings.reported]
+    exponents, rate = _joined([o.exponents[:, None] for o in orbits], n - 1), rate_unit(plan)
+    shape = (len(orbits), len(orbits[0].shown) if orbits else 0)
+    times = [np.linspace(0.0, o.period, shape[1]) for o in orbits]
+    table = {name: np.array(rows, float).reshape(shape) for name, rows in (
+        ("time", times), ("turned", [o.turned for o in orbits]), ("shown", [o.shown for o in orbits]),
+        ("amplitude", [o.amplitude for o in orbits]),
+    )}  # fmt: skip
+    return {
+        "orbit_value": variable("orbit", [o.value for o in orbits], plan.along.what, plan.along.unit),
+        "orbit_period": variable("orbit", [o.period for o in orbits], "period", s.time),
+        "orbit_period_phi": variable("orbit", [o.period_phi for o in orbits], f"period in the {_ANGLE}"),
+        "orbit_min_speed": variable("orbit", [o.low for o in orbits], f"least {s.shown}", s.unit),
+        "orbit_max_speed": variable("orbit", [o.high for o in orbits], f"largest {s.shown}", s.unit),
+        "orbit_branch": variable("orbit", np.array([k for k, _ in findings.reported], int), "branch"),
+        "orbit_kind": variable("orbit", np.array([o.kind for o in orbits], "U16"), "kind of the special orbit"),
+        "orbit_exponent_re": variable("exponent orbit", np.asarray(exponents.real), "real part of an exponent", rate),
+        "orbit_exponent_im": variable("exponent orbit", np.asarray(exponents.imag), "imaginary part of an exponent", rate),
+        "orbit_time": variable("orbit place", table["time"], "time", s.time),
+        "orbit_turned": variable("orbit place", table["turned"], _ANGLE, "rad" if s.time else ""),
+        "orbit_speed": variable("orbit place", table["shown"], s.shown, s.unit),
+        "orbit_amplitude": variable("orbit place", table["amplitude"], "amplitude of the axis", s.length),
+    }  # fmt: skip
+
+
+def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> dict[str, Variable]:
+    """How the branches end."""
+    s = plan.subject
+    laws = [(e.saddle_node, e.connection) for _, e in ends]
+    residuals = [[math.nan if law is None else law.residual for law in pair] for pair in laws]
+    seen = [s.seen(e.equilibrium[:, None], e.parameter)[:, 0] if len(e.equilibrium) else np.full(2, math.nan) for _, e in ends]
+    shown = np.array(seen).reshape(len(ends), 2)
+    return {
+        "end_value": variable("end", [e.parameter for _, e in ends], plan.along.what, plan.along.unit),
+        "end_error": variable("end", [e.error for _, e in ends], f"error of {plan.along.what}", plan.along.unit),
+        "end_kind": variable("end", np.array([e.kind for _, e in ends], "U24"), "kind of the end"),
+        "end_branch": variable("end", np.array([k for k, _ in ends], int), "branch"),
+        "end_speed": variable("end", shown[:, 0], f"{s.shown} of the equilibrium there", s.unit),
+        "end_amplitude": variable("end", shown[:, 1], "amplitude of the equilibrium there", s.length),
+        "end_residual": variable(
+            "end law", np.array(residuals, float).reshape(len(ends), 2), "residual of a law of the period, relative"
+        ),
+    }
+
+
+def of_steady(plan: Plan, findings: Findings) -> dict[str, Variable]:
+    """The branches of steady states beside those of orbits."""
+    s, steady = plan.subject, findings.steady
+    states = None if plan.curve is None else plan.curve.curves[0][1]
+    shown = [] if states is None else [states.shown(b.u) for b in steady]
+    numbers = np.repeat(np.arange(len(steady)), [b.u.shape[1] for b in steady])
+    return {
+        "steady_value": variable("steady", _joined([b.values for b in steady]), plan.along.what, plan.along.unit),
+        "steady_speed": variable("steady", _joined([x.speed for x in shown]), s.shown, s.unit),
+        "steady_amplitude": variable("steady", _joined([x.amplitude for x in shown]), "amplitude of the axis", s.length),
+        "steady_stable": variable("steady", _joined([b.stable for b in steady]).astype(np.int8), "stable"),
+        "steady_branch": variable("steady", numbers.astype(int), "branch"),
+    }

@@ -1,0 +1,173 @@
+"""A branch of orbits followed one way from its first orbit, with what is kept of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
+from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, Cycle
+from wucht.numerics.periodic.cycle_starts import doubled, switched
+from wucht.numerics.periodic.cycles import Cycles
+from wucht.studies.orbit_branch.first_orbits import SeedOrbit, cycles_of
+from wucht.studies.orbit_branch.orbit_subject import OrbitSubject
+
+Watch = Callable[[float], None]  # the value that is reached
+
+_KEPT_EVERY, _KEPT_GROWTH = 0.02, 1.1  # of the range; of the period: how far apart the orbits are that are kept whole
+_LAST = 3  # orbits by which the end is judged
+_NO_ORBIT = 1e-6  # of the first orbit's extent: a solution of the orbits' equations that is an equilibrium
+_MIRRORED = 1e-6  # relative: two orbits beside a branch point that are mirror images
+
+
+@dataclass(frozen=True)
+class KeptOrbit:
+    """An orbit as it can be found again: see ``SeedOrbit``. kind: of a special one."""
+
+    edges: np.ndarray
+    degree: int
+    states: np.ndarray
+    period: float
+    value: float
+    kind: str
+
+    @property
+    def mesh(self) -> Mesh:
+        """Its mesh."""
+        return Mesh(self.edges, self.degree)
+
+
+@dataclass(frozen=True)
+class WalkedOrbits:
+    """Orbits in order, from the first on.
+
+    values, periods, mean, low, high (of what is drawn), least, largest (of the amplitude): (N,). logarithms (n-1, N): ln mu as
+    the collocation has them. trusted (N,): whether these are right. kinds: "" or that of a special orbit. kept: some of them
+    whole. end: how it ends. offshoots: first orbits of other branches.
+    """
+
+    values: np.ndarray
+    periods: np.ndarray
+    mean: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    least: np.ndarray
+    largest: np.ndarray
+    logarithms: np.ndarray
+    trusted: np.ndarray
+    kinds: tuple[str, ...]
+    kept: tuple[KeptOrbit, ...]
+    end: BranchEnd
+    offshoots: tuple[SeedOrbit, ...] = field(default_factory=tuple)
+
+    @property
+    def stable(self) -> np.ndarray:
+        """Whether all disturbances decay (N,)."""
+        growth = self.logarithms.real.max(axis=0, initial=-math.inf)
+        return np.asarray(growth < 0)
+
+
+def walked(
+    subject: OrbitSubject, bounds: tuple[float, float], seed: SeedOrbit, onward: bool, switch: bool, watch: Watch
+) -> WalkedOrbits:
+    """The branch from a first orbit on, or backwards. Raises ``RunError`` where the first orbit is not found again."""
+    cycles = cycles_of(subject, bounds, seed.winding, seed.scale, seed.longest)
+    start = first_cycle(cycles, seed)
+    walk = cycles.walk(start if onward else cycles.backwards(start))
+    numbers, kept, offshoots, last = [_numbers(subject, start)], [kept_of(start)], list[SeedOrbit](), [start]
+    logarithms, kinds = [start.logarithms], [""]
+    extent, why = np.ptp(start.states, axis=1).max(), ""
+    for cycle in walk:
+        watch(cycle.parameter)
+        if np.ptp(cycle.states, axis=1).max() < _NO_ORBIT * extent:
+            why = "it shrinks to an equilibrium: a Hopf point"
+            break
+        numbers.append(_numbers(subject, cycle))
+        logarithms.append(cycle.logarithms)
+        kinds.append(cycle.kind)
+        moved = abs(cycle.parameter - kept[-1].value) > _KEPT_EVERY * (bounds[1] - bounds[0])
+        grown = not 1 / _KEPT_GROWTH < cycle.period / kept[-1].period < _KEPT_GROWTH
+        if moved or grown or cycle.kind:
+            kept.append(kept_of(cycle))
+        if cycle.kind and switch:
+            offshoots += _offshoots(cycles, cycle)
+        if not cycle.kind:
+            last = [*last, cycle][-_LAST:]
+    columns = np.array(numbers).T
+    regular = np.array([not kind for kind in kinds])
+    end = branch_end(cycles, columns[0, regular], columns[1, regular], last, why or walk.end)
+    values, periods, mean, low, high, least, largest, trusted = columns
+    known = np.array(logarithms).reshape(len(kinds), -1).T
+    return WalkedOrbits(
+        values=values, periods=periods, mean=mean, low=low, high=high, least=least, largest=largest, logarithms=known,
+        trusted=trusted > 0, kinds=tuple(kinds), kept=tuple(kept), end=end, offshoots=tuple(offshoots),
+    )  # fmt: skip
+
+
+def first_cycle(cycles: Cycles, seed: SeedOrbit) -> Cycle:
+    """The first orbit of a branch. Raises ``RunError``."""
+    u = np.concatenate([seed.states.ravel(), [seed.period, seed.value]])
+    problem = cycles.problem(seed.mesh, seed.period)
+    problem = replace(problem, reference=problem.referred(u))
+    towards = seed.towards
+    if not len(towards):
+        towards = np.zeros(len(u))
+        towards[-1] = problem.scale[-1]
+    curve = cycles.curve(problem)
+    return cycles.seen(curve, curve.start(u, towards))
+
+
+def _numbers(subject: OrbitSubject, cycle: Cycle) -> list[float]:
+    """Value, period, mean and range of what is drawn, range of the amplitude, whether multipliers are known."""
+    shown, amplitude = subject.seen(cycle.states, cycle.parameter)
+    mean = cycle.integral(shown) / cycle.period
+    low, high, least, largest = (side * peak(cycle.tau, side * x) for x in (shown, amplitude) for side in (-1, 1))
+    return [cycle.parameter, cycle.period, mean, low, high, least, largest, float(cycle.trusted)]
+
+
+def peak(times: np.ndarray, values: np.ndarray) -> float:
+    """The highest value (K,) of a smooth periodic curve, between its samples too: a parabola through the three highest."""
+    if np.isnan(values).any():
+        return math.nan
+    k = int(values.argmax())
+    if 0 < k < len(values) - 1:
+        t, x = times[k - 1 : k + 2] - times[k], values[k - 1 : k + 2]
+    else:
+        t, x = np.array([times[-2] - times[-1], 0.0, times[1] - times[0]]), np.array([values[-2], values[k], values[1]])
+    slopes = np.diff(x) / np.diff(t)
+    bend = (slopes[1] - slopes[0]) / (t[2] - t[0])
+    if not bend < 0:
+        return float(x[1])
+    slope = slopes[0] - bend * t[0]  # at the middle one, where t is 0
+    return float(x[1] - slope**2 / (4 * bend))
+
+
+def kept_of(cycle: Cycle) -> KeptOrbit:
+    """An orbit as it is kept."""
+    mesh = cycle.problem.mesh
+    return KeptOrbit(mesh.edges, mesh.degree, cycle.states.T, cycle.period, cycle.parameter, cycle.kind)
+
+
+def _offshoots(cycles: Cycles, at: Cycle) -> Sequence[SeedOrbit]:
+    """The first orbits of other branches at a special one: of mirror images one."""
+    where = f"at {cycles.equations.parameters[-1]} = {at.parameter:.6g}"
+    try:
+        if at.kind == DOUBLING:
+            more, cycle = doubled(cycles, at)
+            return [SeedOrbit.of(more, cycle, f"the period doubling {where}", both_ways=False)]
+        if at.kind == BRANCH_POINT:
+            sides = switched(cycles, at)
+            alike = all(
+                abs(getattr(sides[0], name) / getattr(sides[1], name) - 1) < _MIRRORED for name in ("period", "parameter")
+            )
+            return [
+                SeedOrbit.of(cycles, side, f"the branch point {where}", both_ways=False) for side in sides[: 1 if alike else 2]
+            ]
+    except RunError:
+        pass
+    return []

@@ -1,0 +1,55 @@
+"""The question of a branch of orbits."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator, Field
+
+from wucht.errors import InputError
+from wucht.fields import si
+from wucht.studies.spec import Inertia, Pair, Path, Spec, Start, TrueOrFalse, Values
+from wucht.studies.speed_curve.spec import Ranges
+
+
+def _one_or_more(given: Any) -> Any:
+    return given if isinstance(given, list | tuple) else [given]
+
+
+class OrbitBranch(Spec):
+    """Modulated motions over a parameter: branches of periodic orbits of the averaged equations, and how they end.
+
+    002, sections 5.2 and 6.2, figures 5.6, 5.7, A.3.
+
+    along, range: the parameter and from where to where. at: values at which a run looks for a first orbit, from ``start``; by
+    default several, until one is found, and then the Hopf points of the steady states. until: how long such a run may take.
+    values: at which orbits are reported with exact exponents; by default ten along each branch. longest: up to which period a
+    branch is followed; by default twenty times that of the first orbit. switch: whether other branches are followed from branch
+    points and period doublings. together: balancing bodies that are equal keep equal phases. show: the state of a system that
+    is drawn. ranges: of its states, in which equilibria are searched. inertia: of the balancing bodies in the averaged
+    equations; false: strongly damped, 002 (4.60)-(4.62), the default where all of them are damped.
+    """
+
+    kind: ClassVar[str] = "orbit-branch"
+    subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
+    meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "at", "show", "ranges", "together", "until", "longest", "switch")
+
+    along: Path
+    range: Pair
+    at: Annotated[Values | None, BeforeValidator(_one_or_more)] = None
+    start: Start = Field(default_factory=dict)
+    until: float | None = si("s", "time", default=None, gt=0)
+    values: Values | None = None
+    longest: float | None = si("s", "period", default=None, gt=0)
+    switch: TrueOrFalse = Field(False, description="whether other branches are followed")
+    together: TrueOrFalse = Field(False, description="whether equal bodies keep equal phases")
+    show: Annotated[str | None, Field(description="state that is drawn")] = None
+    ranges: Ranges | None = None
+    inertia: Inertia | None = None
+
+    def check(self) -> None:
+        """Lists that are given have something in them."""
+        for key in ("at", "values"):
+            given = getattr(self, key)
+            if given is not None and not given:
+                raise InputError(f"study.{key}", [], "must have one value at least")

@@ -1,0 +1,106 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from known_orbits import PLANE, SPEED, P, X, Y, placed, planar
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
+from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.periodic.cycle_starts import settled
+from wucht.numerics.periodic.cycles import Cycles
+
+UNEVEN = planar(P - X**2 - Y**2, P, turning=SPEED * (1 + X / 2))
+"""r^2 = p; at p = 1 phi' = speed (1 + cos(phi)/2): T = 2 pi/(speed sqrt(3/4)), tan(phi/2) = sqrt 3 tan(pi t/T)."""
+PERIOD = 2 * math.pi / math.sqrt(0.75)
+
+
+def known(tau: np.ndarray) -> np.ndarray:
+    """The orbit at p = speed = 1 (K, 2): continuous in its phase, where tau is from -1/2 to 1/2."""
+    phi = 2 * np.arctan2(math.sqrt(3) * np.sin(np.pi * tau), np.cos(np.pi * tau))
+    return placed(PLANE, {X: np.cos(phi), Y: np.sin(phi)}).T
+
+
+def cycles(degree: int) -> Cycles:
+    return Cycles.of(UNEVEN, "p", {"speed": 1.0}, (0.5, 2.0), degree=degree)
+
+
+def problem(intervals: int, degree: int) -> tuple[BoundaryValueProblem, np.ndarray]:
+    mesh = Mesh.even(intervals, degree)
+    u = np.append(known(mesh.nodes), [PERIOD, 1.0])
+    made = cycles(degree).problem(mesh, PERIOD)
+    return replace(made, reference=made.referred(u)), u
+
+
+def test_the_jacobian_is_that_of_differences() -> None:
+    p, u = problem(3, 2)
+    u = u + 0.1 * np.random.default_rng(0).normal(size=len(u))
+    row = np.random.default_rng(1).normal(size=len(u))
+    _, jacobian = p.residual(u)
+    for seed in range(5):
+        direction = np.random.default_rng(seed).normal(size=len(u))
+        step = 1e-6
+        off = (p.residual(u + step * direction)[0] - p.residual(u - step * direction)[0]) / (2 * step)
+        # What solves [J; row] x = (J d, row d) is d.
+        np.testing.assert_allclose(jacobian.solve(row, np.append(off, row @ direction)[:, None])[:, 0], direction, atol=1e-6)
+
+
+def errors(intervals: int, degree: int) -> tuple[float, float, float]:
+    """Of the period, at mesh points, and within intervals: distances from the orbit at the same place, the phase being free."""
+    p, u = problem(intervals, degree)
+    plane = np.zeros(len(u))
+    plane[-1] = 1.0
+    found = Cycles.exactly(cycles(degree).curve(p)).start(u, plane)
+    y, parameters = p.split(found.u)
+
+    def away(tau: np.ndarray, states: np.ndarray) -> float:
+        # The phase condition shifts the orbit a little: by the first mesh point's distance along it.
+        exact = known(tau - shift)
+        return float(np.abs(states - exact).max())
+
+    speed = (known(np.array([1e-6])) - known(np.array([-1e-6])))[0] / 2e-6
+    shift = -float((y[0] - known(np.array([0.0]))[0]) @ speed / (speed @ speed))
+    fine = np.linspace(0, 1, 2001)
+    return abs(parameters[0] - PERIOD), away(p.mesh.edges, y[:: p.mesh.degree]), away(fine, p.mesh.at(y, fine))
+
+
+@pytest.mark.parametrize(("degree", "coarse", "fine"), [(2, 40, 80), (3, 20, 40), (4, 20, 40)])
+def test_order_of_convergence(degree: int, coarse: int, fine: int) -> None:
+    """2 m at mesh points and in the period, m + 1 within: C. de Boor, B. Swartz, SIAM J. Numer. Anal. 10 (1973) 582-606."""
+    one, other = errors(coarse, degree), errors(fine, degree)
+    orders = [math.log(a / b) / math.log(fine / coarse) for a, b in zip(one, other, strict=True)]
+    assert orders[0] == pytest.approx(2 * degree, abs=0.5)
+    assert orders[1] == pytest.approx(2 * degree, abs=0.5)
+    assert orders[2] == pytest.approx(degree + 1, abs=0.4)
+
+
+@pytest.mark.parametrize("degree", [3, 4, 6])
+def test_a_mesh_is_as_fine_as_the_accuracy_asks(degree: int) -> None:
+    for accuracy in (1e-5, 1e-8):
+        asked = replace(cycles(degree), accuracy=accuracy)
+        mesh = Mesh.even(20, degree)
+        found = settled(asked, mesh, known(mesh.nodes), PERIOD, 1.0)
+        x, y = found.at(np.linspace(0, 1, 2001))
+        y = y - x**2 / 10
+        off = float(np.abs(np.hypot(x - y**2 / 5, y) - 1).max())
+        assert off < 5 * accuracy and found.error < 5 * accuracy
+        assert found.problem.mesh.intervals < 400
+        assert found.period == pytest.approx(PERIOD, abs=5 * accuracy)
+
+
+def test_what_is_carried_to_another_mesh_keeps_its_values_and_phase() -> None:
+    p, u = problem(12, 4)
+    other = Mesh.even(17, 4)
+    both = p.moved(np.stack([u, 2 * u], axis=1), other)
+    np.testing.assert_allclose(both[:, 1], 2 * p.moved(u, other), rtol=1e-14)
+    moved = replace(p, mesh=other).split(both[:, 0])[0]
+    assert np.abs(moved - known(other.nodes)).max() < p.error(u).max() * 5
+
+
+def test_parameters_and_outline_do_not_depend_on_the_phase() -> None:
+    p, u = problem(40, 4)
+    shifted = np.append(known(p.mesh.nodes - 0.3), [PERIOD, 1.0])
+    a, b = p.outline(u)[0], p.outline(shifted)[0]
+    np.testing.assert_allclose(a, b, atol=1e-4)

@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from wucht.numerics.collocation.mesh import Mesh, basis
+
+RNG = np.random.default_rng(3)
+EDGES = np.concatenate([[0.0], np.sort(RNG.uniform(0, 1, 6)), [1.0]])
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 4, 6, 8])
+def test_polynomials_of_the_degree_are_exact(degree: int) -> None:
+    """Interpolation, derivatives, the highest derivative, and integrals of twice the degree less one."""
+    mesh = Mesh(EDGES, degree)
+    p = np.polynomial.Polynomial(RNG.normal(size=degree + 1))
+    values = p(mesh.nodes)[:, None]
+    where = np.append(RNG.uniform(0, 1, 50), mesh.nodes)
+    np.testing.assert_allclose(mesh.at(values, where)[:, 0], p(where), atol=1e-12)
+    np.testing.assert_allclose(mesh.slopes(values)[:, 0], p.deriv()(mesh.nodes), atol=1e-9)
+    pieces, b = mesh.pieces(values), mesh.basis
+    np.testing.assert_allclose((b.values @ pieces)[..., 0].ravel(), p(mesh.points), atol=1e-12)
+    slopes = (b.slopes @ pieces)[..., 0] / mesh.lengths[:, None]
+    np.testing.assert_allclose(slopes.ravel(), p.deriv()(mesh.points), atol=1e-9)
+    on_unit = basis(degree).highest @ p(basis(degree).nodes)
+    assert on_unit == pytest.approx(p.deriv(degree)(0.0), rel=1e-9)
+    square = np.polynomial.Polynomial(RNG.normal(size=2 * degree))
+    assert (mesh.weights.ravel() * square(mesh.points)).sum() == pytest.approx(
+        square.integ()(1.0) - square.integ()(0.0), rel=1e-10
+    )
+
+
+def layer(t: np.ndarray) -> np.ndarray:
+    """Smooth, periodic, and steep at t = 0.6."""
+    return np.stack([np.exp(-12 * (1 - np.cos(2 * np.pi * (t - 0.6)))), np.sin(2 * np.pi * t)], axis=1)
+
+
+@pytest.mark.parametrize("degree", [2, 4, 6])
+def test_an_adapted_mesh_spreads_the_error_evenly(degree: int) -> None:
+    mesh = Mesh.even(40, degree)
+    before = mesh.error(layer(mesh.nodes), True)
+    for _ in range(4):
+        mesh = mesh.adapted(layer(mesh.nodes), True)
+    after = mesh.error(layer(mesh.nodes), True)
+    assert mesh.unevenness(layer(mesh.nodes), True) < 1.1
+    assert after.max() < before.max() / 3
+    assert mesh.edges[0] == 0 and mesh.edges[-1] == 1 and (mesh.lengths > 0).all()
+
+
+@pytest.mark.parametrize("degree", [2, 3, 4, 6])
+def test_the_error_is_estimated_and_so_is_what_an_accuracy_needs(degree: int) -> None:
+    """Within a factor of three of the true one, of functions and of how many intervals halve it often enough."""
+    mesh = Mesh.even(30, degree)
+    for _ in range(3):
+        mesh = mesh.adapted(layer(mesh.nodes), True, 50)
+    where = np.linspace(0, 1, 5001)
+    true = np.linalg.norm(mesh.at(layer(mesh.nodes), where) - layer(where), axis=1).max()
+    estimate = mesh.error(layer(mesh.nodes), True).max()
+    assert 1 / 3 < estimate / true < 3
+    accuracy = true / 4
+    wanted = mesh.wanted(layer(mesh.nodes), True, accuracy)
+    better = mesh.adapted(layer(mesh.nodes), True, round(wanted))
+    reached = np.linalg.norm(better.at(layer(better.nodes), where) - layer(where), axis=1).max()
+    assert 1 / 4 < reached / accuracy < 4
+
+
+def test_values_at_both_ends_and_on_edges() -> None:
+    mesh = Mesh(EDGES, 4)
+    values = layer(mesh.nodes)
+    np.testing.assert_array_equal(mesh.at(values, mesh.edges), values[::4])
+    assert mesh.shares.sum() == pytest.approx(1.0) and (mesh.shares > 0).all()

@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from known_orbits import BAUTIN, EVEN, MOEBIUS, PITCHFORK, PLANE, SPACE, TORUS_BIRTH, W, X, Y, Z, placed
+from wucht.errors import WuchtError
+from wucht.numerics.periodic.cycle_curves import CurveCycle, CycleCurve
+from wucht.numerics.periodic.cycle_starts import cycle_near
+from wucht.numerics.periodic.cycles import Cycles
+from wucht.system import System
+
+TAU = np.linspace(0, 1, 41)
+WAVE = {X: np.cos(2 * np.pi * TAU), Y: np.sin(2 * np.pi * TAU)}
+BOUNDS = ((-0.6, 0.9), (-0.7, 0.9))
+
+
+def curve(kind: str, system: System, samples: np.ndarray, period: float, low: float, **more: float) -> list[CurveCycle]:
+    """The whole curve in (p, q) through the first point of a kind at q = 0.5, from both sides of p = low."""
+    fixed = {"speed": 2.0} | more
+    cycles = Cycles.of(system, "p", fixed | {"q": 0.5}, (-0.6, 0.9))
+    first = cycle_near(cycles, period * TAU, samples, low)
+    at = next(p for start in (first, cycles.backwards(first)) for p in cycles.walk(start) if p.kind == kind)
+    followed = CycleCurve.of(kind, system, ("p", "q"), fixed, BOUNDS)
+    start = followed.start(at, 0.5)
+    assert start.parameters == pytest.approx((at.parameter, 0.5), abs=1e-9)
+    found = [start]
+    for way in (start, followed.backwards(start)):
+        walk = followed.walk(way)
+        found += list(walk)
+        assert walk.end.startswith("it leaves the range at")
+    return found
+
+
+def test_folds_of_a_generalised_hopf_point() -> None:
+    """p = -q^2/4 at r^2 = q/2, down to small orbits: T = 2 pi/(speed + r^2/4)."""
+    fixed = {"speed": 2.0}
+    cycles = Cycles.of(BAUTIN, "p", fixed | {"q": 0.5}, (-0.6, 0.9))
+    samples = placed(PLANE, {s: math.sqrt(0.5) * v for s, v in WAVE.items()})
+    first = cycle_near(cycles, 2 * math.pi / 2.125 * TAU, samples, 0.0)
+    fold = next(p for start in (first, cycles.backwards(first)) for p in cycles.walk(start) if p.kind == "fold")
+    followed = CycleCurve.of("fold", BAUTIN, ("p", "q"), fixed, ((-0.6, 0.9), (0.1, 0.9)))
+    start = followed.start(fold, 0.5)
+    for way in (start, followed.backwards(start)):
+        points = list(followed.walk(way))
+        assert points[-1].parameters[1] in (0.1, 0.9)
+        for point in points:
+            p, q = point.parameters
+            assert p == pytest.approx(-(q**2) / 4, abs=1e-8)
+            assert point.period == pytest.approx(2 * math.pi / (2 + q / 8), rel=1e-7)
+
+
+def test_period_doublings_lie_on_their_parabola() -> None:
+    samples = placed(SPACE, WAVE | {Z: 0 * TAU, W: 0 * TAU})
+    points = curve("period-doubling", MOEBIUS, samples, math.pi, -0.3, frequency=0.0)
+    assert {p.parameters[1] for p in points} >= {-0.7, 0.9}
+    for point in points:
+        p, q = point.parameters
+        assert p == pytest.approx(q**2, abs=1e-8) and point.period == pytest.approx(math.pi, abs=1e-8)
+
+
+def test_births_of_a_torus_lie_on_their_parabola() -> None:
+    """With the angle by which the pair turns in a period."""
+    samples = placed(SPACE, WAVE | {Z: 0 * TAU, W: 0 * TAU})
+    points = curve("torus", TORUS_BIRTH, samples, math.pi, -0.3, frequency=math.sqrt(2))
+    assert {p.parameters[1] for p in points} >= {-0.7, 0.9}
+    for point in points:
+        p, q = point.parameters
+        assert p == pytest.approx(q**2, abs=1e-8)
+        assert math.cos(point.extra[0]) == pytest.approx(math.cos(math.sqrt(2) * math.pi), abs=1e-8)
+
+
+def test_broken_symmetries_lie_on_their_parabola() -> None:
+    samples = placed(EVEN, WAVE | {Z: 0 * TAU})
+    points = curve("branch-point", PITCHFORK, samples, math.pi, -0.3)
+    assert {p.parameters[1] for p in points} >= {-0.7, 0.9}
+    for point in points:
+        p, q = point.parameters
+        assert p == pytest.approx(q**2, abs=1e-8)
+        np.testing.assert_allclose(point.states[2], 0, atol=1e-9)
+        assert abs(point.extra[1]) < 1e-8
+
+
+def test_bad_input_is_told() -> None:
+    fixed = {"speed": 2.0}
+    with pytest.raises(WuchtError, match="hopf: curves of orbits are of the kinds fold, period-doubling"):
+        CycleCurve.of("hopf", BAUTIN, ("p", "q"), fixed, BOUNDS)
+    with pytest.raises(WuchtError, match="needs two parameters, not p twice"):
+        CycleCurve.of("fold", BAUTIN, ("p", "p"), fixed, BOUNDS)
+    with pytest.raises(WuchtError, match="the bounds of q are"):
+        CycleCurve.of("fold", BAUTIN, ("p", "q"), fixed, ((0, 1), (1, 0)))
+    with pytest.raises(WuchtError, match="speed has no value"):
+        CycleCurve.of("fold", BAUTIN, ("p", "q"), {}, BOUNDS)

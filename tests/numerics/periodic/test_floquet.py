@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from known_orbits import EVEN, PITCHFORK, X, Y, Z, placed
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.orbits import periodic_orbit
+from wucht.numerics.periodic.cycle_starts import cycle_near
+from wucht.numerics.periodic.cycles import Cycles
+from wucht.numerics.periodic.floquet import across_flow, integrated_maps, logarithms
+from wucht.system import System
+
+RNG = np.random.default_rng(11)
+
+
+def product_of(values: np.ndarray, parts: int) -> np.ndarray:
+    """Maps (G, n, n) whose product has given eigenvalues, in directions that turn from part to part."""
+    n = len(values)
+    frames = [np.linalg.qr(RNG.normal(size=(n, n)))[0] + 0.2 * RNG.normal(size=(n, n)) for _ in range(parts)]
+    frames.append(frames[0])
+    part = np.diag(np.abs(values) ** (1 / parts)).astype(float)
+    maps = [frames[k + 1] @ part @ np.linalg.inv(frames[k]) for k in range(parts)]
+    maps[0] = frames[1] @ np.diag(np.sign(values)) @ part @ np.linalg.inv(frames[0])
+    return np.array(maps)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_against_eigenvalues_of_the_product_where_it_can_be_multiplied(n: int) -> None:
+    for _ in range(5):
+        maps = RNG.normal(size=(7, n, n))
+        expected = np.log(np.linalg.eigvals(np.linalg.multi_dot(maps[::-1])).astype(complex))
+        values, basis = logarithms(maps)
+        # -pi and pi are one angle
+        off = np.exp(values)[:, None] / np.exp(expected) - 1
+        assert np.abs(off).min(axis=1).max() < 1e-8
+        np.testing.assert_allclose(basis.T @ basis, np.eye(n), atol=1e-13)
+
+
+def test_multipliers_that_are_tiny_or_huge_beside_one() -> None:
+    """ln mu = 300, 0, -400; and the same with a negative one."""
+    frames = np.array([np.linalg.qr(RNG.normal(size=(3, 3)))[0] for _ in range(200)])
+    rates = np.diag(np.exp(np.array([300.0, 0.0, -400.0]) / 200))
+    maps = frames[(np.arange(200) + 1) % 200] @ rates @ frames.transpose(0, 2, 1)
+    np.testing.assert_allclose(logarithms(maps)[0], [300, 0, -400], atol=1e-9)
+    maps[5] = maps[5] @ frames[5] @ np.diag([1.0, -1.0, 1.0]) @ frames[5].T
+    np.testing.assert_allclose(logarithms(maps)[0], [300, 1j * math.pi, -400], atol=1e-9)
+
+
+def test_a_complex_pair_and_a_double_one() -> None:
+    turn, frames = 0.7, np.array([np.linalg.qr(RNG.normal(size=(3, 3)))[0] for _ in range(20)])
+    block = np.zeros((3, 3))
+    block[:2, :2] = math.exp(-0.1) * np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+    block[2, 2] = math.exp(-4.0)
+    maps = frames[(np.arange(20) + 1) % 20] @ block @ frames.transpose(0, 2, 1)
+    angle = 20 * turn - 4 * math.pi
+    expected = [-2 + 1j * abs(angle), -2 - 1j * abs(angle), -80]
+    np.testing.assert_allclose(logarithms(maps)[0], expected, atol=1e-9)
+    np.testing.assert_allclose(logarithms(np.tile(0.5 * np.eye(2), (4, 1, 1)))[0], 4 * math.log(0.5), atol=1e-12)
+
+
+def test_the_neighbours_basis_gives_the_same() -> None:
+    maps = product_of(np.array([3.0, -0.5, 0.01, 1e-5]), 6)
+    values, basis = logarithms(maps)
+    again, _ = logarithms(maps * 1.001, basis)
+    np.testing.assert_allclose(values, np.log(np.array([3.0, -0.5, 0.01, 1e-5]).astype(complex)), atol=1e-8)
+    np.testing.assert_allclose(again, values + 6 * math.log(1.001), atol=1e-8)
+
+
+def test_no_state_and_a_map_to_zero() -> None:
+    assert logarithms(np.zeros((3, 0, 0)))[0].shape == (0,)
+    assert logarithms(np.zeros((2, 1, 1)))[0][0].real == -math.inf
+
+
+def test_of_a_known_orbit_by_integration_collocation_and_shooting() -> None:
+    """ln mu = (p - q^2) T and -2 T; their sum is the integral of the trace (Liouville)."""
+    tau, fixed = np.linspace(0, 1, 61), {"q": 0.5, "speed": 2.0}
+    samples = placed(EVEN, {X: np.cos(2 * np.pi * tau), Y: np.sin(2 * np.pi * tau), Z: 0 * tau})
+    cycles = Cycles.of(PITCHFORK, "p", fixed, (-1, 1))
+    cycle = cycle_near(cycles, math.pi * tau, samples, 0.1)
+    expected = np.array([-0.15 * math.pi, -2 * math.pi])
+    np.testing.assert_allclose(cycle.logarithms, expected, atol=1e-7)
+
+    values, edges = fixed | {"p": 0.1}, cycle.problem.mesh.edges
+    maps, flow = integrated_maps(PITCHFORK, values, edges * cycle.period, cycle.at(edges))
+    across, along = across_flow(maps, flow)
+    exact, _ = logarithms(across)
+    assert abs(along) < 1e-10
+    np.testing.assert_allclose(exact, expected, atol=1e-10)
+    f_x = Jacobian.of(PITCHFORK)(cycle.states, PITCHFORK.values(values))[1]
+    assert exact.sum().real == pytest.approx(cycle.integral(np.trace(f_x)), abs=1e-8)
+
+    compiled, guess = compile_system(PITCHFORK, 1e-14), samples[:, 0]
+    shot = periodic_orbit(compiled, PITCHFORK.values(values), guess, math.pi, np.zeros(3), phase_state=1)
+    np.testing.assert_allclose(shot.nontrivial(1), np.exp(exact), atol=1e-10)
+    assert shot.period == pytest.approx(cycle.period, abs=1e-10)
+
+
+def test_places_are_added_where_changes_grow_too_differently() -> None:
+    """x' = 0, y' = -60 y over one unit of time: a map whose condition is exp(60)."""
+    x, y = sp.symbols("x y", real=True)
+    system = System((x, y), (sp.Integer(1), -60 * y))
+    maps, flow = integrated_maps(system, {}, np.array([0.0, 1.0]), np.array([[0.0, 1.0], [0.0, 0.0]]))
+    assert len(maps) > 1 and len(flow) == len(maps) + 1 and np.linalg.cond(maps).max() <= 1e4
+    np.testing.assert_allclose(logarithms(maps)[0], [0.0, -60.0], atol=1e-10)

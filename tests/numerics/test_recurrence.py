@@ -1,0 +1,46 @@
+"""Whether the end of a run repeats itself: known periods and turns, and motions that do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from wucht.numerics.recurrence import recurrence, rests
+
+TIMES = np.linspace(0.0, 100.0, 20_001)
+PLAIN = np.array([False, False])
+
+
+def test_a_vibration_and_its_period() -> None:
+    wave = np.array([np.sin(1.3 * TIMES) + 0.5 * np.sin(2.6 * TIMES), np.cos(1.3 * TIMES)])
+    found = recurrence(TIMES, wave, PLAIN)
+    assert found is not None
+    assert found.period == pytest.approx(2 * np.pi / 1.3, rel=1e-5)
+    assert (found.turns == 0).all()
+
+
+def test_an_angle_that_winds_backwards_twice() -> None:
+    """In one period of the second state the first falls by two turns."""
+    states = np.array([-2 * TIMES + 0.3 * np.sin(TIMES), np.cos(TIMES)])
+    found = recurrence(TIMES, states, np.array([True, False]))
+    assert found is not None
+    assert found.period == pytest.approx(2 * np.pi, rel=1e-4)
+    assert found.turns.tolist() == [-2, 0]
+
+
+@pytest.mark.parametrize(("decay", "settled"), [(3.0, True), (0.02, False)])
+def test_only_once_it_has_settled(decay: float, settled: bool) -> None:
+    states = np.array([np.sin(TIMES) * (1 + np.exp(-decay * TIMES)), np.cos(TIMES)])
+    drifting = recurrence(TIMES, states, PLAIN)
+    assert (drifting is not None and abs(drifting.period - 2 * np.pi) < 1e-4) == settled
+
+
+def test_a_motion_that_never_returns() -> None:
+    assert recurrence(TIMES, np.array([np.sin(TIMES), np.sin(np.sqrt(2) * TIMES)]), PLAIN) is None
+    assert recurrence(TIMES, np.array([np.exp(-TIMES), TIMES]), PLAIN) is None
+
+
+def test_rest_is_no_orbit() -> None:
+    assert rests(np.ones((2, 50)))
+    assert not rests(np.array([np.sin(TIMES), 0 * TIMES]))
+    assert recurrence(TIMES, np.ones((2, len(TIMES))), PLAIN) is None

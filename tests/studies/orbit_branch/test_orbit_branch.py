@@ -1,0 +1,152 @@
+"""Branches of orbits of one's own equations with a closed form: ends, exponents, summary; what is refused; resuming."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.errors import InputError
+from wucht.files.catalogue import load_machine
+from wucht.files.own_equations import OwnEquations, equations_from
+from wucht.results.conventions import summary_of
+from wucht.studies.orbit_branch.figure import figure
+from wucht.studies.orbit_branch.report import report
+from wucht.studies.orbit_branch.spec import OrbitBranch
+from wucht.studies.runner import run
+
+# r' = r (mu - r^2), phase with frequency 2 + mu: the orbit is a circle of radius sqrt mu, its exponent -2 mu.
+CIRCLE = {
+    "parameters": {"mu": 1.0},
+    "definitions": {"s": "mu - x^2 - y^2", "w": "2 + mu"},
+    "states": {"x": "s*x - w*y", "y": "w*x + s*y"},
+}
+ROTATION = {"parameters": {"p": 2.0}, "states": {"theta": "p - sin(theta)", "r": "-r"}, "angles": ["theta"]}
+
+
+def own(described: dict[str, Any]) -> OwnEquations:
+    return equations_from(described, "a test")
+
+
+@cache
+def circles() -> Any:
+    asked = OrbitBranch(
+        along="mu", range=(-1.0, 2.0), at=1.0, values=(0.5, 1.5), start={"x": 0.5}, ranges={"x": (-1.0, 1.0), "y": (-1.0, 1.0)}
+    )
+    return run(asked, own(CIRCLE))
+
+
+def test_circles_and_their_exponents() -> None:
+    s = summary_of(circles())
+    assert [o["mu"] for o in s["orbits"]] == [0.5, 1.5]
+    for orbit in s["orbits"]:
+        mu = orbit["mu"]
+        assert orbit["period"] == pytest.approx(2 * np.pi / (2 + mu), rel=1e-8)
+        assert [orbit["min_speed"], orbit["max_speed"]] == pytest.approx([-np.sqrt(mu), np.sqrt(mu)], rel=1e-7)
+        assert orbit["exponents"] == [pytest.approx([-2 * mu, 0.0], rel=1e-8)]
+        assert orbit["exponents_phi"] is None
+        assert orbit["stable"]
+
+
+def test_its_ends_are_a_hopf_point_and_the_range() -> None:
+    s = summary_of(circles())
+    ends = {e["kind"]: e for e in s["ends"]}
+    assert set(ends) == {"hopf", "range"}
+    assert ends["hopf"]["mu"] == pytest.approx(0.0, abs=1e-8)
+    assert ends["range"]["mu"] == 2.0
+    assert s["branches"][0]["stable"][0] == pytest.approx([0.0, 2.0], abs=1e-8)
+    assert "a Hopf point" in s["sentence"]
+
+
+def test_the_figure_and_the_report_are_made_of_the_dataset_alone() -> None:
+    drawn = figure(circles())
+    assert len(drawn.axes) == 4
+    lines = report(circles())
+    assert any("Hopf point" in line for line in lines)
+
+
+def test_a_winding_orbit_ends_at_a_saddle_node() -> None:
+    """T = 2 pi/sqrt(p^2 - 1), and no end within the range the other way."""
+    s = summary_of(run(OrbitBranch(along="p", range=(0.0, 3.0), at=2.0, values=(2.0,), longest=100.0), own(ROTATION)))
+    assert s["orbits"][0]["period"] == pytest.approx(2 * np.pi / np.sqrt(3), rel=1e-8)
+    assert s["branches"][0]["winding"] == {"theta": 1}
+    assert [(e["kind"], e["p"]) for e in s["ends"]] == [
+        ("saddle-node-on-orbit", pytest.approx(1.0, abs=1e-9)),
+        ("range", 3.0),
+    ]
+
+
+def test_where_there_is_none_a_sentence_says_what_was_found() -> None:
+    """At p < 1 the rotation stands."""
+    r = run(OrbitBranch(along="p", range=(0.2, 0.8), until=200.0), own(ROTATION))
+    assert not summary_of(r)["orbits"]
+    assert "no modulated motion was found" in r.attrs["sentence"]
+    assert "settles in a steady state" in r.attrs["sentence"]
+    assert figure(r).axes
+    assert report(r)
+
+
+def test_a_hopf_point_begins_a_branch_where_no_run_finds_an_orbit() -> None:
+    """From rest at the origin nothing moves; the Hopf point is found among the equilibria."""
+    asked = OrbitBranch(along="mu", range=(-1.0, 1.0), values=(0.5,), ranges={"x": (-1.0, 1.0), "y": (-1.0, 1.0)})
+    s = summary_of(run(asked, own(CIRCLE)))
+    assert s["orbits"][0]["period"] == pytest.approx(2 * np.pi / 2.5, rel=1e-8)
+    assert "Hopf point" in s["branches"][0]["begun"]
+
+
+def test_a_forced_duplicate_value_outside_is_told() -> None:
+    """There is no orbit at mu = -0.5: a warning says so."""
+    asked = OrbitBranch(along="mu", range=(-1.0, 2.0), at=1.0, values=(-0.5, 1.0), start={"x": 0.5})
+    r = run(asked, own(CIRCLE))
+    assert [o["mu"] for o in summary_of(r)["orbits"]] == [1.0]
+    assert "mu = -0.5" in r.attrs["warnings"]
+
+
+@pytest.mark.parametrize(
+    ("keys", "where"),
+    [
+        ({"along": "nu"}, "study.along"),
+        ({"range": (2.0, 1.0)}, "study.range"),
+        ({"at": (5.0,)}, "study.at[0]"),
+        ({"values": ()}, "study.values"),
+        ({"show": "z"}, "study.show"),
+        ({"start": {"z": 1.0}}, "study.start.z"),
+        ({"start": {"x": "much"}}, "study.start.x"),
+        ({"together": True}, "study.together"),
+        ({"inertia": True}, "study.inertia"),
+    ],
+)
+def test_what_is_refused(keys: dict[str, Any], where: str) -> None:
+    with pytest.raises(InputError) as refused:
+        run(OrbitBranch(**({"along": "mu", "range": (0.1, 1.0)} | keys)), own(CIRCLE))
+    assert refused.value.where == where
+
+
+def test_equations_that_depend_on_time_are_refused() -> None:
+    with pytest.raises(InputError, match="depend on the time"):
+        run(OrbitBranch(along="a", range=(0.0, 1.0)), own({"parameters": {"a": 1.0}, "states": {"x": "a*cos(t) - x"}}))
+
+
+def test_keys_of_systems_are_refused_for_a_machine() -> None:
+    with pytest.raises(InputError) as refused:
+        run(OrbitBranch(along="u", range=(1.0, 2.0), show="x"), load_machine("drozdetskaya-2020/table-5.1"))
+    assert refused.value.where == "study.show"
+
+
+def test_an_interrupted_study_goes_on_where_it_was(tmp_path: Path) -> None:
+    """Ctrl-C after the first half of the branch: a valid result, and the same numbers in the end."""
+    asked = OrbitBranch(along="mu", range=(-1.0, 2.0), at=1.0, values=(0.5, 1.5), start={"x": 0.5})
+
+    def stop(share: float, what: str) -> None:
+        if what.startswith("exponents at mu = 1.5"):
+            raise KeyboardInterrupt
+
+    part = run(asked, own(CIRCLE), folder=tmp_path, progress=stop)
+    assert not part.attrs["finished"]
+    assert [o["mu"] for o in summary_of(part)["orbits"]] == [0.5]
+    assert figure(part).axes
+    again, whole = run(asked, own(CIRCLE), folder=tmp_path, resume=True), run(asked, own(CIRCLE))
+    assert summary_of(again) == summary_of(whole)
