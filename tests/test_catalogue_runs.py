@@ -130,6 +130,15 @@ ORBITS = {
         {"study.range": [4.5, 9.0], "study.values": [5.0], "study.longest": 260.0},
         {("ends", 1, "u"): 8.01178, ("ends", 0, "u"): 4.5},
     ),
+    # Maps with fewer places; the whole files run in tests/validation/test_open_question.py.
+    "drozdetskaya-2020/figure-5.9a": (
+        {"study.cells": 2, "study.orbits": False},
+        {("points", 0, "u"): 3.6873885, ("points", 0, "sigma"): 0.06728885},
+    ),
+    "drozdetskaya-2020/how-the-rotating-orbit-disappears": (
+        {"study.cells": 2, "study.range": [1.2, 2.0], "study.second_range": [0.09, 0.1]},
+        {("regions", 0, "share"): 1.0},
+    ),
 }
 
 

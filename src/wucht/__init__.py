@@ -9,9 +9,8 @@ A ``Machine`` from a file or from ``parts``, a question, an answer:
 'captured-modulated'
 
 Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SpeedCurve``, ``SynchronousStates``,
-``Entrainment``,
-``Approximation``, ``PhasePortrait``, ``OrbitBranch``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``,
-``CamPrediction``.
+``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``; of a ``CamDrive``: ``CamLaw``,
+``CamContour``, ``CamCorrection``, ``CamPrediction``.
 Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary
 differential equation: ``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
 ``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``, ``separated``.
@@ -56,6 +55,7 @@ if TYPE_CHECKING:
     from wucht.studies.runner import report as report
     from wucht.studies.runner import run as run
     from wucht.studies.speed_curve.spec import SpeedCurve as SpeedCurve
+    from wucht.studies.stability_map.spec import StabilityMap as StabilityMap
     from wucht.studies.study_file import run_file as run_file
     from wucht.studies.sweep.spec import Sweep as Sweep
     from wucht.studies.synchronous_states.spec import SynchronousStates as SynchronousStates
@@ -82,6 +82,7 @@ _LAZY = {
     "RunUp": "wucht.studies.run_up.spec:RunUp",
     "Sweep": "wucht.studies.sweep.spec:Sweep",
     "SpeedCurve": "wucht.studies.speed_curve.spec:SpeedCurve",
+    "StabilityMap": "wucht.studies.stability_map.spec:StabilityMap",
     "SynchronousStates": "wucht.studies.synchronous_states.spec:SynchronousStates",
     "System": "wucht.system:System",
     "TorqueBalance": "wucht.studies.torque_balance.spec:TorqueBalance",

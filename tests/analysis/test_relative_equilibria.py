@@ -141,15 +141,13 @@ def assert_both_ways_agree(full: FullStability, state: State) -> None:
     relative = full.motions.relative
     # Of a family each way may find another member: then those of the orbit's member.
     found = relative.near(relative.turned(orbit.state), state.neutral)
-    expected = np.exp(np.append(found.eigenvalues, 0.0) * orbit.period)
-    multipliers = orbit.multipliers.copy()
-    for value in expected[np.argsort(-np.abs(expected))]:
-        nearest = int(np.abs(multipliers - value).argmin())
-        assert abs(multipliers[nearest] - value) < 1e-8
-        if abs(value) > 1e-2:  # what decays by more in a turn is lost in the rounding of those that do not
-            turn = (np.log(multipliers[nearest] / value) / orbit.period).real
-            assert abs(turn) < 1e-8 * abs(found.eigenvalues).max()
-        multipliers = np.delete(multipliers, nearest)
+    expected = np.append(found.eigenvalues, 0.0) * orbit.period
+    logarithms = orbit.logarithms.copy()
+    for value in expected[np.argsort(-expected.real)]:
+        nearest = int(np.abs(np.expm1(logarithms - value)).argmin())
+        assert abs(np.exp(logarithms[nearest]) - np.exp(value)) < 1e-11
+        assert abs(np.expm1(logarithms[nearest] - value)) < 1e-9 * max(1.0, orbit.period * abs(found.eigenvalues).max())
+        logarithms = np.delete(logarithms, nearest)
 
 
 @pytest.mark.parametrize(("u", "speed"), [(1.0, 0.7), (1.0, 0.77), (2.0, 2.0), (7.0, 1.35)])

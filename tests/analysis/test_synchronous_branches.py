@@ -1,4 +1,4 @@
-"""Branches of synchronous motions as orbits of the full equations: against relative equilibria, and against single shooting."""
+"""Branches of synchronous motions as orbits of the full equations: against relative equilibria, and orbits at given values."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_orbits_of_an_isotropic_machine_fold_where_its_relative_equilibria_do() 
 
 
 def test_the_edge_of_capture_on_unequal_supports_is_a_fold_of_orbits() -> None:
-    """Single shooting's slowest rate vanishes there; a motor a little weaker keeps the rotor, a little stronger does not."""
+    """The slowest rate vanishes there; a motor a little weaker keeps the rotor, a little stronger does not."""
     motions, near = captured(False)
     assert motions.relative is None and near.orbit is not None
     cycles, first = motions.along("drive.slope", (SLOPE, 4 * SLOPE), near)
@@ -66,7 +66,7 @@ def test_the_edge_of_capture_on_unequal_supports_is_a_fold_of_orbits() -> None:
         return SynchronousMotions.of(machine.with_values({"drive.slope": slope}))
 
     def slowest(distance: float) -> float:
-        """The rate of the slowest multiplier of single shooting at a relative distance below the fold."""
+        """The rate of the slowest multiplier, of an orbit at a relative distance below the fold."""
         slope = fold.parameter * (1 - distance)
         stable = [c for c in branch if not c.unstable and not c.kind]
         start = min(stable, key=lambda c: abs(c.parameter - slope))

@@ -195,3 +195,17 @@ def test_a_system_of_python_is_asked_too() -> None:
     assert result.wucht.summary["fixed_points"][0]["kind"] == "centre"
     with pytest.raises(InputError, match=r"asked of a machine, or of wucht\.OwnEquations"):
         wucht.run(wucht.PhasePortrait(), 3)
+
+
+@pytest.mark.parametrize(
+    ("states", "wrong"),
+    [({"x": "x", "y": "-y"}, True), ({"x": "sin(x/2)", "y": "-y"}, True), ({"x": "y", "y": "x - sin(x)"}, True),
+     ({"x": "sin(x/2)^2", "y": "-y"}, False), ({"x": "y", "y": "sin(3*x) - y"}, False)],
+)  # fmt: skip
+def test_an_angle_is_the_same_after_a_turn(states: dict[str, str], wrong: bool) -> None:
+    described = {"states": states, "angles": ["x"]}
+    if not wrong:
+        assert equations_from(described).system.angles
+        return
+    with pytest.raises(InputError, match=r"system\.angles: given 'x'; must be a state that lives on a circle"):
+        equations_from(described)

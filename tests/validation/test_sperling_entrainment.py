@@ -61,7 +61,8 @@ def test_the_phases_of_equation_22_and_their_stability_24(own_answer: tuple[xr.D
     phase, partial = dataset.phase.sel(body="rotor").values, dataset.value.values
     assert np.abs(TORQUE * np.sin(phase) - SLOPE * (partial - FREQUENCY)).max() < 1e-9 * TORQUE
     stable = dataset.stable.values.astype(bool)
-    assert (stable == (np.cos(phase) > 0)).all()
+    regular = np.abs(np.cos(phase)) > 1e-6  # at the folds themselves the cosine is zero
+    assert (stable == (np.cos(phase) > 0))[regular].all() and regular.sum() == len(phase) - 2
     assert stable.any()
     assert not stable.all()
 

@@ -13,7 +13,7 @@ import sympy as sp
 from wucht.disk_cache import derived_once
 from wucht.errors import InputError, WuchtError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import sense_of
+from wucht.machines.operation import damped, sense_of
 from wucht.machines.parts.base import Body
 from wucht.machines.schedules import with_schedules
 from wucht.machines.structure import SPEED, Structure, torques_on
@@ -99,6 +99,19 @@ class AveragedMachine:
             left[group] = w
             moved[group] += integral - integral[0]
         return moved, left
+
+
+def keeps_inertia(machine: Machine, asked: bool | None) -> bool:
+    """Whether averaged equations of steady and modulated operation keep the inertia of the balancing bodies.
+
+    By default they do: what it changes is the stability, and the limit of strong damping is a case of it. The dissertation's
+    dimensionless machines are given by that limit, 002 (4.60)-(4.62), where all bodies are damped. Raises ``InputError`` where
+    it is to be left out and a body is not damped.
+    """
+    limit = damped(machine)
+    if asked is False and not limit:
+        raise InputError("study.inertia", False, "must be true: a balancing body is not damped against its rotor")
+    return not (machine.dimensionless and limit) if asked is None else asked
 
 
 def averaged_machine(

@@ -22,8 +22,8 @@ def list_all(import_: Imports = None) -> None:
 
     kinds: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
     kinds |= {"dimensionless machines": models(), "laws of cams": LAWS, "followers": FOLLOWERS, "linkages": LINKAGES}
-    kinds |= {"studies": {kind: s.spec for kind, s in studies().items()}}
     listed = {title: _first(of_kind) for title, of_kind in kinds.items()}
+    listed["studies"] = {kind: study.line for kind, study in studies().items()}
     listed["catalogue"] = {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}
     for title, entries in listed.items():
         typer.echo(f"{title}:")

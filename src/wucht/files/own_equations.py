@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from wucht.checking import read_quantity, refuse_unknown, table, text
@@ -14,11 +15,13 @@ from wucht.errors import InputError, WuchtError, nearest
 from wucht.fields import Parameter
 from wucht.files.documents import Document, flatten, settings_in
 from wucht.files.formulas import CONSTANTS, FUNCTIONS, formula
+from wucht.numerics.flow.program import Evaluator
 from wucht.quantities import Unit
 from wucht.system import TIME, System
 
 KEYS = ("title", "use", "set", "states", "angles", "parameters", "definitions")
 _LONGEST_NAME = 64
+_PLACES, _SAME = 32, 1e-8  # at which equations are evaluated, and a turn further; and what is the same there
 
 
 @dataclass(frozen=True)
@@ -94,7 +97,29 @@ def equations_from(document: Document, title: str = "") -> OwnEquations:
     system = System(
         tuple(symbols[n] for n in states), tuple(rates), tuple(symbols[n] for n in values), tuple(meanings), angles=turning
     )
+    _refuse_other_periods(system, numbers)
     return OwnEquations(system, numbers, title)
+
+
+def _refuse_other_periods(system: System, numbers: Mapping[str, float]) -> None:
+    """Raises ``InputError`` for an angle after a whole turn of which the rates are not what they were."""
+    if not system.angles:
+        return
+    rates, random = Evaluator.of_rates(system), np.random.default_rng(0)
+    x, time = random.uniform(-3, 3, (len(system.states), _PLACES)), random.uniform(0, 3, _PLACES)
+    values = system.values(numbers)
+    with np.errstate(all="ignore"):
+        at = rates.array(time, x, values)
+        for i, state in enumerate(system.states):
+            if state not in system.angles:
+                continue
+            turned = x + 2 * np.pi * (np.arange(len(x)) == i)[:, None]
+            further = rates.array(time, turned, values)
+            apart = np.abs(further - at) > _SAME * (1 + np.abs(at) + np.abs(further))
+            if apart.any():
+                rate = system.states[int(apart.any(axis=1).argmax())]
+                why = f"the derivative of {rate} is another one after {state} has made a whole turn of 2*pi"
+                raise InputError("system.angles", state.name, f"must be a state that lives on a circle: {why}")
 
 
 def with_values(described: Document, settings: Mapping[str, Any]) -> Document:

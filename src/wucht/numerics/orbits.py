@@ -1,8 +1,8 @@
 """Periodic motions of a System with rotating angles, and the multipliers that decide on their stability.
 
 In a synchronous motion every angle advances, in one period, by a given number of turns, and all else repeats:
-x(T) = x(0) + advance. The orbit is found by collocation (``closing``), then made as exact as the integrator is
-(``exact_orbits``).
+x(T) = x(0) + advance. From nearby it is found by Newton's method on integrated motions (``exact_orbits``); from farther away,
+and where it is very unstable, by collocation first (``closing``). It may be one of a family (``families``).
 """
 
 from __future__ import annotations
@@ -21,16 +21,17 @@ from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator, Numbers
 from wucht.numerics.periodic.closing import Closed, Closing, closed, depends_on_time
-from wucht.numerics.periodic.exact_orbits import ExactOrbit, exact
-from wucht.numerics.periodic.floquet import across_flow, integrated_maps, logarithms
+from wucht.numerics.periodic.exact_orbits import ExactOrbit, exact, finer
+from wucht.numerics.periodic.floquet import across_flow, logarithms
 from wucht.piecewise import PiecewiseCubic
 
 _TOLERANCE = 1e-10  # the largest |x(T) - x(0) - advance| allowed, relative to the size of each state
 _FEW_SAMPLES, _MANY_SAMPLES = 64, 2048  # of one period: for sizes and jumps, for collocation
-_FEW_LEGS, _MANY_LEGS = 4, 32  # of a period that are integrated each on its own: of a run, of samples
+_FEW_LEGS, _MANY_LEGS = 1, 32  # of a period, integrated each on its own: of a run, of samples
+_NEARLY = 1e-4  # of the states' sizes: an orbit that misses itself by less is as good as found
+_VANISHED = 1e-3  # of its size in the guess: a state that is less on the orbit is at rest there
 _NEGLIGIBLE = 1e-8  # share of the largest state below which a state counts as at rest
 _AT_REST = 1e-9  # of the states' sizes: what moves by less in a period has no phase
-_CONDITION = 1e5  # of the maps of legs: beyond it, tiny multipliers want shorter legs
 
 
 @dataclass(frozen=True)
@@ -177,7 +178,7 @@ def periodic_orbit(
     held = () if phase_state is None else (phase_state,)
     closing = Closing(gains, _sizes(motion, gains), motion[:, 0], duration, held, free_period, left_open)
     try:
-        orbit = equations.closed(samples, motion, closing, most_steps)
+        orbit, closing = equations.closed(samples, motion, closing, most_steps)
     except RunError as error:
         equations.refuse_jumps(motion, duration)
         raise RunError(f"no periodic motion was found: {error}") from None
@@ -214,42 +215,44 @@ class _Equations:
             raise RunError(f"no periodic motion was found: {run.failure}")
         return run.states
 
-    def closed(self, samples: np.ndarray, motion: np.ndarray, closing: Closing, most_steps: int) -> ExactOrbit:
-        """The orbit near a motion, by integration alone where that is enough, else by collocation first.
+    def closed(self, samples: np.ndarray, motion: np.ndarray, closing: Closing, most_steps: int) -> tuple[ExactOrbit, Closing]:
+        """The orbit near a motion, by integration alone where that is enough, else by collocation first; with its own sizes.
 
         samples (n, K): as they were given, of a period or the start alone. motion (n, K'): of a period.
         """
-        alone = samples.shape[1] == 1
-        last = motion.shape[1] - 1
+        alone, last = samples.shape[1] == 1, motion.shape[1] - 1
         legs = np.linspace(0, last, min(_FEW_LEGS if alone else _MANY_LEGS, last) + 1).round().astype(int)
-        start = Closed(closing.period, legs / legs[-1], motion[:, legs])
         with suppress(RunError):
-            orbit = exact(self.plain, self.parameters, self.time, start, closing, _TOLERANCE, most_steps)
+            orbit, own = self._exact(Closed(closing.period, legs / last, motion[:, legs]), closing, most_steps)
             if orbit.residual <= _TOLERANCE:
-                return orbit
-        fine = self.run(samples[:, 0], closing.period, _MANY_SAMPLES) if alone else samples
-        return self._collocated(fine, closing, most_steps)
-
-    def _collocated(self, motion: np.ndarray, closing: Closing, most_steps: int) -> ExactOrbit:
-        """From the motion, which ends elsewhere than it begins; or else from one that is bent so that it is closed."""
-        shares = np.linspace(0.0, 1.0, motion.shape[1])
-        bent = motion - (motion[:, -1:] - motion[:, :1] - closing.advance[:, None]) * shares
+                return orbit, own
+        if alone:
+            motion = self.run(samples[:, 0], closing.period, _MANY_SAMPLES)
         try:
             near = closed(self.plain.system, self.parameters, self.time, motion, closing, most_steps)
-        except RunError:
+        except RunError:  # a motion that is bent so that it is closed may lie nearer
+            missed = motion[:, -1] - motion[:, 0] - closing.advance
+            bent = motion - missed[:, None] * np.linspace(0.0, 1.0, motion.shape[1])
             near = closed(self.plain.system, self.parameters, self.time, bent, closing, most_steps)
-        return exact(self.plain, self.parameters, self.time, near, closing, _TOLERANCE, most_steps)
+        return self._exact(near, closing, most_steps)
+
+    def _exact(self, near: Closed, closing: Closing, most_steps: int) -> tuple[ExactOrbit, Closing]:
+        """By integration. A state that is at rest on the orbit but was not in the guess is given the size that it has there."""
+        orbit = exact(self.plain, self.parameters, self.time, near, closing, _TOLERANCE, most_steps)
+        if _TOLERANCE < orbit.residual < _NEARLY:
+            legs = len(orbit.times) - 1
+            motion = self.run(orbit.states[:, 0], orbit.period, _FEW_SAMPLES) if legs == 1 else orbit.states
+            vanished = np.abs(motion).max(axis=1) < _VANISHED * closing.sizes
+            own = replace(closing, sizes=np.where(vanished, 1.0, closing.sizes))
+            again = Closed(orbit.period, orbit.times, np.column_stack([orbit.states, orbit.states[:, 0] + closing.advance]))
+            return exact(self.plain, self.parameters, self.time, again, own, _TOLERANCE, most_steps), own
+        return orbit, closing
 
     def multipliers(self, orbit: ExactOrbit, closing: Closing, repeats: bool) -> np.ndarray:
         """ln mu (n,), the largest first. repeats: whether it is closed, so that a phase that nothing fixes has mu = 1."""
-        maps, flow, system = orbit.at.maps, (orbit.flow / closing.sizes[:, None]).T, self.plain.system
-        if np.linalg.cond(maps).max() > _CONDITION:
-            values = dict(zip(system.parameter_names, self.parameters.tolist(), strict=True))
-            states = np.column_stack([orbit.states, orbit.states[:, 0] + closing.advance])
-            maps, flow = integrated_maps(system, values, self.time + orbit.period * orbit.times, states)
-            maps, flow = maps * closing.sizes / closing.sizes[:, None], flow[:-1] / closing.sizes
+        maps, flow = finer(self.plain, self.parameters, self.time, orbit, closing)
         moves = np.linalg.norm(flow, axis=1).min() * orbit.period > _AT_REST
-        if repeats and moves and not depends_on_time(system):
+        if repeats and moves and not depends_on_time(self.plain.system):
             logs = np.append(logarithms(across_flow(maps, np.concatenate([flow, flow[:1]]))[0])[0], 0.0)
         else:
             logs = logarithms(maps)[0]

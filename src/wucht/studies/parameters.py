@@ -1,33 +1,42 @@
-"""The parameters of a machine that studies vary: found by path, read in their unit, allowed by their part."""
+"""The parameters that studies vary, of a machine or of one's own equations: found by path, read in their unit, allowed."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from wucht.checking import read_quantity
 from wucht.errors import InputError, nearest
 from wucht.fields import Parameter
+from wucht.files.own_equations import OwnEquations
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.quantities import Unit
 from wucht.studies.spec import Quantity
 
 
-def parameter_of(machine: Machine, path: str, key: str = "along") -> Parameter:
+def parameter_of(subject: Machine | OwnEquations, path: str, key: str = "along") -> Parameter:
     """The parameter of a path. Raises ``InputError`` at ``study.<key>``: no such parameter, or one that follows a schedule."""
-    if path not in machine.parameters:
-        raise InputError(f"study.{key}", path, f"unknown parameter; {nearest(path, machine.parameters)}")
-    if any(s.parameter == path for s in machine.schedules):
+    if path not in subject.parameters:
+        raise InputError(f"study.{key}", path, f"unknown parameter; {nearest(path, subject.parameters)}")
+    if isinstance(subject, Machine) and any(s.parameter == path for s in subject.schedules):
         raise InputError(f"study.{key}", path, "not allowed: this parameter follows a schedule")
-    return machine.parameters[path]
+    return subject.parameters[path]
 
 
-def values_of(machine: Machine, along: Parameter, given: Sequence[Quantity], key: str = "values") -> tuple[float, ...]:
+def with_parameters(subject: Machine | OwnEquations, values: Mapping[str, float]) -> Machine | OwnEquations:
+    """The subject with other values of some parameters. Raises ``InputError`` for one that a machine's part does not allow."""
+    return subject.with_values(values) if isinstance(subject, Machine) else subject.changed(values)
+
+
+def values_of(
+    subject: Machine | OwnEquations, along: Parameter, given: Sequence[Quantity], key: str = "values"
+) -> tuple[float, ...]:
     """Values of a parameter as SI floats. Raises ``InputError`` at ``study.<key>[i]`` for one that its part does not allow."""
     unit, values = Unit(along.unit, along.what), []
     for i, value in enumerate(given):
         values.append(read_quantity(unit, value, f"study.{key}[{i}]"))
-        check_values(machine.parts, {along.path: values[-1]}, f"study.{key}[{i}]")
+        if isinstance(subject, Machine):
+            check_values(subject.parts, {along.path: values[-1]}, f"study.{key}[{i}]")
     return tuple(values)
 
 

@@ -22,7 +22,6 @@ from wucht.studies.spec import Spec
 
 GROUP = "wucht.studies"
 NOT_YET = (
-    "stability-map",
     "basin", "capture-probability", "optimise-balancer", "load-spectrum", "exciter-design",
 )  # fmt: skip
 
@@ -47,7 +46,12 @@ class Study:
     package: str
 
     def _module(self, part: str) -> ModuleType:
-        whole = import_module(self.package)
+        try:
+            whole = import_module(self.package)
+        except Exception as error:
+            if self.package.startswith("wucht."):
+                raise
+            raise WuchtError(f"the study {self.kind!r} ({self.package}) cannot be loaded: {error}") from error
         inside = hasattr(whole, "__path__") and find_spec(f"{self.package}.{part}") is not None
         return import_module(f"{self.package}.{part}") if inside else whole
 
@@ -59,6 +63,14 @@ class Study:
             if isinstance(candidate, type) and issubclass(candidate, Spec) and candidate.kind == self.kind:
                 return candidate
         raise WuchtError(f"the study {self.kind!r} ({self.package}) has no spec of that kind")
+
+    @property
+    def line(self) -> str:
+        """What it answers, or why it cannot be loaded, on one line."""
+        try:
+            return (self.spec.__doc__ or "").strip().partition("\n")[0]
+        except WuchtError as error:
+            return str(error).partition("\n")[0]
 
     prepare = _part("prepare", "(spec, subject) -> plan.")
     run = _part("run", "(plan, work) -> iterator of findings, each more complete than that before.")

@@ -39,14 +39,15 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
     """
     document, path = load_document(name)
     own = flatten(settings or {})
+    dropped: list[str] = []
     of_subject = {k: v for k, v in own.items() if not k.startswith("study.")}
     try:
-        asked = _asked(document, own)
+        asked, dropped = _asked(document, own)
         spec = asked_study(asked).spec
         subject, described = subject_of(spec).read(document, path, name, of_subject)
         return StudyFile(path, spec.read(asked), subject, {"study": asked, **described})
     except InputError as error:
-        raise error.within(str(path), ": ") from None
+        raise _with_dropped(error, dropped).within(str(path), ": ") from None
 
 
 def run_file(
@@ -93,13 +94,22 @@ def answer(asked: StudyFile, **options: Any) -> xr.Dataset:
         raise error if option else error.within(str(asked.path), ": ") from None
 
 
-def _asked(document: Document, settings: Mapping[str, Any]) -> Document:
-    """The table ``[study]`` with what is set in it; without one a run-up is asked for.
+def _with_dropped(error: InputError, dropped: list[str]) -> InputError:
+    """The error where a key is missing that the file has, but for another kind of study."""
+    if error.given is not None or error.where.removeprefix("study.") not in dropped:
+        return error
+    why = f"what the file says of {', '.join(dropped)} was written for another kind of study and is left out; use --set"
+    return InputError(error.where, None, f"{error.allowed}; {why} {error.where}=...")
+
+
+def _asked(document: Document, settings: Mapping[str, Any]) -> tuple[Document, list[str]]:
+    """The table ``[study]`` with what is set in it, and the keys that are left out; without one a run-up is asked for.
 
     Of a file written for another kind only what this kind knows too.
     """
     asked = dict(table(document, "study", "study")) if "study" in document else {"kind": "run-up"}
     kind, known = settings.get("study.kind", asked.get("kind")), studies()
+    written = asked
     spec = known[kind].spec if isinstance(kind, str) and kind in known else Spec
     if kind != asked.get("kind") and spec is not Spec:
         allowed = set(spec.keys()) - set(spec.meaning)
@@ -107,7 +117,7 @@ def _asked(document: Document, settings: Mapping[str, Any]) -> Document:
     for key, value in settings.items():
         if key.startswith("study."):
             _set(asked, key.removeprefix("study.").split("."), value, spec.one_of)
-    return asked
+    return asked, [k for k in written if k not in asked]
 
 
 def _set(asked: Document, keys: list[str], value: Any, one_of: tuple[tuple[str, ...], ...]) -> None:

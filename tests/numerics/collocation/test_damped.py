@@ -9,6 +9,7 @@ from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.damped import solved
 from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.continuation.curve import Curve
 
 MESH = Mesh.even(20, 4)
 
@@ -54,12 +55,25 @@ def test_both_solutions_of_bratu(height: float, theta: float) -> None:
 
 
 def test_from_where_whole_steps_go_astray() -> None:
-    """They overshoot by orders of magnitude."""
-    problem, row = bratu(1.0)
-    u, steps = solved(problem, start(9.0, 1.0), row, -1, 40, 1e-10)
-    assert np.abs(problem.residual(u)[0]).max() < 1e-8
+    """y' = 0, arctan y(0) = 0: from y = 1.392 on whole steps of Newton's method grow."""
+
+    def field(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.zeros((1, u.shape[1])), np.zeros((1, 2, u.shape[1]))
+
+    def ends(first: np.ndarray, _: np.ndarray, __: np.ndarray) -> EndValues:
+        return np.arctan(first), np.array([1 / (1 + first**2)]), np.zeros((1, 1)), np.zeros((1, 1))
+
+    nothing = Reference(np.zeros((1, 0)), np.zeros((1, 0)))
+    problem = BoundaryValueProblem(field, 1, 1, ends, None, MESH, nothing, np.ones(2))
+    u, row = np.full(len(MESH.nodes) + 1, 3.0), np.zeros(len(MESH.nodes) + 1)
+    row[-1] = 1.0
+    with pytest.raises(RunError, match="Newton's method does not converge"):
+        Curve(problem).start(u, row)
+    found, steps = solved(problem, u, row, -1, 25, 1e-10)
+    np.testing.assert_allclose(found[:-1], 0, atol=1e-12)
+    assert found[-1] == 3.0 and 2 < steps < 12
     with pytest.raises(RunError, match=r"after 2 steps of Newton's method .* is left"):
-        solved(problem, start(9.0, 1.0), row, -1, 2, 1e-10)
+        solved(problem, u, row, -1, 2, 1e-10)
 
 
 def test_where_there_is_none_it_is_told() -> None:

@@ -11,11 +11,11 @@ from scipy.optimize import brentq
 
 from auto_demos import AB
 from wucht.errors import RunError, WuchtError
-from wucht.numerics.continuation.curve import Steps, Walk
+from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
 from wucht.numerics.continuation.fold_curves import Fold, FoldProblem, Folds
-from wucht.numerics.continuation.special_curves import Condition, SpecialCurve, walked
+from wucht.numerics.continuation.special_curves import Condition, SpecialCurve, Watch
 from wucht.system import System
 
 X, Y, Z, P, Q = sp.symbols("x y z p q", real=True)
@@ -213,7 +213,7 @@ def test_a_jump_is_no_zero() -> None:
     jumps = Condition("jump", lambda fold: math.copysign(1.0, fold.x[0]), lambda fold: math.copysign(1.0, fold.x[0]))
     curve, signs = problem.curve(start.u), set[float]()
     for first in (start, curve.backwards(start)):
-        points = list(Walk(walked(curve, first, lambda p: Fold(problem.equations, p), [jumps])))
+        points = list(Watch(lambda p: Fold(problem.equations, p), [jumps]).walk(curve, first))
         assert [p.kind for p in points if p.kind] == []
         signs |= {float(np.sign(p.x[0])) for p in points}
     assert signs == {-1, 1}
@@ -230,7 +230,7 @@ def test_a_condition_may_end_a_curve() -> None:
 
     conditions = [at("beyond", 0.0999), at("end", 0.1, "it ends here"), at("before", 0.1001)]
     falling = start if start.tangent[0] < 0 else curve.backwards(start)
-    walk = Walk(walked(curve, falling, lambda p: Fold(problem.equations, p), conditions))
+    walk = Watch(lambda p: Fold(problem.equations, p), conditions).walk(curve, falling)
     points = list(walk)
     assert [p.kind for p in points if p.kind] == ["before", "end"] and points[-1].kind == "end"
     assert points[-1].x[0] == pytest.approx(0.1, rel=1e-9) and walk.end == "it ends here"

@@ -52,6 +52,20 @@ def test_folds_of_a_generalised_hopf_point() -> None:
             assert point.period == pytest.approx(2 * math.pi / (2 + q / 8), rel=1e-7)
 
 
+def test_folds_end_at_the_generalised_hopf_point_and_are_not_retraced() -> None:
+    """r^2 = q/2 shrinks to zero at q = 0."""
+    cycles = Cycles.of(BAUTIN, "p", {"q": 0.5, "speed": 2.0}, (-0.6, 0.9))
+    samples = placed(PLANE, {s: math.sqrt(0.5) * v for s, v in WAVE.items()})
+    first = cycle_near(cycles, 2 * math.pi / 2.125 * TAU, samples, 0.0)
+    fold = next(p for start in (first, cycles.backwards(first)) for p in cycles.walk(start) if p.kind == "fold")
+    followed = CycleCurve.of("fold", BAUTIN, ("p", "q"), {"speed": 2.0}, ((-0.6, 0.9), (-0.9, 0.9)))
+    start = followed.start(fold, 0.5)
+    walks = [followed.walk(way) for way in (start, followed.backwards(start))]
+    second = np.concatenate([[p.parameters[1] for p in walk] for walk in walks])
+    assert "it shrinks to an equilibrium: a generalised Hopf point" in [walk.end for walk in walks]
+    assert -1e-6 < second.min() < 0.05 and second.max() == 0.9
+
+
 def test_period_doublings_lie_on_their_parabola() -> None:
     samples = placed(SPACE, WAVE | {Z: 0 * TAU, W: 0 * TAU})
     points = curve("period-doubling", MOEBIUS, samples, math.pi, -0.3, frequency=0.0)

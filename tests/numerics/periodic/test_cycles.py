@@ -8,7 +8,26 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from known_orbits import BAUTIN, EVEN, HOPF_TO_HOPF, ISOLA, MOEBIUS, PITCHFORK, PLANE, SPACE, TORUS_BIRTH, W, X, Y, Z, placed
+from auto_demos import AB
+from known_orbits import (
+    BAUTIN,
+    EVEN,
+    HOPF_TO_HOPF,
+    ISOLA,
+    MOEBIUS,
+    PITCHFORK,
+    PLANE,
+    SPACE,
+    SQUARE,
+    TORUS_BIRTH,
+    P,
+    W,
+    X,
+    Y,
+    Z,
+    placed,
+    planar,
+)
 from wucht.errors import WuchtError
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
@@ -91,6 +110,27 @@ def test_backwards_from_a_hopf_point_ends_at_once() -> None:
     cycles = Cycles.of(HOPF_TO_HOPF, "p", fixed, (-3.0, 3.0))
     walk = cycles.walk(cycles.backwards(cycle_at_hopf(cycles, hopf(HOPF_TO_HOPF, "p", fixed, (-2.0, 0.0), -2.0))))
     assert len(list(walk)) <= 2 and walk.end == "it shrinks to an equilibrium: a Hopf point"
+
+
+def test_the_equilibrium_beyond_a_hopf_point_is_no_orbit() -> None:
+    """r^2 = p from 0.1 down: with long steps Newton's method finds the equilibrium, which satisfies the same equations."""
+    system = planar(P - SQUARE, P)
+    for most in (0.05, 0.2, 0.5):
+        cycles = Cycles.of(system, "p", {"speed": 1.0}, (-0.04, 0.11), steps=Steps(most=most, turn=1.0, corrections=6))
+        first = on_circle(cycles, 2 * math.pi, 0.1, math.sqrt(0.1))
+        walk = cycles.walk(first if first.point.tangent[-1] < 0 else cycles.backwards(first))
+        points = list(walk)
+        assert walk.end == "it shrinks to an equilibrium: a Hopf point"
+        assert all(np.ptp(p.states, axis=1).max() > 1e-3 for p in points) and points[-1].parameter > -1e-9
+
+
+def test_a_fold_where_an_orbit_lies_on_it_is_found() -> None:
+    """AUTO's demo ab at p2 = 16: a step of this branch ends so near to its fold that the test function there is rounding."""
+    equilibria = Equilibria(Equations.of(AB, ["p1"], {"p2": 16.0}), (0.0, 0.4))
+    upper = next(e for e in equilibria.branch(equilibria.start([0, 0], 0.0)).special if e.kind == "hopf" and e.parameter > 0.2)
+    cycles = Cycles.of(AB, "p1", {"p2": 16.0}, (0.05, 0.4), periods=(0.0, 40.0))
+    folds = [p for p in cycles.walk(cycle_at_hopf(cycles, upper)) if p.kind == "fold"]
+    assert [p.parameter for p in folds] == [pytest.approx(0.1306373, rel=1e-6)]
 
 
 def test_period_at_a_hopf_point_is_that_of_its_eigenvalues() -> None:

@@ -27,7 +27,7 @@ def test_the_direction_of_a_family_and_what_cannot_be_closed(count: int, free: b
     at = Places(maps_of([3.0, 1.0, 1.0, 0.2], count), np.zeros((count, 4)))
     if free:
         at.by_period[-1] = TURN[:, 1]  # the flow
-    borders = at.borders((0,) if free else (), free, 0.0, 0)
+    borders = at.borders((0,) if free else (), free, 0)
     k = 1 if free else 2
     assert borders.open.shape == (4, k) and borders.rows.shape == (k + 1, 5)
     np.testing.assert_allclose(borders.open.T @ borders.open, np.eye(k), atol=1e-13)
@@ -45,7 +45,7 @@ def test_corrections_close_what_can_be_closed(count: int) -> None:
     maps = maps_of([40.0, 1.0, 0.5, 1e-3], count)
     at = Places(maps, RNG.normal(size=(count, 4)))
     missed = RNG.normal(size=(count, 4))
-    borders = at.borders((), False, 0.0, 0)
+    borders = at.borders((), False, 0)
     by, longer, s = at.correction(missed, borders)
     assert longer == pytest.approx(0.0, abs=1e-13) and s.shape == (1,)
     left = np.einsum("jab,jb->ja", maps, by) - np.roll(by, -1, axis=0) + missed
@@ -56,14 +56,14 @@ def test_corrections_close_what_can_be_closed(count: int) -> None:
 
 def test_directions_are_left_open_as_asked_and_none_where_all_is_singular() -> None:
     at = Places(maps_of([3.0, 1.001, 0.99, 0.2], 2), np.zeros((2, 4)))
-    assert at.borders((), False, 0.0, 0).open.shape == (4, 0)
-    assert at.borders((), False, 0.0, 2).open.shape == (4, 2)
+    assert at.borders((), False, 0).open.shape == (4, 0)
+    assert at.borders((), False, 2).open.shape == (4, 2)
     near = Places(maps_of([3.0, 1 + 1e-5, 0.99, 0.2], 2), np.zeros((2, 4)))
-    assert near.borders((), False, 1e-3, 0).open.shape == (4, 1)
-    assert near.borders((), False, 1e-7, 0).open.shape == (4, 0)
+    assert near.borders((), False, 0, 1e-3).open.shape == (4, 1)
+    assert near.borders((), False, 0, 1e-7).open.shape == (4, 0)
     nowhere = Places(np.array([np.eye(4), np.zeros((4, 4))]), np.zeros((2, 4)))
     with pytest.raises(RunError, match="the equations are singular here"):
-        nowhere.borders((), False, 0.0, 5)
+        nowhere.borders((), False, 5)
 
 
 def test_places_are_where_maps_become_too_different() -> None:

@@ -44,8 +44,8 @@ def test_manifolds_are_told_apart_by_colour_and_dashes(cylinder: xr.Dataset) -> 
     assert len(bold) == 2 and {dashed for _, dashed in bold} == {True, False}
     names = [t.get_text() for t in drawn.legends[0].get_texts()]
     assert names == [
-        "stable fixed point", "stable within the section only", "saddle", "unstable manifold of a saddle",
-        "stable manifold of a saddle", "closed curve, stable", "trajectory", "nullcline of psi", "nullcline of speed",
+        "stable fixed point", "stable within the section only", "saddle", "unstable manifold: leaves the saddle",
+        "stable manifold: goes to the saddle", "closed curve, stable", "trajectory", "nullcline of psi", "nullcline of speed",
     ]  # fmt: skip
 
 

@@ -20,6 +20,9 @@ from wucht.machines.machine import Machine
 from wucht.numerics.jacobian import Jacobian
 from wucht.results.conventions import summary_of
 from wucht.studies.runner import report, run
+from wucht.studies.speed_curve.following import FollowedBranch, Stability
+from wucht.studies.speed_curve.prepare import RESERVED
+from wucht.studies.speed_curve.report import in_words
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.system import System
 
@@ -56,6 +59,7 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     (TABLE, {"along": "u", "range": [0, 1], "second_values": [1]}, "study.second: this key is missing"),
     (TABLE, {"along": "u", "range": [0, 1], "second": "sigma", "second_range": [0.2, 0.3]}, "must contain the value 0.1"),
     (TABLE, {"along": "u", "range": [0, 1], "second": "sigma", "second_values": [-1]}, "study.second_values[0]"),
+    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma", "second_values": []}, "given []; must hold at least one value"),
     (TABLE, {"along": "u", "range": [0, 1], "show": "p3.phase"}, "study.show: given 'p3.phase'; unknown state"),
     (TABLE, {"along": "u", "range": [0, 1], "ranges": {"x": [0, 1]}}, "study.ranges"),
     (TABLE, {"along": "u", "range": [0, 1], "ranges": {"x": [1, 0]}}, "low below high for x"),
@@ -115,22 +119,41 @@ def test_families_are_followed_modulo_the_family() -> None:
     slope = r.value.values[at]
     assert r.speed.values[at] == pytest.approx(180.0 * slope / (slope + 1e-4), rel=1e-10)
     assert (r.amplitude.values[at] == 0).all()
-    # It gains its stability above the natural frequency, by a Hopf bifurcation: so the whole Jacobian of the averaged equations
-    # says too, in which one more eigenvalue, along the family, is zero.
-    (hopf,) = [p for p in s["special_points"] if p["kind"] == "hopf"]
-    assert 1.0 < hopf["speed"] / math.sqrt(1e5 / 10.3) < 1.1 and family["stable"] == [
-        [pytest.approx(hopf["drive.slope"]), 0.05]
-    ]
-    system = averaged_machine(machine).system
-    state = [hopf["state"][name] for name in system.state_names]
-    values = system.values(machine.values | {"drive.slope": hopf["drive.slope"]})
-    eigenvalues = np.linalg.eigvals(Jacobian.of(system).at(state, values)[1])
-    eigenvalues = eigenvalues[np.argsort(np.abs(eigenvalues.real))]
-    assert np.abs(eigenvalues[:3].real) == pytest.approx([0.0] * 3, abs=1e-6)
-    assert np.sort(eigenvalues[:3].imag) == pytest.approx([-hopf["frequency"], 0.0, hopf["frequency"]], abs=1e-6)
+    # Its members gain their stability above the natural frequency, one after another, each by a Hopf bifurcation: so the whole
+    # Jacobian of the averaged equations says too, in which one more eigenvalue, along the family, is zero.
+    limits = {p["kind"]: p for p in s["special_points"] if p["kind"] != "fold"}
+    some, all_ = (limits[kind]["drive.slope"] for kind in ("some-stable", "all-stable"))
+    assert len(limits) == 2 and all(0.99 < p["speed"] / math.sqrt(1e5 / 10.3) < 1.1 for p in limits.values())
+    assert family["stable"] == [[all_, 0.05]] and family["partly_stable"] == [[some, all_]] and some < 0.99 * all_
+    averaged = averaged_machine(machine)
+    system = averaged.system
+    jacobian = Jacobian.of(system)
+
+    def growth(state: dict[str, float], slope: float) -> np.ndarray:
+        values = system.values(machine.values | {"drive.slope": slope})
+        return np.linalg.eigvals(jacobian.at([state[name] for name in system.state_names], values)[1])
+
+    for point in limits.values():
+        eigenvalues = growth(point["state"], point["drive.slope"])
+        eigenvalues = eigenvalues[np.argsort(np.abs(eigenvalues.real))]
+        assert np.abs(eigenvalues[:3].real) == pytest.approx([0.0] * 3, abs=1e-6)
+        assert np.sort(eigenvalues[:3].imag) == pytest.approx([-point["frequency"], 0.0, point["frequency"]], abs=1e-6)
+    # Members that are not among those looked at: all are stable beyond the stretch, none before it, and some within it.
+    for slope, share in ((0.98 * some, 0.0), ((some + all_) / 2, 0.5), (1.02 * all_, 1.0)):
+        speed, stable = 180.0 * slope / (slope + 1e-4), list[bool]()
+        for turned in np.linspace(0, 2 * np.pi, 40):
+            # One pendulum anywhere, the other two close the polygon: 0.009 + 0.01 (e^ia + e^ib + e^ic) = 0.
+            left = -(0.009 + 0.01 * np.exp(1j * turned))
+            if abs(left) < 0.02:
+                half = math.acos(abs(left) / 0.02)
+                phases = [turned, np.angle(left) + half, np.angle(left) - half]
+                state = dict(zip(system.state_names, averaged.steady_state(speed, [0.0, *phases]), strict=True))
+                found = growth(state, slope)
+                stable.append(bool(np.sort(found.real)[-2] < 0 if np.abs(found.real).min() < 1e-6 else np.max(found.real) < 0))
+        assert len(stable) > 15 and (0 < np.mean(stable) < 1 if share == 0.5 else np.mean(stable) == share)
     assert np.isnan(r.exponent_re.values[-1, at]).all() and np.isfinite(r.exponent_re.values[-2, at]).all()
     (own,) = [x for x in s["states"] if x["family_dimension"]]
-    assert own["speed"] == pytest.approx(180 / 1.01, rel=1e-12)
+    assert own["stable"] and own["stable_share"] == 1.0 and own["speed"] == pytest.approx(180 / 1.01, rel=1e-12)
     assert any("family of dimension 1" in line for line in report(r))
 
 
@@ -173,6 +196,118 @@ def test_angles_that_differ_by_turns_are_one_branch() -> None:
     assert sorted((x["speed"] % (2 * math.pi), x["stable"]) for x in s["states"]) == [
         (pytest.approx(math.pi / 6), True), (pytest.approx(5 * math.pi / 6), False),
     ]  # fmt: skip
+
+
+def own_equations(rate: str, name: str = "mu", value: float = 0.5) -> OwnEquations:
+    """x' = rate, a formula in x and one parameter."""
+    x, parameter = sp.symbols(f"x {name}", real=True)
+    return OwnEquations(System((x,), (sp.sympify(rate, {"x": x, name: parameter}),), (parameter,)), {name: value})
+
+
+def test_a_branch_that_was_found_at_its_bifurcation_is_counted_once() -> None:
+    """The middle one of five values from -1 to 1 is 0, where x' = mu x - x^3 branches."""
+    s = summary(own_equations("mu*x - x**3"), along="mu", range=[-1.0, 1.0], ranges={"x": [-2, 2]})
+    assert 0.0 in s["searched"]
+    assert sorted((b["range"], b["stable"]) for b in s["branches"]) == [
+        ([-1.0, 1.0], [[-1.0, 0.0]]), ([0.0, 1.0], [[0.0, 1.0]]),
+    ]  # fmt: skip
+    assert len(s["states"]) == 3 and [p["mu"] for p in s["special_points"]] == [0.0]
+
+
+def test_stability_ends_at_the_branch_point_and_not_at_a_point_beside_it_that_is_neutral() -> None:
+    """R1: both pendulums just compensate the rotor of 8.75 kg at e = 2 * 0.125 * 0.104 / 9.75 m; together stable beyond."""
+    s = summary(load_machine("drozdetskaya-2020/r1"), along="drum.eccentricity", range=["0 mm", "5 mm"])
+    (point,) = [p["drum.eccentricity"] for p in s["special_points"] if p["kind"] == "branch-point"]
+    assert point == pytest.approx(0.0026667, abs=1e-7)
+    stable = [span for b in s["branches"] if b["name"] == "together" for span in b["stable"]]
+    assert min(low for low, high in stable if high == 0.005 and low > 0.0025) == pytest.approx(point, abs=1e-9)
+    # What is drawn at the ends of a stretch is in the order of the values: at the branch point nothing vibrates.
+    speeds = [pair for b in s["branches"] for pair in b["stable_speeds"] if b["name"] == "together"]
+    assert [first for first, last in speeds if last < first] == pytest.approx([200.0, 91.089], abs=1e-3)
+
+
+def test_kinds_in_words() -> None:
+    assert in_words(["bogdanov-takens", "fold", "bogdanov-takens"]) == "2 Bogdanov-Takens points, one fold"
+
+
+def branch(growth: list[float], kinds: list[str], share: tuple[float, ...] = ()) -> FollowedBranch:
+    """Points at 0, 1, 2, ... with one exponent each, beside a fast one that decays."""
+    n = len(growth)
+    exponents = np.array([growth, [-1.0] * n], complex)
+    return FollowedBranch(np.array([[0.0] * n, np.arange(n)]), exponents, tuple(kinds), ("", ""), stable_share=share)
+
+
+def test_where_stability_changes_without_a_point_is_told() -> None:
+    located = branch([-0.1, 0.0, 0.1], ["", "fold", ""])
+    assert located.intervals(Stability.ALL) == [(0, 1)] and located.unlocated == []
+    missed = branch([-0.1, -0.1, 0.1, 0.1], [""] * 4)
+    assert missed.intervals(Stability.ALL) == [(0, 1)] and missed.unlocated == [(1, 2)]
+    unresolved = branch([-0.1, 0.0, 0.1], ["", "unresolved", ""])
+    assert unresolved.intervals(Stability.ALL) == [(0, 1)] and unresolved.unlocated == [(0, 2)]
+    neutral = branch([0.1, 0.0, 1e-12, -1e-12, -0.1], ["", "branch-point", "", "", ""])
+    assert neutral.intervals(Stability.ALL) == [(1, 4)] and neutral.unlocated == []
+    assert branch([-0.1, 1e-12, -0.1], [""] * 3).intervals(Stability.ALL) == [(0, 2)]
+    assert branch([0.0, 0.0], [""] * 2).intervals(Stability.ALL) == []
+
+
+def test_a_family_is_stable_where_all_of_its_members_are() -> None:
+    """Whatever the exponents of the one that stands for all."""
+    kinds = ["", "some-stable", "", "all-stable", ""]
+    family = branch([0.1, 0.1, -0.1, 0.1, -0.1], kinds, (0.0, 0.1, 0.5, 1.0, 1.0))
+    assert family.intervals(Stability.ALL) == [(3, 4)] and family.intervals(Stability.SOME) == [(1, 3)]
+    assert family.unlocated == []
+
+
+def test_the_centrifuge_has_a_stretch_on_which_only_some_members_compensate() -> None:
+    asked = {"along": "drive.no_load_speed", "range": ["60 rad/s", "100 rad/s"], "points": 1, "only": "compensating"}
+    r = run(SpeedCurve(**asked), load_machine("practice/laboratory-centrifuge"))
+    s = summary_of(r)
+    (family,) = s["branches"]
+    ((begins, some_end),), ((all_begin, ends),) = family["partly_stable"], family["stable"]
+    assert 66 < begins < 67 and 75.5 < some_end == all_begin < 77 and ends == 100
+    ((least, most),) = family["partly_stable_shares"]
+    assert 0 < least < 0.01 and most == 1
+    assert {p["kind"] for p in s["special_points"]} == {"some-stable", "all-stable"}
+    assert "one family with members that are stable and others that are not" in s["sentence"]
+    assert any("some members stable and others not from 66" in line for line in report(r))
+
+
+def test_of_the_grinders_compensating_states_a_few_are_unstable_at_any_speed() -> None:
+    """At 10792 rpm one member of 500 swings itself up, with 0.1/s and 51 rad/s."""
+    machine = load_machine("practice/angle-grinder")
+    asked = {"along": "drive.no_load_speed", "range": ["1000 rad/s", "1152 rad/s"], "points": 1, "only": "compensating"}
+    r = run(SpeedCurve(**asked), machine)
+    (family,) = summary_of(r)["branches"]
+    (own,) = summary_of(r)["states"]
+    assert family["stable"] == [] and family["partly_stable"] == [[pytest.approx(1000), pytest.approx(1152)]]
+    assert not own["stable"] and 0.99 < own["stable_share"] < 1
+    assert any(line.startswith("  partly") and "of the family's members are stable" in line for line in report(r))
+
+
+def test_how_completeness_is_shown_is_told_for_all_searches() -> None:
+    """The speeds that are searched grow with the no-load speed: 0.1 % to 102 % of it, at the last value searched."""
+    s = summary(load_machine("drozdetskaya-2020/r1"), along="drive.no_load_speed", range=[20.0, 400.0], points=1)
+    assert "over all of them speeds from 0.02" in s["shown"] and s["shown"].count("speeds from") == 1
+    assert 390 < float(s["shown"].split(" to ")[1].split()[0]) < 410
+
+
+@pytest.mark.parametrize("name", ["speed", "kind", "stable", "ends"])
+def test_parameters_with_the_name_of_a_key_are_refused(name: str) -> None:
+    with pytest.raises(InputError, match="the name of something else: rename the parameter"):
+        summary(own_equations(f"{name} - x**2", name), along=name, range=[-1, 1], ranges={"x": [-2, 2]})
+
+
+def test_all_keys_beside_which_a_parameter_stands_are_refused_as_names() -> None:
+    s = summary(load_machine(TABLE), along="u", range=[1, 3], second="sigma", second_range=[0.08, 0.12], points=1)
+    keys = {k for group in ("special_points", "branches", "curves") for one in s[group] for k in one}
+    keys |= {k for c in s["curves"] for p in c["special_points"] for k in p}
+    assert s["curves"] and keys - {"u", "sigma"} <= RESERVED
+
+
+def test_a_continuum_of_equilibria_is_said_to_be_none_of_isolated_points() -> None:
+    r = run(SpeedCurve(along="mu", range=[-1, 1], ranges={"x": [-2, 2]}), own_equations("mu*x*0"))
+    (warning,) = [w for w in r.wucht.warnings if "could not be searched" in w]
+    assert "at 7 values of mu from -0.998 to 0.998" in warning and "the equations are singular at every start" in warning
 
 
 AB_18 = OwnEquations(AB, {"p1": 0.1, "p2": 18.0}, "AUTO demo ab")

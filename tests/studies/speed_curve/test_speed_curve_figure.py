@@ -8,14 +8,18 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+import sympy as sp
 
 from wucht.files.catalogue import load_machine
+from wucht.files.own_equations import OwnEquations
 from wucht.results.style import COLOURS
 from wucht.studies.registry import study_of
 from wucht.studies.runner import draw, report, run
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.studies.study_file import run_file
+from wucht.system import System
 
 TABLE = "drozdetskaya-2020/table-5.1"
 
@@ -38,28 +42,83 @@ def test_stable_is_solid_and_unstable_dashed() -> None:
     assert max(x for line in solid for x in line.get_xdata()) == pytest.approx(1.8331080, abs=1e-6)
     texts = [t.get_text() for t in speed.get_legend().get_texts()]
     assert sorted(texts[:3]) == ["type I: compensating", "type II: together", "type III: opposed"]
-    assert texts[3:] == ["stable", "unstable", "unstable, several\ndisturbances grow", "fold", "as it is:\nu = 2.5"]
-    assert amplitude.get_ylim()[0] == 0 and amplitude.get_xlabel().startswith("u: slope of the motor")
+    assert texts[3:] == ["stable", "unstable", "unstable, several\ndisturbances grow", "fold", "as it is:\n$u$ = 2.5"]
+    assert {t.get_text() for t in speed.texts} <= {"I", "II", "III"} and "II" in {t.get_text() for t in speed.texts}
+    assert amplitude.get_ylim()[0] == 0 and amplitude.get_xlabel().startswith("$u$: slope of the motor")
     assert sum(len(line.get_xdata()) for line in speed.lines if line.get_linestyle() == "None") == r.sizes["special"]
 
 
 def test_values_of_a_second_parameter_have_a_colour_each() -> None:
     drawn = draw(result(second="sigma", second_values=(0.06, 0.1), only=("together",), points=2))
     texts = [t.get_text() for t in drawn.axes[0].get_legend().get_texts()]
-    assert texts[:2] == ["sigma = 0.06", "sigma = 0.1"]
+    assert texts[:2] == ["$\\sigma$ = 0.06", "$\\sigma$ = 0.1"]
+    written = {t.get_text() for t in drawn.axes[0].texts}
+    assert {"0.06", "0.1"} <= written  # at the folds, for a print without colours
+
+
+def test_many_values_have_the_colours_of_a_scale() -> None:
+    x, mu, shift = sp.symbols("x mu shift", real=True)
+    own = OwnEquations(System((x,), (mu + shift - x,), (mu, shift)), {"mu": 0.5, "shift": 0.0})
+    values = tuple(np.linspace(0.0, 1.0, 9).tolist())
+    asked = {"along": "mu", "range": [-1, 1], "ranges": {"x": [-2, 2]}, "second": "shift", "second_values": values}
+    axis = draw(run(SpeedCurve(**asked, points=1), own)).axes[0]
+    assert len({line.get_color() for line in axis.lines if line.get_linestyle() == "-"}) == 9
+    texts = [t.get_text() for t in axis.get_legend().get_texts()]
+    assert texts[0] == "$shift$ = 0" and texts[6] == "$shift$ = 1" and len(texts) == 8
+
+
+@pytest.mark.parametrize(
+    ("along", "bounds", "more"),
+    [
+        ("drum.eccentricity", ("0.5 mm", "1.5 mm"), {}),
+        ("drive.no_load_speed", ("180 rad/s", "220 rad/s"), {}),
+        ("drive.slope", ("0.001 N m s", "0.002 N m s"), {"second": "carrier.damping", "second_values": ("300 N s/m",)}),
+    ],
+)
+def test_the_legend_is_within_the_figure(along: str, bounds: tuple[str, str], more: dict[str, Any]) -> None:
+    spec = SpeedCurve(along=along, range=bounds, points=1, only=("together",), **more)
+    r = run(spec, load_machine("drozdetskaya-2020/r1"))
+    drawn = draw(r)
+    drawn.canvas.draw()
+    extent = drawn.axes[0].get_legend().get_window_extent()
+    assert extent.x1 <= drawn.bbox.x1 and extent.y0 >= drawn.bbox.y0
+
+
+def test_over_a_speed_the_ratio_to_it_is_drawn() -> None:
+    """The compensating state of a rotor without friction runs at the no-load speed."""
+    spec = SpeedCurve(along="drive.no_load_speed", range=("100 rad/s", "300 rad/s"), points=1)
+    axis = draw(run(spec, load_machine("drozdetskaya-2020/r1"))).axes[0]
+    assert axis.get_ylabel() == "speed of the main rotor / drive.no_load_speed"
+    (level,) = [line for line in axis.lines if line.get_color() == COLOURS[2] and line.get_linestyle() == "-"]
+    assert np.asarray(level.get_ydata()) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_curve_is_smooth_at_its_fold() -> None:
+    """Near the fold of x' = mu + x^2 the lines that are drawn lie on x^2 = -mu."""
+    x, mu = sp.symbols("x mu", real=True)
+    own = OwnEquations(System((x,), (mu + x**2,), (mu,)), {"mu": -0.5})
+    drawn = draw(run(SpeedCurve(along="mu", range=[-1, 1], ranges={"x": [-2, 2]}), own)).axes[0]
+    lines = [line for line in drawn.lines if len(line.get_xdata()) > 20]
+    for line in lines:
+        assert np.asarray(line.get_ydata()) ** 2 == pytest.approx(-np.asarray(line.get_xdata()), abs=2e-4)
+    assert len(lines) == 2
 
 
 def test_the_plane_of_two_parameters_is_a_panel_of_its_own() -> None:
     drawn = draw(result(second="sigma", second_range=(0.05, 0.15), only=("together",), points=2))
-    assert len(drawn.axes) == 3 and drawn.axes[2].get_ylabel() == "sigma"
+    assert len(drawn.axes) == 3 and drawn.axes[2].get_ylabel() == "$\\sigma$"
     texts = [t.get_text() for t in drawn.axes[2].get_legend().get_texts()]
-    assert texts == ["folds, type II: together"]
+    assert texts == ["folds, type II:\ntogether"]
 
 
 def test_it_is_reported() -> None:
     lines = "\n".join(report(result()))
-    assert "branch 1  type I: compensating" in lines and "stable at u from 0.5 to 1.8331" in lines
-    assert "fold         u = 1.833108: 0.77588" in lines and "complete     yes at 7 values of u" in lines
+    assert "branch 1     type I: compensating" in lines and "stable at u from 0.5 to 1.8331 (0.6" in lines
+    assert (
+        "fold         u = 1.833108: speed 0.77588" in lines
+        and "bodies turn at different mean speeds" in lines
+        and "complete     yes at 7 values of u" in lines
+    )
 
 
 def test_the_command(wucht: Callable[..., Any]) -> None:

@@ -20,6 +20,7 @@ from wucht.analysis.configurations.closed_form import State, at_speed
 from wucht.analysis.configurations.force_balance import members
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import by_subdivision, from_many_starts, index, speeds_in_line
+from wucht.analysis.configurations.steady_machine import turning
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.errors import InputError
 from wucht.files.building import machine_from
@@ -31,7 +32,7 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.jacobian import Jacobian
 from wucht.piecewise import PiecewiseCubic, step
 from wucht.studies.runner import run
-from wucht.studies.synchronous_states.prepare import prepare, turning
+from wucht.studies.synchronous_states.prepare import prepare
 from wucht.studies.synchronous_states.report import _degrees
 from wucht.studies.synchronous_states.spec import SynchronousStates
 

@@ -17,6 +17,9 @@ from wucht.numerics.continuation.problem import CurvePoint
 
 _MOST_STEPS = 15
 _TOLERANCE = 1e-12
+_ROUNDED = 1e-8  # corrections that small and no longer smaller are rounding
+_TOUCHING = 1e-8  # in units of scale: branches that pass one another more closely cross
+_FLAT = 1e-9  # of the largest: rates of an equation that are smaller are zero
 _STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
 
 
@@ -40,8 +43,10 @@ class BranchPoint:
         """
         scale = equations.scale
         jacobian = equations.values(u)[1]
-        left, _, right = np.linalg.svd(jacobian * scale)
-        w, both = left[:, -1], right[-2:] * scale
+        rates = np.abs(jacobian * scale).max(axis=1)
+        weights = 1 / np.where(rates > _FLAT * rates.max(), rates, rates.max() or 1.0)
+        left, _, right = np.linalg.svd(jacobian * scale * weights[:, None])
+        w, both = left[:, -1] * weights, right[-2:] * scale
         second = np.array([w @ derivative_along(equations, u, v) @ both.T for v in both])
         a, b, c = second[0, 0], (second[0, 1] + second[1, 0]) / 2, second[1, 1]
         inside = b * b - a * c
@@ -76,14 +81,19 @@ def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPo
     n, scale = equations.n, equations.scale
     way = (b.u - a.u) / scale
     u, slack = (a.u + b.u) / 2, 0.0
-    w = np.linalg.svd(equations.values(u)[1] * scale)[0][:, -1]
-    basis = np.diag(scale)
+    # Equations of very different rates are measured by their own: at a branch point first derivatives alone may vanish.
+    rates = np.abs(np.concatenate([equations.values(u)[1] * scale, *np.moveaxis(_second(equations, u), 1, 0)], axis=1)).max(
+        axis=1
+    )
+    weights = 1 / np.where(rates > 0, rates, 1.0)[:, None]
+    if not np.isfinite(weights).all():
+        raise RunError("no branch point was found between two points: the equations cannot be evaluated there")
+    w = np.linalg.svd(equations.values(u)[1] * scale * weights)[0][:, -1]
+    before = math.inf
     for _ in range(_MOST_STEPS):
         off, jacobian = equations.values(u)
-        scaled = jacobian * scale
-        around = u[:, None] + np.concatenate([_STEP * basis, -_STEP * basis], axis=1)
-        change = equations.values(around)[1]
-        hessian = np.einsum("i,ijk->jk", w, change[..., : n + 1] - change[..., n + 1 :]) * scale[:, None] / (2 * _STEP)
+        off, scaled = off * weights[:, 0], jacobian * scale * weights
+        hessian = np.einsum("i,ijk->jk", w * weights[:, 0], _second(equations, u))
         matrix = np.zeros((2 * n + 2, 2 * n + 2))
         matrix[:n, : n + 1], matrix[:n, n + 1], matrix[:n, n + 2 :] = scaled, w, slack * np.eye(n)
         matrix[n : 2 * n + 1, : n + 1], matrix[n : 2 * n + 1, n + 2 :] = hessian, scaled.T
@@ -94,12 +104,21 @@ def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPo
         except np.linalg.LinAlgError:
             break
         u, slack, w = u + step[: n + 1] * scale, slack + step[n + 1], w + step[n + 2 :]
-        if not np.isfinite(step).all():
+        change = float(np.abs(step[: n + 2]).max())
+        if not math.isfinite(change):
             break
-        if np.abs(step[: n + 2]).max() <= _TOLERANCE:
+        if change <= _TOLERANCE * max(1.0, float(np.abs(u / scale).max())) or before / 2 < change < _ROUNDED:
             share = float((u - a.u) / scale @ way / (way @ way))
-            if not (-0.5 <= share <= 1.5 and abs(slack) < 1e-8):
+            if not (-0.5 <= share <= 1.5 and abs(slack) < _TOUCHING):
                 break
             found = BranchPoint.at(equations, u, b.u - a.u)
             return BranchPoint(found.u, found.jacobian, found.tangents, share)
+        before = change
     raise RunError("no branch point was found between two points")
+
+
+def _second(equations: Equations, u: np.ndarray) -> np.ndarray:
+    """d^2 F / du^2 (n, n+1, n+1) in units of scale, by central differences."""
+    n, basis = equations.n, _STEP * np.diag(equations.scale)
+    both = equations.values(u[:, None] + np.concatenate([basis, -basis], axis=1))[1]
+    return np.asarray((both[..., : n + 1] - both[..., n + 1 :]) * equations.scale[:, None] / (2 * _STEP))

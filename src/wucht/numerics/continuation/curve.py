@@ -9,7 +9,7 @@ Methods for Bifurcations of Dynamical Equilibria", SIAM 2000.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Generic, TypeVar
 
@@ -20,10 +20,17 @@ from wucht.numerics.continuation.problem import CurvePoint, Problem
 
 P = TypeVar("P")
 
+CLOSED = "it is closed"
+
 _MOST_CORRECTIONS = 8
 _ROUNDED = 1e-7  # corrections that small and no longer smaller are rounding
 _GROWS, _SHRINKS = 1.6, 0.5  # at most
 _NEAR_A_BOUND = 0.1  # of the first step: how near a bound is approached on which the equations are singular
+_ON_A_BOUND = 1e-6  # in units of scale: what is beyond a bound by less is on it, as far as a first point is known
+_FAR = 100.0  # in units of scale: an unknown that has changed by more has run away
+_REACHED = 1e-12  # in units of scale: nearer to a bound a point is on it
+_SAME = 1e-3  # of the way between two points: how near it the curve passes its first one where it is closed
+_SAME_WAY = 0.7  # cosine between both directions there at least: steps turn by less
 
 
 @dataclass(frozen=True)
@@ -57,15 +64,24 @@ class Walk(Iterator[P], Generic[P]):
         except StopIteration as stop:
             self.end = self.end or str(stop.value)
             raise StopIteration from None
+        except BaseException as error:
+            self.end = f"it was interrupted: {str(error) or type(error).__name__}"
+            raise
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """The solutions of a problem within bounds: (low, high) of some unknowns, by their index (-1: the last one)."""
+    """The solutions of a problem within bounds: (low, high) of some unknowns, by their index (-1: the last one).
+
+    continues: whether the second of two points is on the curve of the first one, as far as a caller can tell; else a shorter
+    step is made. names: of the unknowns, as far as a sentence may speak of them.
+    """
 
     problem: Problem
     bounds: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     steps: Steps = Steps()
+    continues: Callable[[CurvePoint, CurvePoint], bool] | None = None
+    names: Sequence[str] = ()
 
     def start(self, u: np.ndarray, towards: np.ndarray) -> CurvePoint:
         """The solution near u in the plane across a direction (n+1,), which its tangent follows. Raises ``RunError``."""
@@ -73,50 +89,61 @@ class Curve:
         return point
 
     def follow(self, start: CurvePoint) -> Walk[tuple[Curve, CurvePoint]]:
-        """The points after a first one, each with the curve as it is written there."""
+        """The points after a first one, each with the curve as it is written there.
+
+        Raises ``RunError`` for a first point out of bounds.
+        """
+        self._refuse(start.u)
         return Walk(self._followed(start))
 
     def _followed(self, start: CurvePoint) -> Generator[tuple[Curve, CurvePoint], None, str]:
         curve, here, step = self, start, self.steps.first
         first, turns = self.problem.outline(start.u)
-        before, made = first, 0
+        before, made, begins, moved = first, 0, first, False
         while made < self.steps.points:
             try:
                 guess = here.u + step * here.tangent
                 if here.bend is not None:
                     guess += step**2 / 2 * here.bend
                 there, corrections = curve.corrected(guess, here.tangent, here.length + step, self.steps.foretold)
-                turned = curve._angle(here.tangent, there.tangent)
+                # Where Newton's method went farther than the step, that is another curve's point.
+                turned = curve._angle(here.tangent, there.tangent) if curve.size(there.u - guess) <= step else math.pi
             except RunError:
                 there, turned, corrections = here, math.pi, _MOST_CORRECTIONS
-            if turned > 3 * self.steps.turn:
+            if turned > 3 * self.steps.turn or (self.continues and not self.continues(here, there)):
                 step, here = step * _SHRINKS, replace(here, bend=None)
+                if moved:  # as the problem is now written the last point may be one only nearly
+                    here, moved = curve._settled(here), False
                 if step < self.steps.least:
                     return f"no further point was found: steps would be shorter than {self.steps.least:g}"
                 continue
-            if (left := curve._left(here.u, there.u)) is not None:
+            if (left := curve.left(here.u, there.u)) is not None:
                 index, bound = left
+                gap = abs(bound - here.u[index]) / curve.problem.scale[index]
+                if gap < _REACHED or not curve.bounds[index][0] <= here.u[index] <= curve.bounds[index][1]:
+                    return left_at(bound)
                 try:
                     last = curve._at_bound(here, there, index, bound)
                 except RunError:  # on the bound itself the equations are singular: it is approached
                     step, here = step * _SHRINKS, replace(here, bend=None)
                     if step < _NEAR_A_BOUND * self.steps.first:
-                        return f"it leaves the range at {bound:.9g}, where the equations are singular"
+                        return f"{left_at(bound)}, where the equations are singular"
                     continue
                 yield curve, last
-                return f"it leaves the range at {bound:.9g}"
+                return left_at(bound)
             after, _ = curve.problem.outline(there.u)
-            if made > 1 and _passes(before, after, first, turns):
+            if made > 1 and _passes(before, after, first, turns) and curve._returns(here, there, first, begins):
                 yield curve, curve._at_begin(there, start)
-                return "it is closed"
+                return CLOSED
             yield curve, there
-            before, made = after, made + 1
+            before, made, begins = after, made + 1, begins if made else after - first
             bend = (there.tangent - here.tangent) / step
             step = self._next(step, turned, corrections)
             problem, here = curve.problem.renewed(replace(there, bend=bend))
-            if problem is not curve.problem:
+            moved = problem is not curve.problem
+            if moved:
                 curve = replace(curve, problem=problem)
-        return f"it has as many points as were asked for, {self.steps.points}"
+        return f"it has as many points as were asked for, {self.steps.points}{self._afar(start.u, here.u)}"
 
     def corrected(self, u: np.ndarray, tangent: np.ndarray, length: float, foretold: bool = False) -> tuple[CurvePoint, int]:
         """Newton's method from u in the plane across a tangent, and after how many corrections. Raises ``RunError``.
@@ -128,7 +155,10 @@ class Curve:
         sides, before = np.zeros((len(u), 2)), math.inf
         sides[-1, 1] = 1.0
         for correction in range(1, _MOST_CORRECTIONS + 1):
-            off, jacobian = self.problem.residual(u)
+            try:
+                off, jacobian = self.problem.residual(u)
+            except (ValueError, ArithmeticError) as error:  # a user's function, outside the region where it is defined
+                raise RunError(f"the equations cannot be evaluated here: {error}") from error
             sides[:-1, 0] = off
             solved, orientation = self.problem.solution(jacobian, across, sides)
             change = self.size(solved[:, 0])
@@ -142,6 +172,14 @@ class Curve:
                 break
             before = change
         raise RunError("Newton's method does not converge to a point of the curve")
+
+    def _settled(self, point: CurvePoint) -> CurvePoint:
+        """A point that is nearly one, as Newton's method has it; itself where that fails."""
+        try:
+            found, _ = self.corrected(point.u, point.tangent, point.length)
+        except RunError:
+            return point
+        return found
 
     def between(self, a: CurvePoint, b: CurvePoint, share: float) -> CurvePoint:
         """The point of the curve at a share of the way from one point to another, near it. Raises ``RunError``."""
@@ -160,6 +198,27 @@ class Curve:
         scaled = direction / self.problem.scale
         return math.sqrt(scaled @ scaled)
 
+    def within(self, u: np.ndarray) -> bool:
+        """Whether unknowns (n+1,) are within their bounds, or on one but for rounding."""
+        near = _ON_A_BOUND * self.problem.scale
+        return all(low - near[i] <= u[i] <= high + near[i] for i, (low, high) in self.bounds.items())
+
+    def _refuse(self, u: np.ndarray) -> None:
+        for i, (low, high) in self.bounds.items():
+            if not low < high:
+                raise RunError(f"there is no range from {low:.9g} to {high:.9g}: the second number must be the greater one")
+            if not replace(self, bounds={i: (low, high)}).within(u):
+                raise RunError(f"the first point is out of its range: {u[i]:.9g} is not between {low:.9g} and {high:.9g}")
+
+    def _afar(self, first: np.ndarray, last: np.ndarray) -> str:
+        """Which unknown has run away, if one has."""
+        if not self.names:
+            return ""
+        away = (np.abs(last - first) / self.problem.scale)[: len(self.names)]
+        i = int(away.argmax())
+        told = f"; {self.names[i]} went from {first[i]:.3g} to {last[i]:.3g}: it may need a greater scale, or limits"
+        return told if away[i] > _FAR else ""
+
     def _angle(self, a: np.ndarray, b: np.ndarray) -> float:
         return math.acos(min(1.0, max(-1.0, float(a @ (b / self.problem.scale**2)))))
 
@@ -168,7 +227,7 @@ class Curve:
         factor = min(_GROWS, self.steps.turn / max(turned, 1e-12), 2.0 ** (self.steps.corrections - corrections + 1))
         return min(max(factor, _SHRINKS) * step, self.steps.most)
 
-    def _left(self, before: np.ndarray, u: np.ndarray) -> tuple[int, float] | None:
+    def left(self, before: np.ndarray, u: np.ndarray) -> tuple[int, float] | None:
         """Which unknown is out of its bounds, and the bound that it passes: of several that which is passed first."""
         left = [(i, low if u[i] < low else high) for i, (low, high) in self.bounds.items() if not low <= u[i] <= high]
         return min(left, key=lambda each: (each[1] - before[each[0]]) / (u[each[0]] - before[each[0]]), default=None)
@@ -185,6 +244,20 @@ class Curve:
         found = replace(found, u=u)
         return found if found.tangent @ (here.tangent / self.problem.scale**2) > 0 else self.backwards(found)
 
+    def _returns(self, here: CurvePoint, there: CurvePoint, first: np.ndarray, begins: np.ndarray) -> bool:
+        """Whether the curve between two points runs through the first one, in the direction in which it began."""
+        (before, turns), (after, _) = (self.problem.outline(p.u) for p in (here, there))
+        way, away = after - before, first - before
+        away = away - _whole(away, turns)
+        if way @ begins < _SAME_WAY * math.sqrt((way @ way) * (begins @ begins)):
+            return False
+        try:
+            near, _ = self.problem.outline(self.between(here, there, float(away @ way) / float(way @ way)).u)
+        except RunError:  # too near to another branch: the way alone says that it returns
+            return True
+        off = near - before - away
+        return float(off @ off) < _SAME**2 * float(way @ way)
+
     def _at_begin(self, there: CurvePoint, start: CurvePoint) -> CurvePoint:
         """The first point once more, seen from the end of a closed curve: after whole turns of its angles."""
         if len(there.u) != len(start.u):
@@ -194,6 +267,11 @@ class Curve:
         if len(turns) != len(away):
             return there
         return replace(start, u=start.u + _whole(away, turns) * self.problem.scale, length=there.length)
+
+
+def left_at(bound: float) -> str:
+    """The sentence with which a curve ends at a bound."""
+    return f"it leaves the range at {bound:.9g}"
 
 
 def _passes(before: np.ndarray, after: np.ndarray, first: np.ndarray, turns: np.ndarray) -> bool:

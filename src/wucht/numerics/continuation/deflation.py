@@ -16,18 +16,22 @@ Jacobian, ``numerics.subdivision.all_zeros`` is the one to call.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from wucht.errors import InputError, RunError
+from wucht.numerics.continuation.curve import Curve
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Branch, Equilibria
+from wucht.numerics.continuation.problem import CurvePoint, Functions
+from wucht.numerics.continuation.special_points import located
 
 _SAME = 1e-6  # solutions that are nearer to each other, in units of scale, are one
 _POLISHES = 2  # plain corrections after the last
-_CORRECTIONS = 5  # of Newton's method from between two points of a branch
+_NEAR = 1e-4  # of the way between two points of a branch: what is nearer to the curve is on it
 _ASIDE = 0.01  # by how much a start lies beside a solution, in units of scale
 
 
@@ -174,14 +178,41 @@ def _steepness(equations: Equations, x: np.ndarray, step: np.ndarray, found: np.
 
 
 def equilibria_at(branch: Branch, value: float) -> np.ndarray:
-    """Where a branch passes a value of its parameter: states (n, k) between neighbouring points, corrected."""
-    equations, u = branch.equations, branch.u
-    n, p = equations.n, u[-1]
-    i = np.flatnonzero(((p[:-1] <= value) & (value <= p[1:]) | (p[1:] <= value) & (value <= p[:-1])) & (p[:-1] != p[1:]))
-    x = (u[:, i] + (value - p[i]) / (p[i + 1] - p[i]) * (u[:, i + 1] - u[:, i]))[:n]
-    for _ in range(_CORRECTIONS if len(i) else 0):
-        x = x + np.nan_to_num(_newton(equations, x, np.array([value])))
-    return _distinct(equations, x, np.empty((n, 0)))
+    """Where a branch passes a value of its parameter: states (n, k), on the curve between neighbouring points."""
+    equations, points, off = branch.equations, branch.points, branch.u[-1] - value
+    curve, found = _curve(equations), [points[i].x for i in np.flatnonzero(off == 0)]
+    for i in np.flatnonzero(np.sign(off[:-1]) * np.sign(off[1:]) < 0):
+        at = located(curve, points[i].point, points[i + 1].point, _itself, lambda p: float(p.u[-1] - value))
+        if at is None:  # at one of them but for rounding
+            at = points[i if abs(off[i]) < abs(off[i + 1]) else i + 1].point
+        found.append(at.u[:-1])
+    empty = np.empty((equations.n, 0))
+    return _distinct(equations, np.array(found).T, empty) if found else empty
+
+
+def _itself(point: CurvePoint) -> CurvePoint:
+    return point
+
+
+def _curve(equations: Equations) -> Curve:
+    return Curve(Functions(equations.values, equations.scale, equations.turns))
+
+
+def _passes(branch: Branch, u: np.ndarray) -> bool:
+    """Whether u (n+1,) lies on a branch, but for whole turns of angles: between its nearest neighbours nearest to it."""
+    scale, turns = branch.equations.scale, branch.equations.turns[:, None]
+    away = u[:, None] - branch.u[:, :-1]
+    away = (away - turns * np.rint(away / np.where(turns > 0, turns, np.inf))) / scale[:, None]
+    way = np.diff(branch.u, axis=1) / scale[:, None]
+    long = (way**2).sum(axis=0)
+    shares = np.clip((away * way).sum(axis=0) / np.where(long > 0, long, 1.0), 0.0, 1.0)
+    i = int(((away - shares * way) ** 2).sum(axis=0).argmin())
+    a, b = branch.points[i].point, branch.points[i + 1].point
+    try:
+        near = (_curve(branch.equations).between(a, b, float(shares[i])).u - a.u) / scale
+    except RunError:
+        near = shares[i] * way[:, i]
+    return float(np.linalg.norm(away[:, i] - near)) < max(_SAME, _NEAR * math.sqrt(long[i]))
 
 
 def disconnected_branches(
@@ -210,7 +241,10 @@ def disconnected_branches(
                 continue
             passed = np.concatenate([passed, x], axis=1)
             try:
-                branch = problem.branch(problem.start(x[:, 0], value))
+                start = problem.start(x[:, 0], value)
+                if any(_passes(b, start.u) for b in branches if len(b.points) > 1):  # nearly singular: at a fold
+                    continue
+                branch = problem.branch(start)
             except RunError:
                 continue
             passed = np.concatenate([passed, equilibria_at(branch, value)], axis=1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 import sympy as sp
@@ -60,9 +60,14 @@ class Equations:
         Raises
         ------
         WuchtError
-            For a name that is no parameter, a parameter without a value, a time that occurs.
+            For a name that is no parameter, a parameter without a value or varied twice, a size that is not positive, a time
+            that occurs, a System without states.
         """
         names, n, m = system.parameter_names, len(system.states), len(varied)
+        if not n:
+            raise WuchtError("a System without states has no equilibria")
+        if twice := [name for name in varied if varied.count(name) > 1]:
+            raise WuchtError(f"the parameter {twice[0]} is varied twice: give each name once")
         for name in (*varied, *(scale or {})):
             if name not in names and not (name in system.state_names and name not in varied):
                 raise WuchtError(f"{name} is none of the parameters: {', '.join(names)}")
@@ -75,15 +80,9 @@ class Equations:
         kept = tuple(p for p in system.parameters if p not in symbols)
         # A varied parameter is a state that stays: one compiled function then gives f and all its derivatives.
         whole = System((*system.states, *symbols), (*system.derivatives, *(0,) * m), kept, system.definitions)
-        both = _differentiated(whole).bound([fixed[p.name] for p in kept])
-
-        def values(u: np.ndarray) -> Values:
-            f, f_u = both(u)
-            return f[:n], f_u[:n]
-
+        values = _OfSystem(whole, tuple(fixed[p.name] for p in kept), n)
         turns = np.array([2 * math.pi if s in system.angles else 0.0 for s in system.states] + [0.0] * m)
-        sizes = np.array([(scale or {}).get(name, 1.0) for name in (*system.state_names, *varied)])
-        return cls(values, system.state_names, tuple(varied), turns, sizes)
+        return cls(values, system.state_names, tuple(varied), turns, _sizes((*system.state_names, *varied), scale))
 
     @classmethod
     def by_hand(
@@ -102,25 +101,63 @@ class Equations:
         for name in (*(scale or {}), *angles):
             if name not in names:
                 raise WuchtError(f"{name} is none of the states and parameters: {', '.join(names)}")
-
-        def many(u: np.ndarray) -> Values:
-            if u.ndim == 1:
-                return values(u)
-            f, f_u = zip(*map(values, u.T), strict=True)
-            return np.stack(f, axis=-1), np.stack(f_u, axis=-1)
-
         turns = np.array([2 * math.pi if name in angles else 0.0 for name in names])
-        sizes = np.array([(scale or {}).get(name, 1.0) for name in names])
-        return cls(many, tuple(states), tuple(parameters), turns, sizes)
+        return cls(_OneByOne(values), tuple(states), tuple(parameters), turns, _sizes(names, scale))
 
     def scaled(self, scale: np.ndarray) -> Equations:
-        """The same, states and parameters (n+m,) being measured by other sizes."""
-        return replace(self, scale=np.asarray(scale, float))
+        """The same, states and parameters (n+m,) being measured by other sizes. Raises ``WuchtError`` where one is no size."""
+        sizes = dict(zip(self.names, np.asarray(scale, float).tolist(), strict=True))
+        return replace(self, scale=_sizes(self.names, sizes))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of states and parameters (n+m,)."""
+        return (*self.states, *self.parameters)
 
     @property
     def n(self) -> int:
         """How many states there are."""
         return len(self.states)
+
+
+def _sizes(names: Sequence[str], scale: Mapping[str, float] | None) -> np.ndarray:
+    for name, size in (scale or {}).items():
+        if not 0 < size < math.inf:
+            raise WuchtError(f"the scale of {name} is {size:g}: it must be a positive number, by how much it changes")
+    return np.array([(scale or {}).get(name, 1.0) for name in names])
+
+
+@dataclass(frozen=True, eq=False)
+class _OfSystem:
+    """f (n,) of a System whose last states are parameters that are varied, and its derivatives, compiled when first called."""
+
+    whole: System
+    fixed: tuple[float, ...]
+    n: int
+
+    @cached_property
+    def _both(self) -> Callable[[np.ndarray], Values]:
+        return _differentiated(self.whole).bound(self.fixed)
+
+    def __call__(self, u: np.ndarray) -> Values:
+        f, f_u = self._both(u)
+        return f[: self.n], f_u[: self.n]
+
+    def __reduce__(self) -> tuple[type[_OfSystem], tuple[System, tuple[float, ...], int]]:
+        return type(self), (self.whole, self.fixed, self.n)  # what is compiled stays here
+
+
+@dataclass(frozen=True, eq=False)
+class _OneByOne:
+    """A function of one u, called with one or with several."""
+
+    values: Callable[[np.ndarray], Values]
+
+    def __call__(self, u: np.ndarray) -> Values:
+        if u.ndim == 1:
+            return self.values(u)
+        f, f_u = zip(*map(self.values, u.T), strict=True)
+        return np.stack(f, axis=-1), np.stack(f_u, axis=-1)
 
 
 @lru_cache(maxsize=64)

@@ -2,25 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
-from dataclasses import dataclass, field
+import math
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from wucht.errors import RunError
+from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.branch_points import BranchPoint, branch_point
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint, Functions
-from wucht.numerics.continuation.special_points import critical_pairs, located
+from wucht.numerics.continuation.special_curves import (
+    UNRESOLVED,
+    Condition,
+    Followed,
+    Watch,
+    bounds_of,
+    refuse_other_than,
+    state_of,
+)
+from wucht.numerics.continuation.special_points import LOST, critical_pairs
 
 FOLD, HOPF, BRANCH_POINT = "fold", "hopf", "branch-point"
 
-_ROUNDING = 1e-10  # a test function that is smaller says nothing
-_HALVINGS = 8  # of a step at most, to tell apart special points that lie within it
+_FIRST = 0.05  # of the range: a first step at most
+_NEAR = 1e-3  # of the first step: nearer to a point where the orientation changes it is passed, whatever it is
+_AT = 1e-5  # arclength: a fold that near to a branch point is none
 _ON_AXIS = 1e-8  # relative: the sign of a real part that is smaller says nothing
+_FLAT, _STEEP = 1e-5, 0.5  # of the tangent: the parameter hardly changes; it changes too fast to turn back within a step
 _CROSSING = {FOLD: 1, BRANCH_POINT: 1, HOPF: 2}  # eigenvalues that pass the imaginary axis there
+_NARROW = 0.25  # of the angle between both branches: how far off its direction a point of one is
 
 UserFunction = Callable[[np.ndarray], float]
 
@@ -63,7 +77,7 @@ class Equilibrium:
     @property
     def unstable(self) -> int:
         """How many eigenvalues have a positive real part."""
-        return int((self.eigenvalues.real > 0).sum())
+        return int(np.count_nonzero(self.eigenvalues.real > 0))
 
     @property
     def frequency(self) -> float:
@@ -73,15 +87,8 @@ class Equilibrium:
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
-    """A branch that was followed to its ends. points: in order, special ones among them. ends: why it ends, at first and last.
-
-    A closed branch has its first point once more as its last; then both sentences say so.
-    """
-
-    equations: Equations
-    points: tuple[Equilibrium, ...]
-    ends: tuple[str, str]
+class Branch(Followed[Equilibrium]):
+    """A branch of equilibria that was followed to its ends."""
 
     @cached_property
     def u(self) -> np.ndarray:
@@ -92,22 +99,6 @@ class Branch:
     def unstable(self) -> np.ndarray:
         """How many eigenvalues of each point have a positive real part (N,)."""
         return np.array([p.unstable for p in self.points])
-
-    @property
-    def special(self) -> tuple[Equilibrium, ...]:
-        """Folds, Hopf and branch points, and those of the user's functions."""
-        return tuple(p for p in self.points if p.kind)
-
-    @property
-    def closed(self) -> bool:
-        """Whether it returns to its first point, but for whole turns of angles."""
-        return self.ends[0] == self.ends[1] == CLOSED
-
-
-CLOSED = "it is closed"
-
-_Found = list[Equilibrium]
-_Last = Mapping[str, tuple[CurvePoint, float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,108 +115,104 @@ class Equilibria:
     limits: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     functions: Mapping[str, UserFunction] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        refuse_other_than(1, self.equations)
+        bounds_of(self.equations, self.limits)
+        if taken := self.functions.keys() & {FOLD, HOPF, BRANCH_POINT, UNRESOLVED}:
+            raise WuchtError(f"a function of yours must not be called {min(taken)}: special points of that kind are")
+
     @cached_property
     def curve(self) -> Curve:
         """The problem as ``Curve`` follows it."""
-        e = self.equations
-        return Curve(Functions(e.values, e.scale, e.turns), {**self.limits, -1: self.bounds}, self.steps)
+        e, (low, high) = self.equations, self.bounds
+        # A first step of a good part of the range would pass what lies there.
+        first = min(self.steps.first, max(self.steps.least, _FIRST * abs(high - low) / float(e.scale[-1])))
+        steps = replace(self.steps, first=first)
+        bounds = bounds_of(e, self.limits, self.bounds)
+        return Curve(Functions(e.values, e.scale, e.turns), bounds, steps, self._continues, e.names)
 
     def start(self, x: Sequence[float] | np.ndarray, value: float) -> CurvePoint:
         """The equilibrium near a state (n,) at a value of the parameter. Raises ``RunError`` where none is found."""
         up = np.zeros(self.equations.n + 1)
         up[-1] = self.equations.scale[-1]
-        return self.curve.start(np.append(x, value), up)
+        return self.curve.start(state_of(self.equations, x, [value]), up)
 
     def walk(self, start: CurvePoint) -> Walk[Equilibrium]:
         """The points from a first one on, special ones among them, as they are asked for."""
-        return Walk(self._walked(start))
+        return self._watch.walk(self.curve, start)
 
     def branch(self, start: CurvePoint) -> Branch:
         """The whole branch through a point, followed both ways."""
-        onward = self.walk(start)
-        after = list(onward)
-        if onward.end == CLOSED:
-            return Branch(self.equations, (self.seen(start), *after), (CLOSED, CLOSED))
-        backward = self.walk(self.curve.backwards(start))
-        before = [_reversed(p) for p in backward][::-1]
-        return Branch(self.equations, (*before, self.seen(start), *after), (backward.end, onward.end))
+        return Branch(self.equations, *self._watch.followed(self.curve, start))
 
     def seen(self, point: CurvePoint) -> Equilibrium:
         """A point with its eigenvalues."""
         return Equilibrium(point, _eigenvalues(point.jacobian[:, :-1]))
 
-    def _walked(self, start: CurvePoint) -> Generator[Equilibrium, None, str]:
-        here, walk = self.seen(start), self.curve.follow(start)
-        # Where a test function is lost in rounding its sign is that of the last point where it was not.
-        last: _Last = {kind: (here.point, test(here)) for kind, test in self._tests.items()}
-        for curve, point in walk:
-            there = self.seen(point)
-            found, last = self._between(curve, here, there, last, _HALVINGS)
-            yield from found
-            yield there
-            here = there
-        return walk.end
-
     @cached_property
-    def _tests(self) -> Mapping[str, Callable[[Equilibrium], float]]:
-        return {FOLD: _along_parameter, HOPF: _sums, **{n: _of_user(f) for n, f in self.functions.items()}}
+    def _watch(self) -> Watch[Equilibrium]:
+        size = float(self.equations.scale[-1])
 
-    def _between(self, curve: Curve, here: Equilibrium, there: Equilibrium, last: _Last, halvings: int) -> tuple[_Found, _Last]:
-        """The special points between two neighbours, and the test functions at the second.
+        def along(equilibrium: Equilibrium) -> float:
+            return float(equilibrium.point.tangent[-1]) / size
 
-        Where they do not account for the eigenvalues that have become unstable, or stable, two of a kind may have hidden each
-        other: then both halves of the way are looked at.
+        return Watch(
+            self.seen,
+            [
+                Condition(FOLD, along, along),
+                Condition(HOPF, _sums, _sums, LOST, holds=lambda e: critical_pairs(e.eigenvalues)[1]),
+                *(Condition(name, of := _of_user(f), of, relative=True) for name, f in self.functions.items()),
+            ],
+            self._branch_point,
+            self._explained,
+            _without_turns,
+        )
+
+    def _explained(self, here: Equilibrium, there: Equilibrium, passed: Sequence[Equilibrium]) -> bool:
+        hidden = not passed and _turns_twice(here.point, there.point, self.equations.scale)
+        return not hidden and _accounted(here, there, passed)
+
+    def _continues(self, a: CurvePoint, b: CurvePoint) -> bool:
+        """Whether two points are on one curve: not, if the orientation changes and no branch point lies between.
+
+        So near to a point that is no simple branch point this cannot be told: that is passed, and labelled.
         """
-        found, now = list[Equilibrium | None](), dict(last)
-        for kind, test in self._tests.items():
-            value, (before, valued) = test(there), last[kind]
-            if abs(value) > _ROUNDING:
-                if value * valued < 0 and abs(valued) > _ROUNDING:
-                    found.append(self._located(curve, before, there.point, kind, test))
-                now[kind] = there.point, value
-        if here.point.orientation * there.point.orientation < 0:
-            found.append(self._branch_point(here.point, there.point))
-        passed = sorted((p for p in found if p is not None), key=lambda p: p.point.length)
-        if not halvings or _accounted(here, there, passed):
-            return passed, now
-        try:
-            middle = self.seen(curve.between(here.point, there.point, 0.5))
-        except RunError:
-            return passed, now
-        first, last = self._between(curve, here, middle, last, halvings - 1)
-        second, last = self._between(curve, middle, there, last, halvings - 1)
-        return [*first, *second], last
-
-    def _located(
-        self, curve: Curve, a: CurvePoint, b: CurvePoint, kind: str, test: Callable[[Equilibrium], float]
-    ) -> Equilibrium | None:
-        found = located(curve, a, b, self.seen, test)
-        if found is None or (kind == HOPF and not critical_pairs(found.eigenvalues)[1]):
-            return None
-        return Equilibrium(found.point, found.eigenvalues, kind)
+        near = b.length - a.length < _NEAR * self.curve.steps.first
+        return a.orientation * b.orientation >= 0 or near or self._branch_point(a, b) is not None
 
     def _branch_point(self, a: CurvePoint, b: CurvePoint) -> Equilibrium | None:
         try:
             found = branch_point(self.equations, a, b)
-        except RunError:
+        except (RunError, ValueError, ArithmeticError):  # the latter of a user's function, outside its region
             return None
         tangent = found.tangents[0]
         point = CurvePoint(found.u, tangent, found.jacobian, a.length + found.share * (b.length - a.length), 0)
-        return Equilibrium(point, _eigenvalues(point.jacobian[:, :-1]), BRANCH_POINT)
+        return replace(self.seen(point), kind=BRANCH_POINT)
 
     def switched(self, at: Equilibrium, step: float | None = None) -> tuple[CurvePoint, CurvePoint]:
-        """The first points of the other branch through a branch point, one on either side. Raises ``RunError``."""
-        found = BranchPoint.at(self.equations, at.u, at.point.tangent)
-        other = found.tangents[1]
-        distance = self.steps.first if step is None else step
-        first, second = (self.curve.start(at.u + s * distance * other, s * other) for s in (1.0, -1.0))
+        """The first points of the other branch through a branch point, one on either side. Raises ``RunError``.
+
+        step: how far away they are, at most.
+        """
+        tangents = BranchPoint.at(self.equations, at.u, at.point.tangent).tangents
+        distance = self.curve.steps.first if step is None else step
+        first, second = (self._aside(at, s * tangents[1], tangents[0], distance) for s in (1.0, -1.0))
         return first, second
 
-
-def _reversed(equilibrium: Equilibrium) -> Equilibrium:
-    p = equilibrium.point
-    turned = CurvePoint(p.u, -p.tangent, p.jacobian, -p.length, -p.orientation)
-    return Equilibrium(turned, equilibrium.eigenvalues, equilibrium.kind)
+    def _aside(self, at: Equilibrium, other: np.ndarray, own: np.ndarray, distance: float) -> CurvePoint:
+        """A point in a direction, on the branch that has it: from a branch point other points are seen in other directions."""
+        curve, scale = self.curve, self.equations.scale
+        cosine = float((other / scale) @ (own / scale))
+        aside = _NARROW * math.sqrt(max(1 - cosine**2, 0.0))
+        while distance >= curve.steps.least:
+            with suppress(RunError):
+                found = curve.start(at.u + distance * other, other)
+                off = curve.size(found.u - at.u - distance * other)
+                turned = curve.size(found.tangent - other)
+                if max(off / distance, turned / 2) < aside and curve.within(found.u):
+                    return found
+            distance /= 2
+        raise RunError("near this branch point no point of the other branch was found within the bounds: mend the scale")
 
 
 def _eigenvalues(matrix: np.ndarray) -> np.ndarray:
@@ -236,23 +223,44 @@ def _eigenvalues(matrix: np.ndarray) -> np.ndarray:
 
 
 def _accounted(here: Equilibrium, there: Equilibrium, passed: Sequence[Equilibrium]) -> bool:
-    """Whether as many eigenvalues may have passed the imaginary axis as do so at the points between two, or some lie on it."""
-    change, most = abs(there.unstable - here.unstable), sum(_CROSSING.get(p.kind, 0) for p in passed)
-    return (change <= most and (most - change) % 2 == 0) or _on_axis(here.eigenvalues) or _on_axis(there.eigenvalues)
+    """Whether as many eigenvalues may have passed the imaginary axis as do so at the points between two.
+
+    At a branch point one passes it, or touches it; those on the axis may be on either side.
+    """
+    if not passed and here.unstable == there.unstable:
+        return True
+    size = _ON_AXIS * max(float(np.abs(e.eigenvalues).max()) for e in (here, there))
+    (a, most_a), (b, most_b) = _unstable(here.eigenvalues, size), _unstable(there.eigenvalues, size)
+    least, crossing = max(0, b - most_a, a - most_b), sum(_CROSSING.get(p.kind, 0) for p in passed)
+    sure = (a, b) == (most_a, most_b) and all(p.kind != BRANCH_POINT for p in passed)
+    return least <= crossing and not (sure and (crossing - least) % 2)
 
 
-def _on_axis(eigenvalues: np.ndarray) -> bool:
-    return bool(np.abs(eigenvalues.real).min() <= _ON_AXIS * np.abs(eigenvalues).max())
+def _unstable(eigenvalues: np.ndarray, on_axis: float) -> tuple[int, int]:
+    """How many have a positive real part at least, and at most, as those on the axis have either sign."""
+    return int((eigenvalues.real > on_axis).sum()), int((eigenvalues.real >= -on_axis).sum())
 
 
-def _along_parameter(equilibrium: Equilibrium) -> float:
-    return float(equilibrium.point.tangent[-1])
+def _turns_twice(a: CurvePoint, b: CurvePoint, scale: np.ndarray) -> bool:
+    """Whether the parameter turns back and forth between two points: the cubic through both does."""
+    first, last = float(a.tangent[-1]), float(b.tangent[-1])
+    if first * last <= 0 or not _FLAT < min(abs(first), abs(last)) / scale[-1] < _STEEP:
+        return False
+    way = (b.u - a.u) / scale
+    mean = float(way[-1]) * float(scale[-1]) / math.sqrt(way @ way)
+    bent, steep = 3 * (first + last - 2 * mean), 6 * mean - 4 * first - 2 * last  # its slope: first + steep s + bent s^2
+    return 0 < -steep * bent < 2 * bent**2 and (first - steep**2 / (4 * bent)) * first < 0
+
+
+def _without_turns(passed: Sequence[Equilibrium]) -> Sequence[Equilibrium]:
+    """Without folds at branch points: there a branch turns where it meets another, and no fold is."""
+    met = [p.point.length for p in passed if p.kind == BRANCH_POINT]
+    return [p for p in passed if p.kind != FOLD or all(abs(p.point.length - m) > _AT for m in met)]
 
 
 def _sums(equilibrium: Equilibrium) -> float:
     """Zero where two eigenvalues add up to zero."""
-    values = equilibrium.eigenvalues
-    return float((values[0] + values[1]).real) if len(values) == 2 else critical_pairs(values)[0]
+    return critical_pairs(equilibrium.eigenvalues)[0]
 
 
 def _of_user(function: UserFunction) -> Callable[[Equilibrium], float]:

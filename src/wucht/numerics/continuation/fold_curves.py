@@ -11,9 +11,9 @@ Applied Bifurcation Theory", Springer 2004, section 10.2.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cache, cached_property
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,11 +29,12 @@ from wucht.numerics.continuation.special_curves import (
     ZERO_HOPF,
     Condition,
     SpecialCurve,
-    refuse_other_than_two,
-    walked,
-    whole_curve,
+    Watch,
+    bounds_of,
+    refuse_other_than,
+    state_of,
 )
-from wucht.numerics.continuation.special_points import critical_pairs
+from wucht.numerics.continuation.special_points import LOST, critical_pairs
 
 _TURNED = 1 / math.cos(0.3) ** 2
 _STEP = 1e-7  # of a difference to one side, in units of scale: rounding and truncation are then about as large
@@ -63,7 +64,7 @@ class FoldProblem:
         """As it is best written at u (n+2,)."""
         n, scale = equations.n, equations.scale
         weights = scale[:n] / scale[:n, None]
-        left, _, right = np.linalg.svd(equations.values(u)[1][:, :n] * weights)
+        left, _, right = np.linalg.svd(evaluated(equations, u)[:, :n] * weights)
         return cls(equations, _border(right[-1], left[:, -1]), weights)
 
     @property
@@ -121,6 +122,15 @@ def _routines() -> tuple[Callable[..., Any], Callable[..., Any]]:
     from scipy.linalg.lapack import dgetrf, dgetrs
 
     return dgetrf, dgetrs
+
+
+def evaluated(equations: Equations, u: np.ndarray) -> np.ndarray:
+    """df/du (n, n+m) at a first u. Raises ``RunError`` where it is not finite."""
+    matrix = equations.values(u)[1]
+    if not np.isfinite(matrix).all():
+        at = ", ".join(f"{name} = {v:g}" for name, v in zip(equations.names, u, strict=False))
+        raise RunError(f"the equations cannot be evaluated at {at}")
+    return matrix
 
 
 def _border(v: np.ndarray, w: np.ndarray) -> np.ndarray:
@@ -188,41 +198,49 @@ class Folds:
     limits: Mapping[int, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        refuse_other_than_two(self.equations)
+        refuse_other_than(2, self.equations)
+        bounds_of(self.equations, self.limits)
 
     def curve(self, u: np.ndarray) -> Curve:
         """The problem as ``Curve`` follows it, written for the neighbourhood of u (n+2,)."""
-        n = self.equations.n
-        return Curve(FoldProblem.at(self.equations, u), {**self.limits, n: self.bounds[0], n + 1: self.bounds[1]}, self.steps)
+        return Curve(
+            FoldProblem.at(self.equations, u),
+            bounds_of(self.equations, self.limits, *self.bounds),
+            self.steps,
+            names=self.equations.names,
+        )
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> CurvePoint:
         """The fold near a state (n,) and both parameters, as an ``Equilibrium`` of the kind fold has them, towards greater q.
 
         Raises ``RunError`` where none is found.
         """
-        u = np.append(x, parameters)
+        u = state_of(self.equations, x, parameters)
         curve = self.curve(u)
         return curve.start(u, direction(curve.problem.residual(u)[1].matrix, self.equations.scale))
 
     def walk(self, start: CurvePoint) -> Walk[Fold]:
         """The points from a first one on, special ones among them, as they are asked for."""
-        return Walk(self._walked(start))
+        return self._watch.walk(*self._written(start))
 
     def branch(self, start: CurvePoint) -> SpecialCurve[Fold]:
         """The whole curve through a point, followed both ways."""
-        return whole_curve(self.equations, Fold(self.equations, start), self.walk, self.curve(start.u).backwards)
+        return SpecialCurve(self.equations, *self._watch.followed(*self._written(start)))
 
-    def _walked(self, start: CurvePoint) -> Generator[Fold, None, str]:
+    def _written(self, start: CurvePoint) -> tuple[Curve, CurvePoint]:
+        """The null vectors as this border has them, so that no sign jumps at the first step."""
         curve = self.curve(start.u)
-        # The null vectors as this border has them, so that no sign jumps at the first step.
-        first = CurvePoint(start.u, start.tangent, curve.problem.residual(start.u)[1], start.length, start.orientation)
+        return curve, replace(start, jacobian=curve.problem.residual(start.u)[1])
+
+    @property
+    def _watch(self) -> Watch[Fold]:
         conditions = [
             Condition(CUSP, _curvature, _exact_curvature, 1e-5),
             Condition(BOGDANOV_TAKENS, _skew, _skew),
         ]
         if self.equations.n > 2:
-            conditions.append(Condition(ZERO_HOPF, _pairs, _pairs, holds=lambda f: critical_pairs(f.eigenvalues[1:])[1]))
-        return (yield from walked(curve, first, lambda point: Fold(self.equations, point), conditions))
+            conditions.append(Condition(ZERO_HOPF, _pairs, _pairs, LOST, holds=lambda f: critical_pairs(f.eigenvalues[1:])[1]))
+        return Watch(partial(Fold, self.equations), conditions)
 
 
 def direction(matrix: np.ndarray, scale: np.ndarray) -> np.ndarray:

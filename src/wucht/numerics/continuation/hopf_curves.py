@@ -12,9 +12,9 @@ Y. A. Kuznetsov, "Elements of Applied Bifurcation Theory", Springer 2004, sectio
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ import numpy as np
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.fold_curves import direction
+from wucht.numerics.continuation.fold_curves import direction, evaluated
 from wucht.numerics.continuation.normal_forms import HopfForm, bogdanov_takens_form, hopf_form
 from wucht.numerics.continuation.problem import CurvePoint, Problem, bordered_solution
 from wucht.numerics.continuation.special_curves import (
@@ -32,14 +32,16 @@ from wucht.numerics.continuation.special_curves import (
     ZERO_HOPF,
     Condition,
     SpecialCurve,
-    refuse_other_than_two,
-    walked,
-    whole_curve,
+    Watch,
+    bounds_of,
+    refuse_other_than,
+    state_of,
 )
-from wucht.numerics.continuation.special_points import critical_pairs
+from wucht.numerics.continuation.special_points import LOST, critical_pairs, least_real
 
 _STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
 _ROUNDING = 1e-10  # of kappa, in units of its scale
+_SHARE = 1e-8  # of l1, in terms of the sizes of its summands: less is rounding
 _ENDS = "it ends at a Bogdanov-Takens point: beyond it, two real eigenvalues have opposite signs"
 
 
@@ -67,7 +69,7 @@ class HopfProblem:
     def at(cls, equations: Equations, u: np.ndarray) -> HopfProblem:
         """As it is best written at u (n+3,)."""
         n, sizes = equations.n, equations.scale[: equations.n]
-        A = equations.values(u[:-1])[1][:, :n] * (sizes / sizes[:, None])
+        A = evaluated(equations, u[:-1])[:, :n] * (sizes / sizes[:, None])
         left, _, right = np.linalg.svd(A @ A + u[-1] * np.eye(n))
         size = float(np.linalg.norm(A, 2)) ** 2
         scale = np.append(equations.scale, size if size > 0 else 1.0)
@@ -218,12 +220,17 @@ class HopfPoints:
     limits: Mapping[int, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        refuse_other_than_two(self.equations)
+        refuse_other_than(2, self.equations)
+        bounds_of(self.equations, self.limits)
 
     def curve(self, u: np.ndarray) -> Curve:
         """The problem as ``Curve`` follows it, written for the neighbourhood of u (n+3,)."""
-        n = self.equations.n
-        return Curve(HopfProblem.at(self.equations, u), {**self.limits, n: self.bounds[0], n + 1: self.bounds[1]}, self.steps)
+        return Curve(
+            HopfProblem.at(self.equations, u),
+            bounds_of(self.equations, self.limits, *self.bounds),
+            self.steps,
+            names=self.equations.names,
+        )
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float], frequency: float | None = None) -> CurvePoint:
         """The Hopf point near a state (n,) and both parameters, as an ``Equilibrium`` of the kind hopf has them.
@@ -231,9 +238,9 @@ class HopfPoints:
         frequency: rad per unit of time, by default that of the complex pair nearest to the imaginary axis; 0 at a
         Bogdanov-Takens point. Raises ``RunError`` where none is found.
         """
-        at = np.append(x, parameters)
+        at = state_of(self.equations, x, parameters)
         if frequency is None:
-            values = np.linalg.eigvals(self.equations.values(at)[1][:, : self.equations.n])
+            values = np.linalg.eigvals(evaluated(self.equations, at)[:, : self.equations.n])
             values = values[values.imag > 0]
             if not len(values):
                 raise RunError("there is no pair of complex eigenvalues near this state: no Hopf point is near")
@@ -247,39 +254,44 @@ class HopfPoints:
 
     def walk(self, start: CurvePoint) -> Walk[HopfPoint]:
         """The points from a first one on, special ones among them, as they are asked for."""
-        return Walk(self._walked(start))
+        return self._watch(start).walk(*self._written(start))
 
     def branch(self, start: CurvePoint) -> SpecialCurve[HopfPoint]:
         """The whole curve through a point, followed both ways."""
-        return whole_curve(self.equations, HopfPoint(self.equations, start), self.walk, self.curve(start.u).backwards)
+        return SpecialCurve(self.equations, *self._watch(start).followed(*self._written(start)))
 
-    def _walked(self, start: CurvePoint) -> Generator[HopfPoint, None, str]:
-        curve, n = self.curve(start.u), self.equations.n
-        kappa = float(curve.problem.scale[-1])
+    def _written(self, start: CurvePoint) -> tuple[Curve, CurvePoint]:
+        curve = self.curve(start.u)
+        return curve, replace(start, jacobian=curve.problem.residual(start.u)[1])
+
+    def _watch(self, start: CurvePoint) -> Watch[HopfPoint]:
+        n, kappa = self.equations.n, float(self.curve(start.u).problem.scale[-1])
 
         def square(point: HopfPoint) -> float:
             return float(point.point.u[-1]) / kappa
 
         conditions = [
             Condition(BOGDANOV_TAKENS, square, square, _ROUNDING, end=_ENDS),
-            Condition(GENERALISED_HOPF, _share, _share, rounding=1e-8),
+            Condition(GENERALISED_HOPF, _sure_lyapunov, _lyapunov, relative=True),
         ]
         if n > 2:
-            conditions.append(Condition(ZERO_HOPF, _product, _product))
+            conditions.append(Condition(ZERO_HOPF, _least, _least, LOST))
         if n > 3:
-            conditions.append(Condition(DOUBLE_HOPF, _pairs, _pairs, holds=lambda p: critical_pairs(p.others)[1]))
-        first = replace(start, jacobian=curve.problem.residual(start.u)[1])
-        return (yield from walked(curve, first, lambda point: HopfPoint(self.equations, point), conditions))
+            conditions.append(Condition(DOUBLE_HOPF, _pairs, _pairs, LOST, holds=lambda p: critical_pairs(p.others)[1]))
+        return Watch(partial(HopfPoint, self.equations), conditions)
 
 
-def _share(point: HopfPoint) -> float:
-    return point.form.share if point.form else math.nan
+def _lyapunov(point: HopfPoint) -> float:
+    return point.form.frequency * point.form.l1 if point.form else math.nan
 
 
-def _product(point: HopfPoint) -> float:
-    """The product of the other eigenvalues in terms of the largest of all: zero where a real one vanishes."""
-    largest = max(float(np.abs(point.others).max()), point.frequency)
-    return float(np.prod(point.others / largest).real)
+def _sure_lyapunov(point: HopfPoint) -> float:
+    return _lyapunov(point) if point.form and abs(point.form.share) > _SHARE else 0.0
+
+
+def _least(point: HopfPoint) -> float:
+    others = point.others
+    return least_real(others, max(float(np.abs(others).max()), point.frequency))
 
 
 def _pairs(point: HopfPoint) -> float:

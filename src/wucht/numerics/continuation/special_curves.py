@@ -1,25 +1,31 @@
-"""Curves of special equilibria in two parameters, and the points on them where a second condition holds."""
+"""The points of a curve where conditions hold: special equilibria along a branch, and what happens along curves of these."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Generic, Protocol, TypeVar
+from itertools import islice
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from wucht.errors import WuchtError
-from wucht.numerics.continuation.curve import Curve, Walk
+from wucht.errors import RunError, WuchtError
+from wucht.numerics.continuation.curve import CLOSED, Curve, Walk, left_at
 from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import CLOSED
 from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.continuation.special_points import located
 
 CUSP, BOGDANOV_TAKENS, ZERO_HOPF = "cusp", "bogdanov-takens", "zero-hopf"
 GENERALISED_HOPF, DOUBLE_HOPF = "generalised-hopf", "double-hopf"
+UNRESOLVED = "unresolved"
 
 _ZERO = 1e-5  # what a test function, of order one where nothing happens, is at most where it is said to be zero
+_NEEDS = {
+    1: "a branch of equilibria needs one parameter that is varied",
+    2: "a curve of special equilibria needs two parameters that are varied",
+}
+_HALVINGS = 8  # of a step at most, to tell apart special points that lie within it
 
 
 class Seen(Protocol):
@@ -36,7 +42,7 @@ P = TypeVar("P", bound=Seen)
 
 
 @dataclass(frozen=True, eq=False)
-class SpecialCurve(Generic[P]):
+class Followed(Generic[P]):
     """A curve that was followed to its ends. points: in order, special ones among them. ends: why it ends, at first and last.
 
     A closed curve has its first point once more as its last; then both sentences say so.
@@ -45,6 +51,21 @@ class SpecialCurve(Generic[P]):
     equations: Equations
     points: tuple[P, ...]
     ends: tuple[str, str]
+
+    @property
+    def special(self) -> tuple[P, ...]:
+        """The points where a condition holds."""
+        return tuple(p for p in self.points if p.kind)
+
+    @property
+    def closed(self) -> bool:
+        """Whether it returns to its first point, but for whole turns of angles."""
+        return self.ends[0] == self.ends[1] == CLOSED
+
+
+@dataclass(frozen=True, eq=False)
+class SpecialCurve(Followed[P]):
+    """A curve of special equilibria in two parameters."""
 
     @cached_property
     def u(self) -> np.ndarray:
@@ -56,94 +77,205 @@ class SpecialCurve(Generic[P]):
         """Both parameters of all points (2, N)."""
         return self.u[-2:]
 
-    @property
-    def special(self) -> tuple[P, ...]:
-        """The points where a second condition holds."""
-        return tuple(p for p in self.points if p.kind)
-
-    @property
-    def closed(self) -> bool:
-        """Whether it returns to its first point, but for whole turns of angles."""
-        return self.ends[0] == self.ends[1] == CLOSED
-
 
 @dataclass(frozen=True)
 class Condition(Generic[P]):
     """A condition that singles out points of a curve.
 
     kind: their label. test: passes zero there; looked at along the way, it may be rough. exact: the same, right to rounding.
-    rounding: what is smaller says nothing of the test. holds: whether a zero is what it is taken for. end: where the curve only
-    lasts while the test is positive, a sentence why it ends.
+    rounding: what is smaller says nothing of the test. relative: the test is not of order one, but measured by the largest
+    value that it has had. holds: whether a zero is what it is taken for. end: where the curve only lasts while the test is
+    positive, a sentence why it ends.
     """
 
     kind: str
     test: Callable[[P], float]
     exact: Callable[[P], float]
     rounding: float = 1e-10
+    relative: bool = False
     holds: Callable[[P], bool] = lambda _: True
     end: str = ""
 
 
-def refuse_other_than_two(equations: Equations) -> None:
-    """Raises ``WuchtError`` where not exactly two parameters are varied."""
-    if len(equations.parameters) != 2:
-        given = ", ".join(equations.parameters) or "none"
-        raise WuchtError(f"a curve of special equilibria needs two parameters that are varied; given: {given}")
+class _Value(NamedTuple):
+    """A test function where it was not lost in rounding the last time, and the largest value seen, if that matters, else 1."""
+
+    point: CurvePoint
+    number: float
+    largest: float
 
 
-def walked(
-    curve: Curve, start: CurvePoint, seen: Callable[[CurvePoint], P], conditions: Iterable[Condition[P]]
-) -> Generator[P, None, str]:
-    """The points after a first one, special ones among them, and why they end. seen: a point as the conditions see it."""
-    here, walk = seen(start), curve.follow(start)
-    # Where a test function is lost in rounding its sign is that of the last point where it was not.
-    last = [(c, start, c.test(here)) for c in conditions]
-    for written, point in walk:
-        there, found, end, until = seen(point), list[P](), "", point.length
-        for i, (condition, before, valued) in enumerate(last):
-            value = condition.test(there)
-            if not abs(value) > condition.rounding:
-                continue
-            if value * valued < 0 and abs(valued) > condition.rounding:
-                special = _located(written, before, point, seen, condition)
-                if special is not None:
-                    found.append(special)
-                    until = special.point.length if condition.end else until
-            if condition.end and value < 0:
-                end = condition.end
-            last[i] = condition, point, value
-        yield from sorted((p for p in found if p.point.length <= until), key=lambda p: p.point.length)
-        if end:
-            return end
-        yield there
-    return walk.end
+_Values = Mapping[str, _Value]
 
 
-def _located(curve: Curve, a: CurvePoint, b: CurvePoint, seen: Callable[[CurvePoint], P], condition: Condition[P]) -> P | None:
+@dataclass(frozen=True)
+class Watch(Generic[P]):
+    """What is looked for along a curve.
+
+    seen: a point as the conditions see it. crossed: the point between two neighbours where another branch crosses, as the
+    orientation says. explains: whether what has changed from one point to a second follows from the special points between
+    them; else both halves of the way are looked at, and what is left is labelled ``"unresolved"``. kept: which of the special
+    points between two neighbours are told.
+    """
+
+    seen: Callable[[CurvePoint], P]
+    conditions: Sequence[Condition[P]]
+    crossed: Callable[[CurvePoint, CurvePoint], P | None] | None = None
+    explains: Callable[[P, P, Sequence[P]], bool] = lambda *_: True
+    kept: Callable[[Sequence[P]], Sequence[P]] = lambda points: points
+
+    def walk(self, curve: Curve, start: CurvePoint) -> Walk[P]:
+        """The points after a first one, special ones among them, as they are asked for."""
+        return Walk(self._walked(start, curve.follow(start)))
+
+    def followed(self, curve: Curve, start: CurvePoint) -> tuple[tuple[P, ...], tuple[str, str]]:
+        """The points of the whole curve through one, followed both ways, and why it ends at first and at last."""
+        onward, backward = self.walk(curve, start), self.walk(curve, curve.backwards(start))
+        after = list(onward)
+        closed = onward.end == CLOSED
+        before = [_reversed(p) for p in (islice(backward, 1) if closed else backward)][::-1]
+        ends = (backward.end, onward.end)
+        here = self._first(curve, before, self.seen(start), after, ends)
+        if closed:
+            return (*here, *after), (CLOSED, CLOSED)
+        return (*before, *here, *after), ends
+
+    def _walked(self, start: CurvePoint, walk: Walk[tuple[Curve, CurvePoint]]) -> Generator[P, None, str]:
+        here = self.seen(start)
+        # Where a test function is lost in rounding its sign is that of the last point where it was not.
+        last: _Values = {c.kind: _value(c, start, c.test(here), 0.0) for c in self.conditions}
+        ending = [c for c in self.conditions if c.end]
+        for curve, point in walk:
+            there = self.seen(point)
+            found, last = self._passed(curve, here, there, last, _HALVINGS)
+            ended = next((c for c in ending if last[c.kind].number < 0), None)
+            until = point.length
+            for p in sorted(self.kept(found), key=lambda p: p.point.length) if found else ():
+                if not curve.within(p.point.u) and (left := _on_bound(curve, here.point, p.point)):
+                    yield self.seen(left[0])
+                    return left_at(left[1])
+                if p.point.length <= until:
+                    yield p
+                until = p.point.length if ended and p.kind == ended.kind else until
+            if ended:
+                return ended.end
+            yield there
+            here = there
+        return walk.end
+
+    def _passed(self, curve: Curve, here: P, there: P, last: _Values, halvings: int) -> tuple[list[P], _Values]:
+        """The special points between two neighbours, and the test functions at the second."""
+        found, now = list[P | None](), dict(last)
+        for condition in self.conditions:
+            before = last[condition.kind]
+            value = _value(condition, there.point, condition.test(there), before.largest)
+            if _counts(condition, value):
+                now[condition.kind] = value
+                if value.number * before.number < 0 and _counts(condition, before):
+                    found.append(_located(curve, before.point, value, self.seen, condition))
+        passed = [p for p in found if p is not None]
+        explained = True
+        if self.crossed and here.point.orientation * there.point.orientation < 0:
+            crossing = self.crossed(here.point, there.point)
+            passed, explained = passed if crossing is None else [*passed, crossing], crossing is not None
+        if explained and self.explains(here, there, passed):
+            return passed, now
+        try:
+            middle = self.seen(curve.between(here.point, there.point, 0.5)) if halvings else None
+        except RunError:
+            middle = None
+        if middle is None:
+            return [*passed, _labelled(there, UNRESOLVED)], now
+        first, last = self._passed(curve, here, middle, last, halvings - 1)
+        second, last = self._passed(curve, middle, there, last, halvings - 1)
+        return [*first, *second], last
+
+    def _first(self, curve: Curve, before: Sequence[P], start: P, after: Sequence[P], ends: tuple[str, str]) -> list[P]:
+        """A first point, or in its place the special points that lie on it: what its neighbours say."""
+        for condition in self.conditions:
+            here = _value(condition, start.point, condition.test(start), 0.0)
+            if condition.end and condition.end in ends and not _counts(condition, here):
+                return [_labelled(start, condition.kind)]
+        a, b = (next((p for p in some if not p.kind), None) for some in (before[::-1], after))
+        if a is None or b is None:
+            return [start]
+        found = list[P | None]()
+        for condition in self.conditions:
+            one = _value(condition, a.point, condition.test(a), 0.0)
+            other = _value(condition, b.point, condition.test(b), one.largest)
+            here = _value(condition, start.point, condition.test(start), other.largest)
+            if one.number * other.number < 0 and _counts(condition, one) and not _counts(condition, here):
+                found.append(_located(curve, a.point, other, self.seen, condition))
+        if self.crossed and not start.point.orientation and a.point.orientation * b.point.orientation < 0:
+            found.append(self.crossed(a.point, b.point))
+        return list(self.kept([p for p in found if p is not None])) or [start]
+
+
+def _value(condition: Condition[P], point: CurvePoint, number: float, largest: float) -> _Value:
+    return _Value(point, number, max(largest, abs(number)) if condition.relative else 1.0)
+
+
+def _counts(condition: Condition[P], value: _Value) -> bool:
+    return abs(value.number) > condition.rounding * value.largest
+
+
+def _located(curve: Curve, a: CurvePoint, b: _Value, seen: Callable[[CurvePoint], P], condition: Condition[P]) -> P | None:
     def exact(point: CurvePoint) -> P:
         """With the Jacobian at the point itself, not one correction before."""
         return seen(replace(point, jacobian=curve.problem.residual(point.u)[1]))
 
-    found = located(curve, a, b, exact, condition.exact)
-    if found is None or not abs(condition.exact(found)) < _ZERO or not condition.holds(found):
+    found = located(curve, a, b.point, exact, condition.exact)
+    if found is None or not abs(condition.exact(found)) < _ZERO * b.largest or not condition.holds(found):
         return None
-    return replace(found, kind=condition.kind)  # type: ignore[type-var]
+    return _labelled(found, condition.kind)
 
 
-def whole_curve(
-    equations: Equations, start: P, walk: Callable[[CurvePoint], Walk[P]], backwards: Callable[[CurvePoint], CurvePoint]
-) -> SpecialCurve[P]:
-    """The curve through a point, followed both ways."""
-    onward = walk(start.point)
-    after = list(onward)
-    if onward.end == CLOSED:
-        return SpecialCurve(equations, (start, *after), (CLOSED, CLOSED))
-    backward = walk(backwards(start.point))
-    before = [_reversed(p) for p in backward][::-1]
-    return SpecialCurve(equations, (*before, start, *after), (backward.end, onward.end))
+def _on_bound(curve: Curve, a: CurvePoint, b: CurvePoint) -> tuple[CurvePoint, float] | None:
+    """The point between two where the curve leaves the range to which it returns within a step, and the bound."""
+    if (left := curve.left(a.u, b.u)) is None:
+        return None
+    index, bound = left
+    found = located(curve, a, b, lambda point: point, lambda point: float(point.u[index]) - bound)
+    if found is None:
+        return None
+    u = found.u.copy()
+    u[index] = bound
+    return replace(found, u=u), bound
+
+
+def _labelled(seen: P, kind: str) -> P:
+    return replace(seen, kind=kind)  # type: ignore[type-var]
 
 
 def _reversed(seen: P) -> P:
     p = seen.point
     turned = replace(p, tangent=-p.tangent, length=-p.length, orientation=-p.orientation)
     return replace(seen, point=turned)  # type: ignore[type-var]
+
+
+def refuse_other_than(count: int, equations: Equations) -> None:
+    """Raises ``WuchtError`` where not as many parameters are varied as a curve needs, one or two."""
+    if len(equations.parameters) != count:
+        given = ", ".join(equations.parameters) or "none"
+        raise WuchtError(f"{_NEEDS[count]}; given: {given}")
+
+
+def bounds_of(
+    equations: Equations, limits: Mapping[int, tuple[float, float]], *bounds: tuple[float, float]
+) -> dict[int, tuple[float, float]]:
+    """The bounds of a ``Curve``, by index: of some states, and of the parameters. Raises ``WuchtError`` for other indices."""
+    n = equations.n
+    if wrong := [i for i in limits if not 0 <= i < n]:
+        raise WuchtError(f"there is no state {wrong[0]} that could have limits: states are numbered from 0 to {n - 1}")
+    return {**limits, **{n + k: pair for k, pair in enumerate(bounds)}}
+
+
+def state_of(equations: Equations, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> np.ndarray:
+    """u = (x, p) (n+m,) of a state near which something is looked for. Raises ``WuchtError`` if one has another length."""
+    for given, names, what in ((x, equations.states, "state"), (parameters, equations.parameters, "value of the parameters")):
+        if np.shape(given) != (len(names),):
+            raise WuchtError(f"a {what} is {len(names)} numbers, {', '.join(names)}; given: {given}")
+    u = np.concatenate([np.asarray(x, float), np.asarray(parameters, float)])
+    if not np.isfinite(u).all():
+        raise WuchtError(f"a state and its parameters must be finite numbers; given: {', '.join(f'{v:g}' for v in u)}")
+    return u

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
+from functools import lru_cache
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -15,6 +16,8 @@ from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.zeros import crossings
 
 P = TypeVar("P")
+
+LOST = 1e-13  # a sum of two eigenvalues, in terms of their sizes, that is smaller is rounding
 
 _NODES = 6
 _JUMP = 0.1  # of the smaller value at the neighbours: a function that is larger at its change of sign jumps
@@ -88,7 +91,8 @@ def _nearest(samples: dict[float, _Sample[P]]) -> list[float]:
 
 def _root(samples: dict[float, _Sample[P]]) -> float:
     """Where the share, as a polynomial of the test function's values, has the value for zero: Lagrange's formula."""
-    values = {share: samples[share].value for share in _nearest(samples)}
+    distinct = {samples[share].value: share for share in _nearest(samples)[::-1]}
+    values = {share: value for value, share in distinct.items()}
     return sum(s * math.prod(values[r] / (values[r] - values[s]) for r in values if r != s) for s in values)
 
 
@@ -98,11 +102,28 @@ def critical_pairs(eigenvalues: np.ndarray) -> tuple[float, bool]:
     The number is the least sum of two, in terms of their sizes, with the sign of the product of all; it passes zero where a sum
     does. That is an imaginary pair if they are complex, else a neutral saddle.
     """
-    if len(eigenvalues) < 2:
+    k = len(eigenvalues)
+    if k < 2:
         return 1.0, False
-    i, j = np.triu_indices(len(eigenvalues), 1)
-    size = np.abs(eigenvalues[i]) + np.abs(eigenvalues[j])
-    sums = (eigenvalues[i] + eigenvalues[j]) / np.where(size > 0, size, 1.0)
-    least = np.abs(sums).argmin()
-    negative = (sums.real < 0) & (sums.imag == 0)  # sums that are not real are conjugate to one another
-    return float(abs(sums[least])) * (-1) ** int(negative.sum()), bool(eigenvalues[i[least]].imag != 0)
+    if k == 2:  # by hand: ten times as fast as arrays
+        one, other = eigenvalues.tolist()
+        size = abs(one) + abs(other)
+        return ((one + other).real / size if size > 0 else 0.0), one.imag != 0
+    i, j = _twos(k)
+    sizes, sums = np.abs(eigenvalues), eigenvalues[i] + eigenvalues[j]
+    size = sizes[i] + sizes[j]
+    shares = np.abs(sums) / np.where(size > 0, size, 1.0)
+    least = int(shares.argmin())
+    negative = np.count_nonzero((sums.real < 0) & (sums.imag == 0))  # sums that are not real are conjugate to one another
+    return float(shares[least]) * (-1) ** negative, bool(eigenvalues[i[least]].imag != 0)
+
+
+def least_real(eigenvalues: np.ndarray, largest: float) -> float:
+    """Where one of some eigenvalues (k,) vanishes: the least one in terms of the largest, with the sign of their product."""
+    negative = np.count_nonzero((eigenvalues.real < 0) & (eigenvalues.imag == 0))
+    return float(np.abs(eigenvalues).min()) / largest * (-1) ** negative if largest > 0 else 0.0
+
+
+@lru_cache(maxsize=64)
+def _twos(k: int) -> tuple[np.ndarray, np.ndarray]:
+    return np.triu_indices(k, 1)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 import sympy as sp
 
+from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.damped import solved
 from wucht.numerics.collocation.mesh import Mesh
@@ -55,9 +56,9 @@ class Closing:
         """A gap (n,), or several (n, K), by the size of each state: the largest."""
         return float(np.abs(gap.T / self.sizes).max(initial=0.0))
 
-    def borders(self, at: Places, gap: np.ndarray, error: float = 0.0) -> Borders:
-        """What makes the equations regular near an orbit that misses itself by a gap (n,). error: of the linearisation."""
-        return at.borders(self.held, self.free_period, max(self.missed(gap), error), self.left_open)
+    def borders(self, at: Places, error: float = 0.0) -> Borders:
+        """What makes the equations regular there. error: of the linearisation."""
+        return at.borders(self.held, self.free_period, self.left_open, error)
 
 
 def with_clock(system: System) -> System:
@@ -69,6 +70,7 @@ def with_clock(system: System) -> System:
     return replace(bare, states=(*system.states, clock), derivatives=(*rates, sp.S.One), definitions=definitions)
 
 
+@lru_cache(maxsize=64)
 def depends_on_time(system: System) -> bool:
     """Whether time occurs in the equations."""
     return any(TIME in sp.sympify(e).free_symbols for e in (*system.derivatives, *(e for _, e in system.definitions)))
@@ -121,7 +123,7 @@ def closed(
     period, left, counts, gap = closing.period, most_steps, -1, y[-1] - y[0] - closing.advance
     for _ in range(_MOST_MESHES):
         whole, _ = _places(_problem(equations, closing, mesh, None), y, np.array([period]), closing)
-        borders = closing.borders(whole, gap, _MESH_ERROR)
+        borders = closing.borders(whole, _MESH_ERROR)
         problem = _problem(equations, closing, mesh, borders)
         # The most that is missed goes where the equations cannot be closed.
         s = borders.open.T @ (gap / closing.sizes)
@@ -186,5 +188,8 @@ def _places(
     """The linearisation between places, and the intervals that begin there."""
     jacobian = problem.residual(np.concatenate([y.ravel(), parameters]))[1]
     n, sizes = problem.n, closing.sizes
-    late = -np.linalg.solve(jacobian.inner, jacobian.by_parameters)[:, -n:, 0]
-    return places(jacobian.maps()[:, -1] * sizes / sizes[:, None], late * closing.period / sizes)
+    try:
+        late, maps = -np.linalg.solve(jacobian.inner, jacobian.by_parameters)[:, -n:, 0], jacobian.maps()[:, -1]
+    except np.linalg.LinAlgError:
+        raise RunError("the equations are singular here") from None
+    return places(maps * sizes / sizes[:, None], late * closing.period / sizes)

@@ -32,8 +32,8 @@ class Waiting:
 def of_cycle(connections: Connections, cycle: Cycle, saddle: np.ndarray, values: np.ndarray) -> Connection:
     """The connection near the last orbit of a branch. Raises ``RunError``.
 
-    saddle (n,): to which the orbit comes near. values: of the parameters. Where the connections' time is longer than the orbit's
-    period, what is missing is that of the linearised equations at the saddle.
+    saddle (n,): to which the orbit comes near. values: of the parameters. Where the connections' time is longer than that
+    orbit's period, what is missing is that of the linearised equations at the saddle.
     """
     tau, n = np.linspace(0.0, 1.0, _SAMPLES), connections.rates.n
     states = cycle.at(tau)
@@ -88,13 +88,13 @@ def rest_of(connection: Connection, tau: float) -> tuple[np.ndarray, np.ndarray]
 
 
 def longer(connections: Connections, connection: Connection) -> Connection:
-    """A connection of two saddle-nodes followed for the longer time of other connections. Raises ``RunError``.
+    """A connection that leaves a saddle-node, followed for the longer time of other connections. Raises ``RunError``.
 
-    Near the first, d' = a d^2 along the direction in which it is left: the orbit comes from d/(1 + a d t), a time t before. The
-    second it reaches as exp(l t), l being the slowest of the other eigenvalues.
+    Near it, d' = a d^2 along the direction in which it is left: the orbit comes from d/(1 + a d t), a time t before. Its end it
+    reaches as exp(l t), l being the slowest of the eigenvalues but for the leaving one.
     """
     n, more = connections.rates.n, connections.time - connection.time
-    begin, end = connection.equilibria[0], connection.equilibria[-1]
+    begin, end = connection.equilibria[0], connection.equilibria[-1] + 2 * np.pi * connections.winding
     times, states = rest_of(connection, 0.0)
     away, scale = states[:, 0] - begin, connections.rates.scale[:n]
     speed = connections.rates.values(np.concatenate([states[:, 0], connection.parameters]))[0]

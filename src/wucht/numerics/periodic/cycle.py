@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from wucht.numerics.continuation.problem import CurvePoint
 
 FOLD, DOUBLING, TORUS, BRANCH_POINT = "fold", "period-doubling", "torus", "branch-point"
 _STILL = 0.02  # by how much of its size a parameter changes, at most, while the period grows e-fold
+VANISHED = 1e-4  # times the orbit before: what is smaller is an equilibrium
 _LOST = 1e-2  # of the trivial multiplier's logarithm: beyond it the others are not known either
 
 
@@ -100,7 +102,19 @@ class Cycle:
         return replace(self.point, u=u, tangent=tangent)
 
 
-def swing(here: Cycle, there: Cycle) -> float:
+class Orbit(Protocol):
+    """What ``swing`` compares: times of the nodes in periods, the states there (n, K), and at other times."""
+
+    @property
+    def problem(self) -> BoundaryValueProblem: ...  # noqa: D102
+    @property
+    def tau(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def states(self) -> np.ndarray: ...  # noqa: D102
+    def at(self, tau: np.ndarray) -> np.ndarray: ...  # noqa: D102
+
+
+def swing(here: Orbit, there: Orbit) -> float:
     """How large another orbit is in terms of this one, both without winding: negative where it goes on half a period later.
 
     So it is once a branch has passed through a point, as at a Hopf point. Orbits that wind have no such size: 1.

@@ -21,7 +21,7 @@ from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, End
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint
-from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, Cycle
+from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, VANISHED, Cycle, swing
 from wucht.numerics.periodic.cycle_starts import carried, crossing
 from wucht.numerics.periodic.cycles import STEPS, Cycles
 from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty
@@ -31,6 +31,12 @@ from wucht.system import System
 _EXTRA, _BREAKING = sp.Symbol("_extra", real=True), sp.Symbol("_breaking", real=True)
 _COLUMNS = {FOLD: 1, DOUBLING: 1, TORUS: 2, BRANCH_POINT: 1}  # changes v that are carried along
 _EXTRAS = {FOLD: 1, DOUBLING: 0, TORUS: 1, BRANCH_POINT: 2}  # further parameters
+_SHRINKS = {
+    FOLD: "it shrinks to an equilibrium: a generalised Hopf point",
+    DOUBLING: "it shrinks to an equilibrium",
+    TORUS: "it shrinks to an equilibrium: a double Hopf or a zero-Hopf point",
+    BRANCH_POINT: "it shrinks to an equilibrium",
+}
 _SYMMETRIC = 1e-3  # the largest d where the orbit still has the symmetry: d v is added to its rates, v of the size of states
 
 
@@ -49,29 +55,34 @@ class CurveCycle:
         return first, second
 
     @property
-    def _problem(self) -> BoundaryValueProblem:
+    def problem(self) -> BoundaryValueProblem:
+        """The boundary value problem on the orbit's mesh."""
         assert isinstance(self.curve.problem, BoundaryValueProblem)
         return self.curve.problem
 
     @property
     def tau(self) -> np.ndarray:
         """Of the nodes, in periods (K,)."""
-        return self._problem.mesh.nodes
+        return self.problem.mesh.nodes
 
     @property
     def states(self) -> np.ndarray:
         """At the nodes (n, K)."""
-        return self._problem.split(self.point.u)[0][:, : self.n].T
+        return self.problem.split(self.point.u)[0][:, : self.n].T
+
+    def at(self, tau: np.ndarray) -> np.ndarray:
+        """The states (n, K) at times (K,) in periods, from 0 to 1."""
+        return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
 
     @property
     def period(self) -> float:
         """T."""
-        return float(self._problem.split(self.point.u)[1][0])
+        return float(self.problem.split(self.point.u)[1][0])
 
     @property
     def extra(self) -> list[float]:
         """theta of a torus, c of a fold, c and d where a symmetry breaks."""
-        return [float(e) for e in self._problem.split(self.point.u)[1][1:-2]]
+        return [float(e) for e in self.problem.split(self.point.u)[1][1:-2]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,12 +181,15 @@ class CycleCurve:
         return replace(cycle, point=cycle.curve.backwards(cycle.point))
 
     def _walked(self, start: CurveCycle) -> Generator[CurveCycle, None, str]:
-        walk = start.curve.follow(start.point)
+        here, walk = start, start.curve.follow(start.point)
         for curve, point in walk:
             there = CurveCycle(curve, point, self.n)
+            if swing(here, there) < VANISHED:
+                return _SHRINKS[self.kind]
             if self.kind == BRANCH_POINT and abs(there.extra[1]) > _SYMMETRIC:
                 return "the orbit loses the symmetry that was broken"
             yield there
+            here = there
         return walk.end
 
 

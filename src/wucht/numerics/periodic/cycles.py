@@ -22,7 +22,7 @@ from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.continuation.special_points import located
-from wucht.numerics.periodic.cycle import TESTS, TORUS, Cycle, has_pair_on_circle, swing
+from wucht.numerics.periodic.cycle import FOLD, TESTS, TORUS, VANISHED, Cycle, has_pair_on_circle, swing
 from wucht.numerics.periodic.floquet import across_flow, logarithms
 from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty
 from wucht.system import System
@@ -31,6 +31,7 @@ _STEERING = 1e-10  # relative, of multipliers by which special points are found
 _LOCATING = 1e-9  # accuracy, when they are
 _EXACT = 1e-10  # Newton's tolerance, then
 _ROUNDING = 1e-9  # a test function that is smaller says nothing
+_STILL = 1e-11  # of the parameter's share in the tangent, on a fine mesh: it does not change but for rounding
 _NEARLY = 0.95  # of the way to a Hopf point, where the equations are singular
 _LONGER = 4  # times the least period: a branch on which only the period still changes, then
 STEPS = Steps(most=0.5, turn=0.35, corrections=4, tolerance=1e-7, foretold=True)
@@ -144,16 +145,25 @@ class Cycles:
 
     def _walked(self, start: Cycle) -> Generator[Cycle, None, str]:
         here, least, walk = start, start.period, start.curve.follow(start.point)
+        # Where a test function is lost in rounding its sign is that of the last orbit where it was not.
+        last = {kind: (start, test(start)) for kind, test in TESTS.items()}
         for curve, point in walk:
             there = self.seen(curve, point, here.basis)
-            if (size := swing(here, there)) < 0:
+            if (size := swing(here, there)) < VANISHED:
                 with suppress(RunError):
-                    share = _NEARLY / (1 - size)
-                    yield self.seen(curve, curve.between(here.on(there.problem.mesh), there.point, share), here.basis)
+                    share = _NEARLY / (1 - min(size, 0.0))
+                    small = self.seen(curve, curve.between(here.on(there.problem.mesh), there.point, share), here.basis)
+                    if swing(here, small) > VANISHED:
+                        yield small
                 return "it shrinks to an equilibrium: a Hopf point"
-            if here.trusted and there.trusted:
-                found = [self._located(curve, here, there, kind) for kind in TESTS]
-                yield from sorted((c for c in found if c is not None), key=lambda c: c.point.length)
+            found = []
+            for kind, test in TESTS.items() if there.trusted else ():
+                value, (before, valued) = test(there), last[kind]
+                if abs(value) > _ROUNDING:
+                    if value * valued < 0 and abs(valued) > _ROUNDING and before.trusted:
+                        found.append(self._located(curve, before, there, kind))
+                    last[kind] = there, value
+            yield from sorted((c for c in found if c is not None), key=lambda c: c.point.length)
             yield there
             here, least = there, min(least, there.period)
         if here.period > _LONGER * least and here.lengthens:
@@ -162,15 +172,16 @@ class Cycles:
 
     def _located(self, curve: Curve, here: Cycle, there: Cycle, kind: str) -> Cycle | None:
         """The point between two at which a test function passes zero."""
-        test = TESTS[kind]
-        a, b = test(here), test(there)
-        if not (a * b < 0 and min(abs(a), abs(b)) > _ROUNDING):
-            return None
-        before = here.on(there.problem.mesh)
+        test, before = TESTS[kind], here.on(there.problem.mesh)
         try:
             fine, first, last = self._refined(curve, before, there.point)
-        except RunError:  # near a connection of saddles
+        except RunError:  # near a connection of saddles, where the parameter stands still but for errors
+            if kind == FOLD:
+                return None
             fine, first, last = curve, before, there.point
+        ends = [p.tangent[-1] / self.equations.scale[-1] for p in (first, last)]
+        if kind == FOLD and not (ends[0] * ends[1] < 0 and np.abs(ends).min() > _STILL):
+            return None
         found = located(fine, first, last, partial(self.seen, fine, near=here.basis), test)
         if found is None or (kind == TORUS and not has_pair_on_circle(found)):
             return None

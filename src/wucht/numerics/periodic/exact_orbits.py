@@ -21,6 +21,10 @@ from wucht.numerics.periodic.closing import Closed, Closing
 from wucht.numerics.periodic.families import Places
 from wucht.numerics.variational import variational
 
+_CONDITION = 1e4  # of the maps of legs, so that multipliers have four digits less than the integration
+_MOST_ROUNDS, _MOST_PARTS = 6, 16
+_LEAST = 2.0**-5  # share of a step
+
 
 @dataclass(frozen=True, eq=False)
 class ExactOrbit:
@@ -73,7 +77,7 @@ def exact(
     n = len(closing.sizes)
     linear = compile_system(variational(compiled.system, n), compiled.tolerance, (), compiled.engine_name)
     rates, held = Evaluator.of_rates(compiled.system), list(closing.held)
-    x, period, before, count = near.states[:n, :-1].copy(), near.period, math.inf, -1
+    x, period, before, count, share = near.states[:n, :-1].copy(), near.period, math.inf, -1, 1.0
     for step in range(1, most_steps + 1):
         grid = time + period * near.times
         ends, maps = _carried(linear, parameters, grid, x)
@@ -83,23 +87,60 @@ def exact(
         at = Places(maps * closing.sizes / closing.sizes[:, None], late)
         missed = ends - np.roll(x, -1, axis=1)
         missed[:, -1] -= closing.advance
-        borders = closing.borders(at, missed[:, -1])
+        borders = closing.borders(at)
         scaled = missed.T / closing.sizes
         by, longer, s = at.correction(scaled, borders)
         scaled[-1] -= borders.open @ (borders.open.T @ scaled[-1])
         size, gap, new = float(np.abs(scaled).max()), closing.sizes * (borders.open @ s), len(s) != count
-        # A direction is left open where nothing can be said of it from far away: nearer by, it may be one that can be closed.
+        # What is singular from far away need not be so nearer by.
         done = size <= tolerance and (closing.missed(gap) <= tolerance or not new)
-        if not (done or new or size < before) or (step == most_steps and not done):
+        if step == most_steps and not done:
             break
-        x, period = x + by.T * closing.sizes[:, None], period + longer * closing.period
+        if done or new or size < before:
+            last, change, before, count, share = (x, period), (by, longer), size, len(s), 1.0
+        elif share > _LEAST:
+            share /= 2
+        else:
+            break
+        x = last[0] + share * change[0].T * closing.sizes[:, None]
         x[held, 0] = closing.reference[held]  # but for rounding it is that
+        period = last[1] + share * change[1] * closing.period
         if done:
             break
         if not (period > 0 and np.isfinite(x).all()):
             raise RunError("its period becomes negative")
-        before, count = size, len(s)
     return ExactOrbit(x, near.times, period, at, here, gap, size)
+
+
+def finer(
+    compiled: CompiledSystem, parameters: np.ndarray, time: float, orbit: ExactOrbit, closing: Closing
+) -> tuple[np.ndarray, np.ndarray]:
+    """The orbit's maps (G', n, n) and flow (G', n), in units of the states' sizes, between so many places that all are exact.
+
+    The multipliers of what decays much faster than something else are lost in maps of longer legs. Arguments as of ``exact``.
+    Raises ``RunError`` where an integration fails.
+    """
+    n, sizes = len(closing.sizes), closing.sizes
+    linear = compile_system(variational(compiled.system, n), compiled.tolerance, (), compiled.engine_name)
+    maps, shares, x = orbit.at.maps, orbit.times, orbit.states
+    for _ in range(_MOST_ROUNDS):
+        parts = np.ceil(np.log(np.linalg.cond(maps)) / math.log(_CONDITION)).clip(1, _MOST_PARTS).astype(int)
+        if parts.max() == 1:
+            break
+        legs = []
+        for j in range(len(parts)):
+            inside = np.linspace(shares[j], shares[j + 1], parts[j] + 1)
+            if parts[j] == 1:
+                legs.append((inside[:-1], x[:, j : j + 1]))
+                continue
+            run = integrate(compiled, x[:, j], parameters, time + orbit.period * inside).uninterrupted()
+            if run.failure is not None:
+                raise RunError(run.failure)
+            legs.append((inside[:-1], run.states[:, :-1]))
+        shares, x = np.append(np.concatenate([a for a, _ in legs]), 1.0), np.concatenate([b for _, b in legs], axis=1)
+        maps = _carried(linear, parameters, time + orbit.period * shares, x)[1] * sizes / sizes[:, None]
+    flow = Evaluator.of_rates(compiled.system).array(time + orbit.period * shares[:-1], x, parameters)
+    return maps, flow.T / sizes
 
 
 def _carried(

@@ -18,8 +18,7 @@ import numpy as np
 from wucht.errors import RunError
 
 _SINGULAR = 1e-9  # share of the largest singular value below which a direction leads along a family
-_LARGE = 1e3  # the largest one of which that is a share: what grows by more in a period is no measure
-_CLOSE = 1e-4  # a singular value that is larger than this is none, however far the orbit is from being closed
+_LARGE = 10.0  # the largest one of which that is a share: what grows by more in a period is no measure
 _CONDITION = 1e3  # of products of maps: places are where it would become larger
 
 
@@ -57,16 +56,20 @@ class Places:
             matrix[j, :, -1] = late
         return matrix.reshape(count * n, -1)
 
-    def borders(self, held: tuple[int, ...], free_period: bool, missed: float, left_open: int) -> Borders:
+    def borders(self, held: tuple[int, ...], free_period: bool, left_open: int, error: float = 0.0) -> Borders:
         """What is added to the equations.
 
-        held: states that keep their first value. free_period: whether T is unknown. missed: by how much the orbit is not
-        closed: where it is not, members of a family are seen as nearly singular alone. left_open: at least so many directions.
+        held: states that keep their first value. free_period: whether T is unknown. left_open: at least so many directions of a
+        family. error: of the maps; what is smaller counts as zero. Raises ``RunError`` where more directions are singular than
+        there are states.
         """
         count, n, _ = self.maps.shape
         kept = [i for i in range(count * n + free_period) if i not in held]
-        left, values, right = np.linalg.svd(self.matrix[:, kept])
-        smallest = max(_SINGULAR * min(max(values[0], 1.0), _LARGE), min(missed, _CLOSE))
+        try:
+            left, values, right = np.linalg.svd(self.matrix[:, kept])
+        except np.linalg.LinAlgError:  # they are not finite
+            raise RunError("the equations are singular here") from None
+        smallest = max(_SINGULAR * min(max(values[0], 1.0), _LARGE), error)
         rank = min(int((values > smallest).sum()), len(values) - left_open)
         if count * n - rank > n:
             raise RunError("the equations are singular here")
@@ -79,7 +82,7 @@ class Places:
     def correction(self, missed: np.ndarray, borders: Borders) -> tuple[np.ndarray, float, np.ndarray]:
         """What closes an orbit: changes (G, n) at the places and of the period, none along a family, and the s_i (k,).
 
-        missed (G, n): by how much each place's motion misses the next place.
+        missed (G, n): by how much each place's motion misses the next place. Raises ``RunError`` where that is singular.
         """
         count, n, _ = self.maps.shape
         k = borders.open.shape[1]
@@ -87,7 +90,10 @@ class Places:
         matrix[: count * n, : count * n + 1] = self.matrix
         matrix[(count - 1) * n : count * n, count * n + 1 :] = -borders.open
         matrix[count * n :, :n], matrix[count * n :, count * n] = borders.rows[:, :n], borders.rows[:, n]
-        x = np.linalg.solve(matrix, -np.append(missed.ravel(), np.zeros(k + 1)))
+        try:
+            x = np.linalg.solve(matrix, -np.append(missed.ravel(), np.zeros(k + 1)))
+        except np.linalg.LinAlgError:
+            raise RunError("the equations are singular here") from None
         return x[: count * n].reshape(count, n), float(x[count * n]), x[count * n + 1 :]
 
 

@@ -21,17 +21,17 @@ _STEPS = Steps(first=0.01, most=0.1, turn=0.1)
 
 @dataclass(frozen=True, eq=False)
 class FoldPairs:
-    """Of equations with three varied parameters. bounds: (low, high) of each."""
+    """Of equations with three varied parameters, or two where only ``near`` is asked for. bounds: (low, high) of each."""
 
     equations: Equations
     bounds: tuple[tuple[float, float], ...]
 
     def __post_init__(self) -> None:
-        if len(self.equations.parameters) != 3:
-            raise WuchtError("a curve on which two folds coincide needs three parameters")
+        if len(self.equations.parameters) not in (2, 3):
+            raise WuchtError("two folds coincide at points of two parameters, or on curves in three of them")
 
     def near(self, first: np.ndarray, second: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """x, z and p (2 n + 3,) nearest to states and parameters, by Gauss and Newton's method. Raises ``RunError``."""
+        """x, z and p (2 n + m,) nearest to states and parameters, by Gauss and Newton's method. Raises ``RunError``."""
         u = np.concatenate([first, second, parameters])
         for _ in range(_CORRECTIONS):
             off, jacobian = self._residual(u)
@@ -64,7 +64,8 @@ class FoldPairs:
         return self._conditions(u), np.array(columns).T / self._scale
 
     def _conditions(self, u: np.ndarray) -> np.ndarray:
-        return np.concatenate([self._fold(x, u[-3:]) for x in u[:-3].reshape(2, -1)])
+        m = len(self.equations.parameters)
+        return np.concatenate([self._fold(x, u[-m:]) for x in u[:-m].reshape(2, -1)])
 
     def _fold(self, x: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         n, scale = self.equations.n, self.equations.scale

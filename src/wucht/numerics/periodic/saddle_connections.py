@@ -1,8 +1,8 @@
 """Orbits from one equilibrium to another, or back to it, over two or more parameters: connections of saddles and saddle-nodes.
 
-y' = T f(y, p) over a long time T, y(0) - x in the directions in which the equilibrium x is left, y(1) - z - 2 pi winding in those
-in which z is reached; f(x, p) = f(z, p) = 0. Of a saddle-node the leaving direction is that of the eigenvalue zero: an orbit
-that returns to it along the others is where a saddle-node on an orbit becomes a saddle connection.
+y' = T f(y, p) over a long time T, y(0) - x in the directions in which the equilibrium x is left, y(1) - z - 2 pi winding in
+those in which z is reached; f(x, p) = f(z, p) = 0. Of a saddle-node the leaving direction is that of the eigenvalue zero: an
+orbit that returns to it along the others is where a saddle-node on an orbit becomes a saddle connection.
 W.-J. Beyn, IMA J. Numer. Anal. 10 (1990) 379-405; A. R. Champneys, Yu. A. Kuznetsov, B. Sandstede, Int. J. Bifurcation Chaos 6
 (1996) 867-887.
 """
@@ -71,7 +71,7 @@ class Connection:
 
     @property
     def saddle_quantity(self) -> float:
-        """The sum of the leaving and of the slowest reaching eigenvalue: orbits near a connection are stable where it is < 0."""
+        """The sum of the leaving and of the slowest reaching eigenvalue: nearby orbits are stable where it is < 0."""
         return float((self.eigenvalues[0, 0] + self.eigenvalues[-1, 1]).real)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +17,7 @@ _BACK = 30_000  # samples of a curve among which its last lap is looked for
 _NEIGHBOUR = 0.1  # of the window: how far beside a state the curve may pass, to have come back to it
 _SHORTEST = 0.02  # of the window: of a lap
 _CREEPS = 0.02  # of its length: a lap that ends farther from its start is on its way to a fixed point
+_LOST = 1e-10  # of the product of two entries of a monodromy matrix: what may be lost in their difference
 _NEUTRAL = 1e-6  # of a multiplier: nearer to 1 curves beside are closed too
 
 
@@ -123,5 +125,15 @@ def closed_curve(plane: Plane, lap: Lap) -> ClosedCurve | None:
         return None
     if np.ptp(run.states / plane.scale[:, None], axis=1).max() < _SHORTEST / 4:
         return None
-    multiplier = float(np.linalg.det(orbit.monodromy))  # that of the phase is 1
-    return ClosedCurve(run.states, orbit.period, orbit.advance, multiplier)
+    return ClosedCurve(run.states, orbit.period, orbit.advance, _multiplier(plane, orbit.monodromy, times, run.states))
+
+
+def _multiplier(plane: Plane, monodromy: np.ndarray, times: np.ndarray, states: np.ndarray) -> float:
+    """The product of both multipliers, that of the phase being 1; where rounding would hide it, from Liouville's formula."""
+    from scipy.interpolate import CubicSpline
+
+    scaled = monodromy * plane.scale[None, :] / plane.scale[:, None]
+    if _LOST * float(np.abs(scaled).max()) ** 2 < _NEUTRAL:
+        return float(np.linalg.det(monodromy))
+    divergence = np.einsum("iiN->N", plane.jacobian(states))
+    return math.exp(float(CubicSpline(times, divergence).integrate(times[0], times[-1])))

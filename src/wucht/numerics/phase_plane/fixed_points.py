@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from wucht.errors import WuchtError
 from wucht.numerics.phase_plane.box_bounds import bounds
 from wucht.numerics.phase_plane.plane import Plane
+from wucht.numerics.phase_plane.rate_jumps import may_jump
 from wucht.numerics.subdivision import Zeros, all_zeros
 
 SADDLE, CENTRE, DEGENERATE = "saddle", "centre", "degenerate"
@@ -17,7 +19,9 @@ STABLE = ("stable node", "stable focus")
 UNSTABLE = ("unstable node", "unstable focus")
 
 _SMALLEST = 1e-7  # of a side of the window: smaller boxes are around a fixed point at a bifurcation
-_MOST_BOXES = 400_000
+_FEW_BOXES, _MOST_BOXES = 12_000, 400_000
+_OPEN = 0.05  # of the window: where so much is open after the few boxes, the bounds exclude next to nothing
+_MOST_STARTS = 2000  # of Newton's method, in boxes that stay undecided
 _SIDE = 24  # Newton's method starts from the points of a grid of so many a side, where boxes stay undecided
 _STEPS, _SAME = 60, 1e-7  # of it; and, of the window, how far apart two of its ends are that are one
 _NOTHING = 1e-13  # of the window: a state that is smaller is zero
@@ -52,13 +56,17 @@ def fixed_points(plane: Plane, watch: Callable[[], None] | None = None) -> Fixed
     try:
         zeros = _subdivided(plane, watch)
     except WuchtError as error:
-        found = _from_grid(plane, np.empty((2, 0)))
+        found = _from_grid(plane, np.empty((2, 0)), None, watch)
         return FixedPoints(_points(plane, found), False, f"Newton's method from {_SIDE**2} starts: {error}")
     if zeros.complete:
         how = f"subdivision of the window, {zeros.boxes} boxes, with bounds on the Jacobian"
         return FixedPoints(_points(plane, zeros.points), True, how)
-    found = _from_grid(plane, np.concatenate([zeros.points, zeros.undecided[0]], axis=1), zeros.points)
-    why = f"{zeros.undecided[0].shape[1]} of {zeros.boxes} boxes were not decided, as at a bifurcation"
+    centres = zeros.undecided[0]
+    starts = centres[:, :: max(1, math.ceil(centres.shape[1] / _MOST_STARTS))]
+    found = _from_grid(plane, np.concatenate([zeros.points, starts], axis=1), zeros.points, watch)
+    few = zeros.boxes < _MOST_BOXES and _open(plane, zeros) > _OPEN
+    reason = "as where bounds on the Jacobian are wide" if few else "as at a bifurcation or a jump"
+    why = f"{centres.shape[1]} of {zeros.boxes} boxes were not decided, {reason}"
     return FixedPoints(_points(plane, found), False, f"{why}: it is not shown that there are no more")
 
 
@@ -89,7 +97,7 @@ def _points(plane: Plane, states: np.ndarray) -> tuple[FixedPoint, ...]:
 
 
 def _subdivided(plane: Plane, watch: Callable[[], None] | None) -> Zeros:
-    lowered = plane.lowered
+    lowered, bare = plane.lowered, replace(plane.system, outputs=(), quadratures=())
     constants, entries = lowered.program.constant_values(plane.numbers), lowered.places
 
     def spread(centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
@@ -97,20 +105,32 @@ def _subdivided(plane: Plane, watch: Callable[[], None] | None) -> Zeros:
         at, apart = plane.jacobian(centre), np.zeros((2, 2, centre.shape[1]))
         for (i, j), low, high in zip(entries, below[2:], above[2:], strict=True):
             apart[i, j] = np.maximum(high - at[i, j], at[i, j] - low)
-        return np.where(np.isnan(apart), np.inf, apart)
+        jumps = may_jump(bare, plane.numbers, centre - radius, centre + radius)
+        return np.where(np.isnan(apart) | jumps[:, None], np.inf, apart)
 
     spread((plane.low + plane.high)[:, None] / 2, plane.scale[:, None] / 2)  # raises for what has no bounds
-    return all_zeros(
-        plane.rates, plane.jacobian, spread, plane.low, plane.high,
-        periodic=(plane.turns > 0).tolist(), smallest=_SMALLEST, most_boxes=_MOST_BOXES, watch=watch,
-    )  # fmt: skip
+    for most in (_FEW_BOXES, _MOST_BOXES):
+        zeros = all_zeros(
+            plane.rates, plane.jacobian, spread, plane.low, plane.high,
+            periodic=(plane.turns > 0).tolist(), smallest=_SMALLEST, most_boxes=most, watch=watch,
+        )  # fmt: skip
+        if zeros.complete or zeros.boxes < most or _open(plane, zeros) > _OPEN:
+            break
+    return zeros
 
 
-def _from_grid(plane: Plane, more: np.ndarray, known: np.ndarray | None = None) -> np.ndarray:
+def _open(plane: Plane, zeros: Zeros) -> float:
+    """The share of the window that is not decided."""
+    return float((2 * zeros.undecided[1] / plane.scale[:, None]).prod(axis=0).sum())
+
+
+def _from_grid(plane: Plane, more: np.ndarray, known: np.ndarray | None, watch: Callable[[], None] | None) -> np.ndarray:
     """The ends (2, k) of Newton's method from the points of a grid and from others (2, m), each once; those known first."""
     axes = [np.linspace(a, b, _SIDE) for a, b in zip(plane.low, plane.high, strict=True)]
     x = np.concatenate([np.array(np.meshgrid(*axes)).reshape(2, -1), more], axis=1)
     for _ in range(_STEPS):
+        if watch is not None:
+            watch()
         f, j = plane.rates(x), np.moveaxis(plane.jacobian(x), -1, 0)
         fine = np.isfinite(f).all(axis=0) & np.isfinite(j).all(axis=(1, 2))
         x, f, j = x[:, fine], f[:, fine], j[fine]
@@ -120,8 +140,12 @@ def _from_grid(plane: Plane, more: np.ndarray, known: np.ndarray | None = None) 
         x = x + np.nan_to_num(move)
     settled = np.hypot(*(move / plane.scale[:, None])) < _SAME**2
     inside = ((x >= plane.low[:, None]) & (x <= plane.high[:, None]) | (plane.turns[:, None] > 0)).all(axis=0)
-    distinct: list[np.ndarray] = [] if known is None else list(known.T)
-    for candidate in x[:, settled & inside].T:
-        if all(np.hypot(*plane.apart(candidate, other)) > _SAME for other in distinct):
-            distinct.append(candidate)
-    return np.array(distinct).T.reshape(2, len(distinct))
+    distinct, left = np.empty((2, 0)) if known is None else known, x[:, settled & inside]
+    for one in distinct.T:
+        left = left[:, np.hypot(*plane.apart(left, one[:, None])) > _SAME]
+    while left.shape[1]:
+        if watch is not None:
+            watch()
+        distinct = np.concatenate([distinct, left[:, :1]], axis=1)
+        left = left[:, np.hypot(*plane.apart(left, left[:, :1])) > _SAME]
+    return distinct

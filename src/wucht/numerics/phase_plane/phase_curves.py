@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from wucht.errors import WuchtError
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.phase_plane.closed_curves import ClosedCurve, Lap, closed_curve, last_lap
 from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoint
 from wucht.numerics.phase_plane.plane import PASSED, Plane
 
-FIXED_POINT, CLOSED, LEFT, LENGTH, TIME_UP, AT_REST, FAILED = (
-    "fixed point", "closed curve", "left the window", "length", "time", "at rest", "failed",
+FIXED_POINT, CLOSED, LEFT, LENGTH, TIME_UP, AT_REST, FAILED, KINKS = (
+    "fixed point", "closed curve", "left the window", "length", "time", "at rest", "failed", "too many kinks",
 )  # fmt: skip
 
 _LEG, _SPACING = 0.25, 1e-3  # of the window: how far is integrated at a time, and how far samples are apart
+_MOST_KINKS = 200  # that a curve may meet in a leg: more are met where it slides along a jump of the equations
 _REST = 1e-4  # of the usual speed: below, time counts instead of length
 _STANDING = 1e-3  # of the length of a leg: a curve that gets no farther is at rest
 _TRAP, _HALVINGS = 5e-3, 12  # of the window: the largest trap around a fixed point, and how often it is halved until it is one
@@ -39,7 +41,7 @@ class PhaseCurve:
         That passes, negative where it was followed backwards.
     forwards : bool
     end : str
-        One of ``FIXED_POINT``, ``CLOSED``, ``LEFT``, ``LENGTH``, ``TIME_UP``, ``AT_REST``, ``FAILED``.
+        One of ``FIXED_POINT``, ``CLOSED``, ``LEFT``, ``LENGTH``, ``TIME_UP``, ``AT_REST``, ``FAILED``, ``KINKS``.
     index : int
         Which fixed point or closed curve, -1 for another end.
     gap : float
@@ -74,7 +76,7 @@ class Portrait:
     """What is known of a phase plane while curves are followed in it.
 
     points: its fixed points. closed: curves on which others were seen to end; grows. most_length, most_time: of a curve, in
-    units of the window and of time.
+    units of the window and of time. watch: called now and then; what it raises ends the search.
     """
 
     plane: Plane
@@ -82,6 +84,7 @@ class Portrait:
     most_length: float = 60.0
     most_time: float = np.inf
     closed: list[ClosedCurve] = field(default_factory=list)
+    watch: Callable[[], None] | None = None
 
     def __post_init__(self) -> None:
         self._traps = {k: _trap(self.plane, p) for k, p in enumerate(self.points) if p.attracts}
@@ -93,7 +96,12 @@ class Portrait:
         numbers, grid = plane.length_numbers(forwards, _REST), np.linspace(0.0, _LEG, round(_LEG / _SPACING) + 1)
         states, time, length, near = np.asarray(start, float)[:, None], np.zeros(1), 0.0, _NEAR_LAP
         while True:
-            run, first = integrate(self._compiled, states[:, -1], numbers, grid).uninterrupted(), states.shape[1]
+            count = _Count(self.watch)
+            try:
+                run = integrate(self._compiled, states[:, -1], numbers, grid, count).uninterrupted()
+            except _TooManyKinksError:
+                return PhaseCurve(states, time, forwards, KINKS, length=length)
+            first = states.shape[1]
             states = np.concatenate([states, run.states[:, 1:]], axis=1)
             time = np.concatenate([time, time[-1] + way * run.quadratures[PASSED][1:]])
             if (seen := self._end(states, time, first, forwards)) is not None:
@@ -151,10 +159,11 @@ class Portrait:
             i = int(caught.argmax())
             return (i, float(distance[i])) if caught[i] else (-1, 0.0)
         i = int(distance.argmin())
-        near = p.kind == SADDLE and distance[i] < (_PASSING if 0 < i < len(distance) - 1 else _PASSING / 2)
-        if near and self._has_been_away(states[:, : first + i], p):
-            gap = _off_manifold(self.plane, p, away[:, i], forwards)
-            return (i, gap) if gap < _ON_IT else (-1, 0.0)
+        limit = _PASSING if 0 < i < len(distance) - 1 else _PASSING / 2
+        if p.kind == SADDLE and distance[i] < limit and self._has_been_away(states[:, : first + i], p):
+            came = int((distance < limit).argmax())  # later it is driven off its manifold
+            gap, at = min((_off_manifold(self.plane, p, away[:, k], forwards), k) for k in (came, i))
+            return (at, gap) if gap < _ON_IT else (-1, 0.0)
         return -1, 0.0
 
     def _has_been_away(self, states: np.ndarray, point: FixedPoint) -> bool:
@@ -168,10 +177,32 @@ class Portrait:
             if gap < (_ON_IT if known.neutral else _ON_CLOSED) and known.goes_there(forwards):
                 return k, gap
         found = closed_curve(self.plane, lap)
-        if found is None or not found.goes_there(forwards) or found.distance(self.plane, lap.state) > _ON_CLOSED:
+        if found is None or not found.goes_there(forwards):
+            return None
+        gap = found.distance(self.plane, lap.state)
+        if gap > (_ON_IT if found.neutral else _ON_CLOSED):  # beside a loop to a saddle there may be a family
             return None
         self.closed.append(found)
-        return len(self.closed) - 1, found.distance(self.plane, lap.state)
+        return len(self.closed) - 1, gap
+
+
+class _TooManyKinksError(WuchtError):
+    """Ends an integration."""
+
+
+@dataclass(eq=False)
+class _Count:
+    """Called between the pieces of a leg."""
+
+    watch: Callable[[], None] | None
+    pieces: int = 0
+
+    def __call__(self, _time: float) -> None:
+        if self.watch is not None:
+            self.watch()
+        self.pieces += 1
+        if self.pieces > _MOST_KINKS:
+            raise _TooManyKinksError("a curve meets too many kinks")
 
 
 @dataclass(frozen=True, eq=False)

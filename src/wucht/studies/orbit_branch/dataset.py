@@ -144,6 +144,7 @@ def _summary(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]]) 
         "branches": _branches(plan, findings),
         "tried": [{plan.along.path: t.value, "found": t.sentence} for t in findings.tried],
         "inertia": plan.subject.inertia,
+        "section": plan.subject.section,
     }
 
 
@@ -161,7 +162,8 @@ def _sentence(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]])
     how = f"both ends are {names[0]}" if len(set(names)) == 1 and len(names) > 1 else f"it ends at {' and at '.join(names)}"
     stretches = _branches(plan, findings)[0]["stable"]
     stable = ", ".join(f"{a:.7g} to {b:.7g}" for a, b in stretches)
-    where = f"stable from {stable}" if stable else "nowhere stable"
+    within = " within their section" if plan.subject.section else ""
+    where = f"stable{within} from {stable}" if stable else "nowhere stable"
     others = len(findings.branches) - 1
     more = "" if not others else f"; {'one more branch' if others == 1 else f'{others} more branches'}"
     of = "modulated motions" if plan.subject.rotor else "periodic orbits"

@@ -7,17 +7,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine
+from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_inertia
+from wucht.analysis.configurations.steady_machine import turning as steady_machine
+from wucht.analysis.sections import Section, section_of
 from wucht.errors import InputError, nearest
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
-from wucht.machines.operation import damped
 from wucht.numerics.flow.program import Evaluator
 from wucht.studies.initial_state import angles_in, initial_state, speeds_in
 from wucht.studies.orbit_branch.spec import OrbitBranch
-from wucht.studies.phase_portrait.section import Section, section
-from wucht.studies.phase_portrait.spec import PhasePortrait
-from wucht.studies.synchronous_states.prepare import turning as steady_machine
 from wucht.system import TIME, System
 
 MAIN_SPEED = "speed of the main rotor"
@@ -30,7 +28,7 @@ class OrbitSubject:
     system: without outputs. values: of its parameters. initial: value of the parameter -> state (n,) to run from. seen: states
     (n, K) and the value -> what is drawn and the amplitude (2, K), the latter not a number where there is none. rotor: whether
     what is drawn is the main rotor's speed. shown, unit, length, time: words and
-    units. inertia: of a machine's balancing bodies.
+    units. inertia: of a machine's balancing bodies. section: whether these are kept together.
     """
 
     system: System
@@ -44,6 +42,7 @@ class OrbitSubject:
     length: str
     time: str
     inertia: bool | None = None
+    section: bool = False
     warnings: tuple[str, ...] = field(default_factory=tuple)
 
     @property
@@ -63,11 +62,9 @@ def subject_of_machine(spec: OrbitBranch, machine: Machine, path: str) -> OrbitS
         key = "show" if spec.show is not None else "ranges"
         raise InputError(f"study.{key}", getattr(spec, key), "allowed for a table [system] only")
     steady = steady_machine(machine, None)
-    inertia = not damped(steady) if spec.inertia is None else spec.inertia
-    if not inertia and not damped(steady):
-        raise InputError("study.inertia", False, "must be true: a balancing body is not damped against its rotor")
+    inertia = keeps_inertia(steady, spec.inertia)
     averaged = averaged_machine(steady, inertia)
-    part = _together(spec, steady, inertia) if spec.together else None
+    part = section_of(averaged, True) if spec.together else None
     system = _bare(averaged.system if part is None else part.system)
     if path not in system.parameter_names:
         raise InputError("study.along", path, "not allowed: the averaged equations do not depend on it")
@@ -83,15 +80,8 @@ def subject_of_machine(spec: OrbitBranch, machine: Machine, path: str) -> OrbitS
     return OrbitSubject(
         system=system, values=steady.values, path=path, initial=initial, seen=_seen(averaged, part, path, steady), rotor=True,
         shown=MAIN_SPEED, unit=units.speed, length=steady.orbit_unit if units.length else "", time=units.time,
-        inertia=inertia, warnings=averaged.warnings,
+        inertia=inertia, section=part is not None, warnings=averaged.warnings,
     )  # fmt: skip
-
-
-def _together(spec: OrbitBranch, machine: Machine, inertia: bool) -> Section:
-    try:
-        return section(PhasePortrait(together=True, inertia=inertia), machine)
-    except InputError as error:
-        raise InputError("study.together", True, error.allowed) from None
 
 
 def _bare(system: System) -> System:

@@ -21,7 +21,6 @@ Watch = Callable[[float], None]  # the value that is reached
 
 _KEPT_EVERY, _KEPT_GROWTH = 0.02, 1.1  # of the range; of the period: how far apart the orbits are that are kept whole
 _LAST = 3  # orbits by which the end is judged
-_NO_ORBIT = 1e-6  # of the first orbit's extent: a solution of the orbits' equations that is an equilibrium
 _MIRRORED = 1e-6  # relative: two orbits beside a branch point that are mirror images
 
 
@@ -81,12 +80,8 @@ def walked(
     walk = cycles.walk(start if onward else cycles.backwards(start))
     numbers, kept, offshoots, last = [_numbers(subject, start)], [kept_of(start)], list[SeedOrbit](), [start]
     logarithms, kinds = [start.logarithms], [""]
-    extent, why = np.ptp(start.states, axis=1).max(), ""
     for cycle in walk:
         watch(cycle.parameter)
-        if np.ptp(cycle.states, axis=1).max() < _NO_ORBIT * extent:
-            why = "it shrinks to an equilibrium: a Hopf point"
-            break
         numbers.append(_numbers(subject, cycle))
         logarithms.append(cycle.logarithms)
         kinds.append(cycle.kind)
@@ -100,7 +95,7 @@ def walked(
             last = [*last, cycle][-_LAST:]
     columns = np.array(numbers).T
     regular = np.array([not kind for kind in kinds])
-    end = branch_end(cycles, columns[0, regular], columns[1, regular], last, why or walk.end)
+    end = branch_end(cycles, columns[0, regular], columns[1, regular], last, walk.end)
     values, periods, mean, low, high, least, largest, trusted = columns
     known = np.array(logarithms).reshape(len(kinds), -1).T
     return WalkedOrbits(

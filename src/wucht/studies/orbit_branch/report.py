@@ -32,7 +32,8 @@ def report(result: xr.Dataset) -> list[str]:
     if len(s["orbits"]) > _MOST:
         lines.append(f"  and {len(s['orbits']) - _MOST} more orbits: see the Dataset")
     if result.attrs["rotor"] and s["branches"]:
-        lines.append("  stability    in the averaged equations, of all their disturbances; exponents: per unit of time")
+        of = "disturbances that keep the bodies together alone" if s["section"] else "all their disturbances"
+        lines.append(f"  stability    in the averaged equations, of {of}; exponents: per unit of time")
     return lines
 
 

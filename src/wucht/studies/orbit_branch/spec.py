@@ -27,7 +27,7 @@ class OrbitBranch(Spec):
     branch is followed; by default twenty times that of the first orbit. switch: whether other branches are followed from branch
     points and period doublings. together: balancing bodies that are equal keep equal phases. show: the state of a system that
     is drawn. ranges: of its states, in which equilibria are searched. inertia: of the balancing bodies in the averaged
-    equations; false: strongly damped, 002 (4.60)-(4.62), the default where all of them are damped.
+    equations; false: strongly damped, 002 (4.60)-(4.62), the default of the dimensionless machines where all are damped.
     """
 
     kind: ClassVar[str] = "orbit-branch"

@@ -11,8 +11,8 @@ import numpy as np
 
 from wucht.numerics.continuation.manifolds import Manifold
 from wucht.numerics.phase_plane.fixed_points import DEGENERATE, SADDLE, STABLE, FixedPoint
-from wucht.numerics.phase_plane.phase_curves import CLOSED, FAILED, FIXED_POINT, LENGTH, PhaseCurve
-from wucht.results.conventions import Variable, answered, variable
+from wucht.numerics.phase_plane.phase_curves import CLOSED, FAILED, FIXED_POINT, KINKS, LENGTH, PhaseCurve
+from wucht.results.conventions import Variable, answered, variable, within_half_a_turn
 from wucht.studies.phase_portrait.prepare import Case, Plan
 from wucht.studies.phase_portrait.run import Findings, Found
 
@@ -55,12 +55,14 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     result = result if several else result.isel(case=0)
     summary: dict[str, Any] = {"along": plan.spec.along, "cases": entries} if several else dict(entries[0])
     sentences = [f"{c.label}: {e['sentence']}" if c.label else e["sentence"] for (c, _), e in zip(pairs, entries, strict=True)]
-    sentence = "; ".join(sentences)
+    sentence = (f"{plan.model}: " if plan.model else "") + "; ".join(sentences)
+    if (made := plan.cases[0].section) is not None:
+        summary |= {"model": "averaged", "inertia": made.inertia, "order": made.order}
     summary["sentence"] = sentence
     warnings = [*plan.warnings, *(w for case, found in pairs for w in _warnings(plan, case, found))]
     if len(pairs) < len(plan.cases):
         warnings.append(f"{len(pairs)} of {len(plan.cases)} portraits are finished")
-    return answered(result, summary, sentence, warnings, abscissa=abscissa, section=int(plan.cases[0].section is not None))
+    return answered(result, summary, sentence, warnings, abscissa=abscissa, section=int(bool(plan.model)), model=plan.model)
 
 
 def _abscissa(plan: Plan) -> int:
@@ -90,7 +92,7 @@ def _words(texts: Sequence[Sequence[str]], items: int) -> np.ndarray:
 
 def _of_points(plan: Plan, found: Sequence[Found]) -> dict[str, Variable]:
     points = [f.fixed.points for f in found]
-    states = _padded([[p.state for p in each] for each in points], (2,))
+    states = _padded([[_reported(plan, p.state) for p in each] for each in points], (2,))
     per = f"1/{plan.time}" if plan.time else ""
     many = states.shape[1]
     growth = [[float(out.real.max(initial=-math.inf)) if out.size else math.nan for out in f.transverse] for f in found]
@@ -175,12 +177,17 @@ def _summary(plan: Plan, case: Case, found: Found) -> dict[str, Any]:
         "separatrices": [_separatrix(found, m) for m in found.separatrices],
         "closed_curves": [_closed(plan, case, found, k) for k in range(len(found.closed))],
         "complete": found.fixed.complete,
-        "shown": found.fixed.shown,
+        "shown": f"{found.fixed.shown}; closed curves are those that {found.followed} followed curves met",
     }
 
 
 def _several(kind: str) -> str:
     return kind.replace("focus", "foci") if "focus" in kind else f"{kind}s"
+
+
+def _reported(plan: Plan, state: np.ndarray) -> np.ndarray:
+    """A state (2,) with angles in (-pi, pi]."""
+    return np.where(plan.cases[0].plane.turns > 0, -within_half_a_turn(-state), state)
 
 
 def _named(plan: Plan, state: np.ndarray) -> dict[str, float]:
@@ -193,7 +200,11 @@ def _complex(values: np.ndarray) -> list[list[float]]:
 
 def _point(plan: Plan, case: Case, found: Found, index: int) -> dict[str, Any]:
     p: FixedPoint = found.fixed.points[index]
-    entry: dict[str, Any] = {"state": _named(plan, p.state), "kind": p.kind, "eigenvalues": _complex(p.eigenvalues)}
+    entry: dict[str, Any] = {
+        "state": _named(plan, _reported(plan, p.state)),
+        "kind": p.kind,
+        "eigenvalues": _complex(p.eigenvalues),
+    }
     if case.section is None:
         return entry | {"stable": p.kind in STABLE}
     speed, out = abs(float(case.section.rotor_speed(p.state))), found.transverse[index]
@@ -215,7 +226,9 @@ def _closed(plan: Plan, case: Case, found: Found, index: int) -> dict[str, Any]:
     c = found.closed[index]
     turns = np.round(c.turns / (2 * math.pi)).tolist()
     entry: dict[str, Any] = {"kind": c.kind, "period": c.period, "multiplier": c.multiplier, "turns": turns}
-    entry |= {"min": _named(plan, c.states.min(axis=1)), "max": _named(plan, c.states.max(axis=1))}
+    low, high = c.states.min(axis=1), c.states.max(axis=1)
+    shift = _reported(plan, (low + high) / 2) - (low + high) / 2  # its middle is in (-pi, pi]
+    entry |= {"min": _named(plan, low + shift), "max": _named(plan, high + shift)}
     return entry | ({"period_phi": found.turned[index]} if found.turned else {})
 
 
@@ -229,6 +242,8 @@ def _warnings(plan: Plan, case: Case, found: Found) -> list[str]:
         )
     if any(c.end == FAILED for c in curves):
         warnings.append(f"{about}some curves end where the equations cannot be evaluated")
+    if any(c.end == KINKS for c in curves):
+        warnings.append(f"{about}some curves are given up where they slide along a jump of the equations")
     if any(m.curve.end == FIXED_POINT and found.fixed.points[m.curve.index].kind == SADDLE for m in found.separatrices):
         warnings.append(f"{about}a separatrix goes to a saddle: the least change of a parameter parts them")
     return warnings

@@ -28,6 +28,8 @@ _POINTS: dict[str, tuple[str, dict[str, Any]]] = {
     "other": ("centre or degenerate", {"marker": "o", "markerfacecolor": "white", "markeredgewidth": 0.8, "fillstyle": "none"}),
 }
 _FEW = 3  # portraits beside each other
+_ABOVE_PANELS = 0.85  # inches: the title, the equations, and the name of each panel
+_BELOW_PANELS, _ROW_OF_LEGEND = 0.62, 0.17  # inches: names and numbers of the abscissae, and each row of the legend
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -36,7 +38,8 @@ def figure(result: xr.Dataset) -> Figure:
     columns = 1 if cases == 1 else 2 if cases in (2, 4) else _FEW
     rows = math.ceil(cases / columns)
     height = 5.6 if cases == 1 else 1.6 + (3.0 if columns == 2 else 2.5) * rows
-    subtitle = result.attrs["sentence"] if cases == 1 else ""
+    model = result.attrs["model"]
+    subtitle = result.attrs["sentence"].replace(f"{model}: ", f"{model}\n", 1) if cases == 1 else model
     drawn, axes = new_grid(rows, columns, height, result.attrs["title"], subtitle)
     for k, axis in enumerate(axes):
         if k >= cases:
@@ -44,8 +47,12 @@ def figure(result: xr.Dataset) -> Figure:
             continue
         _panel(axis, result.isel(case=k) if "case" in result.sizes else result)
         _scales(axis, result, k % columns == 0, k >= cases - columns)
+        if not result.turn.values.any() and np.ptp(result.drawn.values[0]) == np.ptp(result.drawn.values[1]):
+            axis.set_aspect("equal", adjustable="box")
         if cases > 1:
             axis.set_title(str(result.case.values[k]), fontsize=9)
+    if cases > 1:
+        drawn.subplots_adjust(top=1 - _ABOVE_PANELS / height)
     _legend(drawn, result)
     return drawn
 
@@ -169,7 +176,10 @@ def _legend(drawn: Figure, result: xr.Dataset) -> None:
         if what in there:
             entries.append(Line2D([], [], color="black", linestyle="", markersize=6.5, label=name, **style))
     if result.sizes["separatrix"]:
-        for style, name in ((_UNSTABLE, "unstable manifold of a saddle"), (_STABLE, "stable manifold of a saddle")):
+        for style, name in (
+            (_UNSTABLE, "unstable manifold: leaves the saddle"),
+            (_STABLE, "stable manifold: goes to the saddle"),
+        ):
             entries.append(Line2D([], [], label=name, **style))
     kinds = {str(k) for k in np.ravel(result.closed_curve_kind.values)}
     for kind, line in (("stable", "-"), ("unstable", ":")):
@@ -185,3 +195,5 @@ def _legend(drawn: Figure, result: xr.Dataset) -> None:
     drawn.legend(
         handles=entries, loc="lower center", ncols=3, frameon=False, fontsize=8, bbox_to_anchor=(0.5, 0.0), handlelength=2.8
     )
+    rows = math.ceil(len(entries) / 3)
+    drawn.subplots_adjust(bottom=(_BELOW_PANELS + _ROW_OF_LEGEND * rows) / drawn.get_figheight())

@@ -9,18 +9,20 @@ from typing import Any
 
 import numpy as np
 
+from wucht.analysis.sections import Axis, Section
 from wucht.checking import read_quantity, refuse_unknown
-from wucht.errors import InputError, WuchtError, nearest
+from wucht.errors import InputError, WuchtError
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.numerics.phase_plane.window import window_around
 from wucht.quantities import Unit
-from wucht.studies.parameters import parameter_of, values_of
-from wucht.studies.phase_portrait.section import Axis, Section, section
+from wucht.studies.parameters import parameter_of, values_of, with_parameters
+from wucht.studies.phase_portrait.section import section
 from wucht.studies.phase_portrait.spec import PhasePortrait
 from wucht.system import System
 
+_FARTHEST, _NARROWEST = 1e50, 1e-6  # of a range: beyond, nothing is left of squares and differences
 _DRAWN_TURNS = 2  # of an angle, by default
 
 
@@ -43,17 +45,31 @@ class Plan:
 
     spec: PhasePortrait
     cases: tuple[Case, ...]
-    axes: tuple[Axis, Axis]
+    axes: tuple[Axis, ...]
     drawn: np.ndarray
     given: np.ndarray | None
     time: str
     warnings: tuple[str, ...]
 
+    @property
+    def count(self) -> int:
+        """How many trajectories are drawn."""
+        return self.spec.trajectories if isinstance(self.spec.trajectories, int) else len(self.spec.trajectories)
+
+    @property
+    def model(self) -> str:
+        """Which equations these are, of a machine, in words."""
+        made = self.cases[0].section
+        if made is None:
+            return ""
+        order = ", second order" if made.order == 2 else ""
+        return f"averaged equations{order}, {'with' if made.inertia else 'without'} the inertia of the balancing bodies"
+
 
 def prepare(spec: PhasePortrait, subject: Machine | OwnEquations) -> Plan:
     """The plan. Raises ``InputError`` where the subject has no two states, or a key does not fit it."""
-    values = _values(spec, subject)
-    subjects = [(v, subject if v is None else _with(spec, subject, v)) for v in values]
+    values = tuple(dict.fromkeys(_values(spec, subject)))
+    subjects = [(v, subject if v is None else with_parameters(subject, {spec.along or "": v})) for v in values]
     sections = [section(spec, s) if isinstance(s, Machine) else None for _, s in subjects]
     systems = [
         (made.system, made.values) if made is not None else (s.system, s.values)
@@ -87,17 +103,7 @@ def _refuse_keys_of_machines(spec: PhasePortrait) -> None:
 def _values(spec: PhasePortrait, subject: Machine | OwnEquations) -> tuple[float | None, ...]:
     if spec.along is None:
         return (None,)
-    if isinstance(subject, Machine):
-        return values_of(subject, parameter_of(subject, spec.along), spec.values)
-    if spec.along not in subject.parameters:
-        raise InputError("study.along", spec.along, f"unknown parameter; {nearest(spec.along, subject.parameters)}")
-    unit = Unit("", f"value of the parameter {spec.along}")
-    return tuple(read_quantity(unit, v, f"study.values[{i}]") for i, v in enumerate(spec.values))
-
-
-def _with(spec: PhasePortrait, subject: Machine | OwnEquations, value: float) -> Machine | OwnEquations:
-    changed = {spec.along or "": value}
-    return subject.with_values(changed) if isinstance(subject, Machine) else subject.changed(changed)
+    return values_of(subject, parameter_of(subject, spec.along), spec.values)
 
 
 def _own_axes(system: System) -> tuple[Axis, Axis]:
@@ -112,7 +118,7 @@ def _own_axes(system: System) -> tuple[Axis, Axis]:
     return a, b
 
 
-def _ranges(spec: PhasePortrait, axes: tuple[Axis, Axis]) -> dict[str, tuple[float, float]]:
+def _ranges(spec: PhasePortrait, axes: tuple[Axis, ...]) -> dict[str, tuple[float, float]]:
     refuse_unknown(spec.ranges, [a.name for a in axes], "study.ranges")
     ranges = {}
     for a in axes:
@@ -122,12 +128,16 @@ def _ranges(spec: PhasePortrait, axes: tuple[Axis, Axis]) -> dict[str, tuple[flo
             low, high = (read_quantity(Unit(a.unit, a.long_name), v, where) for v in pair)
             if not low < high:
                 raise InputError(where, list(pair), "must be a pair [low, high] with low below high")
+            if not max(abs(low), abs(high)) < _FARTHEST:
+                raise InputError(where, list(pair), f"must be a pair [low, high] of numbers below {_FARTHEST:g}")
+            if high - low < _NARROWEST * max(abs(low), abs(high)):
+                raise InputError(where, list(pair), "must be a pair [low, high] farther apart than rounding")
             ranges[a.name] = low, high
     return ranges
 
 
 def _window(
-    systems: list[tuple[System, Mapping[str, float]]], axes: tuple[Axis, Axis], ranges: Mapping[str, tuple[float, float]]
+    systems: list[tuple[System, Mapping[str, float]]], axes: tuple[Axis, ...], ranges: Mapping[str, tuple[float, float]]
 ) -> tuple[np.ndarray, np.ndarray]:
     """The window of all portraits: as given, by default as the machine's speeds say, else around all fixed points."""
     turning = [s in systems[0][0].angles for s in systems[0][0].states]
@@ -146,7 +156,7 @@ def _window(
     return np.min([k[0] for k in known], axis=0), np.max([k[1] for k in known], axis=0)
 
 
-def _drawn(plane: Plane, axes: tuple[Axis, Axis], ranges: Mapping[str, tuple[float, float]]) -> np.ndarray:
+def _drawn(plane: Plane, axes: tuple[Axis, ...], ranges: Mapping[str, tuple[float, float]]) -> np.ndarray:
     several = (plane.turns > 0).all()
     default = [(lo, lo + (1 if several else _DRAWN_TURNS) * TURN) if t else (lo, hi) for lo, hi, t in _sides(plane)]
     return np.array([ranges.get(a.name, d) for a, d in zip(axes, default, strict=True)])
@@ -156,7 +166,7 @@ def _sides(plane: Plane) -> list[tuple[float, float, bool]]:
     return list(zip(plane.low.tolist(), plane.high.tolist(), (plane.turns > 0).tolist(), strict=True))
 
 
-def _starts(spec: PhasePortrait, plane: Plane, axes: tuple[Axis, Axis]) -> np.ndarray | None:
+def _starts(spec: PhasePortrait, plane: Plane, axes: tuple[Axis, ...]) -> np.ndarray | None:
     """The starts (2, k) that are given. Raises ``InputError`` for another state, or one outside the window."""
     if isinstance(spec.trajectories, int):
         return None

@@ -16,9 +16,12 @@ def report(result: xr.Dataset) -> list[str]:
     s = summary_of(result)
     lines = [result.attrs["title"]]
     if "cases" not in s:
-        return [*lines, f"verdict: {s['sentence']}", *_of_one(s)]
-    for case in s["cases"]:
+        lines += [f"verdict: {s['sentence']}", *_of_one(s)]
+    for case in s.get("cases", []):
         lines += [f"{case['label']}: {case['sentence']}", *_of_one(case)]
+    if result.attrs["model"]:
+        how_far = "study.kind = 'approximation' compares them with the full equations"
+        lines.append(f"  equations: {result.attrs['model']}; {how_far}")
     return lines
 
 

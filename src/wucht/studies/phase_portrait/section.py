@@ -2,193 +2,56 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import replace
 
-import numpy as np
-import sympy as sp
-
-from wucht.analysis.averaged import AveragedMachine, averaged_machine
-from wucht.errors import InputError, nearest
+from wucht.analysis.averaged import averaged_machine, keeps_inertia
+from wucht.analysis.configurations.steady_machine import turning
+from wucht.analysis.sections import Section, section_of
+from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import damped, free_speed
-from wucht.machines.structure import SPEED
-from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.phase_plane.plane import jacobian_of
+from wucht.machines.operation import damped
 from wucht.studies.phase_portrait.spec import PhasePortrait
-from wucht.system import System
-
-PSI, OMEGA = "psi", "speed"
-_INVARIANT = 1e-9  # of the largest rate: what may lead away from an invariant section
-_PLACES = 64  # at which that is looked at
-_LOWEST, _HIGHEST = 0.02, 1.15  # of the speed without vibration: the default of the range
-
-
-@dataclass(frozen=True, eq=False)
-class Axis:
-    """A state of a portrait: its name, what it is, its unit, and by default its range; low and high of an angle are a turn."""
-
-    name: str
-    long_name: str
-    unit: str
-    low: float = math.nan
-    high: float = math.nan
-
-
-@dataclass(frozen=True, eq=False)
-class Section:
-    """Two states of the averaged equations, in the machine's conventions of angles and speeds.
-
-    whole: the averaged System, and numbers its parameters' values. embedding: (n, 2), the states of the whole from these two.
-    turning: which of the two is the main rotor's speed, -1 where that is held
-    at ``speed``.
-    """
-
-    system: System
-    values: Mapping[str, float]
-    axes: tuple[Axis, Axis]
-    whole: System
-    embedding: np.ndarray
-    turning: int
-    speed: float | None
-    warnings: tuple[str, ...]
-
-    def transverse(self, state: np.ndarray) -> np.ndarray:
-        """The eigenvalues (n - 2,) of a fixed point in the directions that lead out of the section, the largest first."""
-        matrix = jacobian_of(replace(self.whole, outputs=(), quadratures=())).at(
-            self.embedding @ state, self.whole.values(self.values)
-        )[1]
-        out = np.linalg.qr(self.embedding, mode="complete")[0][:, 2:]
-        values = np.linalg.eigvals(out.T @ matrix @ out).astype(complex) if out.shape[1] else np.empty(0, complex)
-        return values[np.lexsort((-values.imag, -values.real))]
-
-    def rotor_speed(self, state: np.ndarray) -> np.ndarray:
-        """Of the main rotor at states (2, ...)."""
-        return np.asarray(state[self.turning] if self.turning >= 0 else np.full(np.shape(state)[1:], self.speed))
 
 
 def section(spec: PhasePortrait, machine: Machine) -> Section:
-    """The section that is asked for. Raises ``InputError``: not two states, or curves do not stay in it."""
-    steady = machine.at(machine.breakpoints[-1]).changed(schedules=())
-    steady = steady.changed(bodies=tuple(replace(b, release=None) for b in steady.bodies))
-    inertia = not damped(steady) if spec.inertia is None else spec.inertia
-    if not inertia and not damped(steady):
-        raise InputError("study.inertia", False, "must be true: a balancing body is not damped against its rotor")
-    slow = averaged_machine(steady, inertia, spec.order, held=spec.speed is not None)
-    sense = slow.senses[steady.rotor.name]
-    values = dict(steady.values) | ({} if spec.speed is None else {SPEED.name: sense * spec.speed})
-    groups = _groups(spec, slow)
-    if len(groups) != 2:
-        _refuse(spec, slow, groups)
-    system, axes = _named(slow, steady, groups)
-    embedding = np.zeros((len(slow.system.states), 2))
-    for k, group in enumerate(groups):
-        for i in group:
-            embedding[i, k] = _sense(slow, i)
-    main = f"{steady.rotor.name}.speed"
-    turning = next((k for k, g in enumerate(groups) if slow.system.state_names[g[0]] == main), -1)
-    kept = {name: values[name] for name in slow.system.parameter_names}
-    speed, coordinate = spec.speed, steady.rotor.coordinate
-    if speed is None and coordinate.prescribed is not None:
-        speed = float(steady.prescribed_speed(coordinate, 0.0)[0])
-    made = Section(system, kept, axes, slow.system, embedding, turning, speed, slow.warnings)
-    _refuse_if_left(made, groups, slow)
+    """The section that is asked for. Raises ``InputError``: not two states, or curves do not stay in it.
+
+    Where the inertia of balancing bodies would leave more than two states, it is left out by default, with a warning.
+    """
+    steady = turning(machine, None)
+    made = _made(spec, steady, keeps_inertia(steady, spec.inertia))
+    if spec.inertia is None and made.inertia and len(made.axes) > 2 and damped(steady):
+        made = _made(spec, steady, False)
+        bodies = ", ".join(b.name for b in steady.bodies if b.about is not None)
+        advice = "study.kind = 'approximation' shows how far such equations are from the full ones"
+        left_out = (
+            f"the inertia of {bodies} is left out, as if their damping were strong: with it, more states than two are left"
+        )
+        made = replace(made, warnings=(*made.warnings, f"{left_out}; {advice}"))
+    if len(made.axes) != 2:
+        _refuse(spec, made)
     return made
 
 
-def _groups(spec: PhasePortrait, slow: AveragedMachine) -> list[list[int]]:
-    """The states of the averaged equations, by their indices: those that stay equal are together."""
-    names, machine = slow.system.state_names, slow.machine
-    if spec.together is None:
-        return [[i] for i in range(len(names))]
-    bodies = [b.name for b in machine.bodies if b.about is not None]
-    chosen = bodies if spec.together is True else list(spec.together or ())
-    for name in chosen:
-        if name not in bodies:
-            raise InputError("study.together", name, f"must be bodies that turn about a rotor; {nearest(name, bodies)}")
-    if len(chosen) < 2:
-        raise InputError(
-            "study.together", spec.together, f"there must be at least two bodies that turn about a rotor: {bodies}"
-        )
-    groups: dict[str, list[int]] = {}
-    for i, name in enumerate(names):
-        body, _, what = name.rpartition(".")
-        groups.setdefault(f"together.{what}" if body in chosen else name, []).append(i)
-    return list(groups.values())
+def _made(spec: PhasePortrait, steady: Machine, inertia: bool) -> Section:
+    slow = averaged_machine(steady, inertia, spec.order, held=spec.speed is not None)
+    return section_of(slow, spec.together, spec.speed)
 
 
-def _refuse(spec: PhasePortrait, slow: AveragedMachine, groups: Sequence[Sequence[int]]) -> None:
-    names = slow.system.state_names
-    shown = ", ".join(" = ".join(names[i] for i in group) for group in groups)
+def _refuse(spec: PhasePortrait, made: Section) -> None:
+    names = made.whole.state_names
+    groups = [[n for n, x in zip(names, column, strict=True) if x] for column in made.embedding.T]
+    shown = ", ".join(" = ".join(group) for group in groups)
+    if len(groups) < 2 and spec.together and spec.speed is not None:
+        advice = "leave out speed, so that the main rotor's speed is a state, or together"
+        raise InputError("study.speed", spec.speed, f"with together, one state is left, {shown}, of two: {advice}")
     if len(groups) < 2:
         raise InputError(
-            "study.kind", spec.kind, f"a phase portrait has two states, and this machine's averaged equations {shown}"
+            "study.kind", spec.kind, f"a phase portrait has two states, and this machine's averaged equations {shown or 'none'}"
         )
+    without = ", inertia = false leaves out the bodies' own speeds" if made.inertia else ""
     raise InputError(
         "study.together", spec.together,
         f"a phase portrait has two states, and these averaged equations {len(groups)}: {shown}; "
-        "together = true keeps the phases of the balancing bodies equal, speed holds the main rotor's speed",
+        f"together = true keeps the phases of the balancing bodies equal, speed holds the main rotor's speed{without}",
     )  # fmt: skip
-
-
-def _sense(slow: AveragedMachine, index: int) -> int:
-    """The sign between a state of the averaged equations and the machine's convention of it."""
-    body, _, what = slow.system.state_names[index].rpartition(".")
-    rotor = slow.machine.body(body).about is None
-    return 1 if what == "phase" and rotor else slow.senses[body]
-
-
-def _named(slow: AveragedMachine, machine: Machine, groups: Sequence[Sequence[int]]) -> tuple[System, tuple[Axis, Axis]]:
-    s, units = slow.system, machine.units
-    first = [s.state_names[g[0]] for g in groups]
-    phases, main = sum(name.endswith(".phase") for name in first), f"{machine.rotor.name}.speed"
-    axes = []
-    for group, name in zip(groups, first, strict=True):
-        body, _, what = name.rpartition(".")
-        if what == "speed":
-            own = OMEGA if name == main else name
-            free = free_speed(machine, machine.body(body))
-            ends = sorted((_LOWEST * free, _HIGHEST * free)) if free else (math.nan, math.nan)
-            axes.append(Axis(own, f"speed of {body}", units.speed, *ends))
-        else:
-            bodies = ", ".join(s.state_names[i].rpartition(".")[0] for i in group)
-            own = PSI if phases == 1 else body
-            axes.append(Axis(own, f"phase of {bodies}", "rad", 0.0, 2 * math.pi))
-    return _reduced(s, tuple(map(tuple, groups)), tuple(a.name for a in axes), tuple(_sense(slow, g[0]) for g in groups)), (
-        axes[0],
-        axes[1],
-    )
-
-
-@lru_cache(maxsize=16)
-def _reduced(s: System, groups: tuple[tuple[int, ...], ...], names: tuple[str, ...], senses: tuple[int, ...]) -> System:
-    """The System of the first of each group, all states of which are equal, with other names and senses."""
-    own = tuple(sp.Symbol(name, real=True) for name in names)
-    put = {s.states[i]: sign * x for group, x, sign in zip(groups, own, senses, strict=True) for i in group}
-    return System(
-        own,
-        tuple(sign * sp.sympify(s.derivatives[g[0]]).xreplace(put) for g, sign in zip(groups, senses, strict=True)),
-        s.parameters,
-        tuple((symbol, sp.sympify(e).xreplace(put)) for symbol, e in s.definitions),
-        angles=frozenset(x for x, g in zip(own, groups, strict=True) if s.states[g[0]] in s.angles),
-    )
-
-
-def _refuse_if_left(made: Section, groups: Sequence[Sequence[int]], slow: AveragedMachine) -> None:
-    """Raises ``InputError`` where curves that begin in the section leave it."""
-    low, high = np.array([[a.low, a.high] for a in made.axes]).T
-    low, high = np.where(np.isfinite(low), low, 0.5), np.where(np.isfinite(high), high, 1.5)
-    x = np.random.default_rng(0).uniform(low[:, None], high[:, None], (2, _PLACES))
-    with np.errstate(all="ignore"):
-        rates = Evaluator.of_rates(made.whole).array(np.zeros(_PLACES), made.embedding @ x, made.whole.values(made.values))
-    out = np.linalg.qr(made.embedding, mode="complete")[0][:, 2:]
-    fine = np.isfinite(rates).all(axis=0)
-    if not fine.any() or np.abs(out.T @ rates[:, fine]).max(initial=0.0) <= _INVARIANT * np.abs(rates[:, fine]).max():
-        return
-    names = next([slow.system.state_names[i] for i in g] for g in groups if len(g) > 1)
-    bodies = " and ".join(n.rpartition(".")[0] for n in names)
-    raise InputError(
-        "study.together", None, f"{bodies} do not keep equal phases: must be bodies that are equal in all they are"
-    )

@@ -49,8 +49,9 @@ class PhasePortrait(common.Spec):
 
     Asked of a table [system] of two states, or of the averaged equations of a machine, where its states are made two: together,
     true or names of bodies: they keep equal phases (002 (5.17)-(5.18): true), which is refused where they would not. speed: at
-    which the main rotor is held. inertia, order: of the averaged equations, as of a run-up. ranges: of the states, by name: the
-    window; of an angle what is drawn of it. trajectories: their starts, or how many, from places that the seed gives.
+    which the main rotor is held. inertia, order: of the averaged equations; inertia is left out by default of dimensionless
+    machines, and, with a warning, where more than two states would be left. ranges: of the states, by name: the window; of an
+    angle what is drawn of it. trajectories: their starts, or how many, from places that the seed gives.
     nullclines: whether they are drawn. along, values: a portrait for each value of a parameter. length: at
     which a curve is given up, in windows.
     """

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from wucht.analysis.configurations.averaged_stability import NEUTRAL
 from wucht.numerics.continuation.equilibria import HOPF
 from wucht.results.conventions import Variable, variable
-from wucht.studies.speed_curve.following import FollowedBranch
+from wucht.studies.speed_curve.following import ALL_STABLE, SOME_STABLE, FollowedBranch
 from wucht.studies.speed_curve.prepare import Plan
 from wucht.studies.speed_curve.report import label_of
 from wucht.studies.speed_curve.run import Findings
@@ -48,7 +49,9 @@ def specials(plan: Plan, findings: Findings) -> list[Special]:
             if any(states.same(u, np.append(s.u[:-1], u[-1])) for s in beside):
                 continue
             speed, amplitude = float(shown.speed[i]), float(shown.amplitude[i])
-            frequency = _frequency(branch.exponents[:, i]) if kind == HOPF else None
+            exponents = branch.exponents[:, i][np.isfinite(branch.exponents[:, i])]
+            swings = kind == HOPF or (kind in (SOME_STABLE, ALL_STABLE) and exponents[exponents.real.argmax()].imag != 0)
+            frequency = _frequency(exponents) if swings else None
             found.append(Special(kind, u, speed, amplitude, k, frequency, branch.second))
     return found
 
@@ -70,7 +73,7 @@ def of_points(plan: Plan, branches: Sequence[FollowedBranch]) -> dict[str, Varia
     words, n = states.words, len(states.names)
     seen = [curves[b.second].shown(b.u) for b in branches]
     exponents = _joined([b.exponents for b in branches], n)
-    growing = [(b.exponents.real > 0).sum(axis=0) for b in branches]
+    growing = [(b.exponents.real > NEUTRAL * np.nanmax(np.abs(b.exponents), axis=0)).sum(axis=0) for b in branches]
     shares = [np.array(b.stable_share) if b.stable_share else np.full(b.u.shape[1], np.nan) for b in branches]
     at_special = [np.array([bool(kind) for kind in b.kinds]) for b in branches]
     numbers = np.repeat(np.arange(len(branches)), [b.u.shape[1] for b in branches])
@@ -110,7 +113,7 @@ def of_specials(plan: Plan, found: Sequence[Special]) -> dict[str, Variable]:
     table = np.array([s.u[:-1] for s in found]).reshape(len(found), len(states.names)).T
     frequency = [math.nan if s.frequency is None else s.frequency for s in found]
     return {
-        "special_kind": variable("special", np.array([s.kind for s in found], "U16"), "kind of the special point"),
+        "special_kind": variable("special", np.array([s.kind for s in found], "U20"), "kind of the special point"),
         "special_value": variable("special", [float(s.u[-1]) for s in found], plan.along.what, plan.along.unit),
         "special_speed": variable("special", [s.speed for s in found], words.shown, words.unit),
         "special_amplitude": variable("special", [s.amplitude for s in found], "amplitude of the axis", words.length),
@@ -133,9 +136,14 @@ def of_own(plan: Plan, own: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
         "own_speed": variable("own", [s["speed"] for s in own], words.shown, words.unit),
         "own_amplitude": variable("own", [s["amplitude"] for s in own], "amplitude of the axis", words.length),
         "own_stable": variable("own", np.array([s["stable"] for s in own], np.int8), "stable"),
+        "own_stable_share": variable("own", [_number(s["stable_share"]) for s in own], "share of a family's members"),
         "own_branch": variable("own", np.array([s["branch"] for s in own], int), "branch"),
         "own_growth": variable("own", [s["exponents"][0][0] for s in own], "fastest growth", words.rate),
     }
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def of_curves(plan: Plan, curves: Sequence[FollowedCurve]) -> dict[str, Variable]:

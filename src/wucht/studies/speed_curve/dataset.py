@@ -6,12 +6,17 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import sympy as sp
 
 from wucht.results.conventions import answered, variable
 from wucht.studies.speed_curve.curve_variables import Special, of_branches, of_curves, of_own, of_points, of_specials, specials
+from wucht.studies.speed_curve.family_curve import LOOKED_AT
+from wucht.studies.speed_curve.following import ALL_STABLE, SOME_STABLE, Stability
 from wucht.studies.speed_curve.prepare import Plan
 from wucht.studies.speed_curve.report import counted, in_words, label_of
-from wucht.studies.speed_curve.run import Findings
+from wucht.studies.speed_curve.run import Findings, SearchedAt
+from wucht.studies.speed_curve.steady_states import SteadyStates
+from wucht.studies.speed_curve.steady_states import in_words as speeds_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,11 +31,13 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     Points of all branches, one after another (point): value of the parameter, speed of the main rotor with its sign (or the
     state that was chosen), amplitude, stable, unstable (how many disturbances grow), at_special, branch; state (state, point),
     those of the equations, in the bodies' own senses, angles as they have turned; exponent_re, exponent_im (exponent, point),
-    not numbers where a family has less; stable_share of a family's members. Of branches (branch): branch_name, branch_type,
-    branch_label, family_dimension, multiplicity, second_value. Special points (special): special_kind, special_value,
-    special_speed, special_amplitude, special_branch, special_frequency, special_state (state, special). States at the subject's
-    own value (own): own_speed, own_amplitude, own_stable, own_branch, own_growth. Curves in two parameters (curve_point):
-    curve_value, curve_second, curve_speed, curve, curve_kind (of a point where a second condition holds); curve_of,
+    not numbers where a family has less; stable_share of a family's members, of which all are where it is called stable. Of
+    branches (branch): branch_name, branch_type, branch_label, family_dimension, multiplicity, second_value. Special points
+    (special): special_kind, special_value, special_speed, special_amplitude, special_branch, special_frequency, special_state
+    (state, special); with those where the first or last members of a family become stable. States at the subject's own value
+    (own): own_speed, own_amplitude, own_stable, own_stable_share, own_branch, own_growth. Curves in two parameters
+    (curve_point): curve_value, curve_second, curve_speed, curve, curve_kind (of a point where a second condition holds);
+    curve_of,
     curve_label (curve). searched_value, searched_states (search).
     """
     import xarray as xr_
@@ -44,12 +51,19 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     coordinates = {"state_name": variable("state", list(states.names), "state of the equations")}
     summary = _summary(plan, findings, found, own)
     second = plan.second
-    more = {} if second is None else {"second": second.path, "second_unit": second.unit, "second_what": second.what}
+    more = {} if second is None else {"second": second.path, "second_unit": second.unit, "second_what": second.what,
+        "second_symbol": _symbol(second.path)}  # fmt: skip
     return answered(
         xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings),
+        along_symbol=_symbol(plan.along.path),
         along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.what, low=plan.bounds[0], high=plan.bounds[1],
         shown=states.words.shown, **more,
     )  # fmt: skip
+
+
+def _symbol(path: str) -> str:
+    """How a parameter is written in a figure: one of a single name as a symbol."""
+    return f"${sp.latex(sp.Symbol(path))}$" if path.isidentifier() else path
 
 
 def _own(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
@@ -63,7 +77,8 @@ def _own(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
         exponents = exponents[np.argsort(-exponents.real, kind="stable")]
         made.append({
             "name": kind.name, "type": kind.type, "speed": speed, "amplitude": float(shown.amplitude[0]),
-            "stable": bool(exponents[0].real < 0), "branch": own.branch, "state": dict(states.stated(own.u)),
+            "stable": own.stability == Stability.ALL, "stable_share": own.share, "branch": own.branch,
+            "state": dict(states.stated(own.u)),
             "family_dimension": branch.dimension,
             "exponents": [[float(e.real), float(e.imag)] for e in exponents],
             "exponents_phi": _by_angle(plan, exponents, speed),
@@ -73,7 +88,7 @@ def _own(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
 
 def _by_angle(plan: Plan, exponents: np.ndarray, speed: float) -> list[list[float]] | None:
     """Exponents by the rotor's angle instead of time; None where what is drawn is no speed."""
-    if plan.curves[0][1].words.shown != "speed of the main rotor" or not speed:
+    if plan.curves[0][1].words.state is not None or not speed:
         return None
     return [[float(e.real) / abs(speed), float(e.imag) / abs(speed)] for e in exponents]
 
@@ -90,7 +105,8 @@ def _summary(
         "second": None if second is None else second.path,
         "second_unit": None if second is None else second.unit,
         "second_value": None if plan.plane is None else plan.plane.value,
-        "inertia": getattr(plan.curves[0][1], "inertia", None),
+        "show": plan.curves[0][1].words.state,
+        "inertia": plan.curves[0][1].words.inertia,
         "special_points": [_of_special(plan, s) for s in found],
         "branches": _branches(plan, findings),
         "value": plan.curves[0][1].own_value,
@@ -98,19 +114,35 @@ def _summary(
         "curves": _curves(plan, findings),
         "searched": [s.value for s in searched if s.failure is None],
         "complete": bool(searched) and all(s.complete for s in searched),
-        "shown": next((s.shown for s in searched if not s.complete and s.shown), searched[0].shown if searched else ""),
+        "shown": _shown(plan, searched),
     }
+
+
+def _shown(plan: Plan, searched: Sequence[SearchedAt]) -> str:
+    """How it is shown that all states were found, or why it is not, for all values at which they were searched."""
+    sentence = next((s.shown for s in searched if not s.complete and s.shown), searched[0].shown if searched else "")
+    speeds = [s.speeds for s in searched if s.speeds is not None]
+    if not speeds:
+        return sentence
+    widest = min(low for low, _ in speeds), max(high for _, high in speeds)
+    return f"{sentence}; over all of them {speeds_in_words(widest, plan.curves[0][1].words.speed)}"
 
 
 def _near_zero(plan: Plan, value: float) -> float:
     return 0.0 if abs(value) < _AT_ZERO * (plan.bounds[1] - plan.bounds[0]) else float(value)
 
 
+def _rounded(states: SteadyStates, shown: float) -> float:
+    """What is drawn, without rounding where it is zero."""
+    return 0.0 if abs(shown) < _AT_ZERO * states.size_of_shown else shown
+
+
 def _of_special(plan: Plan, s: Special) -> dict[str, Any]:
     states = dict(plan.curves)[s.second]
     second = {} if plan.second is None or s.second is None else {plan.second.path: s.second}
     return {
-        "kind": s.kind, plan.along.path: float(s.u[-1]), **second, "speed": s.speed, "state": dict(states.stated(s.u)),
+        "kind": s.kind, plan.along.path: _near_zero(plan, s.u[-1]), **second, "speed": _rounded(states, s.speed),
+        "state": dict(states.stated(s.u)),
         "amplitude": s.amplitude, "branch": s.branch, "frequency": s.frequency,
     }  # fmt: skip
 
@@ -118,17 +150,34 @@ def _of_special(plan: Plan, s: Special) -> dict[str, Any]:
 def _branches(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
     listed = []
     for b in findings.branches:
-        speeds, stretches = dict(plan.curves)[b.second].shown(b.u).speed, b.stable_intervals
-        spans = [b.values[i : k + 1] for i, k in stretches]
+        states = dict(plan.curves)[b.second]
+        speeds = [_rounded(states, float(speed)) for speed in states.shown(b.u).speed]
         second = {} if plan.second is None or b.second is None else {plan.second.path: b.second}
+        stretches = {"": b.intervals(Stability.ALL), "partly_": b.intervals(Stability.SOME)}
+        spans = {
+            f"{word}stable": [
+                [_near_zero(plan, v.min()), _near_zero(plan, v.max())] for v in (b.values[i : k + 1] for i, k in at)
+            ]
+            for word, at in stretches.items()
+        }
+        at_ends = {f"{word}stable_speeds": [_upwards(b.values, speeds, i, k) for i, k in at] for word, at in stretches.items()}
         listed.append({
             "type": b.kind.type, "name": b.kind.name, **second, "label": label_of(b.kind.name, b.kind.type, b.kind.split),
-            "stable": [[_near_zero(plan, v.min()), _near_zero(plan, v.max())] for v in spans],
-            "stable_speeds": [[float(speeds[i]), float(speeds[k])] for i, k in stretches],
-            "range": [_near_zero(plan, b.values.min()), _near_zero(plan, b.values.max())], "ends": list(b.ends),
+            **spans, **at_ends,
+            "partly_stable_shares": [_upwards(b.values, b.stable_share, i, k) for i, k in stretches["partly_"]],
+            "range": _span(plan, b.values), "ends": list(b.ends),
             "family_dimension": b.dimension, "multiplicity": b.kind.multiplicity,
         })  # fmt: skip
     return listed
+
+
+def _span(plan: Plan, values: np.ndarray) -> list[float]:
+    return [_near_zero(plan, values.min()), _near_zero(plan, values.max())]
+
+
+def _upwards(values: np.ndarray, speeds: Sequence[float], i: int, k: int) -> list[float]:
+    """What is drawn at both ends of a stretch, that at the lower value first."""
+    return [speeds[i], speeds[k]] if values[i] <= values[k] else [speeds[k], speeds[i]]
 
 
 def _curves(plan: Plan, findings: Findings) -> list[dict[str, Any]]:
@@ -161,12 +210,21 @@ def _sentence(plan: Plan, findings: Findings, found: Sequence[Special]) -> str:
             return "the study was interrupted before a branch was found"
         of = f" {' or '.join(plan.spec.only)}," if plan.spec.only else ""
         return f"no steady states were found,{of} between {plan.along.path} = {low:.5g} and {high:.5g}"
-    stable = sum(bool(b.stable_intervals) for b in branches)
+    stable = sum(bool(b.intervals(Stability.ALL)) for b in branches)
+    partly = sum(bool(b.intervals(Stability.SOME)) for b in branches)
     count = counted(len(branches), "branch of steady states", "branches of steady states")
-    part = f"{stable or 'none'} of them stable somewhere"
+    part = (
+        f"{stable} of them stable somewhere"
+        if stable
+        else f"none of them stable {'with all members' if partly else 'anywhere'}"
+    )
     if len(branches) == 1:
         part = "stable somewhere" if stable else "nowhere stable"
-    sentence = f"{count}, {part}; {in_words([s.kind for s in found]) or 'no special point'}"
+    if partly:
+        part += f", {counted(partly, 'family', 'families')} with members that are stable and others that are not"
+    sentence = (
+        f"{count}, {part}; {in_words([s.kind for s in found if s.kind not in (SOME_STABLE, ALL_STABLE)]) or 'no special point'}"
+    )
     if plan.plane is not None:
         second = [kind for c in findings.curves for kind in c.kinds if kind]
         many = counted(len(findings.curves), "curve", "curves")
@@ -179,21 +237,39 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
     """What is left out, doubtful, or not yet done."""
     states, path = plan.curves[0][1], plan.along.path
     lines = [*states.words.warnings]
-    lines += [f"at {path} = {s.value:.5g} states could not be searched: {s.failure}" for s in findings.searched if s.failure]
+    for failure in dict.fromkeys(s.failure for s in findings.searched if s.failure):
+        at = [s.value for s in findings.searched if s.failure == failure]
+        where = f"{path} = {at[0]:.5g}" if len(at) == 1 else f"{len(at)} values of {path} from {min(at):.5g} to {max(at):.5g}"
+        lines.append(f"at {where} states could not be searched: {failure}")
     lines += [*findings.lost[:_MOST_LOST]]
     if len(findings.lost) > _MOST_LOST:
         lines.append(f"so are {len(findings.lost) - _MOST_LOST} more states")
     incomplete = next((s for s in findings.searched if s.failure is None and not s.complete), None)
     if incomplete is not None:
         lines.append(f"it is not shown that all states were found: {incomplete.shown}")
+    lines += _of_stability(plan, findings)
+    if not findings.complete:
+        lines.append(f"{counted(len(findings.branches), 'branch is', 'branches are')} followed; the search is not finished")
+    return lines
+
+
+def _of_stability(plan: Plan, findings: Findings) -> list[str]:
+    """Where stability changes and it is not known where exactly; and what stability is of a family."""
+    lines = []
+    for k, b in enumerate(findings.branches):
+        gaps = [f"{b.values[i]:.5g} and {b.values[j]:.5g}" for i, j in b.unlocated]
+        if gaps:
+            more = f", and at {len(gaps) - 1} more places" if len(gaps) > 1 else ""
+            where = f"between {plan.along.path} = {gaps[0]}{more}"
+            lines.append(f"on branch {k + 1} stability changes {where}: no fold, Hopf or branch point was located there")
     families = sorted({b.dimension for b in findings.branches if b.dimension})
     if families:
         of = " and ".join(map(str, families))
-        why = "one member stands for each, and its exponents are those transverse to the family"
+        why = "one member stands for each where a state is shown; its exponents are those transverse to the family"
         lines.append(f"the states in which the unbalances compensate form families of dimension {of}: {why}")
-        shares = [share for b in findings.branches for share in b.stable_share]
-        if any(0 < share < 1 for share in shares):
-            lines.append(f"of such a family {100 * min(shares):.0f} to {100 * max(shares):.0f} % are stable along the branch")
-    if not findings.complete:
-        lines.append(f"{counted(len(findings.branches), 'branch is', 'branches are')} followed; the search is not finished")
+    if any(b.intervals(Stability.SOME) for b in findings.branches):
+        lines.append(
+            f"of a family {LOOKED_AT} members are looked at: these alone tell where some are stable, and where all are;"
+            " the limits of rare members may lie farther out"
+        )
     return lines

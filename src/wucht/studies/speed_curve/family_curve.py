@@ -2,43 +2,79 @@
 
 The states in which the bodies' unbalances compensate each other, S = 0, form a continuum where there are more bodies than the
 force polygon needs. The vibration is gone there, so that the drives' own torques alone decide the speed, whatever the member:
-sum tau_i(w, p) = 0 is followed, and one member stands for all. Its exponents are those transverse to the family.
+sum tau_i(w, p) = 0 is followed. Some members may be stable and others not: many are looked at, and located are the points
+from which on some of them are stable, and from which on all. One member stands for the others where a state is shown; its
+exponents are those transverse to the family.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
 
 import numpy as np
 import sympy as sp
 
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.force_balance import compensating, members
+from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.errors import RunError
 from wucht.machines.structure import SPEED
 from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.equilibria import BRANCH_POINT, HOPF, Branch, Equilibria, Equilibrium
+from wucht.numerics.continuation.equilibria import Branch, Equilibria, Equilibrium
 from wucht.numerics.zeros import first_where
-from wucht.studies.speed_curve.following import RANGE_ENDS, FollowedBranch
+from wucht.studies.speed_curve.following import ALL_STABLE, SOME_STABLE, FollowedBranch, Stability, ends_in_words, stability
 from wucht.studies.speed_curve.slow_states import SlowStates
 from wucht.studies.speed_curve.steady_states import Kind
 from wucht.system import System
 
-_MEMBERS = 16  # of a family whose stability is looked at, besides the one that stands for it
+# Members of a family whose stability is computed; the first stands for all. Of 64 all may be stable where 1 of 500 is not.
+LOOKED_AT = 512
 _BISECTIONS = 50
 _EQUAL = 1e-12  # relative: unbalances that have not changed
 _NEAR = 1e-6  # of the fastest speed: two branches of speeds that are one
 
 
 @dataclass(frozen=True)
-class _Member:
-    """phases (n,) of the member. others (n, k). dimension, exponents (k,) transverse, share: of members that are stable."""
+class _Members:
+    """phases (n, k) of some members, the first of which stands for all, and their transverse exponents (k, m)."""
 
     phases: np.ndarray
-    dimension: int
     exponents: np.ndarray
-    share: float
+
+    @cached_property
+    def share(self) -> float:
+        """Of the members that are stable."""
+        return float((stability(self.exponents.T) == Stability.ALL).mean())
+
+    @property
+    def first(self) -> int:
+        """The member whose disturbances decay fastest."""
+        return int(self.exponents[:, 0].real.argmin())
+
+    @property
+    def last(self) -> int:
+        """That in which one decays most slowly, or grows."""
+        return int(self.exponents[:, 0].real.argmax())
+
+
+@dataclass(frozen=True)
+class _Sides:
+    """The sides of the force polygon: relative sizes and angles, by which they are told apart, and where they come from."""
+
+    sizes: tuple[float, ...]
+    torques: SteadyTorques = field(compare=False)
+
+
+@lru_cache(maxsize=512)
+def _polygon(sides: _Sides) -> tuple[np.ndarray, int] | None:
+    """Phases (n, k) of members and the dimension; None where the unbalances cannot compensate, or only in isolated states."""
+    found = compensating(sides.torques)
+    if not found or not found[0][1]:
+        return None
+    phases, dimension, _ = found[0]
+    return np.concatenate([phases[:, None], members(sides.torques, LOOKED_AT - 1)], axis=1), dimension
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,20 +98,20 @@ class FamilyCurve:
         """The branch of the family to which a state at a value belongs. Raises ``RunError`` where it cannot be followed."""
         branch = self.equilibria.branch(self.equilibria.start([state.speed], value))
         points, ends = self._closing(branch, value, state.speed)
-        seen = [self._member(p.x[0], p.parameter) for p in points]
-        whole, all_members, kinds = list[np.ndarray](), list[_Member](), list[str]()
-        for i, (p, m) in enumerate(zip(points, seen, strict=True)):
-            if i and (found := self._stability_change(points[i - 1], p)) is not None:
-                speed, at, member = found
-                whole.append(self._point(speed, at, member))
-                all_members.append(member)
-                kinds.append(HOPF if abs(member.exponents[0].imag) > 0 else BRANCH_POINT)
-            whole.append(self._point(float(p.x[0]), p.parameter, m))
-            all_members.append(m)
-            kinds.append(p.kind)
+        u, exponents, kinds, shares = list[np.ndarray](), list[np.ndarray](), list[str](), list[float]()
+        for i, p in enumerate(points):
+            for speed, at, some, kind in self._changes(points[i - 1], p) if i else ():
+                # At a limit the member that gains or loses its stability there: the first that is stable, or the last.
+                k = {SOME_STABLE: some.first, ALL_STABLE: some.last}.get(kind, 0)
+                phases, own = some.phases[:, k], some.exponents[k]
+                u, exponents = [*u, self._point(speed, phases, at)], [*exponents, own]
+                kinds, shares = [*kinds, kind], [*shares, some.share]
+            some = self._members(p.parameter, float(p.x[0]))
+            u, exponents = [*u, self._point(float(p.x[0]), some.phases[:, 0], p.parameter)], [*exponents, some.exponents[0]]
+            kinds, shares = [*kinds, p.kind], [*shares, some.share]
         return FollowedBranch(
-            u=np.array(whole).T, exponents=self._exponents(all_members), kinds=tuple(kinds), ends=ends,
-            kind=Kind("compensating"), dimension=state.dimension, stable_share=tuple(m.share for m in all_members),
+            u=np.array(u).T, exponents=self._padded(exponents), kinds=tuple(kinds), ends=ends,
+            kind=Kind("compensating"), dimension=state.dimension, stable_share=tuple(shares),
         )  # fmt: skip
 
     def same(self, branch: FollowedBranch, state: State, value: float) -> bool:
@@ -93,57 +129,48 @@ class FamilyCurve:
                 continue
         return speeds
 
-    def at(self, branch: FollowedBranch, value: float) -> list[tuple[np.ndarray, np.ndarray]]:
-        """u (n+1,) and exponents (k,) of the member that stands for a family, where its branch passes a value."""
-        found = list[tuple[np.ndarray, np.ndarray]]()
+    def at(self, branch: FollowedBranch, value: float) -> list[tuple[np.ndarray, np.ndarray, float]]:
+        """u (n+1,) and exponents (k,) of the member that stands for a family, where its branch passes a value, and the share of
+        members that are stable.
+        """
+        found = list[tuple[np.ndarray, np.ndarray, float]]()
         for speed in self._speeds(branch, value):
             try:
-                member = self._member(speed, value)
+                some = self._members(value, speed)
             except RunError:
                 continue
-            found.append((self._point(speed, value, member), member.exponents))
+            found.append((self._point(speed, some.phases[:, 0], value), some.exponents[0], some.share))
         return found
 
-    def _point(self, speed: float, value: float, member: _Member) -> np.ndarray:
-        return self.slow.point(State(speed, member.phases), value)
+    def _point(self, speed: float, phases: np.ndarray, value: float) -> np.ndarray:
+        return self.slow.point(State(speed, phases), value)
 
-    def _exponents(self, all_members: list[_Member]) -> np.ndarray:
-        n = len(self.slow.names)
-        exponents = np.full((n, len(all_members)), np.nan, complex)
-        for i, m in enumerate(all_members):
-            exponents[: len(m.exponents), i] = m.exponents
-        return exponents
+    def _padded(self, exponents: list[np.ndarray]) -> np.ndarray:
+        made = np.full((len(self.slow.names), len(exponents)), np.nan, complex)
+        for i, own in enumerate(exponents):
+            made[: len(own), i] = own
+        return made
 
-    @cached_property
-    def _known(self) -> dict[tuple[float, ...], tuple[np.ndarray, int, np.ndarray]]:
-        return {}
+    def _leaves(self, u: np.ndarray) -> str:
+        return self.slow.beyond(bool(u[0] <= self.slow.limits[0]))
 
     def _closes(self, value: float) -> bool:
         return self._polygon(value) is not None
 
-    def _polygon(self, value: float) -> tuple[np.ndarray, int, np.ndarray] | None:
-        """A member's phases (n,), the dimension, and others (n, k); None where the unbalances cannot compensate."""
+    def _polygon(self, value: float) -> tuple[np.ndarray, int] | None:
         torques = self.slow.at(value).torques
         c = torques.coefficients
         if c is None:
             return None
-        key = tuple(np.round(np.concatenate([c.real, c.imag]) / np.abs(c).max() / _EQUAL).tolist())
-        if key not in self._known:
-            found = compensating(torques)
-            if not found or not found[0][1]:
-                return None
-            phases, dimension, _ = found[0]
-            self._known[key] = phases, dimension, members(torques, _MEMBERS)
-        return self._known[key]
+        sizes = np.round(np.concatenate([c.real, c.imag]) / np.abs(c).max() / _EQUAL)
+        return _polygon(_Sides(tuple(sizes.tolist()), torques))
 
-    def _member(self, speed: float, value: float) -> _Member:
+    def _members(self, value: float, speed: float) -> _Members:
         polygon = self._polygon(value)
         if polygon is None:
             raise RunError("the unbalances do not compensate each other here")
-        phases, dimension, others = polygon
-        stability = self.slow.at(value)
-        every = stability.exponents(State(speed, phases, dimension), np.concatenate([phases[:, None], others], axis=1))
-        return _Member(phases, dimension, every[0], float((every[:, 0].real < 0).mean()))
+        phases, dimension = polygon
+        return _Members(phases, self.slow.at(value).exponents(State(speed, phases[:, 0], dimension), phases))
 
     def _closing(self, branch: Branch, value: float, speed: float) -> tuple[list[Equilibrium], tuple[str, str]]:
         """The points of a branch of speeds around a state, as far as the unbalances compensate each other."""
@@ -156,7 +183,7 @@ class FamilyCurve:
         last = here
         while last + 1 < len(points) and self._closes(points[last + 1].parameter):
             last += 1
-        ends = list(branch.ends)
+        ends = list(ends_in_words(self.equilibria, branch, self.slow.path, self._leaves))
         kept = points[first : last + 1]
         if first > 0:
             kept.insert(0, self._last_closing(points[first], points[first - 1]))
@@ -164,7 +191,7 @@ class FamilyCurve:
         if last + 1 < len(points):
             kept.append(self._last_closing(points[last], points[last + 1]))
             ends[1] = _OPEN
-        return kept, (_in_words(ends[0]), _in_words(ends[1]))
+        return kept, (ends[0], ends[1])
 
     def _last_closing(self, good: Equilibrium, bad: Equilibrium) -> Equilibrium:
         inside, outside = good.u, bad.u
@@ -173,28 +200,33 @@ class FamilyCurve:
             inside, outside = (middle, outside) if self._closes(float(middle[1])) else (inside, middle)
         return self.equilibria.seen(self.equilibria.start(inside[:1], float(inside[1])))
 
-    def _stability_change(self, a: Equilibrium, b: Equilibrium) -> tuple[float, float, _Member] | None:
-        """Speed, value and member where the member's stability changes between two points, None where it does not."""
-
+    def _changes(self, a: Equilibrium, b: Equilibrium) -> list[tuple[float, float, _Members, str]]:
+        """Speed, value, members and kind of the points between two where some of them begin or cease to be stable, or all."""
         if a.kind or b.kind:
-            return None
+            return []
 
-        def of(share: float) -> tuple[float, float, _Member]:
-            guess = a.u + share * (b.u - a.u)
+        def of(way: float) -> tuple[float, float, _Members]:
+            guess = a.u + way * (b.u - a.u)
             speed, value = self.equilibria.start(guess[:1], float(guess[1])).u.tolist()
-            return speed, value, self._member(speed, value)
+            return speed, value, self._members(value, speed)
 
-        def decays(share: float) -> bool:
-            return bool(of(share)[2].exponents[0].real < 0)
+        def some(share: float) -> bool:
+            return share > 0
 
-        before = decays(0.0)
-        if decays(1.0) == before:
-            return None
-        return of(first_where(lambda share: decays(share) != before, 0.0, 1.0))
+        def all_(share: float) -> bool:
+            return share >= 1
+
+        found = list[tuple[float, tuple[float, float, _Members, str]]]()
+        tests: tuple[tuple[str, Callable[[float], bool]], ...] = ((SOME_STABLE, some), (ALL_STABLE, all_))
+        before, after = of(0.0)[2].share, of(1.0)[2].share
+        for kind, test in tests:
+            if test(before) != test(after):
+                way = first_where(lambda s, test=test: test(of(s)[2].share) != test(before), 0.0, 1.0)  # type: ignore[misc]
+                found.append((way, (*of(way), kind)))
+        if len(found) == len(tests):  # between both limits a point where some members are stable
+            way = sum(w for w, _ in found) / len(found)
+            found.append((way, (*of(way), "")))
+        return [point for _, point in sorted(found, key=lambda f: f[0])]
 
 
 _OPEN = "beyond, the unbalances cannot compensate each other"
-
-
-def _in_words(end: str) -> str:
-    return RANGE_ENDS if end.startswith("it leaves the range") else end

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.results.conventions import summary_of
 from wucht.results.style import COLOURS, GREY, label, legend_beside, new_figure, printed_unit, with_unit
+
+Shown = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of the parameter's values and what there is: what is drawn
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,18 +23,33 @@ _LINES: dict[int, dict[str, Any]] = {  # by how many disturbances grow; 2: or mo
     0: {"linestyle": "-", "linewidth": 1.8, "zorder": 3},
     1: {"linestyle": (0, (4, 2)), "linewidth": 1.1, "zorder": 2},
     2: {"linestyle": (0, (5, 1.5, 1, 1.5)), "linewidth": 1.1, "zorder": 2},
+    3: {"linestyle": (0, (1, 1)), "linewidth": 2.0, "zorder": 3},
 }
-_WORDS = {0: "stable", 1: "unstable", 2: "unstable, several\ndisturbances grow"}
+_SOME = 3  # of the lines: of a family some members are stable
+_WORDS = {
+    0: "stable", 1: "unstable", 2: "unstable, several\ndisturbances grow", _SOME: "some members of\nthe family stable",
+}  # fmt: skip
 _NAMED = {"compensating": 2, "together": 0, "opposed": 1}  # colours of these, whatever else there is
-_MARKS = {"fold": ("o", "white"), "hopf": ("D", "white"), "branch-point": ("s", "black")}
+_MARKS = {"fold": ("o", "white"), "hopf": ("D", "white"), "branch-point": ("s", "black"), "some-stable": ("<", "white"),
+          "all-stable": (">", "white"), "unresolved": ("x", "white")}  # fmt: skip
 _OTHER_MARK = ("^", "white")
 _SECOND_MARKS = ("P", "X", "*", "v", "h")
-_SHOWN = {"hopf": "Hopf point", "branch-point": "branch point"}
+_SHOWN = {
+    "hopf": "Hopf point", "branch-point": "branch point", "some-stable": "first members stable",
+    "all-stable": "all members stable", "unresolved": "not resolved",
+}  # fmt: skip
 _HEIGHTS = (4.6, 7.0, 9.4)
 _DECADES = 100.0  # a range over which the abscissa is logarithmic
 _ROOM = 0.06
 _LINE, _HEADING_LINE = 95, 0.17  # of the heading: characters, and height in inches
 _NO_NAME = "steady states"
+_WIDEST = 23  # characters of a line of a legend
+_MOST_NAMED = 7  # values of the second parameter in the legend, if their colours are those of a scale
+_BRIGHTEST = 0.9  # of the scale of colours: brighter lines are not seen on white
+_BETWEEN = 8  # parts of the curve between two points
+_FEWEST = 4  # points through which a curve is drawn, not a polygon
+_NONE = 1e-3  # of the largest value: a ratio to a smaller one is not drawn
+_AS_PRESCRIBED = 1e-9
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -44,17 +62,19 @@ def figure(result: xr.Dataset) -> Figure:
     drawn, axes = new_figure(1 + vibrates + plane, height, result.attrs["title"], heading)
     drawn.subplots_adjust(top=1 - (0.55 + _HEADING_LINE * heading.count("\n")) / height)
     colours, used = _colours(result), set[int]()
-    _branches(axes[0], result, "speed", 1.0, colours, used)
-    axes[0].set_ylabel(label(result, "speed"))
+    ratio = _ratio(result)
+    _branches(axes[0], result, "speed", ratio, colours, used)
+    axes[0].set_ylabel(label(result, "speed") if ratio is None else f"{result.speed.attrs['long_name']} / {_symbol(result)}")
+    _types(axes[0], result, ratio)
     if vibrates:
         scale, unit = printed_unit(result, "amplitude")
-        _branches(axes[1], result, "amplitude", scale, colours, used)
+        _branches(axes[1], result, "amplitude", lambda value, y: scale * y, colours, used)
         axes[1].set_ylabel(label(result, "amplitude", unit))
         axes[1].set_ylim(bottom=0)
     if plane:
         _plane(axes[-1], result, colours)
     low, high = result.attrs["low"], result.attrs["high"]
-    if 0 < _DECADES * low <= high:
+    if _logarithmic(result):
         axes[-1].set_xscale("log")
     axes[-1].set_xlim(low, high)
     axes[-1].set_xlabel(with_unit(_what(result), result.attrs["along_unit"]))
@@ -64,18 +84,90 @@ def figure(result: xr.Dataset) -> Figure:
     return drawn
 
 
-def _branches(axis: Axes, result: xr.Dataset, name: str, factor: float, colours: dict[str, str], used: set[int]) -> None:
+def _ratio(result: xr.Dataset) -> Shown | None:
+    """What is drawn over a parameter that is a speed too: the ratio to it. None: what is drawn is drawn itself."""
+    both = (summary_of(result)["show"], result.attrs["along_unit"], result.speed.attrs["units"])
+    if not result.sizes["point"] or both[0] is not None or not both[1] or both[1] != both[2]:
+        return None
+    least = _NONE * max(abs(result.attrs["low"]), abs(result.attrs["high"]))
+
+    def shown(value: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        return np.where(np.abs(value) < least, np.nan, speed / np.where(np.abs(value) < least, 1.0, value))
+
+    prescribed = np.nanmax(np.abs(shown(result.value.values, result.speed.values) - 1), initial=0.0) < _AS_PRESCRIBED
+    return None if prescribed else shown
+
+
+def _branches(axis: Axes, result: xr.Dataset, name: str, shown: Shown | None, colours: dict[str, str], used: set[int]) -> None:
     """All branches with their special points. used: which kinds of lines are drawn."""
-    y = factor * result[name].values
-    for points, key, code in _pieces(result):
-        used.add(code)
-        axis.plot(result.value.values[points], y[points], color=colours[key], **_LINES[code])
-    _special_points(axis, result, name, factor)
+    of = shown or (lambda _, y: y)
+    y = of(result.value.values, result[name].values)
+    size = max(float(np.ptp(y[np.isfinite(y)])), _AS_PRESCRIBED) if np.isfinite(y).any() else 1.0
+    for branch, pieces in _pieces(result):
+        curve = _Curve(result.value.values[branch], y[branch], result.attrs["high"] - result.attrs["low"], size)
+        for begin, end, key, code in pieces:
+            used.add(code)
+            axis.plot(*curve.between(begin, end), color=colours[key], **_LINES[code])
+    _special_points(axis, result, name, of)
     if result.sizes["own"]:
         axis.axvline(summary_of(result)["value"], color=GREY, linestyle=":", linewidth=0.9, zorder=1)
     axis.margins(y=_ROOM)
-    if np.nanmin(y, initial=np.inf) >= 0:
+    if np.nanmin(y, initial=np.inf) >= 0 and (shown is None or name == "amplitude"):
         axis.set_ylim(bottom=0)
+
+
+def _types(axis: Axes, result: xr.Dataset, shown: Shown | None) -> None:
+    """The type of its states on each branch, where it is farthest from the others and from special points, if there is room."""
+    if np.isfinite(result.second_value.values).any():
+        return
+
+    def placed(prefix: str) -> np.ndarray:
+        """In terms of the panel (2, N)."""
+        value, y = result[f"{prefix}value"].values, result[f"{prefix}speed"].values
+        y = y if shown is None else shown(value, y)
+        low, high = (np.log10(result.attrs[e]) if _logarithmic(result) else result.attrs[e] for e in ("low", "high"))
+        return np.stack([((np.log10(value) if _logarithmic(result) else value) - low) / (high - low), y])
+
+    at, special = placed(""), placed("special_")
+    size = np.array([[1.0], [max(float(np.nanmax(at[1], initial=0.0) - np.nanmin(at[1], initial=0.0)), _AS_PRESCRIBED)]])
+    for k, name in enumerate(result.branch_type.values.astype(str).tolist()):
+        inside = (result.branch.values == k) & (at[0] > _ROOM) & (at[0] < 1 - _ROOM)
+        if not name or not inside.any():
+            continue
+        others = np.concatenate([at[:, result.branch.values != k], special], axis=1) / size
+        room = np.hypot(*((at[:, inside] / size)[:, :, None] - others[:, None, :])).min(axis=1, initial=1.0)
+        best = int(np.nan_to_num(room).argmax())
+        if room[best] > _ROOM:
+            place, box = (
+                (float(result.value.values[inside][best]), float(at[1, inside][best])),
+                {"pad": 0.8, "fc": "white", "ec": "none"},
+            )
+            axis.annotate(name, place, ha="center", va="center", fontsize=7.5, zorder=4, bbox=box)
+
+
+def _logarithmic(result: xr.Dataset) -> bool:
+    return bool(0 < _DECADES * result.attrs["low"] <= result.attrs["high"])
+
+
+class _Curve:
+    """A smooth curve through the points (N,) of a branch: cubics in the length of the polygon, Akima's, that do not swing."""
+
+    def __init__(self, x: np.ndarray, y: np.ndarray, width: float, height: float) -> None:
+        self._x, self._y = x, y
+        self._length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x) / width, np.diff(y) / height))])
+
+    def between(self, begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
+        """From one point to another."""
+        from scipy.interpolate import Akima1DInterpolator
+
+        x, y, at = self._x, self._y, self._length
+        apart = np.concatenate([[True], np.diff(at) > 0])
+        if apart.sum() < _FEWEST or not np.isfinite(at).all():
+            return x[begin : end + 1], y[begin : end + 1]
+        knots, share = at[begin : end + 1], np.arange(_BETWEEN) / _BETWEEN
+        fine = np.append((knots[:-1, None] + share * np.diff(knots)[:, None]).ravel(), knots[-1])
+        both = Akima1DInterpolator(at[apart], np.stack([x[apart], y[apart]], axis=1))(fine)
+        return both[:, 0], np.maximum(both[:, 1], y[begin : end + 1].min())
 
 
 def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
@@ -86,15 +178,15 @@ def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
         name = f"{_SHOWN.get(of, of)}s" + ("" if states == _NO_NAME else f", {states}")
         style: dict[str, Any] = {"color": colours.get(states, GREY), "linestyle": "-" if of == "fold" else "--"}
         x, y = result.curve_value.values[at], result.curve_second.values[at]
-        axis.plot(x, y, linewidth=1.3, label=None if name in named else name, **style)
+        axis.plot(x, y, linewidth=1.3, label=None if name in named else _wrapped(name), **style)
         named.add(name)
     kinds = result.curve_kind.values.astype(str)
     for i, kind in enumerate(dict.fromkeys(k for k in kinds.tolist() if k)):
         at = kinds == kind
         x, y, marker = result.curve_value.values[at], result.curve_second.values[at], _SECOND_MARKS[i % len(_SECOND_MARKS)]
         name = kind.replace("-", " ").replace("hopf", "Hopf").replace("bogdanov takens", "Bogdanov-Takens")
-        axis.plot(x, y, marker, color="black", markerfacecolor="white", markersize=6, zorder=5, label=name)
-    axis.set_ylabel(with_unit(str(result.attrs["second"]), result.attrs["second_unit"]))
+        axis.plot(x, y, marker, color="black", markerfacecolor="white", markersize=6, zorder=5, label=_wrapped(name))
+    axis.set_ylabel(with_unit(str(result.attrs["second_symbol"]), result.attrs["second_unit"]))
     summary = summary_of(result)
     axis.axhline(summary["second_value"], color=GREY, linestyle=":", linewidth=0.9, zorder=1)
     legend_beside(axis)
@@ -103,7 +195,21 @@ def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
 def _what(result: xr.Dataset) -> str:
     """The parameter's path, with what it is where that says more."""
     path, what = str(result.attrs["along"]), str(result.attrs["along_what"])
-    return path if what in (path, f"parameter {path}") else f"{path}: {what}"
+    return _symbol(result) if what in (path, f"parameter {path}") else f"{_symbol(result)}: {what}"
+
+
+def _symbol(result: xr.Dataset) -> str:
+    return str(result.attrs["along_symbol"])
+
+
+def _with_its_unit(number: str, unit: str) -> str:
+    """Not parted where lines are broken."""
+    return f"{number} {unit}".rstrip().replace(" ", "\N{NO-BREAK SPACE}")
+
+
+def _wrapped(text: str) -> str:
+    """A name in a legend, in lines that fit beside the panels."""
+    return "\n".join(part for line in text.splitlines() for part in textwrap.wrap(line, _WIDEST))
 
 
 def _key(result: xr.Dataset, branch: int) -> str:
@@ -111,11 +217,18 @@ def _key(result: xr.Dataset, branch: int) -> str:
     second = float(result.second_value[branch])
     if np.isnan(second):
         return str(result.branch_label.values[branch])
-    return f"{result.attrs['second']} = {second:.6g} {result.attrs['second_unit']}".rstrip()
+    return f"{result.attrs['second_symbol']} = {_with_its_unit(f'{second:.6g}', result.attrs['second_unit'])}"
 
 
 def _colours(result: xr.Dataset) -> dict[str, str]:
-    """By key: of named states always the same, where a name stands for a single key."""
+    """By key: of named states always the same, where a name stands for a single key; of many values those of a scale."""
+    values = {_key(result, k): float(result.second_value[k]) for k in range(result.sizes["branch"])}
+    if len(values) > len(COLOURS) and np.isfinite(list(values.values())).all():
+        from matplotlib import colormaps
+        from matplotlib.colors import to_hex
+
+        ordered = sorted(values, key=lambda key: values[key])
+        return {key: to_hex(colormaps["viridis"](_BRIGHTEST * k / (len(ordered) - 1))) for k, key in enumerate(ordered)}
     keys = {_key(result, k): str(result.branch_name.values[k]) for k in range(result.sizes["branch"])}
     by_name = bool(np.isnan(result.second_value.values).all()) and any(keys.values())
     left = [c for c in COLOURS if not by_name or c not in {COLOURS[i] for i in _NAMED.values()}]
@@ -127,29 +240,38 @@ def _colours(result: xr.Dataset) -> dict[str, str]:
     return colours
 
 
-def _pieces(result: xr.Dataset) -> Iterator[tuple[slice, str, int]]:
-    """The stretches of branches that are drawn as one line: their points, key, and how many disturbances grow."""
-    code = np.where(result.stable.values > 0, 0, np.clip(result.unstable.values, 1, 2))
-    code = np.where(result.at_special.values > 0, -1, code)
+def _pieces(result: xr.Dataset) -> Iterator[tuple[np.ndarray, list[tuple[int, int, str, int]]]]:
+    """Of each branch its points and the stretches that are drawn as one line: first, last, key, and kind of line."""
+    share, grow = result.stable_share.values, result.unstable.values
+    code = np.where(result.stable.values > 0, 0, np.where((share > 0) & (share < 1), _SOME, np.clip(grow, 1, 2)))
+    neutral = (code == 1) & (grow == 0)
+    code = np.where((result.at_special.values > 0) | neutral, -1, code)
     number = result.branch.values
     for k in range(result.sizes["branch"]):
         at = np.flatnonzero(number == k)
         own = code[at]
         of_segment = np.where(own[:-1] >= 0, own[:-1], own[1:])
         of_segment = np.where(of_segment >= 0, of_segment, 1)
-        begins = np.concatenate([[0], np.flatnonzero(np.diff(of_segment)) + 1, [len(of_segment)]])
-        for a, b in zip(begins[:-1].tolist(), begins[1:].tolist(), strict=True):
-            if b > a:
-                yield slice(int(at[a]), int(at[b]) + 1), _key(result, k), int(of_segment[a])
+        begins = np.concatenate([[0], np.flatnonzero(np.diff(of_segment)) + 1, [len(of_segment)]]).tolist()
+        yield at, [(a, b, _key(result, k), int(of_segment[a])) for a, b in pairwise(begins) if b > a]
 
 
-def _special_points(axis: Axes, result: xr.Dataset, name: str, factor: float) -> None:
+def _special_points(axis: Axes, result: xr.Dataset, name: str, of: Shown) -> None:
+    """With a second parameter its value stands at each fold, so that curves are told apart without their colours."""
     kinds = result.special_kind.values.astype(str)
+    x, y = result.special_value.values, of(result.special_value.values, result[f"special_{name}"].values)
     for kind in dict.fromkeys(kinds.tolist()):
         marker, face = _MARKS.get(kind, _OTHER_MARK)
         at = kinds == kind
-        x, y = result.special_value.values[at], factor * result[f"special_{name}"].values[at]
-        axis.plot(x, y, marker, color="black", markerfacecolor=face, markersize=5, markeredgewidth=1.0, zorder=5)
+        axis.plot(x[at], y[at], marker, color="black", markerfacecolor=face, markersize=5, markeredgewidth=1.0, zorder=5)
+    many = len(np.unique(result.second_value.values)) > len(COLOURS)  # then they would be written over one another
+    for i in [] if many else np.flatnonzero(kinds == "fold").tolist():
+        branch = int(result.special_branch[i])
+        if np.isfinite(second := float(result.second_value[branch])) and result.attrs["low"] < x[i] < result.attrs["high"]:
+            axis.annotate(
+                f"{second:.4g}", (x[i], y[i]), xytext=(4, 3), textcoords="offset points", fontsize=7.5,
+                zorder=6,
+            )  # fmt: skip
 
 
 def _legend(colours: dict[str, str], used: set[int], result: xr.Dataset) -> list[Any]:
@@ -157,13 +279,17 @@ def _legend(colours: dict[str, str], used: set[int], result: xr.Dataset) -> list
 
     single = next(iter(colours.values())) if len(colours) == 1 else GREY
     named = {key: colour for key, colour in colours.items() if key != _NO_NAME or len(colours) > 1}
-    handles = [Line2D([], [], color=colour, linewidth=1.8, label=key) for key, colour in named.items()]
+    if np.isfinite(result.second_value.values).all() and len(named) > len(COLOURS):
+        chosen = np.linspace(0, len(named) - 1, _MOST_NAMED).round().astype(int).tolist()
+        named = {key: named[key] for key in [list(named)[i] for i in chosen]}
+    handles = [Line2D([], [], color=colour, linewidth=1.8, label=_wrapped(key)) for key, colour in named.items()]
     handles += [Line2D([], [], color=single, label=_WORDS[code], **_LINES[code]) for code in sorted(used)]
     for kind in dict.fromkeys(result.special_kind.values.astype(str).tolist()):
         marker, face = _MARKS.get(kind, _OTHER_MARK)
         style = {"marker": marker, "markerfacecolor": face, "markersize": 5, "label": _SHOWN.get(kind, kind)}
         handles.append(Line2D([], [], color="black", linestyle="", **style))
     if result.sizes["own"]:
-        value = f"{result.attrs['along']} = {summary_of(result)['value']:.5g} {result.attrs['along_unit']}".rstrip()
-        handles.append(Line2D([], [], color=GREY, linestyle=":", linewidth=0.9, label=f"as it is:\n{value}"))
+        own = _with_its_unit(f"{summary_of(result)['value']:.5g}", result.attrs["along_unit"])
+        value = f"{_symbol(result)} = {own}"
+        handles.append(Line2D([], [], color=GREY, linestyle=":", linewidth=0.9, label=_wrapped(f"as it is:\n{value}")))
     return handles

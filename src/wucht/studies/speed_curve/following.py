@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -11,13 +13,40 @@ from wucht.analysis.configurations.averaged_stability import NEUTRAL
 from wucht.errors import RunError
 from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD, Branch, Equilibria, Equilibrium
 from wucht.numerics.continuation.problem import CurvePoint
+from wucht.numerics.continuation.special_curves import UNRESOLVED
 from wucht.studies.speed_curve.steady_states import Kind, SteadyStates
 
 _PITCHFORK = 1e-4  # in units of scale: between a branch point and the fold of the branch that begins there
 
 _SAMPLES = 9  # points of a branch that are named
 _COMPARED = (0.12, 0.3, 0.7, 0.88)  # of a branch: where it is compared, not in the middle, where a pitchfork has its vertex
+_LENGTH = 1e-6  # in units of scale: a branch that is shorter is a point
+ON = 1e-9  # in units of scale: what is that near to a bound is on it
+_CLOSE = 1e-3  # in units of scale: what is that near to a bound would go on to it
+_STUCK = "no further point of the branch can be computed"
 RANGE_ENDS = "the range ends"
+SOME_STABLE, ALL_STABLE = "some-stable", "all-stable"  # from here on some members of a family are stable, or all
+
+
+class Stability(IntEnum):
+    """Of a point. SOME: members of a family are stable, others not. NEUTRAL: a disturbance neither grows nor decays."""
+
+    NEUTRAL = -1
+    NONE = 0
+    SOME = 1
+    ALL = 2
+
+
+def stability(exponents: np.ndarray) -> np.ndarray:
+    """Whether all disturbances decay (N,), from exponents (n, N), not numbers where there are less: as ``Stability``."""
+    growth, fastest = np.nanmax(exponents.real, axis=0), np.nanmax(np.abs(exponents), axis=0)
+    decays = np.where(growth < -NEUTRAL * fastest, Stability.ALL, Stability.NEUTRAL)
+    return np.where(growth > NEUTRAL * fastest, Stability.NONE, decays)
+
+
+def of_share(share: float) -> Stability:
+    """Of a family, by the share of its members that are stable."""
+    return Stability.ALL if share >= 1 else Stability.SOME if share > 0 else Stability.NONE
 
 
 @dataclass(frozen=True)
@@ -46,30 +75,56 @@ class FollowedBranch:
         """Of the parameter (N,)."""
         return np.asarray(self.u[-1])
 
-    @property
-    def stable(self) -> np.ndarray:
-        """Whether all disturbances decay (N,); at a special point, where one does not, as beside it on the stable side."""
-        growth = np.nanmax(self.exponents.real, axis=0)
-        decays = growth < -NEUTRAL * np.nanmax(np.abs(self.exponents), axis=0)
-        beside = np.concatenate([[False], decays[:-1]]) | np.concatenate([decays[1:], [False]])
-        special = np.array([bool(kind) for kind in self.kinds])
-        return np.asarray(np.where(special, beside, decays))
+    @cached_property
+    def stability(self) -> np.ndarray:
+        """``Stability`` of each point (N,); at a special point, which is neither, the higher one of its neighbours."""
+        found = np.array([of_share(s) for s in self.stable_share]) if self.stable_share else stability(self.exponents)
+        special = self._special
+        known = np.where(special, Stability.NEUTRAL, found)
+        beside = np.maximum(np.append(Stability.NEUTRAL, known[:-1]), np.append(known[1:], Stability.NEUTRAL))
+        return np.asarray(np.where(special, beside, found))
 
     @property
-    def stable_intervals(self) -> list[tuple[int, int]]:
-        """First and last point of each stretch that is stable, up to the special points where it ends."""
-        special, last = [bool(kind) for kind in self.kinds], len(self.kinds) - 1
-        regular, stable = [i for i, s in enumerate(special) if not s], self.stable
+    def stable(self) -> np.ndarray:
+        """Whether all disturbances of all members decay (N,)."""
+        return np.asarray(self.stability == Stability.ALL)
+
+    @property
+    def _special(self) -> np.ndarray:
+        return np.array([bool(kind) for kind in self.kinds])
+
+    def intervals(self, of: Stability) -> list[tuple[int, int]]:
+        """First and last point of each stretch of some stability, up to the special or neutral points where it ends."""
+        special = self._special
+        open_ = special | (self.stability == Stability.NEUTRAL)  # says nothing of the stretch that it lies in, or ends
+        sure = np.flatnonzero(~open_).tolist()
         groups: list[tuple[int, int]] = []
-        for k, i in enumerate(regular):
-            if not stable[i]:
+        for k, i in enumerate(sure):
+            if self.stability[i] != of:
                 continue
-            end = i + 1 if i < last and special[i + 1] else i
-            if groups and k and stable[regular[k - 1]]:
-                groups[-1] = (groups[-1][0], end)
+            before, after = (sure[k - 1] if k else -1), (sure[k + 1] if k + 1 < len(sure) else len(open_))
+            if groups and k and self.stability[before] == of:
+                groups[-1] = (groups[-1][0], self._up_to(i, after, 1))
             else:
-                groups.append((i - 1 if i and special[i - 1] else i, end))
+                groups.append((self._up_to(i, before, -1), self._up_to(i, after, 1)))
         return groups
+
+    def _up_to(self, i: int, other: int, way: int) -> int:
+        """Where a stretch that has point i ends on the way to another sure one: at the special point, if there is one."""
+        between = range(i + way, other, way)
+        return next((j for j in between if self.kinds[j]), between[0] if between else i)
+
+    @property
+    def unlocated(self) -> list[tuple[int, int]]:
+        """Neighbouring points between which stability changes, though no point where it does was located between."""
+        special = np.array([bool(kind) and kind != UNRESOLVED for kind in self.kinds])
+        sure = np.flatnonzero(~self._special & (self.stability != Stability.NEUTRAL))
+        pairs = zip(sure[:-1].tolist(), sure[1:].tolist(), strict=True)
+        return [(i, j) for i, j in pairs if self.stability[i] != self.stability[j] and not special[i:j].any()]
+
+    def length(self, scale: np.ndarray) -> float:
+        """Along all points, in units of scale (n+1,)."""
+        return float((np.abs(np.diff(self.u / scale[:, None], axis=1)) ** 2).sum(axis=0) ** 0.5 @ np.ones(self.u.shape[1] - 1))
 
     def crossings(self, value: float) -> Iterator[np.ndarray]:
         """Points (n+1,) between those of the branch where it passes a value, to first order."""
@@ -122,18 +177,38 @@ def _kind(states: SteadyStates, made: FollowedBranch) -> Kind:
 
 
 def _ends(states: SteadyStates, branch: Branch) -> tuple[str, str]:
+    return ends_in_words(states.equilibria, branch, states.path, states.end)
+
+
+def ends_in_words(
+    equilibria: Equilibria, branch: Branch, path: str, leaves: Callable[[np.ndarray], str]
+) -> tuple[str, str]:  # fmt: skip
+    """Why a branch ends, at first and last. path: of the parameter. leaves: why, where a state (n+1,) is at its limits."""
     if branch.closed:
         return branch.ends
-    return _end(states, branch.ends[0], branch.u[:, 0]), _end(states, branch.ends[1], branch.u[:, -1])
+    # A branch with fewer points than it may have ends where not even the shortest step leads to another one.
+    fewer = len(branch.points) < equilibria.steps.points
+    first, last = (
+        end_in_words(equilibria, f"{path} = {p.parameter:.5g}", leaves, p.u, _STUCK if fewer else said)
+        for p, said in zip((branch.points[0], branch.points[-1]), branch.ends, strict=True)
+    )
+    return first, last
 
 
-def _end(states: SteadyStates, sentence: str, u: np.ndarray) -> str:
-    """Why a branch ends, in the study's words."""
-    if not sentence.startswith("it leaves the range"):
-        return sentence
-    if sentence.endswith("singular"):
-        return f"{sentence.split(', where ')[1]} at the end of the range"
-    return RANGE_ENDS if u[-1] in states.bounds else states.end(u)
+def end_in_words(equilibria: Equilibria, at: str, leaves: Callable[[np.ndarray], str], u: np.ndarray, said: str) -> str:
+    """Why a branch that is not closed ends at a point u (n+1,).
+
+    at: where that is. leaves: why, where a state has reached its limits. said: by whom followed it, for other reasons.
+    """
+    scale = equilibria.equations.scale
+    off = min(abs(float(u[-1]) - bound) for bound in equilibria.bounds) / scale[-1]
+    if any(min(abs(u[i] - bound) for bound in pair) <= ON * scale[i] for i, pair in equilibria.limits.items()):
+        return leaves(u)
+    if off <= ON:
+        return RANGE_ENDS
+    if off <= _CLOSE:
+        return f"it is followed to {at}: nearer to the end of the range the equations are singular"
+    return f"at {at}: {said}"
 
 
 def exact(states: SteadyStates, branch: FollowedBranch, value: float) -> list[CurvePoint]:
@@ -156,7 +231,9 @@ def known(states: SteadyStates, branches: Sequence[FollowedBranch], u: np.ndarra
 
 
 def repeats(states: SteadyStates, branches: Sequence[FollowedBranch], other: FollowedBranch) -> bool:
-    """Whether a branch is one of the known ones: points far from its special ones lie on them."""
+    """Whether a branch is none of its own: a point, or one of the known ones, on which points far from its special ones lie."""
     regular = np.flatnonzero([not kind for kind in other.kinds])
+    if not len(regular) or other.length(states.equilibria.equations.scale) < _LENGTH:
+        return True
     chosen = regular[(np.array(_COMPARED) * (len(regular) - 1)).astype(int)]
     return all(known(states, branches, other.u[:, i]) for i in chosen)

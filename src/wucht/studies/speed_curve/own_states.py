@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from wucht.errors import RunError
 from wucht.files.own_equations import OwnEquations
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import deflated, seeded
@@ -20,6 +21,7 @@ from wucht.studies.speed_curve.steady_states import Found, Kind, Shown, Watch, W
 _STEPS = Steps(first=0.01, most=0.05, turn=0.06, points=4000)
 _STARTS = 64
 _SAME = 1e-6  # in units of scale
+_SINGULAR = 1e-12  # of the largest: a singular value that is zero
 _AROUND = 1.0  # of an interval of a state: how far beyond it branches are followed
 
 
@@ -76,16 +78,20 @@ class OwnStates:
     @property
     def words(self) -> Words:
         """See ``SteadyStates``."""
-        return Words(f"state {self.show}", "")
+        return Words(f"state {self.show}", "", self.show)
 
     def found(self, value: float, watch: Watch | None = None) -> Found:
         """See ``SteadyStates``: by Newton's method from many starts within the ranges, known states being divided out."""
         if watch is not None:
             watch()
         low, high = np.array([self.ranges[n] for n in self.names]).T
-        solutions = deflated(self.equilibria.equations, [value], seeded(low, high, _STARTS)).points.T
-        width = self.equilibria.equations.scale[:-1]
-        turning = self.equilibria.equations.turns[:-1] > 0
+        starts, equations = seeded(low, high, _STARTS), self.equilibria.equations
+        if _singular(equations, starts, value):
+            raise RunError(
+                "the equations are singular at every start: their equilibria, if there are any, are no isolated points"
+            )
+        solutions = deflated(equations, [value], starts).points.T
+        width, turning = equations.scale[:-1], equations.turns[:-1] > 0
         inside = [x for x in solutions if ((x >= low - width) & (x <= high + width) | turning).all()]
         shown = f"deflated Newton's method from {_STARTS} starts within the ranges of the states: no proof that none is missing"
         return Found(tuple(np.append(x, value) for x in inside), (), False, shown)
@@ -117,3 +123,14 @@ class OwnStates:
             if not low < u[i] < high:
                 return f"{self.names[i]} passes {u[i]:.5g}, far outside the range in which equilibria were searched"
         return "a state leaves its limits"
+
+
+def _singular(equations: Equations, starts: np.ndarray, value: float) -> bool:
+    """Whether df/dx is singular at all starts (N, n), so that Newton's method makes no step anywhere."""
+    states = np.asarray(starts).reshape(-1, equations.n).T
+    with np.errstate(all="ignore"):
+        matrices = equations.values(np.vstack([states, np.full(states.shape[1], value)]))[1][:, :-1]
+    matrices = np.moveaxis(matrices * equations.scale[:-1, None], -1, 0)
+    finite = matrices[np.isfinite(matrices).all(axis=(1, 2))]
+    sizes = np.linalg.svd(finite, compute_uv=False)
+    return bool(len(sizes)) and bool((sizes[:, -1] <= _SINGULAR * sizes[:, 0]).all())

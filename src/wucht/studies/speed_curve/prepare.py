@@ -6,24 +6,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.checking import read_quantity
+from wucht.analysis.averaged import keeps_inertia
+from wucht.analysis.configurations.steady_machine import MOST_BODIES, turning
 from wucht.errors import InputError, nearest
 from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
 from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
-from wucht.machines.operation import damped
 from wucht.quantities import Unit
 from wucht.studies.parameters import parameter_of, range_of, values_of
-from wucht.studies.spec import Pair, Quantity
+from wucht.studies.spec import Pair
+from wucht.studies.speed_curve.family_curve import FamilyCurve
 from wucht.studies.speed_curve.own_states import OwnStates
 from wucht.studies.speed_curve.second_parameter import SecondParameter
 from wucht.studies.speed_curve.slow_states import SlowStates
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.studies.speed_curve.steady_states import SteadyStates
-from wucht.studies.synchronous_states.prepare import MOST_BODIES, turning
 from wucht.system import TIME
 
+RESERVED = frozenset({  # keys of the summary, beside which stands the parameter's own name
+    "kind", "speed", "state", "amplitude", "branch", "frequency", "type", "name", "label", "stable", "stable_speeds",
+    "partly_stable", "partly_stable_speeds", "partly_stable_shares",
+    "range", "second_range", "ends", "family_dimension", "multiplicity", "of",
+    "coefficients", "special_points",
+})  # fmt: skip
 _NEAR_AN_END = 1e-3  # of the range
 _DECADE = 10.0
 
@@ -33,7 +39,8 @@ class Plan:
     """What is to be done.
 
     along, second: the parameters. curves: the states along the first, for each value of the second (None where there are no
-    such values). plane: the second parameter where it has a range. searched: values at which all states are searched.
+    such values). families: those of each of these curves, None where the subject has none. plane: the second parameter where
+    it has a range. searched: values at which all states are searched.
     """
 
     spec: SpeedCurve
@@ -41,6 +48,7 @@ class Plan:
     second: Parameter | None
     bounds: tuple[float, float]
     curves: tuple[tuple[float | None, SteadyStates], ...]
+    families: tuple[FamilyCurve | None, ...]
     plane: SecondParameter | None
     searched: tuple[float, ...]
 
@@ -57,25 +65,19 @@ def prepare(spec: SpeedCurve, subject: Machine | OwnEquations) -> Plan:
             raise InputError("study.second_range", list(spec.second_range), needed)
     elif spec.second is not None and spec.second_values is not None:
         second = _parameter(subject, spec.second, "second")
-        values = tuple(dict.fromkeys(_values(subject, second, spec.second_values)))
+        values = tuple(dict.fromkeys(values_of(subject, second, spec.second_values, "second_values")))
     of = [(v, subject if v is None or second is None else _with(subject, second.path, v)) for v in values]
-    curves = tuple((v, _states(spec, one, along, bounds)) for v, one in of)
-    return Plan(spec, along, second, bounds, curves, plane, _searched(bounds, spec.points))
+    made = [_states(spec, one, along, bounds) for _, one in of]
+    curves = tuple((v, states) for (v, _), (states, _) in zip(of, made, strict=True))
+    families = tuple(family for _, family in made)
+    return Plan(spec, along, second, bounds, curves, families, plane, _searched(bounds, spec.points))
 
 
 def _parameter(subject: Machine | OwnEquations, path: str, key: str) -> Parameter:
-    if isinstance(subject, Machine):
-        return parameter_of(subject, path, key)
-    if path not in subject.parameters:
-        raise InputError(f"study.{key}", path, f"unknown parameter; {nearest(path, subject.parameters)}")
-    return subject.parameters[path]
-
-
-def _values(subject: Machine | OwnEquations, along: Parameter, given: tuple[Quantity, ...]) -> tuple[float, ...]:
-    if isinstance(subject, Machine):
-        return values_of(subject, along, given, "second_values")
-    unit = Unit(along.unit, along.what)
-    return tuple(read_quantity(unit, value, f"study.second_values[{i}]") for i, value in enumerate(given))
+    found = parameter_of(subject, path, key)
+    if isinstance(subject, OwnEquations) and path in RESERVED:
+        raise InputError(f"study.{key}", path, "in the results this is the name of something else: rename the parameter")
+    return found
 
 
 def _with(subject: Machine | OwnEquations, path: str, value: float) -> Machine | OwnEquations:
@@ -93,10 +95,13 @@ def _ranged(spec: SpeedCurve, subject: Machine | OwnEquations, key: str, given: 
     return parameter, bounds
 
 
-def _states(spec: SpeedCurve, subject: Machine | OwnEquations, along: Parameter, bounds: tuple[float, float]) -> SteadyStates:
+def _states(
+    spec: SpeedCurve, subject: Machine | OwnEquations, along: Parameter, bounds: tuple[float, float]
+) -> tuple[SteadyStates, FamilyCurve | None]:
     if isinstance(subject, Machine):
-        return _of_machine(spec, subject, along, bounds)
-    return _of_equations(spec, subject, along, bounds)
+        states = _of_machine(spec, subject, along, bounds)
+        return states, FamilyCurve(states)
+    return _of_equations(spec, subject, along, bounds), None
 
 
 def _of_machine(spec: SpeedCurve, machine: Machine, along: Parameter, bounds: tuple[float, float]) -> SlowStates:
@@ -108,9 +113,7 @@ def _of_machine(spec: SpeedCurve, machine: Machine, along: Parameter, bounds: tu
         sentence = "the carrier's motion is prescribed: whether it entrains the rotor is study.kind = 'entrainment'"
         raise InputError("machine.carrier.motion", None, sentence)
     steady = turning(machine, None)
-    inertia = not (machine.dimensionless and damped(steady)) if spec.inertia is None else spec.inertia
-    if not inertia and not damped(steady):
-        raise InputError("study.inertia", False, "must be true: a balancing body is not damped against its rotor")
+    inertia = keeps_inertia(steady, spec.inertia)
     states = SlowStates(steady, along.path, bounds, inertia, spec.show)
     if not states.names:
         why = "its speed is prescribed and nothing else turns: no state is left that could depend on a parameter"

@@ -11,10 +11,9 @@ import numpy as np
 from wucht.analysis.configurations.closed_form import State
 from wucht.errors import RunError, WuchtError
 from wucht.studies.speed_curve.family_curve import FamilyCurve
-from wucht.studies.speed_curve.following import FollowedBranch, exact, followed, known, repeats
+from wucht.studies.speed_curve.following import FollowedBranch, Stability, exact, followed, known, of_share, repeats, stability
 from wucht.studies.speed_curve.prepare import Plan
 from wucht.studies.speed_curve.second_parameter import FollowedCurve, SecondParameter, curve_through, passes, starts
-from wucht.studies.speed_curve.slow_states import SlowStates
 from wucht.studies.speed_curve.steady_states import Found, SteadyStates
 from wucht.studies.work import Work
 
@@ -24,23 +23,32 @@ _SEARCHING = 0.9  # share of the work
 
 @dataclass(frozen=True)
 class SearchedAt:
-    """A value at which all states were searched. failure: why they could not be."""
+    """A value at which all states were searched, and between which speeds. failure: why they could not be."""
 
     value: float
     second: float | None
     states: int
     complete: bool
     shown: str
+    speeds: tuple[float, float] | None = None
     failure: str | None = None
 
 
 @dataclass(frozen=True)
 class OwnState:
-    """A state at the machine's own value: u (n+1,), exponents (k,), and the number of its branch."""
+    """A state at the machine's own value: u (n+1,), exponents (k,), the number of its branch, and of a family the share of its
+    members that are stable.
+    """
 
     u: np.ndarray
     exponents: np.ndarray
     branch: int
+    share: float | None = None
+
+    @property
+    def stability(self) -> Stability:
+        """Of the state, or of the family's members."""
+        return Stability(int(stability(self.exponents[:, None])[0])) if self.share is None else of_share(self.share)
 
 
 @dataclass(frozen=True)
@@ -63,20 +71,20 @@ Stage = Generator[Findings, None, Findings]  # each more complete than that befo
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Search and follow; the findings after each branch."""
     findings, share = Findings(), (1.0 if plan.plane is None else 0.5) / len(plan.curves)
-    for k, (second, states) in enumerate(plan.curves):
+    for k, ((second, states), family) in enumerate(zip(plan.curves, plan.families, strict=True)):
         part = work.part("branches" if second is None else f"{second!r}", k * share, (k + 1) * share)
-        findings = yield from _one(plan, states, second, part, findings)
+        findings = yield from _one(_Done(plan, second, findings), states, family, part)
     if plan.plane is not None:
         findings = yield from _curves(plan.curves[0][1], plan.plane, findings, work)
     work.report(1.0)
     yield replace(findings, complete=True)
 
 
-def _one(plan: Plan, states: SteadyStates, second: float | None, work: Work, before: Findings) -> Stage:
+def _one(done: _Done, states: SteadyStates, family: FamilyCurve | None, work: Work) -> Stage:
     """With one value of the second parameter."""
-    done, family = _Done(plan, second, before), FamilyCurve(states) if isinstance(states, SlowStates) else None
-    for i, value in enumerate(plan.searched):
-        share = _SEARCHING * i / len(plan.searched)
+    searched = done.plan.searched
+    for i, value in enumerate(searched):
+        share = _SEARCHING * i / len(searched)
         work.report(share, f"searching at {states.path} = {value:.5g}")
         watch = partial(work.report, share, "searching")
         found = work.unit(f"states at {value!r}", partial(_searched, states, value, watch))
@@ -90,12 +98,15 @@ def _one(plan: Plan, states: SteadyStates, second: float | None, work: Work, bef
         for u in found.points:
             if done.full or not done.wanted(states.kind(u).name) or known(states, done.branches, u):
                 continue
-            branch = work.unit(f"branch {len(done.branches)}", partial(_from, states, u, None))
-            yield done.add(branch, states.path, value)
-            if not isinstance(branch, str):
+            branch = work.unit(f"branch from {u.tolist()!r}", partial(_from, states, u, None))
+            # A state that is a special point itself may belong to a known branch and yet not be recognised on it.
+            if isinstance(branch, str):
+                yield done.add(branch, states.path, value)
+            elif not repeats(states, done.branches, branch):
+                yield done.add(branch, states.path, value)
                 yield from _offshoots(states, done, branch, work)
     own = states.own_value
-    if second is None and states.bounds[0] <= own <= states.bounds[1]:
+    if done.second is None and states.bounds[0] <= own <= states.bounds[1]:
         work.report(_SEARCHING, "the machine's own value")
         yield done.add_own(work.unit("own", partial(_own, states, family, tuple(done.branches), own)))
     return done.findings
@@ -142,10 +153,10 @@ class _Done:
     def add_search(self, value: float, found: Found | str) -> Findings:
         """With one more value at which it was searched."""
         if isinstance(found, str):
-            made = SearchedAt(value, self.second, 0, False, "", found)
+            made = SearchedAt(value, self.second, 0, False, "", failure=found)
         else:
             count = len(found.points) + len(found.families)
-            made = SearchedAt(value, self.second, count, found.complete, found.shown)
+            made = SearchedAt(value, self.second, count, found.complete, found.shown, found.speeds)
         self.findings = replace(self.findings, searched=(*self.findings.searched, made))
         return self.findings
 
@@ -216,5 +227,5 @@ def _own(
         if not branch.dimension:
             found += [OwnState(p.u, states.equilibria.seen(p).eigenvalues, k) for p in exact(states, branch, own)]
         elif family is not None:
-            found += [OwnState(u, exponents, k) for u, exponents in family.at(branch, own)]
+            found += [OwnState(u, exponents, k, share) for u, exponents, share in family.at(branch, own)]
     return tuple(found)

@@ -11,7 +11,7 @@ from wucht.errors import RunError
 from wucht.numerics.continuation.equilibria import FOLD, HOPF
 from wucht.numerics.continuation.fold_curves import Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
-from wucht.studies.speed_curve.following import RANGE_ENDS, FollowedBranch
+from wucht.studies.speed_curve.following import ON, RANGE_ENDS, FollowedBranch, end_in_words
 from wucht.studies.speed_curve.steady_states import Kind, SteadyStates
 
 _SAME = 1e-5  # in units of scale: a special point that lies on a curve
@@ -64,17 +64,22 @@ def curve_through(states: SteadyStates, second: SecondParameter, of: str, kind: 
     except RunError as error:
         return str(error)
     points = curve.points
-    ends = tuple(_in_words(states, bounds, end, at) for end, at in zip(curve.ends, curve.u.T[[0, -1]], strict=True))
+    ends = curve.ends if curve.closed else tuple(
+        _in_words(states, second, end, at) for end, at in zip(curve.ends, curve.u.T[[0, -1]], strict=True)
+    )  # fmt: skip
     return FollowedCurve(
         of, kind, curve.u, tuple(p.kind for p in points),
         tuple(dict(p.coefficients) if p.kind else {} for p in points), (ends[0], ends[1]),
     )  # fmt: skip
 
 
-def _in_words(states: SteadyStates, bounds: tuple[tuple[float, float], ...], end: str, at: np.ndarray) -> str:
-    if not end.startswith("it leaves the range"):
-        return end
-    return RANGE_ENDS if any(x in pair for x, pair in zip(at[-2:], bounds, strict=True)) else states.end(at[:-1])
+def _in_words(states: SteadyStates, second: SecondParameter, said: str, at: np.ndarray) -> str:
+    """Why a curve ends at a point (n+2,)."""
+    low, high = second.bounds
+    if min(abs(at[-1] - low), abs(at[-1] - high)) <= ON * (high - low):
+        return RANGE_ENDS
+    where = f"{states.path} = {at[-2]:.5g}, {second.path} = {at[-1]:.5g}"
+    return end_in_words(states.equilibria, where, states.end, at[:-1], said)
 
 
 def passes(states: SteadyStates, second: SecondParameter, curve: FollowedCurve, of: str, u: np.ndarray) -> bool:

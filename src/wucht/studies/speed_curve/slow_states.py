@@ -14,6 +14,8 @@ from wucht.analysis.averaged import AveragedMachine, averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.search import all_states, multiplicity, same_state
+from wucht.analysis.configurations.state_names import name_of, residual_unbalance, type_of
+from wucht.analysis.configurations.steady_machine import driven_speeds
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
@@ -22,9 +24,7 @@ from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
 from wucht.numerics.flow.program import Evaluator
 from wucht.results.conventions import within_half_a_turn, wrapped
-from wucht.studies.speed_curve.steady_states import Found, Kind, Shown, Watch, Words
-from wucht.studies.synchronous_states.configuration import name_of, residual_unbalance, type_of
-from wucht.studies.synchronous_states.prepare import driven_speeds
+from wucht.studies.speed_curve.steady_states import Found, Kind, Shown, Watch, Words, in_words
 from wucht.system import System
 
 _STEPS = Steps(first=0.01, most=0.04, turn=0.06, points=4000)
@@ -118,7 +118,9 @@ class SlowStates:
         search = all_states(torques, low, high, watch)
         isolated, families = [s for s in search.states if not s.dimension], [s for s in search.states if s.dimension]
         points = tuple(self.point(s, value) for s in isolated)
-        return Found(points, tuple(families), search.complete, search.shown)
+        # The speeds are told once for all values at which it is searched.
+        shown = search.shown.replace(in_words((low, high), self.machine.units.speed), "speeds")
+        return Found(points, tuple(families), search.complete, shown, None if torques.given is not None else (low, high))
 
     def point(self, state: State, value: float) -> np.ndarray:
         """u (n+1,) of a state."""
@@ -198,8 +200,12 @@ class SlowStates:
 
     def end(self, u: np.ndarray) -> str:
         """See ``SteadyStates``."""
+        return self.beyond(any(u[i] <= self.limits[0] for i in self.equilibria.limits))
+
+    def beyond(self, slow: bool) -> str:
+        """Why a branch ends where rotors are too slow, or too fast."""
         (low, high), unit = self.limits, self.machine.units.speed
-        if any(u[i] <= low for i in self.equilibria.limits):
+        if slow:
             return f"below {low:.4g} {unit}".rstrip() + " a rotor hardly turns, and the averaged equations do not hold"
         return f"no drive can keep more than {high:.4g} {unit}".rstrip()
 
@@ -213,12 +219,13 @@ class SlowStates:
         """See ``SteadyStates``."""
         units = self.machine.units
         rate = f"1/{units.time}" if units.time else ""
-        shown, unit = "speed of the main rotor", units.speed
+        shown, unit, state = "speed of the main rotor", units.speed, self.show
         if self.show is not None and self.show.endswith(".phase"):
             shown, unit = f"phase of {self.show.removesuffix('.phase')}", "rad" if units.time else ""
         elif self.show is not None:
             shown = f"speed of {self.show.removesuffix('.speed')}"
-        return Words(shown, unit, rate, self.machine.orbit_unit if units.length else "", self.averaged.warnings)
+        length = self.machine.orbit_unit if units.length else ""
+        return Words(shown, unit, state, self.inertia, units.speed, rate, length, self.averaged.warnings)
 
 
 def _beside(torques: SteadyTorques, phases: np.ndarray) -> tuple[int, ...]:

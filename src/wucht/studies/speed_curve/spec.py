@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
+from wucht.quantities import Unit
 from wucht.studies.spec import Inertia, Pair, Path, Spec, Values, Whole
 
 NAMES = ("compensating", "together", "opposed")
@@ -24,12 +25,15 @@ def _names(given: Any) -> Any:
 def _ranges(given: Any) -> Any:
     if not isinstance(given, Mapping):
         raise ValueError("must be a table: ranges = { STATE = [low, high], ... }")
+    read = dict[str, tuple[float, float]]()
     for name, pair in given.items():
-        if not isinstance(pair, list | tuple) or len(pair) != 2 or not all(isinstance(x, int | float) for x in pair):
+        if not isinstance(pair, list | tuple) or len(pair) != 2 or any(isinstance(x, bool) for x in pair):
             raise ValueError(f"must give a pair [low, high] for {name}")
-        if not pair[0] < pair[1]:
+        low, high = (Unit("", f"end of the range of {name}").parse(x) for x in pair)
+        if not low < high:
             raise ValueError(f"must give a pair [low, high] with low below high for {name}")
-    return {str(name): (float(pair[0]), float(pair[1])) for name, pair in given.items()}
+        read[str(name)] = low, high
+    return read
 
 
 Ranges = Annotated[dict[str, tuple[float, float]], BeforeValidator(_ranges), Field(description="ranges of states")]
@@ -72,6 +76,8 @@ class SpeedCurve(Spec):
             raise InputError("study.points", self.points, f"must be a whole number from {_FEWEST} to {_MOST}")
         if self.second is not None and self.second == self.along:
             raise InputError("study.second", self.second, "must be another parameter than along")
+        if self.second_values is not None and not self.second_values:
+            raise InputError("study.second_values", [], "must hold at least one value")
         of_second = [key for key in ("second_values", "second_range") if getattr(self, key) is not None]
         if self.second is None and of_second:
             raise InputError(

@@ -18,13 +18,14 @@ Watch = Callable[[], None]
 @dataclass(frozen=True)
 class Found:
     """The states at a value of the parameter: points (n+1,) of isolated ones, and families. complete: whether they are shown
-    to be all. shown: how, or why not.
+    to be all. shown: how, or why not. speeds: between which it was searched, None where the speed is given, or is none.
     """
 
     points: tuple[np.ndarray, ...]
     families: tuple[State, ...]
     complete: bool
     shown: str
+    speeds: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,24 @@ class Shown:
 
 @dataclass(frozen=True)
 class Words:
-    """How results are written. shown: what is drawn, and its unit. rate, length: units of exponents and of the amplitude."""
+    """How results are written. shown: what is drawn, and its unit. state: its name, None where that is the main rotor's speed.
+    inertia: whether the averaged equations have that of the balancing bodies, None where there are none. speed, rate, length:
+    units of speeds, of exponents and of the amplitude.
+    """
 
     shown: str
     unit: str
+    state: str | None
+    inertia: bool | None = None
+    speed: str = ""
     rate: str = ""
     length: str = ""
     warnings: tuple[str, ...] = field(default_factory=tuple)
+
+
+def in_words(speeds: tuple[float, float], unit: str) -> str:
+    """``speeds from 0.2 to 200 rad/s``."""
+    return f"speeds from {speeds[0]:.4g} to {speeds[1]:.4g} {unit}".rstrip()
 
 
 class SteadyStates(Protocol):

@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-import sympy as sp
 
-from wucht.analysis.averaged import AveragedMachine, averaged_machine
+from wucht.analysis.averaged import AveragedMachine, averaged_machine, keeps_inertia
 from wucht.analysis.configurations.closed_form import pattern_count
 from wucht.analysis.configurations.search import in_closed_form
+from wucht.analysis.configurations.steady_machine import LOWEST, MOST_BODIES, UNKNOWN, driven_speeds, turning
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import damped, free_speed, natural_frequencies, net_torque, sense_of
+from wucht.machines.operation import free_speed, natural_frequencies, net_torque, sense_of
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
-MOST_BODIES = 11
 _MOST_PATTERNS = 64  # ways to be in line, of a map
-_LOWEST = 1e-3  # of the highest speed: where a search begins
-_ABOVE = 1 + 1e-4  # of the highest speed without vibration: where it ends
 _SLOWER, _FASTER = 1e-3, 1e3  # of the lowest and the highest speed of the machine: beyond, nothing is left to be computed
-_RUNAWAY = 3  # times the highest natural frequency: how far is searched where the drive has no speed of its own
-_UNKNOWN = 100.0  # rad/s, where the machine has neither natural frequencies nor speeds of its own
 _SAMPLES = 1001
 
 
@@ -54,9 +49,7 @@ def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
     if spec.range is not None and machine.rotor.coordinate.prescribed is not None:
         raise InputError("study.range", list(spec.range), "not allowed where the speed of the main rotor is given")
     steady, unheld = turning(machine, spec.speed), turning(machine, None)
-    if not spec.inertia and not damped(steady):
-        raise InputError("study.inertia", False, "must be true: a balancing body is not damped against its rotor")
-    slow = averaged_machine(steady, spec.inertia)
+    slow = averaged_machine(steady, keeps_inertia(steady, spec.inertia))
     torques, speeds, chosen = SteadyTorques.from_slow(slow), None, False
     if torques.given is None:
         speeds, chosen = _searched(steady, spec.range)
@@ -64,16 +57,6 @@ def prepare(spec: SynchronousStates, machine: Machine) -> Plan:
         _check_speed(spec, unheld, torques, torques.given)
     in_closed_form(torques, *speeds or (0.0, 0.0))
     return Plan(spec, machine, slow, torques, speeds, chosen, _map(spec, unheld, torques))
-
-
-def turning(machine: Machine, speed: float | None) -> Machine:
-    """The machine with its schedules done, all bodies released, and the main rotor at a given speed (signed)."""
-    steady = machine.at(machine.breakpoints[-1]).changed(schedules=())
-    bodies = [replace(b, release=None) for b in steady.bodies]
-    if speed is not None:
-        main = next(i for i, b in enumerate(bodies) if b.name == machine.rotor.name)
-        bodies[main] = replace(bodies[main], coordinate=replace(bodies[main].coordinate, prescribed=sp.Float(speed)))
-    return steady.changed(bodies=tuple(bodies))
 
 
 def _refuse_single(machine: Machine) -> None:
@@ -119,7 +102,7 @@ def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tupl
         least, most = _limits(machine)
         if not least < high <= most:
             raise InputError("study.range", list(given), f"must be speeds {_between(machine, least, most)}")
-        speeds, chosen = (max(low, min(least, _LOWEST * high)), high), False
+        speeds, chosen = (max(low, min(least, LOWEST * high)), high), False
     at, rotors = np.linspace(*speeds, _SAMPLES), [(net_torque(machine, r), sense_of(machine, r)) for r in machine.rotors]
     if not at.any() or not any(torque(sense * float(w)) for torque, sense in rotors for w in at):
         where = "" if given is None else " at these speeds"
@@ -130,18 +113,8 @@ def _searched(machine: Machine, given: tuple[float, float] | None) -> tuple[tupl
 def _limits(machine: Machine) -> tuple[float, float]:
     """The lowest and the highest speed at which anything can be computed, by the machine's natural frequencies and drives."""
     own = [*natural_frequencies(machine).values(), *(abs(free_speed(machine, r) or 0.0) for r in machine.rotors)]
-    own = [w for w in own if w > 0 and math.isfinite(w)] or [_UNKNOWN]
+    own = [w for w in own if w > 0 and math.isfinite(w)] or [UNKNOWN]
     return _SLOWER * min(own), _FASTER * max(own)
-
-
-def driven_speeds(machine: Machine) -> tuple[tuple[float, float], bool]:
-    """Up to the highest speed without vibration, and whether a drive runs away without load: then there is no such speed."""
-    free = {r: free_speed(machine, r) for r in machine.rotors}
-    top = max((abs(w) for w in free.values() if w is not None), default=0.0)
-    runaway = any(w is None and net_torque(machine, r)(0.0) for r, w in free.items())
-    if runaway:
-        top = max(top, _RUNAWAY * max((f for f in natural_frequencies(machine).values() if f > 0), default=_UNKNOWN))
-    return (_LOWEST * top, top if runaway else _ABOVE * top), runaway
 
 
 def _between(machine: Machine, low: float, high: float) -> str:

@@ -1,0 +1,185 @@
+"""The averaged equations of a machine where equal bodies keep equal phases, in the machine's own conventions and names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from wucht.analysis.averaged import AveragedMachine
+from wucht.errors import InputError, nearest
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed
+from wucht.machines.structure import SPEED
+from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.phase_plane.plane import jacobian_of
+from wucht.system import System
+
+PSI, OMEGA = "psi", "speed"
+_INVARIANT = 1e-9  # of the largest rate: what may lead away from an invariant section
+_PLACES = 64  # at which that is looked at
+_LOWEST, _HIGHEST = 0.02, 1.15  # of the speed without vibration: the default of the range
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """A state of a section: its name, what it is, its unit, and by default its range; low and high of an angle are a turn."""
+
+    name: str
+    long_name: str
+    unit: str
+    low: float = math.nan
+    high: float = math.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """The k states that are left of n averaged ones, in the machine's conventions of angles and speeds.
+
+    system: of these k, and values of its parameters. whole: the averaged System. embedding: (n, k), the states of the whole
+    from these. turning: which of them is the main rotor's speed, -1 where that is held at ``speed``. inertia, order: of the
+    averaged equations.
+    """
+
+    system: System
+    values: Mapping[str, float]
+    axes: tuple[Axis, ...]
+    whole: System
+    embedding: np.ndarray
+    turning: int
+    speed: float | None
+    inertia: bool
+    order: int
+    warnings: tuple[str, ...]
+
+    def transverse(self, state: np.ndarray) -> np.ndarray:
+        """The eigenvalues (n - k,) of a fixed point in the directions that lead out of the section, the largest first."""
+        matrix = jacobian_of(replace(self.whole, outputs=(), quadratures=())).at(
+            self.embedding @ state, self.whole.values(self.values)
+        )[1]
+        out = np.linalg.qr(self.embedding, mode="complete")[0][:, self.embedding.shape[1] :]
+        values = np.linalg.eigvals(out.T @ matrix @ out).astype(complex) if out.shape[1] else np.empty(0, complex)
+        return values[np.lexsort((-values.imag, -values.real))]
+
+    def rotor_speed(self, state: np.ndarray) -> np.ndarray:
+        """Of the main rotor at states (k, ...)."""
+        return np.asarray(state[self.turning] if self.turning >= 0 else np.full(np.shape(state)[1:], self.speed))
+
+
+def section_of(slow: AveragedMachine, together: bool | Sequence[str] | None, speed: float | None = None) -> Section:
+    """The states that are left where bodies keep equal phases.
+
+    Parameters
+    ----------
+    slow : AveragedMachine
+    together : bool, sequence of str, or None
+        True for all balancing bodies, names of some, None for none: then all states are left.
+    speed : float, optional
+        Of the main rotor, signed, where ``slow`` holds it.
+
+    Raises
+    ------
+    InputError
+        At ``study.together``: for a name that is none, and where motions that begin with equal phases do not keep them.
+    """
+    machine = slow.machine
+    values = dict(machine.values) | ({} if speed is None else {SPEED.name: slow.senses[machine.rotor.name] * speed})
+    groups = _groups(together, slow)
+    system, axes = _named(slow, machine, groups)
+    embedding = np.zeros((len(slow.system.states), len(groups)))
+    for k, group in enumerate(groups):
+        for i in group:
+            embedding[i, k] = _sense(slow, i)
+    main = f"{machine.rotor.name}.speed"
+    turning = next((k for k, g in enumerate(groups) if slow.system.state_names[g[0]] == main), -1)
+    kept = {name: values[name] for name in slow.system.parameter_names}
+    coordinate = machine.rotor.coordinate
+    if speed is None and coordinate.prescribed is not None:
+        speed = float(machine.prescribed_speed(coordinate, 0.0)[0])
+    made = Section(system, kept, axes, slow.system, embedding, turning, speed, slow.inertia, slow.order, slow.warnings)
+    _refuse_if_left(made, groups, slow)
+    return made
+
+
+def _groups(together: bool | Sequence[str] | None, slow: AveragedMachine) -> list[list[int]]:
+    """The states of the averaged equations, by their indices: those that stay equal are together."""
+    names, machine = slow.system.state_names, slow.machine
+    if not together:
+        return [[i] for i in range(len(names))]
+    bodies = [b.name for b in machine.bodies if b.about is not None]
+    chosen = bodies if together is True else list(together)
+    for name in chosen:
+        if name not in bodies:
+            raise InputError("study.together", name, f"must be bodies that turn about a rotor; {nearest(name, bodies)}")
+    if len(chosen) < 2:
+        raise InputError("study.together", together, f"there must be at least two bodies that turn about a rotor: {bodies}")
+    groups: dict[str, list[int]] = {}
+    for i, name in enumerate(names):
+        body, _, what = name.rpartition(".")
+        groups.setdefault(f"together.{what}" if body in chosen else name, []).append(i)
+    return list(groups.values())
+
+
+def _sense(slow: AveragedMachine, index: int) -> int:
+    """The sign between a state of the averaged equations and the machine's convention of it."""
+    body, _, what = slow.system.state_names[index].rpartition(".")
+    rotor = slow.machine.body(body).about is None
+    return 1 if what == "phase" and rotor else slow.senses[body]
+
+
+def _named(slow: AveragedMachine, machine: Machine, groups: Sequence[Sequence[int]]) -> tuple[System, tuple[Axis, ...]]:
+    s, units = slow.system, machine.units
+    first = [s.state_names[g[0]] for g in groups]
+    phases, main = sum(name.endswith(".phase") for name in first), f"{machine.rotor.name}.speed"
+    axes = []
+    for group, name in zip(groups, first, strict=True):
+        body, _, what = name.rpartition(".")
+        if what == "speed":
+            own = OMEGA if name == main else name
+            free = free_speed(machine, machine.body(body))
+            ends = sorted((_LOWEST * free, _HIGHEST * free)) if free else (math.nan, math.nan)
+            axes.append(Axis(own, f"speed of {body}", units.speed, *ends))
+        else:
+            bodies = ", ".join(s.state_names[i].rpartition(".")[0] for i in group)
+            own = PSI if phases == 1 else body
+            axes.append(Axis(own, f"phase of {bodies}", "rad", 0.0, 2 * math.pi))
+    senses = tuple(_sense(slow, g[0]) for g in groups)
+    return _reduced(s, tuple(map(tuple, groups)), tuple(a.name for a in axes), senses), tuple(axes)
+
+
+@lru_cache(maxsize=16)
+def _reduced(s: System, groups: tuple[tuple[int, ...], ...], names: tuple[str, ...], senses: tuple[int, ...]) -> System:
+    """The System of the first of each group, all states of which are equal, with other names and senses."""
+    own = tuple(sp.Symbol(name, real=True) for name in names)
+    put = {s.states[i]: sign * x for group, x, sign in zip(groups, own, senses, strict=True) for i in group}
+    return System(
+        own,
+        tuple(sign * sp.sympify(s.derivatives[g[0]]).xreplace(put) for g, sign in zip(groups, senses, strict=True)),
+        s.parameters,
+        tuple((symbol, sp.sympify(e).xreplace(put)) for symbol, e in s.definitions),
+        angles=frozenset(x for x, g in zip(own, groups, strict=True) if s.states[g[0]] in s.angles),
+    )
+
+
+def _refuse_if_left(made: Section, groups: Sequence[Sequence[int]], slow: AveragedMachine) -> None:
+    """Raises ``InputError`` where curves that begin in the section leave it."""
+    low, high = np.array([[a.low, a.high] for a in made.axes]).T
+    if made.embedding.shape[0] == made.embedding.shape[1]:
+        return
+    low, high = np.where(np.isfinite(low), low, 0.5), np.where(np.isfinite(high), high, 1.5)
+    x = np.random.default_rng(0).uniform(low[:, None], high[:, None], (len(low), _PLACES))
+    with np.errstate(all="ignore"):
+        rates = Evaluator.of_rates(made.whole).array(np.zeros(_PLACES), made.embedding @ x, made.whole.values(made.values))
+    out = np.linalg.qr(made.embedding, mode="complete")[0][:, made.embedding.shape[1] :]
+    fine = np.isfinite(rates).all(axis=0)
+    if not fine.any() or np.abs(out.T @ rates[:, fine]).max(initial=0.0) <= _INVARIANT * np.abs(rates[:, fine]).max():
+        return
+    names = next([slow.system.state_names[i] for i in g] for g in groups if len(g) > 1)
+    bodies = " and ".join(n.rpartition(".")[0] for n in names)
+    raise InputError(
+        "study.together", None, f"{bodies} do not keep equal phases: must be bodies that are equal in all they are"
+    )

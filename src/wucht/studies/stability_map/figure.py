@@ -1,0 +1,130 @@
+"""The figure of a stability map: regions in tones and hatches, boundaries as lines, as 002 figure 5.9a."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.results.style import COLOURS, GREY, new_figure, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_TONES = ("#FFFFFF", "#F3D9C0", "#8FB8D6", "#BFDDD0")  # of falling lightness where it matters: white, 0.87, 0.70
+_HATCHES = ("", "///", "...", "\\\\\\", "xxx", "ooo")
+_HEIGHT, _LINE, _HEADING_LINE = 5.4, 105, 0.17
+_DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 3)))
+_MARKERS = ("*", "D", "P", "X", "v", "h")
+_LABELLED = 0.012  # of the plane: a region that is large enough for its name
+_WRAPPED, _CHARACTERS = 20, 65  # characters of a region's name in a line at most, and in the whole width of the plane
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """The plane of both parameters, from a stability map's Dataset alone."""
+    heading = textwrap.fill(result.attrs["sentence"], _LINE)
+    drawn, (axis,) = new_figure(1, _HEIGHT, result.attrs["title"], heading)
+    drawn.subplots_adjust(top=1 - (0.55 + _HEADING_LINE * heading.count("\n")) / _HEIGHT, right=0.66)
+    axis.grid(visible=False)
+    handles = [*_regions(axis, result), *_boundaries(axis, result), *_marks(axis, result)]
+    handles += _places(axis, result)
+    axis.set_xlim(result.attrs["low"], result.attrs["high"])
+    axis.set_ylim(result.attrs["second_low"], result.attrs["second_high"])
+    axis.set_xlabel(with_unit(_what(result, "along"), result.attrs["along_unit"]))
+    axis.set_ylabel(with_unit(_what(result, "second"), result.attrs["second_unit"]))
+    axis.legend(
+        handles=handles,
+        loc="upper left",
+        bbox_to_anchor=(1.01, 1.02),
+        frameon=False,
+        fontsize=8,
+        handlelength=3.2,
+        labelspacing=0.7,
+        title=f"besides {result.attrs['everywhere']}:" if result.attrs["everywhere"] else None,
+        title_fontsize=8,
+        alignment="left",
+    )
+    return drawn
+
+
+def _what(result: xr.Dataset, of: str) -> str:
+    path, what = str(result.attrs[of]), str(result.attrs[f"{of}_what"])
+    return path if what in (path, f"parameter {path}") else f"{path}: {what}"
+
+
+def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
+    from matplotlib.patches import Patch
+
+    index, x, y = result.region.values, result.x.values, result.y.values
+    labels, handles = result.region_label.values.astype(str), dict[str, Any]()
+    width, height = (x[1] - x[0]) / 2, (y[1] - y[0]) / 2
+    edges = [np.concatenate([[v[0] - h], v[1:-1], [v[-1] + h]]) for v, h in ((x, width), (y, height))]
+    order = sorted(range(len(labels)), key=lambda k: (-int(result.region_tone[k]), labels[k]))
+    for k in order:
+        tone = _TONES[int(result.region_tone[k]) % len(_TONES)]
+        hatch = _HATCHES[int(result.region_hatch[k]) % len(_HATCHES)]
+        inside = index == k
+        if inside.any():
+            axis.contourf(*edges, inside.astype(float), levels=[0.5, 1.5], colors=[tone], hatches=[hatch], zorder=0)
+        shown = textwrap.fill(labels[k], 34)
+        handles.setdefault(labels[k], Patch(facecolor=tone, hatch=hatch, edgecolor=GREY, linewidth=0.5, label=shown))
+    for collection in axis.collections:
+        collection.set_edgecolor("#FFFFFF00" if not getattr(collection, "hatches", None) else "#9A9A9A")
+        collection.set_linewidth(0.0)
+    largest = {
+        label: max((k for k in range(len(labels)) if labels[k] == label), key=lambda k: int((index == k).sum()))
+        for label in dict.fromkeys(labels.tolist())
+    }
+    for label, k in largest.items():
+        if (index == k).mean() < _LABELLED * 3:
+            continue
+        box = {"facecolor": "white", "alpha": 0.82, "edgecolor": "none", "pad": 1.5}
+        at = float(result.region_x[k]), float(result.region_y[k])
+        row = index[np.abs(y - at[1]).argmin()] == k
+        room = int(np.clip(_CHARACTERS * row.mean(), 9, _WRAPPED))
+        axis.text(*at, textwrap.fill(label, room), ha="center", va="center", fontsize=8, bbox=box, zorder=6)
+    return list(handles.values())
+
+
+def _boundaries(axis: Axes, result: xr.Dataset) -> list[Any]:
+    groups = list(dict.fromkeys(result.boundary_group.values.astype(str).tolist()))
+    handles = []
+    number = result.boundary.values
+    for i, group in enumerate(groups):
+        of_orbit = group.startswith("modulated motion") or "|" in group
+        style: dict[str, Any] = {
+            "color": COLOURS[i % len(COLOURS)] if of_orbit else "#000000" if i == 0 else GREY,
+            "linestyle": _DASHES[i % len(_DASHES)], "linewidth": 2.0 if of_orbit else 1.0, "zorder": 4 if of_orbit else 3,
+        }  # fmt: skip
+        line = None
+        for k in np.flatnonzero(result.boundary_group.values.astype(str) == group).tolist():
+            at = number == k
+            (line,) = axis.plot(result.boundary_x.values[at], result.boundary_y.values[at], **style)
+        if line is not None:
+            line.set_label(textwrap.fill(group, 34))
+            handles.append(line)
+    return handles
+
+
+def _marks(axis: Axes, result: xr.Dataset) -> list[Any]:
+    handles = []
+    labels = result.mark_label.values.astype(str)
+    for i, label in enumerate(dict.fromkeys(labels.tolist())):
+        at = labels == label
+        (points,) = axis.plot(
+            result.mark_x.values[at], result.mark_y.values[at], _MARKERS[i % len(_MARKERS)], color="black",
+            markerfacecolor="white", markersize=9, markeredgewidth=1.1, linestyle="", zorder=7, label=textwrap.fill(label, 34),
+        )  # fmt: skip
+        handles.append(points)
+    return handles
+
+
+def _places(axis: Axes, result: xr.Dataset) -> list[Any]:
+    (points,) = axis.plot(
+        result.place_x.values, result.place_y.values, ".", color=GREY, markersize=2.5, linestyle="", zorder=2,
+        label="looked at one by one",
+    )  # fmt: skip
+    return [points]

@@ -1,0 +1,130 @@
+"""The equations whose modulated motions are mapped, at any values of the plane's parameters, and their steady states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.continuation.curve import Steps
+from wucht.numerics.continuation.deflation import disconnected_branches, seeded
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equilibria import FOLD, HOPF, Branch, Equilibria
+from wucht.studies.orbit_branch.first_orbits import SeedOrbit
+from wucht.studies.orbit_branch.orbit_subject import OrbitSubject
+from wucht.studies.orbit_branch.orbit_walk import KeptOrbit
+
+_STARTS = 24  # of Newton's method
+_SEARCHED, _DECADE = (0.001, 0.1, 0.3, 0.6, 0.999), 10.0  # shares of the range, of its logarithm where it is that wide
+_STEPS = Steps(first=0.01, most=0.05, turn=0.1)
+_BEYOND = 0.3  # of a state's range: how far beyond it branches are followed
+_ASIDE = 1e-3  # of a state's size: how far beside a steady state that is unstable a run begins
+
+
+@dataclass(frozen=True, eq=False)
+class MappedMotion:
+    """subject: the equations in which orbits are followed. whole: all equations, where the first are those of bodies that keep
+    together, and embedding (n_whole, n) how they lie in them. box: ranges (2, n) in which steady states are searched.
+    """
+
+    subject: OrbitSubject
+    whole: OrbitSubject | None
+    embedding: np.ndarray | None
+    box: np.ndarray
+
+    def at(self, values: Mapping[str, float], path: str | None = None) -> MappedMotion:
+        """The same at other values, and with another parameter along which orbits are followed."""
+
+        def moved(subject: OrbitSubject) -> OrbitSubject:
+            return replace(subject, values={**subject.values, **values}, path=path or subject.path)
+
+        return replace(self, subject=moved(self.subject), whole=None if self.whole is None else moved(self.whole))
+
+    def lifted(self, seed: SeedOrbit) -> SeedOrbit:
+        """An orbit as one of all equations."""
+        if self.embedding is None:
+            return seed
+        e = self.embedding
+        winding = np.rint(e @ seed.winding).astype(int)
+        scale = np.append(np.abs(e) @ seed.scale[:-1], seed.scale[-1])
+        return replace(seed, states=seed.states @ e.T, winding=winding, scale=scale)
+
+    def sizes(self, widths: Mapping[str, float]) -> dict[str, float]:
+        """By how much states and parameters change when they change much. widths: of the parameters' ranges."""
+        names, turning = self.subject.system.state_names, self.subject.turning
+        of_states = {n: 1.0 if t else float(w) for n, t, w in zip(names, turning, np.ptp(self.box, axis=0), strict=True)}
+        return of_states | dict(widths)
+
+    def equilibria(self, path: str, bounds: tuple[float, float]) -> Equilibria:
+        """Along a parameter."""
+        s = self.subject
+        fixed = {n: s.values[n] for n in s.system.parameter_names if n != path}
+        equations = Equations.of(s.system, [path], fixed, self.sizes({path: bounds[1] - bounds[0]}))
+        low, high = self.box
+        room = _BEYOND * (high - low)
+        limits = {i: (low[i] - room[i], high[i] + room[i]) for i in np.flatnonzero(~s.turning).tolist()}
+        return Equilibria(equations, bounds, _STEPS, limits)
+
+    def steady(self, path: str, bounds: tuple[float, float]) -> tuple[Branch, ...]:
+        """The branches of steady states along a parameter."""
+        problem, (low, high) = self.equilibria(path, bounds), bounds
+        decades = 0 < _DECADE * low < high
+        values = [low * (high / low) ** share if decades else low + share * (high - low) for share in _SEARCHED]
+        return disconnected_branches(problem, values, seeded(self.box[0], self.box[1], _STARTS))
+
+
+@dataclass(frozen=True)
+class LostState:
+    """Where a stable steady state is gone, with another one that it meets (a fold), or unstable from there on (a Hopf point).
+
+    way: that of the parameter there. state: from which a run begins beyond it. fastest: of its eigenvalues, per unit of time.
+    """
+
+    value: float
+    state: np.ndarray
+    way: int
+    fastest: float
+
+
+def lost_states(branches: tuple[Branch, ...]) -> list[LostState]:
+    """The folds and Hopf points of stable states, those first that are passed as the parameter grows."""
+    found = list[LostState]()
+    for branch in branches:
+        points, scale = branch.points, branch.equations.scale[:-1]
+        for i in range(1, len(points) - 1):
+            if points[i].kind == HOPF and points[i - 1].unstable + points[i + 1].unstable == 2:
+                stable, gone = sorted((points[i - 1], points[i + 1]), key=lambda p: p.unstable)
+                if stable.unstable == 0 and gone.parameter != stable.parameter:
+                    way = 1 if gone.parameter > stable.parameter else -1
+                    fastest = float(np.abs(points[i].eigenvalues).max())
+                    found.append(LostState(points[i].parameter, points[i].x + _ASIDE * scale, way, fastest))
+            if points[i].kind != FOLD:
+                continue
+            beside = [p for p in (points[i - 1], points[i + 1]) if not p.kind]
+            if beside and any(p.unstable == 0 for p in beside):
+                value = points[i].parameter
+                way = 1 if beside[0].parameter < value else -1
+                found.append(LostState(value, points[i].x, way, float(np.abs(points[i].eigenvalues).max())))
+    return sorted(found, key=lambda f: (-f.way, f.value))
+
+
+def seed_of(kept: KeptOrbit, first: SeedOrbit) -> SeedOrbit:
+    """An orbit of a branch as the first one of another walk. first: the branch's first orbit."""
+    return replace(
+        first, edges=kept.edges, degree=kept.degree, states=kept.states, period=kept.period, value=kept.value,
+        towards=np.empty(0),
+    )  # fmt: skip
+
+
+def nearest_fold(motion: MappedMotion, path: str, bounds: tuple[float, float], x: np.ndarray, value: float) -> LostState:
+    """The fold that a saddle's branch has nearest to a value of the parameter. Raises ``RunError`` where it has none."""
+    problem = motion.equilibria(path, bounds)
+    branch = problem.branch(problem.start(x, value))
+    folds = [p for p in branch.special if p.kind == FOLD]
+    if not folds:
+        raise RunError(f"the saddle has no fold over {path}")
+    best = min(folds, key=lambda p: abs(p.parameter - value))
+    fastest = float(np.abs(best.eigenvalues).max())
+    return LostState(best.parameter, best.x, 1 if value < best.parameter else -1, fastest)

@@ -1,0 +1,287 @@
+"""How the modulated motion ends as a parameter changes, at one place of the plane of two others: followed to its end.
+
+Where its period grows, it is looked at what the orbit comes to where it is slowest. A saddle: the connection that Newton's
+method finds from the orbit is its end. A fold ahead of it, where steady states will appear: the period has to grow as
+1/sqrt|p - p*| towards that very value.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.continuation.curve import Steps
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.periodic.branch_ends import (
+    SADDLE_CONNECTION,
+    SADDLE_NODE_ON_ORBIT,
+    branch_end,
+)
+from wucht.numerics.periodic.connection_starts import fold_at, of_cycle
+from wucht.numerics.periodic.cycle import Cycle
+from wucht.numerics.periodic.cycle_starts import cycle_near
+from wucht.numerics.periodic.cycles import Cycles
+from wucht.numerics.periodic.saddle_connections import Connections
+from wucht.numerics.recurrence import recurrence, rests
+from wucht.studies.orbit_branch.first_orbits import SeedOrbit, cycles_of
+from wucht.studies.orbit_branch.orbit_subject import OrbitSubject
+from wucht.studies.orbit_branch.orbit_walk import first_cycle
+from wucht.studies.stability_map.mapped_motion import LostState, MappedMotion, lost_states
+
+NONE = "none"
+_JUST_BEYOND = (0.01, 0.002)  # of the range: how far beyond a fold a run looks for the orbit
+_LONGEST = 8.0  # times the least period of the branch
+_GROWN, _LATER = (
+    2.5,
+    1.25,
+)  # times the least period, when an end is looked for first; by what factor it has grown until the next
+_NEAR = 0.02  # of the range: how far ahead the end is, at most
+_BESIDE = 0.2  # of the orbit's size: how far the fold lies from the orbit's slowest place, at most
+_STEPS = Steps(most=0.05, turn=0.3, corrections=4, tolerance=1e-7, foretold=True)  # so short that the curves look smooth
+_SLOW, _PLACES = 0.3, 4  # of the largest speed; how many places are looked at
+_STILL, _MOST_STILL = 1e-10, 8  # the parameter stays, in terms of its range, and the period grows: how often
+_LONG = 4.0  # times the least period: shorter orbits do not tell a saddle-node from a saddle that will come out of it
+_FIRST_SPAN, _DOUBLINGS, _RUN_SAMPLES = 50.0, 12, 20_001  # of a run: times of the fastest decay, how often it doubles, samples
+_SCALES = 5.0  # in how many parts of the range the parameter changes much
+_PERIODS_AGREE = 0.05  # relative: of the run and of the orbit that Newton's method finds
+_PERIODS, _SAMPLES, _TOLERANCE = 20.0, 4000, 1e-10  # of a run beyond that: how long, and how often it is looked at
+_DECAYED = 5.0  # by exp(-5) a deviation decays beyond both ends of the orbit from which a connection begins
+_PAST = 1e-4  # of the range: so far beyond a fold it is looked whether the orbit is still there
+_LAW, _LOOSE = 0.02, 0.2  # relative: how constant T sqrt|p - p*| is, and at least where the period is as long as is followed
+
+
+@dataclass(frozen=True)
+class OrbitEnding:
+    """At a place (x, y) of the plane.
+
+    kind: of the end, ``"none"`` where no such motion was found. begins, value: where the motion begins, and where it ends.
+    sentence: how. period: of the last orbit. last: that orbit. equilibrium (n,): that it comes to, empty where there is none.
+    """
+
+    x: float
+    y: float
+    kind: str
+    begins: float
+    value: float
+    sentence: str
+    period: float = math.nan
+    last: SeedOrbit | None = None
+    equilibrium: np.ndarray = field(default_factory=lambda: np.empty(0))
+
+
+def ending_at(
+    motion: MappedMotion, path: str, bounds: tuple[float, float], place: tuple[float, float], watch: Callable[[], None]
+) -> OrbitEnding:
+    """What becomes of a machine whose stable steady state is lost as the parameter changes: a motion, and how that ends.
+
+    motion: at the place. path, bounds: of the parameter that changes. Beyond each fold of stable states a run begins where they
+    have vanished; what it settles on, if that repeats itself, is followed on in the same sense.
+    """
+    x, y = place
+    lost = [f for f in lost_states(motion.steady(path, bounds)) if bounds[0] < f.value < bounds[1]]
+    if not lost:
+        return OrbitEnding(x, y, NONE, math.nan, math.nan, f"no stable state is lost in the range of {path}")
+    sentences = list[str]()
+    for fold in lost:
+        seed = born_at(motion, path, bounds, fold, sentences, watch)
+        if seed is None:
+            continue
+        try:
+            kind, value, sentence, last, at = followed_to_end(motion, path, bounds, seed, fold.way, watch)
+        except RunError as error:
+            sentences.append(str(error))
+            continue
+        kept = SeedOrbit.of(*last, "the end of a branch", both_ways=True)
+        return OrbitEnding(x, y, kind, fold.value, value, sentence, kept.period, kept, at)
+    return OrbitEnding(x, y, NONE, lost[0].value, math.nan, "; ".join(dict.fromkeys(sentences)))
+
+
+def born_at(
+    motion: MappedMotion, path: str, bounds: tuple[float, float], fold: LostState, sentences: list[str],
+    watch: Callable[[], None],
+) -> SeedOrbit | None:  # fmt: skip
+    """The orbit that a run from a lost state comes to just beyond it; else a sentence is added what it comes to."""
+    for share in _JUST_BEYOND:
+        value = fold.value + fold.way * share * (bounds[1] - bounds[0])
+        if not bounds[0] < value < bounds[1]:
+            continue
+        seed, sentence = _settled(replace(motion.subject, path=path), bounds, value, fold, watch)
+        if seed is not None:
+            return replace(seed, longest=_LONGEST * seed.period)
+        sentences.append(f"at {path} = {value:.6g} {sentence}")
+    return None
+
+
+def _settled(
+    subject: OrbitSubject, bounds: tuple[float, float], value: float, fold: LostState, watch: Callable[[], None]
+) -> tuple[SeedOrbit | None, str]:
+    """The orbit on which a run settles, or what becomes of it: it goes on, twice as long each time, until that is seen."""
+    parameters = subject.system.values({**subject.values, subject.path: value})
+    compiled = compile_system(subject.system, _TOLERANCE)
+    state, span = fold.state, _FIRST_SPAN / fold.fastest
+    for _ in range(_DOUBLINGS):
+        watch()
+        run = integrate(compiled, state, parameters, np.linspace(0.0, span, _RUN_SAMPLES)).uninterrupted()
+        if run.failure is not None:
+            return None, f"the run fails: {run.failure}"
+        if rests(run.states[:, _RUN_SAMPLES // 2 :]):
+            return None, "it settles in a steady state"
+        found, state, span = recurrence(run.time, run.states, subject.turning), run.states[:, -1], 2 * span
+        if found is None or not (found.turns.any() or found.period < span / 8):
+            continue
+        # Once more over that period alone: seen as densely as its fast part asks.
+        whole = integrate(compiled, state, parameters, np.linspace(0.0, found.period, _RUN_SAMPLES)).uninterrupted()
+        scale = np.where(subject.turning, 1.0, np.maximum(np.ptp(whole.states, axis=1), 1e-12))
+        scale = np.append(scale, (bounds[1] - bounds[0]) / _SCALES)
+        cycles = cycles_of(subject, bounds, found.turns, scale, _LONGEST * found.period)
+        try:
+            cycle = cycle_near(cycles, whole.time, whole.states, value)
+        except RunError:
+            continue
+        if abs(cycle.period / found.period - 1) < _PERIODS_AGREE:
+            return SeedOrbit.of(cycles, cycle, f"a run at {subject.path} = {value:.6g}", both_ways=True), ""
+    return None, f"it has settled neither in a steady state nor on an orbit after {span:.4g}"
+
+
+End = tuple[str, float, str, tuple[Cycles, Cycle], np.ndarray]
+
+
+def followed_to_end(
+    motion: MappedMotion, path: str, bounds: tuple[float, float], seed: SeedOrbit, way: int, watch: Callable[[], None]
+) -> End:
+    """Kind, value, sentence, last orbit and equilibrium of the end of a branch."""
+    cycles = cycles_of(replace(motion.subject, path=path), bounds, seed.winding, seed.scale, seed.longest)
+    start = first_cycle(cycles, seed)
+    walk = cycles.walk(start if way > 0 else cycles.backwards(start))
+    seen, least, looked, law, still, size = [start], start.period, _GROWN, math.nan, 0, bounds[1] - bounds[0]
+    fold: tuple[np.ndarray, float] | None = None
+    nearly = False
+    for cycle in walk:
+        watch()
+        if cycle.kind:
+            continue
+        seen.append(cycle)
+        least = min(least, cycle.period)
+        only_longer = abs(cycle.parameter - seen[-2].parameter) < _STILL * size and cycle.period > seen[-2].period
+        still = still + 1 if only_longer else 0
+        stays = still > _MOST_STILL
+        if cycle.period < looked * least and not stays:
+            continue
+        looked = cycle.period / least * _LATER
+        places = _slow_places(cycles, cycle)
+        for place in places:
+            met = _connection(motion, path, bounds, cycles, cycle, place, stays)
+            if met is not None:
+                value, saddle = met
+                how = f"at {path} = {value:.7g} the orbit runs into a saddle"
+                return SADDLE_CONNECTION, value, how, (cycles, cycle), saddle
+        found = next((f for f in (_ahead(motion, path, bounds, cycle, p, way) for p in places) if f is not None), None)
+        fold, before, law = found or fold, law, math.nan
+        if found is not None:
+            state, value = found
+            law = cycle.period * math.sqrt(abs(value - cycle.parameter))
+            if abs(law / before - 1) < _LAW and cycle.period > _LONG * least:
+                watch()
+                if _survives(motion, path, bounds, cycle, state, value + way * _PAST * size):
+                    law = math.nan
+                    continue
+                how = f"at {path} = {value:.7g} steady states appear on the orbit, a saddle-node"
+                return SADDLE_NODE_ON_ORBIT, value, how, (cycles, cycle), state
+        if stays:
+            break
+        nearly = abs(law / before - 1) < _LOOSE
+    if fold is not None and nearly:
+        state, value = fold
+        if not _survives(motion, path, bounds, seen[-1], state, value + way * _PAST * size):
+            how = f"at {path} = {value:.7g} steady states appear on the orbit, a saddle-node"
+            return SADDLE_NODE_ON_ORBIT, value, how, (cycles, seen[-1]), state
+    values, periods = np.array([[c.parameter, c.period] for c in seen]).T
+    end = branch_end(cycles, values, periods, seen[-3:], walk.end)
+    return end.kind, end.parameter, end.sentence, (cycles, seen[-1]), end.equilibrium
+
+
+def _slow_places(cycles: Cycles, cycle: Cycle) -> list[np.ndarray]:
+    """The states (n,) where an orbit is slow, the slowest first."""
+    states, n = cycle.states[:, :-1], cycle.problem.n
+    given = np.concatenate([states, np.tile([[1.0], [cycle.parameter]], states.shape[1])])
+    speed = np.linalg.norm(cycles.equations.values(given)[0] / cycles.equations.scale[:n, None], axis=0)
+    least = (speed < _SLOW * speed.max()) & (speed <= np.roll(speed, 1)) & (speed < np.roll(speed, -1))
+    return [states[:, i] for i in sorted(np.flatnonzero(least).tolist(), key=lambda i: float(speed[i]))[:_PLACES]]
+
+
+def _survives(
+    motion: MappedMotion, path: str, bounds: tuple[float, float], cycle: Cycle, place: np.ndarray, value: float
+) -> bool:  # fmt: skip
+    """Whether the motion goes on just beyond a fold that the orbit seemed to come to: beside the states that appear there."""
+    if not bounds[0] < value < bounds[1]:
+        return False
+    away = np.linalg.norm((cycle.states - place[:, None]) / np.ptp(cycle.states, axis=1)[:, None], axis=0)
+    s = motion.subject
+    parameters = s.system.values({**s.values, path: value})
+    times = np.linspace(0.0, _PERIODS * cycle.period, _SAMPLES)
+    run = integrate(compile_system(s.system, _TOLERANCE), cycle.states[:, int(away.argmax())], parameters, times)
+    states = run.uninterrupted().states
+    return not rests(states[:, -_SAMPLES // 4 :])
+
+
+def enough(period: float, eigenvalues: np.ndarray) -> float:
+    """The time in which a connection comes near to its saddle at both ends."""
+    first, second = np.sort(eigenvalues.real)[::-1][:2].tolist()
+    return float(period + _DECAYED * (1 / first - 1 / second))
+
+
+def connections_of(
+    motion: MappedMotion, paths: tuple[str, ...], bounds: tuple[tuple[float, float], ...], time: float, winding: np.ndarray,
+    folds: tuple[bool, ...] = (False,),
+) -> Connections:  # fmt: skip
+    """Connections over some parameters, with the sizes of the map."""
+    s = motion.subject
+    widths = {p: b[1] - b[0] for p, b in zip(paths, bounds, strict=True)}
+    fixed = {n: s.values[n] for n in s.system.parameter_names if n not in paths}
+    turns = {n: int(w) for n, w in zip(s.system.state_names, winding, strict=True) if w}
+    return Connections.of(
+        s.system, paths, fixed, bounds, time, folds=folds, winding=turns, scale=motion.sizes(widths), steps=_STEPS
+    )
+
+
+def _connection(
+    motion: MappedMotion, path: str, bounds: tuple[float, float], cycles: Cycles, cycle: Cycle, slow: np.ndarray, stays: bool
+) -> tuple[float, np.ndarray] | None:
+    """The value at which an orbit becomes a connection of the saddle that it passes, and that saddle."""
+    problem = motion.equilibria(path, bounds)
+    try:
+        saddle = problem.seen(problem.start(slow, cycle.parameter))
+    except RunError:
+        return None
+    try:
+        beside = np.linalg.norm((saddle.x - slow) / np.maximum(np.ptp(cycle.states, axis=1), 1e-12))
+        if saddle.unstable != 1 or beside > _BESIDE:
+            return None
+        around = (2 * bounds[0] - bounds[1], 2 * bounds[1] - bounds[0])
+        connections = connections_of(motion, (path,), (around,), enough(cycle.period, saddle.eigenvalues), cycles.winding)
+        found = of_cycle(connections, cycle, saddle.x, np.array([cycle.parameter]))
+    except RunError:
+        # A parameter that stays as the period grows is known, whatever the connection's equations have to say.
+        return (cycle.parameter, saddle.x) if stays else None
+    value, x = float(found.parameters[0]), found.equilibria[0]
+    near = abs(value - cycle.parameter) < _NEAR * (bounds[1] - bounds[0])
+    return (value, x) if near and found.eigenvalues[0, 0].real > 0 else None
+
+
+def _ahead(
+    motion: MappedMotion, path: str, bounds: tuple[float, float], cycle: Cycle, slow: np.ndarray, way: int
+) -> tuple[np.ndarray, float] | None:
+    """The fold of steady states ahead of an orbit, where that is slowest."""
+    equations = motion.equilibria(path, bounds).equations
+    try:
+        x, (value,) = fold_at(equations, slow, np.array([cycle.parameter]))
+    except RunError:
+        return None
+    beside = np.linalg.norm((x - slow) / np.maximum(np.ptp(cycle.states, axis=1), 1e-12))
+    ahead = 0 < way * (value - cycle.parameter) < _NEAR * (bounds[1] - bounds[0])
+    return (x, float(value)) if ahead and beside < _BESIDE else None

@@ -1,0 +1,97 @@
+"""The regions into which curves part a plane, and what is the case in each, from places in them that were looked at."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+_FINE = 240  # pixels a side
+_SMALLEST = 6e-4  # of the plane: what is smaller belongs to its neighbour
+_EDGE = 4  # pixels
+_BESIDE = 3.0  # pixels: how far beside a curve it is looked what is on its sides
+
+
+@dataclass(frozen=True, eq=False)
+class Regions:
+    """index (rows, columns): the number of the region at each place; x (columns,), y (rows,): their centres."""
+
+    index: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """How many."""
+        return int(self.index.max()) + 1
+
+    def at(self, x: float, y: float) -> int:
+        """The region of a place."""
+        return int(self.index[np.abs(self.y - y).argmin(), np.abs(self.x - x).argmin()])
+
+    def at_an_edge(self, x: float, y: float) -> bool:
+        """Whether another region is so near to a place that it might as well lie there."""
+        column, row = int(np.abs(self.x - x).argmin()), int(np.abs(self.y - y).argmin())
+        around = self.index[max(row - _EDGE, 0) : row + _EDGE + 1, max(column - _EDGE, 0) : column + _EDGE + 1]
+        return bool((around != self.index[row, column]).any())
+
+    def inmost(self, region: int) -> tuple[float, float]:
+        """The place of a region that is farthest from its edge."""
+        from scipy.ndimage import distance_transform_edt
+
+        inside = np.pad(self.index == region, 1)
+        row, column = np.unravel_index(int(distance_transform_edt(inside)[1:-1, 1:-1].argmax()), self.index.shape)
+        return float(self.x[column]), float(self.y[row])
+
+
+def regions(curves: Sequence[tuple[np.ndarray, np.ndarray]], bounds: Sequence[tuple[float, float]]) -> Regions:
+    """The regions between curves, each given by its x and y (N,), of a plane with these bounds."""
+    from scipy.ndimage import distance_transform_edt, label
+
+    (x0, x1), (y0, y1) = bounds
+    wall = np.zeros((_FINE, _FINE), bool)
+    for x, y in curves:
+        across, up = (x - x0) / (x1 - x0) * _FINE, (y - y0) / (y1 - y0) * _FINE
+        for a, b, c, d in zip(across[:-1], up[:-1], across[1:], up[1:], strict=True):
+            share = np.linspace(0.0, 1.0, int(4 * max(abs(c - a), abs(d - b))) + 2)
+            column, row = np.floor(a + share * (c - a)).astype(int), np.floor(b + share * (d - b)).astype(int)
+            inside = (column >= 0) & (column < _FINE) & (row >= 0) & (row < _FINE)
+            wall[row[inside], column[inside]] = True
+    index, count = label(~wall)
+    sizes = np.bincount(index.ravel(), minlength=count + 1)
+    large = np.flatnonzero(sizes >= _SMALLEST * wall.size)
+    large = large[large > 0]
+    if not len(large):
+        index, large = np.ones_like(index), np.array([1])
+    number = np.full(max(count, 1) + 1, -1)
+    number[large] = np.arange(len(large))
+    index = number[index]
+    nearest = distance_transform_edt(index < 0, return_distances=False, return_indices=True)
+    index = index[tuple(nearest)]
+    centres = (np.arange(_FINE) + 0.5) / _FINE
+    return Regions(index, x0 + centres * (x1 - x0), y0 + centres * (y1 - y0))
+
+
+def kinds_of(found: Regions, places: Sequence[tuple[float, float, str]]) -> tuple[list[str], list[tuple[float, float, str]]]:
+    """What is the case in each region by the majority of places (x, y, kind) in it, "" where there is none.
+
+    Returns that, and the places that say otherwise, but for those at an edge.
+    """
+    votes = [Counter[str]() for _ in range(found.count)]
+    for x, y, kind in places:
+        votes[found.at(x, y)][kind] += 1
+    kinds = [v.most_common(1)[0][0] if v else "" for v in votes]
+    return kinds, [p for p in places if kinds[found.at(p[0], p[1])] != p[2] and not found.at_an_edge(p[0], p[1])]
+
+
+def sides_of(found: Regions, kinds: Sequence[str], x: np.ndarray, y: np.ndarray) -> list[tuple[str, str]]:
+    """What is the case left and right of the points (N,) of a curve."""
+    dx, dy = found.x[1] - found.x[0], found.y[1] - found.y[0]
+    along = np.gradient(np.array([x / dx, y / dy]), axis=1) if len(x) > 1 else np.ones((2, 1))
+    across = np.array([-along[1], along[0]]) / np.maximum(np.linalg.norm(along, axis=0), 1e-12) * _BESIDE
+    return [
+        (kinds[found.at(a + p * dx, b + q * dy)], kinds[found.at(a - p * dx, b - q * dy)])
+        for a, b, p, q in zip(x, y, *across, strict=True)
+    ]

@@ -1,0 +1,28 @@
+"""A stability map in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wucht.results.conventions import summary_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a stability map."""
+    s = summary_of(result)
+    along, second = s["along"], s["second"]
+    lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
+    for name, line in s["boundaries"].items():
+        xs, ys = zip(*line, strict=True)
+        lines.append(f"  {name}: {along} from {min(xs):.5g} to {max(xs):.5g}, {second} from {min(ys):.5g} to {max(ys):.5g}")
+    for p in s["points"]:
+        third = f", {s['eliminate']} = {p[s['eliminate']]:.7g}" if s.get("eliminate") in p else ""
+        lines.append(f"  {p['kind'].replace('-', ' ')}: {along} = {p[along]:.7g}, {second} = {p[second]:.7g}{third}")
+    for region in s["regions"]:
+        lines.append(f"  {100 * region['share']:5.1f} %  {region['label']}")
+    agree = s["places"] - s["against"]
+    lines.append(f"  checked      {agree} of {s['places']} places that were looked at one by one agree with the boundaries")
+    return lines

@@ -1,0 +1,64 @@
+"""The question of a stability map."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from wucht.errors import InputError
+from wucht.studies.spec import Inertia, Pair, Path, Spec, TrueOrFalse, Whole
+from wucht.studies.speed_curve.spec import Names, Ranges
+
+_FEWEST, _MOST = 2, 64
+
+
+class StabilityMap(Spec):
+    """Where in the plane of two parameters which steady states and modulated motions exist, and where they are stable.
+
+    002, sections 5.1 to 5.3, figure 5.9a.
+
+    along, range, second, second_range: the parameters of the plane, and their ranges. cells: a side, in whose centres it is
+    looked which motions there are; by default 12, with eliminate 6. orbits: whether modulated motions are looked for. together:
+    balancing bodies that are equal keep equal phases, in the modulated motion. only: the names of steady states that are looked
+    at. ranges: of the states of a system, by name, in which equilibria are searched. inertia: of the balancing bodies in the
+    averaged equations; false: strongly damped, 002 (4.60)-(4.62), the default of the dimensionless machines; that of others is
+    true. eliminate, eliminate_range: a third parameter. The map then says how the modulated motion that begins where a stable
+    steady state is lost, as this parameter changes, ends as it changes on: the question that 002, section 5.2, leaves open.
+    """
+
+    kind: ClassVar[str] = "stability-map"
+    subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
+    meaning: ClassVar[tuple[str, ...]] = (
+        *Spec.meaning, "second", "second_range", "cells", "ranges", "together", "eliminate", "eliminate_range",
+    )  # fmt: skip
+
+    along: Path
+    range: Pair
+    second: Path
+    second_range: Pair
+    cells: Annotated[Whole | None, Field(description="cells a side")] = None
+    orbits: TrueOrFalse = Field(True, description="whether modulated motions are looked for")
+    together: TrueOrFalse = Field(False, description="whether equal bodies keep equal phases")
+    only: Names | None = None
+    ranges: Ranges | None = None
+    inertia: Inertia | None = None
+    eliminate: Path | None = None
+    eliminate_range: Pair | None = None
+
+    def check(self) -> None:
+        """Three different parameters, and keys that belong together."""
+        if self.cells is not None and not _FEWEST <= self.cells <= _MOST:
+            raise InputError("study.cells", self.cells, f"must be a whole number from {_FEWEST} to {_MOST}")
+        if self.second == self.along:
+            raise InputError("study.second", self.second, "must be another parameter than along")
+        if (self.eliminate is None) != (self.eliminate_range is None):
+            missing = "eliminate" if self.eliminate is None else "eliminate_range"
+            raise InputError(f"study.{missing}", None, "this key is missing; eliminate and eliminate_range belong together")
+        if self.eliminate in (self.along, self.second):
+            raise InputError("study.eliminate", self.eliminate, "must be another parameter than along and second")
+        if self.eliminate is not None:
+            if not self.orbits:
+                raise InputError("study.orbits", False, "must be true with eliminate: the map is one of modulated motions")
+            if self.only is not None:
+                raise InputError("study.only", list(self.only), "not allowed with eliminate, which is about all steady states")

@@ -1,0 +1,258 @@
+"""The map of steady states and modulated motions: rows of branches, the curves through what is special on them, and points."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from wucht.errors import WuchtError
+from wucht.numerics.continuation.equilibria import FOLD
+from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
+from wucht.numerics.periodic.cycle import BRANCH_POINT
+from wucht.numerics.periodic.fold_pairs import FoldPairs
+from wucht.studies.speed_curve.run import run as run_curve
+from wucht.studies.speed_curve.second_parameter import FollowedCurve, SecondParameter, curve_through, passes, starts
+from wucht.studies.stability_map.orbit_curves import OrbitCurve, connection_curve, orbit_curve
+from wucht.studies.stability_map.plane_regions import regions
+from wucht.studies.stability_map.prepare import Plan
+from wucht.studies.stability_map.state_rows import NoOrbit, OrbitRow, SteadyRow, orbit_row, steady_row
+from wucht.studies.work import Work
+
+COINCIDE = "two folds at once"
+_ROWS, _CURVES, _ORBITS = 0.3, 0.4, 0.9  # shares of the work, by which these are done
+_ON_CURVE = 0.01  # of the range: a special orbit that lies on a known curve
+_MOST_EXTRA = 12  # rows beside those of the cells
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A point of the plane at which two curves of folds meet, at different states."""
+
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class StateFindings:
+    """So far. places: (x, y, label). crossings: of fold curves. lost: sentences on what was not found."""
+
+    rows: tuple[SteadyRow, ...] = ()
+    curves: tuple[FollowedCurve, ...] = ()
+    crossings: tuple[Crossing, ...] = ()
+    orbits: tuple[OrbitRow | NoOrbit, ...] = ()
+    orbit_curves: tuple[OrbitCurve, ...] = ()
+    extra: tuple[tuple[float, float], ...] = ()
+    lost: tuple[str, ...] = field(default_factory=tuple)
+    complete: bool = False
+
+
+Stage = Generator[StateFindings, None, StateFindings]
+
+
+def run_states(plan: Plan, work: Work) -> Stage:
+    """Rows of steady states, the curves of their folds and Hopf points, rows of orbits, and their curves."""
+    findings = StateFindings()
+    seconds = plan.centres(1).tolist()
+    for k, second in enumerate(seconds):
+        part = work.part(f"row {second!r}", _ROWS * k / len(seconds), _ROWS * (k + 1) / len(seconds))
+        findings = yield from _steady(plan, findings, second, plan.centres(0), part, work)
+    findings = replace(findings, crossings=work.unit("crossings", partial(_crossings, plan, findings.curves)).found)
+    if plan.motion is not None:
+        findings = yield from _orbits(plan, findings, work)
+    findings = yield from _extra(plan, findings, work)
+    return replace(findings, complete=True)
+
+
+def _steady(plan: Plan, findings: StateFindings, second: float, values: np.ndarray, part: Work, work: Work) -> Stage:
+    """A row of steady states, and the curves through their folds and Hopf points that are not known yet."""
+    row = plan.row(second)
+    found = None
+    for found in run_curve(row, part):  # noqa: B007
+        pass
+    assert found is not None
+    findings = replace(findings, rows=(*findings.rows, steady_row(second, found.branches, values)))
+    yield findings
+    states = row.curves[0][1]
+    other = SecondParameter(plan.second.path, plan.bounds[1], second)
+    for k, (of, kind, u) in enumerate(starts(found.branches)):
+        if any(passes(states, other, c, of, u) for c in findings.curves):
+            continue
+        part.report(0.5, f"{of}s in both parameters")
+        curve = work.unit(f"curve {second!r} {k}", partial(curve_through, states, other, of, kind, u))
+        if isinstance(curve, str):
+            at = f"the {of} at {plan.along.path} = {u[-1]:.6g}, {plan.second.path} = {second:.6g}"
+            findings = replace(findings, lost=(*findings.lost, f"{at} is not followed: {curve}"))
+        else:
+            findings = replace(findings, curves=(*findings.curves, curve))
+        yield findings
+    return findings
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Those that were found."""
+
+    found: tuple[Crossing, ...]
+
+
+def _crossings(plan: Plan, curves: tuple[FollowedCurve, ...]) -> Crossings:
+    """Where the curves of folds of states of one name cross: there two pairs of them vanish at once."""
+    folds, found = [c for c in curves if c.of == FOLD], list[Crossing]()
+    states = plan.row(sum(plan.bounds[1]) / 2).curves[0][1]
+    equations = states.equations_with(plan.second.path, plan.bounds[1][1] - plan.bounds[1][0])
+    pairs = FoldPairs(equations, plan.bounds)
+    for i, a in enumerate(folds):
+        for b in folds[i + 1 :]:
+            if a.kind.name != b.kind.name:
+                continue
+            for k, m in crossing_pieces(a.u[-2:], b.u[-2:]):
+                try:
+                    u = pairs.near(a.u[:-2, k], b.u[:-2, m], (a.u[-2:, k] + b.u[-2:, m]) / 2)
+                except WuchtError:
+                    continue
+                if not any(abs(c.x - u[-2]) + abs(c.y - u[-1]) < 1e-9 for c in found):
+                    found.append(Crossing(float(u[-2]), float(u[-1])))
+    return Crossings(tuple(found))
+
+
+def crossing_pieces(a: np.ndarray, b: np.ndarray) -> list[tuple[int, int]]:
+    """Which pieces of two lines (2, N), (2, M) cross."""
+    p, r, q, s = a[:, :-1, None], np.diff(a)[:, :, None], b[:, None, :-1], np.diff(b)[:, None, :]
+    determinant = r[0] * s[1] - r[1] * s[0]
+    with np.errstate(all="ignore"):
+        t = ((q[0] - p[0]) * s[1] - (q[1] - p[1]) * s[0]) / determinant
+        w = ((q[0] - p[0]) * r[1] - (q[1] - p[1]) * r[0]) / determinant
+        meet = (t >= 0) & (t <= 1) & (w >= 0) & (w <= 1)
+    return [(int(i), int(k)) for i, k in np.argwhere(meet)]
+
+
+def _orbits(plan: Plan, findings: StateFindings, work: Work) -> Stage:
+    """Rows of orbits, from the middle outwards, each begun with its neighbour; and their curves."""
+    seconds = plan.centres(1).tolist()
+    middle = len(seconds) // 2
+    order = [*range(middle, len(seconds)), *range(middle - 1, -1, -1)]
+    made = dict[int, OrbitRow | NoOrbit]()
+    for done, k in enumerate(order):
+        share = _CURVES + (_ORBITS - _CURVES) * done / len(order)
+        what = f"modulated motions at {plan.second.path} = {seconds[k]:.4g}"
+        work.report(share, what)
+        beside = made.get(k - 1 if k > middle else k + 1)
+        made[k] = _row(plan, work, seconds[k], beside, share, what)
+        findings = replace(findings, orbits=tuple(made[i] for i in sorted(made)))
+        yield findings
+        findings = yield from _curves_of(plan, findings, made[k], work, share)
+    return findings
+
+
+def _row(plan: Plan, work: Work, second: float, near: OrbitRow | NoOrbit | None, share: float, what: str) -> OrbitRow | NoOrbit:
+    assert plan.motion is not None
+    there = plan.motion.at({plan.second.path: second}, plan.along.path)
+    beside = near if isinstance(near, OrbitRow) else None
+    paths = (plan.along.path, plan.second.path)
+    watch = partial(work.report, share, what)
+    return work.unit(f"orbits {second!r}", partial(orbit_row, there, paths, plan.bounds[0], second, beside, watch))
+
+
+def _curves_of(plan: Plan, findings: StateFindings, row: OrbitRow | NoOrbit, work: Work, share: float) -> Stage:
+    """The curves through what is special on a row of orbits."""
+    if isinstance(row, NoOrbit):
+        return findings
+    assert plan.motion is not None
+    paths, there = (plan.along.path, plan.second.path), plan.motion.at({plan.second.path: row.second}, plan.along.path)
+    wanted = [(k.kind, k.value, partial(orbit_curve, there, paths, plan.bounds, row, k)) for k in row.special]
+    wanted += [
+        (SADDLE_CONNECTION, s.value, partial(connection_curve, there, paths, plan.bounds, row, s))
+        for s in row.sides if s.kind == SADDLE_CONNECTION
+    ]  # fmt: skip
+    for kind, value, make in wanted:
+        if kind == BRANCH_POINT and any(
+            c.kind == kind and _continues(plan, c, value, row.second) for c in findings.orbit_curves
+        ):
+            continue
+        if any(c.kind == kind and _on(plan, c, value, row.second) for c in findings.orbit_curves):
+            continue
+        work.report(share, f"the curve of the {kind.replace('-', ' ')}s of modulated motions")
+        made = work.unit(f"{kind} {value!r} {row.second!r}", make)
+        if isinstance(made, str):
+            at = f"at {paths[0]} = {value:.6g}, {paths[1]} = {row.second:.6g}"
+            findings = replace(
+                findings, lost=(*findings.lost, f"the {kind} of the modulated motion {at} is not followed: {made}")
+            )
+        else:
+            findings = replace(findings, orbit_curves=(*findings.orbit_curves, made))
+        yield findings
+    return findings
+
+
+def _on(plan: Plan, curve: OrbitCurve, value: float, second: float) -> bool:
+    width = plan.bounds[0][1] - plan.bounds[0][0]
+    y = curve.y
+    i = np.flatnonzero((y[:-1] - second) * (y[1:] - second) <= 0)
+    share = np.divide(second - y[i], y[i + 1] - y[i], out=np.zeros(len(i)), where=y[i + 1] != y[i])
+    return bool((np.abs(curve.x[i] + share * (curve.x[i + 1] - curve.x[i]) - value) < _ON_CURVE * width).any())
+
+
+def _continues(plan: Plan, curve: OrbitCurve, value: float, second: float) -> bool:
+    """Whether a row's special orbit goes on where a curve has ended, one row further."""
+    spacing = 1.5 * (plan.bounds[1][1] - plan.bounds[1][0]) / plan.cells
+    k = int(np.abs(curve.y - second).argmin())
+    beyond = k in (0, len(curve.y) - 1) and 0 < abs(curve.y[k] - second) < spacing
+    return bool(beyond and abs(curve.x[k] - value) < 0.1 * (plan.bounds[0][1] - plan.bounds[0][0]))
+
+
+def lines_of(plan: Plan, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:
+    """All curves as x and y."""
+    return [(c.u[-2], c.u[-1]) for c in findings.curves] + [(c.x, c.y) for c in extended(plan, findings)]
+
+
+def extended(plan: Plan, findings: StateFindings) -> list[OrbitCurve]:
+    """The curves of orbits; those at which stability is lost go on beyond their ends through the rows, to a crossing of folds.
+
+    Near such a crossing the period is so long that the curve's equations cannot be followed; the rows' exponents are known.
+    """
+    made, spacing = list[OrbitCurve](), (plan.bounds[1][1] - plan.bounds[1][0]) / plan.cells
+    for c in findings.orbit_curves:
+        if c.kind != BRANCH_POINT:
+            made.append(c)
+            continue
+        order = np.argsort(c.y)
+        x, y = c.x[order], c.y[order]
+        beyond = [
+            (k.value, r.second) for r in findings.orbits if isinstance(r, OrbitRow) for k in r.special if k.kind == c.kind
+        ]
+        for sign in (-1, 1):
+            end = 0 if sign < 0 else -1
+            more = sorted((sign * b, a, b) for a, b in beyond if sign * (b - y[end]) > 0)
+            line = [(a, b) for _, a, b in more]
+            last = line[-1] if line else (x[end], y[end])
+            inside = plan.bounds[1][0] < y[end] < plan.bounds[1][1]
+            line += [(p.x, p.y) for p in findings.crossings if inside and 0 < sign * (p.y - last[1]) < 1.5 * spacing]
+            for a, b in line:
+                x, y = (np.append(x, a), np.append(y, b)) if sign > 0 else (np.insert(x, 0, a), np.insert(y, 0, b))
+        made.append(replace(c, x=x, y=y))
+    return made
+
+
+def _extra(plan: Plan, findings: StateFindings, work: Work) -> Stage:
+    """A place in each region that no cell's centre lies in; where that shows further curves, once more."""
+    cells = [(x, y) for y in plan.centres(1).tolist() for x in plan.centres(0).tolist()]
+    while len(findings.extra) < _MOST_EXTRA:
+        parted = regions(lines_of(plan, findings), plan.bounds)
+        known = {parted.at(x, y) for x, y in (*cells, *findings.extra)}
+        missing = next((k for k in range(parted.count) if k not in known), None)
+        if missing is None:
+            break
+        x, y = parted.inmost(missing)
+        part = work.part(f"place {len(findings.extra)}", _ORBITS, 1.0)
+        findings = yield from _steady(plan, findings, y, np.array([x]), part, part)
+        if plan.motion is not None:
+            rows = [r for r in findings.orbits if isinstance(r, OrbitRow)]
+            near = min(rows, key=lambda r: abs(r.second - y), default=None)
+            made = _row(plan, part, y, near, _ORBITS, "modulated motions in a small region")
+            findings = replace(findings, orbits=(*findings.orbits, made))
+        findings = replace(findings, extra=(*findings.extra, (x, y)))
+        yield findings
+    return findings

@@ -1,0 +1,224 @@
+"""What there is at one value of the second parameter: stable steady states, and the branch of modulated motions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.periodic.cycle import BRANCH_POINT, Cycle
+from wucht.studies.orbit_branch.first_orbits import SeedOrbit, cycles_of
+from wucht.studies.orbit_branch.orbit_walk import KeptOrbit, first_cycle, walked
+from wucht.studies.speed_curve.following import FollowedBranch, Stability
+from wucht.studies.stability_map.mapped_motion import MappedMotion, lost_states
+from wucht.studies.stability_map.orbit_endings import born_at, followed_to_end
+
+ONE = "one stable state"
+_LONGEST = 3.0  # times the period of the first orbit: so far stability is looked at
+
+Bounds = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class SteadyRow:
+    """second: the value. stable: of each value of the first parameter, the names of the states that are stable, or
+    how many there are without names."""
+
+    second: float
+    stable: tuple[tuple[str, ...], ...]
+
+
+def steady_row(second: float, branches: Sequence[FollowedBranch], values: np.ndarray) -> SteadyRow:
+    """From the branches of steady states over the first parameter."""
+    found = []
+    for value in values.tolist():
+        names, unnamed = set[str](), 0
+        for b in branches:
+            v, stable = b.values, b.stability > Stability.NONE
+            for i in np.flatnonzero((v[:-1] - value) * (v[1:] - value) <= 0).tolist():
+                if stable[i] and stable[i + 1]:
+                    unnamed += not b.kind.name
+                    names |= {b.kind.name} if b.kind.name else set()
+        names |= {ONE if unnamed == 1 else f"{unnamed} stable states"} if unnamed else set()
+        found.append(tuple(sorted(names)))
+    return SteadyRow(second, tuple(found))
+
+
+@dataclass(frozen=True)
+class OrbitSide:
+    """One end of the branch of orbits: its kind, the parameter's value, the last orbit, and the equilibrium it comes to."""
+
+    kind: str
+    value: float
+    sentence: str
+    last: SeedOrbit
+    equilibrium: np.ndarray
+
+
+@dataclass(frozen=True)
+class OrbitRow:
+    """The branch of modulated motions over the first parameter.
+
+    sides: its ends, at lower and higher values. values, stable (N,): of its orbits, in order. special: orbits at which
+    stability changes or the branch turns, in the whole equations. middle: one that lies well within the branch.
+    """
+
+    second: float
+    sides: tuple[OrbitSide, OrbitSide]
+    values: np.ndarray
+    stable: np.ndarray
+    special: tuple[KeptOrbit, ...]
+    middle: SeedOrbit
+    whole: SeedOrbit
+
+    def state_at(self, value: float) -> int:
+        """0 where there is no orbit, 1 where none is stable, 2 where one is."""
+        low, high = sorted(s.value for s in self.sides)
+        if not low < value < high:
+            return 0
+        return 1 + int(bool(self.stable[np.abs(self.values - value).argmin()]))
+
+
+@dataclass(frozen=True)
+class NoOrbit:
+    """Why there is no branch of orbits at a value of the second parameter."""
+
+    second: float
+    sentence: str
+
+
+def orbit_row(
+    motion: MappedMotion,
+    paths: tuple[str, str],
+    bounds: Bounds,
+    second: float,
+    near: OrbitRow | None,
+    watch: Callable[[], None],
+) -> OrbitRow | NoOrbit:
+    """The branch at a value of the second parameter. motion: at that value. near: the branch at a neighbouring one."""
+    sentences = list[str]()
+    seed = _carried(motion, paths, near, second) if near is not None else None
+    if seed is None:
+        for fold in lost_states(motion.steady(paths[0], bounds)):
+            if bounds[0] < fold.value < bounds[1]:
+                seed = born_at(motion, paths[0], bounds, fold, sentences, watch)
+            if seed is not None:
+                break
+    if seed is None:
+        return NoOrbit(second, "; ".join(dict.fromkeys(sentences)) or "no stable steady state is lost there")
+    try:
+        sides = [_side(motion, paths[0], bounds, seed, way, watch) for way in (-1, 1)]
+        sides.sort(key=lambda s: s.value)
+        middle = _within(motion, paths[0], bounds, seed, (sides[0].value + sides[1].value) / 2)
+        if (
+            motion.whole is not None
+            and motion.embedding is not None
+            and motion.embedding.shape[0] == motion.embedding.shape[1] + 1
+        ):
+            return _beside(motion, paths[0], bounds, second, (sides[0], sides[1]), middle, watch)
+        return _as_walked(motion, bounds, second, (sides[0], sides[1]), middle, watch)
+    except RunError as error:
+        return NoOrbit(second, str(error))
+
+
+def _as_walked(
+    motion: MappedMotion, bounds: Bounds, second: float, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit,
+    watch: Callable[[], None],
+) -> OrbitRow:  # fmt: skip
+    """The row with stability as collocation has it, in all equations."""
+    whole = motion.whole or motion.subject
+    lifted = motion.lifted(replace(middle, longest=_LONGEST * middle.period))
+    parts = [walked(whole, bounds, lifted, onward, False, lambda _: watch()) for onward in (False, True)]
+    values = np.concatenate([p.values for p in parts])
+    order = np.argsort(values)
+    trusted = np.concatenate([p.trusted for p in parts])[order]
+    stable = np.concatenate([p.stable for p in parts])[order]
+    special = tuple(k for p in parts for k in p.kept if k.kind)
+    known = trusted if trusted.any() else np.ones(len(values), bool)
+    return OrbitRow(second, sides, values[order][known], stable[known], special, middle, lifted)
+
+
+def _beside(
+    motion: MappedMotion, path: str, bounds: Bounds, second: float, sides: tuple[OrbitSide, OrbitSide], middle: SeedOrbit,
+    watch: Callable[[], None],
+) -> OrbitRow:  # fmt: skip
+    """The row where one direction leads out of the section: there the exponent is a mean, right however long the period is."""
+    seed = replace(middle, longest=_LONGEST * middle.period)
+    cycles = cycles_of(replace(motion.subject, path=path), bounds, seed.winding, seed.scale, seed.longest)
+    start, exponent = first_cycle(cycles, seed), transverse_exponent(motion, path)
+    seen = [start]
+    for first in (start, cycles.backwards(start)):
+        for cycle in cycles.walk(first):
+            watch()
+            seen += [] if cycle.kind else [cycle]
+    seen.sort(key=lambda c: c.parameter)
+    values, out = np.array([c.parameter for c in seen]), np.array([exponent(c) for c in seen])
+    inside = np.array([not c.trusted or c.unstable == 0 for c in seen])
+    i = np.flatnonzero(out[:-1] * out[1:] < 0)
+    lost = values[i] + out[i] / (out[i] - out[i + 1]) * (values[i + 1] - values[i])
+    special = tuple(
+        KeptOrbit(c.problem.mesh.edges, c.problem.mesh.degree, c.states.T, c.period, float(at), BRANCH_POINT)
+        for c, at in zip([seen[k] for k in i.tolist()], lost.tolist(), strict=True)
+    )
+    return OrbitRow(second, sides, values, inside & (out < 0), special, middle, motion.lifted(seed))
+
+
+def transverse_exponent(motion: MappedMotion, path: str) -> Callable[[Cycle], float]:
+    """ln mu of the one direction that leads out of the section, by an integral over an orbit."""
+    assert motion.whole is not None and motion.embedding is not None
+    whole, e = motion.whole, motion.embedding
+    fixed = {n: whole.values[n] for n in whole.system.parameter_names if n != path}
+    equations = Equations.of(whole.system, [path], fixed)
+    out = np.linalg.qr(e, mode="complete")[0][:, -1]
+
+    def exponent(cycle: Cycle) -> float:
+        states = e @ cycle.states
+        matrix = equations.values(np.concatenate([states, np.full((1, states.shape[1]), cycle.parameter)]))[1][:, :-1]
+        return cycle.integral(np.einsum("i,ijk,j->k", out, matrix, out))
+
+    return exponent
+
+
+def _side(motion: MappedMotion, path: str, bounds: Bounds, seed: SeedOrbit, way: int, watch: Callable[[], None]) -> OrbitSide:
+    kind, value, sentence, last, at = followed_to_end(motion, path, bounds, seed, way, watch)
+    return OrbitSide(kind, value, sentence, SeedOrbit.of(*last, "the end of a branch", both_ways=True), np.asarray(at))
+
+
+def _within(motion: MappedMotion, path: str, bounds: Bounds, seed: SeedOrbit, value: float) -> SeedOrbit:
+    """The orbit of a branch at a value, or as near to it as it is followed."""
+    low, high = sorted((seed.value, value))
+    if high - low < 1e-6 * (bounds[1] - bounds[0]):
+        return seed
+    cycles = cycles_of(replace(motion.subject, path=path), (low, high), seed.winding, seed.scale, seed.longest)
+    start = first_cycle(cycles, seed)
+    last = _last_of(cycles.walk(start if value > seed.value else cycles.backwards(start)), start)
+    return replace(SeedOrbit.of(cycles, last, "within a branch", both_ways=True), longest=seed.longest)
+
+
+def _last_of(walk: object, start: Cycle) -> Cycle:
+    last = start
+    for cycle in walk:  # type: ignore[attr-defined]
+        last = last if cycle.kind else cycle
+    return last
+
+
+def _carried(motion: MappedMotion, paths: tuple[str, str], near: OrbitRow, second: float) -> SeedOrbit | None:
+    """The middle orbit of a neighbouring branch, followed to another value of the second parameter."""
+    seed, first = near.middle, near.middle.value
+    there = motion.at({paths[0]: first}, paths[1]).subject
+    low, high = sorted((near.second, second))
+    scale = np.append(seed.scale[:-1], high - low)
+    cycles = cycles_of(there, (low, high), seed.winding, scale, seed.longest)
+    try:
+        start = first_cycle(cycles, replace(seed, value=near.second))
+        last = _last_of(cycles.walk(start if second > near.second else cycles.backwards(start)), start)
+        if not math.isclose(last.parameter, second, rel_tol=1e-9):
+            return None
+        found = SeedOrbit.of(cycles, last, "a neighbouring branch", both_ways=True)
+    except RunError:
+        return None
+    return replace(found, value=first, scale=seed.scale, longest=seed.longest)

@@ -1,0 +1,42 @@
+"""Equal bodies that keep equal phases, with and without their inertia; and which of the two is the default."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from wucht.analysis.averaged import averaged_machine, keeps_inertia
+from wucht.analysis.configurations.steady_machine import turning
+from wucht.analysis.sections import section_of
+from wucht.errors import InputError
+from wucht.files.catalogue import load_machine
+from wucht.numerics.flow.program import Evaluator
+
+R2, TABLE = "drozdetskaya-2020/r2", "drozdetskaya-2020/table-5.1"
+
+
+def test_inertia_is_kept_but_for_the_dimensionless_machines() -> None:
+    real, printed = load_machine(R2), load_machine(TABLE)
+    assert [keeps_inertia(m, None) for m in (real, printed)] == [True, False]
+    assert [keeps_inertia(m, asked) for m in (real, printed) for asked in (True, False)] == [True, False, True, False]
+    with pytest.raises(InputError, match=r"study\.inertia: given False; must be true"):
+        keeps_inertia(load_machine(R2, {"p1.damping": 0.0}), False)
+
+
+@pytest.mark.parametrize(("inertia", "count"), [(True, 3), (False, 2)])
+def test_a_section_has_the_rates_of_the_whole(inertia: bool, count: int) -> None:
+    """Embedded, its rates are those of the averaged equations with equal phases and slips."""
+    slow = averaged_machine(turning(load_machine(R2), None), inertia)
+    made = section_of(slow, True)
+    assert made.embedding.shape == (len(slow.system.states), count) and made.inertia is inertia
+    x = np.array([[0.4, 90.0, 88.0][:count]]).T
+    own = Evaluator.of_rates(made.system).array(np.zeros(1), x, made.system.values(made.values))
+    whole = Evaluator.of_rates(made.whole).array(np.zeros(1), made.embedding @ x, made.whole.values(made.values))
+    assert made.embedding @ own == pytest.approx(whole, rel=1e-9)
+    assert np.abs(own).max() > 1e-3
+
+
+def test_bodies_that_differ_do_not_keep_together_with_inertia_either() -> None:
+    slow = averaged_machine(turning(load_machine(R2, {"p2.mass": 0.13}), None))
+    with pytest.raises(InputError, match="p1 and p2 do not keep equal phases"):
+        section_of(slow, True)

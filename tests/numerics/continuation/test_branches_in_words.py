@@ -1,0 +1,110 @@
+"""What users get wrong, and why a branch ends, in sentences; starts at bounds; branches kept in files."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from auto_demos import AB
+from wucht.errors import RunError, WuchtError
+from wucht.numerics.continuation.curve import Steps
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.continuation.equilibria import Equilibria
+from wucht.numerics.continuation.fold_curves import Folds
+from wucht.numerics.continuation.hopf_curves import HopfPoints
+from wucht.system import System
+
+X, P, Q = sp.symbols("x p q", real=True)
+Pair = tuple[np.ndarray, np.ndarray]
+
+
+def by_hand(rates: Sequence[sp.Expr], states: Sequence[sp.Symbol], parameters: Sequence[sp.Symbol] = (P,)) -> Equations:
+    """Of expressions, without compiling them."""
+    given = [*states, *parameters]
+    f = sp.lambdify(given, list(rates), "numpy")
+    f_u = sp.lambdify(given, sp.Matrix(rates).jacobian(given).tolist(), "numpy")
+
+    def values(u: np.ndarray) -> Pair:
+        with np.errstate(all="ignore"):
+            return np.array(f(*u), float), np.array(f_u(*u), float)
+
+    return Equations.by_hand(values, [s.name for s in states], [p.name for p in parameters])
+
+
+def test_starts_at_bounds_and_beyond() -> None:
+    problem = Equilibria(by_hand([P - X], [X]), (-1, 1))
+    found = problem.branch(problem.start([1.0], 1.0))
+    assert found.u[-1].tolist() == sorted(set(found.u[-1].tolist())) and found.u[-1, [0, -1]].tolist() == [-1, 1]
+    with pytest.raises(RunError, match="out of its range: 3 is not between -1 and 1"):
+        problem.branch(problem.start([3.0], 3.0))
+    wrong = Equilibria(problem.equations, (1, -1))
+    with pytest.raises(RunError, match="no range from 1 to -1"):
+        wrong.branch(wrong.start([0.0], 0.0))
+
+
+def test_what_a_user_gets_wrong_is_told_in_a_sentence() -> None:
+    one, two = by_hand([P - X**2], [X]), by_hand([P - sp.sqrt(X) + Q], [X], [P, Q])
+    with pytest.raises(WuchtError, match="needs one parameter that is varied; given: p, q"):
+        Equilibria(two, (-1, 1))
+    for x in ([0.5, 0.3], 0.5):
+        with pytest.raises(WuchtError, match="a state is 1 number"):
+            Equilibria(one, (-1, 1)).start(x, 0.25)  # type: ignore[arg-type]
+    with pytest.raises(WuchtError, match=r"must be finite numbers; given: 0\.5, nan"):
+        Equilibria(one, (-1, 1)).start([0.5], math.nan)
+    with pytest.raises(WuchtError, match="no state 5 that could have limits"):
+        Equilibria(one, (-1, 1), limits={5: (0, 1)})
+    with pytest.raises(WuchtError, match="must not be called fold"):
+        Equilibria(one, (-1, 1), functions={"fold": lambda u: u[0]})
+    with pytest.raises(RunError, match="cannot be evaluated at x = -1, p = 0, q = 0"):
+        Folds(two, [(-1, 1), (-1, 1)]).start([-1.0], (0, 0))
+    with pytest.raises(RunError, match="cannot be evaluated at x = -1"):
+        HopfPoints(two, [(-1, 1), (-1, 1)]).start([-1.0], (0, 0))
+    with pytest.raises(WuchtError, match="the scale of x is 0"):
+        one.scaled(np.array([0.0, 1.0]))
+    with pytest.raises(WuchtError, match="without states"):
+        Equations.of(System((), (), (P,)), ["p"], {})
+    with pytest.raises(WuchtError, match="p1 is varied twice"):
+        Equations.of(AB, ["p1", "p1"], {"p2": 1.0})
+
+
+def test_a_function_that_raises_beyond_its_region_ends_the_branch_there() -> None:
+    def values(u: np.ndarray) -> Pair:
+        if u[0] < -0.5:
+            raise ValueError("outside")
+        return np.array([u[1] - u[0]]), np.array([[-1.0, 1.0]])
+
+    problem = Equilibria(Equations.by_hand(values, ["x"], ["p"]), (-1, 1))
+    found = problem.branch(problem.start([0.0], 0.0))
+    assert found.ends[0].startswith("no further point was found") and found.u[-1, 0] == pytest.approx(-0.5, abs=1e-6)
+    with pytest.raises(RunError, match="cannot be evaluated here: outside"):
+        problem.start([-0.7], -0.7)
+
+
+def test_why_it_ends_names_an_interruption_and_what_ran_away() -> None:
+    def interrupted(u: np.ndarray) -> Pair:
+        if u[0] > 0.5:
+            raise KeyboardInterrupt
+        return np.array([u[1] - u[0]]), np.array([[-1.0, 1.0]])
+
+    problem = Equilibria(Equations.by_hand(interrupted, ["x"], ["p"]), (-1, 1))
+    walk = problem.walk(problem.start([0.0], 0.0))
+    with pytest.raises(KeyboardInterrupt):
+        list(walk)
+    assert walk.end == "it was interrupted: KeyboardInterrupt"
+    pole = Equilibria(by_hand([P * X - 1], [X]), (0, 1), steps=Steps(points=300, most=1))
+    ends = pole.branch(pole.start([1.0], 1.0)).ends
+    assert ends[0].startswith("it has as many points as were asked for, 300; x went from 1 to 2")
+
+
+def test_a_branch_can_be_kept_in_a_file() -> None:
+    problem = Equilibria(Equations.of(AB, ["p1"], {"p2": 15.0}), (0, 0.3))
+    whole = problem.branch(problem.start([0, 0], 0.0))
+    again = pickle.loads(pickle.dumps(whole))
+    np.testing.assert_array_equal(again.u, whole.u)
+    for kept, own in zip(again.equations.values(whole.u[:, 3]), whole.equations.values(whole.u[:, 3]), strict=True):
+        np.testing.assert_array_equal(kept, own)

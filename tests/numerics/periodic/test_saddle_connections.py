@@ -1,0 +1,87 @@
+"""Connections against one known in closed form, against integration, and curves of two folds at once in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.numerics.continuation.equations import Equations
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.periodic.fold_pairs import FoldPairs
+from wucht.numerics.periodic.saddle_connections import Connection, Connections
+from wucht.system import System
+
+X, Y, A, B, P, Q, R = sp.symbols("x y a b p q r", real=True)
+# B. Sandstede's planar example: at a = 0 the leaf x^2 (1 - x) = y^2 is a homoclinic orbit of the origin, whose eigenvalues are
+# 1 and -3; the term with b vanishes on it, so that the curve in (a, b) is a = 0. Yu. A. Kuznetsov, "Elements of Applied
+# Bifurcation Theory", Springer 2004, example 6.1.
+LEAF = X**2 * (1 - X) - Y**2
+SYSTEM = System((X, Y), (-X + 2 * Y + X**2, (2 - A) * X - Y - 3 * X**2 + sp.Rational(3, 2) * X * Y + B * LEAF), (A, B))
+TIME = 30.0
+
+
+def _leaf() -> tuple[np.ndarray, np.ndarray]:
+    """Times and states of the orbit, by integration from near the origin, where it leaves along (1, 1)."""
+    times = np.linspace(0.0, TIME, 3001)
+    states = integrate(compile_system(SYSTEM, 1e-13), [1e-6, 1e-6], SYSTEM.values({"a": 0.0, "b": 0.0}), times).states
+    away = np.hypot(*states)
+    last = 1500 + int(away[1500:].argmin()) if away[1500:].min() < 0.2 else len(times) - 1
+    return times[: last + 1], states[:, : last + 1]
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[Connections, Connection]:
+    times, states = _leaf()
+    bounds = ((-0.5, 0.5), (-0.3, 0.3))
+    connections = Connections.of(SYSTEM, ("a", "b"), {}, bounds, float(times[-1]))
+    # Samples with an error of 1e-2, and a wrong parameter.
+    return connections, connections.start(times, states * 1.01, np.zeros((1, 2)), (0.02, 0.0))
+
+
+def test_the_leaf_is_found(found: tuple[Connections, Connection]) -> None:
+    _, leaf = found
+    assert leaf.parameters[0] == pytest.approx(0.0, abs=1e-7)
+    x, y = leaf.states
+    np.testing.assert_allclose(x**2 * (1 - x), y**2, atol=2e-6)
+    np.testing.assert_allclose(leaf.eigenvalues[0], [1.0, -3.0], rtol=1e-6)
+    assert leaf.saddle_quantity == pytest.approx(-2.0, rel=1e-6)
+    assert leaf.states[0].max() == pytest.approx(1.0, abs=1e-3)
+
+
+def test_the_curve_is_straight_and_ends_at_the_bounds(found: tuple[Connections, Connection]) -> None:
+    connections, leaf = found
+    walk = connections.walk(leaf)
+    points = list(walk)
+    assert "it leaves the range" in walk.end
+    np.testing.assert_allclose([c.parameters[0] for c in points], 0.0, atol=1e-6)
+    assert abs(points[-1].parameters[1]) == pytest.approx(0.3)
+    assert connections.backwards(leaf).point.tangent[-1] == -leaf.point.tangent[-1]
+
+
+def test_the_number_of_parameters_has_to_fit() -> None:
+    with pytest.raises(WuchtError, match="two parameters with bounds, and one more for each saddle-node"):
+        Connections.of(SYSTEM, ("a", "b"), {}, ((0, 1), (0, 1)), 10.0, folds=(True, True))
+
+
+def test_a_single_connection_needs_one_parameter_less(found: tuple[Connections, Connection]) -> None:
+    connections, leaf = found
+    one = Connections.of(SYSTEM, ("a",), {"b": 0.1}, ((-0.5, 0.5),), connections.time)
+    times = leaf.tau * leaf.time
+    again = one.start(times, leaf.states, leaf.equilibria, (0.01,))
+    assert again.parameters[0] == pytest.approx(0.0, abs=1e-7)
+
+
+def test_two_folds_at_once_in_closed_form() -> None:
+    """x' = p + r x + q x^2 - x^4 has folds at x = +-sqrt(q/2) with the same p, -q^2/4, where r = 0."""
+    system = System((X,), (P + R * X + Q * X**2 - X**4,), (P, R, Q))
+    pairs = FoldPairs(Equations.of(system, ("p", "r", "q"), {}), ((-5.0, 5.0), (-1.0, 1.0), (0.2, 3.0)))
+    u = pairs.near(np.array([0.6]), np.array([-0.8]), np.array([-0.3, 0.1, 1.0]))
+    walk = pairs.walk(u)
+    last = [p.u for _, p in walk][-1]
+    assert walk.end == "it leaves the range at 3"
+    np.testing.assert_allclose(last, [np.sqrt(1.5), -np.sqrt(1.5), -2.25, 0.0, 3.0], atol=1e-8)
+    with pytest.raises(WuchtError, match="two parameters, or on curves in three"):
+        FoldPairs(Equations.of(system, ("p",), {"r": 0.0, "q": 1.0}), ((-5.0, 5.0),))

@@ -1,0 +1,126 @@
+"""Maps of equations with known boundaries, what is refused, and the parts of a map."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import wucht
+from wucht.errors import InputError
+from wucht.results.conventions import summary_of
+from wucht.studies.runner import draw, report, run
+from wucht.studies.stability_map.map_words import numbered, state_label
+from wucht.studies.stability_map.plane_regions import kinds_of, regions, sides_of
+from wucht.studies.stability_map.spec import StabilityMap
+from wucht.studies.stability_map.state_map import crossing_pieces
+from wucht.system import System
+
+X, Y, P, R = sp.symbols("x y p r", real=True)
+CUSP = wucht.OwnEquations(System((X,), (P + R * X - X**3,), (P, R)), {"p": 0.0, "r": 1.0}, "a cusp")
+PLANE: dict[str, Any] = {"along": "p", "range": [-2.0, 2.0], "second": "r", "second_range": [-1.0, 2.0]}
+
+
+Q = X**2 + Y**2
+# In polar coordinates r' = r (p + s r^2 - r^4), theta' = 1: a Hopf point at p = 0; orbits fold at p = -s^2/4 where s > 0.
+S = sp.Symbol("s", real=True)
+HOPF_FORM = wucht.OwnEquations(
+    System((X, Y), (X * (P + S * Q - Q**2) - Y, Y * (P + S * Q - Q**2) + X), (P, S)), {"p": 0.1, "s": 1.0}, "a Hopf point"
+)
+
+
+@pytest.fixture(scope="module")
+def cusp() -> Any:
+    return run(StabilityMap(**PLANE, cells=3, orbits=False, ranges={"x": [-2.0, 2.0]}), CUSP)
+
+
+def test_folds_of_a_cusp(cusp: Any) -> None:
+    """x' = p + r x - x^3 folds at 27 p^2 = 4 r^3: inside there are two stable states, outside one."""
+    summary = summary_of(cusp)
+    (points,) = summary["boundaries"].values()
+    p, r = np.array(points).T
+    np.testing.assert_allclose(27 * p**2, 4 * r**3, atol=1e-8)
+    (mark,) = summary["points"]
+    assert (mark["kind"], mark["p"], mark["r"]) == ("cusp", pytest.approx(0.0, abs=1e-6), pytest.approx(0.0, abs=1e-6))
+    inside = 2 * 2 * 2 * 2**2.5 / 5 / 3**1.5 / 12  # the integral over r of 2 (4 r^3/27)^(1/2), of the plane
+    shares = {each["label"]: each["share"] for each in summary["regions"]}
+    assert shares["2 stable states"] == pytest.approx(inside, abs=0.01)
+    assert sum(shares.values()) == pytest.approx(1.0)
+    assert summary["against"] == 0
+
+
+def test_it_is_drawn_and_told(cusp: Any) -> None:
+    assert draw(cusp).axes[0].get_xlabel() == "p"
+    lines = report(cusp)
+    assert any("cusp: p =" in line for line in lines)
+    assert lines[-1].endswith("agree with the boundaries")
+
+
+@pytest.mark.parametrize(
+    ("changed", "sentence"),
+    [
+        ({"second": "p"}, "must be another parameter than along"),
+        ({"second": "q"}, "unknown parameter"),
+        ({"cells": 1}, "whole number from 2 to 64"),
+        ({"range": [2.0, -2.0]}, "low below high"),
+        ({"eliminate": "s"}, "eliminate and eliminate_range belong together"),
+        ({"eliminate": "r", "eliminate_range": [0, 1]}, "must be another parameter than along and second"),
+        ({"eliminate": "s", "eliminate_range": [0, 1], "orbits": False}, "must be true with eliminate"),
+        ({"together": True, "orbits": True}, "allowed for a machine only"),
+        ({"ranges": None}, "this key is missing"),
+    ],
+)
+def test_what_does_not_fit_is_refused(changed: dict[str, Any], sentence: str) -> None:
+    asked = {**PLANE, "orbits": False, "ranges": {"x": [-2.0, 2.0]}, **changed}
+    with pytest.raises(InputError, match=sentence):
+        run(StabilityMap(**asked), CUSP)
+
+
+def test_orbits_that_begin_at_a_hopf_point_and_fold() -> None:
+    asked: dict[str, Any] = {"along": "p", "range": [-0.6, 0.5], "second": "s", "second_range": [0.5, 1.3], "cells": 3}
+    summary = summary_of(run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), HOPF_FORM))
+    hopf, fold = (np.array(summary["boundaries"][name]) for name in ("hopf: steady states", "modulated motion: fold"))
+    np.testing.assert_allclose(hopf[:, 0], 0.0, atol=1e-8)
+    np.testing.assert_allclose(fold[:, 0], -(fold[:, 1] ** 2) / 4, atol=1e-6)
+    assert np.ptp(fold[:, 1]) == pytest.approx(0.8)
+    labels = {each["label"] for each in summary["regions"]}
+    assert "modulated motion stable" in labels
+    assert summary["against"] == 0
+
+
+def test_interrupted_maps_are_kept() -> None:
+    asked = StabilityMap(**PLANE, cells=3, orbits=False, ranges={"x": [-2.0, 2.0]})
+
+    def stop(share: float, _: str) -> None:
+        if share > 0.2:
+            raise KeyboardInterrupt
+
+    result = run(asked, CUSP, progress=stop)
+    assert not result.attrs["finished"]
+    assert "the map is not finished" in result.attrs["warnings"]
+    draw(result)
+
+
+def test_regions_of_a_circle_and_a_line() -> None:
+    angle = np.linspace(0.0, 2 * np.pi, 200)
+    circle, line = (np.cos(angle), np.sin(angle)), (np.array([-2.0, 2.0]), np.array([0.0, 0.0]))
+    found = regions([circle, line], [(-2.0, 2.0), (-2.0, 2.0)])
+    assert found.count == 4
+    assert found.at(0.0, 0.5) != found.at(0.0, -0.5)
+    assert np.hypot(*found.inmost(found.at(0.0, 0.5))) < 0.7
+    kinds, against = kinds_of(found, [(0, 0.5, "in"), (0.3, 0.5, "in"), (0, 1.5, "out"), (0.1, 0.5, "out")])
+    assert kinds[found.at(0.0, 0.5)] == "in"
+    assert kinds[found.at(0.0, -1.5)] == ""
+    assert against == [(0.1, 0.5, "out")]
+    sides = sides_of(found, kinds, *(np.array(c)[80:90] for c in circle))
+    assert {frozenset(s) for s in sides} == {frozenset(("in", "out"))}
+
+
+def test_small_parts() -> None:
+    assert numbered(["fold", "hopf", "fold"]) == ["fold", "hopf", "fold (2)"]
+    assert state_label(["together"], 2) == "together, modulated motion stable"
+    assert state_label([], 0) == "nothing else"
+    a, b = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]]), np.array([[0.0, 2.0], [1.5, 1.4]])
+    assert crossing_pieces(a, b) == [(1, 0)]
