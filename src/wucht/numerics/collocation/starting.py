@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.continuation.curve import Curve, Steps
+from wucht.numerics.continuation.curve import Curve
 from wucht.numerics.continuation.problem import CurvePoint
 
 _INTERVALS, _MOST_REFINEMENTS = 40, 6
@@ -31,18 +30,20 @@ def sampled(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: in
     return mesh, samples(mesh.nodes)
 
 
-def settled(
-    problem: BoundaryValueProblem, u: np.ndarray, bounds: Mapping[int, tuple[float, float]], steps: Steps
-) -> tuple[Curve, CurvePoint]:
-    """The solution near u with the same last parameter, on a mesh that suits it. Raises ``RunError`` where none is found."""
+def solved_near(curve: Curve, u: np.ndarray) -> tuple[Curve, CurvePoint]:
+    """The solution near u with the same last parameter, and the curve on a mesh that suits it.
+
+    curve: of a boundary value problem, on the mesh of u. Raises ``RunError`` where none is found.
+    """
     for _ in range(_MOST_REFINEMENTS):
-        problem = replace(problem, reference=problem.referred(u))
-        curve = Curve(problem, bounds, steps)
+        problem = curve.problem
+        assert isinstance(problem, BoundaryValueProblem)
+        curve = replace(curve, problem=replace(problem, reference=problem.referred(u)))
         towards = np.zeros(len(u))
         towards[-1] = problem.scale[-1]
         point = curve.start(u, towards)
         better = problem.remeshed(point.u)
         if better.mesh is problem.mesh:
             break
-        u, problem = problem.moved(point.u, better.mesh), better
+        u, curve = problem.moved(point.u, better.mesh), replace(curve, problem=better)
     return curve, point

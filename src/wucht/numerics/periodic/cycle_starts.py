@@ -8,11 +8,12 @@ import numpy as np
 
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.mesh import Mesh
+from wucht.numerics.collocation.starting import sampled, solved_near
 from wucht.numerics.continuation.equilibria import Equilibrium
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycles import Cycles
 
-_FIRST, _MOST_REFINEMENTS = 30, 6
+_FIRST = 30  # intervals
 _FEWEST = 4  # samples
 _AT_REST = 1e-3  # of the samples' extent: what moves as little is an equilibrium
 
@@ -37,16 +38,10 @@ def cycle_near(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: flo
     RunError
         Where Newton's method finds no orbit near them.
     """
-    from scipy.interpolate import CubicSpline
-
     e, period = cycles.equations, _refuse_other_samples(cycles, times, states, value)
-    samples = CubicSpline((times - times[0]) / period, states.T)
-    fine = np.linspace(0.0, 1.0, 64 * _FIRST + 1)
-    speed = np.linalg.norm(np.diff(samples(fine), axis=0) / e.scale[: e.n], axis=1)
-    grown = np.insert(np.cumsum(speed + speed.mean()), 0, 0.0)
-    mesh = Mesh(np.interp(np.linspace(0.0, grown[-1], _FIRST + 1), grown, fine), cycles.degree)
+    mesh, y = sampled(times, states, e.scale[: e.n], cycles.degree)
     try:
-        found = settled(cycles, mesh, samples(mesh.nodes), period, value)
+        found = settled(cycles, mesh, y, period, value)
     except RunError as error:
         raise RunError(f"no periodic orbit was found near these samples: {error}") from None
     if not _extent(found.states, e.scale) > _AT_REST * _extent(np.asarray(states), e.scale):
@@ -82,19 +77,9 @@ def _refuse_other_samples(cycles: Cycles, times: np.ndarray, states: np.ndarray,
 
 def settled(cycles: Cycles, mesh: Mesh, y: np.ndarray, period: float, value: float) -> Cycle:
     """The orbit at a value of the parameter near nodes' values (K, n), on a mesh that suits it. Raises ``RunError``."""
-    u = np.concatenate([y.ravel(), [period, value]])
-    problem = cycles.problem(mesh, period)
-    for _ in range(_MOST_REFINEMENTS):
-        problem = replace(problem, reference=problem.referred(u))
-        curve = cycles.curve(problem)
-        up = np.zeros(len(u))
-        up[-1] = problem.scale[-1]
-        point = cycles.exactly(curve).start(u, up)
-        better = problem.remeshed(point.u)
-        if better.mesh is problem.mesh:
-            break
-        u, problem = problem.moved(point.u, better.mesh), better
-    return cycles.seen(curve, point)
+    exact = cycles.exactly(cycles.curve(cycles.problem(mesh, period)))
+    curve, point = solved_near(exact, np.concatenate([y.ravel(), [period, value]]))
+    return cycles.seen(replace(curve, steps=cycles.steps), point)
 
 
 def cycle_at_hopf(cycles: Cycles, hopf: Equilibrium, amplitude: float = 0.01) -> Cycle:

@@ -19,7 +19,7 @@ import sympy as sp
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.starting import sampled, settled
+from wucht.numerics.collocation.starting import sampled, solved_near
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint
@@ -157,7 +157,7 @@ class Connections:
         values = [*values, *[0.0] * (m - len(values))]
         bounds = {k - m: each for k, each in enumerate(self.bounds)}
         u = np.concatenate([y.ravel(), np.ravel(equilibria), values])
-        return self.seen(*settled(self._problem(mesh), u, bounds, self.steps))
+        return self.seen(*solved_near(Curve(self._problem(mesh), bounds, self.steps), u))
 
     def seen(self, curve: Curve, point: CurvePoint) -> Connection:
         """A point of the curve with the equilibria's eigenvalues."""

@@ -10,11 +10,11 @@ import numpy as np
 
 from wucht.analysis.sections import Section
 from wucht.errors import WuchtError
-from wucht.numerics.continuation.manifolds import Manifold, manifold
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.phase_plane.closed_curves import ClosedCurve
 from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoints, fixed_points
+from wucht.numerics.phase_plane.manifolds import Manifold, manifold
 from wucht.numerics.phase_plane.phase_curves import PhaseCurve, Portrait
 from wucht.numerics.phase_plane.plane import Plane
 from wucht.studies.phase_portrait.prepare import Case, Plan

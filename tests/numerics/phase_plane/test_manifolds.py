@@ -9,8 +9,8 @@ import pytest
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.continuation.manifolds import LocalManifold, Manifold, manifold, manifolds
 from wucht.numerics.phase_plane.fixed_points import SADDLE, fixed_points
+from wucht.numerics.phase_plane.manifolds import LocalManifold, Manifold, manifold, manifolds
 from wucht.numerics.phase_plane.phase_curves import CLOSED, FIXED_POINT, LEFT, Portrait
 from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.system import TIME, System
