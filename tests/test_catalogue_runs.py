@@ -167,7 +167,12 @@ def test_branches_of_orbits_give_their_numbers(name: str) -> None:
         assert value == pytest.approx(expected, rel=1e-5)
 
 
-@pytest.mark.parametrize("name", sorted(OTHERS))
+TESTED_ELSEWHERE_TOO = ("drozdetskaya-2020/figure-5.5", "drozdetskaya-2020/figure-5.3")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in TESTED_ELSEWHERE_TOO else n for n in sorted(OTHERS)]
+)
 def test_other_studies_give_their_numbers(name: str) -> None:
     study = read_study(name)
     actual = summary_of(run(study.spec, study.subject))

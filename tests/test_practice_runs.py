@@ -76,7 +76,13 @@ def test_runs_and_gives_its_numbers(name: str, ran) -> None:
     assert actual["energy_residual"] < 1e-8
 
 
-@pytest.mark.parametrize("name", sorted(n for n in EXPECTED if "screen" not in n))
+LONG = "practice/balls-at-resonance"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n == LONG else n for n in sorted(EXPECTED) if "screen" not in n],
+)
 def test_no_ball_passes_another(name: str, ran) -> None:
     """The balls keep their order on the track, and are pressed into each other by less than a hundredth of a radian."""
     track = read_study(name).subject.tracks[0]

@@ -68,7 +68,7 @@ def largest_error(given: Machine, kappa: float, start: Mapping[str, float], unti
 
 @pytest.mark.parametrize("inertia", [True, False], ids=["with inertia", "without"])
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("name", ["isotropic", "shaky", "shaky, clockwise"])
+@pytest.mark.parametrize("name", ["isotropic", "shaky", pytest.param("shaky, clockwise", marks=pytest.mark.slow)])
 def test_order_of_the_error(name: str, order: int, inertia: bool) -> None:
     given = machine(name)
     speed, until = (0.4, 60.0) if name == "isotropic" else (60.0, 0.3)

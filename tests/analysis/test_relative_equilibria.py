@@ -158,6 +158,7 @@ def test_eigenvalues_are_floquet_exponents_of_table_5_1(u: float, speed: float) 
     assert_both_ways_agree(FullStability(torques, True), state)
 
 
+@pytest.mark.slow
 def test_eigenvalues_are_floquet_exponents_clockwise_and_at_a_given_speed() -> None:
     for drive in (MOTOR | {"no_load_speed": -200.0}, HELD, HELD | {"speed": -170.0}):
         assert_both_ways_agree(*judged(drum(drive=drive), speed=200.0))

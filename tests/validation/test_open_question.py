@@ -137,8 +137,9 @@ def _ending(beta_r: float, sigma: float) -> OrbitEnding:
     ("beta_r", "sigma", "kind"),
     [
         (0.99, 0.10, "saddle-node-on-orbit"), (1.05, 0.10, "saddle-connection"),  # beside the first curve
-        (1.00, 0.06, "saddle-connection"), (0.93, 0.06, "none"),  # beside the third
-        (0.25, 0.075, "saddle-node-on-orbit"), (0.25, 0.062, "none"),  # beside sigma = 0.0672888
+        pytest.param(1.00, 0.06, "saddle-connection", marks=pytest.mark.slow), (0.93, 0.06, "none"),  # beside the third
+        pytest.param(0.25, 0.075, "saddle-node-on-orbit", marks=pytest.mark.slow),  # beside sigma = 0.0672888
+        pytest.param(0.25, 0.062, "none", marks=pytest.mark.slow),
     ],
 )  # fmt: skip
 def test_regions_beside_their_boundaries(beta_r: float, sigma: float, kind: str) -> None:
@@ -162,6 +163,7 @@ def test_saddle_connection_of_the_middle_region() -> None:
     assert rotates == [True, False]
 
 
+@pytest.mark.slow
 def test_the_curves_from_two_places() -> None:
     """Boundary value problems alone: from the last orbit at one place to the point where the regions meet, and beyond."""
     plan = _plan()

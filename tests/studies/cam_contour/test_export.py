@@ -37,6 +37,7 @@ def file(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_the_corrected_cam_is_another_one_and_its_list_says_so(file, tmp_path):
     """Its points lie on the contour of the law of the corrected cam, to the half of the last decimal."""
     result = run_file(file, {"study.corrected": True})
@@ -75,6 +76,7 @@ def test_a_study_without_files_for_others_says_so(tmp_path):
         wucht.export(run_file(path), tmp_path)
 
 
+@pytest.mark.slow
 def test_without_a_table_speed_the_cam_is_corrected_for_the_predicted_shaft():
     """As if its predicted orders had been given; the carton pusher of the catalogue."""
     pusher = read_study("practice/carton-pusher").subject

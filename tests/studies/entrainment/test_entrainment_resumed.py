@@ -87,7 +87,13 @@ def test_a_study_that_is_interrupted_keeps_what_it_has(made: Counter[str]) -> No
     assert s["band_from_rest"] is None
 
 
-@pytest.mark.parametrize("file", ["sperling-vibration/figure-2a", "sperling-vibration/self-synchronisation-soft-unequal"])
+@pytest.mark.parametrize(
+    "file",
+    [
+        "sperling-vibration/figure-2a",
+        pytest.param("sperling-vibration/self-synchronisation-soft-unequal", marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize(("name", "after"), [("runs", 1), ("branches", 1), ("runs", 6), ("runs", 20), ("motions", 3)], ids=str)
 def test_resumed_it_is_the_uninterrupted_one(file: str, name: str, after: int, tmp_path: Path, made: Counter[str]) -> None:
     """From the folder, with all the runs, branches and locked motions that were made."""

@@ -69,6 +69,7 @@ def test_captured_state_and_saddle() -> None:
     assert [str(n) for n in result.state.values] == ["psi", "speed"]
 
 
+@pytest.mark.slow
 def test_fixed_points_come_and_go_at_the_folds() -> None:
     """cases.md: u1* = 1.8331080, u2* = 5.8710372; beyond u2* the pair is not stable as the pendulums part."""
     found = {u: portrait(u).wucht.summary for u in (1.833107, 1.833109, 5.871036, 5.871038, 7.0)}
@@ -107,6 +108,7 @@ def test_the_contour_breaks_before_the_lower_pair_is_gone() -> None:
     assert beyond.wucht.summary["closed_curves"] == []
 
 
+@pytest.mark.slow
 def test_the_orbit_of_the_alternative_set_ends_on_a_saddle_connection() -> None:
     """cases.md, table A.1: u1* = 2.3440611, u2* = 2.0173455; between 8.0 and 8.1."""
     counts = {u: len(points(portrait(u, name="table-a.1"))) for u in (2.0173, 2.0174, 2.34406, 2.34407)}

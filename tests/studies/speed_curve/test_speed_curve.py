@@ -258,6 +258,7 @@ def test_a_family_is_stable_where_all_of_its_members_are() -> None:
     assert family.unlocated == []
 
 
+@pytest.mark.slow
 def test_the_centrifuge_has_a_stretch_on_which_only_some_members_compensate() -> None:
     asked = {"along": "drive.no_load_speed", "range": ["60 rad/s", "100 rad/s"], "points": 1, "only": "compensating"}
     r = run(SpeedCurve(**asked), load_machine("practice/laboratory-centrifuge"))

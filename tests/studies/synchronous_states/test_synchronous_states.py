@@ -258,7 +258,7 @@ def test_a_single_body() -> None:
     assert names["compensating"]["amplitude"] == pytest.approx(0, abs=1e-12)
 
 
-@pytest.mark.parametrize("count", [3, 4, 6])
+@pytest.mark.parametrize("count", [3, 4, pytest.param(6, marks=pytest.mark.slow)])
 def test_a_family_has_one_entry(count: int) -> None:
     m = machine(*[0.006] * count)
     summary = answer(m)

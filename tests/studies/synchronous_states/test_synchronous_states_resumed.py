@@ -89,7 +89,9 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
 
 
 @pytest.mark.usefixtures("small_tiles")
-@pytest.mark.parametrize("unbalances", [(0.012, 0.008), (0.006, 0.006, 0.006)], ids=["pair", "family"])
+@pytest.mark.parametrize(
+    "unbalances", [pytest.param((0.012, 0.008), marks=pytest.mark.slow), (0.006, 0.006, 0.006)], ids=["pair", "family"]
+)
 def test_resumed_is_uninterrupted(unbalances: tuple[float, ...], tmp_path: Path, computed: Counter[str]) -> None:
     """Stopped again and again, a few reports further each time; no unit that was finished is computed twice."""
     m, reports = machine(*unbalances), list[tuple[float, str]]()
