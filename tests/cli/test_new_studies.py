@@ -18,6 +18,7 @@ Command = Callable[..., Any]
 Study = Callable[..., Path]
 
 STUDIES = ("run-up", "coast-down", "sweep", "response", "torque-balance", "entrainment", "approximation")
+LONG = ("approximation", "entrainment")  # their templates
 
 QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
     "response": {
@@ -135,7 +136,7 @@ def _settings(kind: str) -> list[str]:
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("kind", STUDIES)
+@pytest.mark.parametrize("kind", [pytest.param(k, marks=pytest.mark.slow) if k in LONG else k for k in STUDIES])
 def test_a_template_runs_and_is_drawn_again(wucht: Command, here: Path, kind: str) -> None:
     assert wucht("new", kind).code == 0
     words = ("run", f"{kind}.toml", "-o", "out", "--json", *_settings(kind))

@@ -454,6 +454,7 @@ def narrowed(draw):
     return e, replace(e, **changes, lags=tuple(within(draw, lag, POINTS["lags"]) for lag in e.lags))
 
 
+@pytest.mark.slow
 @always
 @given(narrowed())
 def test_narrower_bounds_never_change_an_outcome_once_identified(pair):

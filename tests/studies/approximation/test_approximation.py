@@ -193,6 +193,7 @@ def test_not_trusted_with_light_damping() -> None:
     assert "not to be trusted" in result.attrs["sentence"]
 
 
+@pytest.mark.slow
 def test_with_a_prescribed_speed_the_bodies_are_compared() -> None:
     """The rotor's speed has no deviation then; its rollers go another way in the averaged equations, and arrive elsewhere."""
     machine = load_machine("sperling-rollers/figure-8")

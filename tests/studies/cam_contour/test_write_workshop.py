@@ -51,6 +51,7 @@ def test_lists_and_tables_of_a_pair(tmp_path: Path) -> None:
     assert np.abs(table(phi) - law(phi)).max() <= files["law.csv"].allowed < 1e-5 * math.radians(24.5)
 
 
+@pytest.mark.slow
 @needs_ezdxf
 def test_drawings_of_a_rod_and_a_groove(tmp_path: Path) -> None:
     groove = given.FOLLOWER | {"groove": True}

@@ -137,6 +137,7 @@ def test_by_how_much_the_contour_has_moved(template):
     assert np.sign(float(sunk[k])) == np.sign(moved[k])
 
 
+@pytest.mark.slow
 def test_the_pressure_angle_is_judged_as_in_a_cam_contour(template):
     follower = {"kind": "oscillating-roller", "pivot": 0.03, "arm": 0.07, "roller_radius": 0.01, "angle": "-135 deg"}
     steep = answered(CamCorrection(points=36), follower=follower)
@@ -175,6 +176,7 @@ def test_without_a_follower_the_law_alone():
     assert result.follower.equals(result.output)
 
 
+@pytest.mark.slow
 def test_an_output_behind_a_linkage_is_recovered_through_it():
     linkage = {"kind": "four-bar", "ground": 0.3, "input": 0.1, "coupler": 0.28, "output": 0.12, "angle": "80 deg"}
     follower = {"kind": "oscillating-roller", "pivot": 0.12, "arm": 0.07, "roller_radius": 0.01, "angle": "-135 deg"}

@@ -94,7 +94,17 @@ def test_a_study_that_is_interrupted_keeps_what_it_has(made: Counter[str]) -> No
         pytest.param("sperling-vibration/self-synchronisation-soft-unequal", marks=pytest.mark.slow),
     ],
 )
-@pytest.mark.parametrize(("name", "after"), [("runs", 1), ("branches", 1), ("runs", 6), ("runs", 20), ("motions", 3)], ids=str)
+@pytest.mark.parametrize(
+    ("name", "after"),
+    [
+        ("runs", 1),
+        pytest.param("branches", 1, marks=pytest.mark.slow),
+        pytest.param("runs", 6, marks=pytest.mark.slow),
+        ("runs", 20),
+        ("motions", 3),
+    ],
+    ids=str,
+)
 def test_resumed_it_is_the_uninterrupted_one(file: str, name: str, after: int, tmp_path: Path, made: Counter[str]) -> None:
     """From the folder, with all the runs, branches and locked motions that were made."""
     machine, question = load_machine(file), Entrainment.read({"points": 6, "resolution": 0.2})

@@ -107,6 +107,7 @@ def test_a_pitchfork_of_compensation_and_together() -> None:
     assert np.abs(np.cos(delta / 2)) == pytest.approx(r.value.values[at] / 2, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_families_are_followed_modulo_the_family() -> None:
     """Three equal pendulums: a family of dimension 1 compensates, at the speed without vibration."""
     machine = balanced(3, no_load_speed=180.0).with_unchecked({"drum.bearing_damping": 1e-4})

@@ -58,6 +58,7 @@ def test_resume_of_an_interrupted_sweep_continues(wucht: Command, monkeypatch: p
     assert "interrupted" not in done.err
 
 
+@pytest.mark.slow
 def test_the_template_runs(wucht: Command) -> None:
     assert wucht("new", "sweep").code == 0
     done = wucht("run", "sweep.toml", "--set", "study.rate=1", "-o", "out")

@@ -258,7 +258,7 @@ def test_a_single_body() -> None:
     assert names["compensating"]["amplitude"] == pytest.approx(0, abs=1e-12)
 
 
-@pytest.mark.parametrize("count", [3, 4, pytest.param(6, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in (4, 6))])
 def test_a_family_has_one_entry(count: int) -> None:
     m = machine(*[0.006] * count)
     summary = answer(m)
@@ -488,6 +488,7 @@ def test_a_family_that_gravity_breaks_against_a_long_run() -> None:
 # --- speeds ---
 
 
+@pytest.mark.slow
 def test_a_torque_that_ends_leaves_the_speed_that_is_reached() -> None:
     """From 200 rad/s on the table has none: the state is there, not at the end of the search, and a run reaches it."""
     table = {"kind": "table", "points": [[0, 20], [100, 15], [150, 10], [200, 0]]}
