@@ -167,7 +167,8 @@ def test_branches_of_orbits_give_their_numbers(name: str) -> None:
         assert value == pytest.approx(expected, rel=1e-5)
 
 
-TESTED_ELSEWHERE_TOO = tuple(f"drozdetskaya-2020/figure-{n}" for n in ("5.3", "5.5", "5.16")) + (
+TESTED_ELSEWHERE_TOO = (
+    *tuple(f"drozdetskaya-2020/figure-{n}" for n in ("5.3", "5.5", "5.16")),
     "sperling-vibration/lock-limits",
 )
 
