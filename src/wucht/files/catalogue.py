@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from wucht.checking import refuse_unknown, table, text
 from wucht.errors import InputError, nearest
@@ -15,6 +15,7 @@ from wucht.files.settings import with_settings
 from wucht.files.tables import with_tables
 from wucht.machines.machine import Machine
 
+T = TypeVar("T")
 FOLDER = Path(__file__).parent.parent / "machines" / "catalogue"
 ABOUT = ("title", "source", "notes", "study")
 TOP_LEVEL = (*ABOUT, "machine", "system", "law", "follower", "linkage", "speed", "shaft")
@@ -122,11 +123,7 @@ def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> OwnE
     >>> load_equations("drozdetskaya-2020/figure-2.13", {"mu": 1.2}).values
     {'mu': 1.2}
     """
-    document, path = load_document(name)
-    try:
-        return equations_from(described_equations(document, path, name, settings or {}))
-    except InputError as error:
-        raise error.within(str(path), ": ") from None
+    return _loaded(name, lambda document, path: equations_from(described_equations(document, path, name, settings or {})))
 
 
 def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:
@@ -152,8 +149,13 @@ def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machin
     >>> load_machine("drozdetskaya-2020/table-5.1", {"u": 1.5}).values["u"]
     1.5
     """
+    return _loaded(name, lambda document, path: machine_from(described_machine(document, path, name, settings or {})))
+
+
+def _loaded(name: str, build: Callable[[Document, Path], T]) -> T:
+    """What is built of a document; errors name its file."""
     document, path = load_document(name)
     try:
-        return machine_from(described_machine(document, path, name, settings or {}))
+        return build(document, path)
     except InputError as error:
         raise error.within(str(path), ": ") from None

@@ -35,9 +35,23 @@ def values_of(
     unit, values = Unit(along.unit, along.what), []
     for i, value in enumerate(given):
         values.append(read_quantity(unit, value, f"study.{key}[{i}]"))
-        if isinstance(subject, Machine):
-            check_values(subject.parts, {along.path: values[-1]}, f"study.{key}[{i}]")
+        _refuse_if_not_allowed(subject, along, values[-1], f"study.{key}[{i}]")
     return tuple(values)
+
+
+def ends_of(
+    subject: Machine | OwnEquations, along: Parameter, given: Sequence[Quantity], key: str = "range"
+) -> tuple[float, float]:
+    """``range_of`` a parameter. Raises ``InputError`` also at ``study.<key>[i]`` for an end that its part does not allow."""
+    ends = range_of(Unit(along.unit, along.what), given, key)
+    for i, value in enumerate(ends):
+        _refuse_if_not_allowed(subject, along, value, f"study.{key}[{i}]")
+    return ends
+
+
+def _refuse_if_not_allowed(subject: Machine | OwnEquations, along: Parameter, value: float, where: str) -> None:
+    if isinstance(subject, Machine):
+        check_values(subject.parts, {along.path: value}, where, subject.values)
 
 
 def range_of(unit: Unit, given: Sequence[Quantity], key: str = "range") -> tuple[float, float]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.errors import InputError
+from wucht.errors import InputError, RunError
 from wucht.files.catalogue import load_machine
 from wucht.files.own_equations import OwnEquations, equations_from
 from wucht.results.conventions import summary_of
@@ -95,6 +95,51 @@ def test_a_hopf_point_begins_a_branch_where_no_run_finds_an_orbit() -> None:
     s = summary_of(run(asked, own(CIRCLE)))
     assert s["orbits"][0]["period"] == pytest.approx(2 * np.pi / 2.5, rel=1e-8)
     assert "Hopf point" in s["branches"][0]["begun"]
+
+
+def test_a_relaxation_oscillation() -> None:
+    """x'' - m (1 - x^2) x' + x = 0 at m = 30, where x' is large in a thousandth of a period; its period from SciPy (Radau)."""
+    described = {"parameters": {"m": 30.0}, "states": {"x": "v", "v": "m*(1 - x^2)*v - x"}}
+    asked = OrbitBranch(along="m", range=(29.9, 30.1), at=30.0, values=(30.0,), start={"x": 0.5})
+    (orbit,) = summary_of(run(asked, own(described)))["orbits"]
+    assert orbit["period"] == pytest.approx(50.54368648, rel=1e-9)
+
+
+def test_a_run_takes_no_longer_than_it_may() -> None:
+    """A period is 2 pi/3: it is seen several times in a run of 30, and not at all in one of 1."""
+    asked: dict[str, Any] = {"along": "mu", "range": (0.9, 1.1), "at": 1.0, "values": (1.0,), "start": {"x": 0.5}}
+    (orbit,) = summary_of(run(OrbitBranch(**asked, until=30.0), own(CIRCLE)))["orbits"]
+    assert orbit["period"] == pytest.approx(2 * np.pi / 3, rel=1e-8)
+    (tried,) = summary_of(run(OrbitBranch(**asked, until=1.0), own(CIRCLE)))["tried"]
+    assert tried["found"] == "at mu = 1 it has settled neither in a steady state nor on an orbit after 1"
+
+
+def test_steady_states_are_seen_as_the_orbits_are() -> None:
+    """By default r, the first state that is no angle: it rests at 0, whatever theta is."""
+    r = run(
+        OrbitBranch(along="p", range=(0.0, 3.0), at=2.0, values=(2.0,), longest=100.0, ranges={"r": (-1, 1)}), own(ROTATION)
+    )
+    assert r.steady_speed.attrs["long_name"] == "state r"
+    assert r.steady_speed.size > 0
+    np.testing.assert_allclose(r.steady_speed, 0.0, atol=1e-9)
+
+
+def test_a_branch_that_cannot_be_begun_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At mu = 1 orbits with z = +-sqrt(mu - 1) leave the circle; at mu = 0 the circle itself begins."""
+
+    def fails(*_: object) -> None:
+        raise RunError("Newton's method fails")
+
+    away = {**CIRCLE, "states": {**CIRCLE["states"], "z": "(mu - 1)*z - z^3"}}
+    monkeypatch.setattr("wucht.studies.orbit_branch.orbit_walk.switched", fails)
+    asked = OrbitBranch(along="mu", range=(0.5, 1.5), at=0.6, values=(0.6,), start={"x": 0.5}, switch=True)
+    warnings = run(asked, own(away)).attrs["warnings"]
+    assert "the branch from the branch point at mu = 1 is not followed: Newton's method fails" in warnings
+    monkeypatch.setattr("wucht.studies.orbit_branch.first_orbits.cycle_at_hopf", fails)
+    asked = OrbitBranch(along="mu", range=(-1.0, 1.0), ranges={"x": (-1.0, 1.0), "y": (-1.0, 1.0)})
+    r = run(asked, own(CIRCLE))
+    assert "the Hopf point at mu = " in r.attrs["warnings"]
+    assert "is not followed: Newton's method fails" in r.attrs["warnings"]
 
 
 def test_a_forced_duplicate_value_outside_is_told() -> None:

@@ -144,7 +144,7 @@ def _summary(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]]) 
         "branches": _branches(plan, findings),
         "tried": [{plan.along.path: t.value, "found": t.sentence} for t in findings.tried],
         "inertia": plan.subject.inertia,
-        "section": plan.subject.section,
+        "section": plan.subject.embedding is not None,
     }
 
 
@@ -162,7 +162,7 @@ def _sentence(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]])
     how = f"both ends are {names[0]}" if len(set(names)) == 1 and len(names) > 1 else f"it ends at {' and at '.join(names)}"
     stretches = _branches(plan, findings)[0]["stable"]
     stable = ", ".join(f"{a:.7g} to {b:.7g}" for a, b in stretches)
-    within = " within their section" if plan.subject.section else ""
+    within = " within their section" if plan.subject.embedding is not None else ""
     where = f"stable{within} from {stable}" if stable else "nowhere stable"
     others = len(findings.branches) - 1
     more = "" if not others else f"; {'one more branch' if others == 1 else f'{others} more branches'}"

@@ -21,12 +21,14 @@ from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.recurrence import recurrence, rests
 from wucht.studies.orbit_branch.orbit_subject import OrbitSubject
 from wucht.studies.speed_curve.following import FollowedBranch
+from wucht.studies.speed_curve.steady_states import Watch
 
 _FIRST_SPAN = 30.0  # times the time in which states change as much as they are large
-_DOUBLINGS = 12  # of the run, until it has settled
-_SAMPLES = 20_000  # of each half of a run
-_PER_PERIOD = 2_000  # samples of the orbit that Newton's method begins with
-_PERIODS_AGREE = 0.1  # relative: of the run and of the orbit that Newton's method finds
+_RUNS = 12  # one after another, until the motion has settled
+_SAMPLES = 20_001  # of each of them, and of the orbit that Newton's method begins with
+_REPEATS = 4  # how often an orbit on which no angle turns is passed in a run, at least
+_LEAST_EXTENT = 1e-3  # relative to a state, and then absolute: what changes less does not count
+_PERIODS_AGREE = 0.05  # relative: of the run and of the orbit that Newton's method finds
 _SCALES = 5.0  # in how many parts of the range the parameter changes much
 _LONGEST = 20.0  # times the first period
 _STEPS = Steps(most=0.3, turn=0.3, corrections=4, tolerance=1e-8, points=1500)
@@ -92,80 +94,104 @@ def cycles_of(
 
 
 def orbit_of_run(
-    subject: OrbitSubject, bounds: tuple[float, float], value: float, until: float | None, longest: float | None,
-    watch: Callable[[], None],
+    subject: OrbitSubject, bounds: tuple[float, float], value: float, until: float | None, longest: float | None, watch: Watch
+) -> Tried:
+    """Run at a value from the subject's own start until the motion repeats itself. until: how long that may take."""
+    rates, parameters = Evaluator.of_rates(subject.system), subject.system.values({**subject.values, subject.path: value})
+
+    def span(state: np.ndarray) -> float:
+        change = rates.array(np.zeros(1), state[:, None], parameters)[:, 0]
+        fastest = float((np.abs(change) / np.maximum(np.abs(state), 1.0)).max())
+        return _FIRST_SPAN / fastest if fastest > 0 else _FIRST_SPAN
+
+    first = np.asarray(subject.initial(value), float)
+    if until is None:
+        return orbit_near(subject, bounds, value, first, span, watch, longest)
+    return orbit_near(subject, bounds, value, first, lambda _: until / 3, watch, longest, runs=2)
+
+
+def orbit_near(
+    subject: OrbitSubject, bounds: tuple[float, float], value: float, state: np.ndarray, span: Callable[[np.ndarray], float],
+    watch: Watch, longest: float | None = None, runs: int = _RUNS,
 ) -> Tried:  # fmt: skip
-    """Run at a value until the motion repeats itself, twice as long each time."""
-    at = f"{subject.path} = {value:.6g}"
+    """The orbit on which a run at a value of the parameter settles, or what becomes of it.
+
+    The run goes on, twice as long each time, until that is seen; where it repeats itself, Newton's method begins with one more
+    run over that period alone, seen as densely as its fast part asks.
+
+    Parameters
+    ----------
+    state : ndarray, (n,)
+        From which it begins.
+    span : callable
+        State -> the time for which it goes on from there at least.
+    longest : float, optional
+        The period up to which the branch is to be followed; by default ``_LONGEST`` times that of the orbit.
+    runs : int
+        How often it goes on at most.
+    """
+    at, done, last = f"at {subject.path} = {value:.6g}", 0.0, 0.0
     parameters = subject.system.values({**subject.values, subject.path: value})
-    compiled, rates = compile_system(subject.system, _TOLERANCE), Evaluator.of_rates(subject.system)
-    state = np.asarray(subject.initial(value), float)
-    now, span = 0.0, until / 2 if until is not None else _span(rates, state, parameters)
-    for _ in range(_DOUBLINGS if until is None else 2):
+    compiled = compile_system(subject.system, _TOLERANCE)
+    for _ in range(runs):
         watch()
-        grid = np.linspace(now, now + span, _SAMPLES + 1)
-        run = integrate(compiled, state, parameters, grid).uninterrupted()
+        last = max(2 * last, span(state))
+        run = integrate(compiled, state, parameters, np.linspace(0.0, last, _SAMPLES)).uninterrupted()
         if run.failure is not None:
-            return Tried(value, None, f"at {at} the run fails: {run.failure}")
-        times, states = run.time, run.states
-        if rests(states[:, len(times) // 2 :]):
-            return Tried(value, None, f"at {at} it settles in a steady state")
-        found = recurrence(times, states, subject.turning)
-        if found is not None:
-            seed = _settled(subject, bounds, value, times, states, found.period, found.turns, longest)
-            if seed is not None:
-                return Tried(value, seed, f"at {at} it settles on an orbit of period {seed.period:.6g}")
-        now, state = float(times[-1]), states[:, -1]
-        span = span if until is not None else max(now, _span(rates, state, parameters))
-    return Tried(value, None, f"at {at} it has settled neither in a steady state nor on an orbit after {now:.4g}")
+            return Tried(value, None, f"{at} the run fails: {run.failure}")
+        if rests(run.states[:, _SAMPLES // 2 :]):
+            return Tried(value, None, f"{at} it settles in a steady state")
+        done, state = done + last, run.states[:, -1]
+        state = state - np.where(subject.turning, 2 * np.pi * np.round(state / (2 * np.pi)), 0.0)
+        found = recurrence(run.time, run.states, subject.turning)
+        if found is None or not (found.turns.any() or found.period < last / _REPEATS):
+            continue
+        period = integrate(compiled, state, parameters, np.linspace(0.0, found.period, _SAMPLES)).uninterrupted()
+        if period.failure is not None:
+            return Tried(value, None, f"{at} the run fails: {period.failure}")
+        least = _LEAST_EXTENT * np.maximum(np.abs(period.states).max(axis=1), _LEAST_EXTENT)
+        scale = np.where(subject.turning, 1.0, np.maximum(np.ptp(period.states, axis=1), least))
+        cycles = _cycles(subject, bounds, found.turns, scale, found.period, longest)
+        try:
+            cycle = cycle_near(cycles, period.time, period.states, value)
+        except RunError:  # the run has not settled yet
+            continue
+        if abs(cycle.period / found.period - 1) < _PERIODS_AGREE:
+            orbit = SeedOrbit.of(cycles, cycle, f"a run {at}", both_ways=True)
+            return Tried(value, orbit, f"{at} it settles on an orbit of period {cycle.period:.6g}")
+    return Tried(value, None, f"{at} it has settled neither in a steady state nor on an orbit after {done:.4g}")
 
 
-def _span(rates: Evaluator, state: np.ndarray, parameters: tuple[float, ...]) -> float:
-    change = rates.array(np.zeros(1), state[:, None], parameters)[:, 0]
-    fastest = float((np.abs(change) / np.maximum(np.abs(state), 1.0)).max())
-    return _FIRST_SPAN / fastest if fastest > 0 else _FIRST_SPAN
-
-
-def _settled(
-    subject: OrbitSubject, bounds: tuple[float, float], value: float, times: np.ndarray, states: np.ndarray, period: float,
-    turns: np.ndarray, longest: float | None,
-) -> SeedOrbit | None:  # fmt: skip
-    """The orbit near the last period of a run."""
-    inside = np.linspace(times[-1] - period, times[-1], _PER_PERIOD + 1)
-    last = np.array([np.interp(inside, times, x) for x in states])
-    last -= (2 * np.pi * np.round(last[:, :1] / (2 * np.pi))) * subject.turning[:, None]
-    extent = np.ptp(last, axis=1)
-    sizes = np.where(subject.turning, 1.0, np.maximum(extent, 1e-3 * np.maximum(np.abs(last).max(axis=1), 1e-3)))
+def _cycles(
+    subject: OrbitSubject, bounds: tuple[float, float], winding: np.ndarray, sizes: np.ndarray, period: float,
+    longest: float | None,
+) -> Cycles:  # fmt: skip
+    """``cycles_of`` for a first orbit. sizes (n,): by how much states change when they change much."""
     scale = np.append(sizes, np.ptp(bounds) / _SCALES)
-    cycles = cycles_of(subject, bounds, turns, scale, longest or _LONGEST * period)
-    try:
-        cycle = cycle_near(cycles, inside, last, value)
-    except RunError:
-        return None
-    if abs(cycle.period / period - 1) > _PERIODS_AGREE:
-        return None
-    return SeedOrbit.of(cycles, cycle, f"a run at {subject.path} = {value:.6g}", both_ways=True)
+    return cycles_of(subject, bounds, winding, scale, longest or _LONGEST * period)
 
 
 def orbits_of_hopf_points(
     subject: OrbitSubject, bounds: tuple[float, float], branches: tuple[FollowedBranch, ...], sizes: np.ndarray,
     longest: float | None,
-) -> tuple[SeedOrbit, ...]:  # fmt: skip
-    """The first orbits at the Hopf points of steady states. sizes (n,): by how much states change when they change much."""
-    seeds = list[SeedOrbit]()
+) -> tuple[SeedOrbit | str, ...]:  # fmt: skip
+    """The first orbits at the Hopf points of steady states, or sentences why there is none.
+
+    sizes (n,): by how much states change when they change much.
+    """
+    found = list[SeedOrbit | str]()
     for branch in branches:
         for i in np.flatnonzero([kind == HOPF for kind in branch.kinds]).tolist():
             u, exponents = branch.u[:, i], branch.exponents[:, i]
             pair = exponents[exponents.imag > 0]
             period = 2 * np.pi / float(pair[np.abs(pair.real).argmin()].imag)
-            scale = np.append(sizes, np.ptp(bounds) / _SCALES)
-            cycles = cycles_of(subject, bounds, np.zeros(len(u) - 1, int), scale, longest or _LONGEST * period)
+            cycles = _cycles(subject, bounds, np.zeros(len(u) - 1, int), sizes, period, longest)
+            where = f"the Hopf point at {subject.path} = {u[-1]:.6g}"
             try:
-                cycle = cycle_at_hopf(cycles, _equilibrium(cycles, u))
-            except WuchtError:
-                continue
-            seeds.append(SeedOrbit.of(cycles, cycle, f"the Hopf point at {subject.path} = {u[-1]:.6g}", both_ways=True))
-    return tuple(seeds)
+                found.append(SeedOrbit.of(cycles, cycle_at_hopf(cycles, _equilibrium(cycles, u)), where, both_ways=True))
+            except WuchtError as error:
+                found.append(f"the branch from {where} is not followed: {error}")
+    return tuple(found)
 
 
 def _equilibrium(cycles: Cycles, u: np.ndarray) -> Equilibrium:

@@ -18,17 +18,15 @@ from wucht.studies.initial_state import angles_in, initial_state, speeds_in
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.system import TIME, System
 
-MAIN_SPEED = "speed of the main rotor"
-
 
 @dataclass(frozen=True, eq=False)
 class OrbitSubject:
     """Equations and how they are seen.
 
     system: without outputs. values: of its parameters. initial: value of the parameter -> state (n,) to run from. seen: states
-    (n, K) and the value -> what is drawn and the amplitude (2, K), the latter not a number where there is none. rotor: whether
-    what is drawn is the main rotor's speed. shown, unit, length, time: words and
-    units. inertia: of a machine's balancing bodies. section: whether these are kept together.
+    (n, K) and the value -> what is drawn and the amplitude (2, K), the latter not a number where there is none. show: the state
+    that is drawn, None: the main rotor's speed. unit, length, time: units. inertia: of a machine's balancing bodies. embedding:
+    (n_whole, n), where these are kept together, the states of all averaged equations from these.
     """
 
     system: System
@@ -36,14 +34,23 @@ class OrbitSubject:
     path: str
     initial: Callable[[float], np.ndarray]
     seen: Callable[[np.ndarray, float], np.ndarray]
-    rotor: bool
-    shown: str
+    show: str | None
     unit: str
     length: str
     time: str
     inertia: bool | None = None
-    section: bool = False
+    embedding: np.ndarray | None = None
     warnings: tuple[str, ...] = field(default_factory=tuple)
+
+    @property
+    def rotor(self) -> bool:
+        """Whether the main rotor's speed is drawn."""
+        return self.show is None
+
+    @property
+    def shown(self) -> str:
+        """What is drawn, in words."""
+        return "speed of the main rotor" if self.show is None else f"state {self.show}"
 
     @property
     def turning(self) -> np.ndarray:
@@ -56,8 +63,16 @@ class OrbitSubject:
         return {n: self.values[n] for n in self.system.parameter_names if n != self.path}
 
 
-def subject_of_machine(spec: OrbitBranch, machine: Machine, path: str) -> OrbitSubject:
-    """The averaged equations of a machine. Raises ``InputError`` where there are none."""
+def orbit_subject(spec: OrbitBranch, subject: Machine | OwnEquations, path: str) -> OrbitSubject:
+    """The equations of a question along a parameter.
+
+    Raises ``InputError`` where a machine has no averaged equations, where one's own depend on time, or a key does not fit.
+    """
+    of: Callable[..., OrbitSubject] = _of_machine if isinstance(subject, Machine) else _of_equations
+    return of(spec, subject, path)
+
+
+def _of_machine(spec: OrbitBranch, machine: Machine, path: str) -> OrbitSubject:
     if spec.show is not None or spec.ranges is not None:
         key = "show" if spec.show is not None else "ranges"
         raise InputError(f"study.{key}", getattr(spec, key), "allowed for a table [system] only")
@@ -78,9 +93,9 @@ def subject_of_machine(spec: OrbitBranch, machine: Machine, path: str) -> OrbitS
 
     units = steady.units
     return OrbitSubject(
-        system=system, values=steady.values, path=path, initial=initial, seen=_seen(averaged, part, path, steady), rotor=True,
-        shown=MAIN_SPEED, unit=units.speed, length=steady.orbit_unit if units.length else "", time=units.time,
-        inertia=inertia, section=part is not None, warnings=averaged.warnings,
+        system=system, values=steady.values, path=path, initial=initial, seen=_seen(averaged, part, path, steady), show=None,
+        unit=units.speed, length=steady.orbit_unit if units.length else "", time=units.time,
+        inertia=inertia, embedding=None if part is None else part.embedding, warnings=averaged.warnings,
     )  # fmt: skip
 
 
@@ -104,8 +119,7 @@ def _seen(
     return seen
 
 
-def subject_of_equations(spec: OrbitBranch, own: OwnEquations, path: str) -> OrbitSubject:
-    """One's own equations. Raises ``InputError`` where they depend on time, or a key does not fit them."""
+def _of_equations(spec: OrbitBranch, own: OwnEquations, path: str) -> OrbitSubject:
     system, names = _bare(own.system), own.system.state_names
     for key in ("inertia", "together"):
         if getattr(spec, key):
@@ -123,7 +137,7 @@ def subject_of_equations(spec: OrbitBranch, own: OwnEquations, path: str) -> Orb
     def seen(states: np.ndarray, value: float) -> np.ndarray:
         return np.array([states[row], np.full(states.shape[1], np.nan)])
 
-    return OrbitSubject(system, own.values, path, lambda _: start, seen, False, f"state {show}", "", "", "")
+    return OrbitSubject(system, own.values, path, lambda _: start, seen, show, "", "", "")
 
 
 def _number(given: object, where: str) -> float:

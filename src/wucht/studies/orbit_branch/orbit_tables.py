@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,13 +11,9 @@ from wucht.numerics.periodic.branch_ends import BranchEnd
 from wucht.results.conventions import Variable, variable
 from wucht.studies.orbit_branch.prepare import Plan
 from wucht.studies.orbit_branch.run import Findings, OrbitBranchFound
+from wucht.studies.speed_curve.curve_variables import joined, of_followed
 
 _ANGLE = "angle of the main rotor"
-
-
-def _joined(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
-    empty = np.empty(0) if rows is None else np.empty((rows, 0))
-    return np.concatenate([empty, *parts], axis=-1)
 
 
 def rate_unit(plan: Plan) -> str:
@@ -35,12 +30,12 @@ def of_orbits(plan: Plan, branches: Sequence[OrbitBranchFound]) -> dict[str, Var
     """All orbits of all branches."""
     s, n = plan.subject, len(plan.subject.system.states)
     values, periods, mean, low, high, least, largest = (
-        _joined([b.joined(name) for b in branches]) for name in ("values", "periods", "mean", "low", "high", "least", "largest")
+        joined([b.joined(name) for b in branches]) for name in ("values", "periods", "mean", "low", "high", "least", "largest")
     )
-    logarithms = _joined([b.joined("logarithms") for b in branches], n - 1)
-    trusted = _joined([b.joined("trusted") for b in branches]) > 0
+    logarithms = joined([b.joined("logarithms") for b in branches], n - 1)
+    trusted = joined([b.joined("trusted") for b in branches]) > 0
     growth = logarithms.real
-    special = _joined([np.array([bool(kind) for kind in b.kinds]) for b in branches])
+    special = joined([np.array([bool(kind) for kind in b.kinds]) for b in branches])
     numbers = np.repeat(np.arange(len(branches)), [len(b.kinds) for b in branches])
     rates = np.where(trusted, logarithms, complex(math.nan, math.nan)) / periods
     return {
@@ -65,7 +60,7 @@ def of_reported(plan: Plan, findings: Findings) -> dict[str, Variable]:
     """The orbits that are reported, and how they run."""
     s, n = plan.subject, len(plan.subject.system.states)
     orbits = [one for _, one in findings.reported]
-    exponents, rate = _joined([o.exponents[:, None] for o in orbits], n - 1), rate_unit(plan)
+    exponents, rate = joined([o.exponents[:, None] for o in orbits], n - 1), rate_unit(plan)
     shape = (len(orbits), len(orbits[0].shown) if orbits else 0)
     times = [np.linspace(0.0, o.period, shape[1]) for o in orbits]
     table = {name: np.array(rows, float).reshape(shape) for name, rows in (
@@ -112,13 +107,5 @@ def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> dict[str, Vari
 def of_steady(plan: Plan, findings: Findings) -> dict[str, Variable]:
     """The branches of steady states beside those of orbits."""
     s, steady = plan.subject, findings.steady
-    states = None if plan.curve is None else plan.curve.curves[0][1]
-    shown = [] if states is None else [states.shown(b.u) for b in steady]
-    numbers = np.repeat(np.arange(len(steady)), [b.u.shape[1] for b in steady])
-    return {
-        "steady_value": variable("steady", _joined([b.values for b in steady]), plan.along.what, plan.along.unit),
-        "steady_speed": variable("steady", _joined([x.speed for x in shown]), s.shown, s.unit),
-        "steady_amplitude": variable("steady", _joined([x.amplitude for x in shown]), "amplitude of the axis", s.length),
-        "steady_stable": variable("steady", _joined([b.stable for b in steady]).astype(np.int8), "stable"),
-        "steady_branch": variable("steady", numbers.astype(int), "branch"),
-    }
+    seen = [] if plan.curve is None else [plan.curve.curves[0][1].shown(b.u) for b in steady]
+    return of_followed("steady", "steady_", steady, seen, plan.along, (s.shown, s.unit, s.length))

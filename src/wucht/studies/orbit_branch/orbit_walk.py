@@ -47,7 +47,7 @@ class WalkedOrbits:
 
     values, periods, mean, low, high (of what is drawn), least, largest (of the amplitude): (N,). logarithms (n-1, N): ln mu as
     the collocation has them. trusted (N,): whether these are right. kinds: "" or that of a special orbit. kept: some of them
-    whole. end: how it ends. offshoots: first orbits of other branches.
+    whole. end: how it ends. offshoots: first orbits of other branches, or sentences why there is none.
     """
 
     values: np.ndarray
@@ -62,7 +62,7 @@ class WalkedOrbits:
     kinds: tuple[str, ...]
     kept: tuple[KeptOrbit, ...]
     end: BranchEnd
-    offshoots: tuple[SeedOrbit, ...] = field(default_factory=tuple)
+    offshoots: tuple[SeedOrbit | str, ...] = field(default_factory=tuple)
 
     @property
     def stable(self) -> np.ndarray:
@@ -78,7 +78,7 @@ def walked(
     cycles = cycles_of(subject, bounds, seed.winding, seed.scale, seed.longest)
     start = first_cycle(cycles, seed)
     walk = cycles.walk(start if onward else cycles.backwards(start))
-    numbers, kept, offshoots, last = [_numbers(subject, start)], [kept_of(start)], list[SeedOrbit](), [start]
+    numbers, kept, offshoots, last = [_numbers(subject, start)], [kept_of(start)], list[SeedOrbit | str](), [start]
     logarithms, kinds = [start.logarithms], [""]
     for cycle in walk:
         watch(cycle.parameter)
@@ -148,21 +148,17 @@ def kept_of(cycle: Cycle) -> KeptOrbit:
     return KeptOrbit(mesh.edges, mesh.degree, cycle.states.T, cycle.period, cycle.parameter, cycle.kind)
 
 
-def _offshoots(cycles: Cycles, at: Cycle) -> Sequence[SeedOrbit]:
-    """The first orbits of other branches at a special one: of mirror images one."""
-    where = f"at {cycles.equations.parameters[-1]} = {at.parameter:.6g}"
+def _offshoots(cycles: Cycles, at: Cycle) -> Sequence[SeedOrbit | str]:
+    """The first orbits of other branches at a special one, of mirror images one; or a sentence why there is none."""
+    where = f"the {at.kind.replace('-', ' ')} at {cycles.equations.parameters[-1]} = {at.parameter:.6g}"
+    sides: Sequence[tuple[Cycles, Cycle]] = ()
     try:
         if at.kind == DOUBLING:
-            more, cycle = doubled(cycles, at)
-            return [SeedOrbit.of(more, cycle, f"the period doubling {where}", both_ways=False)]
-        if at.kind == BRANCH_POINT:
-            sides = switched(cycles, at)
-            alike = all(
-                abs(getattr(sides[0], name) / getattr(sides[1], name) - 1) < _MIRRORED for name in ("period", "parameter")
-            )
-            return [
-                SeedOrbit.of(cycles, side, f"the branch point {where}", both_ways=False) for side in sides[: 1 if alike else 2]
-            ]
-    except RunError:
-        pass
-    return []
+            sides = [doubled(cycles, at)]
+        elif at.kind == BRANCH_POINT:
+            one, other = switched(cycles, at)
+            alike = all(abs(getattr(one, name) / getattr(other, name) - 1) < _MIRRORED for name in ("period", "parameter"))
+            sides = [(cycles, side) for side in ((one,) if alike else (one, other))]
+    except RunError as error:
+        return [f"the branch from {where} is not followed: {error}"]
+    return [SeedOrbit.of(of, side, where, both_ways=False) for of, side in sides]

@@ -6,16 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.checking import read_quantity
-from wucht.errors import InputError, nearest
+from wucht.errors import InputError
 from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
-from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
-from wucht.quantities import Unit
-from wucht.studies.orbit_branch.orbit_subject import OrbitSubject, subject_of_equations, subject_of_machine
+from wucht.studies.orbit_branch.orbit_subject import OrbitSubject, orbit_subject
 from wucht.studies.orbit_branch.spec import OrbitBranch
-from wucht.studies.parameters import parameter_of, range_of
+from wucht.studies.parameters import ends_of, parameter_of, values_of
 from wucht.studies.spec import Quantity
 from wucht.studies.speed_curve.prepare import Plan as CurvePlan
 from wucht.studies.speed_curve.prepare import prepare as prepare_curve
@@ -45,46 +42,42 @@ class Plan:
 
 def prepare(spec: OrbitBranch, subject: Machine | OwnEquations) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
-    if isinstance(subject, Machine):
-        along = parameter_of(subject, spec.along)
-        made = subject_of_machine(spec, subject, along.path)
-    else:
-        if spec.along not in subject.parameters:
-            raise InputError("study.along", spec.along, f"unknown parameter; {nearest(spec.along, subject.parameters)}")
-        along = subject.parameters[spec.along]
-        made = subject_of_equations(spec, subject, along.path)
-    bounds = range_of(Unit(along.unit, along.what), spec.range)
-    at = _within(along, bounds, spec.at, "at")
-    values = _within(along, bounds, spec.values, "values")
-    if isinstance(subject, Machine):
-        for i, value in enumerate(bounds):
-            check_values(subject.parts, {along.path: value}, f"study.range[{i}]", subject.values)
+    along = parameter_of(subject, spec.along)
+    made = orbit_subject(spec, subject, along.path)
+    bounds = ends_of(subject, along, spec.range)
+    at = _within(subject, along, bounds, spec.at, "at")
+    values = _within(subject, along, bounds, spec.values, "values")
     tried = tuple(float(bounds[0] + share * np.ptp(bounds)) for share in _TRIED)
-    curve, without = _curve(spec, subject, made.inertia)
+    curve, without = _curve(spec, subject, made)
     return Plan(spec, along, bounds, made, at or tried, values, curve, without)
 
 
 def _within(
-    along: Parameter, bounds: tuple[float, float], given: tuple[Quantity, ...] | None, key: str
+    subject: Machine | OwnEquations, along: Parameter, bounds: tuple[float, float], given: tuple[Quantity, ...] | None, key: str
 ) -> tuple[float, ...] | None:
     """Values of the parameter that lie in the range."""
     if given is None:
         return None
-    unit, values = Unit(along.unit, along.what), list[float]()
-    for i, one in enumerate(given):
-        values.append(read_quantity(unit, one, f"study.{key}[{i}]"))
-        if not bounds[0] <= values[-1] <= bounds[1]:
-            raise InputError(f"study.{key}[{i}]", one, f"must lie in the range, {bounds[0]:g} to {bounds[1]:g}")
+    values = values_of(subject, along, given, key)
+    for i, value in enumerate(values):
+        if not bounds[0] <= value <= bounds[1]:
+            raise InputError(f"study.{key}[{i}]", given[i], f"must lie in the range, {bounds[0]:g} to {bounds[1]:g}")
     return tuple(dict.fromkeys(values))
 
 
-def _curve(spec: OrbitBranch, subject: Machine | OwnEquations, inertia: bool | None) -> tuple[CurvePlan | None, str]:
+def _curve(spec: OrbitBranch, subject: Machine | OwnEquations, made: OrbitSubject) -> tuple[CurvePlan | None, str]:
     """The plan of the branches of steady states, or why they are not looked for."""
     if not isinstance(subject, Machine) and spec.ranges is None:
         return None, "equilibria are searched where ranges = { STATE = [low, high] } are given"
     only = ("together",) if spec.together else None
     asked = SpeedCurve(
-        along=spec.along, range=spec.range, points=_SEARCHED, inertia=inertia, ranges=spec.ranges, show=spec.show, only=only
+        along=spec.along,
+        range=spec.range,
+        points=_SEARCHED,
+        inertia=made.inertia,
+        ranges=spec.ranges,
+        show=made.show,
+        only=only,
     )
     try:
         return prepare_curve(asked, subject), ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -104,7 +104,8 @@ def _first(plan: Plan, findings: Findings, work: Work) -> Stage:
     sizes = None if plan.curve is None else plan.curve.curves[0][1].equilibria.equations.scale[:-1]
     if not findings.branches and sizes is not None and len(sizes) == len(plan.subject.turning):
         seeds = work.unit("hopf points", partial(orbits_of_hopf_points, *of, findings.steady, sizes, spec.longest))
-        for seed in seeds:
+        findings, begun = _told(findings, seeds)
+        for seed in begun:
             findings = yield from _followed(plan, seed, findings, work)
     return findings
 
@@ -132,9 +133,16 @@ def _followed(plan: Plan, first: SeedOrbit, findings: Findings, work: Work) -> S
         if len(seed.towards) and any(_repeats(branch, found) for branch in findings.branches):
             continue
         findings = replace(findings, branches=(*findings.branches, found))
+        findings, more = _told(findings, [o for half in halves for o in half.offshoots])
         yield findings
-        pending += [o for half in halves for o in half.offshoots]
+        pending += more
     return findings
+
+
+def _told(findings: Findings, found: Sequence[SeedOrbit | str]) -> tuple[Findings, list[SeedOrbit]]:
+    """The orbits among those found, and the findings with the sentences on those that were not."""
+    lost = [one for one in found if isinstance(one, str)]
+    return replace(findings, lost=(*findings.lost, *lost)), [one for one in found if not isinstance(one, str)]
 
 
 def _walked(plan: Plan, seed: SeedOrbit, onward: bool, work: Work) -> WalkedOrbits | str:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.configurations.averaged_stability import NEUTRAL
+from wucht.fields import Parameter
 from wucht.numerics.continuation.equilibria import HOPF
 from wucht.results.conventions import Variable, variable
 from wucht.studies.speed_curve.following import ALL_STABLE, SOME_STABLE, FollowedBranch
@@ -17,6 +18,7 @@ from wucht.studies.speed_curve.prepare import Plan
 from wucht.studies.speed_curve.report import label_of
 from wucht.studies.speed_curve.run import Findings
 from wucht.studies.speed_curve.second_parameter import FollowedCurve
+from wucht.studies.speed_curve.steady_states import Shown
 
 _ONE_POINT = 1e-6  # in units of scale: a special point that lies on two branches
 
@@ -61,7 +63,7 @@ def _frequency(exponents: np.ndarray) -> float:
     return float(pairs[np.abs(pairs.real).argmin()].imag)
 
 
-def _joined(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
+def joined(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
     """Arrays (N,) or (rows, N) of all branches, one after another."""
     empty = np.empty(0) if rows is None else np.empty((rows, 0))
     return np.concatenate([empty, *parts], axis=-1)
@@ -72,23 +74,37 @@ def of_points(plan: Plan, branches: Sequence[FollowedBranch]) -> dict[str, Varia
     states, curves = plan.curves[0][1], dict(plan.curves)
     words, n = states.words, len(states.names)
     seen = [curves[b.second].shown(b.u) for b in branches]
-    exponents = _joined([b.exponents for b in branches], n)
+    exponents = joined([b.exponents for b in branches], n)
     growing = [(b.exponents.real > NEUTRAL * np.nanmax(np.abs(b.exponents), axis=0)).sum(axis=0) for b in branches]
     shares = [np.array(b.stable_share) if b.stable_share else np.full(b.u.shape[1], np.nan) for b in branches]
     at_special = [np.array([bool(kind) for kind in b.kinds]) for b in branches]
-    numbers = np.repeat(np.arange(len(branches)), [b.u.shape[1] for b in branches])
-    return {
-        "value": variable("point", _joined([b.values for b in branches]), plan.along.what, plan.along.unit),
-        "speed": variable("point", _joined([s.speed for s in seen]), words.shown, words.unit),
-        "amplitude": variable("point", _joined([s.amplitude for s in seen]), "amplitude of the axis", words.length),
-        "stable": variable("point", _joined([b.stable for b in branches]).astype(np.int8), "stable"),
-        "unstable": variable("point", _joined(growing).astype(int), "how many disturbances grow"),
-        "stable_share": variable("point", _joined(shares), "share of a family's members that are stable"),
-        "at_special": variable("point", _joined(at_special).astype(np.int8), "a special point"),
-        "branch": variable("point", numbers.astype(int), "branch"),
-        "state": variable("state point", _joined([b.u[:-1] for b in branches], n), "states of the equations"),
+    return of_followed("point", "", branches, seen, plan.along, (words.shown, words.unit, words.length)) | {
+        "unstable": variable("point", joined(growing).astype(int), "how many disturbances grow"),
+        "stable_share": variable("point", joined(shares), "share of a family's members that are stable"),
+        "at_special": variable("point", joined(at_special).astype(np.int8), "a special point"),
+        "state": variable("state point", joined([b.u[:-1] for b in branches], n), "states of the equations"),
         "exponent_re": variable("exponent point", np.asarray(exponents.real), "real part of an exponent", words.rate),
         "exponent_im": variable("exponent point", np.asarray(exponents.imag), "imaginary part of an exponent", words.rate),
+    }
+
+
+def of_followed(
+    dimension: str, before: str, branches: Sequence[FollowedBranch], seen: Sequence[Shown], along: Parameter,
+    words: tuple[str, str, str],
+) -> dict[str, Variable]:  # fmt: skip
+    """What is told of branches of steady states wherever they are drawn.
+
+    before: what the names of variables begin with. seen: what is drawn, of each branch. words: what that is, its unit, and the
+    unit of the amplitude.
+    """
+    shown, unit, length = words
+    numbers = np.repeat(np.arange(len(branches)), [b.u.shape[1] for b in branches])
+    return {
+        f"{before}value": variable(dimension, joined([b.values for b in branches]), along.what, along.unit),
+        f"{before}speed": variable(dimension, joined([s.speed for s in seen]), shown, unit),
+        f"{before}amplitude": variable(dimension, joined([s.amplitude for s in seen]), "amplitude of the axis", length),
+        f"{before}stable": variable(dimension, joined([b.stable for b in branches]).astype(np.int8), "stable"),
+        f"{before}branch": variable(dimension, numbers.astype(int), "branch"),
     }
 
 
@@ -154,9 +170,9 @@ def of_curves(plan: Plan, curves: Sequence[FollowedCurve]) -> dict[str, Variable
     speeds = [states.shown(c.u[:-1]).speed for c in curves] if plan.plane is not None else []
     kinds = [kind for c in curves for kind in c.kinds]
     return {
-        "curve_value": variable("curve_point", _joined([c.u[-2] for c in curves]), plan.along.what, plan.along.unit),
-        "curve_second": variable("curve_point", _joined([c.u[-1] for c in curves]), plan.second.what, plan.second.unit),
-        "curve_speed": variable("curve_point", _joined(speeds), words.shown, words.unit),
+        "curve_value": variable("curve_point", joined([c.u[-2] for c in curves]), plan.along.what, plan.along.unit),
+        "curve_second": variable("curve_point", joined([c.u[-1] for c in curves]), plan.second.what, plan.second.unit),
+        "curve_speed": variable("curve_point", joined(speeds), words.shown, words.unit),
         "curve": variable("curve_point", numbers.astype(int), "curve"),
         "curve_kind": variable("curve_point", np.array(kinds, "U20"), "kind of a point where a second condition holds"),
         "curve_of": variable("curve_number", np.array([c.of for c in curves], "U8"), "kind of the curve's points"),

@@ -11,11 +11,8 @@ from wucht.analysis.configurations.steady_machine import MOST_BODIES, turning
 from wucht.errors import InputError, nearest
 from wucht.fields import Parameter
 from wucht.files.own_equations import OwnEquations
-from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
-from wucht.quantities import Unit
-from wucht.studies.parameters import parameter_of, range_of, values_of
-from wucht.studies.spec import Pair
+from wucht.studies.parameters import ends_of, parameter_of, values_of, with_parameters
 from wucht.studies.speed_curve.family_curve import FamilyCurve
 from wucht.studies.speed_curve.own_states import OwnStates
 from wucht.studies.speed_curve.second_parameter import SecondParameter
@@ -55,10 +52,12 @@ class Plan:
 
 def prepare(spec: SpeedCurve, subject: Machine | OwnEquations) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations."""
-    along, bounds = _ranged(spec, subject, "along", spec.range)
+    along = _parameter(subject, spec.along, "along")
+    bounds = ends_of(subject, along, spec.range)
     second, plane, values = None, None, tuple[float | None, ...]([None])
     if spec.second is not None and spec.second_range is not None:
-        second, limits = _ranged(spec, subject, "second", spec.second_range)
+        second = _parameter(subject, spec.second, "second")
+        limits = ends_of(subject, second, spec.second_range, "second_range")
         plane = SecondParameter(second.path, limits, second.value)
         if not limits[0] <= second.value <= limits[1]:
             needed = f"must contain the value {second.value:.6g} that {second.path} has: there the curves begin"
@@ -66,7 +65,7 @@ def prepare(spec: SpeedCurve, subject: Machine | OwnEquations) -> Plan:
     elif spec.second is not None and spec.second_values is not None:
         second = _parameter(subject, spec.second, "second")
         values = tuple(dict.fromkeys(values_of(subject, second, spec.second_values, "second_values")))
-    of = [(v, subject if v is None or second is None else _with(subject, second.path, v)) for v in values]
+    of = [(v, subject if v is None or second is None else with_parameters(subject, {second.path: v})) for v in values]
     made = [_states(spec, one, along, bounds) for _, one in of]
     curves = tuple((v, states) for (v, _), (states, _) in zip(of, made, strict=True))
     families = tuple(family for _, family in made)
@@ -78,21 +77,6 @@ def _parameter(subject: Machine | OwnEquations, path: str, key: str) -> Paramete
     if isinstance(subject, OwnEquations) and path in RESERVED:
         raise InputError(f"study.{key}", path, "in the results this is the name of something else: rename the parameter")
     return found
-
-
-def _with(subject: Machine | OwnEquations, path: str, value: float) -> Machine | OwnEquations:
-    return subject.with_unchecked({path: value}) if isinstance(subject, Machine) else subject.changed({path: value})
-
-
-def _ranged(spec: SpeedCurve, subject: Machine | OwnEquations, key: str, given: Pair) -> tuple[Parameter, tuple[float, float]]:
-    """A parameter and its range."""
-    of_range = "range" if key == "along" else f"{key}_range"
-    parameter = _parameter(subject, getattr(spec, key), key)
-    bounds = range_of(Unit(parameter.unit, parameter.what), given, of_range)
-    if isinstance(subject, Machine):
-        for i, value in enumerate(bounds):
-            check_values(subject.parts, {parameter.path: value}, f"study.{of_range}[{i}]", subject.values)
-    return parameter, bounds
 
 
 def _states(

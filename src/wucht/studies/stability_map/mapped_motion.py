@@ -26,12 +26,11 @@ _ASIDE = 1e-3  # of a state's size: how far beside a steady state that is unstab
 @dataclass(frozen=True, eq=False)
 class MappedMotion:
     """subject: the equations in which orbits are followed. whole: all equations, where the first are those of bodies that keep
-    together, and embedding (n_whole, n) how they lie in them. box: ranges (2, n) in which steady states are searched.
+    together. box: ranges (2, n) in which steady states are searched.
     """
 
     subject: OrbitSubject
     whole: OrbitSubject | None
-    embedding: np.ndarray | None
     box: np.ndarray
 
     def at(self, values: Mapping[str, float], path: str | None = None) -> MappedMotion:
@@ -44,9 +43,8 @@ class MappedMotion:
 
     def lifted(self, seed: SeedOrbit) -> SeedOrbit:
         """An orbit as one of all equations."""
-        if self.embedding is None:
+        if (e := self.subject.embedding) is None:
             return seed
-        e = self.embedding
         winding = np.rint(e @ seed.winding).astype(int)
         scale = np.append(np.abs(e) @ seed.scale[:-1], seed.scale[-1])
         return replace(seed, states=seed.states @ e.T, winding=winding, scale=scale)

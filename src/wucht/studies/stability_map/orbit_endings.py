@@ -24,12 +24,10 @@ from wucht.numerics.periodic.branch_ends import (
 )
 from wucht.numerics.periodic.connection_starts import fold_at, of_cycle
 from wucht.numerics.periodic.cycle import Cycle
-from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.saddle_connections import Connections
-from wucht.numerics.recurrence import recurrence, rests
-from wucht.studies.orbit_branch.first_orbits import SeedOrbit, cycles_of
-from wucht.studies.orbit_branch.orbit_subject import OrbitSubject
+from wucht.numerics.recurrence import rests
+from wucht.studies.orbit_branch.first_orbits import SeedOrbit, cycles_of, orbit_near
 from wucht.studies.orbit_branch.orbit_walk import first_cycle
 from wucht.studies.stability_map.mapped_motion import LostState, MappedMotion, lost_states
 
@@ -46,9 +44,7 @@ _STEPS = Steps(most=0.05, turn=0.3, corrections=4, tolerance=1e-7, foretold=True
 _SLOW, _PLACES = 0.3, 4  # of the largest speed; how many places are looked at
 _STILL, _MOST_STILL = 1e-10, 8  # the parameter stays, in terms of its range, and the period grows: how often
 _LONG = 4.0  # times the least period: shorter orbits do not tell a saddle-node from a saddle that will come out of it
-_FIRST_SPAN, _DOUBLINGS, _RUN_SAMPLES = 50.0, 12, 20_001  # of a run: times of the fastest decay, how often it doubles, samples
-_SCALES = 5.0  # in how many parts of the range the parameter changes much
-_PERIODS_AGREE = 0.05  # relative: of the run and of the orbit that Newton's method finds
+_FIRST_SPAN = 50.0  # of a run: times of the fastest decay
 _PERIODS, _SAMPLES, _TOLERANCE = 20.0, 4000, 1e-10  # of a run beyond that: how long, and how often it is looked at
 _DECAYED = 5.0  # by exp(-5) a deviation decays beyond both ends of the orbit from which a connection begins
 _PAST = 1e-4  # of the range: so far beyond a fold it is looked whether the orbit is still there
@@ -106,46 +102,16 @@ def born_at(
     watch: Callable[[], None],
 ) -> SeedOrbit | None:  # fmt: skip
     """The orbit that a run from a lost state comes to just beyond it; else a sentence is added what it comes to."""
+    subject, span = replace(motion.subject, path=path), _FIRST_SPAN / fold.fastest
     for share in _JUST_BEYOND:
         value = fold.value + fold.way * share * (bounds[1] - bounds[0])
         if not bounds[0] < value < bounds[1]:
             continue
-        seed, sentence = _settled(replace(motion.subject, path=path), bounds, value, fold, watch)
-        if seed is not None:
-            return replace(seed, longest=_LONGEST * seed.period)
-        sentences.append(f"at {path} = {value:.6g} {sentence}")
+        tried = orbit_near(subject, bounds, value, fold.state, lambda _: span, watch)
+        if tried.orbit is not None:
+            return replace(tried.orbit, longest=_LONGEST * tried.orbit.period)
+        sentences.append(tried.sentence)
     return None
-
-
-def _settled(
-    subject: OrbitSubject, bounds: tuple[float, float], value: float, fold: LostState, watch: Callable[[], None]
-) -> tuple[SeedOrbit | None, str]:
-    """The orbit on which a run settles, or what becomes of it: it goes on, twice as long each time, until that is seen."""
-    parameters = subject.system.values({**subject.values, subject.path: value})
-    compiled = compile_system(subject.system, _TOLERANCE)
-    state, span = fold.state, _FIRST_SPAN / fold.fastest
-    for _ in range(_DOUBLINGS):
-        watch()
-        run = integrate(compiled, state, parameters, np.linspace(0.0, span, _RUN_SAMPLES)).uninterrupted()
-        if run.failure is not None:
-            return None, f"the run fails: {run.failure}"
-        if rests(run.states[:, _RUN_SAMPLES // 2 :]):
-            return None, "it settles in a steady state"
-        found, state, span = recurrence(run.time, run.states, subject.turning), run.states[:, -1], 2 * span
-        if found is None or not (found.turns.any() or found.period < span / 8):
-            continue
-        # Once more over that period alone: seen as densely as its fast part asks.
-        whole = integrate(compiled, state, parameters, np.linspace(0.0, found.period, _RUN_SAMPLES)).uninterrupted()
-        scale = np.where(subject.turning, 1.0, np.maximum(np.ptp(whole.states, axis=1), 1e-12))
-        scale = np.append(scale, (bounds[1] - bounds[0]) / _SCALES)
-        cycles = cycles_of(subject, bounds, found.turns, scale, _LONGEST * found.period)
-        try:
-            cycle = cycle_near(cycles, whole.time, whole.states, value)
-        except RunError:
-            continue
-        if abs(cycle.period / found.period - 1) < _PERIODS_AGREE:
-            return SeedOrbit.of(cycles, cycle, f"a run at {subject.path} = {value:.6g}", both_ways=True), ""
-    return None, f"it has settled neither in a steady state nor on an orbit after {span:.4g}"
 
 
 End = tuple[str, float, str, tuple[Cycles, Cycle], np.ndarray]

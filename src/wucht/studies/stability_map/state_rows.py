@@ -114,11 +114,8 @@ def orbit_row(
         sides = [_side(motion, paths[0], bounds, seed, way, watch) for way in (-1, 1)]
         sides.sort(key=lambda s: s.value)
         middle = _within(motion, paths[0], bounds, seed, (sides[0].value + sides[1].value) / 2)
-        if (
-            motion.whole is not None
-            and motion.embedding is not None
-            and motion.embedding.shape[0] == motion.embedding.shape[1] + 1
-        ):
+        e = motion.subject.embedding
+        if e is not None and e.shape[0] == e.shape[1] + 1:
             return _beside(motion, paths[0], bounds, second, (sides[0], sides[1]), middle, watch)
         return _as_walked(motion, bounds, second, (sides[0], sides[1]), middle, watch)
     except RunError as error:
@@ -169,8 +166,8 @@ def _beside(
 
 def transverse_exponent(motion: MappedMotion, path: str) -> Callable[[Cycle], float]:
     """ln mu of the one direction that leads out of the section, by an integral over an orbit."""
-    assert motion.whole is not None and motion.embedding is not None
-    whole, e = motion.whole, motion.embedding
+    whole, e = motion.whole, motion.subject.embedding
+    assert whole is not None and e is not None
     fixed = {n: whole.values[n] for n in whole.system.parameter_names if n != path}
     equations = Equations.of(whole.system, [path], fixed)
     out = np.linalg.qr(e, mode="complete")[0][:, -1]
