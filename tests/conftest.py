@@ -111,6 +111,15 @@ def wucht(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFix
 
 
 @pytest.fixture
+def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are made and written, but the page stays blank: for commands of which the numbers, files or words are tested,
+    since painting is half of a short run."""
+    from matplotlib.figure import Figure
+
+    monkeypatch.setattr(Figure, "draw", lambda _figure, _renderer: None)
+
+
+@pytest.fixture
 def study(here: Path) -> Spoil:
     """``study(old, new, ...)``: the study file with ``old`` replaced by ``new`` (first place each), as study.toml."""
 

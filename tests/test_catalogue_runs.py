@@ -155,7 +155,11 @@ def test_runs_of_one_figure_end_as_they_should(name: str) -> None:
     assert max(case["energy_residual"] for case in actual["cases"]) < 1e-9
 
 
-@pytest.mark.parametrize("name", sorted(ORBITS))
+# Like figure-5.7 and figure-5.9a, which are quick.
+LIKE_ANOTHER = tuple(f"drozdetskaya-2020/{n}" for n in ("figure-5.6", "figure-a.3", "how-the-rotating-orbit-disappears"))
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LIKE_ANOTHER else n for n in sorted(ORBITS)])
 def test_branches_of_orbits_give_their_numbers(name: str) -> None:
     settings, numbers = ORBITS[name]
     study = read_study(name, settings)
@@ -167,9 +171,12 @@ def test_branches_of_orbits_give_their_numbers(name: str) -> None:
         assert value == pytest.approx(expected, rel=1e-5)
 
 
+# In tests/validation: curves over the speed, maps, bands and jumps; in tests/studies/phase_portrait: 5.5 and 5.8. Of the
+# comparisons 5.16 to 5.19 the last is quick.
 TESTED_ELSEWHERE_TOO = (
-    *tuple(f"drozdetskaya-2020/figure-{n}" for n in ("5.3", "5.5", "5.16")),
-    "sperling-vibration/lock-limits",
+    *tuple(f"drozdetskaya-2020/figure-{n}" for n in ("5.2", "5.3", "5.5", "5.8", "5.16", "5.17", "5.18", "a.1")),
+    "sperling-rollers/stability-map",
+    *tuple(f"sperling-vibration/{n}" for n in ("entrainment-band", "figure-5", "lock-limits")),
 )
 
 

@@ -66,9 +66,18 @@ def largest_error(given: Machine, kappa: float, start: Mapping[str, float], unti
     return float(np.abs(true.states[row] - rebuilt[row]).max())
 
 
+# At the second order the shaky machine, which has all terms, is the quick one.
 @pytest.mark.parametrize("inertia", [True, False], ids=["with inertia", "without"])
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("name", ["isotropic", "shaky", pytest.param("shaky, clockwise", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("name", "order"),
+    [
+        ("isotropic", 1),
+        ("shaky", 1),
+        ("shaky", 2),
+        pytest.param("isotropic", 2, marks=pytest.mark.slow),
+        *(pytest.param("shaky, clockwise", n, marks=pytest.mark.slow) for n in (1, 2)),
+    ],
+)
 def test_order_of_the_error(name: str, order: int, inertia: bool) -> None:
     given = machine(name)
     speed, until = (0.4, 60.0) if name == "isotropic" else (60.0, 0.3)

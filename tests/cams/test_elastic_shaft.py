@@ -37,7 +37,7 @@ def settled(cam, turns, at):
     return run.y[0] - at, run.y[1]
 
 
-@pytest.mark.parametrize("cam", CAMS)
+@pytest.mark.parametrize("cam", [pytest.param(OriginalCam, marks=pytest.mark.slow), CorrectedCam])
 def test_it_is_what_integration_settles_to(cam):
     at = np.linspace(0, TURN, 100)
     found = SHAFT.turning(cam(LAW, J), DRIVE, OMEGA, 192)

@@ -149,7 +149,11 @@ def test_eigenmotion_with_the_corrected_cam_ends_where_the_mean_of_a_root_says(p
     assert beyond.with_cam(SINE).mean == pytest.approx(OMEGA)
 
 
-@pytest.mark.parametrize(("ratio", "torque"), [(0.3, motor_and_fan), (0.76, line(100.0))], ids=["motor and fan", "line"])
+@pytest.mark.parametrize(
+    ("ratio", "torque"),
+    [pytest.param(0.3, motor_and_fan, marks=pytest.mark.slow), (0.76, line(100.0))],
+    ids=["motor and fan", "line"],
+)
 def test_with_a_torque_it_is_what_integration_over_time_settles_to(ratio, torque):
     of = shaft(ratio, torque)
     found = of.with_cam(LAW)
@@ -160,7 +164,11 @@ def test_with_a_torque_it_is_what_integration_over_time_settles_to(ratio, torque
     assert found.fluctuation > 0.1
 
 
-@pytest.mark.parametrize(("ratio", "torque"), [(0.3, motor_and_fan), (0.76, line(100.0))], ids=["motor and fan", "line"])
+@pytest.mark.parametrize(
+    ("ratio", "torque"),
+    [(0.3, motor_and_fan), pytest.param(0.76, line(100.0), marks=pytest.mark.slow)],
+    ids=["motor and fan", "line"],
+)
 def test_the_cam_corrected_beforehand_runs_clean_in_integration_over_time(ratio, torque):
     """The mean speed and the orders of the output come out of the integration, which knows the cam over its angle alone."""
     of = shaft(ratio, torque)
@@ -285,7 +293,7 @@ def test_measuring_and_cutting_contracts_about_as_the_inertia_ratio(points):
     assert 0.5 < found[2] / found[1] < 0.76
 
 
-@pytest.mark.parametrize("torque", [None, line(100.0)], ids=["eigenmotion", "line"])
+@pytest.mark.parametrize("torque", [pytest.param(None, marks=pytest.mark.slow), line(100.0)], ids=["eigenmotion", "line"])
 def test_cutting_and_measuring_comes_to_the_cam_that_is_found_directly(torque, points):
     points(128)
     of = shaft(0.11, torque)

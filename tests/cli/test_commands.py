@@ -62,6 +62,7 @@ def _parsed(text: str) -> dict[str, Any]:
 # run
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_json_is_one_object_with_the_keys_of_the_contract(wucht: Command, study: Study) -> None:
     completed = wucht("run", study(), "-o", "out", "--json")
     assert completed.code == 0
@@ -76,6 +77,7 @@ def test_json_is_one_object_with_the_keys_of_the_contract(wucht: Command, study:
     assert _parsed(Path("out/summary.json").read_text()) == actual
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_the_summary_has_every_key_and_null_where_there_is_no_number(wucht: Command, study: Study) -> None:
     short = wucht("run", study(), "-o", "out", "--json").document["summary"]
     assert short.keys() >= SUMMARY
@@ -93,6 +95,7 @@ def test_the_summary_has_every_key_and_null_where_there_is_no_number(wucht: Comm
     assert done["energy_residual"] < 1e-9
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_a_captured_beating_machine_has_its_periods(wucht: Command) -> None:
     actual = wucht("run", "drozdetskaya-2020/r1", "-o", "out", "--json").document["summary"]
     assert actual["outcome"] == "captured-modulated"
@@ -101,6 +104,7 @@ def test_a_captured_beating_machine_has_its_periods(wucht: Command) -> None:
     assert actual["modulation_period_phi"] / actual["modulation_period"] == pytest.approx(actual["final_speed"], rel=1e-3)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_without_json_the_verdict_is_read_first(wucht: Command, study: Study) -> None:
     completed = wucht("run", study('until = "0.5 s"', "settled = true"), "-o", "out")
     assert completed.code == 0
@@ -110,6 +114,7 @@ def test_without_json_the_verdict_is_read_first(wucht: Command, study: Study) ->
     assert "Traceback" not in completed.err
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_the_default_folder(wucht: Command, study: Study) -> None:
     assert wucht("run", study()).code == 0
     assert Path("results/study/result.nc").is_file()
@@ -117,6 +122,7 @@ def test_the_default_folder(wucht: Command, study: Study) -> None:
     assert Path("results/table-3.1-carrier/result.nc").is_file()
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_folders_are_made_and_results_replaced(wucht: Command, study: Study) -> None:
     file = study()
     first = wucht("run", file, "-o", "a/b/c", "--json").document
@@ -140,6 +146,7 @@ def test_a_folder_of_a_catalogue_name_hides_nothing(wucht: Command) -> None:
     assert wucht("run", "drozdetskaya-2020/table-3.1-carrier", "--set", "study.until=100", "--json").code == 0
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_a_study_without_a_question_runs_until_settled(wucht: Command) -> None:
     Path("study.toml").write_text(ROTOR_ALONE.split("[study]", maxsplit=1)[0])
     actual = wucht("run", "study.toml", "-o", "out", "--json").document
@@ -148,11 +155,13 @@ def test_a_study_without_a_question_runs_until_settled(wucht: Command) -> None:
     assert actual["summary"]["final_phases"] == {}
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_files_of_other_editors(wucht: Command) -> None:
     Path("study.toml").write_bytes(ROTOR_ALONE.replace("\n", "\r\n").encode())
     assert wucht("run", "study.toml", "-o", "out", "--json").code == 0
 
 
+# Quick is one of each kind: a number, a word, a table; other keys are read by the same readers of units.
 FORMS = {
     "until a number": "until = 0.5",
     "until a time": 'until = "500 ms"',
@@ -167,7 +176,16 @@ FORMS = {
 }
 
 
-@pytest.mark.parametrize("question", FORMS.values(), ids=FORMS.keys())
+@pytest.mark.usefixtures("unpainted")
+@pytest.mark.parametrize(
+    "question",
+    [
+        pytest.param(
+            q, id=name, marks=() if name in ("until a time", "until settled", "until a table", "engine") else pytest.mark.slow
+        )
+        for name, q in FORMS.items()
+    ],
+)
 def test_every_form_of_the_question(wucht: Command, study: Study, question: str) -> None:
     completed = wucht("run", study('until = "0.5 s"', question), "-o", "out", "--json")
     assert completed.code == 0, completed.err
@@ -208,6 +226,7 @@ def test_set_of_a_dimensionless_machine(here: Path) -> None:
     assert (values["u"], values["lambda"], values["mu"]) == (1.5, 2.5, 0.01)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_the_last_setting_wins(wucht: Command, here: Path) -> None:
     Path("deep").mkdir()
     Path("deep/base.toml").write_text(
@@ -249,6 +268,7 @@ def _stored(file: Path) -> dict[str, float]:
     return dict(json.loads(actual.attrs["input"])["machine"]["parameters"])
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_use_is_relative_to_the_file_not_to_the_working_directory(
     wucht: Command, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -305,6 +325,7 @@ def test_settings_from_the_command_line(study: Study, setting: str, key: str, va
     assert _values(study(), **parse_settings([setting]))[key] == pytest.approx(value, rel=1e-12)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_settings_of_the_question(wucht: Command, study: Study) -> None:
     import xarray as xr
 
@@ -337,6 +358,7 @@ DOUBTS = {
 }
 
 
+@pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize(("old", "new", "says"), DOUBTS.values(), ids=DOUBTS.keys())
 def test_doubtful_input_runs_with_a_warning(wucht: Command, study: Study, old: str, new: str, says: str) -> None:
     completed = wucht("run", study(old, new), "-o", "out", "--json")
@@ -348,12 +370,14 @@ def test_doubtful_input_runs_with_a_warning(wucht: Command, study: Study, old: s
     assert says not in loud.out
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_a_machine_that_cannot_exist_is_doubted(wucht: Command) -> None:
     completed = wucht("run", "drozdetskaya-2020/table-5.1", "-o", "out", "--json", "--set", "study.until=50")
     assert completed.code == 0
     assert any("no machine has these parameters" in warning for warning in completed.document["warnings"])
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_too_short_says_how_long(wucht: Command, study: Study) -> None:
     actual = wucht("run", study(), "-o", "out", "--json").document
     assert actual["summary"]["outcome"] == "unidentified"
@@ -371,7 +395,10 @@ FAILURES = {
 
 
 @pytest.mark.filterwarnings("error")  # they would stand on stderr beside the sentence
-@pytest.mark.parametrize("changes", FAILURES.values(), ids=FAILURES.keys())
+@pytest.mark.parametrize(
+    "changes",
+    [pytest.param(c, id=name, marks=pytest.mark.slow if name == "scipy" else ()) for name, c in FAILURES.items()],
+)
 def test_a_run_that_fails_says_when_where_and_what_to_do(wucht: Command, study: Study, changes: tuple[str, ...]) -> None:
     completed = wucht("run", study(*changes), "-o", "out", "--json")
     assert completed.code == 1
@@ -415,6 +442,7 @@ def test_plot_into_a_folder_that_cannot_be_written(wucht: Command, refused: Refu
     refused("plot", "out/result.nc", "-o", "study.toml/below", says=("-o", "given 'study.toml/below'"))
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_half_a_result_is_refused(wucht: Command, refused: Refused, study: Study) -> None:
     assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
     whole = Path("out/result.nc").read_bytes()
@@ -423,6 +451,7 @@ def test_half_a_result_is_refused(wucht: Command, refused: Refused, study: Study
         refused("plot", "half.nc", says=("half.nc: ",))
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_the_result_holds_its_whole_input(wucht: Command, study: Study) -> None:
     import xarray as xr
 
@@ -438,6 +467,7 @@ def test_the_result_holds_its_whole_input(wucht: Command, study: Study) -> None:
 # new, list, equations
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_new_writes_a_study_that_runs(wucht: Command) -> None:
     completed = wucht("new", "run-up")
     assert completed.code == 0

@@ -25,6 +25,7 @@ Refused = Callable[..., str]
 
 LONG = ('until = "0.5 s"', 'until = "100000 s"\nengine = "scipy"')
 MINUTES = ('until = "0.5 s"', 'until = "1000 s"\nengine = "scipy"')
+pytestmark = pytest.mark.usefixtures("unpainted")
 POSIX = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 
 
@@ -93,7 +94,11 @@ QUESTIONS = {
 }
 
 
-@pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS.keys())
+# A given time and a number of turns are resumed as what must settle is, which also looks for its end.
+@pytest.mark.parametrize(
+    "question",
+    [pytest.param(q, id=name, marks=pytest.mark.slow if name in ("until", "turns") else ()) for name, q in QUESTIONS.items()],
+)
 def test_a_resumed_run_is_the_uninterrupted_one(
     wucht: Command, study: Study, signal_at: Callable[..., None], question: str
 ) -> None:
@@ -142,7 +147,10 @@ def test_resume_with_a_later_end_goes_on(wucht: Command, study: Study) -> None:
         assert completed.document["summary"][key] == pytest.approx(direct[key], rel=0.02), key
 
 
-@pytest.mark.parametrize("kind", ["torque-balance", "response", "synchronous-states", "approximation"])
+@pytest.mark.parametrize(
+    "kind",
+    ["torque-balance", *(pytest.param(k, marks=pytest.mark.slow) for k in ("response", "synchronous-states", "approximation"))],
+)
 def test_resume_refuses_the_result_of_another_kind_of_study(wucht: Command, refused: Refused, study: Study, kind: str) -> None:
     file = study('"0.5 s"', '"0.02 s"')
     assert wucht("run", file, "-o", "out").code == 0
@@ -163,7 +171,14 @@ OTHERS = {
 }
 
 
-@pytest.mark.parametrize(("words", "changes"), OTHERS.values(), ids=OTHERS.keys())
+# A value, what the machine consists of, and the question: one each.
+@pytest.mark.parametrize(
+    ("words", "changes"),
+    [
+        pytest.param(*other, id=name, marks=() if name in ("mass", "directions", "tolerance") else pytest.mark.slow)
+        for name, other in OTHERS.items()
+    ],
+)
 def test_resume_refuses_another_run(
     wucht: Command, refused: Refused, study: Study, words: tuple[str, ...], changes: tuple[str, ...]
 ) -> None:

@@ -18,7 +18,8 @@ Command = Callable[..., Any]
 Study = Callable[..., Path]
 
 STUDIES = ("run-up", "coast-down", "sweep", "response", "torque-balance", "entrainment", "approximation")
-LONG = ("approximation", "entrainment")  # their templates
+# Their templates: long ones, and those that tests/studies runs too.
+LONG = ("approximation", "entrainment", "coast-down", "response", "torque-balance")
 
 QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
     "response": {
@@ -194,7 +195,11 @@ LONG = {
 }
 
 
-@pytest.mark.parametrize("name", LONG)
+# One long run is interrupted in test_interrupt.py.
+@pytest.mark.usefixtures("unpainted")
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("run-up", "approximation") else n for n in LONG]
+)
 def test_ctrl_c_leaves_a_valid_result(wucht: Command, here: Path, interrupted: Callable[..., None], name: str) -> None:
     kind = "run-up" if name == "many" else name
     wucht("new", kind, "my.toml")
@@ -219,7 +224,8 @@ def test_ctrl_c_in_the_first_of_many_runs(wucht: Command, here: Path, interrupte
     assert wucht("run", "my.toml", "-o", "out", "--json", "--resume", *settings).code == 0
 
 
-@pytest.mark.parametrize("where", ["values", "starts"])
+@pytest.mark.usefixtures("unpainted")
+@pytest.mark.parametrize("where", [pytest.param("values", marks=pytest.mark.slow), "starts"])
 def test_many_runs_go_on_where_they_were_interrupted(
     wucht: Command, here: Path, interrupted: Callable[..., None], where: str
 ) -> None:
@@ -251,6 +257,7 @@ ENTRIES = (
 )
 
 
+@pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize("name", ENTRIES)
 @pytest.mark.parametrize("kind", KINDS)
 def test_another_question_of_a_catalogue_file(wucht: Command, here: Path, name: str, kind: str) -> None:

@@ -38,7 +38,16 @@ def test_every_system(name):
     assert read_study(name).subject.system == own.system
 
 
-@pytest.mark.parametrize("name", sorted({*names()} - {*CAMS, *OWN}))
+# The same machines with more or fewer balls, or at another speed, which tests/test_practice_runs.py runs.
+VARIED = tuple(
+    f"practice/{n}" for n in ("balls-at-resonance-thick-oil", "grinder-10-balls", "grinder-6-balls", "laundry-drum-tumbling")
+)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n in VARIED else n for n in sorted({*names()} - {*CAMS, *OWN})],
+)
 def test_every_machine(name):
     study = read_study(name)
     machine = study.subject

@@ -318,6 +318,14 @@ def test_multipliers_beyond_rounding():
     assert orbit.nontrivial_logarithms(1).real == pytest.approx([5, -2, -90], abs=1e-8)
 
 
+def test_a_fast_decay_of_a_small_state_is_known():
+    """A circle with exponents 0, -1 and -1/10 of its own, and a state of the size of 1e-6 that follows it at the rate 60."""
+    grow, size = (1 - x**2 - v**2) / 2, 1e-6
+    system = System((x, v, y, w), (-v + x * grow, x + v * grow, -60 * (y - size * x) - size * v, -w / 10))
+    orbit = periodic_orbit(compile_system(system, 1e-14), [], [1.0, 0.0, size, 0.0], TURN, np.zeros(4), phase_state=1)
+    np.testing.assert_allclose(orbit.exponents, [0.0, -0.1, -1.0, -60.0], rtol=0, atol=1e-10)
+
+
 def test_an_orbit_that_a_run_leaves_at_once_is_found_from_samples():
     """A disturbance grows e^60-fold in a period: no start lies near enough for a run, but samples do."""
     system, tau = wheel(60.0, 3.0), np.linspace(0, TURN, 65)

@@ -490,6 +490,7 @@ def test_the_unit_of_speed_does_not_matter_to_the_last_bit(e, power):
     assert classify(scaled(e, 2.0**power)) is classify(e)
 
 
+@pytest.mark.slow  # by powers of two, to the last bit: above
 @always
 @given(
     evidences(),

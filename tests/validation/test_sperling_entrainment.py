@@ -212,7 +212,9 @@ def test_synchronous_speed_35_and_the_lock_limit() -> None:
     assert np.abs(torque * np.sin(phase) - needed).max() < 1e-6 * np.abs(torque).max()
 
 
-@pytest.mark.parametrize("name", ["self-synchronisation-stiff-unequal", "self-synchronisation-soft-unequal"])
+@pytest.mark.parametrize(
+    "name", ["self-synchronisation-stiff-unequal", pytest.param("self-synchronisation-soft-unequal", marks=pytest.mark.slow)]
+)
 def test_full_orbits_follow_the_averaged_phases(name: str) -> None:
     """Phase against detuning: periodic motions of the full equations lie beside the stable branch of the averaged ones."""
     start = {"e1": {"speed": "12 rad/s"}, "e2": {"angle": "1 rad", "speed": "12 rad/s"}}

@@ -24,6 +24,7 @@ from wucht.numerics.periodic.closing import Closed, Closing, closed, depends_on_
 from wucht.numerics.periodic.exact_orbits import ExactOrbit, exact, finer
 from wucht.numerics.periodic.floquet import across_flow, logarithms
 from wucht.piecewise import PiecewiseCubic
+from wucht.system import System
 
 _TOLERANCE = 1e-10  # the largest |x(T) - x(0) - advance| allowed, relative to the size of each state
 _FEW_SAMPLES, _MANY_SAMPLES = 64, 2048  # of one period: for sizes and jumps, for collocation
@@ -150,23 +151,9 @@ def periodic_orbit(
         period is free but the equations depend on time, or a piecewise function jumps within the period (there the variational
         equations do not hold).
     """
-    n, gains = len(compiled.system.states), np.asarray(advance, float)
-    given, duration = np.asarray(guess, float), float(period)
+    gains, duration, given = np.asarray(advance, float), float(period), np.asarray(guess, float)
     samples = given if given.ndim == 2 and given.shape[1] > 1 else given.reshape(-1, 1)
-    if len(samples) != n or gains.shape != (n,) or not (np.isfinite(samples).all() and np.isfinite(gains).all()):
-        raise WuchtError(f"a periodic motion of {n} states needs {n} finite numbers for its start and for its advance")
-    if not (math.isfinite(duration) and duration > 0):
-        raise WuchtError(f"the period of a periodic motion is positive, not {duration}")
-    if phase_state is not None and phase_state not in range(n):
-        raise WuchtError(f"phase_state {phase_state} is no state: must be 0 to {n - 1}")
-    if free_period and depends_on_time(compiled.system):
-        raise WuchtError("the period of a periodic motion is free, but the equations depend on time: give the period")
-    if free_period and phase_state is None:
-        if not gains.any():
-            raise WuchtError(
-                "a periodic motion whose period is free needs phase_state, a state held at its start: no state advances"
-            )
-        phase_state = int(np.flatnonzero(gains)[0])
+    held = _held(compiled.system, samples, duration, gains, free_period, phase_state)
     bare = replace(compiled.system, outputs=(), quadratures=())
     plain = compile_system(bare, compiled.tolerance, (), compiled.engine_name)
     values = np.array(bare.values(parameters) if isinstance(parameters, Mapping) else parameters, dtype=float)
@@ -175,7 +162,6 @@ def periodic_orbit(
     samples = samples - np.where(angles, 2 * np.pi * np.round(samples[:, 0] / (2 * np.pi)), 0.0)[:, None]
     equations = _Equations(plain, values, time)
     motion = samples if samples.shape[1] > 1 else equations.run(samples[:, 0], duration, _FEW_SAMPLES)
-    held = () if phase_state is None else (phase_state,)
     closing = Closing(gains, _sizes(motion, gains), motion[:, 0], duration, held, free_period, left_open)
     try:
         orbit, closing = equations.closed(samples, motion, closing, most_steps)
@@ -192,6 +178,28 @@ def periodic_orbit(
     logs = equations.multipliers(orbit, closing, residual <= _TOLERANCE)
     monodromy = reduce(lambda whole, each: each @ whole, orbit.at.maps) * closing.sizes[:, None] / closing.sizes
     return PeriodicOrbit(time, orbit.states[:, 0], orbit.period, gains, logs, monodromy, orbit.gap, residual)
+
+
+def _held(
+    system: System, samples: np.ndarray, period: float, advance: np.ndarray, free_period: bool, phase_state: int | None
+) -> tuple[int, ...]:
+    """The states that keep their values of the guess. Raises ``WuchtError`` where the arguments do not fit."""
+    n = len(system.states)
+    if len(samples) != n or advance.shape != (n,) or not (np.isfinite(samples).all() and np.isfinite(advance).all()):
+        raise WuchtError(f"a periodic motion of {n} states needs {n} finite numbers for its start and for its advance")
+    if not (math.isfinite(period) and period > 0):
+        raise WuchtError(f"the period of a periodic motion is positive, not {period}")
+    if phase_state is not None and phase_state not in range(n):
+        raise WuchtError(f"phase_state {phase_state} is no state: must be 0 to {n - 1}")
+    if free_period and depends_on_time(system):
+        raise WuchtError("the period of a periodic motion is free, but the equations depend on time: give the period")
+    if phase_state is not None or not free_period:
+        return () if phase_state is None else (phase_state,)
+    if not advance.any():
+        raise WuchtError(
+            "a periodic motion whose period is free needs phase_state, a state held at its start: no state advances"
+        )
+    return (int(np.flatnonzero(advance)[0]),)
 
 
 def _sizes(states: np.ndarray, advance: np.ndarray) -> np.ndarray:
@@ -250,10 +258,10 @@ class _Equations:
 
     def multipliers(self, orbit: ExactOrbit, closing: Closing, repeats: bool) -> np.ndarray:
         """ln mu (n,), the largest first. repeats: whether it is closed, so that a phase that nothing fixes has mu = 1."""
-        maps, flow = finer(self.plain, self.parameters, self.time, orbit, closing)
+        maps, flow = finer(self.plain, self.parameters, self.time, orbit, closing.sizes)
         moves = np.linalg.norm(flow, axis=1).min() * orbit.period > _AT_REST
         if repeats and moves and not depends_on_time(self.plain.system):
-            logs = np.append(logarithms(across_flow(maps, np.concatenate([flow, flow[:1]]))[0])[0], 0.0)
+            logs = np.append(logarithms(across_flow(maps, flow)[0])[0], 0.0)
         else:
             logs = logarithms(maps)[0]
         return logs[np.lexsort((-logs.imag, -np.round(logs.real, 12)))]

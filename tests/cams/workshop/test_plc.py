@@ -38,7 +38,7 @@ def test_rows_of_linear_interpolation():
 def test_it_is_a_law_with_its_derivatives(order):
     """Differences of the table's own values, and the law's own derivatives."""
     table = cam_table(LAW, Unit.DEGREE, 1e-9, decimals=10)
-    assert table(FINE, order) == pytest.approx(LAW(FINE, order), abs=(1e-9, 1e-7, 1e-5, 1e-2)[order])
+    assert np.abs(table(FINE, order) - LAW(FINE, order)).max() <= (1e-9, 1e-7, 1e-5, 1e-2)[order]
     h, at = 1e-4, np.array([0.3, 1.0, 4.0, 6.0])
     if order:
         assert (table(at + h, order - 1) - table(at - h, order - 1)) / (2 * h) == pytest.approx(table(at, order), abs=1e-6)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import pickle
-from collections.abc import Sequence
 
 import numpy as np
 import pytest
 import sympy as sp
+from equations_by_hand import P, Pair, Q, X, by_hand
 
 from auto_demos import AB
 from wucht.errors import RunError, WuchtError
@@ -19,28 +19,12 @@ from wucht.numerics.continuation.fold_curves import Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoints
 from wucht.system import System
 
-X, P, Q = sp.symbols("x p q", real=True)
-Pair = tuple[np.ndarray, np.ndarray]
-
-
-def by_hand(rates: Sequence[sp.Expr], states: Sequence[sp.Symbol], parameters: Sequence[sp.Symbol] = (P,)) -> Equations:
-    """Of expressions, without compiling them."""
-    given = [*states, *parameters]
-    f = sp.lambdify(given, list(rates), "numpy")
-    f_u = sp.lambdify(given, sp.Matrix(rates).jacobian(given).tolist(), "numpy")
-
-    def values(u: np.ndarray) -> Pair:
-        with np.errstate(all="ignore"):
-            return np.array(f(*u), float), np.array(f_u(*u), float)
-
-    return Equations.by_hand(values, [s.name for s in states], [p.name for p in parameters])
-
 
 def test_starts_at_bounds_and_beyond() -> None:
     problem = Equilibria(by_hand([P - X], [X]), (-1, 1))
     found = problem.branch(problem.start([1.0], 1.0))
     assert found.u[-1].tolist() == sorted(set(found.u[-1].tolist())) and found.u[-1, [0, -1]].tolist() == [-1, 1]
-    with pytest.raises(RunError, match="out of its range: 3 is not between -1 and 1"):
+    with pytest.raises(RunError, match="out of its range: p = 3 is not between -1 and 1"):
         problem.branch(problem.start([3.0], 3.0))
     wrong = Equilibria(problem.equations, (1, -1))
     with pytest.raises(RunError, match="no range from 1 to -1"):

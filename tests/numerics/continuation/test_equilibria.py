@@ -37,7 +37,7 @@ def test_ab_hopf_and_folds() -> None:
         branch = problem.branch(problem.start([0, 0], 0.0))
         assert [k for k, _ in kinds(list(branch.special))] == [k for k, _ in expected]
         np.testing.assert_allclose([v for _, v in kinds(list(branch.special))], [v for _, v in expected], rtol=5e-8)
-        assert branch.ends == ("it leaves the range at 0", "it leaves the range at 0.5")
+        assert branch.ends == ("it leaves the range at p1 = 0", "it leaves the range at p1 = 0.5")
 
 
 def test_located_points_satisfy_their_defining_equations() -> None:
@@ -109,7 +109,7 @@ def test_points_come_one_by_one_and_the_walk_goes_on_after_a_pause() -> None:
     three = list(itertools.islice(walk, 3))
     assert len(three) == 3 and walk.end == ""
     rest = list(walk)
-    assert walk.end == "it leaves the range at 0.3" and rest[-1].parameter == 0.3
+    assert walk.end == "it leaves the range at p1 = 0.3" and rest[-1].parameter == 0.3
 
 
 def test_two_hopf_points_within_a_step_do_not_hide_each_other() -> None:
@@ -194,7 +194,10 @@ def test_a_bound_on_which_the_equations_are_singular_is_approached() -> None:
     """x' = p (1 - x): at p = 0 every x stays. The branch x = 1 ends there, and does not turn into the line p = 0."""
     problem = equilibria(System((X,), (P * (1 - X),), (P,)), "p", {}, 0.0, 1.0)
     branch = problem.branch(problem.start([1.0], 0.5))
-    assert sorted(branch.ends) == ["it leaves the range at 0, where the equations are singular", "it leaves the range at 1"]
+    assert sorted(branch.ends) == [
+        "it leaves the range at p = 0, where the equations are singular",
+        "it leaves the range at p = 1",
+    ]
     assert 0 < branch.u[-1].min() < 1e-2 and branch.u[0] == pytest.approx(1.0, abs=1e-9)
 
 

@@ -15,7 +15,8 @@ from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
 from wucht.numerics.continuation.fold_curves import Fold, FoldProblem, Folds
-from wucht.numerics.continuation.special_curves import Condition, SpecialCurve, Watch
+from wucht.numerics.continuation.special_curves import Condition, Watch
+from wucht.numerics.continuation.two_parameters import SpecialCurve
 from wucht.system import System
 
 X, Y, Z, P, Q = sp.symbols("x y z p q", real=True)
@@ -48,7 +49,7 @@ def test_the_cusp_and_its_fold_curve() -> None:
     """x^3 - q x - p = 0: 27 p^2 = 4 q^3, the cusp at zero."""
     problem = folds(CUSP, (-2, 2), (-1, 2))
     curve = problem.branch(problem.start([0.5], (-0.25, 0.75)))
-    assert curve.ends == ("it leaves the range at 2", "it leaves the range at 2")
+    assert curve.ends == ("it leaves the range at q = 2", "it leaves the range at q = 2")
     p, q = curve.parameters
     np.testing.assert_allclose(27 * p**2, 4 * q**3, atol=1e-12)
     (cusp,) = curve.special
@@ -128,7 +129,7 @@ def test_points_come_one_by_one() -> None:
     problem = folds(CUSP, (-2, 2), (-1, 2))
     walk = problem.walk(problem.start([0.5], (-0.25, 0.75)))
     assert len(list(itertools.islice(walk, 3))) == 3 and walk.end == ""
-    assert list(walk)[-1].parameters[1] == 2 and walk.end == "it leaves the range at 2"
+    assert list(walk)[-1].parameters[1] == 2 and walk.end == "it leaves the range at q = 2"
 
 
 def test_other_units_give_the_same_special_points() -> None:
@@ -203,7 +204,7 @@ def test_the_null_vector_may_turn_all_round() -> None:
     system = System((X, Y), (sp.cos(Q) * first - sp.sin(Q) * second, sp.sin(Q) * first + sp.cos(Q) * second), (P, Q))
     problem = folds(system, (-1, 1), (0, 7))
     curve = problem.branch(problem.start([0, 0], (0.01, 0.5)))
-    assert curve.ends == ("it leaves the range at 0", "it leaves the range at 7") and curve.special == ()
+    assert curve.ends == ("it leaves the range at q = 0", "it leaves the range at q = 7") and curve.special == ()
     assert np.abs(curve.parameters[0]).max() < 1e-11
 
 

@@ -11,27 +11,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 import sympy as sp
+from equations_by_hand import P, Pair, Q, X, by_hand
 
 from wucht.numerics.continuation.deflation import disconnected_branches, equilibria_at, seeded
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Branch, Equilibria
 from wucht.numerics.continuation.hopf_curves import HopfPoints
 
-X, Y, Z, W, P, Q = sp.symbols("x y z w p q", real=True)
-Pair = tuple[np.ndarray, np.ndarray]
-
-
-def by_hand(rates: Sequence[sp.Expr], states: Sequence[sp.Symbol], parameters: Sequence[sp.Symbol] = (P,)) -> Equations:
-    """Of expressions, without compiling them."""
-    given = [*states, *parameters]
-    f = sp.lambdify(given, list(rates), "numpy")
-    f_u = sp.lambdify(given, sp.Matrix(rates).jacobian(given).tolist(), "numpy")
-
-    def values(u: np.ndarray) -> Pair:
-        with np.errstate(all="ignore"):
-            return np.array(f(*u), float), np.array(f_u(*u), float)
-
-    return Equations.by_hand(values, [s.name for s in states], [p.name for p in parameters])
+Y, Z, W = sp.symbols("y z w", real=True)
 
 
 def branch(
@@ -84,7 +71,7 @@ def test_slow_time_hides_no_hopf_point() -> None:
 def test_a_hairpin_is_not_closed(width: float) -> None:
     """x^2 = width^2 (1 - p): both sides of the parabola are nearer to one another than a step is long."""
     found = branch([X**2 - width**2 * (1 - P)], [X], [1.4 * width], -1.0, -3, 2)
-    assert found.ends == ("it leaves the range at -3",) * 2 and kinds(found) == [("fold", pytest.approx(1, abs=1e-9))]
+    assert found.ends == ("it leaves the range at p = -3",) * 2 and kinds(found) == [("fold", pytest.approx(1, abs=1e-9))]
 
 
 def test_what_is_closed_is_known_and_what_nearly_is_is_not() -> None:
@@ -171,7 +158,7 @@ def test_events_that_hide_each_other_are_found_or_named() -> None:
 def test_a_branch_that_leaves_the_range_for_less_than_a_step_ends_there() -> None:
     """p = 1 - x^2 up to 0.9999."""
     found = branch([1 - X**2 - P], [X], [1.0], 0.0, -1, 0.9999)
-    assert found.ends == ("it leaves the range at -1", "it leaves the range at 0.9999")
+    assert found.ends == ("it leaves the range at p = -1", "it leaves the range at p = 0.9999")
     assert found.u[-1, -1] == 0.9999 and found.special == ()
 
 
@@ -226,7 +213,7 @@ def test_double_hopf_point_among_weakly_damped_pairs() -> None:
 def test_a_constant_test_function_divides_by_nothing() -> None:
     """Where Newton's method fails between two points, several of the values that are left may be equal."""
     found = branch([(X - P) / (X - sp.Rational(1, 2))], [X], [0.1], 0.1, -1, 1, functions={"d": lambda u: np.sign(u[0] - 0.5)})
-    assert found.ends == ("it leaves the range at -1", "it leaves the range at 1")
+    assert found.ends == ("it leaves the range at p = -1", "it leaves the range at p = 1")
 
 
 def test_states_where_a_branch_passes_a_value_are_on_it() -> None:

@@ -14,7 +14,7 @@ from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.equilibria import Equilibria
 from wucht.numerics.continuation.fold_curves import Folds
 from wucht.numerics.continuation.hopf_curves import HopfPoint, HopfPoints, HopfProblem
-from wucht.numerics.continuation.special_curves import SpecialCurve
+from wucht.numerics.continuation.two_parameters import SpecialCurve
 from wucht.system import System
 
 X, Y, Z, W, P, Q = sp.symbols("x y z w p q", real=True)
@@ -99,7 +99,7 @@ def test_bogdanov_takens_ends_a_hopf_curve() -> None:
     curve = problem.branch(problem.start([0.05, 0.0], (0.0, -1.0)))
     np.testing.assert_allclose([p.frequency**2 for p in curve.points], -curve.parameters[1], atol=1e-10)
     assert np.abs(curve.u[:3]).max() < 1e-11
-    assert sorted(e[: len(ENDS)] for e in curve.ends) == [ENDS, "it leaves the range at -2"]
+    assert sorted(e[: len(ENDS)] for e in curve.ends) == [ENDS, "it leaves the range at q = -2"]
     (takens,) = curve.special
     assert takens in (curve.points[0], curve.points[-1]) and np.abs(takens.u).max() < 1e-10
     assert takens.coefficients == pytest.approx({"a": 1, "b": 1}, rel=1e-9)
@@ -112,7 +112,7 @@ def test_a_hopf_curve_begins_at_a_bogdanov_takens_point_of_a_fold_curve() -> Non
     (takens,) = problem.branch(problem.start([0.3, 0.1], (0.1, -0.5))).special
     hopf = hopf_points(TAKENS, (-1, 1), (-2, 2))
     curve = hopf.branch(hopf.start(takens.x, takens.parameters, 0.0))
-    assert sorted(e[: len(ENDS)] for e in curve.ends) == [ENDS, "it leaves the range at -2"]
+    assert sorted(e[: len(ENDS)] for e in curve.ends) == [ENDS, "it leaves the range at q = -2"]
     assert [p.kind for p in curve.special] == ["bogdanov-takens"] and curve.parameters[1].max() < 1e-9
 
 
@@ -225,5 +225,5 @@ def test_the_critical_plane_may_turn_all_round() -> None:
     system = System((X, Y, Z), (sp.cos(Q) * first - sp.sin(Q) * third, second, sp.sin(Q) * first + sp.cos(Q) * third), (P, Q))
     problem = hopf_points(system, (-1, 1), (0, 7))
     curve = problem.branch(problem.start([0, 0, 0], (0.01, 0.5)))
-    assert curve.ends == ("it leaves the range at 0", "it leaves the range at 7") and curve.special == ()
+    assert curve.ends == ("it leaves the range at q = 0", "it leaves the range at q = 7") and curve.special == ()
     assert np.abs(curve.parameters[0]).max() < 1e-11

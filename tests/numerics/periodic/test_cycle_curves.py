@@ -107,3 +107,5 @@ def test_bad_input_is_told() -> None:
         CycleCurve.of("fold", BAUTIN, ("p", "q"), fixed, ((0, 1), (1, 0)))
     with pytest.raises(WuchtError, match="speed has no value"):
         CycleCurve.of("fold", BAUTIN, ("p", "q"), {}, BOUNDS)
+    with pytest.raises(WuchtError, match="x has a winding number but is no angle"):
+        CycleCurve.of("fold", BAUTIN, ("p", "q"), fixed, BOUNDS, winding={"x": 1})

@@ -7,12 +7,15 @@ import pytest
 import sympy as sp
 
 from known_orbits import EVEN, PITCHFORK, X, Y, Z, placed
+from wucht.errors import RunError
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.jacobian import Jacobian
 from wucht.numerics.orbits import periodic_orbit
+from wucht.numerics.periodic import floquet
 from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import Cycles
-from wucht.numerics.periodic.floquet import across_flow, integrated_maps, logarithms
+from wucht.numerics.periodic.floquet import across_flow, integrated_legs, integrated_maps, logarithms, of_moderate_condition
+from wucht.numerics.variational import variational
 from wucht.system import System
 
 RNG = np.random.default_rng(11)
@@ -105,5 +108,36 @@ def test_places_are_added_where_changes_grow_too_differently() -> None:
     x, y = sp.symbols("x y", real=True)
     system = System((x, y), (sp.Integer(1), -60 * y))
     maps, flow = integrated_maps(system, {}, np.array([0.0, 1.0]), np.array([[0.0, 1.0], [0.0, 0.0]]))
-    assert len(maps) > 1 and len(flow) == len(maps) + 1 and np.linalg.cond(maps).max() <= 1e4
+    assert len(maps) > 1 and len(flow) == len(maps) and np.linalg.cond(maps).max() <= 1e4
     np.testing.assert_allclose(logarithms(maps)[0], [0.0, -60.0], atol=1e-10)
+
+
+def test_legs_are_judged_in_the_states_sizes_and_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """x' = 1e3 y, y' = -1e-3 x turns x and 1e3 y, and z' = -30 z is to be told from it."""
+    x, y, z = sp.symbols("x y z", real=True)
+    linear = compile_system(variational(System((x, y, z), (1e3 * y, -1e-3 * x, -30 * z)), 3), 1e-15)
+    times, states, sizes = np.linspace(0, 1, 4), np.zeros((3, 3)), np.array([1e3, 1.0, 1e-3])
+    none = np.empty(0)
+    maps = integrated_legs(linear, none, times[:-1], times[1:], states)[1] * sizes / sizes[:, None]
+    given = maps.copy()
+    at, x_at, finer = of_moderate_condition(linear, none, times, states, maps, sizes)
+    np.testing.assert_array_equal(maps, given)
+    assert len(finer) == 6 and x_at.shape == (3, 6)
+    np.testing.assert_allclose(at, np.linspace(0, 1, 7), atol=1e-15)
+    np.testing.assert_allclose(logarithms(finer)[0], [1j, -1j, -30], rtol=0, atol=1e-11)
+    monkeypatch.setattr(floquet, "_MOST_LEGS", 5)
+    with pytest.raises(RunError, match="grow and decay too differently to be told apart on 5 legs"):
+        of_moderate_condition(linear, none, times, states, maps, sizes)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi])
+@pytest.mark.parametrize("off", [-1e-15, 0.0, 1e-15])
+def test_rounding_at_the_end_of_the_period_does_not_mirror_it(angle: float, off: float) -> None:
+    """A circle with mu = exp(-pi), from where one of dx/dt passes zero: its sign at either end is that of rounding."""
+    x, y = sp.symbols("x y", real=True)
+    grow = (1 - x**2 - y**2) / 4
+    times = np.linspace(0, 2 * math.pi, 9)
+    states = np.array([np.cos(times + angle), np.sin(times + angle)])
+    states[:, 0], states[:, -1] = np.round(states[:, 0]) - off, np.round(states[:, 0]) + off
+    maps, flow = integrated_maps(System((x, y), (-y + x * grow, x + y * grow)), {}, times, states)
+    np.testing.assert_allclose(logarithms(across_flow(maps, flow)[0])[0], [-math.pi], rtol=0, atol=1e-12)

@@ -161,8 +161,18 @@ def test_an_interrupted_run_is_a_valid_result(call: int) -> None:
     assert any("interrupted" in w for w in json.loads(result.attrs["warnings"]))
 
 
-@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.97])
-@pytest.mark.parametrize("swinging", [False, True])
+@pytest.mark.parametrize(
+    ("swinging", "share"),
+    [
+        (False, 0.0),
+        (True, 0.1),
+        (True, 0.97),
+        *(
+            pytest.param(*more, marks=pytest.mark.slow)
+            for more in ((False, 0.1), (False, 0.5), (False, 0.97), (True, 0.0), (True, 0.5))
+        ),
+    ],
+)
 def test_resumed_it_is_the_uninterrupted_one(
     tmp_path: Path, share: float, swinging: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -97,7 +97,7 @@ def test_a_study_that_is_interrupted_keeps_what_it_has(made: Counter[str]) -> No
 @pytest.mark.parametrize(
     ("name", "after"),
     [
-        ("runs", 1),
+        pytest.param("runs", 1, marks=pytest.mark.slow),
         pytest.param("branches", 1, marks=pytest.mark.slow),
         pytest.param("runs", 6, marks=pytest.mark.slow),
         ("runs", 20),
@@ -126,7 +126,7 @@ def test_resumed_it_is_the_uninterrupted_one(file: str, name: str, after: int, t
 def test_interrupted_again_and_again(tmp_path: Path, made: Counter[str]) -> None:
     question = Entrainment.read({"points": 6, "resolution": 0.2})
     whole, needed = uninterrupted(question, "sperling-vibration/figure-2a", made)
-    for after in range(1, 60, 6):
+    for after in range(1, 60, 9):
         result = run(question, bild_2(), folder=tmp_path, resume=True, progress=stop(made, "runs", after))
         if result.attrs["finished"]:
             break

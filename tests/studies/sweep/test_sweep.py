@@ -140,7 +140,7 @@ def test_a_sweep_that_is_too_fast_says_so(machine: Machine) -> None:
     assert warning.endswith("give a rate below 1 rad/s per s")
 
 
-@pytest.mark.parametrize("start", [{}, {"rotor": {"speed": "8 rad/s"}}])
+@pytest.mark.parametrize("start", [pytest.param({}, marks=pytest.mark.slow), {"rotor": {"speed": "8 rad/s"}}])
 def test_a_standstill_is_settled(machine: Machine, start: dict[str, Any]) -> None:
     """What is left of a speed that dies away is small beside the speeds of the sweep, not beside itself."""
     result = run(Sweep(along=OMEGA_1, range=(0.0, 12.0), start=start), machine)
@@ -200,7 +200,9 @@ def assert_the_same(result: xr.Dataset, expected: xr.Dataset) -> None:
     assert result.attrs["finished"] == expected.attrs["finished"] == 1
 
 
-@pytest.mark.parametrize("share", [0.0, 0.02, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9, 0.999])
+@pytest.mark.parametrize(
+    "share", [0.0, 0.3, 0.6, 0.999, *(pytest.param(s, marks=pytest.mark.slow) for s in (0.02, 0.15, 0.45, 0.75, 0.9))]
+)
 def test_resumed_it_is_the_uninterrupted_one(
     machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], computed: list[str], tmp_path: Path, share: float
 ) -> None:

@@ -94,9 +94,9 @@ def same(states: list[State], others: list[State]) -> bool:
 
 UNBALANCES = [(0.012, 0.008), (0.02, 0.005), (0.003, 0.004), (0.012,), (0.003,)]
 DAMPINGS, SPEEDS = [[0.0, 0.0], [40.0, 60.0], [400.0, 300.0]], [30.0, 58.0, 100.0]
-# Each with each takes a minute: of these every value stands in some case of the quick ones.
+# Each with each takes a minute: every value stands in some case of the five quick ones.
 EVERY_TWO = [
-    pytest.param(u, d, w, marks=() if (i + j + k) % 5 == 0 else pytest.mark.slow)
+    pytest.param(u, d, w, marks=() if (j, k) == (i % 3, 2 * i % 3) else pytest.mark.slow)
     for i, u in enumerate(UNBALANCES)
     for j, d in enumerate(DAMPINGS)
     for k, w in enumerate(SPEEDS)
@@ -139,8 +139,15 @@ def test_a_family_is_what_the_search_leaves_undecided() -> None:
     assert same(closed[1:], searched.states)
 
 
-@pytest.mark.parametrize("count", [2, 3, pytest.param(4, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("held", [None, 99.9])
+# Quick are three with a free speed and two with a given one; three hold what two have.
+@pytest.mark.parametrize(
+    ("count", "held"),
+    [
+        (3, None),
+        (2, 99.9),
+        *(pytest.param(n, held, marks=pytest.mark.slow) for n, held in ((2, None), (3, 99.9), (4, None), (4, 99.9))),
+    ],
+)
 def test_exciters_are_found_completely(count: int, held: float | None) -> None:
     m = exciters(count, held)
     summary = answer(m, full=False)
@@ -173,7 +180,14 @@ def test_five_exciters_are_not_shown_complete() -> None:
 
 
 @pytest.mark.parametrize(
-    "m", [machine(0.002, 0.003, 0.0035), machine(0.012, 0.008), exciters(4, 99.9)], ids=["3", "2", "rotors"]
+    "m",
+    [
+        machine(0.002, 0.003, 0.0035),
+        pytest.param(machine(0.012, 0.008), marks=pytest.mark.slow),
+        exciters(3, 99.9),
+        pytest.param(exciters(4, 99.9), marks=pytest.mark.slow),
+    ],
+    ids=["3", "2", "rotors", "four rotors"],
 )
 def test_indices_add_up_to_zero(m: Machine) -> None:
     """Poincare and Hopf: the torque balance is a vector field on a torus. Without one of its zeros they do not."""
@@ -206,7 +220,10 @@ CHARACTERISTICS = {
 }
 
 
-@pytest.mark.parametrize("case", CHARACTERISTICS)
+# A measured load has the breakpoints of a measured drive.
+@pytest.mark.parametrize(
+    "case", [pytest.param(c, marks=pytest.mark.slow) if c == "measured load" else c for c in CHARACTERISTICS]
+)
 def test_characteristics_with_breakpoints_are_shown_complete(case: str) -> None:
     """Kinks of tables, the square with its sign, a smoothed step: bounds on their slopes hold on both sides."""
     drive, load = CHARACTERISTICS[case]
@@ -745,6 +762,7 @@ def test_every_variable_says_what_it_is() -> None:
 Command = Callable[..., Any]
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_run(wucht: Command) -> None:
     words = ("--set", "study.kind=synchronous-states", "--set", "study.speed=80 rad/s", "-o", "out", "--json")
     command = wucht("run", "sperling-rollers/table-1", "--set", "study.until=", *words)
@@ -760,6 +778,7 @@ def test_run(wucht: Command) -> None:
         assert result.stable_slow.values.tolist() == [int(s["stable_slow"]) for s in command.document["summary"]["states"]]
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_new(wucht: Command) -> None:
     assert wucht("new", "synchronous-states", "mine.toml").code == 0
     command = wucht("run", "mine.toml")
@@ -768,6 +787,7 @@ def test_new(wucht: Command) -> None:
         assert word in command.out
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_words(wucht: Command) -> None:
     """Units with every speed, no phase of 360 degrees, and one line on the multipliers, not one for each state."""
     question = ("--set", "study.kind=synchronous-states")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ def rollers() -> xr.Dataset:
     return run(SynchronousStates(speed=80.0, axes=AXES), machine)
 
 
+@cache
 def many(count: int) -> xr.Dataset:
     ball = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
     described: dict[str, Any] = {

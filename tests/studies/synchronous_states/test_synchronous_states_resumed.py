@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -161,9 +162,14 @@ def test_stopped_while_searching(count: int, tmp_path: Path) -> None:
     same(ask(question, m), ask(question, m, folder=tmp_path, resume=True))
 
 
-def test_tiles_join_to_the_whole_map(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tiles_join_to_the_whole_map(monkeypatch: pytest.MonkeyPatch, computed: Counter[str]) -> None:
     """However the rows are cut."""
     m, question = machine(0.004, 0.004, 0.004), SynchronousStates(axes=AXES, full=False)
     whole = ask(question, m)
+    assert whole.map_stable.values.any()
     monkeypatch.setattr(running, "_CELLS", 1)
-    same(whole, ask(question, m))
+    cut, rows = ask(question, m), AXES["ratio"][2]
+    assert computed["regions"] == 1 + math.ceil(rows / 2), "one tile, then one for every two rows, the fewest"
+    for name in ("map_stable", "map_exists", "map_speed", "map_ratio"):
+        assert np.array_equal(cut[name].values, whole[name].values), name
+    same(whole, cut)

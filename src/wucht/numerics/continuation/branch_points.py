@@ -7,7 +7,7 @@ W. Govaerts, "Numerical Methods for Bifurcations of Dynamical Equilibria", SIAM 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -75,19 +75,37 @@ def derivative_along(equations: Equations, u: np.ndarray, direction: np.ndarray)
 def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPoint:
     """The branch point between two neighbouring points of a branch.
 
-    It is a regular solution of F + b w = 0, F_u^T w = 0, w^T w = 1 with unknowns u, b, w. Raises ``RunError`` where none
-    lies there.
+    Raises ``RunError`` where none lies there.
     """
-    n, scale = equations.n, equations.scale
-    way = (b.u - a.u) / scale
-    u, slack = (a.u + b.u) / 2, 0.0
+    way = (b.u - a.u) / equations.scale
+    u = _solved(equations, (a.u + b.u) / 2)
+    share = float((u - a.u) / equations.scale @ way / (way @ way))
+    if not -0.5 <= share <= 1.5:
+        raise RunError("no branch point was found between two points")
+    return replace(BranchPoint.at(equations, u, b.u - a.u), share=share)
+
+
+def branch_point_near(equations: Equations, u: np.ndarray) -> BranchPoint:
+    """The branch point near u (n+1,), its branches in the order in which ``BranchPoint.at`` has them.
+
+    Raises ``RunError`` where Newton's method finds none.
+    """
+    return BranchPoint.at(equations, _solved(equations, u))
+
+
+def _solved(equations: Equations, u: np.ndarray) -> np.ndarray:
+    """Where F_u (n, n+1) has less than full rank: a solution, and a regular one, of F + b w = 0, F_u^T w = 0, w^T w = 1.
+
+    The unknowns are u, b, w. Raises ``RunError`` where Newton's method finds none from u (n+1,).
+    """
+    n, scale, slack = equations.n, equations.scale, 0.0
     # Equations of very different rates are measured by their own: at a branch point first derivatives alone may vanish.
     rates = np.abs(np.concatenate([equations.values(u)[1] * scale, *np.moveaxis(_second(equations, u), 1, 0)], axis=1)).max(
         axis=1
     )
     weights = 1 / np.where(rates > 0, rates, 1.0)[:, None]
     if not np.isfinite(weights).all():
-        raise RunError("no branch point was found between two points: the equations cannot be evaluated there")
+        raise RunError("no branch point was found: the equations cannot be evaluated there")
     w = np.linalg.svd(equations.values(u)[1] * scale * weights)[0][:, -1]
     before = math.inf
     for _ in range(_MOST_STEPS):
@@ -108,13 +126,11 @@ def branch_point(equations: Equations, a: CurvePoint, b: CurvePoint) -> BranchPo
         if not math.isfinite(change):
             break
         if change <= _TOLERANCE * max(1.0, float(np.abs(u / scale).max())) or before / 2 < change < _ROUNDED:
-            share = float((u - a.u) / scale @ way / (way @ way))
-            if not (-0.5 <= share <= 1.5 and abs(slack) < _TOUCHING):
-                break
-            found = BranchPoint.at(equations, u, b.u - a.u)
-            return BranchPoint(found.u, found.jacobian, found.tangents, share)
+            if abs(slack) < _TOUCHING:
+                return u
+            break
         before = change
-    raise RunError("no branch point was found between two points")
+    raise RunError("no branch point was found")
 
 
 def _second(equations: Equations, u: np.ndarray) -> np.ndarray:

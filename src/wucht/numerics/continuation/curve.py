@@ -121,16 +121,16 @@ class Curve:
                 index, bound = left
                 gap = abs(bound - here.u[index]) / curve.problem.scale[index]
                 if gap < _REACHED or not curve.bounds[index][0] <= here.u[index] <= curve.bounds[index][1]:
-                    return left_at(bound)
+                    return curve.left_at(index, bound)
                 try:
                     last = curve._at_bound(here, there, index, bound)
                 except RunError:  # on the bound itself the equations are singular: it is approached
                     step, here = step * _SHRINKS, replace(here, bend=None)
                     if step < _NEAR_A_BOUND * self.steps.first:
-                        return f"{left_at(bound)}, where the equations are singular"
+                        return f"{curve.left_at(index, bound)}, where the equations are singular"
                     continue
                 yield curve, last
-                return left_at(bound)
+                return curve.left_at(index, bound)
             after, _ = curve.problem.outline(there.u)
             if made > 1 and _passes(before, after, first, turns) and curve._returns(here, there, first, begins):
                 yield curve, curve._at_begin(there, start)
@@ -208,7 +208,17 @@ class Curve:
             if not low < high:
                 raise RunError(f"there is no range from {low:.9g} to {high:.9g}: the second number must be the greater one")
             if not replace(self, bounds={i: (low, high)}).within(u):
-                raise RunError(f"the first point is out of its range: {u[i]:.9g} is not between {low:.9g} and {high:.9g}")
+                said = self._said(i, u[i])
+                raise RunError(f"the first point is out of its range: {said} is not between {low:.9g} and {high:.9g}")
+
+    def left_at(self, index: int, bound: float) -> str:
+        """The sentence with which the curve ends where an unknown, by its index in ``bounds``, is on its bound."""
+        return f"it leaves the range at {self._said(index, bound)}"
+
+    def _said(self, index: int, value: float) -> str:
+        """A value of an unknown, with its name where it is known."""
+        i = index % len(self.problem.scale)
+        return f"{self.names[i]} = {value:.9g}" if i < len(self.names) else f"{value:.9g}"
 
     def _afar(self, first: np.ndarray, last: np.ndarray) -> str:
         """Which unknown has run away, if one has."""
@@ -267,11 +277,6 @@ class Curve:
         if len(turns) != len(away):
             return there
         return replace(start, u=start.u + _whole(away, turns) * self.problem.scale, length=there.length)
-
-
-def left_at(bound: float) -> str:
-    """The sentence with which a curve ends at a bound."""
-    return f"it leaves the range at {bound:.9g}"
 
 
 def _passes(before: np.ndarray, after: np.ndarray, first: np.ndarray, turns: np.ndarray) -> bool:

@@ -7,11 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from wucht.errors import RunError, WuchtError
-from wucht.numerics.continuation.branch_points import BranchPoint, branch_point
+from wucht.numerics.continuation.branch_points import BranchPoint, branch_point, branch_point_near
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint, Functions
@@ -24,7 +25,7 @@ from wucht.numerics.continuation.special_curves import (
     refuse_other_than,
     state_of,
 )
-from wucht.numerics.continuation.special_points import LOST, critical_pairs
+from wucht.numerics.continuation.special_points import LOST, critical_pairs, eigenvalues_of, may_cross
 
 FOLD, HOPF, BRANCH_POINT = "fold", "hopf", "branch-point"
 
@@ -32,7 +33,8 @@ _FIRST = 0.05  # of the range: a first step at most
 _NEAR = 1e-3  # of the first step: nearer to a point where the orientation changes it is passed, whatever it is
 _AT = 1e-5  # arclength: a fold that near to a branch point is none
 _ON_AXIS = 1e-8  # relative: the sign of a real part that is smaller says nothing
-_FLAT, _STEEP = 1e-5, 0.5  # of the tangent: the parameter hardly changes; it changes too fast to turn back within a step
+_HALVINGS = 8  # of a step, to find where eigenvalues have crossed and come back
+_HERE = 1e-6  # of the parameter, in units of its scale: a start that near to a branch point is on it
 _CROSSING = {FOLD: 1, BRANCH_POINT: 1, HOPF: 2}  # eigenvalues that pass the imaginary axis there
 _NARROW = 0.25  # of the angle between both branches: how far off its direction a point of one is
 
@@ -74,7 +76,7 @@ class Equilibrium:
         """The parameter's value."""
         return float(self.point.u[-1])
 
-    @property
+    @cached_property
     def unstable(self) -> int:
         """How many eigenvalues have a positive real part."""
         return int(np.count_nonzero(self.eigenvalues.real > 0))
@@ -132,10 +134,29 @@ class Equilibria:
         return Curve(Functions(e.values, e.scale, e.turns), bounds, steps, self._continues, e.names)
 
     def start(self, x: Sequence[float] | np.ndarray, value: float) -> CurvePoint:
-        """The equilibrium near a state (n,) at a value of the parameter. Raises ``RunError`` where none is found."""
+        """The equilibrium near a state (n,) at a value of the parameter. Raises ``RunError`` where none is found.
+
+        Where two branches cross it is on the one that goes with the parameter; ``switched`` has the other, of what is ``seen``.
+        """
         up = np.zeros(self.equations.n + 1)
         up[-1] = self.equations.scale[-1]
-        return self.curve.start(state_of(self.equations, x, [value]), up)
+        u = state_of(self.equations, x, [value])
+        try:
+            return self.curve.start(u, up)
+        except RunError as error:
+            if (found := self._crossing_near(u)) is not None:
+                return found
+            at = f"{self.equations.parameters[0]} = {value:.9g}"
+            raise RunError(f"{error}; nor do two branches cross at {at}: begin at another value or state") from error
+
+    def _crossing_near(self, u: np.ndarray) -> CurvePoint | None:
+        """The branch point near u (n+1,) at its value of the parameter."""
+        try:
+            found = branch_point_near(self.equations, u)
+        except (RunError, ValueError, ArithmeticError):  # the latter of a user's function, outside its region
+            return None
+        here = abs(float(found.u[-1] - u[-1])) < _HERE * float(self.equations.scale[-1])
+        return CurvePoint(found.u, found.tangents[0], found.jacobian, 0.0, 0) if here else None
 
     def walk(self, start: CurvePoint) -> Walk[Equilibrium]:
         """The points from a first one on, special ones among them, as they are asked for."""
@@ -147,7 +168,7 @@ class Equilibria:
 
     def seen(self, point: CurvePoint) -> Equilibrium:
         """A point with its eigenvalues."""
-        return Equilibrium(point, _eigenvalues(point.jacobian[:, :-1]))
+        return Equilibrium(point, eigenvalues_of(point.jacobian[:, :-1]))
 
     @cached_property
     def _watch(self) -> Watch[Equilibrium]:
@@ -169,8 +190,36 @@ class Equilibria:
         )
 
     def _explained(self, here: Equilibrium, there: Equilibrium, passed: Sequence[Equilibrium]) -> bool:
-        hidden = not passed and _turns_twice(here.point, there.point, self.equations.scale)
-        return not hidden and _accounted(here, there, passed)
+        if not _accounted(here, there, passed):
+            return False
+        if not passed:  # as nearly always
+            return not self._hides(here, there, _HALVINGS)
+        least = _NEAR * self.curve.steps.first
+        stops = [here, *sorted((p for p in passed if p.kind in _CROSSING), key=lambda p: p.point.length), there]
+        return not any(b.point.length - a.point.length > least and self._hides(a, b, _HALVINGS) for a, b in pairwise(stops))
+
+    def _hides(self, here: Equilibrium, there: Equilibrium, halvings: int) -> bool:
+        """Whether between two points as unstable as each other there is one that is not: then special points cancel.
+
+        Half way eigenvalues are taken at the cubic through both points, which costs less than a point of the branch; this is
+        computed only where they may cross. Found so are special points, whatever they are, that are farther apart than the
+        step over 2^halvings, if real parts are about parabolas over the step, or its middle lies between. Missed are narrower
+        excursions of real parts that are level elsewhere, and often two of three points where the same eigenvalue crosses.
+        """
+        if not halvings:
+            return False
+        a, b = here.point, there.point
+        try:
+            guess = (a.u + b.u) / 2 + (b.length - a.length) / 8 * (a.tangent - b.tangent)
+            middle = self.equations.values(guess)[1][:, :-1]
+            if not may_cross(here.eigenvalues, middle, there.eigenvalues, _ON_AXIS):
+                return False
+            between = self.seen(self.curve.between(a, b, 0.5))
+        except (RunError, ValueError, ArithmeticError):  # the latter of a user's function, outside its region
+            return False
+        if not (_accounted(here, between, ()) and _accounted(between, there, ())):
+            return True
+        return self._hides(here, between, halvings - 1) or self._hides(between, there, halvings - 1)
 
     def _continues(self, a: CurvePoint, b: CurvePoint) -> bool:
         """Whether two points are on one curve: not, if the orientation changes and no branch point lies between.
@@ -215,13 +264,6 @@ class Equilibria:
         raise RunError("near this branch point no point of the other branch was found within the bounds: mend the scale")
 
 
-def _eigenvalues(matrix: np.ndarray) -> np.ndarray:
-    from scipy.linalg.lapack import dgeev
-
-    real, imaginary, _, _, _ = dgeev(matrix, compute_vl=0, compute_vr=0)
-    return np.asarray(real + 1j * imaginary)
-
-
 def _accounted(here: Equilibrium, there: Equilibrium, passed: Sequence[Equilibrium]) -> bool:
     """Whether as many eigenvalues may have passed the imaginary axis as do so at the points between two.
 
@@ -239,17 +281,6 @@ def _accounted(here: Equilibrium, there: Equilibrium, passed: Sequence[Equilibri
 def _unstable(eigenvalues: np.ndarray, on_axis: float) -> tuple[int, int]:
     """How many have a positive real part at least, and at most, as those on the axis have either sign."""
     return int((eigenvalues.real > on_axis).sum()), int((eigenvalues.real >= -on_axis).sum())
-
-
-def _turns_twice(a: CurvePoint, b: CurvePoint, scale: np.ndarray) -> bool:
-    """Whether the parameter turns back and forth between two points: the cubic through both does."""
-    first, last = float(a.tangent[-1]), float(b.tangent[-1])
-    if first * last <= 0 or not _FLAT < min(abs(first), abs(last)) / scale[-1] < _STEEP:
-        return False
-    way = (b.u - a.u) / scale
-    mean = float(way[-1]) * float(scale[-1]) / math.sqrt(way @ way)
-    bent, steep = 3 * (first + last - 2 * mean), 6 * mean - 4 * first - 2 * last  # its slope: first + steep s + bent s^2
-    return 0 < -steep * bent < 2 * bent**2 and (first - steep**2 / (4 * bent)) * first < 0
 
 
 def _without_turns(passed: Sequence[Equilibrium]) -> Sequence[Equilibrium]:

@@ -12,29 +12,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.continuation.curve import Curve, Steps, Walk
+from wucht.numerics.continuation.curve import Curve
 from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.normal_forms import bogdanov_takens_form, expansion, fold_form
+from wucht.numerics.continuation.normal_forms import expansion, fold_form
 from wucht.numerics.continuation.problem import CurvePoint, Problem, bordered_solution
-from wucht.numerics.continuation.special_curves import (
-    BOGDANOV_TAKENS,
-    CUSP,
-    ZERO_HOPF,
-    Condition,
-    SpecialCurve,
-    Watch,
-    bounds_of,
-    refuse_other_than,
-    state_of,
-)
+from wucht.numerics.continuation.special_curves import BOGDANOV_TAKENS, CUSP, ZERO_HOPF, Condition, Watch, state_of
 from wucht.numerics.continuation.special_points import LOST, critical_pairs
+from wucht.numerics.continuation.two_parameters import SpecialCurves, SpecialEquilibrium
 
 _TURNED = 1 / math.cos(0.3) ** 2
 _STEP = 1e-7  # of a difference to one side, in units of scale: rounding and truncation are then about as large
@@ -141,31 +132,12 @@ def _border(v: np.ndarray, w: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Fold:
+class Fold(SpecialEquilibrium):
     """A point of a fold curve.
 
     point: u = (x, p, q) (n+2,) with tangent and derivatives. kind: ``""`` of a regular point, else ``"cusp"``,
     ``"bogdanov-takens"`` or ``"zero-hopf"``.
     """
-
-    equations: Equations
-    point: CurvePoint
-    kind: str = ""
-
-    @property
-    def u(self) -> np.ndarray:
-        """States and both parameters (n+2,)."""
-        return self.point.u
-
-    @property
-    def x(self) -> np.ndarray:
-        """The states (n,)."""
-        return self.point.u[:-2]
-
-    @property
-    def parameters(self) -> np.ndarray:
-        """Both (2,)."""
-        return self.point.u[-2:]
 
     @cached_property
     def eigenvalues(self) -> np.ndarray:
@@ -174,41 +146,18 @@ class Fold:
         values = np.linalg.eigvals(self.point.jacobian.matrix[:n, :n])
         return values[np.argsort(np.abs(values))]
 
-    @cached_property
-    def coefficients(self) -> Mapping[str, float]:
-        """Of the normal form: a, at a cusp c as well, at a Bogdanov-Takens point its a and b: see ``normal_forms``."""
-        if self.kind == BOGDANOV_TAKENS:
-            takens = bogdanov_takens_form(self.equations, self.u)
-            return {"a": takens.a, "b": takens.b}
+    def _coefficients(self) -> Mapping[str, float]:
+        """a, at a cusp c as well."""
         form = fold_form(self.equations, self.u)
         return {"a": form.a, "c": form.c} if self.kind == CUSP else {"a": form.a}
 
 
 @dataclass(frozen=True, eq=False)
-class Folds:
-    """Curves of folds of equations with two varied parameters (p, q).
+class Folds(SpecialCurves[Fold]):
+    """Curves of folds: see ``SpecialCurves``."""
 
-    equations: f(x, (p, q)). bounds: (low, high) of both. steps: see ``Steps``. limits: of some states, by their index, beyond
-    which a curve is not followed.
-    """
-
-    equations: Equations
-    bounds: Sequence[tuple[float, float]]
-    steps: Steps = field(default_factory=Steps)
-    limits: Mapping[int, tuple[float, float]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        refuse_other_than(2, self.equations)
-        bounds_of(self.equations, self.limits)
-
-    def curve(self, u: np.ndarray) -> Curve:
-        """The problem as ``Curve`` follows it, written for the neighbourhood of u (n+2,)."""
-        return Curve(
-            FoldProblem.at(self.equations, u),
-            bounds_of(self.equations, self.limits, *self.bounds),
-            self.steps,
-            names=self.equations.names,
-        )
+    def _problem(self, u: np.ndarray) -> FoldProblem:
+        return FoldProblem.at(self.equations, u)
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float]) -> CurvePoint:
         """The fold near a state (n,) and both parameters, as an ``Equilibrium`` of the kind fold has them, towards greater q.
@@ -219,21 +168,7 @@ class Folds:
         curve = self.curve(u)
         return curve.start(u, direction(curve.problem.residual(u)[1].matrix, self.equations.scale))
 
-    def walk(self, start: CurvePoint) -> Walk[Fold]:
-        """The points from a first one on, special ones among them, as they are asked for."""
-        return self._watch.walk(*self._written(start))
-
-    def branch(self, start: CurvePoint) -> SpecialCurve[Fold]:
-        """The whole curve through a point, followed both ways."""
-        return SpecialCurve(self.equations, *self._watch.followed(*self._written(start)))
-
-    def _written(self, start: CurvePoint) -> tuple[Curve, CurvePoint]:
-        """The null vectors as this border has them, so that no sign jumps at the first step."""
-        curve = self.curve(start.u)
-        return curve, replace(start, jacobian=curve.problem.residual(start.u)[1])
-
-    @property
-    def _watch(self) -> Watch[Fold]:
+    def _watch(self, _: Curve) -> Watch[Fold]:
         conditions = [
             Condition(CUSP, _curvature, _exact_curvature, 1e-5),
             Condition(BOGDANOV_TAKENS, _skew, _skew),

@@ -13,17 +13,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.continuation.curve import Curve, Steps, Walk
+from wucht.numerics.continuation.curve import Curve
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.fold_curves import direction, evaluated
-from wucht.numerics.continuation.normal_forms import HopfForm, bogdanov_takens_form, hopf_form
+from wucht.numerics.continuation.normal_forms import HopfForm, hopf_form
 from wucht.numerics.continuation.problem import CurvePoint, Problem, bordered_solution
 from wucht.numerics.continuation.special_curves import (
     BOGDANOV_TAKENS,
@@ -31,13 +31,11 @@ from wucht.numerics.continuation.special_curves import (
     GENERALISED_HOPF,
     ZERO_HOPF,
     Condition,
-    SpecialCurve,
     Watch,
-    bounds_of,
-    refuse_other_than,
     state_of,
 )
 from wucht.numerics.continuation.special_points import LOST, critical_pairs, least_real
+from wucht.numerics.continuation.two_parameters import SpecialCurves, SpecialEquilibrium
 
 _STEP = 6e-6  # of a central difference, in units of scale: the cube root of rounding
 _ROUNDING = 1e-10  # of kappa, in units of its scale
@@ -147,31 +145,12 @@ def _written(A: np.ndarray, V: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, t
 
 
 @dataclass(frozen=True, eq=False)
-class HopfPoint:
+class HopfPoint(SpecialEquilibrium):
     """A point of a Hopf curve.
 
     point: u = (x, p, q, kappa) (n+3,) with tangent and derivatives. kind: ``""`` of a regular point, else
     ``"bogdanov-takens"``, ``"zero-hopf"``, ``"generalised-hopf"`` or ``"double-hopf"``.
     """
-
-    equations: Equations
-    point: CurvePoint
-    kind: str = ""
-
-    @property
-    def u(self) -> np.ndarray:
-        """States and both parameters (n+2,)."""
-        return self.point.u[:-1]
-
-    @property
-    def x(self) -> np.ndarray:
-        """The states (n,)."""
-        return self.point.u[:-3]
-
-    @property
-    def parameters(self) -> np.ndarray:
-        """Both (2,)."""
-        return self.point.u[-3:-1]
 
     @property
     def frequency(self) -> float:
@@ -197,40 +176,16 @@ class HopfPoint:
         except RunError:
             return None
 
-    @cached_property
-    def coefficients(self) -> Mapping[str, float]:
-        """Of the normal form: l1, at a Bogdanov-Takens point a and b: see ``normal_forms``."""
-        if self.kind == BOGDANOV_TAKENS:
-            takens = bogdanov_takens_form(self.equations, self.u)
-            return {"a": takens.a, "b": takens.b}
+    def _coefficients(self) -> Mapping[str, float]:
         return {"l1": self.form.l1} if self.form else {}
 
 
 @dataclass(frozen=True, eq=False)
-class HopfPoints:
-    """Curves of Hopf points of equations with two varied parameters (p, q).
+class HopfPoints(SpecialCurves[HopfPoint]):
+    """Curves of Hopf points: see ``SpecialCurves``."""
 
-    equations: f(x, (p, q)). bounds: (low, high) of both. steps: see ``Steps``. limits: of some states, by their index, beyond
-    which a curve is not followed.
-    """
-
-    equations: Equations
-    bounds: Sequence[tuple[float, float]]
-    steps: Steps = field(default_factory=Steps)
-    limits: Mapping[int, tuple[float, float]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        refuse_other_than(2, self.equations)
-        bounds_of(self.equations, self.limits)
-
-    def curve(self, u: np.ndarray) -> Curve:
-        """The problem as ``Curve`` follows it, written for the neighbourhood of u (n+3,)."""
-        return Curve(
-            HopfProblem.at(self.equations, u),
-            bounds_of(self.equations, self.limits, *self.bounds),
-            self.steps,
-            names=self.equations.names,
-        )
+    def _problem(self, u: np.ndarray) -> HopfProblem:
+        return HopfProblem.at(self.equations, u)
 
     def start(self, x: Sequence[float] | np.ndarray, parameters: Sequence[float], frequency: float | None = None) -> CurvePoint:
         """The Hopf point near a state (n,) and both parameters, as an ``Equilibrium`` of the kind hopf has them.
@@ -252,20 +207,8 @@ class HopfPoints:
             raise RunError("near this state there is no Hopf point, but a saddle whose eigenvalues add up to zero")
         return found
 
-    def walk(self, start: CurvePoint) -> Walk[HopfPoint]:
-        """The points from a first one on, special ones among them, as they are asked for."""
-        return self._watch(start).walk(*self._written(start))
-
-    def branch(self, start: CurvePoint) -> SpecialCurve[HopfPoint]:
-        """The whole curve through a point, followed both ways."""
-        return SpecialCurve(self.equations, *self._watch(start).followed(*self._written(start)))
-
-    def _written(self, start: CurvePoint) -> tuple[Curve, CurvePoint]:
-        curve = self.curve(start.u)
-        return curve, replace(start, jacobian=curve.problem.residual(start.u)[1])
-
-    def _watch(self, start: CurvePoint) -> Watch[HopfPoint]:
-        n, kappa = self.equations.n, float(self.curve(start.u).problem.scale[-1])
+    def _watch(self, curve: Curve) -> Watch[HopfPoint]:
+        n, kappa = self.equations.n, float(curve.problem.scale[-1])
 
         def square(point: HopfPoint) -> float:
             return float(point.point.u[-1]) / kappa

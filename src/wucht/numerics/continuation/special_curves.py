@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import islice
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from wucht.errors import RunError, WuchtError
-from wucht.numerics.continuation.curve import CLOSED, Curve, Walk, left_at
+from wucht.numerics.continuation.curve import CLOSED, Curve, Walk
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.continuation.special_points import located
@@ -61,21 +60,6 @@ class Followed(Generic[P]):
     def closed(self) -> bool:
         """Whether it returns to its first point, but for whole turns of angles."""
         return self.ends[0] == self.ends[1] == CLOSED
-
-
-@dataclass(frozen=True, eq=False)
-class SpecialCurve(Followed[P]):
-    """A curve of special equilibria in two parameters."""
-
-    @cached_property
-    def u(self) -> np.ndarray:
-        """States and both parameters of all points (n+2, N)."""
-        return np.array([p.point.u[: self.equations.n + 2] for p in self.points]).T
-
-    @property
-    def parameters(self) -> np.ndarray:
-        """Both parameters of all points (2, N)."""
-        return self.u[-2:]
 
 
 @dataclass(frozen=True)
@@ -153,7 +137,7 @@ class Watch(Generic[P]):
             for p in sorted(self.kept(found), key=lambda p: p.point.length) if found else ():
                 if not curve.within(p.point.u) and (left := _on_bound(curve, here.point, p.point)):
                     yield self.seen(left[0])
-                    return left_at(left[1])
+                    return left[1]
                 if p.point.length <= until:
                     yield p
                 until = p.point.length if ended and p.kind == ended.kind else until
@@ -230,8 +214,8 @@ def _located(curve: Curve, a: CurvePoint, b: _Value, seen: Callable[[CurvePoint]
     return _labelled(found, condition.kind)
 
 
-def _on_bound(curve: Curve, a: CurvePoint, b: CurvePoint) -> tuple[CurvePoint, float] | None:
-    """The point between two where the curve leaves the range to which it returns within a step, and the bound."""
+def _on_bound(curve: Curve, a: CurvePoint, b: CurvePoint) -> tuple[CurvePoint, str] | None:
+    """The point between two where the curve leaves the range to which it returns within a step, and the sentence for it."""
     if (left := curve.left(a.u, b.u)) is None:
         return None
     index, bound = left
@@ -240,7 +224,7 @@ def _on_bound(curve: Curve, a: CurvePoint, b: CurvePoint) -> tuple[CurvePoint, f
         return None
     u = found.u.copy()
     u[index] = bound
-    return replace(found, u=u), bound
+    return replace(found, u=u), curve.left_at(index, bound)
 
 
 def _labelled(seen: P, kind: str) -> P:

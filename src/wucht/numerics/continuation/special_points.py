@@ -24,6 +24,7 @@ _JUMP = 0.1  # of the smaller value at the neighbours: a function that is larger
 _AROUND = (0.02, 0.05, 0.1, 0.2)  # of the way: nearer to a branch point rounding spoils what Newton's method finds
 _ROUNDING = 1e-13  # of the larger value at the neighbours: a function that is smaller is zero
 _ENDS = np.array([0.0, 1.0])
+_APPROACH = 0.05  # of the bend of a parabola over a step: zeros as far off the real line as sqrt(0.05) of the step are near
 
 
 class _Sample(NamedTuple, Generic[P]):
@@ -122,6 +123,72 @@ def least_real(eigenvalues: np.ndarray, largest: float) -> float:
     """Where one of some eigenvalues (k,) vanishes: the least one in terms of the largest, with the sign of their product."""
     negative = np.count_nonzero((eigenvalues.real < 0) & (eigenvalues.imag == 0))
     return float(np.abs(eigenvalues).min()) / largest * (-1) ** negative if largest > 0 else 0.0
+
+
+def eigenvalues_of(matrix: np.ndarray) -> np.ndarray:
+    """Of a matrix (k, k)."""
+    from scipy.linalg.lapack import dgeev
+
+    real, imaginary, _, _, _ = dgeev(matrix, compute_vl=0, compute_vr=0)
+    return np.asarray(real + 1j * imaginary)
+
+
+def may_cross(before: np.ndarray, matrix: np.ndarray, after: np.ndarray, rounding: float) -> bool:
+    """Whether eigenvalues may pass the imaginary axis within a step in ways that cancel: some pass, and as many come back.
+
+    Of eigenvalues at both ends (k,), and of the matrix (k, k) half way: whether real parts are parabolas that pass zero, or
+    nearly. Complex ones are followed to the nearest, real ones in their order, with their product; where pairs become real, or
+    are not told apart, all in the order of real parts. rounding: in terms of the largest, the sign of less says nothing.
+    """
+    a, b = before.tolist(), after.tolist()
+    largest = max(map(abs, (*a, *b)))
+    on_axis = rounding * largest
+    if len(a) == 1:  # few by hand: this is asked at each step
+        return _dips(a[0].real, float(matrix[0, 0]), b[0].real, on_axis)
+    if len(a) == 2:
+        (p, q), (r, s) = matrix.tolist()
+        determinants = (a[0] * a[1]).real, p * s - q * r, (b[0] * b[1]).real
+        imaginary = determinants[1] > 0
+        return _dips(*determinants, on_axis * largest) or (
+            imaginary and _dips((a[0] + a[1]).real, p + s, (b[0] + b[1]).real, on_axis)
+        )
+    each = a, eigenvalues_of(matrix).tolist(), b
+    reals = [sorted(z.real for z in e if z.imag == 0) for e in each]
+    pairs = _followed(*([z for z in e if z.imag > 0] for e in each))
+    if pairs is None or not len(reals[0]) == len(reals[1]) == len(reals[2]):
+        return any(_dips(x, y, z, on_axis) for x, y, z in zip(*(sorted(z.real for z in e) for e in each), strict=True))
+    lost = any(min(abs(x), abs(z)) <= on_axis for x, z in zip(reals[0], reals[2], strict=True))
+    if not lost and _dips(math.prod(reals[0]), math.prod(reals[1]), math.prod(reals[2]), 0.0):
+        return True
+    all_ = [*zip(*reals, strict=True), *((x.real, y.real, z.real) for x, y, z in pairs)]
+    return any(_dips(x, y, z, on_axis) or min(max(x, z), -min(x, z)) > on_axis for x, y, z in all_)
+
+
+def _followed(a: list[complex], m: list[complex], b: list[complex]) -> list[tuple[complex, complex, complex]] | None:
+    """Numbers at both ends and half way: to each its closest half way, and that closest to where both point.
+
+    None if two have the same.
+    """
+    if not len(a) == len(m) == len(b):
+        return None
+    middle = [_closest(m, x) for x in a]
+    found = [(x, y, _closest(b, 2 * y - x)) for x, y in zip(a, middle, strict=True)]
+    return found if all(len(set(each)) == len(a) for each in zip(*found, strict=True)) else None
+
+
+def _closest(numbers: list[complex], z: complex) -> complex:
+    return min(numbers, key=lambda other: abs(other - z))
+
+
+def _dips(a: float, m: float, b: float, rounding: float) -> bool:
+    """Whether the parabola through values at both ends of a step, of one sign, and half way passes zero between, or nearly."""
+    a, b = (a if abs(a) > rounding else 0.0), (b if abs(b) > rounding else 0.0)
+    if a * b < 0 or (a == b == 0 and abs(m) <= rounding):
+        return False
+    if a + b < 0:
+        a, m, b = -a, -m, -b
+    bend, slope = 2 * (a - 2 * m + b), 4 * m - 3 * a - b
+    return m < -rounding or (0 < -slope < 2 * bend and a - slope**2 / (4 * bend) < _APPROACH * bend)
 
 
 @lru_cache(maxsize=64)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -21,21 +20,11 @@ _LOST = 1e-2  # of the trivial multiplier's logarithm: beyond it the others are 
 
 
 @dataclass(frozen=True, eq=False)
-class Cycle:
-    """A periodic orbit of a branch.
-
-    curve: the problem with its mesh. point: of the curve. logarithms (n-1,): ln mu of Floquet's multipliers without the trivial
-    one, as the collocation has them, right near the unit circle, not where mu is tiny (``floquet`` has those). along: ln mu of
-    the trivial one, 0 but for errors. basis (n-1, n-1): of their invariant subspaces, for a neighbour. kind: ``""``,
-    ``"fold"``, ``"period-doubling"``, ``"torus"``, ``"branch-point"``.
-    """
+class Orbit:
+    """A periodic orbit of a branch or a curve. curve: the problem with its mesh. point: of the curve."""
 
     curve: Curve
     point: CurvePoint
-    logarithms: np.ndarray
-    along: float
-    basis: np.ndarray
-    kind: str = ""
 
     @property
     def problem(self) -> BoundaryValueProblem:
@@ -43,16 +32,6 @@ class Cycle:
         problem = self.curve.problem
         assert isinstance(problem, BoundaryValueProblem)
         return problem
-
-    @property
-    def period(self) -> float:
-        """T."""
-        return float(self.point.u[-2])
-
-    @property
-    def parameter(self) -> float:
-        """The parameter's value."""
-        return float(self.point.u[-1])
 
     @property
     def tau(self) -> np.ndarray:
@@ -67,6 +46,32 @@ class Cycle:
     def at(self, tau: np.ndarray) -> np.ndarray:
         """The states (n, K) at times (K,) in periods, from 0 to 1."""
         return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
+
+    @property
+    def period(self) -> float:
+        """T."""
+        return float(self.problem.split(self.point.u)[1][0])
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle(Orbit):
+    """A periodic orbit of a branch.
+
+    logarithms (n-1,): ln mu of Floquet's multipliers without the trivial one, as the collocation has them, right near the unit
+    circle, not where mu is tiny (``floquet`` has those). along: ln mu of the trivial one, 0 but for errors. basis (n-1, n-1):
+    of their invariant subspaces, for a neighbour. kind: ``""``, ``"fold"``, ``"period-doubling"``, ``"torus"``,
+    ``"branch-point"``.
+    """
+
+    logarithms: np.ndarray
+    along: float
+    basis: np.ndarray
+    kind: str = ""
+
+    @property
+    def parameter(self) -> float:
+        """The parameter's value."""
+        return float(self.point.u[-1])
 
     def integral(self, values: np.ndarray) -> float:
         """The integral over a period, in time, of values at the nodes (K,)."""
@@ -100,18 +105,6 @@ class Cycle:
             return self.point
         u, tangent = self.problem.moved(np.stack([self.point.u, self.point.tangent], axis=1), mesh).T
         return replace(self.point, u=u, tangent=tangent)
-
-
-class Orbit(Protocol):
-    """What ``swing`` compares: times of the nodes in periods, the states there (n, K), and at other times."""
-
-    @property
-    def problem(self) -> BoundaryValueProblem: ...  # noqa: D102
-    @property
-    def tau(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def states(self) -> np.ndarray: ...  # noqa: D102
-    def at(self, tau: np.ndarray) -> np.ndarray: ...  # noqa: D102
 
 
 def swing(here: Orbit, there: Orbit) -> float:

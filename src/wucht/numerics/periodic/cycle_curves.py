@@ -20,11 +20,10 @@ from wucht.errors import WuchtError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, Ends, EndValues, Integrand, Reference
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import Equations
-from wucht.numerics.continuation.problem import CurvePoint
-from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, VANISHED, Cycle, swing
+from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, VANISHED, Cycle, Orbit, swing
 from wucht.numerics.periodic.cycle_starts import carried, crossing
 from wucht.numerics.periodic.cycles import STEPS, Cycles
-from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty
+from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty, turns_of
 from wucht.numerics.variational import variational
 from wucht.system import System
 
@@ -41,11 +40,9 @@ _SYMMETRIC = 1e-3  # the largest d where the orbit still has the symmetry: d v i
 
 
 @dataclass(frozen=True, eq=False)
-class CurveCycle:
-    """A point of such a curve: times of the nodes in periods (K,), states (n, K), period, the two parameters, tangent."""
+class CurveCycle(Orbit):
+    """A point of such a curve. n: how many of the problem's states are the orbit's, the others being its changes."""
 
-    curve: Curve
-    point: CurvePoint
     n: int
 
     @property
@@ -55,29 +52,9 @@ class CurveCycle:
         return first, second
 
     @property
-    def problem(self) -> BoundaryValueProblem:
-        """The boundary value problem on the orbit's mesh."""
-        assert isinstance(self.curve.problem, BoundaryValueProblem)
-        return self.curve.problem
-
-    @property
-    def tau(self) -> np.ndarray:
-        """Of the nodes, in periods (K,)."""
-        return self.problem.mesh.nodes
-
-    @property
     def states(self) -> np.ndarray:
         """At the nodes (n, K)."""
-        return self.problem.split(self.point.u)[0][:, : self.n].T
-
-    def at(self, tau: np.ndarray) -> np.ndarray:
-        """The states (n, K) at times (K,) in periods, from 0 to 1."""
-        return self.problem.mesh.at(self.states.T, np.asarray(tau, float)).T
-
-    @property
-    def period(self) -> float:
-        """T."""
-        return float(self.problem.split(self.point.u)[1][0])
+        return super().states[: self.n]
 
     @property
     def extra(self) -> list[float]:
@@ -139,8 +116,7 @@ class CycleCurve:
         sizes = dict(scale or {})
         sizes |= {name: 1.0 for name in (PERIOD.name, *varied) if name not in sizes}
         equations = Equations.of(whole, varied, fixed, sizes)
-        turns = np.array([(winding or {}).get(name, 0) for name in system.state_names])
-        return cls(kind, equations, n, turns, bounds, periods, steps or STEPS, accuracy)
+        return cls(kind, equations, n, turns_of(system, winding), bounds, periods, steps or STEPS, accuracy)
 
     def start(self, at: Cycle, second: float) -> CurveCycle:
         """The point of the curve at an orbit of this kind, which a branch located in the first parameter.

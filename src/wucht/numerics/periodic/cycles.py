@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from wucht.errors import RunError, WuchtError
+from wucht.errors import RunError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndValues, Reference
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
@@ -24,7 +24,7 @@ from wucht.numerics.continuation.problem import CurvePoint
 from wucht.numerics.continuation.special_points import located
 from wucht.numerics.periodic.cycle import FOLD, TESTS, TORUS, VANISHED, Cycle, has_pair_on_circle, swing
 from wucht.numerics.periodic.floquet import across_flow, logarithms
-from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty
+from wucht.numerics.periodic.periods import PERIOD, in_periods, refuse_empty, turns_of
 from wucht.system import System
 
 _STEERING = 1e-10  # relative, of multipliers by which special points are found
@@ -97,13 +97,8 @@ class Cycles:
         """
         refuse_empty(parameter, bounds)
         refuse_empty("the period", periods)
-        turning = dict(winding or {})
-        wrong = [name for name in turning if name not in {s.name for s in system.angles}]
-        if wrong:
-            raise WuchtError(f"{wrong[0]} has a winding number but is no angle of this System")
         equations = Equations.of(in_periods(system), (PERIOD.name, parameter), fixed, scale)
-        turns = np.array([turning.get(name, 0) for name in system.state_names])
-        return cls(equations, bounds, periods, turns, steps or STEPS, accuracy, degree)
+        return cls(equations, bounds, periods, turns_of(system, winding), steps or STEPS, accuracy, degree)
 
     def problem(self, mesh: Mesh, period: float) -> BoundaryValueProblem:
         """The boundary value problem on a mesh, a guess of the period being its size."""
@@ -131,7 +126,7 @@ class Cycles:
         if curve.steps.foretold:  # the Jacobian is that at a point before
             point = replace(point, jacobian=problem.residual(point.u)[1])
         maps = point.jacobian.maps()[:, -1]
-        across, along = across_flow(maps, problem.rates_at_edges(point.u))
+        across, along = across_flow(maps, problem.rates_at_edges(point.u)[:-1])
         values, basis = logarithms(across, near, _STEERING)
         return Cycle(curve, point, values, along, basis)
 

@@ -15,14 +15,12 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
-from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.periodic.closing import Closed, Closing
 from wucht.numerics.periodic.families import Places
+from wucht.numerics.periodic.floquet import integrated_legs, of_moderate_condition
 from wucht.numerics.variational import variational
 
-_CONDITION = 1e4  # of the maps of legs, so that multipliers have four digits less than the integration
-_MOST_ROUNDS, _MOST_PARTS = 6, 16
 _LEAST = 2.0**-5  # share of a step
 
 
@@ -80,7 +78,7 @@ def exact(
     x, period, before, count, share = near.states[:n, :-1].copy(), near.period, math.inf, -1, 1.0
     for step in range(1, most_steps + 1):
         grid = time + period * near.times
-        ends, maps = _carried(linear, parameters, grid, x)
+        ends, maps = integrated_legs(linear, parameters, grid[:-1], grid[1:], x)
         flow = rates.array(np.append(grid[:-1], grid[1:]), np.concatenate([x, ends], axis=1), parameters)
         here, there = np.split(flow, 2, axis=1)
         late = (there * np.diff(near.times)).T * closing.period / closing.sizes
@@ -113,47 +111,13 @@ def exact(
 
 
 def finer(
-    compiled: CompiledSystem, parameters: np.ndarray, time: float, orbit: ExactOrbit, closing: Closing
+    compiled: CompiledSystem, parameters: np.ndarray, time: float, orbit: ExactOrbit, sizes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The orbit's maps (G', n, n) and flow (G', n), in units of the states' sizes, between so many places that all are exact.
+    """The orbit's maps (G', n, n) and flow (G', n), in units of the states' sizes (n,), from places so near that all are exact.
 
-    The multipliers of what decays much faster than something else are lost in maps of longer legs. Arguments as of ``exact``.
-    Raises ``RunError`` where an integration fails.
+    Arguments as of ``exact``. Raises ``RunError`` where an integration fails.
     """
-    n, sizes = len(closing.sizes), closing.sizes
-    linear = compile_system(variational(compiled.system, n), compiled.tolerance, (), compiled.engine_name)
-    maps, shares, x = orbit.at.maps, orbit.times, orbit.states
-    for _ in range(_MOST_ROUNDS):
-        parts = np.ceil(np.log(np.linalg.cond(maps)) / math.log(_CONDITION)).clip(1, _MOST_PARTS).astype(int)
-        if parts.max() == 1:
-            break
-        legs = []
-        for j in range(len(parts)):
-            inside = np.linspace(shares[j], shares[j + 1], parts[j] + 1)
-            if parts[j] == 1:
-                legs.append((inside[:-1], x[:, j : j + 1]))
-                continue
-            run = integrate(compiled, x[:, j], parameters, time + orbit.period * inside).uninterrupted()
-            if run.failure is not None:
-                raise RunError(run.failure)
-            legs.append((inside[:-1], run.states[:, :-1]))
-        shares, x = np.append(np.concatenate([a for a, _ in legs]), 1.0), np.concatenate([b for _, b in legs], axis=1)
-        maps = _carried(linear, parameters, time + orbit.period * shares, x)[1] * sizes / sizes[:, None]
-    flow = Evaluator.of_rates(compiled.system).array(time + orbit.period * shares[:-1], x, parameters)
-    return maps, flow.T / sizes
-
-
-def _carried(
-    linear: CompiledSystem, parameters: np.ndarray, grid: np.ndarray, states: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """The states (n, G) at the end of each leg that begins at states (n, G), and what small changes become (G, n, n)."""
-    n, legs = states.shape
-    ends, maps = np.empty_like(states), np.empty((legs, n, n))
-    for j, state in enumerate(states.T):
-        size = float(np.abs(state).max()) or 1.0  # the engines' errors are relative to the largest state
-        start = np.concatenate([state, (size * np.eye(n)).ravel()])
-        run = integrate(linear, start, parameters, grid[j : j + 2]).uninterrupted()
-        if run.failure is not None:
-            raise RunError(run.failure)
-        ends[:, j], maps[j] = run.states[:n, -1], run.states[n:, -1].reshape(n, n).T / size
-    return ends, maps
+    linear = compile_system(variational(compiled.system, len(sizes)), compiled.tolerance, (), compiled.engine_name)
+    times = time + orbit.period * orbit.times
+    times, x, maps = of_moderate_condition(linear, parameters, times, orbit.states, orbit.at.maps, sizes)
+    return maps, Evaluator.of_rates(compiled.system).array(times[:-1], x, parameters).T / sizes

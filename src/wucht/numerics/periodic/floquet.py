@@ -14,13 +14,14 @@ from itertools import pairwise
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.variational import variational
 from wucht.system import System
 
 _CONDITION = 1e4  # of products of maps: four digits less than rounding
+_MOST_LEGS = 100_000  # of a period
 _PERIODS = 25
 _INTEGRATION = 1e-15  # tolerance
 
@@ -73,11 +74,12 @@ def logarithms(maps: np.ndarray, basis: np.ndarray | None = None, tolerance: flo
 def across_flow(maps: np.ndarray, flow: np.ndarray) -> tuple[np.ndarray, float]:
     """The maps of what changes across the orbit, and ln mu of the change along it, which is 0 but for errors.
 
-    maps (G, n, n): from one place of an orbit to the next. flow (G+1, n): dx/dt at these places, the last being the first.
+    maps (G, n, n): from one place of an orbit to the next. flow (G, n): dx/dt at these places.
     Returns maps (G, n-1, n-1): their product has the multipliers of the orbit without the trivial one.
     """
     basis = np.linalg.qr(flow[..., None], mode="complete")[0]
-    turned = basis[1:].transpose(0, 2, 1) @ maps @ basis[:-1]
+    # The period ends in the very basis in which it began: one of its own may be mirrored, where rounding decides on a sign.
+    turned = np.concatenate([basis[1:], basis[:1]]).transpose(0, 2, 1) @ maps @ basis
     with np.errstate(divide="ignore"):
         along = float(np.log(np.abs(turned[:, 0, 0])).sum())
     return turned[:, 1:, 1:], along
@@ -115,30 +117,50 @@ def integrated_maps(
     """What small changes become from one place of an orbit to the next, by integrating the variational equations.
 
     times (K+1,), states (n, K+1): of the orbit, the last a period after the first. Between two of them there are more places
-    where the changes grow and decay too differently. Returns maps (G, n, n) and dx/dt (G+1, n). Raises ``RunError``.
+    where the changes grow and decay too differently. Returns maps (G, n, n) and dx/dt (G, n). Raises ``RunError``.
     """
-    n = len(system.states)
     bare = replace(system, outputs=(), quadratures=())
-    compiled = compile_system(variational(bare, n), _INTEGRATION)
-    values = np.array(bare.values(parameters))
-    maps, places = list[np.ndarray](), list[tuple[float, np.ndarray]]()
+    linear, values = compile_system(variational(bare, len(states)), _INTEGRATION), np.array(bare.values(parameters))
+    maps = integrated_legs(linear, values, times[:-1], times[1:], states[:, :-1])[1]
+    times, x, maps = of_moderate_condition(linear, values, times, states[:, :-1], maps, np.ones(len(states)))
+    return maps, Evaluator.of_rates(bare).array(times[:-1], x, values).T
 
-    def carry(begin: float, end: float, state: np.ndarray) -> np.ndarray:
-        size = np.abs(state).max() or 1.0  # the engines' errors are relative to the largest state
-        start = np.concatenate([state, (size * np.eye(n)).ravel()])
-        run = integrate(compiled, start, values, np.array([begin, end])).uninterrupted()
-        if run.failure is not None:
-            raise RunError(f"the multipliers were not found: {run.failure}")
-        change = run.states[n:, -1].reshape(n, n).T / size
+
+def of_moderate_condition(
+    linear: CompiledSystem, parameters: np.ndarray, times: np.ndarray, states: np.ndarray, maps: np.ndarray, sizes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Legs of a motion, halved until changes do not grow and decay too differently: longer maps lose what decays fastest.
+
+    linear: the variational equations. times (G+1,). states (n, G): at the legs' beginnings. maps (G, n, n): in units of the
+    states' sizes (n,). Returns times, states and maps. Raises ``RunError``.
+    """
+    while len(long := np.flatnonzero(np.linalg.cond(maps) > _CONDITION)):
+        if len(maps) + len(long) > _MOST_LEGS:
+            raise RunError(f"changes of the motion grow and decay too differently to be told apart on {_MOST_LEGS} legs")
+        begin, end = times[long], times[long + 1]
         middle = (begin + end) / 2
-        if np.linalg.cond(change) > _CONDITION and begin < middle < end:
-            return carry(middle, end, carry(begin, middle, state))
-        maps.append(change)
-        places.append((begin, state))
-        return np.asarray(run.states[:n, -1])
+        there, first = integrated_legs(linear, parameters, begin, middle, states[:, long])
+        _, second = integrated_legs(linear, parameters, middle, end, there)
+        maps = np.insert(maps, long + 1, second * sizes / sizes[:, None], axis=0)
+        maps[long + np.arange(len(long))] = first * sizes / sizes[:, None]
+        times, states = np.insert(times, long + 1, middle), np.insert(states, long + 1, there, axis=1)
+    return times, states, maps
 
-    for (begin, end), state in zip(pairwise(times), states.T, strict=False):
-        carry(begin, end, state)
-    places.append((times[-1], states[:, -1]))
-    at, x = zip(*places, strict=True)
-    return np.array(maps), Evaluator.of_rates(bare).array(np.array(at), np.array(x).T, values).T
+
+def integrated_legs(
+    linear: CompiledSystem, parameters: np.ndarray, begin: np.ndarray, end: np.ndarray, states: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The states (n, G) at the ends of legs of a motion, and what small changes become there (G, n, n).
+
+    linear: the variational equations. begin, end (G,): times. states (n, G): at the beginnings. Raises ``RunError``.
+    """
+    n, legs = states.shape
+    ends, maps = np.empty_like(states), np.empty((legs, n, n))
+    for j, state in enumerate(states.T):
+        size = float(np.abs(state).max()) or 1.0  # the engines' errors are relative to the largest state
+        start = np.concatenate([state, (size * np.eye(n)).ravel()])
+        run = integrate(linear, start, parameters, np.array([begin[j], end[j]])).uninterrupted()
+        if run.failure is not None:
+            raise RunError(f"the linearised equations could not be integrated: {run.failure}")
+        ends[:, j], maps[j] = run.states[:n, -1], run.states[n:, -1].reshape(n, n).T / size
+    return ends, maps

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 
+import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
@@ -30,6 +32,14 @@ def refuse_empty(name: str, bounds: tuple[float, float]) -> None:
     """Raises ``WuchtError`` where nothing lies between two bounds."""
     if not bounds[0] < bounds[1]:
         raise WuchtError(f"the bounds of {name} are ({bounds[0]:g}, {bounds[1]:g}): the first must be less than the second")
+
+
+def turns_of(system: System, winding: Mapping[str, int] | None) -> np.ndarray:
+    """How often each state (n,) turns in a period, by the states' names. Raises ``WuchtError`` for a state that is no angle."""
+    turns = dict(winding or {})
+    if wrong := [name for name in turns if name not in {s.name for s in system.angles}]:
+        raise WuchtError(f"{wrong[0]} has a winding number but is no angle of this System")
+    return np.array([turns.get(name, 0) for name in system.state_names])
 
 
 def forced(system: System, frequency: str) -> System:

@@ -145,11 +145,8 @@ def jacobian_of(system: System) -> Jacobian:
 @lru_cache(maxsize=64)
 @derived_once
 def _second_derivatives(system: System) -> Jacobian:
-    """The Jacobian of the variational equations; their lines get new names, as a Jacobian names its lines by those before."""
-    v = variational(system)
-    short = {symbol: sp.Symbol(f"line {i}", real=True) for i, (symbol, _) in enumerate(v.definitions)}
-    definitions = tuple((short[symbol], e.xreplace(short)) for symbol, e in v.definitions)
-    return Jacobian.of(replace(v, derivatives=tuple(e.xreplace(short) for e in v.derivatives), definitions=definitions))
+    """The Jacobian of the variational equations."""
+    return Jacobian.of(variational(system))
 
 
 @lru_cache(maxsize=64)
