@@ -14,18 +14,18 @@ def interval_peaks(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> n
 
 
 def between_samples(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """The largest value (N - 1,) that a signal (N,) reaches from each sample to the next.
+    """The largest value (N - 1, ...) that signals (N, ...) reach from each sample to the next.
 
     Between samples the signal is the cubic with the given values and slopes; the error is of fourth order in the sampling
     interval, where that of the largest sample is of second.
     """
-    h = np.diff(time)
+    h = np.diff(time).reshape(-1, *(1,) * (signal.ndim - 1))
     left, right, before, after = signal[:-1], signal[1:], slope[:-1] * h, slope[1:] * h
     largest, middle = np.maximum(left, right), 3 * (right - left) - before - after
     # The slope lies between the coefficients of its Bernstein form, before, middle and after: where these have one sign there
     # is no maximum inside.
-    i = np.flatnonzero((np.maximum(before, middle) > 0) & (np.minimum(middle, after) < 0))
-    if len(i):
+    i = (np.maximum(before, middle) > 0) & (np.minimum(middle, after) < 0)
+    if i.any():
         largest[i] = np.maximum(largest[i], _interior_maxima(left[i], right[i], before[i], after[i]))
     return np.asarray(largest)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,3 +82,9 @@ class LegError(RunError):
     def __init__(self, reason: str, remedy: str, samples: np.ndarray) -> None:
         super().__init__(reason)
         self.samples, self.remedy = samples, remedy
+
+    def sentence(self, time: float, names: Sequence[str], state: np.ndarray) -> str:
+        """What the user reads. time: reached; state (n,): sampled last, its numbers by these names."""
+        largest = sorted(zip(names, state, strict=False), key=lambda p: -abs(p[1]))[:4]
+        shown = ", ".join(f"{name} = {value:.4g}" for name, value in largest)
+        return f"the integration failed at t = {time:.6g}: {self} (largest states sampled last: {shown}). {self.remedy}"

@@ -22,12 +22,12 @@ from wucht.system import TIME
 
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
 # five times faster to compile and half as fast to run.
-_COMPACT_ABOVE = 80
+COMPACT_ABOVE = 80
 _IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once
-_MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
-_NOT_FINITE = ("the state ceases to be finite", "Look for a parameter that is off by a factor of thousands")
-_TOO_STIFF = (
-    f"{_MAX_STEPS} steps were not enough for one leg",
+MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
+NOT_FINITE = ("the state ceases to be finite", "Look for a parameter that is off by a factor of thousands")
+TOO_STIFF = (
+    f"{MAX_STEPS} steps were not enough for one leg",
     "The machine is stiff: try engine = 'scipy-radau', or look for a parameter that is off by a factor of thousands",
 )
 
@@ -85,7 +85,7 @@ class Translator:
         return self.hy.sqrt(base) if exponent == sp.Rational(1, 2) else base ** self(exponent)
 
 
-def _translation(program: Program, first: int = 0) -> tuple[list[Any], Translator]:
+def translation(program: Program, first: int = 0) -> tuple[list[Any], Translator]:
     """heyoka's variables for a program's states, and the translator; its constants are the parameters from ``first`` on."""
     import heyoka as hy
 
@@ -98,9 +98,9 @@ def compiled_function(program: Program) -> Any:
     """A program as heyoka's ``cfunc``: inputs are the states, parameters the program's constants; safe in any thread."""
     import heyoka as hy
 
-    variables, translate = _translation(program)
+    variables, translate = translation(program)
     return hy.cfunc(
-        translate.program(program.lines, program.results), variables, compact_mode=len(program.lines) > _COMPACT_ABOVE
+        translate.program(program.lines, program.results), variables, compact_mode=len(program.lines) > COMPACT_ABOVE
     )
 
 
@@ -128,8 +128,8 @@ class HeyokaEngine:
         import heyoka as hy
 
         hy.set_logger_level_critical()  # its log goes to stdout; failures are reported as outcomes
-        variables, translate = _translation(program)
-        _, watch = _translation(event_program, len(program.constants))
+        variables, translate = translation(program)
+        _, watch = translation(event_program, len(program.constants))
         system = list(zip(variables, translate.program(program.lines, program.results), strict=True))
         functions = watch.program(event_program.lines, event_program.results)
         direction = {1: hy.event_direction.positive, -1: hy.event_direction.negative, 0: hy.event_direction.any}
@@ -151,7 +151,7 @@ class HeyokaEngine:
         self.interrupting = tuple(interrupting)
         self._idle: deque[HeyokaIntegrator] = deque(maxlen=_IDLE)
         self._original = hy.taylor_adaptive(
-            system, [0.0] * len(variables), tol=tolerance, compact_mode=len(program.lines) > _COMPACT_ABOVE, **extra
+            system, [0.0] * len(variables), tol=tolerance, compact_mode=len(program.lines) > COMPACT_ABOVE, **extra
         )
 
     def lend(self) -> HeyokaIntegrator:
@@ -198,7 +198,7 @@ class HeyokaIntegrator:
         for recorder in self._recorders:
             recorder.hits.clear()
         ahead = grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
-        result = ta.propagate_grid(np.concatenate([[ta.time], grid]) if ahead else grid, max_steps=_MAX_STEPS)
+        result = ta.propagate_grid(np.concatenate([[ta.time], grid]) if ahead else grid, max_steps=MAX_STEPS)
         outcome, samples = result[0], np.asarray(result[-1][int(ahead) :]).T.reshape(len(ta.state), -1)
         hits = sorted((h for recorder in self._recorders for h in recorder.hits), key=lambda h: h.time)
         state = np.array(ta.state)
@@ -207,7 +207,7 @@ class HeyokaIntegrator:
             code = int(outcome)
             index = -code - 1 if -len(interrupting) <= code <= -1 else code
             if not 0 <= index < len(interrupting):
-                raise LegError(*(_NOT_FINITE if outcome == self._bad_state else _TOO_STIFF), samples)
+                raise LegError(*(NOT_FINITE if outcome == self._bad_state else TOO_STIFF), samples)
             stopped_by = interrupting[index]
             hits.append(Hit(self._engine.events[stopped_by].name, float(ta.time), state))
         return LegResult(samples, float(ta.time), state, tuple(hits), stopped_by)

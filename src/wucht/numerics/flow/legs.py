@@ -174,9 +174,7 @@ class Integration:
         time = self.time
         reached = time if np.isfinite(time) else float(self.grid[max(0, self.done - 1)])
         last = next((block[:, -1] for block in reversed(self.states) if block.shape[1]), self.state)
-        largest = sorted(zip(self.compiled.system.state_names, last, strict=False), key=lambda p: -abs(p[1]))[:4]
-        shown = ", ".join(f"{name} = {value:.4g}" for name, value in largest)
-        return f"the integration failed at t = {reached:.6g}: {error} (largest states sampled last: {shown}). {error.remedy}"
+        return error.sentence(reached, self.compiled.system.state_names, last)
 
     def trajectory(self, failure: str | None, interrupted: bool) -> Trajectory:
         """What has been computed so far."""

@@ -1,0 +1,238 @@
+"""Ensembles: many starts and parameter sets of one compiled System, tile by tile, one integrator a thread.
+
+What comes of a member depends on its start, its parameters and the pace alone: to the last bit the same in whatever order the
+members are, however many threads there are and however large the tiles.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import TypeVar
+
+import sympy as sp
+
+from wucht.errors import WuchtError
+from wucht.numerics.ensembles.lanes import Batched, Lanes, OneByOne
+from wucht.numerics.ensembles.members import Ends, Members, Observer, Pacing, Source
+from wucht.numerics.ensembles.tile import Tick, Tile, run_tile
+from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE, CompiledSystem, available_engine, compile_system
+from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.heyoka_batch import HeyokaBatch, compile_batch
+from wucht.numerics.flow.program import Program, lower
+from wucht.piecewise import PiecewiseCubic
+from wucht.system import System, needed_definitions
+
+R = TypeVar("R")
+TILE = 512  # members: enough for NumPy to watch them together at little cost, few enough to stay in the processor's cache
+_TILES_A_THREAD = 4  # that are under way, or done and not yet asked for
+_TICK_S = 0.1  # between two reports
+Report = Callable[[float], None]  # the share that is done, 0 to 1
+
+
+@dataclass(frozen=True)
+class CompiledEnsemble:
+    """A System compiled for ensembles, without its outputs and quadratures: immutable, shared by all threads.
+
+    Attributes
+    ----------
+    system : System
+    tolerance : float
+    one_by_one : str
+        Why its members are integrated one by one; empty where they are in batches.
+    width : int
+        Members that are integrated at once.
+    """
+
+    system: System
+    tolerance: float
+    one_by_one: str
+    width: int
+    _made: tuple[HeyokaBatch, Program] | CompiledSystem = field(compare=False, repr=False)
+
+    @property
+    def batched(self) -> bool:
+        """Whether members are integrated in batches."""
+        return not self.one_by_one
+
+    @contextmanager
+    def lanes(self) -> Iterator[Lanes]:
+        """What advances members, for one thread."""
+        if isinstance(self._made, CompiledSystem):
+            yield OneByOne(self._made)
+            return
+        batch, program = self._made
+        integrator = batch.lend()
+        yield Batched(integrator, program, self.system.state_names)
+        batch.give_back(integrator)
+
+
+@lru_cache(maxsize=64)
+def compile_ensemble(
+    system: System, tolerance: float = DEFAULT_TOLERANCE, events: tuple[Event, ...] = (), engine: str | None = None
+) -> CompiledEnsemble:
+    """Compile a System for ensembles: in batches where that can be, else one by one with the same interface.
+
+    It cannot with events, with piecewise functions, which make events of their own, and without heyoka. Parameters are those of
+    ``compile_system``, which also says what is raised.
+    """
+    bare = replace(system, outputs=(), quadratures=())
+    used = [*bare.derivatives, *(e for _, e in needed_definitions(bare.definitions, bare.derivatives))]
+    why = ""
+    if (engine or available_engine()) != "heyoka":
+        why = f"the engine is {engine or available_engine()}"
+    elif events:
+        why = f"events are watched ({', '.join(e.name for e in events)})"
+    elif any(sp.sympify(e).has(PiecewiseCubic) for e in used):
+        why = "the equations have piecewise functions"
+    if why:
+        return CompiledEnsemble(bare, tolerance, why, 1, compile_system(bare, tolerance, events, engine))
+    program = lower(bare, bare.derivatives)
+    batch = compile_batch(program, tolerance)
+    return CompiledEnsemble(bare, tolerance, "", batch.width, (batch, program))
+
+
+def run_ensemble(
+    compiled: CompiledEnsemble,
+    members: Source,
+    observer: Observer[R],
+    pace: Pacing,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> Ends[R]:
+    """Integrate all members until each has settled, failed or reached the limit of time; ``tiles`` for more than fit in memory.
+
+    Parameters
+    ----------
+    compiled : CompiledEnsemble
+    members : Source
+        ``Members``, at least one.
+    observer : Observer
+    pace : Pacing
+        Such as a ``Pace``.
+    threads : int, optional
+        As many as there are processors, if not given.
+    report : callable, optional
+        Told the share that is done; may raise ``KeyboardInterrupt``.
+
+    Raises
+    ------
+    WuchtError
+        For no member, or members that do not fit the System.
+    """
+    used, count = processors() if threads is None else max(1, threads), len(members)
+    each = -(-count // (_TILES_A_THREAD * used * compiled.width)) * compiled.width
+    size = min(TILE, max(1, each))
+    return Ends.joined([tile.ends for tile in tiles(compiled, members, observer, pace, size, used, report=report)])
+
+
+def tiles(
+    compiled: CompiledEnsemble,
+    members: Source,
+    observer: Observer[R],
+    pace: Pacing,
+    size: int = TILE,
+    threads: int | None = None,
+    numbers: Sequence[int] | None = None,
+    report: Report | None = None,
+) -> Iterator[Tile[R]]:
+    """The same, tile by tile in their order: each can be kept, and those that are known need not be computed again.
+
+    No more are in memory than a few a thread. After Ctrl-C (``KeyboardInterrupt`` while one waits for the next, or raised by
+    ``report``) the threads stop, those tiles that are done still come, and then the interrupt is raised.
+
+    Parameters
+    ----------
+    size : int
+        Members a tile: tile i has those from ``i * size`` on.
+    numbers : sequence of int, optional
+        Of the tiles that are wanted; all if not given.
+    """
+    count, used = len(members), processors() if threads is None else threads
+    if count < 1 or size < 1 or used < 1:
+        raise WuchtError(f"{count} members in tiles of {size} on {used} threads: there must be at least one of each")
+    all_of_them = range(-(-count // size))
+    wanted = list(all_of_them if numbers is None else numbers)
+    if len(set(wanted)) < len(wanted) or not set(wanted) <= set(all_of_them):
+        raise WuchtError(f"the tiles that are wanted must be some of 0 to {len(all_of_them) - 1}, each once")
+
+    def compute(number: int, tick: Tick) -> Tile[R]:
+        first = number * size
+        part = _fitting(members.part(first, min(first + size, count)), compiled.system)
+        with compiled.lanes() as lanes:
+            return Tile(number, first, run_tile(lanes, part, observer, pace, tick))
+
+    return _in_threads(compute, wanted, used, report)
+
+
+def processors() -> int:
+    """How many this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _fitting(members: Members, system: System) -> Members:
+    """The members. Raises ``WuchtError`` where they are not those of this System."""
+    given, wanted = (members.starts.shape[1], members.parameters.shape[1]), (len(system.states), len(system.parameters))
+    if given != wanted:
+        raise WuchtError(
+            f"members have {given[0]} states and {given[1]} parameters, the equations {wanted[0]} and {wanted[1]}:"
+            f" {', '.join((*system.state_names, *system.parameter_names))}"
+        )
+    return members
+
+
+class _GivenUpError(Exception):
+    """Of a thread that was asked to stop."""
+
+
+def _in_threads(
+    compute: Callable[[int, Tick], Tile[R]], wanted: Sequence[int], threads: int, report: Report | None
+) -> Iterator[Tile[R]]:
+    """What is computed of these numbers, in their order, no more of them under way than a few a thread."""
+    shares, asked_to_stop = dict.fromkeys(wanted, 0.0), threading.Event()
+
+    def job(number: int) -> Tile[R]:
+        def tick(share: float) -> None:
+            shares[number] = share
+            if asked_to_stop.is_set():
+                raise _GivenUpError
+
+        tick(0.0)
+        tile = compute(number, tick)
+        shares[number] = 1.0
+        return tile
+
+    pool, waiting, under_way = ThreadPoolExecutor(threads), iter(wanted), dict[int, Future[Tile[R]]]()
+    try:
+        while True:
+            for number in itertools.islice(waiting, _TILES_A_THREAD * threads - len(under_way)):
+                under_way[number] = pool.submit(job, number)
+            if not under_way:
+                break
+            number, future = next(iter(under_way.items()))
+            while True:
+                done = future.done()
+                if report is not None:
+                    report(sum(shares.values()) / len(wanted))
+                if done:
+                    break
+                wait([future], _TICK_S)
+            tile = future.result()
+            del under_way[number], future
+            yield tile
+    except KeyboardInterrupt:
+        asked_to_stop.set()
+        pool.shutdown(cancel_futures=True)
+        for future in under_way.values():
+            if not future.cancelled() and future.exception() is None:
+                yield future.result()
+        raise
+    finally:
+        asked_to_stop.set()
+        pool.shutdown(cancel_futures=True)

@@ -1,0 +1,200 @@
+"""What an ensemble consists of, what watches it, and what came of it: arrays over the members."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from enum import IntEnum
+from typing import Any, Generic, Protocol, TypeVar
+
+import numpy as np
+
+from wucht.errors import RunError, WuchtError
+
+R = TypeVar("R")
+
+
+class Status(IntEnum):
+    """How a member ended."""
+
+    SETTLED = 0  # as its observer said
+    LIMIT = 1  # it reached the limit of time
+    STOPPED = 2  # by a terminal event
+    FAILED = 3
+
+
+@dataclass(frozen=True)
+class Members:
+    """Starts and parameter sets.
+
+    Attributes
+    ----------
+    starts : ndarray, (M, n)
+        States at time zero, in the System's order and units.
+    parameters : ndarray, (M, p)
+        In the System's order and units.
+    """
+
+    starts: np.ndarray
+    parameters: np.ndarray
+
+    @classmethod
+    def of(cls, starts: np.ndarray, parameters: np.ndarray | Sequence[float]) -> Members:
+        """Members of starts (M, n) and of parameters (M, p), or (p,) shared by all, which are not copied.
+
+        Raises ``WuchtError`` where their shapes do not fit.
+        """
+        begun, values = np.asarray(starts, float), np.asarray(parameters, float)
+        if begun.ndim != 2 or values.ndim not in (1, 2) or (values.ndim == 2 and len(values) != len(begun)):
+            shapes = f"starts of the shape {begun.shape} and parameters of the shape {values.shape}"
+            raise WuchtError(f"{shapes} make no members: (M, n) and (M, p) or (p,) do")
+        return cls(begun, np.broadcast_to(values, (len(begun), values.shape[-1])))
+
+    def __len__(self) -> int:
+        return len(self.starts)
+
+    def part(self, first: int, last: int) -> Members:
+        """Those from ``first`` on, before ``last``."""
+        return Members(self.starts[first:last], self.parameters[first:last])
+
+
+class Source(Protocol):
+    """Where members come from: ``Members``, or what makes them when they are asked for, and keeps none of them."""
+
+    def __len__(self) -> int: ...
+    def part(self, first: int, last: int) -> Members: ...  # noqa: D102
+
+
+class Observer(Protocol[R]):
+    """What watches members: its record is a frozen dataclass of arrays whose last axis is the member.
+
+    It is asked about any number of members at once, but never about one alone (then it gets it twice), since NumPy adds the
+    samples of one in another order than those of several: sums over samples are the same to the last bit whoever is beside.
+    What it says of a member must not depend on the others. It is called by several threads at once, with other members each.
+    """
+
+    def begin(self, members: Members) -> R:
+        """The record before anything has been seen."""
+        ...
+
+    def after(self, record: R, times: np.ndarray, samples: np.ndarray) -> tuple[R, np.ndarray]:
+        """The record after a chunk, and which members have settled.
+
+        record: of L members. times: (K,), of the members' own. samples: (K, n, L). Returns the record, and (L,) of bool.
+        """
+        ...
+
+
+class Pacing(Protocol):
+    """In what chunks of their own time, which begins at zero, members advance: the same for all of them."""
+
+    @property
+    def chunks(self) -> int:
+        """How many at most."""
+        ...
+
+    def times(self, index: int) -> np.ndarray:
+        """The beginning of a chunk, and its times of sampling: (K + 1,), rising, the last at its end, where the next begins."""
+        ...
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Even chunks, sampled at the same places in each.
+
+    Parameters
+    ----------
+    chunk : float
+        After each of this length an observer is asked. Each costs a step that is cut short: some hundred steps are a good one.
+    samples : int
+        K in each chunk, evenly spaced: the last at its end, none at its beginning.
+    until : float
+        The limit of time. The last chunk is shorter where this is not a multiple.
+
+    Raises
+    ------
+    WuchtError
+        For a chunk or limit that is not positive, or no sample.
+    """
+
+    chunk: float
+    samples: int
+    until: float
+
+    def __post_init__(self) -> None:
+        if not (0 < self.chunk < math.inf and 0 < self.until < math.inf and self.samples >= 1):
+            raise WuchtError(f"{self}: chunk and until must be positive and finite, with at least one sample")
+
+    @property
+    def chunks(self) -> int:
+        """How many at most."""
+        return max(1, math.ceil(self.until / self.chunk * (1 - 1e-12)))
+
+    def times(self, index: int) -> np.ndarray:
+        """The beginning of a chunk, and its times of sampling: (K + 1,)."""
+        end = self.until if index + 1 == self.chunks else (index + 1) * self.chunk
+        return np.linspace(index * self.chunk, end, self.samples + 1)
+
+
+@dataclass(frozen=True)
+class Ends(Generic[R]):
+    """What came of members.
+
+    Attributes
+    ----------
+    times : ndarray, (M,)
+        When each ended; of one that failed, when it was last sampled.
+    states : ndarray, (M, n)
+        There.
+    status : ndarray of int8, (M,)
+        ``Status`` of each.
+    sentences : mapping of int to str
+        Why a member failed, or the name of the event that stopped it, by its number.
+    record : R
+        The observer's, of all members: of one that failed or was stopped, up to the chunk before.
+    """
+
+    times: np.ndarray
+    states: np.ndarray
+    status: np.ndarray
+    sentences: Mapping[int, str]
+    record: R
+
+    def count(self, status: Status) -> int:
+        """How many ended so."""
+        return int((self.status == status).sum())
+
+    @classmethod
+    def joined(cls, parts: Sequence[Ends[R]]) -> Ends[R]:
+        """Those of one part after the other, at least one."""
+        begins = np.cumsum([0, *(len(p.times) for p in parts)]).tolist()
+        return Ends(
+            np.concatenate([p.times for p in parts]),
+            np.concatenate([p.states for p in parts]),
+            np.concatenate([p.status for p in parts]),
+            {first + i: s for first, p in zip(begins, parts, strict=False) for i, s in p.sentences.items()},
+            joined_records([p.record for p in parts]),
+        )
+
+
+def checked_record(record: R, count: int) -> R:
+    """The record itself. Raises ``RunError`` where it is not one of so many members."""
+    if not is_dataclass(record) or any(np.shape(a)[-1:] != (count,) for a in _arrays(record).values()):
+        raise RunError(f"an observer's record must be a frozen dataclass of arrays whose last axis has its {count} members")
+    return record
+
+
+def taken(record: R, lanes: np.ndarray) -> R:
+    """The record of some of its members, by their numbers."""
+    return type(record)(**{name: np.take(a, lanes, axis=-1) for name, a in _arrays(record).items()})
+
+
+def joined_records(records: Sequence[R]) -> R:
+    """The record of the members of several, at least one."""
+    columns = {name: [_arrays(r)[name] for r in records] for name in _arrays(records[0])}
+    return type(records[0])(**{name: np.concatenate(arrays, axis=-1) for name, arrays in columns.items()})
+
+
+def _arrays(record: Any) -> dict[str, np.ndarray]:
+    return {f.name: getattr(record, f.name) for f in fields(record)}

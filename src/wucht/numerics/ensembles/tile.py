@@ -1,0 +1,120 @@
+"""A tile: contiguous members of an ensemble, advanced together by one thread; a deterministic unit of work.
+
+After each chunk of time those that have ended make room: the others move together, so that lanes are full whatever the members
+do. A member's numbers do not depend on where it moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from wucht.errors import RunError
+from wucht.numerics.ensembles.lanes import Lanes, Stop
+from wucht.numerics.ensembles.members import (
+    Ends,
+    Members,
+    Observer,
+    Pacing,
+    Status,
+    checked_record,
+    joined_records,
+    taken,
+)
+
+R = TypeVar("R")
+Tick = Callable[[float], None]  # is told the share that is done, 0 to 1; raises where the work is to be given up
+
+
+@dataclass(frozen=True)
+class Tile(Generic[R]):
+    """What came of the members from ``first`` on. number: of the tile."""
+
+    number: int
+    first: int
+    ends: Ends[R]
+
+
+def run_tile(lanes: Lanes, members: Members, observer: Observer[R], pace: Pacing, tick: Tick) -> Ends[R]:
+    """Advance members until each has settled, failed or reached the limit of time."""
+    course, limit = _Course(lanes, members, observer), pace.times(pace.chunks - 1)[-1]
+    for chunk in range(pace.chunks):
+        if not len(course.ids):
+            break
+        times = pace.times(chunk)
+        share = 1 - len(course.ids) * (1 - float(times[0] / limit)) / len(members)
+        course.advance(times, partial(tick, share))
+    return course.ends()
+
+
+class _Course(Generic[R]):
+    """Members under way. ids (L,): their numbers, rising; states (n, L), numbers (k, L) and record are theirs."""
+
+    def __init__(self, lanes: Lanes, members: Members, observer: Observer[R]) -> None:
+        count = len(members)
+        self._lanes, self._observer = lanes, observer
+        self._times, self._ends = np.zeros(count), members.starts.copy()
+        self._status, self._sentences = np.full(count, Status.LIMIT, np.int8), dict[int, str]()
+        self._records = list[tuple[np.ndarray, R]]()
+        self.ids, self.states = np.arange(count), np.ascontiguousarray(members.starts.T)
+        self.record = checked_record(observer.begin(members), count)
+        self.numbers, refused = lanes.numbers(members.parameters)
+        for i in np.flatnonzero(~np.isfinite(members.starts).all(axis=1)).tolist():
+            refused[i] = f"the start {members.starts[i]} is not finite"
+        self._stop({i: Stop(0.0, members.starts[i], Status.FAILED, why) for i, why in refused.items()})
+
+    def advance(self, times: np.ndarray, check: Callable[[], None]) -> None:
+        """A chunk: advance, watch, and let go of those that have ended."""
+        begun = len(self.ids)
+        advanced = self._lanes.advance(self.states, self.numbers, times, check)
+        self.states, self.numbers, samples = advanced.states, advanced.numbers, advanced.samples
+        self._stop(advanced.stops)
+        if advanced.stops:
+            going = np.setdiff1d(np.arange(begun), list(advanced.stops))
+            samples = np.take(samples, going, axis=-1)
+        if not len(self.ids):
+            return
+        self.record, settled = self._seen(times[1:], samples)
+        self._times[self.ids], self._ends[self.ids] = times[-1], self.states.T
+        self._status[self.ids[settled]] = Status.SETTLED
+        self._leave(settled)
+
+    def _seen(self, times: np.ndarray, samples: np.ndarray) -> tuple[R, np.ndarray]:
+        """What the observer makes of a chunk."""
+        count, record = len(self.ids), self.record
+        if count == 1:
+            twice = np.zeros(2, int)
+            record, samples = taken(record, twice), np.take(samples, twice, axis=-1)
+        record, settled = self._observer.after(record, times, samples)
+        record, settled = checked_record(record, samples.shape[-1]), np.asarray(settled, bool)
+        if settled.shape != samples.shape[-1:]:
+            raise RunError(f"an observer must say of each of {samples.shape[-1]} members whether it has settled")
+        return (taken(record, np.zeros(1, int)), settled[:1]) if count == 1 else (record, settled)
+
+    def _stop(self, stops: Mapping[int, Stop]) -> None:
+        """Let go of those that go no further."""
+        out = np.zeros(len(self.ids), bool)
+        for lane, stop in stops.items():
+            out[lane], i = True, int(self.ids[lane])
+            self._times[i], self._ends[i], self._status[i] = stop.time, stop.state, stop.status
+            self._sentences[i] = stop.sentence
+        self._leave(out)
+
+    def _leave(self, out: np.ndarray) -> None:
+        if not out.any():
+            return
+        left, kept = np.flatnonzero(out), np.flatnonzero(~out)
+        self._records.append((self.ids[left], taken(self.record, left)))
+        self.ids, self.record = self.ids[kept], taken(self.record, kept)
+        self.states, self.numbers = np.take(self.states, kept, axis=1), np.take(self.numbers, kept, axis=1)
+
+    def ends(self) -> Ends[R]:
+        """Of all members, in their order."""
+        parts = [*self._records, (self.ids, self.record)]
+        order = np.argsort(np.concatenate([ids for ids, _ in parts]))
+        record = taken(joined_records([r for _, r in parts]), order)
+        return Ends(self._times, self._ends, self._status, dict(sorted(self._sentences.items())), record)

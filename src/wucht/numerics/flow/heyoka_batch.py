@@ -1,0 +1,162 @@
+"""Many motions of the same equations at once: heyoka's Taylor method on the lanes of a SIMD register.
+
+Each lane has its own state, parameters and step size, and none feels what the others do: the numbers of a motion depend on its
+beginning alone, to the last bit.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from wucht.numerics.flow.events import LegError
+from wucht.numerics.flow.heyoka_engine import COMPACT_ABOVE, MAX_STEPS, NOT_FINITE, TOO_STIFF, translation
+from wucht.numerics.flow.program import Program
+
+_IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once
+
+
+@dataclass(frozen=True)
+class LaneFailure:
+    """A motion that could not be continued. time: which it reached; error: why, with its samples (n, m) before."""
+
+    time: float
+    error: LegError
+
+
+@dataclass(frozen=True)
+class LanesResult:
+    """Where motions got.
+
+    samples: (K, n, L). states: (n, L), reached. failures: by lane; what the arrays hold of those means nothing.
+    """
+
+    samples: np.ndarray
+    states: np.ndarray
+    failures: Mapping[int, LaneFailure]
+
+
+@lru_cache(maxsize=64)
+def compile_batch(program: Program, tolerance: float) -> HeyokaBatch:
+    """The compiled batch of a program; the same program and tolerance give the same one back."""
+    return HeyokaBatch(program, tolerance)
+
+
+class HeyokaBatch:
+    """Compiled equations on as many lanes as the processor's registers hold: an integrator that is copied for each thread, and
+    copies that wait for the next one. LLVM's result is cached on disk by heyoka.
+    """
+
+    def __init__(self, program: Program, tolerance: float) -> None:
+        import heyoka as hy
+
+        hy.set_logger_level_critical()  # its log goes to stdout; failures are reported as outcomes
+        variables, translate = translation(program)
+        system = list(zip(variables, translate.program(program.lines, program.results), strict=True))
+        self.width = int(hy.recommended_simd_size())
+        self._idle: deque[BatchIntegrator] = deque(maxlen=_IDLE)
+        self._original = hy.taylor_adaptive_batch(
+            system,
+            np.zeros((len(variables), self.width)),
+            tol=tolerance,
+            compact_mode=len(program.lines) > COMPACT_ABOVE,
+        )
+
+    def lend(self) -> BatchIntegrator:
+        """An integrator that nobody else has."""
+        try:
+            return self._idle.pop()
+        except IndexError:
+            return BatchIntegrator(copy.deepcopy(self._original), self.width)
+
+    def give_back(self, integrator: BatchIntegrator) -> None:
+        """Another one may have it: nothing of what it integrated is left."""
+        self._idle.append(integrator)
+
+
+class BatchIntegrator:
+    """An integrator of one thread. adaptive: heyoka's, which belongs to it alone. width: lanes at once."""
+
+    def __init__(self, adaptive: Any, width: int) -> None:
+        import heyoka as hy
+
+        self.width, self._adaptive = width, adaptive
+        # Views of its memory: to ask heyoka for them each time costs as much as a step.
+        self._state, self._pars, self._time = adaptive.state, adaptive.pars, adaptive.time
+        self._bad_state = hy.taylor_outcome.err_nf_state
+
+    def advance(
+        self, states: np.ndarray, constants: np.ndarray, times: np.ndarray, check: Callable[[], None] | None = None
+    ) -> LanesResult:
+        """Advance any number L of motions together over the same span of time.
+
+        Parameters
+        ----------
+        states : ndarray, (n, L)
+            At ``times[0]``; finite.
+        constants : ndarray, (k, L)
+            The program's, finite.
+        times : ndarray, (K + 1,)
+            Increasing: the beginning, and where to sample; the last is the end.
+        check : callable, optional
+            Called every few lanes; what it raises ends the work.
+        """
+        count, width = states.shape[1], self.width
+        samples, reached = np.empty((len(times) - 1, len(states), count)), np.empty(states.shape)
+        grid = np.repeat(np.asarray(times, float)[:, None], width, axis=1)
+        failures = dict[int, LaneFailure]()
+        for first in range(0, count, width):
+            if check is not None:
+                check()
+            lanes = slice(first, min(first + width, count))
+            used = lanes.stop - first
+            begun, fixed = states[:, lanes], constants[:, lanes]
+            if used < width:  # the lanes that are left do what the last one does
+                fill = np.minimum(np.arange(width), used - 1)
+                begun, fixed = begun[:, fill], fixed[:, fill]
+            sampled = self._propagate(begun, fixed, grid)
+            if not (self._time == times[-1]).all():
+                sampled, failed = self._without_failures(sampled, begun, fixed, grid)
+                failures |= {first + lane: failure for lane, failure in failed.items() if lane < used}
+            samples[:, :, lanes], reached[:, lanes] = sampled[1:, :, :used], self._state[:, :used]
+        return LanesResult(samples, reached, failures)
+
+    def _without_failures(
+        self, sampled: np.ndarray, states: np.ndarray, constants: np.ndarray, grid: np.ndarray
+    ) -> tuple[np.ndarray, dict[int, LaneFailure]]:
+        """The samples (K + 1, n, w) of a batch that did not reach its end, of those lanes that can, and the failures of others.
+
+        A lane that ceases to be finite stops all of them where they are. Then it is given a harmless copy of another to do,
+        and all begin again: so the others take the steps that they would have taken without it.
+        """
+        good, failures, end = np.ones(self.width, bool), dict[int, LaneFailure](), grid[-1, 0]
+        while True:
+            outcomes = [r[0] for r in self._adaptive.propagate_res]
+            broken = [i for i, outcome in enumerate(outcomes) if outcome == self._bad_state]
+            for lane in broken or np.flatnonzero(self._time != end).tolist():
+                if good[lane]:
+                    error = LegError(*(NOT_FINITE if broken else TOO_STIFF), _finite(sampled[1:, :, lane]).T.copy())
+                    failures[lane] = LaneFailure(float(self._time[lane]), error)
+            good[list(failures)] = False
+            if not broken or not good.any():
+                return sampled, failures
+            source = np.where(good, np.arange(self.width), good.argmax())
+            sampled = self._propagate(states[:, source], constants[:, source], grid)
+
+    def _propagate(self, states: np.ndarray, constants: np.ndarray, grid: np.ndarray) -> np.ndarray:
+        self._state[:], self._pars[:] = states, constants
+        self._adaptive.set_time(float(grid[0, 0]))
+        samples: np.ndarray = self._adaptive.propagate_grid(grid, max_steps=MAX_STEPS)[1]
+        return samples
+
+
+def _finite(samples: np.ndarray) -> np.ndarray:
+    """The samples (m, n) of (K, n) before the first that is not finite."""
+    broken = ~np.isfinite(samples).all(axis=1)
+    return samples[: int(broken.argmax())] if broken.any() else samples

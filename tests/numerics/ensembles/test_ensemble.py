@@ -1,0 +1,343 @@
+"""Ensembles: closed forms, and bits that depend on nothing but the member itself."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+import tracemalloc
+import weakref
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.errors import RunError, WuchtError
+from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble, tiles
+from wucht.numerics.ensembles.members import Ends, Members, Pace, Status
+from wucht.numerics.ensembles.tile import Tile
+from wucht.numerics.flow.events import Event
+from wucht.piecewise import PiecewiseCubic, interpolated
+from wucht.system import TIME, Output, System
+
+needs_heyoka = pytest.mark.skipif(not find_spec("heyoka"), reason="heyoka is not installed")
+WAYS = [pytest.param("heyoka", marks=needs_heyoka), "scipy"]
+
+x, v, w, d, q = sp.symbols("x v w d q", real=True)
+# A damped pendulum that is pushed; with q it runs away.
+PENDULUM = System(
+    (x, v), (v, -(w**2) * sp.sin(x) - 2 * d * v + sp.cos(3 * TIME) / 50 + q * x**2), (w, d, q),
+    outputs=(Output("height", -sp.cos(x)),), quadratures=(Output("lost", 2 * d * v**2),),
+)  # fmt: skip
+DECAY = System((x,), (-w * x,), (w,))
+PACE = Pace(5.0, 20, 40.0)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """By member. top: of the first state. total: sums over all samples (n, L), which rounding changes with the order.
+    count: of chunks. parameter: the first one, which the observer keeps to itself."""
+
+    top: np.ndarray
+    total: np.ndarray
+    count: np.ndarray
+    parameter: np.ndarray
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Settled where all samples of a chunk are smaller than this."""
+
+    below: float = 0.0
+
+    def begin(self, members: Members) -> Seen:
+        zero = np.zeros(len(members))
+        return Seen(np.abs(members.starts[:, 0]), np.cos(members.starts.T), zero, members.parameters[:, 0])
+
+    def after(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+        top = np.maximum(record.top, np.abs(samples[:, 0]).max(axis=0))
+        total = record.total + np.cos(samples).sum(axis=0) + np.sin(samples[:, 0]).sum(axis=0)
+        settled = np.abs(samples).max(axis=(0, 1)) < self.below
+        return Seen(top, total, record.count + 1, record.parameter), settled
+
+
+def drawn(count: int) -> Members:
+    rng = np.random.default_rng(3)
+    parameters = np.column_stack([rng.uniform(0.5, 1.5, count), rng.uniform(0.05, 0.5, count), np.zeros(count)])
+    return Members.of(rng.uniform(-1, 1, (count, 2)), parameters)
+
+
+def same(a: Ends[Seen], b: Ends[Seen]) -> bool:
+    """Bits."""
+    arrays = [(getattr(a, n), getattr(b, n)) for n in ("times", "states", "status")]
+    arrays += [(getattr(a.record, f.name), getattr(b.record, f.name)) for f in fields(Seen)]
+    return a.sentences == b.sentences and all(np.array_equal(*pair) for pair in arrays)
+
+
+def settling(count: int = 203) -> tuple[Members, Callable[..., Ends[Seen]]]:
+    """Members of which some settle early, some late, some not at all, and one runs away; and how to run them."""
+    members = drawn(count)
+    starts, parameters = members.starts.copy(), members.parameters.copy()
+    starts[count // 2], parameters[count // 2] = [2.0, 0.0], [0.0, 0.0, 3.0]
+    compiled = compile_ensemble(PENDULUM, 1e-9, engine="heyoka")
+
+    def run(of: Members, size: int, threads: int) -> Ends[Seen]:
+        found = tiles(compiled, of, Watch(0.06), PACE, size, threads)
+        return Ends.joined([tile.ends for tile in found])
+
+    return Members.of(starts, parameters), run
+
+
+@pytest.mark.parametrize("engine", WAYS)
+def test_decay_in_closed_form(engine: str) -> None:
+    """x = exp(-w t): times of settling, ends and records of members with rates of their own."""
+    count = 30 if engine == "heyoka" else 6
+    rates, tolerance = np.linspace(0.1, 2.0, count), 1e-10
+    members = Members.of(np.ones((count, 1)), rates[:, None])
+    compiled = compile_ensemble(DECAY, tolerance, engine=engine)
+    assert compiled.batched == (engine == "heyoka")
+    ends = run_ensemble(compiled, members, Watch(0.1), Pace(1.0, 4, 10.0), threads=2)
+    # A chunk that begins at k is below 0.1 from its first sample on: exp(-w (k + 1/4)) < 0.1.
+    chunks = np.ceil(np.log(10) / rates - 0.25) + 1
+    assert ends.times.tolist() == np.minimum(chunks, 10).tolist()
+    assert ends.status.tolist() == np.where(chunks <= 10, Status.SETTLED, Status.LIMIT).tolist()
+    assert ends.record.count.tolist() == ends.times.tolist()
+    assert ends.states[:, 0] == pytest.approx(np.exp(-rates * ends.times), abs=1e-9)
+    assert ends.record.parameter.tolist() == rates.tolist()
+    seen = [np.arange(1, 4 * t + 1) / 4 for t in ends.times]
+    totals = [np.cos(1) + sum(f(np.exp(-w * t)).sum() for f in (np.cos, np.sin)) for w, t in zip(rates, seen, strict=True)]
+    assert ends.record.total[0] == pytest.approx(totals, rel=1e-9)
+
+
+def test_chunks_of_another_pace(engine: str) -> None:
+    """Each as long as all before it, with more samples."""
+
+    class Doubling:
+        chunks = 4
+
+        def times(self, index: int) -> np.ndarray:
+            return np.linspace(2.0 ** (index - 1) if index else 0.0, 2.0**index, 3 + index)
+
+    rates = np.array([[0.2], [0.5], [1.0]])
+    members, compiled = Members.of(np.ones((3, 1)), rates), compile_ensemble(DECAY, 1e-10, engine=engine)
+    ends = run_ensemble(compiled, members, Watch(0.1), Doubling(), 1)
+    assert ends.times.tolist() == [8, 8, 4]  # exp(-w t) at the first samples after 4 and after 2 is 0.383, 0.091 and 0.082
+    assert ends.status.tolist() == [Status.LIMIT, Status.SETTLED, Status.SETTLED]
+    assert ends.states[:, 0] == pytest.approx(np.exp(-rates[:, 0] * ends.times), abs=1e-9)
+
+
+@needs_heyoka
+@pytest.mark.parametrize("engine", ["scipy", "heyoka"])
+def test_one_by_one_gives_the_same(engine: str) -> None:
+    """With a right-hand side that depends on time. heyoka goes one by one where an event is watched."""
+    members, events = drawn(5), (Event("middle", x, +1),) if engine == "heyoka" else ()
+    batched, single = compile_ensemble(PENDULUM, 1e-11), compile_ensemble(PENDULUM, 1e-11, events, engine)
+    assert batched.batched
+    assert not single.batched
+    assert ("middle" if events else "scipy") in single.one_by_one
+    a, b = (run_ensemble(c, members, Watch(0.1), PACE, 2) for c in (batched, single))
+    assert a.times.tolist() == b.times.tolist()
+    assert len(set(a.times)) > 1
+    assert np.abs(a.states - b.states).max() < 1e-9
+    assert np.abs(a.record.total - b.record.total).max() < 1e-7
+    assert np.abs(a.record.top - b.record.top).max() < 1e-9
+
+
+@needs_heyoka
+def test_bits_do_not_depend_on_tiles_or_threads() -> None:
+    members, run = settling()
+    first = run(members, 512, 1)
+    assert {s: first.count(s) > 0 for s in Status} == {s: s != Status.STOPPED for s in Status}
+    assert len(set(first.times)) > 4
+    for size, threads in ((1, 2), (7, 1), (7, 2), (64, 2)):
+        assert same(run(members, size, threads), first)
+    whole = run_ensemble(compile_ensemble(PENDULUM, 1e-9), members, Watch(0.06), PACE, 2)
+    assert same(whole, first)
+
+
+@needs_heyoka
+def test_bits_do_not_depend_on_the_order() -> None:
+    members, run = settling()
+    order = np.random.default_rng(4).permutation(len(members))
+    first, mixed = run(members, 50, 2), run(Members.of(members.starts[order], members.parameters[order]), 50, 2)
+    assert np.array_equal(mixed.states, first.states[order])
+    assert np.array_equal(mixed.times, first.times[order])
+    assert np.array_equal(mixed.record.total, first.record.total[:, order])
+    assert {int(order[i]): s for i, s in mixed.sentences.items()} == first.sentences
+
+
+@needs_heyoka
+def test_one_that_runs_away_is_told_and_the_others_do_not_feel_it() -> None:
+    members, run = settling(40)
+    ends, clean = run(members, 40, 1), run(drawn(40), 40, 1)
+    others = np.arange(40) != 20
+    assert ends.status.tolist().count(Status.FAILED) == 1
+    assert ends.status[20] == Status.FAILED
+    assert list(ends.sentences) == [20]
+    assert ends.sentences[20].startswith("the integration failed at t = ")
+    assert "ceases to be finite (largest states sampled last: " in ends.sentences[20]
+    assert np.isfinite(ends.states).all()
+    assert ends.times[20] < 5
+    assert ends.record.count[20] == 0
+    assert np.array_equal(ends.states[others], clean.states[others])
+    assert np.array_equal(ends.record.total[:, others], clean.record.total[:, others])
+
+
+@pytest.mark.parametrize("engine", WAYS)
+def test_starts_and_parameters_that_cannot_be_computed_with(engine: str) -> None:
+    system = System((x,), (-x / w,), (w,))
+    members = Members.of(np.array([[1.0], [np.nan], [1.0], [1.0]]), np.array([[1.0], [1.0], [0.0], [2.0]]))
+    ends = run_ensemble(compile_ensemble(system, 1e-8, engine=engine), members, Watch(), Pace(1.0, 2, 2.0), 1)
+    assert ends.status.tolist() == [Status.LIMIT, Status.FAILED, Status.FAILED, Status.LIMIT]
+    assert "is not finite" in ends.sentences[1]
+    assert "w = 0" in ends.sentences[2]
+    assert ends.times.tolist() == [2, 0, 0, 2]
+    assert ends.states[[0, 3], 0] == pytest.approx(np.exp([-2, -1]), rel=1e-6)
+
+
+def test_events_and_piecewise_functions_go_one_by_one(engine: str) -> None:
+    """A ramp that ends at t = 2.5, in the midst of a chunk; an event that stops, and one whose action changes a parameter."""
+    ramp = PiecewiseCubic(TIME, interpolated("ramp", [0.0, 2.5], [0.0, 1.0], "linear"))
+    system = System((x,), (w * ramp,), (w,))
+    kick = Event("kick", x - 1.25, +1, action=lambda _t, y, p: (y, 2 * p))
+    events = (Event("stop", x - 3.4, +1, terminal=True), kick)
+    members = Members.of(np.zeros((4, 1)), np.array([[0.1], [0.7], [1.0], [2.0]]))
+    compiled = compile_ensemble(system, 1e-10, events, engine)
+    assert not compiled.batched
+    ends = run_ensemble(compiled, members, Watch(), Pace(2.0, 2, 4.0), 2)
+    # x = w t^2/5 up to 2.5, and w (t - 1.25) thereafter; from x = 1.25 on twice as fast.
+    assert ends.status.tolist() == [Status.LIMIT, Status.LIMIT, Status.STOPPED, Status.STOPPED]
+    assert ends.states[:2, 0] == pytest.approx([0.275, 1.25 + 1.4 * (4 - 1.25 - 1.25 / 0.7)], rel=1e-8)
+    assert ends.sentences == {2: "stop", 3: "stop"}
+    assert ends.times[2] == pytest.approx(2.5 + (3.4 - 1.25) / 2, rel=1e-8)
+    assert ends.states[2:, 0] == pytest.approx([3.4, 3.4], rel=1e-8)
+    assert ends.record.count.tolist() == [2, 2, 1, 1]
+    alone = compile_ensemble(system, 1e-10, (), engine)
+    assert "piecewise" in alone.one_by_one or engine != "heyoka"
+
+
+def test_tiles_that_are_wanted() -> None:
+    compiled, members = compile_ensemble(DECAY, 1e-8), Members.of(np.ones((10, 1)), np.linspace(0.1, 1, 10)[:, None])
+    every = list(tiles(compiled, members, Watch(), Pace(1.0, 1, 1.0), 3, 2))
+    assert [(t.number, t.first, len(t.ends.times)) for t in every] == [(0, 0, 3), (1, 3, 3), (2, 6, 3), (3, 9, 1)]
+    some = list(tiles(compiled, members, Watch(), Pace(1.0, 1, 1.0), 3, 2, numbers=[3, 1]))
+    assert [t.number for t in some] == [3, 1]
+    assert same(some[1].ends, every[1].ends)
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    compiled, pace = compile_ensemble(DECAY, 1e-8), Pace(1.0, 1, 1.0)
+    one = Members.of(np.ones((1, 1)), [1.0])
+    for members, wrong in ((Members.of(np.ones((2, 2)), [1.0]), "2 states"), (Members.of(np.ones((2, 1)), [1.0, 2]), "2 para")):
+        with pytest.raises(WuchtError, match=wrong):
+            run_ensemble(compiled, members, Watch(), pace)
+    with pytest.raises(WuchtError, match="0 members"):
+        run_ensemble(compiled, one.part(1, 2), Watch(), pace)
+    with pytest.raises(WuchtError, match="some of 0 to 0, each once"):
+        tiles(compiled, one, Watch(), pace, numbers=[0, 0])
+
+
+@dataclass(frozen=True)
+class Slow(Watch):
+    """Takes its time, and counts how often it was asked."""
+
+    asked: list[int] | None = None
+
+    def after(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+        self.asked.append(samples.shape[-1])
+        time.sleep(0.02)
+        return super().after(record, times, samples)
+
+
+def test_an_interrupt_stops_all_threads_and_loses_no_tile() -> None:
+    """``report`` raises it when a third is done: what has been computed comes first."""
+    members, asked, before = Members.of(np.ones((200, 1)), [0.1]), list[int](), threading.active_count()
+
+    def report(share: float) -> None:
+        if share > 0.3:
+            raise KeyboardInterrupt
+
+    compiled, kept = compile_ensemble(DECAY, 1e-8), list[Tile[Seen]]()
+    with pytest.raises(KeyboardInterrupt):
+        for tile in tiles(compiled, members, Slow(asked=asked), Pace(1.0, 1, 2.0), 10, 2, report=report):
+            kept.append(tile)
+    assert threading.active_count() == before
+    assert [t.number for t in kept] == sorted({t.number for t in kept})
+    assert 4 <= len(kept) < 12
+    assert 2 * len(kept) <= len(asked) <= 2 * len(kept) + 4  # chunks that were begun in tiles which were given up
+
+
+def test_ctrl_c_while_the_threads_work() -> None:
+    """A signal to the main thread, sent by a thread at work."""
+
+    class Interrupting(Slow):
+        def after(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+            if len(self.asked) == 9:
+                signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+            return super().after(record, times, samples)
+
+    members, asked, kept = Members.of(np.ones((1000, 1)), [0.1]), list[int](), list[Tile[Seen]]()
+    compiled = compile_ensemble(DECAY, 1e-8)
+    with pytest.raises(KeyboardInterrupt):
+        kept.extend(tiles(compiled, members, Interrupting(asked=asked), Pace(1.0, 1, 2.0), 10, 1))
+    assert 8 <= len(asked) < 20
+    assert [t.number for t in kept] == list(range(len(asked) // 2))
+
+
+def test_reports_rise_to_one() -> None:
+    shares, members = list[float](), Members.of(np.ones((40, 1)), [0.1])
+    run_ensemble(compile_ensemble(DECAY, 1e-8), members, Slow(asked=[]), Pace(1.0, 1, 4.0), 2, shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert any(0 < s < 1 for s in shares)
+
+
+def test_an_error_of_the_observer_comes_out() -> None:
+    class Wrong(Watch):
+        def after(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+            raise ZeroDivisionError
+
+    class Unsaid(Watch):
+        def after(self, record: Seen, times: np.ndarray, samples: np.ndarray) -> tuple[Seen, np.ndarray]:
+            return record, np.array(False)
+
+    before, members = threading.active_count(), Members.of(np.ones((40, 1)), [0.1])
+    for watch, error in ((Wrong(), ZeroDivisionError), (Unsaid(), RunError)):
+        with pytest.raises(error):
+            run_ensemble(compile_ensemble(DECAY, 1e-8), members, watch, Pace(1.0, 1, 4.0), 2)
+    assert threading.active_count() == before
+
+
+@needs_heyoka
+def test_memory_does_not_grow_with_the_count() -> None:
+    """20,000 members, made tile by tile and let go: few tiles live at once, and less memory than a third of all samples."""
+
+    class Drawn:
+        def __init__(self) -> None:
+            self.made, self.most = list[weakref.ref[Members]](), 0
+
+        def __len__(self) -> int:
+            return 20_000
+
+        def part(self, first: int, last: int) -> Members:
+            rates = np.linspace(0.1, 2.0, len(self))[first:last]
+            part = Members(np.ones((last - first, 1)), rates[:, None])
+            self.made.append(weakref.ref(part))
+            self.most = max(self.most, sum(held() is not None for held in self.made))
+            return part
+
+    compiled, pace, source = compile_ensemble(DECAY, 1e-6), Pace(2.0, 40, 2.0), Drawn()
+    next(iter(tiles(compiled, source, Watch(), pace, 512, 2)))
+    tracemalloc.start()
+    try:
+        for tile in tiles(compiled, source, Watch(), pace, 512, 2):
+            rates = source.part(tile.first, tile.first + 512).parameters[:, 0]
+            assert tile.ends.states[:, 0] == pytest.approx(np.exp(-2 * rates), rel=1e-4)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert source.most <= 8  # those that are under way, and this test's own
+    assert peak < 20_000 * 40 * 8 / 3
