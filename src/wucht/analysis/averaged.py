@@ -64,8 +64,8 @@ class AveragedMachine:
         b = self.equations.bodies
         return {name: b.names[b.reference(i)] if i else None for i, name in enumerate(b.names)}
 
-    def state(self, angles: Mapping[str, float], speeds: Mapping[str, float]) -> np.ndarray:
-        """The slow state (n,) that follows from absolute angles and speeds of the bodies.
+    def state(self, angles: Mapping[str, float | np.ndarray], speeds: Mapping[str, float | np.ndarray]) -> np.ndarray:
+        """The slow state (n,) that follows from absolute angles and speeds of the bodies; or states (n, M), from arrays (M,).
 
         Without inertia the bodies' slips have decayed: rotors have the speed that is left then, and phases have moved on, as
         002 (4.24), (4.30) say.
@@ -80,7 +80,7 @@ class AveragedMachine:
 
     def _state(self, angles: np.ndarray, speeds: np.ndarray) -> np.ndarray:
         """From the bodies' angles and speeds in their own senses."""
-        values, b = dict[str, float](), self.equations.bodies
+        values, b = dict[str, np.ndarray](), self.equations.bodies
         for i, name in enumerate(b.names):
             values[f"{name}.phase"] = angles[i] - (angles[b.reference(i)] if i else 0.0)
             values[f"{name}.speed"] = speeds[i]

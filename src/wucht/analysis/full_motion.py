@@ -12,10 +12,11 @@ import numpy as np
 
 from wucht.analysis.averaged import AveragedMachine
 from wucht.analysis.static import static_position
+from wucht.machines.operation import natural_frequencies
 from wucht.machines.tree import Tree
 from wucht.numerics.flow.program import Evaluator
 
-_STEP = 1e-4  # rad: small against what a slow motion needs to change, large against rounding
+_STEP = 1e-4  # rad of the fastest free vibration: small against what a slow motion needs to change, large against rounding
 
 
 @dataclass(frozen=True)
@@ -57,14 +58,14 @@ class FullMotion:
 
     def _changing(self, time: np.ndarray, states: np.ndarray, parameters: tuple[float, ...], w: np.ndarray) -> np.ndarray:
         """z' (m, N) along the slow motion, by central differences over a small part of a turn."""
-        fastest, system = float(np.abs(w).max(initial=0.0)), self.slow.system
-        if not fastest:
-            return np.zeros((len(self.slow.machine.labels), len(time)), complex)
+        # One step for all samples: what comes of one does not depend on the others.
+        natural, system = natural_frequencies(self.slow.machine).values(), self.slow.system
+        fastest = max((f for f in natural if f > 0), default=0.0) or float(np.abs(w).max(initial=0.0)) or 1.0
         rate, step = Evaluator.of_rates(system).array(time, states, parameters), _STEP / fastest
         after, before = (
             self._amplitudes(Evaluator.of_outputs(system)(time + h, states + h * rate, parameters)) for h in (step, -step)
         )
-        return np.asarray((after - before) / (2 * step))
+        return np.where(w == 0, 0.0, (after - before) / (2 * step))
 
     def _amplitudes(self, outputs: Mapping[str, np.ndarray]) -> np.ndarray:
         """z (m, N)."""

@@ -1,0 +1,142 @@
+"""Members whose motion comes to rest about the turning rotor: their outcome, for many of them at once.
+
+The criteria are those of ``motion.evidence``, of a motion without ripple, as far as its numbers approach their ends
+monotonically; of all other motions nothing is said here.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.numerics.observers.projection import WINDOWS
+from wucht.results.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE
+from wucht.studies.motion.evidence import FEWEST_TURNS, UNREST
+
+_CONTRACTING = 0.98  # ratio of successive changes: above, it is no approach
+_ROUNDING, _LEFT_ROUNDING = 1e-9, 1e-7  # of the speed, of the unbalance: changes below are none
+_RIPPLE = 1e-3  # of the range of the speed in a window: so well its mean is known
+_LIBRATION, _SMALL, _GROWING = math.pi / 2, 0.1, 1.05  # of a phase, in rad: see ``motion.lags``
+_FEWEST_CYCLES = 3  # of a modulation, which are worth a closer look
+
+
+@dataclass(frozen=True)
+class LastHalf:
+    """The last half of the motion of M members at K even times, K a multiple of five.
+
+    duration: of it. speed: of the main rotor (K, M). phases: of the bodies about it, as they turn
+    (b, K, M). left: the magnitude of what is left of the rotor's unbalance, as a share of it (K, M).
+    """
+
+    duration: float
+    speed: np.ndarray
+    phases: np.ndarray
+    left: np.ndarray
+
+
+@dataclass(frozen=True)
+class Resting:
+    """Of M members what can be told of them at rest: bounds (2, M) of mean and lowest speed, in the sense of turning, and of
+    what is left of the unbalance. known (M,): whether they hold. sense: +1 or -1 (M,). cycling (M,): of those that are not
+    known, whether the speed goes up and down so often that a closer look may tell. nearing (M,): whether they approach an end.
+    rises (M,): how often the speed rose through the middle of its range. early (M,): whether they are on the way to an end that
+    is not known yet, their bodies still moving."""
+
+    mean: np.ndarray
+    lowest: np.ndarray
+    left: np.ndarray
+    known: np.ndarray
+    sense: np.ndarray
+    cycling: np.ndarray
+    nearing: np.ndarray
+    rises: np.ndarray
+    early: np.ndarray
+
+    @property
+    def width(self) -> np.ndarray:
+        """How far the bounds are apart (M,): of the speed, as a share of it, or of what is left, whichever is more."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            speed = (self.mean[1] - self.mean[0]) / np.abs(self.mean).max(axis=0)
+        return np.asarray(np.maximum(speed, self.left[1] - self.left[0]))
+
+    def at_speed(self, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Whether a member holds its free speed (M,), signed, nan: none, within 0.5 %; and whether that is known."""
+        reach, expected = SPEED_TOLERANCE * np.abs(free), self.sense * free
+        low, high = expected - reach, expected + reach
+        inside = [(low <= b[0]) & (b[1] <= high) for b in (self.mean, self.lowest)]
+        outside = [(b[1] < low) | (high < b[0]) for b in (self.mean, self.lowest)]
+        none = np.isnan(free)
+        return inside[0] & inside[1] & ~none, (inside[0] & inside[1]) | outside[0] | outside[1] | none
+
+    @property
+    def balanced(self) -> tuple[np.ndarray, np.ndarray]:
+        """Whether less than 1 % of the unbalance is left (M,), and whether that is known."""
+        below, above = self.left[1] < UNBALANCE_TOLERANCE, self.left[0] >= UNBALANCE_TOLERANCE
+        return below, below | above
+
+
+def resting(seen: LastHalf) -> Resting:
+    """What can be told of members at rest."""
+    count = seen.speed.shape[1]
+    sense = np.where(seen.speed[-1] < 0, -1, 1)
+    speed = sense * seen.speed
+    windows = speed.reshape(WINDOWS, -1, count)
+    means, lows, highs = windows.mean(axis=1), windows.min(axis=1), windows.max(axis=1)
+    largest = np.abs(means).max(axis=0)
+    rounding = np.maximum(_RIPPLE * (highs - lows)[-1], _ROUNDING * largest)
+    mean, mean_known = approached(means, rounding)
+    lowest, lowest_known = approached(lows, rounding)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        varied, varied_known = approached((highs - lows) / means, rounding / means[-1])
+    sizes = seen.left.reshape(WINDOWS, -1, count).max(axis=1)
+    left, left_known = approached(sizes, np.full(count, _LEFT_ROUNDING))
+    most = seen.left.max(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        unrest = np.where(most > UNBALANCE_TOLERANCE, 1 - seen.left.min(axis=0) / most, 0.0)
+    turning = (speed > 0).all(axis=0) & (means.mean(axis=0) * seen.duration >= 2 * math.pi * FEWEST_TURNS)
+    even = varied_known & (varied[1] <= MODULATION_THRESHOLD)
+    settled = mean_known & lowest_known & (mean[1] - mean[0] <= SPEED_TOLERANCE * largest)
+    known = turning & even & settled & left_known & (unrest <= UNREST) & _in_place(seen.phases)
+    rises = _rises(speed)
+    cycling, nearing = ~known & (rises >= _FEWEST_CYCLES), mean_known & left_known
+    early = turning & nearing & (mean[1] - mean[0] > SPEED_TOLERANCE * largest) & (unrest > UNREST)
+    return Resting(mean, lowest, np.maximum(left, 0.0), known, sense, cycling, nearing, rises, early)
+
+
+def approached(means: np.ndarray, rounding: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Between which bounds (2, M) numbers will stay, by their means (w, M) over successive windows, and where that is known.
+
+    Known (M,): of those that approach a limit ever more slowly, or change by rounding alone. See ``projection.projected``.
+    """
+    changes = np.diff(means, axis=0)
+    sizes, last = np.abs(changes), means[-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = sizes[1:] / sizes[:-1]
+        rho = ratios[-2:].max(axis=0)
+        rest = sizes[-1] * rho / (1 - rho)
+    still = (sizes[-2:] <= rounding).all(axis=0)
+    approaching = (ratios < _CONTRACTING).all(axis=0) & ~still
+    # Changes to and fro have their limit between the last two.
+    toward = np.where(changes[-1] * changes[-2] > 0, last + np.copysign(1.5 * rest, changes[-1]), means[-2])
+    low = np.where(still, means[-3:].min(axis=0), np.minimum(last, toward))
+    high = np.where(still, means[-3:].max(axis=0), np.maximum(last, toward))
+    return np.array([low, high]), np.asarray(still | approaching)
+
+
+def _in_place(phases: np.ndarray) -> np.ndarray:
+    """Whether all bodies stay where they are about the rotor, swinging at most, and less and less (M,)."""
+    ranges = np.ptp(phases, axis=1)
+    earlier, late = (np.ptp(part, axis=1) for part in np.array_split(phases, 2, axis=1))
+    return np.asarray(((ranges < _LIBRATION) & (late <= np.maximum(_SMALL, _GROWING * earlier))).all(axis=0))
+
+
+def _rises(speed: np.ndarray) -> np.ndarray:
+    """How often the speed (K, M) rises through the middle of its range, from far below to far above (M,)."""
+    low, high = speed.min(axis=0), speed.max(axis=0)
+    s, reach = speed - (low + high) / 2, 0.25 * (high - low)
+    side = np.where(s > reach, 1, np.where(s < -reach, -1, 0))
+    where = np.where(side != 0, np.arange(len(side))[:, None], 0)
+    held = np.take_along_axis(side, np.maximum.accumulate(where, axis=0), axis=0)  # the side on which it was last
+    return np.asarray(((held[1:] > 0) & (held[:-1] < 0)).sum(axis=0))

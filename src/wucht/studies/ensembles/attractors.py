@@ -1,0 +1,148 @@
+"""Motions on which members of an ensemble end without coming to rest: each is judged once, then known again by where it runs.
+
+A member whose motion comes to stay near one of them has its outcome. G. Datseris, A. Wagemakers, "Effortless estimation of
+basins of attraction", Chaos 32 (2022) 023104.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.machines.machine import Machine
+from wucht.machines.operation import free_speed
+from wucht.numerics.ensembles.ensemble import CompiledEnsemble, compile_ensemble
+from wucht.numerics.ensembles.members import Status
+from wucht.numerics.peaks import extremes
+from wucht.results.outcomes import Outcome
+from wucht.studies.ensembles.closer_look import watched
+from wucht.studies.ensembles.ensemble_equations import Equations, Variants, parameters_of, places
+from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
+from wucht.studies.ensembles.member_outcomes import OUTCOMES
+from wucht.studies.initial_state import initial_state
+from wucht.studies.motion.verdict import judge
+from wucht.studies.run_up.horizon import Horizon
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
+
+_POINTS = 16_384  # on a motion
+_CYCLES, _TURNS = 6, 200  # of a modulation, or turns, over which they are spread
+_REACH, _MARGIN = 0.05, 2.0  # shares of the states' sizes: how near a motion must come to itself; times that others must
+_LEAST = 1e-3  # reach
+_PLACES = 40  # of a member, at which it must be near
+_SURVEYED = 16  # starts, a power of two
+_MOST_KNOWN = 64  # questions
+
+
+@dataclass(frozen=True, eq=False)
+class Attractor:
+    """A motion that goes on.
+
+    outcome: its place in ``OUTCOMES``. points: on it (P, d), in shares of sizes (d,). reach: how near to them others must stay.
+    low, high: of its speed; period: of its modulation, 0 without one. square: of the largest distance of the rotor's axis.
+    """
+
+    outcome: int
+    points: np.ndarray
+    sizes: np.ndarray
+    reach: float
+    low: float
+    high: float
+    period: float
+    square: float
+
+    def holds(self, at: np.ndarray) -> np.ndarray:
+        """Which members (M,) stay near it, by their places (K, M, d)."""
+        some = at[np.linspace(0, len(at) - 1, _PLACES).astype(int)] / self.sizes
+        away, _ = self._tree.query(some, distance_upper_bound=self.reach)  # inf beyond
+        return np.asarray(np.isfinite(away).all(axis=0))
+
+    @cached_property
+    def _tree(self) -> KDTree:
+        from scipy.spatial import KDTree
+
+        return KDTree(self.points)
+
+
+def attractors_of(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -> tuple[Attractor, ...]:
+    """Those on which run-ups from a few phases of the bodies end, found once for a question; none where parameters vary."""
+    if question.varied or not equations.recurs:
+        return ()
+    machine, model = question.machine, (question.model, question.inertia, question.order, question.tolerance)
+    key = machine.structure, tuple(sorted(machine.values.items())), model
+    if key not in _KNOWN:
+        while len(_KNOWN) >= _MOST_KNOWN:
+            _KNOWN.pop(next(iter(_KNOWN)))
+        _KNOWN[key] = _found(replace(question, until=None), equations, horizon)
+    return _KNOWN[key]
+
+
+def _found(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -> tuple[Attractor, ...]:
+    machine, kept = question.machine, list[Attractor]()
+    starts = _starts(machine)
+    variants = Variants.among(machine, {}, starts.shape[1])
+    compiled, parameters = compile_ensemble(equations.system, question.tolerance), parameters_of(equations.system, variants)[0]
+    for ends in watched(question, starts, variants, horizon, lambda _share: None):
+        for state, status, seen in zip(ends.states, ends.status, ends.record.seen, strict=True):
+            if status == Status.FAILED:
+                continue
+            verdict = judge(machine, seen, free_speed(machine, machine.rotor))
+            goes_on = verdict.evidence.modulated or verdict.evidence.asynchronous
+            if verdict.outcome is Outcome.UNIDENTIFIED or not goes_on or verdict.standing is None:
+                continue
+            cycle, sense = verdict.modulation, verdict.standing.sense
+            period = 0.0 if cycle is None else cycle.period
+            duration = _CYCLES * period or _TURNS * 2 * math.pi / verdict.speed
+            begun = (
+                equations.starts(state[: len(machine.state_names), None], variants) if question.model == "full" else state[:-1]
+            )
+            motion = _motion(compiled, begun.reshape(-1), parameters, duration)
+            if motion is None:
+                continue
+            at, sight = places(equations.system, motion), equations.seen(motion, variants)
+            numbers = *extremes(sense * sight.speed[:, 0]), period, float(sight.square.max())
+            one = _attractor(OUTCOMES.index(verdict.outcome), at[:, 0], numbers)
+            if one is not None and not any(k.outcome == one.outcome and k.holds(at[:, :1]).all() for k in kept):
+                kept.append(one)
+    return tuple(kept)
+
+
+def _starts(machine: Machine) -> np.ndarray:
+    """States (n, M) with the bodies about the main rotor at phases spread evenly: I. M. Sobol's sequence."""
+    from scipy.stats import qmc
+
+    state, about = initial_state(machine, {}), [machine.row(b.coordinate.position) for b in machine.group(machine.rotor)[1:]]
+    if not about:
+        return state[:, None]
+    phases = 2 * math.pi * qmc.Sobol(len(about), scramble=False).random(_SURVEYED)
+    starts = np.repeat(state[:, None], _SURVEYED, axis=1)
+    starts[about] = state[machine.row(machine.rotor.coordinate.position)] + phases.T
+    return starts
+
+
+def _motion(compiled: CompiledEnsemble, state: np.ndarray, parameters: np.ndarray, duration: float) -> np.ndarray | None:
+    """Samples (K, k, 1) from a state (k,) on; None where it cannot be continued."""
+    with compiled.lanes() as lanes:
+        numbers, _ = lanes.numbers(parameters[None])
+        advanced = lanes.advance(state[:, None], numbers, np.linspace(0.0, duration, _POINTS + 1), lambda: None)
+    return None if advanced.stops else advanced.samples
+
+
+def _attractor(outcome: int, points: np.ndarray, numbers: tuple[float, float, float, float]) -> Attractor | None:
+    """Of points (P, d) and numbers as in ``Attractor``; None where their second half does not come near the first one."""
+    from scipy.spatial import KDTree
+
+    sizes = np.maximum(np.abs(points).max(axis=0), 1e-300)
+    first, second = np.array_split(points / sizes, 2)
+    away, _ = KDTree(first).query(second)
+    if away.max() > _REACH:
+        return None
+    return Attractor(outcome, points / sizes, sizes, max(_MARGIN * float(away.max()), _LEAST), *numbers)
+
+
+_KNOWN: dict[Any, tuple[Attractor, ...]] = {}

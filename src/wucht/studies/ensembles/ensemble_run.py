@@ -1,0 +1,99 @@
+"""From starts and parameters to outcomes: a first look at all members, and a closer one at those that it does not decide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
+from wucht.numerics.ensembles.members import Status
+from wucht.results.outcomes import Outcome
+from wucht.studies.ensembles.attractors import attractors_of
+from wucht.studies.ensembles.closer_look import looked_at
+from wucht.studies.ensembles.ensemble_equations import Numbered, Variants, equations_of, parameters_of, singly
+from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
+from wucht.studies.ensembles.glance import DoublingPace, Glance
+from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.studies.ensembles.single_run_ups import run_up_each
+from wucht.studies.initial_state import initial_state
+from wucht.studies.run_up.horizon import Horizon
+from wucht.studies.run_up.spec import RunUp
+
+_MOST_DOUBLINGS = 8  # of the first chunk
+_GLANCE = 0.5  # of the progress
+
+Report = Callable[[float], None]
+
+
+def way_of(question: EnsembleQuestion) -> str:
+    """How members are integrated, in words."""
+    why = singly(question)
+    if why is not None:
+        return f"members are run up one by one, which is slower: {why}"
+    return "members are integrated in batches"
+
+
+def outcomes_of(
+    question: EnsembleQuestion, starts: np.ndarray, values: Mapping[str, np.ndarray], report: Report | None = None
+) -> MemberOutcomes:
+    """What becomes of members.
+
+    Parameters
+    ----------
+    question : EnsembleQuestion
+    starts : ndarray, (n, M)
+        States of the machine's System.
+    values : mapping of str to ndarray, (M,)
+        Of the parameters that are varied, by path.
+    report : callable, optional
+        Told the share that is done, 0 to 1; may raise ``KeyboardInterrupt``.
+
+    Notes
+    -----
+    What comes of a member does not depend on the others.
+
+    Raises
+    ------
+    InputError
+        For values that a part does not allow, and machines without averaged equations where these are asked for.
+    """
+    told = report or (lambda _share: None)
+    variants = Variants.among(question.machine, values, starts.shape[1])
+    if singly(question) is not None:
+        return run_up_each(question, starts, variants, told)
+    machine = question.machine
+    horizon = Horizon.of(machine, RunUp(settled=True), initial_state(machine, {}))
+    outcomes, closer = _glanced(question, starts, variants, horizon, lambda share: told(_GLANCE * share))
+    if not len(closer):
+        return outcomes
+    rest = lambda share: told(_GLANCE + (1 - _GLANCE) * share)  # noqa: E731
+    seen = looked_at(question, starts[:, closer], variants.taken(closer).compact, horizon, rest)
+    return outcomes.replaced(closer, seen)
+
+
+def _glanced(
+    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Report
+) -> tuple[MemberOutcomes, np.ndarray]:
+    """The outcomes of those that a first look decides, and the numbers of the others."""
+    equations = equations_of(question, starts[:, 0])
+    first, until = horizon.first, question.until
+    pace = DoublingPace(first, 1 + _MOST_DOUBLINGS) if until is None else DoublingPace.until(until, first)
+    attractors = attractors_of(question, equations, horizon)
+    glance = Glance(equations, variants, attractors, pace, final=until is not None)
+    members = Numbered(
+        np.ascontiguousarray(equations.starts(starts, variants).T),
+        parameters_of(equations.system, variants),
+        np.arange(starts.shape[1]),
+    )
+    compiled = compile_ensemble(equations.system, question.tolerance)
+    parts, numbers, failures = [], [np.zeros(0, int)], dict[int, str]()
+    for tile in tiles(compiled, members, glance, pace, report=report):
+        record, ends = tile.ends.record, tile.ends
+        failed = ends.status == Status.FAILED
+        outcome = np.where(failed, OUTCOMES.index(Outcome.FAILED), record.outcome).astype(np.int8)
+        parts.append(MemberOutcomes(outcome, record.settling, np.sqrt(record.square), ends.times))
+        numbers.append(record.number[record.closer & ~failed])
+        failures |= {int(record.number[i]): why for i, why in ends.sentences.items()}
+    joined = MemberOutcomes.joined(parts)
+    return joined.with_failures(failures), np.concatenate(numbers)
