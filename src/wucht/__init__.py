@@ -9,8 +9,8 @@ A ``Machine`` from a file or from ``parts``, a question, an answer:
 'captured-modulated'
 
 Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SpeedCurve``, ``SynchronousStates``,
-``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``; of a ``CamDrive``: ``CamLaw``,
-``CamContour``, ``CamCorrection``, ``CamPrediction``.
+``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``, ``Basin``; of a ``CamDrive``:
+``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
 Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary
 differential equation: ``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
 ``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``, ``separated``.
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from wucht.numerics.flow.integrate import integrate as integrate
     from wucht.numerics.orbits import periodic_orbit as periodic_orbit
     from wucht.studies.approximation.spec import Approximation as Approximation
+    from wucht.studies.basin.spec import Basin as Basin
     from wucht.studies.cam_contour.spec import CamContour as CamContour
     from wucht.studies.cam_correction.spec import CamCorrection as CamCorrection
     from wucht.studies.cam_law.spec import CamLaw as CamLaw
@@ -67,6 +68,7 @@ __version__ = "0.1.0"
 # SymPy, heyoka and xarray take seconds to import: they are loaded when a name is first used, not with the package.
 _LAZY = {
     "Approximation": "wucht.studies.approximation.spec:Approximation",
+    "Basin": "wucht.studies.basin.spec:Basin",
     "CamContour": "wucht.studies.cam_contour.spec:CamContour",
     "CamCorrection": "wucht.studies.cam_correction.spec:CamCorrection",
     "CamDrive": "wucht.cams.drive:CamDrive",

@@ -26,6 +26,14 @@ def in_lines(result: xr.Dataset, verdict: str, named: Iterable[tuple[str, str]])
     return [result.attrs["title"], f"verdict: {verdict}", *(f"  {name:13}{line}" for name, line in named)]
 
 
+def percent(share: float, off: float = 0.0) -> str:
+    """A share, and by how much it may be off: ``24.88 % ± 0.40 %``, with as many decimals as that is worth."""
+    if not off > 0:
+        return f"{100 * share:.4g} %"
+    decimals = min(max(1 - math.floor(math.log10(100 * off)), 0), 6)
+    return f"{100 * share:.{decimals}f} % ± {100 * off:.{decimals}f} %"
+
+
 def _or_none(written: Callable[[float], str]) -> Format:
     return lambda value: "none" if value is None else written(value)
 

@@ -22,7 +22,7 @@ from wucht.studies.spec import Spec
 
 GROUP = "wucht.studies"
 NOT_YET = (
-    "basin", "capture-probability", "optimise-balancer", "load-spectrum", "exciter-design",
+    "capture-probability", "optimise-balancer", "load-spectrum", "exciter-design",
 )  # fmt: skip
 
 

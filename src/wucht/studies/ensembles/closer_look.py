@@ -96,6 +96,7 @@ class CloserLook:
         record = Watching(members.numbers, seen, np.full(count, OUTCOMES.index(Outcome.UNIDENTIFIED), np.int8), nothing)
         return replace(record, seen=self._seen(record, np.zeros(1), members.starts.T[None]))
 
+    @np.errstate(all="ignore")  # see ``Glance.after``
     def after(self, record: Watching, times: np.ndarray, samples: np.ndarray) -> tuple[Watching, np.ndarray]:
         """See ``Observer``."""
         record = replace(record, seen=self._seen(record, times, samples))

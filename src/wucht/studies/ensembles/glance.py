@@ -85,6 +85,7 @@ class Glance:
             members.numbers, np.full(m, UNDECIDED, np.int8), np.zeros(m, bool), np.zeros(m), nothing, np.empty((4, SAMPLES, m))
         )
 
+    @np.errstate(all="ignore")  # shares of nothing; it is called in threads, which know no other state
     def after(self, record: Glimpse, times: np.ndarray, samples: np.ndarray) -> tuple[Glimpse, np.ndarray]:
         """See ``Observer``."""
         index = round(math.log2(times[-1] / self.pace.first))

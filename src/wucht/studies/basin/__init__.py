@@ -1,0 +1,1 @@
+"""The study ``basin``: what becomes of the machine, over two start states or parameters."""

@@ -1,0 +1,58 @@
+"""Which cells of a map of labels are run anew when its cells are halved.
+
+A cell is at a border where one of its eight neighbours has another label; along a periodic axis the first and the last are
+neighbours. Halved are the cells at a border, on the coarsest map with a rim of one cell about them; the others hand down their
+label. The centre of a halved cell is no longer that of a cell: all four that it becomes are run. When they are, a cell that was
+handed down may lie at a border after all, where a tongue leaves the halved cells: then it is run too, and so on until every
+cell at a border was run itself. So a tongue is followed from where it leaves the border as far as it is as wide as a fine cell;
+a rim on every map would find hardly more with twice the runs. What can be missed is narrower than a cell of the coarsest map
+and does not reach a border seen before.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+Periodic = tuple[bool, bool]  # of the rows' axis, of the columns'
+_AROUND = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
+
+
+def at_border(labels: np.ndarray, periodic: Periodic) -> np.ndarray:
+    """Which cells (m, n) have a neighbour with another label."""
+    around = _padded(labels, periodic)
+    return np.asarray(np.logical_or.reduce([_shifted(around, i, j) != labels for i, j in _AROUND]))
+
+
+def widened(cells: np.ndarray, periodic: Periodic) -> np.ndarray:
+    """Some cells (m, n) and all their neighbours."""
+    around = _padded(cells, periodic)
+    return np.asarray(np.logical_or.reduce([cells, *(_shifted(around, i, j) for i, j in _AROUND)]))
+
+
+def halved(map_: np.ndarray) -> np.ndarray:
+    """A map (m, n) with each cell parted into four (2 m, 2 n) that have its value."""
+    return np.repeat(np.repeat(map_, 2, axis=0), 2, axis=1)
+
+
+def cells_to_halve(labels: np.ndarray, periodic: Periodic, coarsest: bool) -> np.ndarray:
+    """Those (m, n) at a border; of the coarsest map with a rim of one cell about them."""
+    border = at_border(labels, periodic)
+    return widened(border, periodic) if coarsest else border
+
+
+def left_at_border(labels: np.ndarray, run: np.ndarray, periodic: Periodic) -> np.ndarray:
+    """Which cells (m, n) lie at a border though they were not run themselves."""
+    return np.asarray(at_border(labels, periodic) & ~run)
+
+
+def _padded(map_: np.ndarray, periodic: Periodic) -> np.ndarray:
+    """The map with a cell more on each side: what lies there, or the cell itself where nothing does."""
+    for axis, wraps in enumerate(periodic):
+        width = [(1, 1) if k == axis else (0, 0) for k in range(2)]
+        map_ = np.pad(map_, width, mode="wrap" if wraps else "edge")
+    return map_
+
+
+def _shifted(padded: np.ndarray, i: int, j: int) -> np.ndarray:
+    m, n = padded.shape[0] - 2, padded.shape[1] - 2
+    return padded[1 + i : 1 + i + m, 1 + j : 1 + j + n]

@@ -1,0 +1,185 @@
+"""Plan -> findings: the runs of all cells, then of those at the borders, halved again and again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import pairwise
+
+import numpy as np
+
+from wucht.results.outcomes import Outcome
+from wucht.studies.basin.prepare import Plan
+from wucht.studies.basin.refinement import cells_to_halve, halved, left_at_border
+from wucht.studies.ensembles.ensemble_run import outcomes_of
+from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.studies.work import Work
+
+MISSING = -1  # the label of a cell that was not run yet
+_TILE = 1024  # runs: a unit of work
+_FIRST_ROUND = 0.9  # of the runs on one level, so far as can be told before
+
+
+@dataclass(frozen=True)
+class Tile:
+    """Runs: of cells (M,), numbered row by row, what became of each."""
+
+    cells: np.ndarray
+    members: MemberOutcomes
+
+
+@dataclass(frozen=True)
+class Level:
+    """A map whose cells were halved so often, as far as it is computed.
+
+    shape: (y, x). coarser: the map before, whose cells hand down what they have where none was run. asked: the cells that are
+    run, numbered row by row. tiles: those that were.
+    """
+
+    halvings: int
+    shape: tuple[int, int]
+    coarser: Level | None
+    asked: np.ndarray
+    tiles: tuple[Tile, ...] = ()
+
+    @property
+    def runs(self) -> int:
+        """How many."""
+        return sum(len(t.cells) for t in self.tiles)
+
+    @property
+    def total_runs(self) -> int:
+        """Of this map and of all before."""
+        return self.runs + (self.coarser.total_runs if self.coarser is not None else 0)
+
+    @property
+    def finished(self) -> bool:
+        """Whether all cells asked for were run."""
+        return self.runs == len(self.asked)
+
+    @cached_property
+    def outcome(self) -> np.ndarray:
+        """The place of each cell's outcome in ``OUTCOMES`` (y, x), ``MISSING`` where it is not computed."""
+        return self._of("outcome", np.int8, MISSING)
+
+    @cached_property
+    def settling_time(self) -> np.ndarray:
+        """(y, x), nan where it has not settled or is not computed."""
+        return self._of("settling_time", float, np.nan)
+
+    @cached_property
+    def peak_amplitude(self) -> np.ndarray:
+        """(y, x), nan where it is not computed."""
+        return self._of("peak_amplitude", float, np.nan)
+
+    @cached_property
+    def end_time(self) -> np.ndarray:
+        """How far the run was followed (y, x), nan where it is not computed."""
+        return self._of("end_time", float, np.nan)
+
+    @cached_property
+    def halvings_of(self) -> np.ndarray:
+        """On which level (y, x) each cell's run was made, ``MISSING`` where it is not computed."""
+        own = self._blank("halvings_of", np.int8, MISSING)
+        for tile in self.tiles:
+            own[tile.cells] = self.halvings
+        return own.reshape(self.shape)
+
+    def _blank(self, name: str, kind: type, nothing: float) -> np.ndarray:
+        """What is handed down, without the cells that are run."""
+        own = np.full(self.shape, nothing, kind) if self.coarser is None else halved(getattr(self.coarser, name))
+        flat: np.ndarray = own.ravel()
+        flat[self.asked] = nothing
+        return flat
+
+    def _of(self, name: str, kind: type, nothing: float) -> np.ndarray:
+        own = self._blank(name, kind, nothing)
+        for tile in self.tiles:
+            own[tile.cells] = getattr(tile.members, name)
+        return own.reshape(self.shape)
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The map of the level that was reached; those before are in it."""
+
+    last: Level
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """All, the coarsest first."""
+        level, levels = self.last, [self.last]
+        while level.coarser is not None:
+            level = level.coarser
+            levels.insert(0, level)
+        return tuple(levels)
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """The map after each tile."""
+    shape, share = plan.shape(0), _shares(plan.spec.refine)
+    level = Level(0, shape, None, np.arange(shape[0] * shape[1]))
+    for halvings in range(plan.spec.refine + 1):
+        part = work.part(f"level {halvings}", *share[halvings])
+        if halvings:
+            asked = halved(cells_to_halve(level.outcome, plan.periodic, halvings == 1))
+            level = Level(halvings, plan.shape(halvings), level, np.flatnonzero(asked))
+        begin, rounds = 0.0, 0  # of this level: the cells asked for at first, then those that turn out to lie at a border
+        while not level.finished:
+            end = begin + _FIRST_ROUND * (1 - begin) if halvings else 1.0
+            for further in _completed(plan, level, part.part(f"round {rounds}", begin, end)):
+                level = further
+                yield Findings(level)
+            begin, rounds = end, rounds + 1
+            level = _followed(plan, level)
+    work.report(1.0)
+    yield Findings(level)
+
+
+def _shares(refine: int) -> list[tuple[float, float]]:
+    """Which share of the work each level is: a border twice as finely resolved has twice as many cells."""
+    sizes = np.array([1.0, *(2.0 ** (k - 2) for k in range(1, refine + 1))])
+    ends = np.concatenate([[0.0], np.cumsum(sizes) / sizes.sum()]).tolist()
+    return list(pairwise(ends))
+
+
+def _completed(plan: Plan, level: Level, work: Work) -> Iterator[Level]:
+    """The level after each tile of the cells that were asked and not run yet."""
+    left = level.asked[level.runs :]
+    what = f"borders, level {level.halvings} of {plan.spec.refine}" if level.halvings else "all cells"
+    for number, begin in enumerate(range(0, len(left), _TILE)):
+        cells = left[begin : begin + _TILE]
+        part = work.part("", begin / len(left), (begin + len(cells)) / len(left))
+        members = work.unit(f"tile {number}", partial(_run_cells, plan, level.halvings, cells, part, what))
+        level = replace(level, tiles=(*level.tiles, Tile(cells, members)))
+        part.report(1.0, what)
+        yield level
+
+
+def _run_cells(plan: Plan, halvings: int, cells: np.ndarray, work: Work, what: str) -> MemberOutcomes:
+    work.report(0.0, what)
+    starts, values = plan.starts(halvings, cells)
+    impossible = plan.impossible(starts, values)
+    if not impossible:
+        return outcomes_of(plan.question, starts, values, report=lambda share: work.report(share, what))
+    members = _none_run(impossible, len(cells))
+    possible = np.array([m for m in range(len(cells)) if m not in impossible], int)
+    if not len(possible):
+        return members
+    others = {name: at[possible] for name, at in values.items()}
+    seen = outcomes_of(plan.question, starts[:, possible], others, report=lambda share: work.report(share, what))
+    return members.replaced(possible, seen)
+
+
+def _none_run(why: Mapping[int, str], count: int) -> MemberOutcomes:
+    """Members that were not run."""
+    outcome, nothing = np.full(count, OUTCOMES.index(Outcome.FAILED), np.int8), np.full(count, np.nan)
+    return MemberOutcomes(outcome, nothing, nothing, np.zeros(count), tuple(sorted(why.items())))
+
+
+def _followed(plan: Plan, level: Level) -> Level:
+    """A level whose cells asked for were all run, with those asked for besides that lie at a border and were handed down."""
+    run_ = level.halvings_of == level.halvings
+    more = np.flatnonzero(left_at_border(level.outcome, run_, plan.periodic))
+    return replace(level, asked=np.concatenate([level.asked, more]))

@@ -1,0 +1,100 @@
+"""The question of ``basin``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from wucht.errors import InputError
+from wucht.fields import si
+from wucht.studies import spec as common
+
+MOST_CELLS = 2048 * 2048  # of the finest map: its four numbers a cell fill 100 MB
+_FEWEST, _MOST_HALVINGS = 2, 10
+_TOLERANCE = 1e-6  # members are many, and the border of a basin is known to a cell
+
+
+def _axes(given: Any) -> Any:
+    if not isinstance(given, Mapping):
+        raise ValueError("must be a table of two axes: axes = { psi = [lo, hi, cells], delta = [lo, hi, cells] }")
+    axes = _by_path(given)
+    if len(axes) != 2 or axes[0][0] == axes[1][0]:
+        named = [name for name, _ in axes]
+        raise InputError("study.axes", named, "there must be two axes, each a start state or a parameter of its own")
+    for name, axis in axes:
+        where = f"study.axes.{name}"
+        if not isinstance(axis, list | tuple) or len(axis) != 3:
+            raise InputError(where, axis, "must be [lo, hi, cells]")
+        if not _is_whole(axis[2]) or not _FEWEST <= axis[2] <= MOST_CELLS:
+            raise InputError(where, axis, f"must be a whole number of cells, at least {_FEWEST}")
+    return {name: (low, high, int(cells)) for name, (low, high, cells) in axes}
+
+
+def _by_path(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
+    """The axes with their names: TOML reads ``drive.slope = [...]`` as a table within a table."""
+    axes: list[tuple[str, Any]] = []
+    for key, value in table.items():
+        axes += _by_path(value, f"{path}{key}.") if isinstance(value, Mapping) else [(f"{path}{key}", value)]
+    return axes
+
+
+def _is_whole(given: Any) -> bool:
+    return not isinstance(given, bool) and (isinstance(given, int) or (isinstance(given, float) and given.is_integer()))
+
+
+Axes = Annotated[
+    dict[str, tuple[common.Quantity, common.Quantity, int]], BeforeValidator(_axes), Field(description="two axes of the map")
+]
+
+
+class Basin(common.Spec):
+    """What becomes of the machine, over two start states or parameters: the basins of its outcomes, and their shares.
+
+    002, section 5.5, figure 5.10.
+
+    axes: {name = [lo, hi, cells]}, two of them, cell-centred: each a start state as in ``start`` (``psi``, ``delta``, a body's
+    name or ``BODY.angle``, ``BODY.speed``, ``carrier.x``) or the path of a parameter. An angle over a whole turn is periodic.
+    start: the rest of the start. model: the ``"full"`` equations or the averaged ones (``"slow"``); inertia, order: of those,
+    as in a run-up. until: how long each run lasts, by default until it has settled. tolerance: of the integration. refine: how
+    often the cells at the borders are halved: 64 x 64 cells with refine = 4 give a map of 1024 x 1024. Where the borders run is
+    then known to a cell of that; a basin that is narrower than a cell of ``axes`` and does not reach another one's border can
+    be missed.
+    """
+
+    kind: ClassVar[str] = "basin"
+    horizon: ClassVar[tuple[str, ...]] = ("until",)
+    meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "axes")
+
+    axes: Axes
+    start: common.Start = Field(default_factory=dict)
+    model: Literal["full", "slow"] = Field("full", description="equations")
+    inertia: common.Inertia | None = None
+    order: common.Order = 1
+    until: float | None = si("s", "time", default=None, gt=0)
+    tolerance: common.Tolerance = _TOLERANCE
+    refine: common.Whole = Field(0, description="how often cells at the borders are halved")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _until_settled(cls, given: Any) -> Any:
+        """``until = "settled"``."""
+        if isinstance(given, Mapping) and given.get("until") == "settled":
+            return {k: v for k, v in given.items() if k != "until"}
+        return given
+
+    def check(self) -> None:
+        """A map that fits into memory, and the keys of averaged equations only with them."""
+        if not 0 <= self.refine <= _MOST_HALVINGS:
+            raise InputError("study.refine", self.refine, f"must be a whole number from 0 to {_MOST_HALVINGS}")
+        cells = [axis[2] for axis in self.axes.values()]
+        if cells[0] * cells[1] * 4**self.refine > MOST_CELLS:
+            finest = " x ".join(str(n * 2**self.refine) for n in cells)
+            halved = f", halved {self.refine} times" if self.refine else ""
+            allowed = f"there must be at most {MOST_CELLS} cells in the map, not {finest}"
+            raise InputError("study.axes", f"{cells[0]} x {cells[1]}{halved}", allowed)
+        if self.model == "full":
+            for key in ("inertia", "order"):
+                if key in self.model_fields_set and getattr(self, key) is not None:
+                    raise InputError(f"study.{key}", getattr(self, key), "allowed only with model = 'slow'")

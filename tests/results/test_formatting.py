@@ -1,0 +1,22 @@
+"""Numbers as they are printed."""
+
+from __future__ import annotations
+
+import pytest
+
+from wucht.results.formatting import percent
+
+
+@pytest.mark.parametrize(
+    ("share", "off", "words"),
+    [
+        (0.24881, 0.0075, "24.88 % ± 0.75 %"),
+        (0.0389, 0.000112, "3.890 % ± 0.011 %"),
+        (0.83, 0.14, "83 % ± 14 %"),
+        (0.5, 0.0, "50 %"),
+        (1.0, float("nan"), "100 %"),
+        (0.5, 1e-12, "50.000000 % ± 0.000000 %"),
+    ],
+)
+def test_as_many_decimals_as_the_uncertainty_is_worth(share: float, off: float, words: str) -> None:
+    assert percent(share, off) == words

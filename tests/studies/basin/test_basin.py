@@ -1,0 +1,259 @@
+"""Maps of basins: with known borders in the place of the engine, and by the engine against run-ups one by one."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from known_basins import MACHINE, TURN, Region, engine, share_of, spiral
+
+from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
+from wucht.results.conventions import summary_of
+from wucht.studies.basin import run as running
+from wucht.studies.basin.refinement import at_border
+from wucht.studies.basin.spec import Basin
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import draw, load, report
+from wucht.studies.runner import run as ask
+from wucht.studies.study_file import read_study
+
+CYCLIC = (False, True)  # rows of delta up to pi do not close, columns of psi do
+
+
+def asked(monkeypatch: pytest.MonkeyPatch, inside: Region = spiral, fail: Region | None = None, **more: Any) -> xr.Dataset:
+    monkeypatch.setattr(running, "outcomes_of", engine(inside, fail=fail))
+    return ask(Basin(**{"axes": TURN, "model": "slow"} | more), MACHINE)
+
+
+def words(result: xr.Dataset, name: str = "outcome") -> np.ndarray:
+    """The outcome of each cell, by its flags."""
+    flags = dict(zip(result[name].flag_values.tolist(), result[name].flag_meanings.split(), strict=True))
+    return np.asarray(np.vectorize(flags.get)(result[name].values))
+
+
+def test_the_map_has_each_cell_where_it_belongs(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = asked(monkeypatch)
+    psi, delta = np.meshgrid((np.arange(32) + 0.5) * math.pi / 16, (np.arange(16) + 0.5) * math.pi / 16)
+    assert np.allclose(result.x, psi[0])
+    assert np.allclose(result.y, delta[:, 0])
+    assert np.array_equal(words(result) == "compensated", spiral(psi, delta))
+    assert np.allclose(result.settling_time, 100 + psi + delta)
+    assert np.allclose(result.peak_amplitude, psi)
+    s = summary_of(result)
+    assert s["fractions"] == {
+        "compensated": pytest.approx(spiral(psi, delta).mean()),
+        "captured": pytest.approx(1 - share_of(s)),
+    }
+    assert s["runs"] == s["runs_of_dense_map"] == 512
+    assert s["missing"] == 0
+    assert result.x.attrs == {"long_name": "mean phase of p1 and p2 at the start", "units": ""}
+    assert all({"long_name", "units"} <= set(result[name].attrs) for name in result.variables)
+
+
+def test_refined_borders_are_those_of_the_dense_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The arms of the spiral end thinner than a coarse cell and lie over the seam: each cell is as in the dense map."""
+    refined = asked(monkeypatch, refine=3)
+    fine = {"psi": [*TURN["psi"][:2], 256], "delta": [*TURN["delta"][:2], 128]}
+    dense = asked(monkeypatch, axes=fine)
+    assert np.array_equal(refined.refined_outcome.values, dense.outcome.values)
+    assert np.array_equal(refined.refined_x, dense.x)
+    assert np.array_equal(refined.outcome, asked(monkeypatch).outcome)
+    s, of_dense = summary_of(refined), summary_of(dense)
+    assert s["fractions"] == of_dense["fractions"]
+    assert s["uncertainty"] == of_dense["uncertainty"]
+    assert s["runs"] < 0.25 * s["runs_of_dense_map"]
+    assert s["runs"] == sum(level["runs"] for level in s["levels"])
+    # Each cell at a border was run itself, and says what its own run gave.
+    run_here = refined.refined_level.values == 3
+    assert run_here[at_border(refined.refined_outcome.values, CYCLIC)].all()
+    assert np.array_equal(refined.refined_settling_time.values[run_here], dense.settling_time.values[run_here])
+    assert np.unique(refined.refined_level).tolist() == [0, 1, 2, 3]
+
+
+def test_a_tongue_is_followed_out_of_the_halved_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tongue of a tenth of a coarse cell's width, as long as six cells, between the centres of all of them."""
+
+    def tongue(psi: np.ndarray, delta: np.ndarray) -> np.ndarray:
+        return np.asarray((delta < 0.6) | ((np.abs(psi - 3.2) < 0.02) & (delta < 1.8)))
+
+    coarse, refined = asked(monkeypatch, tongue), asked(monkeypatch, tongue, refine=4)
+    assert not (words(coarse) == "compensated")[4:].any()
+    found = words(refined, "refined_outcome") == "compensated"
+    psi, delta = np.meshgrid(refined.refined_x, refined.refined_y)
+    assert np.array_equal(found, tongue(psi, delta))
+    assert found[refined.refined_y.values > 1.7].any()
+
+
+def test_uncertainty_covers_what_is_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On 16 x 16 to 64 x 64 cells the share of a spiral is as near to that of 512 x 512 as it is said to be."""
+    at = (np.arange(512) + 0.5) / 512
+    true = spiral(*np.meshgrid(2 * math.pi * at, math.pi * at)).mean()
+    off, said = [], []
+    for cells in (16, 32, 64):
+        s = summary_of(asked(monkeypatch, axes={"psi": [0.0, 2 * math.pi, cells], "delta": [0.0, math.pi, cells]}))
+        off.append(abs(share_of(s) - true))
+        said.append(s["uncertainty"]["compensated"])
+        assert s["bound"]["compensated"] > said[-1]
+    assert all(a < b for a, b in zip(off, said, strict=True))
+    assert said[2] < 0.6 * said[1] < 0.36 * said[0]
+
+
+def test_it_is_told_and_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = asked(monkeypatch, fail=lambda psi, delta: (psi < 0.3) & (delta > 2.9), refine=1)
+    lines = report(result)
+    assert lines[1].startswith("verdict: captured ")
+    assert "±" in lines[1]
+    assert any("32 x 16 cells over psi and delta, at the borders halved to those of 64 x 32" in line for line in lines)
+    warnings = json.loads(result.attrs["warnings"])
+    assert any("the run at psi = 0.0981748, delta = 3.04342 failed: it is a test" in w for w in warnings)
+    drawn = draw(result)
+    labels = [t.get_text() for t in drawn.axes[0].get_xticklabels()]
+    assert labels == ["0", "π/2", "π", "3π/2", "2π"]
+    legend = drawn.axes[1].get_legend()
+    assert legend is not None
+    names = [t.get_text() for t in legend.get_texts()]
+    assert [n.split(":")[0] for n in names] == ["captured", "compensated", "failed"]
+    hatches = [p.get_hatch() for p in legend.get_patches()]
+    assert len(set(hatches)) == 3, "outcomes differ without colour"
+
+
+def test_written_and_read_back(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
+    monkeypatch.setattr(running, "outcomes_of", engine(spiral))
+    result = ask(Basin(axes=TURN, model="slow", refine=1), MACHINE, folder=tmp_path)
+    again = load(tmp_path / "result.nc")
+    for name in result.variables:
+        assert np.array_equal(again[name], result[name], equal_nan=again[name].dtype.kind == "f"), name
+        assert again[name].dtype == result[name].dtype
+    assert again.outcome.flag_meanings == result.outcome.flag_meanings
+    assert again.outcome.flag_values.tolist() == result.outcome.flag_values.tolist()
+    assert report(again) == report(result)
+    draw(again)
+
+
+def test_nothing_but_one_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No border: nothing is halved, and the share is certain."""
+    result = asked(monkeypatch, lambda psi, delta: psi > 100, refine=3)
+    s = summary_of(result)
+    assert (s["runs"], s["fractions"], s["uncertainty"]) == (512, {"captured": 1.0}, {"captured": 0.0})
+    assert result.refined_outcome.shape == (128, 256)
+    assert "captured 100 %" in report(result)[1]
+    draw(result)
+
+
+def rail(**more: Any) -> Machine:
+    """Two balls in one track of a drum, each a sixth of a turn wide."""
+    ball = {"kind": "roller", "about": "drum", "mass": 0.1, "track_radius": 0.06, "radius": 0.02, "shape_factor": 0.4}
+    return machine_from({
+        "carrier": {"mass": 1.0, "stiffness": 1e4, "damping": 20.0},
+        "bodies": [
+            {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 1e-3, "inertia": 1e-2},
+            *(ball | {"name": name, "damping": 0.01, "track": "ring", "restitution": 0.6} for name in ("b1", "b2")),
+        ],
+        "drive": {"kind": "linear", "slope": 0.02, "no_load_speed": 150.0},
+        **more,
+    })  # fmt: skip
+
+
+def test_bodies_that_would_overlap_are_no_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are labelled so, and the other cells are run."""
+    seen: list[float] = []
+
+    def angles(starts: np.ndarray, machine: Machine) -> tuple[np.ndarray, np.ndarray]:
+        b1, b2 = (starts[machine.row(machine.body(n).coordinate.position)] for n in ("b1", "b2"))
+        seen.append(float(between(b1, b2).min()))
+        return b1, b2
+
+    def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.abs(np.remainder(a - b + math.pi, 2 * math.pi) - math.pi)
+
+    monkeypatch.setattr(running, "outcomes_of", engine(lambda b1, b2: b1 > b2, read=angles))
+    turn, width = [0.0, 2 * math.pi, 13], 2 * math.asin(0.02 / 0.04)
+    result = ask(Basin(axes={"b1": turn, "b2": turn}), rail())
+    apart = between(*np.meshgrid(result.x, result.y))
+    assert np.array_equal(words(result) == "failed", apart < width)
+    assert min(seen) >= width
+    warnings = json.loads(result.attrs["warnings"])
+    assert any("failed: 'b1' and 'b2' of the track 'ring' overlap" in w for w in warnings)
+    assert any(f"{(apart < width).sum() - 3} more runs failed" in w for w in warnings)
+
+
+# The last: how far peaks may differ. That of averaged equations is without the ripple of a few per cent that a run-up adds.
+CASES = [
+    ("drozdetskaya-2020/table-5.1", {"u": 2.5}, {"psi": [0.0, 2 * math.pi, 3], "delta": [0.0, math.pi, 2]}, "slow", 0.06),
+    ("drozdetskaya-2020/r1", {}, {"drive.slope": [0.0, 0.1, 2], "p1": [0.0, 3.0, 2]}, "full", 1e-3),
+]
+
+
+@pytest.mark.parametrize(("name", "changed", "axes", "model", "near"), CASES, ids=["slow", "full"])
+def test_each_cell_ends_as_its_run_up(
+    name: str, changed: dict[str, float], axes: dict[str, Any], model: Any, near: float
+) -> None:
+    """By the study ``run-up``, whose equations are integrated by themselves to 1e-10."""
+    machine = load_machine(name).with_values(changed)
+    result = ask(Basin(axes=axes, model=model), machine)
+    found = words(result)
+    for row, column in np.ndindex(*found.shape):
+        place = {n: float(at[k]) for n, at, k in zip(axes, (result.x, result.y), (column, row), strict=True)}
+        values = {n: v for n, v in place.items() if n in machine.parameters}
+        start = {n: v for n, v in place.items() if n not in values}
+        alone = summary_of(ask(RunUp(start=start, model=model, tolerance=1e-10), machine.with_values(values)))
+        assert found[row, column] == alone["outcome"], place
+        assert float(result.peak_amplitude[row, column]) == pytest.approx(alone["peak_amplitude"], rel=near), place
+
+
+def test_figure_5_10_on_a_coarse_grid() -> None:
+    """The share of compensation at u = 1 of cases.md is 0.0396 +- 0.002; 16 x 16 cells know it to what they say."""
+    coarse = {"study.axes.psi": [0.0, 2 * math.pi, 16], "study.axes.delta": [0.0, math.pi, 16]}
+    study = read_study("drozdetskaya-2020/figure-5.10", coarse)
+    result = ask(study.spec, study.subject)
+    s = summary_of(result)
+    assert set(s["fractions"]) == {"compensated", "captured"}
+    assert abs(share_of(s) - 0.0396) < s["uncertainty"]["compensated"] + 0.002
+    assert s["uncertainty"]["compensated"] < 0.04
+    # By the text of 5.5 only starts near the compensating phases do: there delta is 2.3728.
+    deltas = result.y.values[(words(result) == "compensated").any(axis=1)]
+    assert deltas.min() > 0.7
+    assert deltas.max() < 2.9
+    assert np.abs(deltas - 2.3728).min() < math.pi / 16
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("u", "share"), [(1.0, 0.0396), (2.5, 0.2488), (3.0, 0.6326)])
+def test_shares_of_figure_5_10(u: float, share: float) -> None:
+    """On 64 x 64 cells, averaged equations."""
+    study = read_study("drozdetskaya-2020/figure-5.10", {"u": u})
+    s = summary_of(ask(study.spec, study.subject))
+    assert share_of(s) == pytest.approx(share, abs=0.002)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("u", "share"), [(1.0, 0.045), (2.5, 0.255)])
+def test_shares_in_the_full_equations(u: float, share: float) -> None:
+    """On 32 x 32 cells; the last digit printed, half a cell at the border of two dozen cells."""
+    grid = {"study.axes.psi": [0.0, 2 * math.pi, 32], "study.axes.delta": [0.0, math.pi, 32], "study.model": "full"}
+    study = read_study("drozdetskaya-2020/figure-5.10", grid | {"u": u})
+    assert share_of(summary_of(ask(study.spec, study.subject))) == pytest.approx(share, abs=0.002)
+
+
+@pytest.mark.slow
+def test_refined_as_the_dense_map_of_figure_5_10() -> None:
+    """At u = 1, 16 x 16 cells halved three times are 128 x 128: the same map from far fewer runs."""
+    grid = {"study.axes.psi": [0.0, 2 * math.pi, 16], "study.axes.delta": [0.0, math.pi, 16], "study.refine": 3}
+    refined, dense = (
+        ask(s.spec, s.subject)
+        for s in (
+            read_study("drozdetskaya-2020/figure-5.10", grid),
+            read_study(
+                "drozdetskaya-2020/figure-5.10",
+                {"study.axes.psi": [0.0, 2 * math.pi, 128], "study.axes.delta": [0.0, math.pi, 128]},
+            ),
+        )
+    )
+    assert (refined.refined_outcome.values != dense.outcome.values).mean() < 1e-3
+    assert summary_of(refined)["runs"] < 0.2 * summary_of(refined)["runs_of_dense_map"]

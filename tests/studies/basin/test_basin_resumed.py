@@ -1,0 +1,181 @@
+"""Units of work of ``basin``: a study that is stopped and resumed ends as one that was not, to the last bit."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from known_basins import MACHINE, TURN, engine, spiral
+
+from wucht.results.conventions import summary_of
+from wucht.studies.basin import run as running
+from wucht.studies.basin.spec import Basin
+from wucht.studies.runner import draw, load, report
+from wucht.studies.runner import run as ask
+
+QUESTION = Basin(axes=TURN, model="slow", refine=2)
+
+
+def stopped_at(count: int) -> Callable[[float, str], None]:
+    """Ctrl-C at the n-th report of progress."""
+    left = iter(range(1, 10**6))
+
+    def progress(share: float, what: str) -> None:
+        if next(left) == count:
+            raise KeyboardInterrupt
+
+    return progress
+
+
+def same(result: xr.Dataset, other: xr.Dataset) -> None:
+    assert set(result.variables) == set(other.variables)
+    for name in result.variables:
+        a, b = result[name].values, other[name].values
+        assert np.array_equal(a, b, equal_nan=a.dtype.kind == "f"), name
+    assert result.attrs["summary"] == other.attrs["summary"]
+    assert result.attrs["warnings"] == other.attrs["warnings"]
+
+
+@pytest.fixture
+def starts(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
+    """The starts that are run in small tiles, each as often as it is."""
+    run: list[bytes] = []
+    known = engine(spiral, fail=lambda psi, delta: (psi < 0.3) & (delta > 2.9))
+
+    def counted(question: Any, states: np.ndarray, values: Any, report: Any = None) -> Any:
+        made = known(question, states, values, report)
+        run.extend(column.tobytes() for column in states.T)
+        return made
+
+    monkeypatch.setattr(running, "_TILE", 100)
+    monkeypatch.setattr(running, "outcomes_of", counted)
+    return run
+
+
+def test_resumed_is_uninterrupted(tmp_path: Path, starts: list[bytes]) -> None:
+    """Stopped again and again, a few reports further each time; no member that was finished is run twice."""
+    reports: list[float] = []
+    whole = ask(QUESTION, MACHINE, progress=lambda share, _: reports.append(share))
+    assert reports == sorted(reports)
+    assert reports[-1] == 1.0
+    once = len(starts)
+    assert once == summary_of(whole)["runs"]
+    assert len(set(starts)) == once
+    starts.clear()
+    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stopped_at(8))
+    assert not result.attrs["finished"]
+    times = 1
+    while not result.attrs["finished"]:
+        result = ask(QUESTION, MACHINE, folder=tmp_path, resume=True, progress=stopped_at(8 + 11 * times))
+        times += 1
+        assert times < 40
+    assert times > 3
+    same(whole, result)
+    assert not (tmp_path / "units").exists()
+    assert len(starts) == len(set(starts)) == once
+
+
+def test_cells_that_are_not_computed_are_missing_not_an_outcome(tmp_path: Path, starts: list[bytes]) -> None:
+    """After the second of six tiles of the coarsest map."""
+    whole = ask(QUESTION, MACHINE)
+    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stopped_at(8))
+    known = result.outcome.values >= 0
+    assert known.sum() == 200
+    assert known.ravel()[:200].all()
+    assert np.array_equal(result.outcome.values[known], whole.outcome.values[known])
+    assert np.isnan(result.settling_time.values[~known]).all()
+    s = summary_of(result)
+    assert s["missing"] == pytest.approx(312 / 512)
+    assert sum(s["fractions"].values()) == pytest.approx(200 / 512)
+    assert "312 of the 512 cells of the map are not computed; the shares are of all cells" in json.loads(
+        result.attrs["warnings"]
+    )
+    assert "60.9 % not computed yet" in report(result)[1]
+    legend = draw(result).axes[1].get_legend()
+    assert legend is not None
+    assert "not computed" in [t.get_text() for t in legend.get_texts()]
+
+
+def test_stopped_at_the_borders_the_map_has_what_is_known(tmp_path: Path, starts: list[bytes]) -> None:
+    """On the level that was under way: what was not halved stands, what was to be run is missing."""
+    whole = ask(QUESTION.model_copy(update={"refine": 1}), MACHINE)
+    first = len(starts) - 512
+    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stopped_at(3 * 6 + 3 * 2 + 1))
+    refined = result.refined_outcome.values
+    assert (refined < 0).sum() == first - 200
+    assert np.array_equal(refined[refined >= 0], whole.refined_outcome.values[refined >= 0])
+    assert np.array_equal(result.outcome.values, whole.outcome.values)
+    assert "refined_level" in result
+    draw(result)
+    report(result)
+
+
+def test_stopped_before_the_first_tile(tmp_path: Path, starts: list[bytes]) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        ask(QUESTION, MACHINE, folder=tmp_path, progress=stopped_at(1))
+    same(ask(QUESTION, MACHINE), ask(QUESTION, MACHINE, folder=tmp_path, resume=True))
+
+
+def test_tiles_do_not_matter(monkeypatch: pytest.MonkeyPatch, starts: list[bytes]) -> None:
+    whole = ask(QUESTION, MACHINE)
+    monkeypatch.setattr(running, "_TILE", 33)
+    same(whole, ask(QUESTION, MACHINE))
+
+
+KILLED = """
+import sys, time
+from pathlib import Path
+import numpy as np
+sys.path.insert(0, sys.argv[1])
+from known_basins import MACHINE, TURN, engine, spiral
+from wucht.studies import memory, runner
+from wucht.studies.basin import run as running
+from wucht.studies.basin.spec import Basin
+known = engine(spiral)
+def slowly(*given):
+    time.sleep(0.05)
+    return known(*given[:3])
+running.outcomes_of, running._TILE, memory._EVERY_S, runner._SAVE_EVERY_S = lambda *a, report: slowly(*a), 20, 0.0, 0.1
+runner.run(Basin(axes=TURN, model="slow", refine=1), MACHINE, folder=Path(sys.argv[2]))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_killed_and_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """kill -9: the map so far is readable, and what was written is not run again."""
+    here = str(Path(__file__).parent)
+    process = subprocess.Popen([sys.executable, "-c", KILLED, here, str(tmp_path)])
+    try:
+        until = time.monotonic() + 60
+        while not (tmp_path / "result.nc").is_file():
+            assert process.poll() is None
+            assert time.monotonic() < until
+            time.sleep(0.02)
+    finally:
+        process.kill()
+        process.wait()
+    kept = load(tmp_path / "result.nc")
+    assert kept.attrs["finished"] == 0
+    assert (kept.outcome.values >= 0).any()
+    question, members = Basin(axes=TURN, model="slow", refine=1), list[int]()
+    monkeypatch.setattr(running, "outcomes_of", known := engine(spiral))
+    whole = ask(question, MACHINE)
+
+    def counted(question: Any, states: np.ndarray, values: Any, report: Any = None) -> Any:
+        members.append(states.shape[1])
+        return known(question, states, values, report)
+
+    monkeypatch.setattr(running, "outcomes_of", counted)
+    monkeypatch.setattr(running, "_TILE", 20)
+    same(whole, ask(question, MACHINE, folder=tmp_path, resume=True))
+    assert 0 < sum(members) < summary_of(whole)["runs"]
