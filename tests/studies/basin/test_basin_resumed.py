@@ -7,15 +7,14 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from known_basins import MACHINE, TURN, engine, spiral
 
+from interrupting import assert_same, stop_at
 from wucht.results.conventions import summary_of
 from wucht.studies.basin import run as running
 from wucht.studies.basin.spec import Basin
@@ -23,26 +22,6 @@ from wucht.studies.runner import draw, load, report
 from wucht.studies.runner import run as ask
 
 QUESTION = Basin(axes=TURN, model="slow", refine=2)
-
-
-def stopped_at(count: int) -> Callable[[float, str], None]:
-    """Ctrl-C at the n-th report of progress."""
-    left = iter(range(1, 10**6))
-
-    def progress(share: float, what: str) -> None:
-        if next(left) == count:
-            raise KeyboardInterrupt
-
-    return progress
-
-
-def same(result: xr.Dataset, other: xr.Dataset) -> None:
-    assert set(result.variables) == set(other.variables)
-    for name in result.variables:
-        a, b = result[name].values, other[name].values
-        assert np.array_equal(a, b, equal_nan=a.dtype.kind == "f"), name
-    assert result.attrs["summary"] == other.attrs["summary"]
-    assert result.attrs["warnings"] == other.attrs["warnings"]
 
 
 @pytest.fixture
@@ -71,15 +50,15 @@ def test_resumed_is_uninterrupted(tmp_path: Path, starts: list[bytes]) -> None:
     assert once == summary_of(whole)["runs"]
     assert len(set(starts)) == once
     starts.clear()
-    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stopped_at(8))
+    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(8))
     assert not result.attrs["finished"]
     times = 1
     while not result.attrs["finished"]:
-        result = ask(QUESTION, MACHINE, folder=tmp_path, resume=True, progress=stopped_at(8 + 11 * times))
+        result = ask(QUESTION, MACHINE, folder=tmp_path, resume=True, progress=stop_at(8 + 11 * times))
         times += 1
         assert times < 40
     assert times > 3
-    same(whole, result)
+    assert_same(whole, result)
     assert not (tmp_path / "units").exists()
     assert len(starts) == len(set(starts)) == once
 
@@ -87,7 +66,7 @@ def test_resumed_is_uninterrupted(tmp_path: Path, starts: list[bytes]) -> None:
 def test_cells_that_are_not_computed_are_missing_not_an_outcome(tmp_path: Path, starts: list[bytes]) -> None:
     """After the second of six tiles of the coarsest map."""
     whole = ask(QUESTION, MACHINE)
-    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stopped_at(8))
+    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(8))
     known = result.outcome.values >= 0
     assert known.sum() == 200
     assert known.ravel()[:200].all()
@@ -109,7 +88,7 @@ def test_stopped_at_the_borders_the_map_has_what_is_known(tmp_path: Path, starts
     """On the level that was under way: what was not halved stands, what was to be run is missing."""
     whole = ask(QUESTION.model_copy(update={"refine": 1}), MACHINE)
     first = len(starts) - 512
-    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stopped_at(3 * 6 + 3 * 2 + 1))
+    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(3 * 6 + 3 * 2 + 1))
     refined = result.refined_outcome.values
     assert (refined < 0).sum() == first - 200
     assert np.array_equal(refined[refined >= 0], whole.refined_outcome.values[refined >= 0])
@@ -121,14 +100,14 @@ def test_stopped_at_the_borders_the_map_has_what_is_known(tmp_path: Path, starts
 
 def test_stopped_before_the_first_tile(tmp_path: Path, starts: list[bytes]) -> None:
     with pytest.raises(KeyboardInterrupt):
-        ask(QUESTION, MACHINE, folder=tmp_path, progress=stopped_at(1))
-    same(ask(QUESTION, MACHINE), ask(QUESTION, MACHINE, folder=tmp_path, resume=True))
+        ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(1))
+    assert_same(ask(QUESTION, MACHINE), ask(QUESTION, MACHINE, folder=tmp_path, resume=True))
 
 
 def test_tiles_do_not_matter(monkeypatch: pytest.MonkeyPatch, starts: list[bytes]) -> None:
     whole = ask(QUESTION, MACHINE)
     monkeypatch.setattr(running, "_TILE", 33)
-    same(whole, ask(QUESTION, MACHINE))
+    assert_same(whole, ask(QUESTION, MACHINE))
 
 
 KILLED = """
@@ -177,5 +156,5 @@ def test_killed_and_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr(running, "outcomes_of", counted)
     monkeypatch.setattr(running, "_TILE", 20)
-    same(whole, ask(question, MACHINE, folder=tmp_path, resume=True))
+    assert_same(whole, ask(question, MACHINE, folder=tmp_path, resume=True))
     assert 0 < sum(members) < summary_of(whole)["runs"]

@@ -7,7 +7,6 @@ import math
 import subprocess
 import sys
 from collections.abc import Callable
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from interrupting import stop_at
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -40,17 +40,6 @@ def disc(unbalance: float = 0.0, gravity: float = 0.0, **parts: dict[str, Any]) 
 def heavy_disc(gravity: float = 9.81) -> Machine:
     """The same with an unbalance under gravity: a pendulum once it has no more speed."""
     return disc(2e-3, gravity)
-
-
-def stop_at(call: int) -> Callable[[float, str], None]:
-    """A progress report that interrupts the study when it is called for the n-th time from 1 on."""
-    calls = count(1)
-
-    def report(_share: float, _what: str) -> None:
-        if next(calls) == call:
-            raise KeyboardInterrupt
-
-    return report
 
 
 def stop_after(share: float, shares: list[float]) -> Callable[[float, str], None]:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from interrupting import stop_at
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -37,17 +38,6 @@ def machine() -> Machine:
 def warnings(result: xr.Dataset) -> list[str]:
     sentences: list[str] = json.loads(result.attrs["warnings"])
     return sentences
-
-
-def stop_at(call: int, during: str = "") -> Callable[[float, str], None]:
-    """A progress report that interrupts the study when it is called for the n-th time from 1 on."""
-    calls = count(1)
-
-    def report(_share: float, what: str) -> None:
-        if what.startswith(during) and next(calls) == call:
-            raise KeyboardInterrupt
-
-    return report
 
 
 @pytest.fixture(scope="module")

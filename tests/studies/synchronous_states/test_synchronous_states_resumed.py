@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
+from interrupting import assert_same, stop_at
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
@@ -36,32 +35,6 @@ def machine(*unbalances: float) -> Machine:
         ],
         "drive": {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0},
     })  # fmt: skip
-
-
-def stopped_at(count: int) -> Callable[[float, str], None]:
-    """Ctrl-C at the n-th report of progress."""
-    left = iter(range(1, 10**6))
-
-    def progress(share: float, what: str) -> None:
-        if next(left) == count:
-            raise KeyboardInterrupt
-
-    return progress
-
-
-def stopped_after(what: str, count: int) -> Callable[[float, str], None]:
-    """Ctrl-C when n reports of what is under way have been made, at the next of them."""
-    at = stopped_at(count + 1)
-    return lambda share, under_way: at(share, under_way) if under_way.startswith(what) else None
-
-
-def same(result: xr.Dataset, other: xr.Dataset) -> None:
-    assert set(result.variables) == set(other.variables)
-    for name in result.variables:
-        a, b = result[name].values, other[name].values
-        assert np.array_equal(a, b, equal_nan=a.dtype.kind == "f"), name
-    assert result.attrs["summary"] == other.attrs["summary"]
-    assert result.attrs["warnings"] == other.attrs["warnings"]
 
 
 @pytest.fixture
@@ -104,16 +77,16 @@ def test_resumed_is_uninterrupted(unbalances: tuple[float, ...], tmp_path: Path,
     once = dict(computed)
     assert once["regions"] == 5
     computed.clear()
-    result = ask(QUESTION, m, folder=tmp_path, progress=stopped_at(searching + 2))
+    result = ask(QUESTION, m, folder=tmp_path, progress=stop_at(searching + 2))
     assert not result.attrs["finished"]
     for count in range(4, len(shares) - searching + 5, 3):
-        result = ask(QUESTION, m, folder=tmp_path, resume=True, progress=stopped_at(count))
+        result = ask(QUESTION, m, folder=tmp_path, resume=True, progress=stop_at(count))
         if result.attrs["finished"]:
             break
         assert "interrupted" in result.attrs["warnings"]
         assert (tmp_path / "units").exists()
     assert result.attrs["finished"]
-    same(whole, result)
+    assert_same(whole, result)
     assert not (tmp_path / "units").exists()
     assert computed == once
 
@@ -122,7 +95,7 @@ def test_states_that_are_not_computed_yet_say_so(tmp_path: Path) -> None:
     """After two of six states: all stand in the result, as the averaged equations have them."""
     m = machine(0.012, 0.008)
     whole = summary_of(ask(SynchronousStates(), m))["states"]
-    result = ask(SynchronousStates(), m, folder=tmp_path, progress=stopped_after("multipliers", 2))
+    result = ask(SynchronousStates(), m, folder=tmp_path, progress=stop_at(3, "multipliers"))
     assert result.attrs["finished"] == 0
     states = summary_of(result)["states"]
     assert len(states) == len(whole)
@@ -142,12 +115,12 @@ def test_a_map_that_is_not_complete_says_so(tmp_path: Path) -> None:
     """Its lower rows are those of the whole map, and can be drawn."""
     m, question = machine(0.012, 0.008), SynchronousStates(axes=AXES, full=False)
     whole = ask(question, m)
-    result = ask(question, m, folder=tmp_path, progress=stopped_after("the map", 2))
+    result = ask(question, m, folder=tmp_path, progress=stop_at(3, "the map"))
     assert "4 of 9 rows of the map are computed" in json.loads(result.attrs["warnings"])
     assert np.array_equal(result.map_stable.values, whole.map_stable.values[:, :4])
     assert np.array_equal(result.map_ratio.values, whole.map_ratio.values[:4])
     draw(result)
-    none = ask(question, m, folder=tmp_path, progress=stopped_after("the map", 0))
+    none = ask(question, m, folder=tmp_path, progress=stop_at(1, "the map"))
     assert "0 of 9 rows of the map are computed" in json.loads(none.attrs["warnings"])
     assert "map_stable" not in none
     draw(none)
@@ -158,8 +131,8 @@ def test_stopped_while_searching(count: int, tmp_path: Path) -> None:
     """Nothing is known then: there is no result, and what is resumed searches anew."""
     m, question = machine(0.012, 0.008), SynchronousStates(full=False)
     with pytest.raises(KeyboardInterrupt):
-        ask(question, m, folder=tmp_path, progress=stopped_at(count))
-    same(ask(question, m), ask(question, m, folder=tmp_path, resume=True))
+        ask(question, m, folder=tmp_path, progress=stop_at(count))
+    assert_same(ask(question, m), ask(question, m, folder=tmp_path, resume=True))
 
 
 def test_tiles_join_to_the_whole_map(monkeypatch: pytest.MonkeyPatch, computed: Counter[str]) -> None:
@@ -172,4 +145,4 @@ def test_tiles_join_to_the_whole_map(monkeypatch: pytest.MonkeyPatch, computed: 
     assert computed["regions"] == 1 + math.ceil(rows / 2), "one tile, then one for every two rows, the fewest"
     for name in ("map_stable", "map_exists", "map_speed", "map_ratio"):
         assert np.array_equal(cut[name].values, whole[name].values), name
-    same(whole, cut)
+    assert_same(whole, cut)

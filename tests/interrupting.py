@@ -1,0 +1,28 @@
+"""Studies that are stopped and resumed: a progress report that stops them, and whether two results are one."""
+
+from collections.abc import Callable
+from itertools import count
+
+import numpy as np
+import xarray as xr
+
+
+def stop_at(call: int, during: str = "") -> Callable[[float, str], None]:
+    """A progress report that interrupts a study when it is called for the n-th time, from 1 on, of work named ``during...``."""
+    calls = count(1)
+
+    def report(_share: float, what: str) -> None:
+        if what.startswith(during) and next(calls) == call:
+            raise KeyboardInterrupt
+
+    return report
+
+
+def assert_same(result: xr.Dataset, other: xr.Dataset) -> None:
+    """To the last bit, with summary and warnings."""
+    assert set(result.variables) == set(other.variables)
+    for name in result.variables:
+        a, b = result[name].values, other[name].values
+        assert np.array_equal(a, b, equal_nan=a.dtype.kind == "f"), name
+    assert result.attrs["summary"] == other.attrs["summary"]
+    assert result.attrs["warnings"] == other.attrs["warnings"]
