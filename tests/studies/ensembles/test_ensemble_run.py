@@ -1,7 +1,9 @@
 """Members of ensembles against run-ups, one by one."""
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,11 +29,11 @@ def grid(n: int) -> list[dict[str, float]]:
     return [{"psi": 2 * math.pi * p, "delta": math.pi * d} for d in places for p in places]
 
 
-def states(machine: Machine, starts: list[dict[str, float]]) -> np.ndarray:
+def states(machine: Machine, starts: Sequence[Mapping[str, Any]]) -> np.ndarray:
     return np.array([initial_state(machine, start) for start in starts]).T
 
 
-def run_up(machine: Machine, start: dict[str, float], model: str = "slow", **end: object) -> Motion:
+def run_up(machine: Machine, start: Mapping[str, Any], model: Any = "slow", **end: Any) -> Motion:
     spec = RunUp(start=start, model=model, tolerance=1e-8, **end)
     *_, (motion,) = run_case(spec, prepare_case(spec, machine, start), Work())
     return motion
@@ -106,3 +108,58 @@ def test_a_member_that_fails_is_told_and_disturbs_no_other() -> None:
     assert labels(found)[2] == "failed" and [i for i, _ in found.failures] == [2]
     rest = np.array([0, 1, 3])
     assert same(replace(found, failures=()).taken(rest), good.taken(rest))
+
+
+def test_a_member_that_only_passes_by_a_motion_that_goes_on_is_not_taken_for_it() -> None:
+    # At u = 5.8 the survey finds starts that leave the modulated motion again: all of these compensate.
+    machine, starts = pendulums(5.8), [{"psi": psi, "delta": delta} for psi, delta in ((0.3, 0.5), (2.0, 1.5), (4.0, 2.5))]
+    found = outcomes_of(EnsembleQuestion(machine), states(machine, starts), {})
+    assert labels(found) == [run_up(machine, start, "full", settled=True).verdict.outcome.value for start in starts]
+
+
+@pytest.mark.parametrize("model", ["full", "slow"])
+def test_the_peak_is_seen_from_the_start_on(model: str) -> None:
+    # With the speed of its resonance and the bodies ahead of the unbalance it begins with its largest amplitude, or soon after.
+    machine = load_machine("drozdetskaya-2020/r1-u80")
+    start = {"drum": {"speed": 102.4}, "p1": {"angle": 1.0, "speed": 102.4}, "p2": {"angle": 2.0, "speed": 102.4}}
+    found = outcomes_of(EnsembleQuestion(machine, model=model), states(machine, [start]), {})
+    assert found.peak_amplitude[0] == pytest.approx(run_up(machine, start, model, settled=True).observation.largest, rel=2e-3)
+
+
+def test_a_parameter_that_is_zero_in_the_machine_asked_about_may_be_varied() -> None:
+    machine, start, gravity = load_machine("drozdetskaya-2020/r1"), {"p1": 0.3, "p2": -0.5}, np.array([0.0, 200.0])
+    each = [machine.with_values({"carrier.gravity": g}) for g in gravity.tolist()]
+    begun = np.concatenate([states(one, [start]) for one in each], axis=1)
+    found = outcomes_of(EnsembleQuestion(machine, ("carrier.gravity",)), begun, {"carrier.gravity": gravity})
+    for i, one in enumerate(each):
+        alone = run_up(one, start, "full", settled=True)
+        assert labels(found)[i] == alone.verdict.outcome.value
+        assert found.peak_amplitude[i] == pytest.approx(alone.observation.largest, rel=1e-3)
+
+
+def test_averaged_equations_are_those_of_the_sense_in_which_a_member_is_driven() -> None:
+    machine, start = load_machine("drozdetskaya-2020/r1"), {"p1": 0.3, "p2": -0.5}
+    path, speeds = "drive.no_load_speed", np.array([200.0, -150.0])
+    question = EnsembleQuestion(machine, (path,), model="slow", tolerance=1e-8)
+    found = outcomes_of(question, states(machine, [start] * 2), {path: speeds})
+    for i, speed in enumerate(speeds.tolist()):
+        alone = run_up(machine.with_values({path: speed}), start, settled=True)
+        assert labels(found)[i] == alone.verdict.outcome.value
+        assert found.settling_time[i] == pytest.approx(alone.verdict.settling_time, rel=0.05)
+
+
+def test_a_start_far_above_the_free_speed_is_sampled_as_densely_as_it_asks() -> None:
+    machine = load_machine("drozdetskaya-2020/r1")
+    machine = machine.with_values({"p1.damping": 1e-3, "p2.damping": 1e-3})
+    start = {n: {"angle": a, "speed": 3000.0} for n, a in (("drum", 0.0), ("p1", 0.3), ("p2", -0.5))}
+    found = outcomes_of(EnsembleQuestion(machine), states(machine, [start]), {})
+    alone = run_up(machine, start, "full", settled=True)
+    assert labels(found) == [alone.verdict.outcome.value]
+    assert found.peak_amplitude[0] == pytest.approx(alone.observation.largest, rel=5e-3)
+
+
+def test_a_rotor_that_still_rises_beyond_its_resonance_has_passed() -> None:
+    machine = load_machine("drozdetskaya-2020/table-3.1-carrier").with_values({"u": 3.0})
+    start = {"rotor": {"angle": 1.0}}
+    found = outcomes_of(EnsembleQuestion(machine, until=400 * math.pi), states(machine, [start]), {})
+    assert labels(found) == [run_up(machine, start, "full", until=400 * math.pi).verdict.outcome.value] == ["passed"]

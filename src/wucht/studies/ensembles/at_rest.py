@@ -19,6 +19,7 @@ _CONTRACTING = 0.98  # ratio of successive changes: above, it is no approach
 _ROUNDING, _LEFT_ROUNDING = 1e-9, 1e-7  # of the speed, of the unbalance: changes below are none
 _RIPPLE = 1e-3  # of the range of the speed in a window: so well its mean is known
 _LIBRATION, _SMALL, _GROWING = math.pi / 2, 0.1, 1.05  # of a phase, in rad: see ``motion.lags``
+_FAR, _ONE_WAY = 4.0, 0.9  # times what may change of a settled speed; share of all changes: see ``projection.projected``
 _FEWEST_CYCLES = 3  # of a modulation, which are worth a closer look
 
 
@@ -38,16 +39,21 @@ class LastHalf:
 
 @dataclass(frozen=True)
 class Resting:
-    """Of M members what can be told of them at rest: bounds (2, M) of mean and lowest speed, in the sense of turning, and of
-    what is left of the unbalance. known (M,): whether they hold. sense: +1 or -1 (M,). cycling (M,): of those that are not
-    known, whether the speed goes up and down so often that a closer look may tell. nearing (M,): whether they approach an end.
-    rises (M,): how often the speed rose through the middle of its range. early (M,): whether they are on the way to an end that
-    is not known yet, their bodies still moving."""
+    """Of M members what can be told of them at rest, each array (M,) but for bounds (2, M).
+
+    mean, lowest: bounds of the mean and the lowest speed, in the sense of turning; left: of what is left of the unbalance.
+    known: whether they hold. even: whether the speed then is not modulated. quiet: whether the bodies hardly move. sense: +1 or
+    -1. cycling: of those that are not known, whether the speed goes up and down so often that a closer look may tell. nearing:
+    whether they approach an end. rises: how often the speed rose through the middle of its range. early: whether they are on
+    the way to an end that is not known yet: their bodies still move, or their speed does.
+    """
 
     mean: np.ndarray
     lowest: np.ndarray
     left: np.ndarray
     known: np.ndarray
+    even: np.ndarray
+    quiet: np.ndarray
     sense: np.ndarray
     cycling: np.ndarray
     nearing: np.ndarray
@@ -98,11 +104,21 @@ def resting(seen: LastHalf) -> Resting:
     turning = (speed > 0).all(axis=0) & (means.mean(axis=0) * seen.duration >= 2 * math.pi * FEWEST_TURNS)
     even = varied_known & (varied[1] <= MODULATION_THRESHOLD)
     settled = mean_known & lowest_known & (mean[1] - mean[0] <= SPEED_TOLERANCE * largest)
-    known = turning & even & settled & left_known & (unrest <= UNREST) & _in_place(seen.phases)
+    quiet = unrest <= UNREST
+    known = turning & varied_known & settled & left_known & _in_place(seen.phases)
     rises = _rises(speed)
     cycling, nearing = ~known & (rises >= _FEWEST_CYCLES), mean_known & left_known
-    early = turning & nearing & (mean[1] - mean[0] > SPEED_TOLERANCE * largest) & (unrest > UNREST)
-    return Resting(mean, lowest, np.maximum(left, 0.0), known, sense, cycling, nearing, rises, early)
+    early = turning & nearing & (mean[1] - mean[0] > SPEED_TOLERANCE * largest) & ~quiet
+    # Of a rotor that still rises, with bodies at rest, the torques tell where it goes: ``motion.drive_and_vibration``.
+    early |= turning & ~known & (rises < 2) & (~quiet | (means[-1] < means[-2])) & _goes_far(means, mean, mean_known)
+    return Resting(mean, lowest, np.maximum(left, 0.0), known, even, quiet, sense, cycling, nearing, rises, early)
+
+
+def _goes_far(means: np.ndarray, bounds: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Whether means (w, M) go one way by much more than what may change of a settled one (M,)."""
+    changes, far = np.diff(means, axis=0), _FAR * SPEED_TOLERANCE * np.abs(means).max(axis=0)
+    one_way = np.abs(changes.sum(axis=0)) >= _ONE_WAY * np.abs(changes).sum(axis=0)
+    return np.asarray((np.where(known, bounds[1] - bounds[0], np.abs(changes[-1])) > far) & one_way)
 
 
 def approached(means: np.ndarray, rounding: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -34,8 +34,10 @@ _POINTS = 16_384  # on a motion
 _CYCLES, _TURNS = 6, 200  # of a modulation, or turns, over which they are spread
 _REACH, _MARGIN = 0.05, 2.0  # shares of the states' sizes: how near a motion must come to itself; times that others must
 _LEAST = 1e-3  # reach
-_PLACES = 40  # of a member, at which it must be near
-_SURVEYED = 16  # starts, a power of two
+_PLACES, _FIRST_PLACES = 20, 4  # of a member, at which it must be near; those that are looked at first
+_HALF, _WHOLE = 0.5, 0.9  # of the range of the speed, that a member must go through in less than a period, in more
+_OUTSIDE = 0.1  # of that range: by so much its speed may leave it
+_SURVEYED = 16  # starts
 _MOST_KNOWN = 64  # questions
 
 
@@ -44,22 +46,39 @@ class Attractor:
     """A motion that goes on.
 
     outcome: its place in ``OUTCOMES``. points: on it (P, d), in shares of sizes (d,). reach: how near to them others must stay.
-    low, high: of its speed; period: of its modulation, 0 without one. square: of the largest distance of the rotor's axis.
+    sense: +1 or -1, in which the main rotor turns. low, high: of its speed in that sense. period: of its modulation, 0 without
+    one. square: of the largest distance of the rotor's axis.
     """
 
     outcome: int
     points: np.ndarray
     sizes: np.ndarray
     reach: float
+    sense: int
     low: float
     high: float
     period: float
     square: float
 
-    def holds(self, at: np.ndarray) -> np.ndarray:
-        """Which members (M,) stay near it, by their places (K, M, d)."""
-        some = at[np.linspace(0, len(at) - 1, _PLACES).astype(int)] / self.sizes
-        away, _ = self._tree.query(some, distance_upper_bound=self.reach)  # inf beyond
+    def held(self, equations: Equations, samples: np.ndarray, speed: np.ndarray, duration: float) -> np.ndarray:
+        """Which members (M,) stay near it and move along it, by samples (K, k, M) and speeds (K, M) over a duration.
+
+        What merely rests near one of its points does not.
+        """
+        low, high = np.abs(speed).min(axis=0), np.abs(speed).max(axis=0)
+        full, share = self.high - self.low, _WHOLE if duration >= self.period else _HALF
+        within = (low >= self.low - _OUTSIDE * full) & (high <= self.high + _OUTSIDE * full) & (high - low >= share * full)
+        held = np.flatnonzero(within & (np.sign(speed[-1]) == self.sense))
+        at = np.linspace(0, len(samples) - 1, _PLACES).astype(int)
+        few = at[:: _PLACES // _FIRST_PLACES]
+        for rows in (few, np.setdiff1d(at, few)):
+            if len(held):
+                held = held[self.near(places(equations.system, samples[rows][:, :, held]))]
+        return np.isin(np.arange(speed.shape[1]), held)
+
+    def near(self, at: np.ndarray) -> np.ndarray:
+        """Which members (M,) are near it at all of their places (K, M, d)."""
+        away, _ = self._tree.query(at / self.sizes, distance_upper_bound=self.reach)  # inf beyond
         return np.asarray(np.isfinite(away).all(axis=0))
 
     @cached_property
@@ -73,7 +92,7 @@ def attractors_of(question: EnsembleQuestion, equations: Equations, horizon: Hor
     """Those on which run-ups from a few phases of the bodies end, found once for a question; none where parameters vary."""
     if question.varied or not equations.recurs:
         return ()
-    machine, model = question.machine, (question.model, question.inertia, question.order, question.tolerance)
+    machine, model = question.machine, (question.model, question.inertia, question.order, question.tolerance, question.longest)
     key = machine.structure, tuple(sorted(machine.values.items())), model
     if key not in _KNOWN:
         while len(_KNOWN) >= _MOST_KNOWN:
@@ -87,6 +106,7 @@ def _found(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -
     starts = _starts(machine)
     variants = Variants.among(machine, {}, starts.shape[1])
     compiled, parameters = compile_ensemble(equations.system, question.tolerance), parameters_of(equations.system, variants)[0]
+    view = equations.view(variants)
     for ends in watched(question, starts, variants, horizon, lambda _share: None):
         for state, status, seen in zip(ends.states, ends.status, ends.record.seen, strict=True):
             if status == Status.FAILED:
@@ -104,24 +124,25 @@ def _found(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -
             motion = _motion(compiled, begun.reshape(-1), parameters, duration)
             if motion is None:
                 continue
-            at, sight = places(equations.system, motion), equations.seen(motion, variants)
-            numbers = *extremes(sense * sight.speed[:, 0]), period, float(sight.square.max())
+            at, sight = places(equations.system, motion), view.seen(motion, np.zeros(1, int))
+            numbers = sense, *extremes(sense * sight.speed[:, 0]), period, float(sight.square.max())
             one = _attractor(OUTCOMES.index(verdict.outcome), at[:, 0], numbers)
-            if one is not None and not any(k.outcome == one.outcome and k.holds(at[:, :1]).all() for k in kept):
+            if one is not None and not any(k.outcome == one.outcome and k.near(at[:, :1]).all() for k in kept):
                 kept.append(one)
     return tuple(kept)
 
 
 def _starts(machine: Machine) -> np.ndarray:
-    """States (n, M) with the bodies about the main rotor at phases spread evenly: I. M. Sobol's sequence."""
-    from scipy.stats import qmc
-
+    """States (n, M) with the bodies about the main rotor at phases spread evenly: L. Kronecker's sequence with the powers of
+    the largest root of x^(b+1) = x + 1, b being how many they are."""
     state, about = initial_state(machine, {}), [machine.row(b.coordinate.position) for b in machine.group(machine.rotor)[1:]]
     if not about:
         return state[:, None]
-    phases = 2 * math.pi * qmc.Sobol(len(about), scramble=False).random(_SURVEYED)
+    b = len(about)
+    root = float(np.roots([1.0, *(0.0,) * (b - 1), -1.0, -1.0]).real.max())
+    shares = np.outer(np.arange(_SURVEYED) + 0.5, root ** -np.arange(1.0, b + 1)) % 1
     starts = np.repeat(state[:, None], _SURVEYED, axis=1)
-    starts[about] = state[machine.row(machine.rotor.coordinate.position)] + phases.T
+    starts[about] = state[machine.row(machine.rotor.coordinate.position)] + 2 * math.pi * shares.T
     return starts
 
 
@@ -133,16 +154,17 @@ def _motion(compiled: CompiledEnsemble, state: np.ndarray, parameters: np.ndarra
     return None if advanced.stops else advanced.samples
 
 
-def _attractor(outcome: int, points: np.ndarray, numbers: tuple[float, float, float, float]) -> Attractor | None:
-    """Of points (P, d) and numbers as in ``Attractor``; None where their second half does not come near the first one."""
+def _attractor(outcome: int, points: np.ndarray, numbers: tuple[int, float, float, float, float]) -> Attractor | None:
+    """Of points (P, d) and numbers as in ``Attractor``; None where its halves do not come near each other: where it has not got
+    onto a motion that repeats, or has left it again."""
     from scipy.spatial import KDTree
 
     sizes = np.maximum(np.abs(points).max(axis=0), 1e-300)
     first, second = np.array_split(points / sizes, 2)
-    away, _ = KDTree(first).query(second)
-    if away.max() > _REACH:
+    away = max(float(KDTree(one).query(other)[0].max()) for one, other in ((first, second), (second, first)))
+    if away > _REACH:
         return None
-    return Attractor(outcome, points / sizes, sizes, max(_MARGIN * float(away.max()), _LEAST), *numbers)
+    return Attractor(outcome, points / sizes, sizes, max(_MARGIN * away, _LEAST), *numbers)
 
 
 _KNOWN: dict[Any, tuple[Attractor, ...]] = {}

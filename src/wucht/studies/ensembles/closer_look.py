@@ -18,12 +18,13 @@ from wucht.results.outcomes import Outcome
 from wucht.studies.ensembles.ensemble_equations import Numbered, Variants, parameters_of
 from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
-from wucht.studies.motion.observation import Watch
+from wucht.studies.motion.observation import Watch, fastest_of
 from wucht.studies.motion.verdict import judge
 from wucht.studies.run_up.horizon import Horizon
 from wucht.studies.run_up.model import FullModel, SlowModel, slow_model
 
 _PER_TURN, _TURNS = 16, 200  # samples a turn of the fastest motion that is expected, and turns a chunk
+_FASTER, _MOST = 1.5, 10  # times as fast as expected: sampled densely enough; doublings
 _TILE = 32  # members: their samples are held at once
 _REGISTERS = 64  # numbers: a whole number of vector registers of any processor
 _SETTLED = 1e-3  # see ``Verdict.settled_within``
@@ -34,13 +35,39 @@ def looked_at(
     question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Callable[[float], None]
 ) -> MemberOutcomes:
     """What becomes of members that start in states (n, M) of the machine's System. horizon: of a run-up of the machine."""
-    parts, failures = list[MemberOutcomes](), dict[int, str]()
-    for ends in watched(question, starts, variants, horizon, report):
-        record = ends.record
-        outcome = np.where(ends.status == Status.FAILED, OUTCOMES.index(Outcome.FAILED), record.outcome).astype(np.int8)
-        parts.append(MemberOutcomes(outcome, record.settling, np.array([s.largest for s in record.seen]), ends.times))
-        failures |= {int(record.number[i]): why for i, why in ends.sentences.items()}
-    return MemberOutcomes.joined(parts).with_failures(failures)
+    doublings, parts, order, done = _doublings(starts, variants, horizon), list[MemberOutcomes](), list[np.ndarray](), 0
+    for k in np.unique(doublings).tolist():
+        mine = np.flatnonzero(doublings == k)
+        finer = replace(horizon, step=horizon.step / 2**k, span=horizon.span / 2**k)
+        asked, begun, count = (
+            replace(question, longest=question.longest * 2**k),
+            done / len(doublings),
+            len(mine) / len(doublings),
+        )
+        told = lambda share, begun=begun, count=count: report(begun + count * share)  # noqa: E731
+        for ends in watched(asked, starts[:, mine], variants.taken(mine).compact, finer, told):
+            parts.append(_outcomes(ends))
+        order.append(mine)
+        done += len(mine)
+    return MemberOutcomes.joined(parts).taken(np.argsort(np.concatenate(order)))
+
+
+def _outcomes(ends: Ends[Watching]) -> MemberOutcomes:
+    """What became of some members."""
+    record = ends.record
+    outcome = np.where(ends.status == Status.FAILED, OUTCOMES.index(Outcome.FAILED), record.outcome).astype(np.int8)
+    largest = np.array([s.largest for s in record.seen])
+    return MemberOutcomes(outcome, record.settling, largest, ends.times, tuple(sorted(ends.sentences.items())))
+
+
+def _doublings(starts: np.ndarray, variants: Variants, horizon: Horizon) -> np.ndarray:
+    """How often the density of sampling is to be doubled for each member (M,): it may turn faster than the machine asked
+    about, by its start or its parameters."""
+    expected = 2 * math.pi / (horizon.step * horizon.samples_per_turn)
+    driven = [max((abs(free_speed(m, r) or 0.0) for r in m.rotors), default=0.0) for m in variants.machines]
+    begun = np.array([fastest_of(variants.machines[0], start) for start in starts.T])
+    fastest = np.maximum(np.array(driven)[variants.of], begun)
+    return np.asarray(np.ceil(np.log2((fastest / (_FASTER * expected)).clip(1.0, 2.0**_MOST))).astype(int))
 
 
 def watched(
@@ -96,7 +123,7 @@ class CloserLook:
         record = Watching(members.numbers, seen, np.full(count, OUTCOMES.index(Outcome.UNIDENTIFIED), np.int8), nothing)
         return replace(record, seen=self._seen(record, np.zeros(1), members.starts.T[None]))
 
-    @np.errstate(all="ignore")  # see ``Glance.after``
+    @np.errstate(all="ignore")  # see ``FirstLook.after``
     def after(self, record: Watching, times: np.ndarray, samples: np.ndarray) -> tuple[Watching, np.ndarray]:
         """See ``Observer``."""
         record = replace(record, seen=self._seen(record, times, samples))

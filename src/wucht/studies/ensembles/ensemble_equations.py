@@ -3,7 +3,7 @@ where the machine allows it, else in the fixed one; or the averaged equations.""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,25 +11,24 @@ import numpy as np
 
 from wucht.analysis.averaged import AveragedMachine
 from wucht.analysis.relative_equilibria import RelativeEquilibria
+from wucht.analysis.static import axis_at_rest
 from wucht.analysis.time_constants import runaway_limit
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed
+from wucht.machines.operation import free_speed, sense_of
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.ensembles.members import Members
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.program import Evaluator
 from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
+from wucht.studies.ensembles.member_views import Bound, FullView, SlowView
 from wucht.studies.motion.locking import is_locking
-from wucht.studies.observables import Orbit
 from wucht.studies.release_events import release_events
 from wucht.studies.run_up.model import slow_model
 from wucht.system import System
 
-_STEP = 1e-4  # of the unit of time: over which the amplitude's change is taken
 
-
-def singly(question: EnsembleQuestion) -> str | None:
+def why_one_by_one(question: EnsembleQuestion) -> str | None:
     """Why the members cannot be integrated in batches, and are run up one by one; None where they can."""
     machine, slow = question.machine, question.model == "slow"
     free = [r for r in machine.rotors if r.coordinate.prescribed is None]
@@ -42,6 +41,20 @@ def singly(question: EnsembleQuestion) -> str | None:
         "it has contacts, schedules or tables": compile_system(machine.system, question.tolerance).locator is not None,
     }
     return next((why for why, holds in reasons.items() if holds), None)
+
+
+def turns_otherwise(question: EnsembleQuestion, variants: Variants) -> np.ndarray:
+    """Which members (M,) turn, or are driven, in another way than the machine asked about: what is integrated for that is not
+    theirs, and they are run up one by one."""
+    asked = _way(question, question.machine)
+    return np.asarray(np.array([_way(question, m) != asked for m in variants.machines])[variants.of])
+
+
+def _way(question: EnsembleQuestion, machine: Machine) -> tuple[object, ...]:
+    """Whether nothing but a limit ends the run-up; of the averaged equations the sense of each rotor, if it is driven."""
+    slow = question.model == "slow"
+    senses = [(sense_of(machine, r), bool(free_speed(machine, r))) for r in machine.rotors if slow]
+    return runaway_limit(machine) is not None, *senses
 
 
 @dataclass(frozen=True)
@@ -92,17 +105,6 @@ class Numbered(Members):
 
 
 @dataclass(frozen=True)
-class Sight:
-    """Samples (K, M) of M members. speed: of the main rotor. phases: of the bodies about it (b, K, M), as they turn. square,
-    rate: of the distance of its axis from where it rests, its square and the derivative of that."""
-
-    speed: np.ndarray
-    phases: np.ndarray
-    square: np.ndarray
-    rate: np.ndarray
-
-
-@dataclass(frozen=True)
 class FullEquations:
     """The full equations. turning: in the frame of the main rotor, None in the fixed one."""
 
@@ -110,12 +112,14 @@ class FullEquations:
     turning: RelativeEquilibria | None
 
     @classmethod
-    def of(cls, machine: Machine) -> FullEquations:
-        """In the frame that the machine allows."""
+    def of(cls, machine: Machine, varied: Iterable[str] = ()) -> FullEquations:
+        """In the frame that the machine allows, whatever values some parameters take."""
         try:
-            return cls(machine, RelativeEquilibria.of(machine))
+            turning = RelativeEquilibria.of(machine)
         except InputError:
             return cls(machine, None)
+        left_out = set(machine.system.parameter_names) - set(turning.system.parameter_names)  # gravity that is zero
+        return cls(machine, None if left_out & set(varied) else turning)
 
     @property
     def system(self) -> System:
@@ -136,32 +140,22 @@ class FullEquations:
         """From states (n, M) of the machine's System those (k, M) to start from."""
         return states if self.turning is None else self.turning.turned(states)
 
-    def seen(self, states: np.ndarray, variants: Variants) -> Sight:
-        """Samples (K, k, M) of members."""
-        count, size, members = states.shape
-        flat = np.moveaxis(states, 1, 0).reshape(size, -1)
-        whole = flat if self.turning is None else self.turning.fixed(flat, 0.0)
-        machine, row = self.machine, self.machine.row
-        rotor, about = machine.rotor.coordinate, [b.coordinate for b in machine.group(machine.rotor)[1:]]
-        phases = whole[[row(c.position) for c in about]] - whole[row(rotor.position)]
-        whole = whole.reshape(-1, count, members)
-        if rotor.prescribed is None:
-            speed = whole[row(rotor.velocity)]
-        else:
-            speed = np.tile([m.prescribed_speed(rotor, 0.0)[0] for m in variants.machines], (count, 1))[:, variants.of]
-        square, rate = np.empty((2, count, members))
-        for machine, mine in variants.groups():
-            part = whole[:, :, mine].reshape(len(whole), -1)
-            time = np.zeros(part.shape[1])
-            orbit = Orbit.of(machine, time, self._orbit(time, part, machine.system.values(machine.values)))
-            square[:, mine], rate[:, mine] = (x.reshape(count, -1) for x in (orbit.square, orbit.square_rate))
-        return Sight(speed, phases.reshape(-1, count, members), square, rate)
-
-    @cached_property
-    def _orbit(self) -> Evaluator:
-        names = [f"orbit.{v}{n}" for n in self.machine.orbit for v in ("", "v")]
-        system = self.machine.system
-        return Evaluator.of(system, [system.output(n).expression for n in names], names)
+    def view(self, variants: Variants) -> FullView:
+        """How their states are seen."""
+        machine, rotor, count = self.machine, self.machine.rotor.coordinate, len(self.machine.state_names)
+        rows: tuple[int | None, ...] = tuple(range(count))
+        if self.turning is not None:
+            main = machine.row(rotor.position)
+            rows = (*range(main), None, *range(main, count - 1))
+        fixed = None
+        if rotor.prescribed is not None:
+            fixed = np.array([m.prescribed_speed(rotor, 0.0)[0] for m in variants.machines])
+        rests = [axis_at_rest(m) for m in variants.machines]
+        at_rest = np.array([[rest[n] for rest in rests] for n in machine.orbit]).reshape(len(machine.orbit), len(rests))
+        names = [f"orbit.{v}{n}" for n in machine.orbit for v in ("", "v")]
+        evaluator = Evaluator.of(machine.system, [machine.system.output(n).expression for n in names], names)
+        orbit = Bound.of(evaluator, (machine.system.values(m.values) for m in variants.machines))
+        return FullView(machine, rows, fixed, at_rest, orbit)
 
 
 @dataclass(frozen=True)
@@ -194,26 +188,15 @@ class SlowEquations:
             begun[:, mine] = one.state(angles, {b.name: _speeds(machine, b, states[:, mine]) for b in machine.bodies})
         return begun
 
-    def seen(self, states: np.ndarray, variants: Variants) -> Sight:
-        """Samples (K, k, M) of members."""
-        (count, size, members), machine = states.shape, self.slow.machine
-        sense, main = self.slow.senses[machine.rotor.name], f"speed[{machine.rotor.name}]"
-        about = [self.system.state_names.index(f"{b.name}.phase") for b in machine.group(machine.rotor)[1:]]
-        speed, square, rate = np.empty((3, count, members))
-        for variant, mine in variants.groups():
-            part = np.moveaxis(states[:, :, mine], 1, 0).reshape(size, -1)
-            values, time = replace(self.slow, machine=variant).values(), np.zeros(part.shape[1])
-            rows, change = self._outputs(time, part, values), _STEP * Evaluator.of_rates(self.system).array(time, part, values)
-            speed[:, mine], amplitude = rows[main].reshape(count, -1), rows["amplitude"]
-            later, before = (self._outputs(time, part + way * change, values)["amplitude"] for way in (1, -1))
-            square[:, mine] = (amplitude**2).reshape(count, -1)
-            rate[:, mine] = (amplitude * (later - before) / _STEP).reshape(count, -1)
-        return Sight(sense * speed, sense * np.moveaxis(states[:, about], 1, 0), square, rate)
-
-    @cached_property
-    def _outputs(self) -> Evaluator:
-        s, main = self.system, f"speed[{self.slow.machine.rotor.name}]"
-        return Evaluator.of(s, [s.output(n).expression for n in (main, "amplitude")], (main, "amplitude"))
+    def view(self, variants: Variants) -> SlowView:
+        """How their states are seen."""
+        s, machine = self.system, self.slow.machine
+        main = machine.rotor.name
+        about = tuple(s.state_names.index(f"{b.name}.phase") for b in machine.group(machine.rotor)[1:])
+        names = (f"speed[{main}]", "amplitude")
+        outputs = Evaluator.of(s, [s.output(n).expression for n in names], names)
+        values = [replace(self.slow, machine=m).values() for m in variants.machines]
+        return SlowView(self.slow.senses[main], about, Bound.of(Evaluator.of_rates(s), values), Bound.of(outputs, values))
 
 
 Equations = FullEquations | SlowEquations
@@ -223,7 +206,7 @@ def equations_of(question: EnsembleQuestion, state: np.ndarray) -> Equations:
     """What is integrated for members of which one starts in a state (n,). Raises ``InputError`` for a machine without averaged
     equations, if these are asked for."""
     if question.model == "full":
-        return FullEquations.of(question.machine)
+        return FullEquations.of(question.machine, question.varied)
     return SlowEquations(slow_model(question.machine, state, question.inertia, question.order).slow)
 
 

@@ -11,9 +11,16 @@ from wucht.numerics.ensembles.members import Status
 from wucht.results.outcomes import Outcome
 from wucht.studies.ensembles.attractors import attractors_of
 from wucht.studies.ensembles.closer_look import looked_at
-from wucht.studies.ensembles.ensemble_equations import Numbered, Variants, equations_of, parameters_of, singly
+from wucht.studies.ensembles.ensemble_equations import (
+    Numbered,
+    Variants,
+    equations_of,
+    parameters_of,
+    turns_otherwise,
+    why_one_by_one,
+)
 from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
-from wucht.studies.ensembles.glance import DoublingPace, Glance
+from wucht.studies.ensembles.first_look import DoublingPace, FirstLook
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.studies.ensembles.single_run_ups import run_up_each
 from wucht.studies.initial_state import initial_state
@@ -21,14 +28,14 @@ from wucht.studies.run_up.horizon import Horizon
 from wucht.studies.run_up.spec import RunUp
 
 _MOST_DOUBLINGS = 8  # of the first chunk
-_GLANCE = 0.5  # of the progress
+_FIRST_LOOK = 0.5  # of the progress
 
 Report = Callable[[float], None]
 
 
 def way_of(question: EnsembleQuestion) -> str:
     """How members are integrated, in words."""
-    why = singly(question)
+    why = why_one_by_one(question)
     if why is not None:
         return f"members are run up one by one, which is slower: {why}"
     return "members are integrated in batches"
@@ -60,19 +67,31 @@ def outcomes_of(
     """
     told = report or (lambda _share: None)
     variants = Variants.among(question.machine, values, starts.shape[1])
-    if singly(question) is not None:
-        return run_up_each(question, starts, variants, told)
+    alone = np.ones(starts.shape[1], bool) if why_one_by_one(question) is not None else turns_otherwise(question, variants)
+    one_by_one, together = np.flatnonzero(alone), np.flatnonzero(~alone)
+    parts, share = list[MemberOutcomes](), len(one_by_one) / len(alone)
+    if len(one_by_one):
+        mine = variants.taken(one_by_one)
+        parts.append(run_up_each(question, starts[:, one_by_one], mine, lambda done: told(share * done)))
+    if len(together):
+        mine = variants.taken(together).compact
+        parts.append(_in_batches(question, starts[:, together], mine, lambda done: told(share + (1 - share) * done)))
+    return MemberOutcomes.joined(parts).taken(np.argsort(np.concatenate([one_by_one, together])))
+
+
+def _in_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report) -> MemberOutcomes:
+    """The outcomes of members that are integrated in batches."""
     machine = question.machine
     horizon = Horizon.of(machine, RunUp(settled=True), initial_state(machine, {}))
-    outcomes, closer = _glanced(question, starts, variants, horizon, lambda share: told(_GLANCE * share))
+    outcomes, closer = _first_looked_at(question, starts, variants, horizon, lambda share: report(_FIRST_LOOK * share))
     if not len(closer):
         return outcomes
-    rest = lambda share: told(_GLANCE + (1 - _GLANCE) * share)  # noqa: E731
+    rest = lambda share: report(_FIRST_LOOK + (1 - _FIRST_LOOK) * share)  # noqa: E731
     seen = looked_at(question, starts[:, closer], variants.taken(closer).compact, horizon, rest)
     return outcomes.replaced(closer, seen)
 
 
-def _glanced(
+def _first_looked_at(
     question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Report
 ) -> tuple[MemberOutcomes, np.ndarray]:
     """The outcomes of those that a first look decides, and the numbers of the others."""
@@ -80,7 +99,7 @@ def _glanced(
     first, until = horizon.first, question.until
     pace = DoublingPace(first, 1 + _MOST_DOUBLINGS) if until is None else DoublingPace.until(until, first)
     attractors = attractors_of(question, equations, horizon)
-    glance = Glance(equations, variants, attractors, pace, final=until is not None)
+    look = FirstLook(equations, variants, attractors, pace, final=until is not None)
     members = Numbered(
         np.ascontiguousarray(equations.starts(starts, variants).T),
         parameters_of(equations.system, variants),
@@ -88,7 +107,7 @@ def _glanced(
     )
     compiled = compile_ensemble(equations.system, question.tolerance)
     parts, numbers, failures = [], [np.zeros(0, int)], dict[int, str]()
-    for tile in tiles(compiled, members, glance, pace, report=report):
+    for tile in tiles(compiled, members, look, pace, report=report):
         record, ends = tile.ends.record, tile.ends
         failed = ends.status == Status.FAILED
         outcome = np.where(failed, OUTCOMES.index(Outcome.FAILED), record.outcome).astype(np.int8)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -17,13 +18,20 @@ from wucht.numerics.peaks import between_samples
 from wucht.results.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Outcome
 from wucht.studies.ensembles.at_rest import LastHalf, Resting, resting
 from wucht.studies.ensembles.attractors import Attractor
-from wucht.studies.ensembles.ensemble_equations import Equations, Numbered, Variants, places
+from wucht.studies.ensembles.ensemble_equations import Equations, Numbered, Variants
 from wucht.studies.ensembles.member_outcomes import OUTCOMES
+from wucht.studies.ensembles.member_views import FullView, SlowView
 from wucht.studies.motion.observation import weights_of
 
-SAMPLES = 32 * WINDOWS  # in each chunk, and parts in which its course is kept
-_FINER = (4, 2)  # times as many of the amplitude in the first ones: there resonances are passed fast
+_WINDOW = 16  # samples
+SAMPLES = _WINDOW * WINDOWS  # in each chunk, twice as many in the first one: its halves are as those to come
+PARTS = 2 * SAMPLES  # of the time, in which the course is kept
+# Times as many of the amplitude in each part of the first chunk: vibrations of the start die out, resonances are passed.
+_FINER = np.repeat((4, 2), SAMPLES)
+# Samples that are shifted a little, alike in all windows: a motion of one period can not be taken for rest.
+_SHIFTS = np.append(0.5 * (np.arange(1, _WINDOW) * (math.sqrt(5) - 1) / 2 % 1 - 0.5), 0.0)
 SETTLED = 1e-4  # of speed and unbalance: bounds that are as near tell that a member has settled
+_FOLLOWED = 0.5  # of the differences of samples: a cubic that misses more of them has not been sampled densely enough
 UNDECIDED = -1
 _LONG, _LONGER = 3, 5  # chunks, after which members that do not come to rest deserve a closer look; to an attractor either
 _ROUND = 1e-3  # rad: resonances are those of phases rounded so
@@ -43,28 +51,42 @@ class DoublingPace:
         doublings = max(0, math.ceil(math.log2(end / first)))
         return cls(end / 2**doublings, doublings + 1)
 
+    @property
+    def end(self) -> float:
+        """The limit of time."""
+        return self.first * 2.0 ** (self.chunks - 1)
+
     def times(self, index: int) -> np.ndarray:
         """See ``Pace``."""
-        end, finer = self.first * 2.0**index, _FINER[index] if index < len(_FINER) else 1
-        return np.linspace(end / 2 if index else 0.0, end, finer * SAMPLES + 1)
+        end = self.first * 2.0**index
+        begin, ends = (end / 2, np.arange(1, SAMPLES + 1)) if index else (0.0, np.arange(1, PARTS + 1))
+        ends = ends + np.tile(_SHIFTS, len(ends) // _WINDOW)
+        parts = np.append(0.0, ends) / len(ends)
+        if not index:
+            parts = np.append(0.0, np.concatenate([b + (e - b) * np.arange(1, n + 1) / n for b, e, n in _each(parts)]))
+        times = begin + (end - begin) * parts
+        times[-1] = end
+        return np.asarray(times)
 
 
 @dataclass(frozen=True)
-class Glimpse:
-    """Of M members: their number, how many chunks were seen, the outcome (``UNDECIDED``), whether a closer look is needed, the
-    square of the largest distance, the settling time; and in each of as many parts of the time as there are samples in a chunk
-    the least and the largest speed and share of unbalance that is left (4, K, M), to see when they settled."""
+class MemberRecord:
+    """Of M members: their number, the outcome (``UNDECIDED``), whether a closer look is needed, the square of the largest
+    distance, the settling time; end: the square of the distance at the last sample, and its derivative (2, M); course: in each
+    of ``PARTS`` of the time the least and the largest speed and share of unbalance that is left (4, K, M), to see when they
+    settled."""
 
     number: np.ndarray
     outcome: np.ndarray
     closer: np.ndarray
     square: np.ndarray
     settling: np.ndarray
+    end: np.ndarray
     course: np.ndarray
 
 
 @dataclass(frozen=True)
-class Glance:
+class FirstLook:
     """The observer. equations, variants: of all members, by their numbers. final: whether the end of the pace is where all are
     judged, as was asked; else members are followed until they have settled. attractors: on which they may end. known:
     resonances."""
@@ -76,48 +98,47 @@ class Glance:
     final: bool
     known: dict[tuple[int, int, tuple[float, ...]], float | None] = field(default_factory=dict, compare=False)
 
-    def begin(self, members: Members) -> Glimpse:
+    @np.errstate(all="ignore")  # averaged equations of a rotor at rest
+    def begin(self, members: Members) -> MemberRecord:
         """See ``Observer``."""
         assert isinstance(members, Numbered)
-        m = len(members)
-        nothing = np.full(m, np.nan)
-        return Glimpse(
-            members.numbers, np.full(m, UNDECIDED, np.int8), np.zeros(m, bool), np.zeros(m), nothing, np.empty((4, SAMPLES, m))
-        )
+        m, numbers = len(members), members.numbers
+        begun = self._view.seen(members.starts.T[None], self.variants.of[numbers])
+        outcome, nothing, end = np.full(m, UNDECIDED, np.int8), np.full(m, np.nan), np.concatenate([begun.square, begun.rate])
+        return MemberRecord(numbers, outcome, np.zeros(m, bool), begun.square[0], nothing, end, np.empty((4, PARTS, m)))
 
     @np.errstate(all="ignore")  # shares of nothing; it is called in threads, which know no other state
-    def after(self, record: Glimpse, times: np.ndarray, samples: np.ndarray) -> tuple[Glimpse, np.ndarray]:
+    def after(self, record: MemberRecord, times: np.ndarray, samples: np.ndarray) -> tuple[MemberRecord, np.ndarray]:
         """See ``Observer``."""
-        index = round(math.log2(times[-1] / self.pace.first))
-        variants = self.variants.taken(record.number)
-        sight = self.equations.seen(samples, variants)
-        sparse = slice(len(times) // SAMPLES - 1, None, len(times) // SAMPLES)
-        speed, phases = sight.speed[sparse], sight.phases[:, sparse]
+        index, variants = round(math.log2(times[-1] / self.pace.first)), self.variants.taken(record.number)
+        sight = self._view.seen(samples, variants.of)
+        signal, slope = (np.concatenate([e[None], x]) for e, x in zip(record.end, (sight.square, sight.rate), strict=True))
+        square = np.maximum(record.square, _peaks(np.append(self.pace.times(index)[0], times), signal, slope))
+        end = np.array([signal[-1], slope[-1]])
+        ends = slice(None) if index else np.cumsum(_FINER) - 1
+        samples, speed, phases = samples[ends], sight.speed[ends], sight.phases[:, ends]
         left = self._left(phases, variants)
         course = _lengthened(record.course if index else None, speed, left)
-        # Where samples are far apart, a cubic through two of them goes far beyond.
-        dense = index < len(_FINER)
-        largest = (between_samples(times, sight.square, sight.rate) if dense else sight.square).max(axis=0)
-        square = np.maximum(record.square, largest)
-        half = slice(0 if index else SAMPLES // 2, None)
-        duration = times[-1] if not index else times[-1] / 2
-        seen = LastHalf(duration, speed[half], phases[:, half], left[half])
-        rest = resting(seen)
-        outcome = self._outcome(rest, phases[:, -1], variants)
+        half = slice(-SAMPLES, None)
+        seen = LastHalf(times[-1] / 2, speed[half], phases[:, half], left[half])
+        rest, free = resting(seen), self._free[variants.of]
         last = index == self.pace.chunks - 1
         at_end = last and self.final
-        decided = (outcome != UNDECIDED) & (at_end | (rest.width <= SETTLED))
-        hopeless = self._hopeless(rest, seen, variants) if at_end else np.zeros(len(outcome), bool)
-        outcome = np.where(decided, outcome, UNDECIDED)
-        free = self._free[variants.of]
-        settling = np.where(decided, _settling_time(course, times[-1], free), np.nan)
+        outcome = self._outcome(rest, phases[:, -1], variants)
+        outcome = np.where(at_end | (rest.width <= SETTLED), outcome, UNDECIDED)
+        settling = np.where(outcome != UNDECIDED, _settling_time(course, times[-1], free), np.nan)
         if index:
-            at = places(self.equations.system, samples[sparse])
-            self._arrive((outcome, settling, square), at, course, float(times[-1]), free)
-        outcome = np.where((outcome == UNDECIDED) & hopeless, _CODE[Outcome.UNIDENTIFIED], outcome).astype(np.int8)
+            self._arrive((outcome, settling, square), samples, course, times[-1], free)
+        if at_end:
+            hopeless = (outcome == UNDECIDED) & self._hopeless(rest, seen, variants)
+            outcome = np.where(hopeless, _CODE[Outcome.UNIDENTIFIED], outcome)
         closer = (outcome == UNDECIDED) & (last | (not self.final and self._stuck(rest, index)))
-        record = replace(record, outcome=outcome, closer=closer, square=square, settling=settling, course=course)
+        record = MemberRecord(record.number, outcome.astype(np.int8), closer, square, settling, end, course)
         return record, (outcome != UNDECIDED) | closer
+
+    @cached_property
+    def _view(self) -> FullView | SlowView:
+        return self.equations.view(self.variants)
 
     def _stuck(self, rest: Resting, index: int) -> np.ndarray:
         """Which members (M,) are not worth waiting for after so many chunks: they neither come to rest nor to an attractor."""
@@ -128,19 +149,27 @@ class Glance:
     def _arrive(
         self,
         filled: tuple[np.ndarray, np.ndarray, np.ndarray],
-        at: np.ndarray,
+        samples: np.ndarray,
         course: np.ndarray,
         end: float,
         free: np.ndarray,
     ) -> None:
-        """Fill in outcome, settling time and square (M,) of those that stay near an attractor, by their places (K, M, d)."""
+        """Fill in outcome, settling time and square (M,) of those that stay near an attractor, by samples (K, k, M)."""
         outcome, settling, square = filled
+        left = self.pace.end - end if self.final else math.inf
         for one in self.attractors:
+            if 0 < left < one.period:  # what it reaches until the end is not known yet
+                continue
             open_ = np.flatnonzero(outcome == UNDECIDED)
-            arrived = open_[one.holds(at[:, open_])] if len(open_) else open_
+            if not len(open_):
+                return
+            speed = course[0, SAMPLES:]
+            arrived = open_[one.held(self.equations, samples, speed, end / 2)[open_]]
             outcome[arrived] = one.outcome
-            settling[arrived] = _arrival(course[..., arrived], end, one, free[arrived])
-            square[arrived] = np.maximum(square[arrived], one.square)
+            settled = _arrival(course[..., arrived], end, one, free[arrived])
+            settling[arrived] = np.where(settled <= end + left, settled, np.nan)
+            if left or end / 2 >= one.period:
+                square[arrived] = np.maximum(square[arrived], one.square)
 
     def _left(self, phases: np.ndarray, variants: Variants) -> np.ndarray:
         """What is left of the rotor's unbalance, as a share of it (K, M), with the bodies about it at phases (b, K, M)."""
@@ -176,13 +205,13 @@ class Glance:
         outcome = np.full(len(rest.known), UNDECIDED, np.int8)
         (at_speed, speed_known), (balanced, balance_known) = rest.at_speed(self._free[variants.of]), rest.balanced
         outcome[rest.known & at_speed & balanced] = _CODE[Outcome.COMPENSATED]
-        others = rest.known & ((speed_known & ~at_speed) | (balance_known & ~balanced))
+        others = rest.known & rest.quiet & ((speed_known & ~at_speed) | (balance_known & ~balanced))
         for i in np.flatnonzero(others):
             rounded = np.zeros(len(phases)) if self.equations.isotropic else np.round(rest.sense[i] * phases[:, i] / _ROUND)
             resonance = self._resonance(int(variants.of[i]), int(rest.sense[i]), tuple((_ROUND * rounded).tolist()))
             if resonance is None or rest.lowest[0, i] > resonance:
                 outcome[i] = _CODE[Outcome.PASSED]
-            elif rest.lowest[1, i] <= resonance:
+            elif rest.even[i] and rest.lowest[1, i] <= resonance:
                 outcome[i] = _CODE[Outcome.CAPTURED]
         return outcome
 
@@ -200,7 +229,7 @@ class Glance:
 
 
 def _resonance(machine: Machine, sense: int, phases: tuple[float, ...]) -> float | None:
-    """See ``Glance._resonance``."""
+    """See ``FirstLook._resonance``."""
     free = free_speed(machine, machine.rotor)
     if free == 0:
         return None
@@ -215,13 +244,34 @@ def _weights(machine: Machine) -> tuple[complex, ...]:
     return (weights[0], *(weights[1 + others.index(b)] for b in machine.group(machine.rotor)[1:]))
 
 
+def _each(parts: np.ndarray) -> Iterator[tuple[float, float, int]]:
+    """Begin and end of each part of the first chunk, and how many samples are in it."""
+    yield from zip(parts[:-1], parts[1:], _FINER, strict=True)
+
+
+def _peaks(times: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """The largest value (M,) of signals (K + 1, M): between samples where these follow them, else at the samples.
+
+    They do where slopes and differences agree: less than about a third of an oscillation lies between two of them.
+    """
+    change = np.diff(signal, axis=0)
+    missed = np.abs(change - 0.5 * np.diff(times)[:, None] * (slope[:-1] + slope[1:]))
+    missed, change = (x.reshape(-1, _WINDOW, x.shape[1]).sum(axis=1) for x in (missed, np.abs(change)))
+    followed = np.repeat(missed <= _FOLLOWED * change, _WINDOW, axis=0)
+    between = np.where(followed, between_samples(times, signal, slope), -math.inf)
+    return np.asarray(np.maximum(between.max(axis=0), signal.max(axis=0)))
+
+
 def _lengthened(course: np.ndarray | None, speed: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """The course (4, K, M) of a ``Glimpse`` after a chunk of samples (K, M), as long as all of it before."""
+    """The course (4, K, M) of a ``MemberRecord`` after a chunk of samples (K, M), as long as all of it before."""
     new = np.array([speed, speed, left, left])
     if course is None:
         return new
-    pairs = np.concatenate([course, new], axis=1).reshape(4, SAMPLES, 2, -1)
-    return np.array([(np.minimum, np.maximum)[k % 2](row[:, 0], row[:, 1]) for k, row in enumerate(pairs)])
+    longer = np.empty_like(course)
+    for k, (row, before) in enumerate(zip(longer, course, strict=True)):
+        (np.minimum, np.maximum)[k % 2](before[::2], before[1::2], out=row[:SAMPLES])
+    longer[:, SAMPLES:] = new
+    return longer
 
 
 def _settling_time(course: np.ndarray, end: float, free: np.ndarray) -> np.ndarray:
@@ -231,8 +281,8 @@ def _settling_time(course: np.ndarray, end: float, free: np.ndarray) -> np.ndarr
     speed, left = (low[-1] + high[-1]) / 2, (least[-1] + most[-1]) / 2
     off = (high > speed + margin) | (low < speed - margin)
     off |= (most > left + UNBALANCE_TOLERANCE) | (least < left - UNBALANCE_TOLERANCE)
-    first = np.where(off.any(axis=0), SAMPLES - off[::-1].argmax(axis=0), 0)
-    return np.asarray(first * end / SAMPLES)
+    first = np.where(off.any(axis=0), PARTS - off[::-1].argmax(axis=0), 0)
+    return np.asarray(first * end / PARTS)
 
 
 def _arrival(course: np.ndarray, end: float, attractor: Attractor, free: np.ndarray) -> np.ndarray:
@@ -240,5 +290,5 @@ def _arrival(course: np.ndarray, end: float, attractor: Attractor, free: np.ndar
     low, high = np.sort(np.sign(course[0, -1]) * np.array([attractor.low, attractor.high])[:, None], axis=0)
     margin = SPEED_TOLERANCE * np.where(np.isnan(free), np.abs(attractor.low), np.abs(free))
     off = (course[1] > high + margin) | (course[0] < low - margin)
-    first = np.where(off.any(axis=0), SAMPLES - off[::-1].argmax(axis=0), 0)
-    return np.asarray(first * end / SAMPLES + attractor.period)
+    first = np.where(off.any(axis=0), PARTS - off[::-1].argmax(axis=0), 0)
+    return np.asarray(first * end / PARTS + attractor.period)
