@@ -142,8 +142,9 @@ ORBITS = {
 }
 
 
-# Maps of many runs, in tests/studies/basin/test_basin.py: on a coarse grid, and as they stand.
-MAPS = {"drozdetskaya-2020/figure-5.10"}
+# Many runs, in tests/studies/basin/test_basin.py and tests/studies/capture_probability/test_capture_probability.py: a few of
+# them, and as they stand.
+MAPS = {"drozdetskaya-2020/figure-5.10", "drozdetskaya-2020/how-likely-it-compensates"}
 
 
 def test_every_file_is_listed() -> None:

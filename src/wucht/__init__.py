@@ -9,8 +9,8 @@ A ``Machine`` from a file or from ``parts``, a question, an answer:
 'captured-modulated'
 
 Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SpeedCurve``, ``SynchronousStates``,
-``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``, ``Basin``; of a ``CamDrive``:
-``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
+``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``, ``Basin``,
+``CaptureProbability``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
 Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary
 differential equation: ``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
 ``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``, ``separated``.
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from wucht.studies.cam_correction.spec import CamCorrection as CamCorrection
     from wucht.studies.cam_law.spec import CamLaw as CamLaw
     from wucht.studies.cam_prediction.spec import CamPrediction as CamPrediction
+    from wucht.studies.capture_probability.spec import CaptureProbability as CaptureProbability
     from wucht.studies.coast_down.spec import CoastDown as CoastDown
     from wucht.studies.entrainment.spec import Entrainment as Entrainment
     from wucht.studies.orbit_branch.spec import OrbitBranch as OrbitBranch
@@ -74,6 +75,7 @@ _LAZY = {
     "CamDrive": "wucht.cams.drive:CamDrive",
     "CamLaw": "wucht.studies.cam_law.spec:CamLaw",
     "CamPrediction": "wucht.studies.cam_prediction.spec:CamPrediction",
+    "CaptureProbability": "wucht.studies.capture_probability.spec:CaptureProbability",
     "CoastDown": "wucht.studies.coast_down.spec:CoastDown",
     "Entrainment": "wucht.studies.entrainment.spec:Entrainment",
     "Machine": "wucht.machines.machine:Machine",

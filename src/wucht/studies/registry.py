@@ -21,9 +21,7 @@ from wucht.errors import WuchtError
 from wucht.studies.spec import Spec
 
 GROUP = "wucht.studies"
-NOT_YET = (
-    "capture-probability", "optimise-balancer", "load-spectrum", "exciter-design",
-)  # fmt: skip
+NOT_YET = ("optimise-balancer", "load-spectrum", "exciter-design")
 
 
 def _part(name: str, what: str) -> property:

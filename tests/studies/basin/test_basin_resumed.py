@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from known_basins import MACHINE, TURN, engine, spiral
 
 from interrupting import assert_same, stop_at
+from known_basins import MACHINE, TURN, engine, spiral
 from wucht.results.conventions import summary_of
 from wucht.studies.basin import run as running
 from wucht.studies.basin.spec import Basin
@@ -132,7 +132,7 @@ runner.run(Basin(axes=TURN, model="slow", refine=1), MACHINE, folder=Path(sys.ar
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_killed_and_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """kill -9: the map so far is readable, and what was written is not run again."""
-    here = str(Path(__file__).parent)
+    here = str(Path(__file__).parents[2])
     process = subprocess.Popen([sys.executable, "-c", KILLED, here, str(tmp_path)])
     try:
         until = time.monotonic() + 60

@@ -9,11 +9,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from wucht.results.outcomes import Outcome
 from wucht.studies.basin.prepare import Plan
 from wucht.studies.basin.refinement import cells_to_halve, halved, left_at_border
 from wucht.studies.ensembles.ensemble_run import outcomes_of
-from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.studies.ensembles.member_outcomes import MemberOutcomes
+from wucht.studies.ensembles.placed_members import where_possible
 from wucht.studies.work import Work
 
 MISSING = -1  # the label of a cell that was not run yet
@@ -160,22 +160,11 @@ def _completed(plan: Plan, level: Level, work: Work) -> Iterator[Level]:
 def _run_cells(plan: Plan, halvings: int, cells: np.ndarray, work: Work, what: str) -> MemberOutcomes:
     work.report(0.0, what)
     starts, values = plan.starts(halvings, cells)
-    impossible = plan.impossible(starts, values)
-    if not impossible:
+
+    def run_(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
         return outcomes_of(plan.question, starts, values, report=lambda share: work.report(share, what))
-    members = _none_run(impossible, len(cells))
-    possible = np.array([m for m in range(len(cells)) if m not in impossible], int)
-    if not len(possible):
-        return members
-    others = {name: at[possible] for name, at in values.items()}
-    seen = outcomes_of(plan.question, starts[:, possible], others, report=lambda share: work.report(share, what))
-    return members.replaced(possible, seen)
 
-
-def _none_run(why: Mapping[int, str], count: int) -> MemberOutcomes:
-    """Members that were not run."""
-    outcome, nothing = np.full(count, OUTCOMES.index(Outcome.FAILED), np.int8), np.full(count, np.nan)
-    return MemberOutcomes(outcome, nothing, nothing, np.zeros(count), tuple(sorted(why.items())))
+    return where_possible(run_, plan.machine, starts, values)
 
 
 def _followed(plan: Plan, level: Level) -> Level:

@@ -10,16 +10,16 @@ from pydantic import BeforeValidator, Field, model_validator
 from wucht.errors import InputError
 from wucht.fields import si
 from wucht.studies import spec as common
+from wucht.studies.ensembles.ensemble_keys import TOLERANCE, check_model, paths_of, until_settled
 
 MOST_CELLS = 2048 * 2048  # of the finest map: its four numbers a cell fill 100 MB
 _FEWEST, _MOST_HALVINGS = 2, 10
-_TOLERANCE = 1e-6  # members are many, and the border of a basin is known to a cell
 
 
 def _axes(given: Any) -> Any:
     if not isinstance(given, Mapping):
         raise ValueError("must be a table of two axes: axes = { psi = [lo, hi, cells], delta = [lo, hi, cells] }")
-    axes = _by_path(given)
+    axes = paths_of(given)
     if len(axes) != 2 or axes[0][0] == axes[1][0]:
         named = [name for name, _ in axes]
         raise InputError("study.axes", named, "there must be two axes, each a start state or a parameter of its own")
@@ -30,14 +30,6 @@ def _axes(given: Any) -> Any:
         if not _is_whole(axis[2]) or not _FEWEST <= axis[2] <= MOST_CELLS:
             raise InputError(where, axis, f"must be a whole number of cells, at least {_FEWEST}")
     return {name: (low, high, int(cells)) for name, (low, high, cells) in axes}
-
-
-def _by_path(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
-    """The axes with their names: TOML reads ``drive.slope = [...]`` as a table within a table."""
-    axes: list[tuple[str, Any]] = []
-    for key, value in table.items():
-        axes += _by_path(value, f"{path}{key}.") if isinstance(value, Mapping) else [(f"{path}{key}", value)]
-    return axes
 
 
 def _is_whole(given: Any) -> bool:
@@ -73,16 +65,14 @@ class Basin(common.Spec):
     inertia: common.Inertia | None = None
     order: common.Order = 1
     until: float | None = si("s", "time", default=None, gt=0)
-    tolerance: common.Tolerance = _TOLERANCE
+    tolerance: common.Tolerance = TOLERANCE
     refine: common.Whole = Field(0, description="how often cells at the borders are halved")
 
     @model_validator(mode="before")
     @classmethod
     def _until_settled(cls, given: Any) -> Any:
         """``until = "settled"``."""
-        if isinstance(given, Mapping) and given.get("until") == "settled":
-            return {k: v for k, v in given.items() if k != "until"}
-        return given
+        return until_settled(given)
 
     def check(self) -> None:
         """A map that fits into memory, and the keys of averaged equations only with them."""
@@ -94,7 +84,4 @@ class Basin(common.Spec):
             halved = f", halved {self.refine} times" if self.refine else ""
             allowed = f"there must be at most {MOST_CELLS} cells in the map, not {finest}"
             raise InputError("study.axes", f"{cells[0]} x {cells[1]}{halved}", allowed)
-        if self.model == "full":
-            for key in ("inertia", "order"):
-                if key in self.model_fields_set and getattr(self, key) is not None:
-                    raise InputError(f"study.{key}", getattr(self, key), "allowed only with model = 'slow'")
+        check_model(self, self.model)

@@ -1,0 +1,192 @@
+"""Findings -> the Dataset of a probability over a parameter, with its bands, and of the indices of the sensitivity."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.results.conventions import answered, variable
+from wucht.results.formatting import percent
+from wucht.studies.capture_probability.distributions import KINDS
+from wucht.studies.capture_probability.prepare import Plan
+from wucht.studies.capture_probability.random_points import REPLICATES
+from wucht.studies.capture_probability.run import Findings, Point
+from wucht.studies.capture_probability.smallest_value import fall_of, smallest
+from wucht.studies.ensembles.member_outcomes import MemberOutcomes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST_FAILURES = 3  # told one by one
+
+
+def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
+    """The Dataset of a probability.
+
+    Coordinate parameter: its values, those of the search among them. Variables (parameter): estimate, the share of the runs
+    that are counted among those whose outcome is known; low and high, its band; not_identified, the share of the others;
+    searched.
+    With a sensitivity (quantity): first_order and total, first_order_off and total_off, by how much these may be off.
+    """
+    import xarray as xr_
+
+    points, along = findings.points, plan.along
+    level = f"with {100 * plan.spec.confidence:g} % confidence"
+    data = {
+        "estimate": variable("parameter", [p.estimate for p in points], "probability"),
+        "low": variable("parameter", [p.bounds.low for p in points], f"lower bound of the probability {level}"),
+        "high": variable("parameter", [p.bounds.high for p in points], f"upper bound of the probability {level}"),
+        "not_identified": variable("parameter", [_open(p) for p in points], "share of runs without a verdict"),
+        "searched": variable("parameter", np.array([p.searched for p in points], np.int8), "asked for by the search"),
+    }
+    coordinates = {"parameter": variable("parameter", [p.value for p in points], along.what, along.unit)}
+    if (found := findings.indices) is not None:
+        coordinates["quantity"] = variable("quantity", [v.name for v in plan.varied], "random quantity")
+        for name, values, off in (
+            ("first_order", found.first, found.first_off),
+            ("total", found.total, found.total_off),
+        ):
+            words = f"{name.replace('_', '-')} Sobol' index"
+            data[name] = variable("quantity", values, words)
+            data[f"{name}_off"] = variable("quantity", off, f"by how much it may be off {level}")
+    summary = _summary(plan, findings)
+    made = xr_.Dataset(data, coords=coordinates)
+    return answered(made, summary, summary["sentence"], _warnings(plan, findings))
+
+
+def _open(point: Point) -> float:
+    return float(point.open.sum()) / len(point.members.outcome)
+
+
+def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
+    spec, points = plan.spec, findings.points
+    complete = sum(not p.searched for p in points) == len(plan.grid)
+    wanted = spec.probability
+    runs = sum(len(p.members.outcome) for p in points) + (0 if findings.cross is None else len(findings.cross.outcome))
+    return {
+        "sentence": _sentence(plan, findings, complete),
+        "along": plan.along.path,
+        "unit": plan.along.unit,
+        "range": [plan.grid[0], plan.grid[-1]],
+        "outcome": list(spec.outcome),
+        "confidence": spec.confidence,
+        "wanted": wanted,
+        "smallest": smallest(findings.bounds, wanted) if wanted is not None and complete else None,
+        "probability": [{plan.along.path: p.value} | _numbers(p) for p in points],
+        "random": {name: _in_words(given) for name, given in spec.random.items()},
+        "samples": spec.samples,
+        "replicates": REPLICATES,
+        "searched": sum(p.searched for p in points),
+        "runs": runs,
+        "values": [sum(not p.searched for p in points), len(plan.grid)],
+        "sensitivity": _sensitivity(plan, findings),
+        "model": spec.model,
+        "integration": plan.way,
+    }
+
+
+def _numbers(point: Point) -> dict[str, Any]:
+    counts, total = point.members.counts(), len(point.members.outcome)
+    return {
+        "estimate": None if math.isnan(point.estimate) else point.estimate,
+        "low": point.bounds.low,
+        "high": point.bounds.high,
+        "not_identified": _open(point),
+        "fractions": {str(outcome): k / total for outcome, k in counts.items()},
+    }
+
+
+def _in_words(given: dict[str, Any]) -> str:
+    """``uniform from 0 to 360 deg``."""
+    kind = next(k for k in given if k in KINDS)
+    named = ", ".join(f"{name} {value}" for name, value in zip(KINDS[kind], given[kind], strict=True))
+    return f"{kind}: {named}" + (", between {} and {}".format(*given["between"]) if "between" in given else "")
+
+
+def _sensitivity(plan: Plan, findings: Findings) -> dict[str, Any] | None:
+    found = findings.indices
+    if found is None or findings.cross is None:
+        return None
+    each = zip(plan.varied, found.first, found.first_off, found.total, found.total_off, strict=True)
+    known = np.isfinite(found.first).all()
+    return {
+        "at": plan.at,
+        "runs": len(findings.cross.outcome),
+        "used": [found.used, found.count],
+        "indices": {
+            v.name: {"first_order": float(a), "first_order_off": float(b), "total": float(c), "total_off": float(d)}
+            for v, a, b, c, d in each
+        }
+        if known
+        else None,
+    }
+
+
+def _at(plan: Plan, value: float) -> str:
+    return f"{plan.along.path} = {value:.5g}" + (f" {plan.along.unit}" if plan.along.unit else "")
+
+
+def _whose(plan: Plan) -> str:
+    states = {v.state is not None for v in plan.varied}
+    return "runs" if len(states) > 1 else "starts" if True in states else "machines"
+
+
+def _sentence(plan: Plan, findings: Findings, complete: bool) -> str:
+    if not findings.points:
+        return ""
+    spec, first, last = plan.spec, findings.points[0], findings.points[-1]
+    sure, wanted = f"with {100 * spec.confidence:g} % confidence", spec.probability
+    ends = f"of the {_whose(plan)} end as {' or '.join(spec.outcome)}"
+    if wanted is None or not complete:
+        others = "" if last is first else f", {_share(last)} at {_at(plan, last.value)}"
+        return f"{sure} {_share(first)} {ends} at {_at(plan, first.value)}{others}"
+    seen = findings.bounds
+    if (fall := fall_of(seen)) is not None:
+        before, after = (
+            f"{100 * x.low:.3g} to {100 * x.high:.3g} % at {_at(plan, x.value)}" for x in (fall.before, fall.after)
+        )
+        falls = f"the share that ends as {' or '.join(spec.outcome)} falls from {before} to {after}"
+        return f"no smallest {plan.along.path}: {sure} {falls}"
+    found = smallest(seen, wanted)
+    if found is None:
+        return f"{wanted:g} is not reached up to {_at(plan, last.value)}: there {sure} {_share(last)} {ends}"
+    note = ", the lowest value looked at" if found == first.value else ""
+    return f"{sure} at least {wanted:g} {ends} from {_at(plan, found)} on{note}"
+
+
+def _share(point: Point) -> str:
+    return f"{100 * point.bounds.low:.3g} to {100 * point.bounds.high:.3g} %"
+
+
+def _warnings(plan: Plan, findings: Findings) -> list[str]:
+    warnings, points = list(plan.warnings), findings.points
+    if (missing := len(plan.grid) - sum(not p.searched for p in points)) > 0:
+        warnings.append(f"{missing} of the {len(plan.grid)} values of {plan.along.path} are not computed yet")
+    if (unknown := [p for p in points if p.open.any()]) != []:
+        worst = max(unknown, key=_open)
+        longer = "; a longer study.until may tell" if plan.spec.until is not None else ""
+        words = f"up to {percent(_open(worst))} of the runs (at {_at(plan, worst.value)}) have no verdict"
+        warnings.append(f"{words}: they may be counted or not, and the band is wider by them{longer}")
+    if (found := findings.indices) is not None and plan.at is not None:
+        if np.isnan(found.first).any():
+            warnings.append(f"at {_at(plan, plan.at)} all runs with a verdict end alike: no random quantity matters there")
+        if found.used < found.count:
+            share = percent(1 - found.used / found.count)
+            warnings.append(f"{share} of the sensitivity's points have runs without a verdict and are left out of the indices")
+    return [*warnings, *_failures(plan, findings)]
+
+
+def _failures(plan: Plan, findings: Findings) -> list[str]:
+    told: list[tuple[float, MemberOutcomes, np.ndarray]] = [(p.value, p.members, plan.samples) for p in findings.points]
+    if findings.cross is not None and plan.cross is not None and plan.at is not None:
+        told.append((plan.at, findings.cross, plan.cross))
+    failures = [(value, samples[:, m], why) for value, members, samples in told for m, why in members.failures]
+    sentences = []
+    for value, place, why in failures[:_MOST_FAILURES]:
+        where = ", ".join(f"{v.name} = {x:.6g}" for v, x in zip(plan.varied, place, strict=True))
+        sentences.append(f"the run at {_at(plan, value)}, {where} failed: {why}")
+    if len(failures) > _MOST_FAILURES:
+        sentences.append(f"{len(failures) - _MOST_FAILURES} more runs failed")
+    return sentences

@@ -1,0 +1,77 @@
+"""The figure of a probability over a parameter with its band, and of the indices of the sensitivity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.results.conventions import summary_of
+from wucht.results.style import COLOURS, GREY, new_grid, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_HEIGHT, _BAR = 4.6, 0.36
+_BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.19), "frameon": False, "fontsize": 8}
+_LOOKS = (("first_order", -0.5, COLOURS[4], "//", "alone (first order)"), ("total", 0.5, COLOURS[5], "", "with others (total)"))
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """The probability with its band, the one that is wanted, and where it is reached; beside it Sobol' indices if asked."""
+    s = summary_of(result)
+    known = s["sensitivity"] is not None and s["sensitivity"]["indices"] is not None
+    runs = f"{s['samples']} runs at each value, {s['runs']} in all"
+    drawn, panels = new_grid(1, 2 if known else 1, _HEIGHT, result.attrs["title"], runs)
+    drawn.subplots_adjust(bottom=1.35 / _HEIGHT, top=1 - 0.75 / _HEIGHT, wspace=0.45)
+    _probability(panels[0], result, s)
+    if known:
+        _indices(panels[1], result, s)
+    return drawn
+
+
+def _probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
+    x, estimate, open_ = (result[n].values for n in ("parameter", "estimate", "not_identified"))
+    searched = result.searched.values.astype(bool)
+    band = f"{100 * s['confidence']:g} % confidence"
+    axis.fill_between(x, result.low.values, result.high.values, color=COLOURS[0], alpha=0.25, linewidth=0, label=band)
+    if open_.any():
+        counted = np.nan_to_num(estimate) * (1 - open_)
+        axis.fill_between(
+            x, counted, counted + open_, facecolor="none", edgecolor=GREY, hatch="xxx", linewidth=0, label="no verdict"
+        )
+    axis.plot(x, estimate, color=COLOURS[0], linewidth=1.1)
+    for chosen, size, name in ((~searched, 4.0, "estimate"), (searched, 2.2, "of the search")):
+        if chosen.any():
+            axis.plot(x[chosen], estimate[chosen], "o", color=COLOURS[0], markersize=size, label=name)
+    if s["wanted"] is not None:
+        axis.axhline(s["wanted"], color=GREY, linestyle=":", linewidth=1.1, label=f"wanted: {s['wanted']:g}")
+    if s["smallest"] is not None:
+        shown = with_unit(f"{s['along']} = {s['smallest']:.4g}", s["unit"])
+        axis.axvline(s["smallest"], color=COLOURS[1], linestyle="--", linewidth=1.1, label=f"reached from {shown} on")
+    axis.set(ylim=(-0.03, 1.03), ylabel="probability of\n" + " or ".join(s["outcome"]))
+    axis.set_xlim(*s["range"])
+    what = str(result.parameter.attrs["long_name"])
+    named = s["along"] if what in (s["along"], f"parameter {s['along']}") else f"{s['along']}: {what}"
+    axis.set_xlabel(with_unit(named, s["unit"]))
+    axis.legend(**_BELOW, ncols=2)
+
+
+def _indices(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
+    """A pair of bars for each quantity, the one that matters most at the top."""
+    order = np.argsort(-result.total.values, kind="stable")
+    at = np.arange(len(order))
+    for name, side, colour, hatch, words in _LOOKS:
+        axis.barh(
+            at + side * _BAR, result[name].values[order], _BAR, xerr=result[f"{name}_off"].values[order], color=colour,
+            hatch=hatch, edgecolor=GREY, linewidth=0.6, error_kw={"linewidth": 0.9, "capsize": 3}, label=words, zorder=2,
+        )  # fmt: skip
+    axis.axvline(0.0, color=GREY, linewidth=0.7)
+    axis.set_yticks(at, [str(result.quantity.values[k]) for k in order])
+    axis.set_ylim(len(order) - 0.4, -0.6)
+    axis.grid(visible=False, axis="y")
+    axis.set_xlabel("Sobol' index")
+    axis.set_title(with_unit(f"what matters at {s['along']} = {s['sensitivity']['at']:.4g}", s["unit"]), fontsize=9)
+    axis.legend(**_BELOW)

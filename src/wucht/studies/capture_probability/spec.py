@@ -1,0 +1,148 @@
+"""The question of ``capture-probability``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from wucht.errors import InputError, nearest
+from wucht.fields import si
+from wucht.results.outcomes import Outcome
+from wucht.studies import spec as common
+from wucht.studies.capture_probability.distributions import check_form
+from wucht.studies.capture_probability.random_points import REPLICATES
+from wucht.studies.ensembles.ensemble_keys import TOLERANCE, check_model, until_settled
+
+_THROUGH = (str(Outcome.COMPENSATED), str(Outcome.PASSED))
+_OPEN = (Outcome.UNIDENTIFIED, Outcome.FAILED)  # could be any other
+_FEWEST, _MOST, _MOST_POINTS = 4 * REPLICATES, 2**20, 1000
+
+
+def _random(given: Any) -> Any:
+    if not isinstance(given, Mapping) or not given:
+        raise ValueError('must be a table of random quantities: random = { psi = { uniform = ["0 deg", "360 deg"] } }')
+    return _distributions(given)
+
+
+def _distributions(table: Mapping[str, Any], path: str = "") -> dict[str, dict[str, Any]]:
+    """The distribution of each path: TOML reads ``drive.slope = {...}`` as a table within a table."""
+    found: dict[str, dict[str, Any]] = {}
+    for name, given in table.items():
+        where = f"study.random.{path}{name}"
+        if not isinstance(given, Mapping):
+            raise InputError(where, given, "must be a table: { uniform = [low, high] }, { normal = [mean, deviation] }")
+        inner = {k: v for k, v in given.items() if isinstance(v, Mapping)}
+        own = {k: v for k, v in given.items() if k not in inner}
+        if own or not inner:
+            check_form(own, where)
+            found[f"{path}{name}"] = own
+        for longer, one in _distributions(inner, f"{path}{name}.").items():
+            if longer in found:
+                raise InputError(f"study.random.{longer}", one, "given twice")
+            found[longer] = one
+    return found
+
+
+def _outcomes(given: Any) -> Any:
+    names = [given] if isinstance(given, str) else given
+    known = [str(o) for o in Outcome if o not in _OPEN]
+    if not isinstance(names, list | tuple) or not names:
+        raise ValueError(f"must be an outcome or a list of them; known: {', '.join(known)}")
+    for name in names:
+        if name in map(str, _OPEN):
+            raise ValueError(f"{name!r} cannot be counted: such a run may have any outcome, and widens the band")
+        if name not in known:
+            raise ValueError(f"{name!r} is no outcome; {nearest(str(name), known)}")
+    return tuple(dict.fromkeys(map(str, names)))
+
+
+Random = Annotated[
+    dict[str, dict[str, Any]], BeforeValidator(_random), Field(description="random quantities with their distributions")
+]
+Outcomes = Annotated[tuple[str, ...], BeforeValidator(_outcomes), Field(description="outcomes that are counted")]
+Between = Annotated[float, Field(gt=0, lt=1)]
+
+
+class CaptureProbability(common.Spec):
+    """How likely the machine gets through its resonance, over a parameter, where starts and parameters are random.
+
+    along, range, points: the parameter, its ends, and at how many values, evenly spaced, the probability is found. random:
+    {name = {distribution}}, independent of each other: start states as in ``start`` (``psi``, ``delta``, a body's name or
+    ``BODY.angle``, ``BODY.speed``, ``carrier.x``) or paths of parameters. Distributions: ``uniform = [low, high]``, ``normal =
+    [mean, deviation]``, ``log-normal = [median, factor]``, ``triangular = [low, mode, high]``; ``between = [low, high]`` cuts
+    a normal or log-normal one off. samples: runs at each value, a multiple of 16; best is a power of two, which Sobol' points
+    need to fill evenly. outcome: what is counted, by default that the machine gets through: ``compensated`` or ``passed``.
+    probability: the one that is wanted; sought is the smallest value of ``along`` from which on it is reached with confidence.
+    confidence: of bands. seed: of the random numbers, which are the same at all values. sensitivity: which random quantity
+    matters, by Sobol' indices, ``at`` a value of ``along``; sensitivity_samples: as many runs for each of them, and twice as
+    many more. start: the rest of the start. model, inertia, order, until, tolerance: as in ``basin``.
+    """
+
+    kind: ClassVar[str] = "capture-probability"
+    horizon: ClassVar[tuple[str, ...]] = ("until",)
+    meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "at")
+
+    along: common.Path
+    range: common.Pair
+    random: Random
+    points: common.Whole = Field(11, description="number of values of the parameter")
+    samples: common.Whole = Field(256, description="number of runs at each value")
+    outcome: Outcomes = _THROUGH
+    probability: Between | None = Field(None, description="probability that is wanted")
+    confidence: Between = Field(0.95, description="confidence of the bands")
+    seed: common.Whole = Field(0, description="seed of the random numbers")
+    sensitivity: common.TrueOrFalse = False
+    at: common.Quantity | None = Field(None, description="value of the parameter for the sensitivity")
+    sensitivity_samples: common.Whole | None = Field(None, description="number of runs for each index")
+    start: common.Start = Field(default_factory=dict)
+    model: Literal["full", "slow"] = Field("full", description="equations")
+    inertia: common.Inertia | None = None
+    order: common.Order = 1
+    until: float | None = si("s", "time", default=None, gt=0)
+    tolerance: common.Tolerance = TOLERANCE
+
+    @model_validator(mode="before")
+    @classmethod
+    def _until_settled(cls, given: Any) -> Any:
+        """``until = "settled"``."""
+        return until_settled(given)
+
+    @property
+    def base(self) -> int:
+        """How many runs there are for each index of the sensitivity."""
+        return self.samples if self.sensitivity_samples is None else self.sensitivity_samples
+
+    def check(self) -> None:
+        """Numbers of runs that the bands allow, and keys of the sensitivity and of averaged equations only with them."""
+        if not 2 <= self.points <= _MOST_POINTS:
+            raise InputError("study.points", self.points, f"must be a whole number from 2 to {_MOST_POINTS}")
+        if not _FEWEST <= self.samples <= _MOST or self.samples % REPLICATES:
+            allowed = f"must be a multiple of {REPLICATES} from {_FEWEST} to {_MOST}, best a power of two"
+            raise InputError("study.samples", self.samples, allowed)
+        if self.seed < 0:
+            raise InputError("study.seed", self.seed, "must be a whole number, not below 0")
+        if self.along in self.random:
+            raise InputError(
+                f"study.random.{self.along}", self.along, "this is the parameter along which is looked; give it once"
+            )
+        check_model(self, self.model)
+        self._check_sensitivity()
+
+    def _check_sensitivity(self) -> None:
+        if self.sensitivity:
+            if self.at is None:
+                raise InputError(
+                    "study.at", None, f"this key is missing; needed is the value of {self.along} for the sensitivity"
+                )
+            if len(self.random) < 2:
+                raise InputError("study.sensitivity", True, "needed are two random quantities or more to compare")
+            if not _FEWEST <= self.base <= _MOST or self.base & (self.base - 1):
+                key = "samples" if self.sensitivity_samples is None else "sensitivity_samples"
+                allowed = f"with a sensitivity this must be a power of two from {_FEWEST} to {_MOST}"
+                raise InputError(f"study.{key}", self.base, allowed)
+            return
+        for key in ("at", "sensitivity_samples"):
+            if getattr(self, key) is not None:
+                raise InputError(f"study.{key}", getattr(self, key), "allowed only with sensitivity = true")

@@ -1,0 +1,92 @@
+"""Units of work of ``capture-probability``: one that is stopped and resumed ends as one that was not, to the last bit."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from interrupting import assert_same, stop_at
+from known_basins import MACHINE, engine, phases
+from wucht.results.conventions import summary_of
+from wucht.studies.capture_probability import run as running
+from wucht.studies.capture_probability.spec import CaptureProbability
+from wucht.studies.runner import draw, report
+from wucht.studies.runner import run as ask
+
+TURN = {"uniform": [0.0, 2 * math.pi]}
+QUESTION = CaptureProbability(
+    along="u", range=[1.0, 5.0], points=3, random={"psi": TURN, "delta": TURN}, model="slow", samples=128, probability=0.6,
+    sensitivity=True, at=3.0, sensitivity_samples=64,
+)  # fmt: skip
+
+
+@pytest.fixture
+def starts(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
+    """The starts that are run in small tiles, with their u, each as often as it is."""
+    run: list[bytes] = []
+
+    def read(states: np.ndarray, machine: Any) -> tuple[np.ndarray, np.ndarray]:
+        psi, delta = phases(states, machine)
+        return psi / (2 * math.pi) + 0.1 * np.sin(delta), np.full(len(psi), machine.values["u"])
+
+    known = engine(lambda share, u: share < (u - 1) / 4, fail=lambda share, u: share > 1.02 + 0 * u, read=read)
+
+    def counted(question: Any, states: np.ndarray, values: Any, report: Any = None) -> Any:
+        made = known(question, states, values, report)
+        u = np.float64(question.machine.values["u"]).tobytes()
+        run.extend(column.tobytes() + u for column in states.T)
+        return made
+
+    monkeypatch.setattr(running, "_TILE", 50)
+    monkeypatch.setattr(running, "outcomes_of", counted)
+    return run
+
+
+def test_resumed_is_uninterrupted(tmp_path: Path, starts: list[bytes]) -> None:
+    reports: list[float] = []
+    whole = ask(QUESTION, MACHINE, progress=lambda share, _: reports.append(share))
+    assert reports == sorted(reports)
+    assert reports[-1] == 1.0
+    once = len(starts)
+    assert once == summary_of(whole)["runs"]
+    starts.clear()
+    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(12))
+    assert not result.attrs["finished"]
+    times = 1
+    while not result.attrs["finished"]:
+        result = ask(QUESTION, MACHINE, folder=tmp_path, resume=True, progress=stop_at(12 + 23 * times))
+        times += 1
+        assert times < 40
+    assert times > 3
+    assert_same(whole, result)
+    assert not (tmp_path / "units").exists()
+    assert len(starts) == once
+
+
+def test_stopped_on_the_way_nothing_is_called_the_smallest(tmp_path: Path, starts: list[bytes]) -> None:
+    """After the second of three values."""
+    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(20))
+    assert result.parameter.values.tolist() == [1.0, 3.0]
+    s = summary_of(result)
+    assert s["smallest"] is None
+    assert s["values"] == [2, 3]
+    assert "1 of the 3 values of u are not computed yet" in json.loads(result.attrs["warnings"])
+    assert "at least" not in report(result)[1]
+    draw(result)
+
+
+def test_stopped_before_the_first_value(tmp_path: Path, starts: list[bytes]) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(2))
+    assert_same(ask(QUESTION, MACHINE), ask(QUESTION, MACHINE, folder=tmp_path, resume=True))
+
+
+def test_tiles_do_not_matter(monkeypatch: pytest.MonkeyPatch, starts: list[bytes]) -> None:
+    whole = ask(QUESTION, MACHINE)
+    monkeypatch.setattr(running, "_TILE", 1024)
+    assert_same(whole, ask(QUESTION, MACHINE))

@@ -1,0 +1,81 @@
+"""Random quantities by their distributions: against those of SciPy, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from wucht.errors import InputError
+from wucht.quantities import Unit
+from wucht.studies.capture_probability.distributions import check_form, distribution_of
+
+LENGTH = Unit("m", "length")
+SHARES = np.array([1e-12, 1e-4, 0.02, 0.25, 0.5, 0.6, 0.9, 0.999, 1 - 1e-12])
+SIGMA = math.log(1.5)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({"uniform": ["-1 mm", "3 mm"]}, stats.uniform(-1e-3, 4e-3)),
+        ({"normal": ["2 mm", "0.5 mm"]}, stats.norm(2e-3, 5e-4)),
+        ({"normal": ["2 mm", 5e-4], "between": ["1 mm", "4 mm"]}, stats.truncnorm(-2, 4, 2e-3, 5e-4)),
+        ({"normal": [0.0, 1.0], "between": [4.0, 5.0]}, stats.truncnorm(4, 5)),
+        ({"normal": [0.0, 1.0], "between": [-5.0, -4.0]}, stats.truncnorm(-5, -4)),
+        ({"log-normal": ["2 mm", 1.5]}, stats.lognorm(SIGMA, scale=2e-3)),
+        ({"triangular": ["1 mm", "2 mm", "5 mm"]}, stats.triang(0.25, 1e-3, 4e-3)),
+        ({"triangular": [0.0, 0.0, 1.0]}, stats.triang(0.0)),
+        ({"triangular": [0.0, 1.0, 1.0]}, stats.triang(1.0)),
+    ],
+)
+def test_as_scipy_has_them(given: dict[str, Any], expected: Any) -> None:
+    check_form(given, "study.random.x")
+    values = distribution_of(given, LENGTH, "study.random.x").at(SHARES)
+    scale = expected.std()
+    assert np.allclose(values, expected.ppf(SHARES), rtol=1e-7, atol=1e-7 * scale)
+    assert (np.diff(values) > 0).all()
+
+
+def test_a_log_normal_one_that_is_cut_off() -> None:
+    """Its distribution function is that of the whole, shifted and stretched; 68 % of the whole lie within the factor."""
+    whole, cut = (
+        distribution_of({"log-normal": [2.0, 1.5]} | more, LENGTH, "study.random.x")
+        for more in ({}, {"between": [0.0, 2.0 * 1.5]})
+    )
+    assert np.allclose(whole.at(stats.norm.cdf([-1.0, 1.0])), [2.0 / 1.5, 2.0 * 1.5])
+    below = stats.norm.cdf(1.0)
+    assert np.allclose(cut.at(SHARES[:-1]), whole.at(SHARES[:-1] * below), rtol=1e-9)
+    assert cut.at(np.array([1.0]))[0] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "where", "sentence"),
+    [
+        ({}, "", "must be a table of one distribution"),
+        ({"uniform": [0, 1], "normal": [0, 1]}, "", "must be a table of one distribution"),
+        ({"unifrom": [0, 1]}, ".unifrom", "did you mean 'uniform'"),
+        ({"uniform": [0, 1, 2]}, ".uniform", r"must be \[low, high\]"),
+        ({"uniform": 3.0}, ".uniform", r"must be \[low, high\]"),
+        ({"uniform": [0, 1], "between": [0, 1]}, ".between", "not allowed with uniform, which ends by itself"),
+        ({"uniform": ["3 mm", "1 mm"]}, ".uniform", "low below high"),
+        ({"uniform": ["3 kg", "1 mm"]}, ".uniform[0]", "this one is a mass"),
+        ({"uniform": [True, 1]}, ".uniform[0]", "must be a length"),
+        ({"normal": [1.0, 0.0]}, ".normal", "deviation above 0"),
+        ({"normal": [1.0, 0.1], "between": [2.0, 1.0]}, ".between", "low below high"),
+        ({"normal": [1.0, 0.1], "between": [2.0, 3.0]}, ".between", "more than 1e-06 of the distribution"),
+        ({"log-normal": [1.0, 0.9]}, ".log-normal", "a factor above 1"),
+        ({"log-normal": [-1.0, 1.2]}, ".log-normal", "a median above 0"),
+        ({"log-normal": [1.0, "1.2 mm"]}, ".log-normal[1]", "a number without unit"),
+        ({"log-normal": [1.0, 1.2], "between": [-1.0, 2.0]}, ".between", "not below 0"),
+        ({"triangular": [0.0, 2.0, 1.0]}, ".triangular", "low <= mode <= high"),
+    ],
+)
+def test_what_is_refused(given: dict[str, Any], where: str, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence) as refused:
+        check_form(given, "study.random.x")
+        distribution_of(given, LENGTH, "study.random.x")
+    assert refused.value.where == f"study.random.x{where}"
