@@ -20,6 +20,10 @@ class InputError(WuchtError):
         shown = "" if given is None else f" given {_brief(given)};"
         super().__init__(f"{where}:{shown} {allowed}")
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str]]:
+        """So that it can come from another process."""
+        return InputError, (self.where, self.given, self.allowed)
+
     def within(self, prefix: str, separator: str = ".") -> InputError:
         """The same error, seen from one level further out."""
         return InputError(f"{prefix}{separator}{self.where}" if self.where else prefix, self.given, self.allowed)

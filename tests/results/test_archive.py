@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import numpy as np
 import pytest
+import zarr
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -60,43 +63,85 @@ data = st.recursive(
 )  # fmt: skip
 
 
+def back(folder: Path, **values: Any) -> dict[str, Any]:
+    """What is read of values that were written."""
+    group = folder / uuid4().hex
+    archive.write(group, values)
+    return archive.read(group)
+
+
 @given(data)
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_what_is_written_is_read(tmp_path: Path, value: Any) -> None:
-    archive.write(tmp_path / "a.npz", {"one": value, "two": (value, 1)})
-    read = archive.read(tmp_path / "a.npz")
+    read = back(tmp_path, one=value, two=(value, 1))
     assert same(read["one"], value)
     assert same(read["two"], (value, 1))
 
 
 def test_dataclasses_in_dataclasses(tmp_path: Path) -> None:
     value = Outer(Inner(np.arange(3.0)), (Inner(np.eye(2), "b"),), math.inf, Outcome.CAPTURED)
-    archive.write(tmp_path / "a.npz", {"x": value})
-    assert same(archive.read(tmp_path / "a.npz")["x"], value)
+    assert same(back(tmp_path, x=value)["x"], value)
 
 
 def test_numbers_of_numpy_and_complex_numbers(tmp_path: Path) -> None:
-    archive.write(tmp_path / "a.npz", {"a": np.float64(0.1), "b": np.int64(3), "c": 1 + 2j})
-    assert archive.read(tmp_path / "a.npz") == {"a": 0.1, "b": 3, "c": 1 + 2j}
+    assert back(tmp_path, a=np.float64(0.1), b=np.int64(3), c=1 + 2j) == {"a": 0.1, "b": 3, "c": 1 + 2j}
+
+
+@pytest.mark.parametrize("kind", ["int8", "uint16", "float32", "bool", "complex128", "<U3"])
+def test_arrays_keep_type_and_shape(tmp_path: Path, kind: str) -> None:
+    arrays_ = {"a": np.ones((2, 3), kind), "b": np.zeros((0, 4), kind), "c": np.array(["x", ""]).astype("<U3")}
+    read = back(tmp_path, **arrays_)
+    for name, array in arrays_.items():
+        assert same(read[name], array), name
+        assert read[name].shape == array.shape
+
+
+def test_other_readers_of_zarr_find_the_numbers(tmp_path: Path) -> None:
+    archive.write(tmp_path / "a", {"x": Inner(np.arange(3.0)), "y": np.array([4.0])})
+    group = zarr.open_group(tmp_path / "a", mode="r")
+    assert group["float64"][:].tolist() == [0.0, 1.0, 2.0, 4.0]
+    assert json.loads(str(group.attrs["tree"]))["y"] == {"array": "float64", "begin": 3, "shape": [1]}
 
 
 @pytest.mark.parametrize("value", [object(), {1, 2}, lambda: None, Path(), np.array([object()])])
 def test_what_is_no_frozen_data_is_refused(tmp_path: Path, value: Any) -> None:
     with pytest.raises((WuchtError, ValueError)):
-        archive.write(tmp_path / "a.npz", {"x": value})
-        archive.read(tmp_path / "a.npz")
+        archive.write(tmp_path / "a", {"x": value})
+    assert not (tmp_path / "a").exists()
 
 
-@pytest.mark.parametrize("content", [b"", b"nothing", b"PK\x03\x04 broken"])
-def test_another_file_is_refused(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "a.npz").write_bytes(content)
-    with pytest.raises(WuchtError, match=r"a\.npz cannot be read"):
-        archive.read(tmp_path / "a.npz")
+def _files(group: Path) -> list[Path]:
+    return sorted(p for p in group.rglob("*") if p.is_file())
+
+
+@pytest.mark.parametrize("content", [None, b"", b"{}", b"half of it"], ids=["missing", "empty", "object", "text"])
+@pytest.mark.parametrize("number", range(5))
+def test_a_group_that_is_not_whole_is_refused(tmp_path: Path, number: int, content: bytes | None) -> None:
+    """Whichever of its files is not there, or is another: its own description, those of its two arrays, and their numbers."""
+    archive.write(tmp_path / "a", {"x": np.arange(9.0), "y": np.arange(9)})
+    files = _files(tmp_path / "a")
+    assert len(files) == 5
+    if content is None:
+        files[number].unlink()
+    else:
+        files[number].write_bytes(content)
+    with pytest.raises(WuchtError, match="a cannot be read"):
+        archive.read(tmp_path / "a")
+
+
+def test_numbers_of_another_group_are_refused(tmp_path: Path) -> None:
+    """Well written, but not those that belong to it."""
+    for name, x in {"a": 1.0, "b": 2.0}.items():
+        archive.write(tmp_path / name, {"x": np.full(9, x)})
+    numbers = Path("float64") / "c" / "0"
+    (tmp_path / "a" / numbers).write_bytes((tmp_path / "b" / numbers).read_bytes())
+    with pytest.raises(WuchtError, match="numbers are missing"):
+        archive.read(tmp_path / "a")
 
 
 @pytest.mark.parametrize("name", ["os:system", "builtins:eval", "nowhere:Class", "pathlib:Path"])
 def test_reading_makes_nothing_but_dataclasses(tmp_path: Path, name: str) -> None:
     tree = json.dumps({"x": {"class": name, "fields": {}}})
-    np.savez(tmp_path / "a.npz", tree=np.array(tree))
+    zarr.create_group(tmp_path / "a", attributes={"tree": tree, "types": [], "digest": sha256(tree.encode()).hexdigest()})
     with pytest.raises(WuchtError, match="is not loaded"):
-        archive.read(tmp_path / "a.npz")
+        archive.read(tmp_path / "a")

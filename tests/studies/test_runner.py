@@ -14,12 +14,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.errors import InputError, RunError
+from wucht.errors import InputError
 from wucht.fields import si
 from wucht.files.catalogue import load_machine
 from wucht.results.conventions import answered, summary_of, variable
 from wucht.results.store import load, save_figure
-from wucht.studies import memory as memory_module
 from wucht.studies import runner
 from wucht.studies.memory import Memory
 from wucht.studies.registry import studies
@@ -168,24 +167,6 @@ def test_interrupted_again_and_again(tmp_path: Path) -> None:
     assert computed == [f"square {k}" for k in range(4)]
 
 
-def test_units_survive_a_kill(tmp_path: Path) -> None:
-    """What was flushed is read back; a file that was cut off is computed again."""
-    question = {"study": "x"}
-    memory = Memory.begun(tmp_path, question)
-    for k in range(3):
-        memory.unit(f"u{k}", lambda k=k: Square(float(k), np.arange(k)))
-        memory.flush()
-    cut = tmp_path / "units" / "000002.npz"
-    cut.write_bytes(cut.read_bytes()[:40])
-    assert memory_module.question_of(tmp_path) == question
-    again, made = Memory.resumed(tmp_path), list[int]()
-    values = [again.unit(f"u{k}", lambda k=k: made.append(k) or Square(float(k), np.arange(k))).value for k in range(3)]
-    assert values == [0.0, 1.0, 2.0]
-    assert made == [1]
-    again.flush()
-    assert Memory.resumed(tmp_path).unit("u1", lambda: None) is not None
-
-
 def test_without_a_folder_nothing_is_kept() -> None:
     memory = Memory()
     assert [memory.unit("a", lambda: len(computed)), computed.append("x"), memory.unit("a", lambda: len(computed))][::2] == [
@@ -282,23 +263,15 @@ def test_a_failure_is_no_finished_result() -> None:
     assert (result.attrs["finished"], result.attrs["failure"]) == (0, "it is negative")
 
 
-def test_a_unit_that_cannot_be_kept_says_so(tmp_path: Path) -> None:
-    memory = Memory.begun(tmp_path, {})
-    memory.unit("a", object)
-    with pytest.raises(Exception, match="frozen dataclasses"):
-        memory.flush()
-
-
-def test_a_disk_that_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    memory = Memory.begun(tmp_path, {})
-    memory.unit("a", lambda: 1.0)
-
-    def full(*_: Any) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(memory_module.archive, "write", full)
-    with pytest.raises(RunError, match="No space left"):
-        memory.flush()
+def test_a_finished_result_of_another_question_is_not_handed_back(tmp_path: Path) -> None:
+    """One that was killed before its first result stood in the place of the one before."""
+    ask(Squares(times=2.0), [1.0, 2.0], folder=tmp_path)
+    memory = Memory.begun(tmp_path, {"study": Squares().asked(), "machine": {"numbers": [1.0, 2.0]}})
+    memory.keep("square 0", Square(1.0, np.random.default_rng(0).normal(size=3)))
+    memory.flush()
+    computed.clear()
+    assert summary_of(ask(Squares(), [1.0, 2.0], folder=tmp_path, resume=True)) == {"sum": 5.0}
+    assert computed == ["square 1"]
 
 
 # Figures and reports

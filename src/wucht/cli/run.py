@@ -19,6 +19,10 @@ def run(
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default results/NAME.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run found in the output folder.")] = False,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="ADDRESS", help="Compute on the workers of a scheduler of dask.distributed."),
+    ] = None,
     import_: Imports = None,
 ) -> None:
     """Run a study and say what becomes of the machine."""
@@ -40,7 +44,7 @@ def run(
             progress.update(share, what)
             check()
 
-        result = answer(asked, folder=folder, files=names, resume=resume, progress=report)
+        result = answer(asked, folder=folder, files=names, resume=resume, progress=report, scheduler=scheduler)
     save_figure(draw(result), folder / figure)
     answered = result.wucht
     document = {

@@ -1,48 +1,72 @@
-"""Frozen data in one file: numbers, text, arrays, tuples, dictionaries, and dataclasses of them. Reading executes nothing."""
+"""Frozen data as a Zarr group: numbers, text, arrays, tuples, dictionaries, and dataclasses of them. Reading executes nothing.
+
+The numbers of all arrays of one type stand one after the other in one array of the group; what they belong to is said by its
+attribute ``tree``, and whether all of them are there by ``digest``: whatever is cut off, mixed up or half written is not read.
+"""
 
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
 from wucht.errors import WuchtError
 
+_KINDS = "biufc"  # of arrays: truth values, integers, real and complex numbers
+Arrays = dict[str, list[np.ndarray]]  # by type: one after the other
+
 
 def write(path: Path, values: Mapping[str, Any]) -> None:
-    """Write named values. Raises ``WuchtError`` for what is no frozen data."""
-    arrays: dict[str, np.ndarray] = {}
+    """Write named values as a group that is not there yet. Raises ``WuchtError`` for what is no frozen data, ``OSError``."""
+    import zarr
+
+    arrays: Arrays = {}
     tree = json.dumps({name: _packed(value, arrays) for name, value in values.items()})
-    with path.open("wb") as file:
-        np.savez(file, tree=np.array(tree), **arrays)  # type: ignore[arg-type]
+    joined = {kind: whole for kind, parts in arrays.items() if (whole := np.concatenate(parts)).size}
+    group = zarr.create_group(path, attributes={"tree": tree, "types": list(joined), "digest": _digest(tree, joined)})
+    for kind, whole in joined.items():
+        group.create_array(kind, data=whole, chunks=whole.shape)
 
 
 def read(path: Path) -> dict[str, Any]:
-    """The values of a file. Classes are looked up among those that are loaded. Raises ``WuchtError`` for another file."""
+    """The values of a group. Classes are looked up among those that are loaded. Raises ``WuchtError`` for anything else."""
+    import zarr
+
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        tree = json.loads(str(arrays.pop("tree")))
-        return {name: _unpacked(value, arrays) for name, value in tree.items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, BadZipFile) as error:
+        group = zarr.open_group(path, mode="r")
+        tree = str(group.attrs["tree"])
+        joined = {kind: np.asarray(group[kind][:]) for kind in group.attrs["types"]}
+        if _digest(tree, joined) != group.attrs["digest"]:
+            raise ValueError("numbers are missing")
+        return {name: _unpacked(value, joined) for name, value in json.loads(tree).items()}
+    except Exception as error:
+        # Whatever a damaged group makes the readers beneath stumble over: to the user it is one thing.
         raise WuchtError(f"{path} cannot be read: {error}") from None
 
 
-def _packed(value: Any, arrays: dict[str, np.ndarray]) -> Any:  # noqa: PLR0911
+def _digest(tree: str, joined: Mapping[str, np.ndarray]) -> str:
+    digest = sha256(tree.encode())
+    for kind in sorted(joined):
+        digest.update(kind.encode())
+        digest.update(np.ascontiguousarray(joined[kind]).tobytes())
+    return digest.hexdigest()
+
+
+def _packed(value: Any, arrays: Arrays) -> Any:  # noqa: PLR0911
     if value is None or (isinstance(value, bool | int | float | str) and not isinstance(value, Enum)):
         return value
     if isinstance(value, np.generic):
         return _packed(value.item(), arrays)
     if isinstance(value, np.ndarray | complex):
-        arrays[name := f"a{len(arrays)}"] = np.asarray(value)
-        return {"array": name}
+        return _packed_array(np.asarray(value), arrays)
     if isinstance(value, Enum):
         return {"enum": _name(type(value)), "value": value.value}
     if isinstance(value, Mapping):
@@ -54,11 +78,26 @@ def _packed(value: Any, arrays: dict[str, np.ndarray]) -> Any:  # noqa: PLR0911
     raise WuchtError(f"a {type(value).__name__} cannot be kept: units of work return frozen dataclasses, arrays and numbers")
 
 
-def _unpacked(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:
+def _packed_array(array: np.ndarray, arrays: Arrays) -> Any:
+    if array.dtype.kind == "U":
+        return {"text": array.ravel().tolist(), "type": array.dtype.str, "shape": array.shape}
+    if array.dtype.kind not in _KINDS or not array.dtype.isnative:
+        raise WuchtError(f"an array of {array.dtype} cannot be kept: units of work return arrays of numbers and text")
+    parts = arrays.setdefault(array.dtype.name, [])
+    begin = sum(map(len, parts))
+    parts.append(array.ravel())
+    return {"array": array.dtype.name, "begin": begin, "shape": array.shape}
+
+
+def _unpacked(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:  # noqa: PLR0911
     if not isinstance(value, dict):
         return value
+    if "text" in value:
+        return np.array(value["text"], value["type"]).reshape(value["shape"])
     if "array" in value:
-        array = arrays[value["array"]]
+        shape, begin = value["shape"], value["begin"]
+        numbers = arrays.get(value["array"], np.zeros(0, value["array"]))[begin : begin + math.prod(shape)]
+        array = numbers.reshape(shape).copy()  # by itself: what is read of one value does not keep all others in memory
         return array if array.ndim else array.item()
     if "map" in value:
         return {_unpacked(k, arrays): _unpacked(v, arrays) for k, v in value["map"]}

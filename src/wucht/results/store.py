@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+import time
 import warnings
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from uuid import uuid4
 
 from wucht.errors import InputError, RunError
 from wucht.results.style import SETTINGS
@@ -17,11 +20,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+_ABANDONED_S = 3600.0  # a file that was not moved to its place for so long is one of a process that was killed
+
+
 def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
     """Create the output folder for files of these names. Raises ``InputError`` if they cannot be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / ".wucht-probe"
+        probe = _beside(folder / "probe")
         probe.write_text("")
         probe.unlink()
     except OSError as error:
@@ -29,8 +35,12 @@ def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
     except ValueError as error:
         raise InputError("-o", str(folder), f"this cannot be the name of a folder: {error}") from None
     for name in names:
-        if (folder / name).is_dir() or _beside(folder / name).is_dir():
+        if (folder / name).is_dir():
             raise InputError("-o", str(folder), f"a folder is in the place of the file {name}")
+        for left in folder.glob(f".{name}.*.part"):
+            with suppress(OSError):
+                if time.time() - left.stat().st_mtime > _ABANDONED_S:
+                    left.unlink()
     return folder
 
 
@@ -51,16 +61,21 @@ def save_figure(figure: Figure, path: Path) -> Path:
 
 
 def _beside(path: Path) -> Path:
-    return path.with_name(f".{path.name}.part")
+    """A name that no other process has, on whatever machine."""
+    return path.with_name(f".{path.name}.{uuid4().hex}.part")
 
 
 def replacing(path: Path, write: Callable[[Path], object]) -> Path:
     """Write a file beside its place and move it there. Raises ``RunError`` where that cannot be done."""
+    beside = _beside(path)
     try:
-        write(_beside(path))
-        _beside(path).replace(path)
+        write(beside)
+        beside.replace(path)
     except OSError as error:
         raise RunError(f"{path} cannot be written: {error.strerror or error}") from None
+    finally:
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
     return path
 
 

@@ -2,6 +2,10 @@
 
 A unit is a named, deterministic part of a study's work: a leg, a run, a point, a tile. It is computed once for a question; when
 the same question is asked again of the same folder, it is read back to the last bit.
+
+The folder ``units`` has a Zarr store for each question, named by its hash, with a group for all that was done since the group
+before. A group has a name that no other has, and is never changed: a process that is killed leaves at most one that cannot be
+read, and several processes at one question add to one store what all of them would find.
 """
 
 from __future__ import annotations
@@ -10,85 +14,125 @@ import json
 import shutil
 import time as clock
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar
+from uuid import uuid4
 
-from wucht.errors import InputError, WuchtError
+from wucht.errors import InputError, RunError, WuchtError
 from wucht.results import archive
-from wucht.results.store import replacing, to_json
 
 T = TypeVar("T")
 FOLDER = "units"
-_QUESTION = "question.json"
+_QUESTION = "question"  # attribute of a store
 _EVERY_S = 2.0  # between two writings: a kill loses no more than what was computed since, and the unit that was under way
+_TRIES = 3  # of writing where another process has removed the store meanwhile
 
 
 class Memory:
     """The units of one question. folder: where they are kept; None: nowhere."""
 
-    def __init__(self, folder: Path | None = None) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path | None = None, question: Mapping[str, Any] | None = None) -> None:
+        self._question = dict(question or {})
+        self._store = None if folder is None else _store(folder, self._question)
         self._known: dict[str, Any] = {}
         self._new: dict[str, Any] = {}
-        self._written, self._files = clock.perf_counter(), 0
+        self._written = clock.perf_counter()
 
     @classmethod
     def begun(cls, folder: Path, question: Mapping[str, Any]) -> Memory:
-        """An empty memory for a question: what the folder kept of another one is removed."""
-        forget(folder)
-        memory = cls(folder / FOLDER)
-        (folder / FOLDER).mkdir(parents=True)
-        replacing(folder / FOLDER / _QUESTION, lambda beside: beside.write_text(to_json(question), encoding="utf-8"))
-        return memory
+        """An empty memory for a question: what the folder kept, of this one or another, is removed."""
+        for left in folder.glob(f".{FOLDER}-*"):
+            shutil.rmtree(left, ignore_errors=True)
+        _remove(folder / FOLDER, folder)
+        return cls(folder, question)
 
     @classmethod
-    def resumed(cls, folder: Path) -> Memory:
-        """The memory of a folder. A file that cannot be read is left out: its units are computed again."""
-        memory = cls(folder / FOLDER)
-        for file in sorted((folder / FOLDER).glob("*.npz")):
-            memory._files = max(memory._files, int(file.stem))
-            try:
-                memory._known |= archive.read(file)
-            except WuchtError:
-                file.unlink()
+    def resumed(cls, folder: Path, question: Mapping[str, Any]) -> Memory:
+        """What the folder has of a question. What cannot be read is left out, and computed again."""
+        memory = cls(folder, question)
+        for group in sorted(_store(folder, question).glob("*/")):
+            with suppress(WuchtError):
+                memory._known |= archive.read(group)
         return memory
 
     def unit(self, name: str, compute: Callable[[], T]) -> T:
         """The result of a unit: read back, or computed now and kept."""
-        if name in self._known:
+        if self.knows(name):
             known: T = self._known.pop(name)
             return known
         outcome = compute()
-        if self._folder is not None:
+        self.keep(name, outcome)
+        return outcome
+
+    def knows(self, name: str) -> bool:
+        """Whether a unit can be read back."""
+        return name in self._known
+
+    def keep(self, name: str, outcome: Any) -> None:
+        """Keep the result of a unit that was computed."""
+        if self._store is not None:
             self._new[name] = outcome
             if clock.perf_counter() - self._written > _EVERY_S:
                 self.flush()
-        return outcome
 
     def flush(self) -> None:
         """Write what is new. Raises ``RunError`` where that cannot be done."""
         self._written = clock.perf_counter()
-        if self._folder is None or not self._new:
+        if self._store is None or not self._new:
             return
-        self._files += 1
-        replacing(self._folder / f"{self._files:06}.npz", lambda beside: archive.write(beside, self._new))
+        for tried in range(1, _TRIES + 1):
+            try:
+                self._write(self._store)
+                break
+            except OSError as error:
+                if isinstance(error, FileNotFoundError) and tried < _TRIES:
+                    continue
+                raise RunError(f"{self._store} cannot be written: {error.strerror or error}") from None
         self._new = {}
 
+    def _write(self, store: Path) -> None:
+        """A group with what is new; the store too, if it is not there yet or no more."""
+        import zarr
+        from zarr.errors import ContainsGroupError
 
-def question_of(folder: Path) -> dict[str, Any] | None:
-    """The question whose units a folder keeps, None if there is none."""
+        if not (store / "zarr.json").is_file():
+            with suppress(ContainsGroupError):  # another process was faster, with the same
+                zarr.create_group(store, attributes={_QUESTION: self._question})
+        archive.write(store / uuid4().hex, self._new)
+
+    def forget(self) -> None:
+        """Remove the units of this question."""
+        if self._store is not None:
+            units = self._store.parent
+            _remove(self._store, units.parent)
+            with suppress(OSError):  # others' units are there, or none
+                units.rmdir()
+
+
+def questions_of(folder: Path) -> list[dict[str, Any]]:
+    """The questions whose units a folder keeps."""
+    import zarr
+
+    kept: list[dict[str, Any]] = []
+    for store in sorted((folder / FOLDER).glob("*/zarr.json")):
+        with suppress(Exception):  # whatever a damaged file makes the reader stumble over: then there is no question
+            kept.append(dict(zarr.open_group(store.parent, mode="r").attrs[_QUESTION]))
+    return kept
+
+
+def _store(folder: Path, question: Mapping[str, Any]) -> Path:
+    return folder / FOLDER / sha256(json.dumps(question, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _remove(path: Path, beside: Path) -> None:
+    """Remove a folder, at once for all who look there. Raises ``InputError`` where that cannot be done."""
+    moved = beside / f".{FOLDER}-{uuid4().hex}"
     try:
-        question: dict[str, Any] = json.loads((folder / FOLDER / _QUESTION).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return question
-
-
-def forget(folder: Path) -> None:
-    """Remove the units of a folder. Raises ``InputError`` where that cannot be done."""
-    try:
-        shutil.rmtree(folder / FOLDER)
+        path.rename(moved)
     except FileNotFoundError:
         return
     except OSError as error:
-        raise InputError("-o", str(folder), f"nothing can be written there: {error.strerror}") from None
+        raise InputError("-o", str(beside), f"nothing can be written there: {error.strerror}") from None
+    shutil.rmtree(moved, ignore_errors=True)

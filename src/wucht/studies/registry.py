@@ -70,6 +70,14 @@ class Study:
         except WuchtError as error:
             return str(error).partition("\n")[0]
 
+    @property
+    def tiled(self) -> bool:
+        """Whether several machines can compute it; not if it cannot be loaded."""
+        try:
+            return self.spec.tiled
+        except WuchtError:
+            return False
+
     prepare = _part("prepare", "(spec, subject) -> plan.")
     run = _part("run", "(plan, work) -> iterator of findings, each more complete than that before.")
     dataset = _part("dataset", "(plan, findings) -> Dataset.")

@@ -14,13 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.errors import InputError
+from wucht.errors import InputError, WuchtError
 from wucht.results.provenance import provenance
 from wucht.results.store import load as read_result
 from wucht.results.store import prepare_folder, save, to_json
 from wucht.results.style import SETTINGS
 from wucht.studies.accessor import register
-from wucht.studies.memory import Memory, forget, question_of
+from wucht.studies.cluster import Cluster, cluster_at
+from wucht.studies.memory import Memory, questions_of
+from wucht.studies.question_differences import differences
 from wucht.studies.registry import Study, studies, study_of
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import subject_of
@@ -45,6 +47,7 @@ def run(
     resume: bool = False,
     progress: Report | None = None,
     document: Mapping[str, Any] | None = None,
+    scheduler: str | None = None,
 ) -> xr.Dataset:
     """Answer a question.
 
@@ -63,6 +66,9 @@ def run(
         the result has what was computed until then, and its attribute ``finished`` is 0.
     document : mapping, optional
         The study file, for the record.
+    scheduler : str, optional
+        Address of a scheduler of dask.distributed, such as ``"tcp://host:8786"``: its workers compute. By default this process
+        does. Only of studies whose specs are ``tiled``.
 
     Returns
     -------
@@ -72,10 +78,29 @@ def run(
     Raises
     ------
     InputError
-        Where the question does not fit the subject, or the folder has the units of another question.
+        Where the question does not fit the subject, the folder has the units of another question, or no scheduler answers.
+    RunError
+        Where workers are of another version, or the scheduler goes away.
     """
     if not isinstance(spec, Spec):
         raise InputError("study", str(spec), 'must be what is asked, such as wucht.RunUp(until="20 s")')
+    if scheduler is not None and not spec.tiled:
+        tiled = ", ".join(kind for kind, study in studies().items() if study.tiled)
+        raise InputError("--scheduler", scheduler, f"{spec.kind} is computed by one process; studies with tiles are {tiled}")
+    with cluster_at(scheduler) as cluster:
+        return _answered(spec, subject, folder, files, resume, progress, document, cluster)
+
+
+def _answered(
+    spec: Spec,
+    subject: Any,
+    folder: Path | None,
+    files: Sequence[str],
+    resume: bool,
+    progress: Report | None,
+    document: Mapping[str, Any] | None,
+    cluster: Cluster | None,
+) -> xr.Dataset:
     begun, study = clock.perf_counter(), study_of(spec.kind)
     subject_is = subject_of(spec).describe(subject)
     if subject_is.dimensionless:
@@ -90,8 +115,8 @@ def run(
             finished, notes = _resumable(folder, spec, question)
             if finished is not None:
                 return finished
-        resumed = resume and question_of(folder) == question
-        memory = Memory.resumed(folder) if resumed else Memory.begun(folder, question)
+        resumed = resume and question in questions_of(folder)
+        memory = (Memory.resumed if resumed else Memory.begun)(folder, question)
 
     def result(findings: Any, finished: bool) -> xr.Dataset:
         """The Dataset with the attributes that every result has."""
@@ -112,23 +137,26 @@ def run(
     findings, interrupted = None, False
     saved, pause = clock.perf_counter(), _SAVE_EVERY_S
     try:
-        for findings in solve(plan, Work(memory, progress)):
+        for findings in solve(plan, Work(memory, progress, cluster)):
             if folder is not None and clock.perf_counter() - saved > pause:
                 looked = clock.perf_counter()
                 save(result(findings, False), folder / RESULT)
                 saved = clock.perf_counter()
                 pause = max(_SAVE_EVERY_S, 9 * (saved - looked))
     except KeyboardInterrupt:
+        memory.flush()
         if findings is None:
             raise
         interrupted = True
         notes.append("interrupted: this is what was found until then; --resume continues from there")
-    memory.flush()
+    except WuchtError:
+        memory.flush()
+        raise
     final = result(findings, not interrupted)
     if folder is not None:
         save(final, folder / RESULT)
         if not interrupted:
-            forget(folder)
+            memory.forget()
     return final
 
 
@@ -138,47 +166,22 @@ def _resumable(folder: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[x
     Raises ``InputError`` where the folder has another question's.
     """
     earlier = load(folder / RESULT) if (folder / RESULT).exists() else None
-    asked = question_of(folder) or (json.loads(earlier.attrs["input"]) if earlier is not None else None)
-    if asked is None:
+    kept = questions_of(folder) or ([json.loads(earlier.attrs["input"])] if earlier is not None else [])
+    if not kept:
         return None, []
+    asked = question if question in kept else kept[0]
     if asked == question:
-        return (earlier if earlier is not None and earlier.attrs["finished"] else None), []
+        done = earlier is not None and earlier.attrs["finished"] and json.loads(earlier.attrs["input"]) == question
+        return (earlier if done else None), []
     before, now = asked["study"].get("kind"), spec.kind
     if before != now:
         raise InputError("--resume", None, f"the result in {folder} answers study.kind = {before!r}, not {now!r}")
-    differences = _differences(asked, question)
-    if all(key.removeprefix("study.").split(".")[0] in spec.horizon for key in differences):
-        return None, [f"{', '.join(differences)}: another than that of the result in the folder; it was begun anew"]
-    shown = "; ".join(list(differences.values())[:_MOST_DIFFERENCES])
-    more = f" and {len(differences) - _MOST_DIFFERENCES} more" if len(differences) > _MOST_DIFFERENCES else ""
+    differing = differences(asked, question)
+    if all(key.removeprefix("study.").split(".")[0] in spec.horizon for key in differing):
+        return None, [f"{', '.join(differing)}: another than that of the result in the folder; it was begun anew"]
+    shown = "; ".join(list(differing.values())[:_MOST_DIFFERENCES])
+    more = f" and {len(differing) - _MOST_DIFFERENCES} more" if len(differing) > _MOST_DIFFERENCES else ""
     raise InputError("--resume", None, f"the result in {folder} answers another question: {shown}{more}")
-
-
-def _differences(before: Any, now: Any, path: str = "") -> dict[str, str]:
-    """In which keys two questions differ, and how, in words. ``contents`` is the hash of a table's file."""
-    if isinstance(before, Mapping) and isinstance(now, Mapping):
-        differing: dict[str, str] = {}
-        for key in [*before, *(k for k in now if k not in before)]:
-            if key == "contents" and before.get(key) != now.get(key):
-                if _file_of(before) == _file_of(now):
-                    differing[f"{path}file"] = f"the record {_file_of(now)} has changed"
-                continue
-            inner = path if key in ("machine", "parameters") else f"{path}{key}."
-            differing |= _differences(before.get(key), now.get(key), inner)
-        return differing
-    name = path.removesuffix(".")
-    return {} if before == now else {name: f"{name} was {_brief(before)}, now {_brief(now)}"}
-
-
-def _file_of(table: Mapping[str, Any]) -> str | None:
-    """The file that a table names, itself or a table in it."""
-    named = [t.get("file") for t in (table, *table.values()) if isinstance(t, Mapping)]
-    return next((str(n) for n in named if n is not None), None)
-
-
-def _brief(value: Any) -> str:
-    text = "not given" if value is None else repr(value)
-    return text if len(text) <= 40 else f"{text[:36]} ..."
 
 
 def load(path: Path | str) -> xr.Dataset:

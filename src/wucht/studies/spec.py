@@ -23,12 +23,14 @@ class Spec(Described):
     subject: what it is asked of, as ``module:name`` of a ``studies.subjects.Subject``. one_of: groups of keys that are one
     choice: setting one from the command line replaces the others. horizon: keys that only say how far the study goes.
     meaning: keys that mean something else in each study, so that a file written for another study does not answer them.
+    tiled: whether the study has independent units of work (``Work.units``), which can be computed by several machines.
     """
 
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE"
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
     horizon: ClassVar[tuple[str, ...]] = ()
     meaning: ClassVar[tuple[str, ...]] = ("range", "along", "values", "rate", "points")
+    tiled: ClassVar[bool] = False
 
     _written: dict[str, Any] = PrivateAttr(default_factory=dict)
 

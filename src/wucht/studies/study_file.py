@@ -57,6 +57,7 @@ def run_file(
     folder: Path | None = None,
     resume: bool = False,
     progress: Report | None = None,
+    scheduler: str | None = None,
 ) -> xr.Dataset:
     """Read a study file or catalogue entry and answer it.
 
@@ -65,7 +66,7 @@ def run_file(
     name : path of a study file, or a catalogue name
     settings : mapping, optional
         Values by path, such as ``{"drive.slope": "0.02 N m s", "study.until": 20.0}``.
-    folder, resume, progress : see ``run``
+    folder, resume, progress, scheduler : see ``run``
 
     Returns
     -------
@@ -82,7 +83,7 @@ def run_file(
     >>> run_file("drozdetskaya-2020/r1", {"study.until": 20.0}).wucht.summary["outcome"]
     'captured-modulated'
     """
-    return answer(read_study(str(name), settings), folder=folder, resume=resume, progress=progress)
+    return answer(read_study(str(name), settings), folder=folder, resume=resume, progress=progress, scheduler=scheduler)
 
 
 def answer(asked: StudyFile, **options: Any) -> xr.Dataset:
@@ -90,7 +91,7 @@ def answer(asked: StudyFile, **options: Any) -> xr.Dataset:
     try:
         return run(asked.spec, asked.subject, document=asked.document, **options)
     except InputError as error:
-        option = error.where.startswith("-")  # -o, --resume: the file is not at fault
+        option = error.where.startswith("-")  # -o, --resume, --scheduler: the file is not at fault
         raise error if option else error.within(str(asked.path), ": ") from None
 
 

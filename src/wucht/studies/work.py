@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TypeVar
 
+from wucht.studies.cluster import Cluster, Task
 from wucht.studies.memory import Memory
 
 T = TypeVar("T")
@@ -14,10 +16,12 @@ Report = Callable[[float, str], None]  # the share that is done (0 to 1), and wh
 
 @dataclass(frozen=True)
 class Work:
-    """name: before the names of its units. begin, end: the share of the whole study that this part is."""
+    """cluster: whose workers compute what is independent; None: this process does. name: before the names of its units.
+    begin, end: the share of the whole study that this part is."""
 
     memory: Memory = field(default_factory=Memory)
     reporter: Report | None = None
+    cluster: Cluster | None = None
     name: str = ""
     begin: float = 0.0
     end: float = 1.0
@@ -25,6 +29,32 @@ class Work:
     def unit(self, name: str, compute: Callable[[], T]) -> T:
         """The result of a deterministic unit of work, a frozen dataclass: computed once, then remembered."""
         return self.memory.unit(self.name + name, compute)
+
+    def units(self, tasks: Mapping[str, Task[T]], what: str = "") -> Iterator[tuple[str, T]]:
+        """The results of units that do not depend on each other, of about the same size, by name; as they come, in any order.
+
+        tasks: functions that can be pickled, of frozen data alone; each is given what to tell the share of it that is done,
+        which raises ``KeyboardInterrupt`` where it is to be given up. what: they are, for the progress.
+        """
+        if self.cluster is None:
+            for k, (name, task) in enumerate(tasks.items()):
+                part = self.part("", k / len(tasks), (k + 1) / len(tasks))
+                outcome = part.unit(name, partial(part._computed, task, what))
+                part.report(1.0, what)
+                yield name, outcome
+            return
+        known = [name for name in tasks if self.memory.knows(self.name + name)]
+        for name in known:
+            yield name, self.memory.unit(self.name + name, partial(tasks[name], _unheard))
+        rest = self.part("", len(known) / max(len(tasks), 1), 1.0)
+        left = {name: task for name, task in tasks.items() if name not in known}
+        for name, outcome in self.cluster.computed(left, lambda share, who: rest.report(share, f"{what}{who}")):
+            self.memory.keep(self.name + name, outcome)
+            yield name, outcome
+
+    def _computed(self, task: Task[T], what: str) -> T:
+        self.report(0.0, what)
+        return task(lambda share: self.report(share, what))
 
     def report(self, share: float, what: str = "") -> None:
         """How far this part is, 0 to 1. Raises ``KeyboardInterrupt`` where the user has asked to stop."""
@@ -34,4 +64,9 @@ class Work:
     def part(self, name: str, begin: float, end: float) -> Work:
         """A part of this work, from one share of it to another, with names of its own."""
         width = self.end - self.begin
-        return replace(self, name=f"{self.name}{name}/", begin=self.begin + begin * width, end=self.begin + end * width)
+        path = f"{self.name}{name}/" if name else self.name
+        return replace(self, name=path, begin=self.begin + begin * width, end=self.begin + end * width)
+
+
+def _unheard(share: float) -> None:
+    """Of a task whose progress nobody follows."""

@@ -424,7 +424,7 @@ def test_what_was_done_is_remembered(tmp_path):
     plan, memory = prepare(asked, drive(mean_speed=OMEGA, elastic=springs)), Memory.begun(tmp_path, {})
     (first,) = run(plan, Work(memory))
     memory.flush()
-    again = Memory.resumed(tmp_path)
+    again = Memory.resumed(tmp_path, {})
 
     def none_is_computed(name, compute):
         return again.unit(name, lambda: pytest.fail(f"{name} is computed again"))

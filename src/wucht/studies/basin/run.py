@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
@@ -145,24 +145,23 @@ def _shares(refine: int) -> list[tuple[float, float]]:
 
 
 def _completed(plan: Plan, level: Level, work: Work) -> Iterator[Level]:
-    """The level after each tile of the cells that were asked and not run yet."""
+    """The level after each tile of the cells that were asked and not run yet, in whatever order they come."""
     left = level.asked[level.runs :]
     what = f"borders, level {level.halvings} of {plan.spec.refine}" if level.halvings else "all cells"
-    for number, begin in enumerate(range(0, len(left), _TILE)):
-        cells = left[begin : begin + _TILE]
-        part = work.part("", begin / len(left), (begin + len(cells)) / len(left))
-        members = work.unit(f"tile {number}", partial(_run_cells, plan, level.halvings, cells, part, what))
-        level = replace(level, tiles=(*level.tiles, Tile(cells, members)))
-        part.report(1.0, what)
-        yield level
+    cells = {f"tile {number}": left[begin : begin + _TILE] for number, begin in enumerate(range(0, len(left), _TILE))}
+    tasks = {name: partial(run_cells, plan, level.halvings, own) for name, own in cells.items()}
+    found: dict[str, Tile] = {}
+    for name, members in work.units(tasks, what):
+        found[name] = Tile(cells[name], members)
+        yield replace(level, tiles=(*level.tiles, *(found[n] for n in cells if n in found)))
 
 
-def _run_cells(plan: Plan, halvings: int, cells: np.ndarray, work: Work, what: str) -> MemberOutcomes:
-    work.report(0.0, what)
+def run_cells(plan: Plan, halvings: int, cells: np.ndarray, report: Callable[[float], None]) -> MemberOutcomes:
+    """What becomes of the runs of some cells (M,) of a map, by their numbers."""
     starts, values = plan.starts(halvings, cells)
 
     def run_(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
-        return outcomes_of(plan.question, starts, values, report=lambda share: work.report(share, what))
+        return outcomes_of(plan.question, starts, values, report=report)
 
     return where_possible(run_, plan.machine, starts, values)
 

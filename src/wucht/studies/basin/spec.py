@@ -58,6 +58,7 @@ class Basin(common.Spec):
     kind: ClassVar[str] = "basin"
     horizon: ClassVar[tuple[str, ...]] = ("until",)
     meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "axes")
+    tiled: ClassVar[bool] = True
 
     axes: Axes
     start: common.Start = Field(default_factory=dict)

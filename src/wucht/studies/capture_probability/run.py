@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -121,20 +121,17 @@ def _point(plan: Plan, value: float, work: Work) -> Point:
 
 def _members(plan: Plan, value: float, samples: np.ndarray, work: Work) -> MemberOutcomes:
     """What becomes of runs with random quantities (q, M) at a value of the parameter."""
-    what, parts, count = f"{plan.along.path} = {value:.4g}", [], samples.shape[1]
-    for number, begin in enumerate(range(0, count, _TILE)):
-        places = samples[:, begin : begin + _TILE]
-        part = work.part("", begin / count, (begin + places.shape[1]) / count)
-        parts.append(work.unit(f"/tile {number}", partial(_run, plan, value, places, part, what)))
-        part.report(1.0, what)
-    return MemberOutcomes.joined(parts)
+    tiles = {f"tile {n}": samples[:, b : b + _TILE] for n, b in enumerate(range(0, samples.shape[1], _TILE))}
+    tasks = {name: partial(run_samples, plan, value, places) for name, places in tiles.items()}
+    found = dict(work.units(tasks, f"{plan.along.path} = {value:.4g}"))
+    return MemberOutcomes.joined([found[name] for name in tiles])
 
 
-def _run(plan: Plan, value: float, places: np.ndarray, work: Work, what: str) -> MemberOutcomes:
-    work.report(0.0, what)
+def run_samples(plan: Plan, value: float, places: np.ndarray, report: Callable[[float], None]) -> MemberOutcomes:
+    """What becomes of runs at a value of the parameter, with the random quantities at places (q, M) of their distributions."""
     question = plan.question(value)
 
     def run_(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
-        return outcomes_of(question, starts, values, report=lambda share: work.report(share, what))
+        return outcomes_of(question, starts, values, report=report)
 
     return where_possible(run_, question.machine, *plan.members(value, places))

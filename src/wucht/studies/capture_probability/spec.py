@@ -82,6 +82,7 @@ class CaptureProbability(common.Spec):
 
     kind: ClassVar[str] = "capture-probability"
     horizon: ClassVar[tuple[str, ...]] = ("until",)
+    tiled: ClassVar[bool] = True
     meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "at")
 
     along: common.Path

@@ -115,6 +115,7 @@ class CloserLook:
     pace: Pace
     final: bool
 
+    @np.errstate(all="ignore")  # see ``FirstLook.begin``
     def begin(self, members: Members) -> Watching:
         """See ``Observer``."""
         assert isinstance(members, Numbered)

@@ -1,0 +1,238 @@
+"""Units of work on several machines: the workers of a scheduler of dask.distributed compute them, this process keeps them.
+
+Nothing is shared but the network: a task goes to a worker as bytes, with all that it needs, and its result comes back. What a
+worker had under way when it died is computed by another one.
+"""
+
+from __future__ import annotations
+
+import logging
+import pickle
+import time as clock
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import cache
+from hashlib import sha256
+from itertools import islice
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, TypeVar
+from uuid import uuid4
+
+import numpy as np
+
+from wucht.errors import InputError, RunError
+from wucht.results.provenance import versions
+
+if TYPE_CHECKING:
+    from distributed import Client, Future, Worker
+
+T = TypeVar("T")
+Told = Callable[[float], None]  # the share of a task that is done, 0 to 1; may raise ``KeyboardInterrupt``
+Task = Callable[[Told], T]
+_AHEAD = 2  # tasks a thread of the workers that are submitted: one under way, one waiting
+_ANSWER_S = 5.0  # in which a scheduler must answer
+_TICK_S = 0.1  # between two looks at whether the user has asked to stop
+_LOOK_S = 2.0  # between two looks at which workers there are
+_TELL_S = 1.0  # between two words of a worker on how far it is
+
+
+class Cluster:
+    """The workers of a scheduler, as ``cluster_at`` gives it."""
+
+    def __init__(self, client: Client, address: str) -> None:
+        self._client, self._address = client, address
+        self._looked, self._threads = -_LOOK_S, dict[str, int]()
+
+    def computed(self, tasks: Mapping[str, Task[T]], report: Callable[[float, str], None]) -> Iterator[tuple[str, T]]:
+        """The results of tasks by name, in the order in which they come.
+
+        report: told the share of all tasks that is done, and who computes. After ``KeyboardInterrupt``, which it may raise,
+        what is done still comes, the rest is cancelled, and then the interrupt is raised.
+
+        Raises
+        ------
+        RunError
+            Where the scheduler goes away, a worker is of another version or lacks a module, or a task ends several workers.
+        """
+        waiting, under_way, done = iter(tasks.items()), dict[Any, str](), 0
+        shares, come = dict[str, float](), SimpleQueue[Any]()
+        topic, made_with = f"wucht-{uuid4().hex}", _made_with()
+        self._client.subscribe_topic(topic, lambda event: shares.update(dict([event[1]])))
+        try:
+            while True:
+                workers = self._workers()
+                for name, task in islice(waiting, max(0, _AHEAD * max(1, sum(workers.values())) - len(under_way))):
+                    packed, key = pickle.dumps(task), f"{topic}-{name}"
+                    future = self._client.submit(_on_worker, packed, made_with, topic, name, key=key, pure=False)
+                    under_way[future] = name
+                    future.add_done_callback(come.put)
+                if not under_way:
+                    return
+                share = (done + sum(shares.get(name, 0.0) for name in under_way.values())) / len(tasks)
+                report(share, f", {_counted(workers)}" if workers else f", waiting for workers at {self._address}")
+                try:
+                    future = come.get(timeout=_TICK_S)
+                    outcome = self._outcome(future, under_way[future])
+                except Empty:
+                    continue
+                except TimeoutError:  # it went down with its worker before it was here
+                    come.put(future)
+                    continue
+                done += 1
+                yield under_way.pop(future), outcome
+        except KeyboardInterrupt:
+            for future in [f for f in under_way if f.status == "finished"]:
+                yield under_way[future], self._outcome(future, under_way.pop(future))
+            raise
+        finally:
+            if self._client.status == "running":
+                self._client.cancel(list(under_way))
+                self._client.unsubscribe_topic(topic)
+
+    def _workers(self) -> dict[str, int]:
+        """Threads by worker. Raises ``RunError`` where the scheduler is gone."""
+        if clock.monotonic() - self._looked > _LOOK_S:
+            try:
+                self._threads = dict(self._client.nthreads()) if self._client.status == "running" else {}
+            except OSError:
+                self._threads = {}
+            if self._client.status != "running":
+                raise self._gone()
+            self._looked = clock.monotonic()
+        return self._threads
+
+    def _outcome(self, future: Future, name: str) -> Any:
+        """What a task has come to. Raises what it raised, ``TimeoutError`` where it is not here yet."""
+        import asyncio
+        from concurrent import futures
+
+        from distributed import KilledWorker
+
+        try:
+            return future.result(timeout=_TICK_S)
+        except (asyncio.CancelledError, futures.CancelledError):
+            raise self._gone() from None
+        except KilledWorker as error:
+            why = "they may lack memory; --resume computes what is left"
+            raise RunError(
+                f"workers have died again and again while they computed {name} ({error.last_worker}): {why}"
+            ) from None
+        except ImportError as error:
+            raise RunError(f"a worker cannot compute: {error}; install the same wucht[cluster] there") from None
+
+    def _gone(self) -> RunError:
+        return RunError(f"the scheduler at {self._address} is gone; --resume goes on from what was computed")
+
+
+def _counted(workers: Mapping[str, int]) -> str:
+    return f"{len(workers)} worker{'s' if len(workers) > 1 else ''}"
+
+
+@contextmanager
+def cluster_at(address: str | None) -> Iterator[Cluster | None]:
+    """The workers of the scheduler at an address while the block lasts; None without an address.
+
+    Raises ``InputError`` where none answers, where it is of another version, and without dask.distributed.
+    """
+    if address is None:
+        yield None
+        return
+    if "://" not in address:
+        raise InputError("--scheduler", address, "must be the address of a scheduler, such as tcp://host:8786")
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError("--scheduler", address, "needs dask.distributed: pip install 'wucht[cluster]'") from None
+    with _silent("distributed", "distributed.client"):  # what they have to say is said in sentences
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of versions, which are compared below
+                client = Client(address, timeout=_ANSWER_S, set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
+            allowed = f"no scheduler answers there within {_ANSWER_S:g} s ({error}); `dask scheduler` starts one"
+            raise InputError("--scheduler", address, allowed) from None
+        try:
+            _check_versions(client, address)
+            yield Cluster(client, address)
+        finally:
+            client.close()
+
+
+@contextmanager
+def _silent(*loggers: str) -> Iterator[None]:
+    """Nothing but what ends the program is logged by these while the block lasts."""
+    before = {name: logging.getLogger(name).level for name in loggers}
+    try:
+        for name in loggers:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+        yield
+    finally:
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)
+
+
+def _check_versions(client: Client, address: str) -> None:
+    """Raises ``InputError`` where the scheduler, which reads what a task calls, or a worker has another wucht or none."""
+    ours = versions()["wucht"]
+    there = client.get_versions(packages=["wucht"])
+    places = {"the scheduler": there["scheduler"], **{f"the worker {k}": v for k, v in there["workers"].items()}}
+    for place, found in places.items():
+        version = found["packages"].get("wucht") if found else None
+        if version != ours:
+            has = f"wucht {version}" if version else "no wucht"
+            raise InputError("--scheduler", address, f"{place} has {has}; this process has wucht {ours}")
+
+
+def _made_with() -> dict[str, str]:
+    """All from which another result could follow, but the processor."""
+    return versions() | {"code of wucht": _code()}
+
+
+@cache
+def _code() -> str:
+    """A digest of wucht's files: a checkout changes without its version."""
+    package, digest = Path(__file__).parents[1], sha256()
+    for file in sorted(package.rglob("*.py")):
+        digest.update(file.relative_to(package).as_posix().encode())
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:8]
+
+
+def _on_worker(packed: bytes, made_with: Mapping[str, str], topic: str, name: str) -> Any:
+    """Compute a task on a worker, unless it would not do so as the process that asks would."""
+    from distributed import Reschedule, get_worker
+
+    worker = get_worker()
+    mine = _made_with()
+    other = {k: (version, mine.get(k)) for k, version in made_with.items() if mine.get(k) != version}
+    if other:
+        differ = ", ".join(f"{k} {theirs} (here {ours})" for k, (ours, theirs) in other.items())
+        raise RunError(f"the worker {worker.address} has {differ}: all must have the same, for the same result")
+    try:
+        task: Task[Any] = pickle.loads(packed)
+    except (ImportError, AttributeError) as error:
+        why = "what --import names must be installed there"
+        raise RunError(f"the worker {worker.address} cannot load what it is to compute ({error}): {why}") from None
+    try:
+        with np.errstate(all="ignore"):
+            return task(_teller(worker, topic, name))
+    except KeyboardInterrupt:
+        raise Reschedule from None  # which the scheduler ignores of a task that nobody waits for any more
+
+
+def _teller(worker: Worker, topic: str, name: str) -> Told:
+    """What tells how far a task is, and raises ``KeyboardInterrupt`` when nobody waits for it any more."""
+    key, told = worker.get_current_task(), clock.monotonic()
+
+    def tell(share: float) -> None:
+        nonlocal told
+        mine = worker.state.tasks.get(key)
+        if mine is None or mine.state == "cancelled":
+            raise KeyboardInterrupt
+        if clock.monotonic() - told > _TELL_S:
+            told = clock.monotonic()
+            worker.log_event(topic, (name, share))
+
+    return tell

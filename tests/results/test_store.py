@@ -1,0 +1,58 @@
+"""Files that are replaced as a whole, by several processes too."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from wucht.errors import InputError, RunError
+from wucht.results.store import prepare_folder, replacing
+
+
+def test_two_at_once_do_not_mix(tmp_path: Path) -> None:
+    """The second begins while the first is half way: each is whole in its turn."""
+    file, seen = tmp_path / "a", list[str]()
+
+    def slowly(beside: Path) -> None:
+        beside.write_text("first, h")
+        replacing(file, lambda other: other.write_text("second"))
+        seen.append(file.read_text())
+        with beside.open("a") as rest:
+            rest.write("alf and half")
+
+    replacing(file, slowly)
+    assert seen == ["second"]
+    assert file.read_text() == "first, half and half"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_what_cannot_be_written_leaves_what_was_there(tmp_path: Path) -> None:
+    file = tmp_path / "a"
+    replacing(file, lambda beside: beside.write_text("whole"))
+
+    def full(beside: Path) -> None:
+        beside.write_text("ha")
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(RunError, match=r"a cannot be written: No space left on device"):
+        replacing(file, full)
+    assert file.read_text() == "whole"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_what_a_killed_process_left_is_removed_once_it_is_old(tmp_path: Path) -> None:
+    old, fresh, others = (tmp_path / name for name in (".result.nc.0.part", ".result.nc.1.part", ".mine.0.part"))
+    for file in (old, fresh, others):
+        file.write_text("half")
+    os.utime(old, (0, 0))
+    os.utime(others, (0, 0))
+    prepare_folder(tmp_path, ["result.nc"])
+    assert sorted(tmp_path.iterdir()) == sorted([fresh, others])
+
+
+def test_a_folder_in_the_place_of_a_file(tmp_path: Path) -> None:
+    (tmp_path / "result.nc").mkdir()
+    with pytest.raises(InputError, match=r"a folder is in the place of the file result\.nc"):
+        prepare_folder(tmp_path, ["result.nc"])

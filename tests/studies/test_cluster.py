@@ -1,0 +1,349 @@
+"""Tiles on the workers of a scheduler on the loopback: the same result as of one process, whoever dies meanwhile."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tiled_squares
+from tiled_squares import TiledSquares, marks
+
+from interrupting import assert_same
+from wucht.errors import InputError, RunError
+from wucht.files.catalogue import load_machine
+from wucht.results.conventions import summary_of
+from wucht.studies import cluster
+from wucht.studies.response.spec import Response
+from wucht.studies.runner import run as ask
+from wucht.studies.study_file import read_study
+
+HERE = Path(__file__).parent
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+
+
+@pytest.fixture(autouse=True)
+def _study() -> Iterator[None]:
+    """The study has a name while these tests run: others list those of the package."""
+    TiledSquares.kind = "tiled-squares"
+    yield
+    TiledSquares.kind = ""
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@dataclass
+class Loopback:
+    """A scheduler and its workers, processes of this machine."""
+
+    log: Path
+    port: int = field(default_factory=free_port)
+    workers: list[subprocess.Popen[bytes]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.scheduler = self._process("scheduler", "--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard")
+
+    @property
+    def address(self) -> str:
+        return f"tcp://127.0.0.1:{self.port}"
+
+    def add_worker(self) -> None:
+        self.workers.append(self._process("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard"))
+
+    def _process(self, what: str, *options: str) -> subprocess.Popen[bytes]:
+        environment = os.environ | {"PYTHONPATH": str(HERE)}
+        with self.log.open("ab") as log:
+            command = [sys.executable, "-m", "dask", what, *options]
+            return subprocess.Popen(command, env=environment, cwd=self.log.parent, stdout=log, stderr=log)
+
+    def close(self) -> None:
+        for process in (*self.workers, self.scheduler):
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture(scope="module")
+def loopback(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Loopback]:
+    """A scheduler, and always two workers."""
+    made = Loopback(tmp_path_factory.mktemp("loopback") / "log")
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+@pytest.fixture
+def two(loopback: Loopback) -> Loopback:
+    """With two workers that are there."""
+    from distributed import Client
+
+    loopback.workers = [w for w in loopback.workers if w.poll() is None]
+    while len(loopback.workers) < 2:
+        loopback.add_worker()
+    with Client(loopback.address, timeout=60, set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=60)
+    return loopback
+
+
+@pytest.fixture
+def marked(tmp_path: Path) -> Path:
+    folder = tmp_path / "marks"
+    folder.mkdir()
+    return folder
+
+
+def when(holds: Callable[[float, str], bool], do: Callable[[], Any]) -> Callable[[float, str], None]:
+    """A progress report that does something once, when something holds."""
+    done: list[bool] = []
+
+    def report(share: float, what: str) -> None:
+        if not done and holds(share, what):
+            done.append(True)
+            do()
+
+    return report
+
+
+def stop() -> None:
+    raise KeyboardInterrupt
+
+
+def until(holds: Callable[[], Any], seconds: float = 20.0) -> None:
+    end = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def whole(count: int, folder: Path) -> Any:
+    """The result of one process; without its marks."""
+    result = ask(TiledSquares(count=count, lasts=0.0), folder)
+    for file in folder.iterdir():
+        file.unlink()
+    return result
+
+
+def under_way(folder: Path, process: int) -> list[int]:
+    """The tiles that a process has begun and not done."""
+    done = marks(folder, "done")
+    return [number for number, own in marks(folder, "begun") if own == process and (number, own) not in done]
+
+
+def test_a_worker_is_killed_in_the_middle(two: Loopback, marked: Path) -> None:
+    """What it had under way is computed by the other, and the result is that of one process, to the last bit."""
+    expected, victim, lost = whole(14, marked), two.workers[0], list[int]()
+
+    def kill() -> None:
+        until(lambda: under_way(marked, victim.pid))
+        victim.kill()
+        victim.wait()
+        lost.extend(under_way(marked, victim.pid))
+
+    result = ask(TiledSquares(count=14), marked, scheduler=two.address, progress=when(lambda share, _: share > 0.3, kill))
+    assert_same(expected, result)
+    begun = marks(marked, "begun")
+    assert {process for _, process in begun} == {w.pid for w in two.workers}, "both have computed"
+    assert len(lost) == 1
+    times = {number: [p for n, p in begun if n == number] for number in range(14)}
+    assert times[lost[0]] == [victim.pid, two.workers[1].pid]
+    assert all(len(t) == 1 for n, t in times.items() if (n, victim.pid) not in begun), "no other's work is done twice"
+
+
+def test_progress_is_that_of_all_workers(two: Loopback, marked: Path) -> None:
+    """Of tiles under way too: two of two, a second and a half each, are told of before one is done."""
+    seen: list[tuple[float, str]] = []
+    ask(TiledSquares(count=2, lasts=1.6), marked, scheduler=two.address, progress=lambda *told: seen.append(told))
+    shares = [share for share, _ in seen]
+    assert any(0.4 < share < 0.9 * 0.99 for share in shares)
+    assert shares == sorted(shares)
+    assert all(what == "squares, 2 workers" for _, what in seen)
+
+
+@pytest.mark.slow
+def test_interrupted_the_workers_stop_and_another_run_goes_on(two: Loopback, marked: Path, tmp_path: Path) -> None:
+    """Ctrl-C: what is pending is not begun, what is under way is given up; one process computes the rest."""
+    expected = whole(12, marked)
+    spec = TiledSquares(count=12, lasts=0.3)
+    pressed = when(lambda share, _: share > 0.3, stop)
+    part = ask(spec, marked, folder=tmp_path / "out", scheduler=two.address, progress=pressed)
+    assert not part.attrs["finished"]
+    until(lambda: len(marks(marked, "begun")) == len(marks(marked, "done")) + len(marks(marked, "given-up")))
+    assert marks(marked, "given-up")
+    known, begun = summary_of(part)["count"], len(marks(marked, "begun"))
+    assert 0 < known < 12
+    time.sleep(0.5)
+    assert len(marks(marked, "begun")) == begun
+    result = ask(spec, marked, folder=tmp_path / "out", resume=True)
+    assert_same(expected, result)
+    assert len(marks(marked, "begun")) == begun + 12 - known
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["result.nc"]
+
+
+MAIN = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from tiled_squares import TiledSquares
+from wucht.studies import memory, runner
+TiledSquares.kind, memory._EVERY_S = "tiled-squares", 0.0
+spec = TiledSquares(count=12, lasts=float(sys.argv[5]))
+runner.run(spec, Path(sys.argv[2]), folder=Path(sys.argv[3]), scheduler=sys.argv[4] or None)
+"""
+
+
+def main(marked: Path, folder: Path, address: str, lasts: float) -> subprocess.Popen[bytes]:
+    return subprocess.Popen([sys.executable, "-c", MAIN, str(HERE), str(marked), str(folder), address, str(lasts)])
+
+
+@pytest.mark.slow
+def test_the_main_process_is_killed(two: Loopback, marked: Path, tmp_path: Path) -> None:
+    """kill -9: workers give up what nobody waits for, and what was kept is not computed again."""
+    expected, out = whole(12, marked), tmp_path / "out"
+    process = main(marked, out, two.address, 0.3)
+    try:
+        until(lambda: len(list(out.glob("units/*/*/zarr.json"))) > 3)
+    finally:
+        process.kill()
+        process.wait()
+    until(lambda: len(marks(marked, "begun")) == len(marks(marked, "done")) + len(marks(marked, "given-up")))
+    begun = len(marks(marked, "begun"))
+    assert begun < 12
+    result = ask(TiledSquares(count=12, lasts=0.3), marked, folder=out, resume=True, scheduler=two.address)
+    assert_same(expected, result)
+    assert len(marks(marked, "begun")) <= begun + 12 - 3
+
+
+@pytest.mark.slow
+def test_two_runs_at_once_in_one_folder(two: Loopback, marked: Path, tmp_path: Path) -> None:
+    """One on the cluster, one in its own process, begun at about the same time; one of them is killed."""
+    expected, out = whole(12, marked), tmp_path / "out"
+    runs = [main(marked, out, two.address, 0.15), main(marked, out, "", 0.15)]
+    try:
+        until(lambda: any(p == runs[1].pid for _, p in marks(marked, "done")))
+        runs[1].kill()
+        assert runs[0].wait(60) == 0
+    finally:
+        for process in runs:
+            process.kill()
+            process.wait()
+    assert_same(expected, ask(TiledSquares(count=12, lasts=0.15), marked, folder=out, resume=True))
+    again = ask(TiledSquares(count=12, lasts=0.15), marked, folder=out)
+    assert_same(expected, again)
+    assert [p.name for p in out.iterdir()] == ["result.nc"]
+
+
+# What goes wrong, in sentences
+
+
+def test_an_error_of_a_task_is_that_error(two: Loopback, marked: Path) -> None:
+    with pytest.raises(InputError, match=r"study.lasts: given -1.0; must be a time") as raised:
+        ask(TiledSquares(lasts=-1.0), marked, scheduler=two.address)
+    assert raised.value.allowed == "must be a time"
+
+
+def test_workers_of_another_version(two: Loopback, marked: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = cluster.versions()
+    monkeypatch.setattr(cluster, "versions", lambda: own | {"wucht": "9.9"})
+    with pytest.raises(InputError, match=rf"--scheduler: .* the scheduler has wucht {own['wucht']}; this .* has wucht 9\.9"):
+        ask(TiledSquares(), marked, scheduler=two.address)
+    monkeypatch.setattr(cluster, "versions", lambda: own | {"numpy": "9.9"})
+    with pytest.raises(RunError, match=rf"the worker tcp.* has numpy {own['numpy']} \(here 9\.9\): all must have the same"):
+        ask(TiledSquares(), marked, scheduler=two.address)
+
+
+@pytest.mark.slow
+def test_workers_with_other_code_of_the_same_version(two: Loopback, marked: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As from another checkout."""
+    monkeypatch.setattr(cluster, "_code", lambda: "abc")
+    with pytest.raises(RunError, match=r"the worker tcp.* has code of wucht [0-9a-f]{8} \(here abc\): all must have the same"):
+        ask(TiledSquares(), marked, scheduler=two.address)
+    assert not marks(marked, "begun")
+
+
+@pytest.mark.slow
+def test_what_a_worker_does_not_have(two: Loopback, marked: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A module of the user's own, that is imported here alone."""
+    monkeypatch.setattr(tiled_squares.square, "__module__", "of_ones_own")
+    monkeypatch.setitem(sys.modules, "of_ones_own", tiled_squares)
+    with pytest.raises(RunError, match=r"cannot load .*of_ones_own.* what --import names must be installed there"):
+        ask(TiledSquares(), marked, scheduler=two.address)
+
+
+@pytest.mark.slow
+def test_the_scheduler_goes_away(marked: Path, tmp_path: Path) -> None:
+    """And before that, workers are waited for."""
+    made, out = Loopback(tmp_path / "log"), tmp_path / "out"
+    try:
+        until(lambda: socket.socket().connect_ex(("127.0.0.1", made.port)) == 0)
+        came = when(lambda _, what: what == f"squares, waiting for workers at {made.address}", made.add_worker)
+        gone = when(lambda share, _: share > 0.3, made.scheduler.kill)
+
+        def report(share: float, what: str) -> None:
+            came(share, what)
+            gone(share, what)
+
+        with pytest.raises(RunError, match=rf"the scheduler at {made.address} is gone; --resume goes on"):
+            ask(TiledSquares(), marked, folder=out, scheduler=made.address, progress=report)
+    finally:
+        made.close()
+    begun = len(marks(marked, "begun"))
+    ask(TiledSquares(), marked, folder=out, resume=True)
+    assert len(marks(marked, "begun")) < begun + 10
+
+
+@pytest.mark.parametrize(
+    ("address", "says"),
+    [
+        ("localhost", "must be the address of a scheduler, such as tcp://host:8786"),
+        ("tcp://127.0.0.1:1", "no scheduler answers there within 0.5 s"),
+        ("carrier-pigeon://x:1", "no scheduler answers there"),
+    ],
+)
+def test_where_no_scheduler_is(marked: Path, monkeypatch: pytest.MonkeyPatch, address: str, says: str) -> None:
+    monkeypatch.setattr(cluster, "_ANSWER_S", 0.5)
+    with pytest.raises(InputError, match=rf"--scheduler: given '{address}'; {says}"):
+        ask(TiledSquares(), marked, folder=marked / "out", scheduler=address)
+    assert not (marked / "out").exists()
+
+
+def test_without_dask(marked: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"needs dask.distributed: pip install 'wucht\[cluster\]'"):
+        ask(TiledSquares(), marked, scheduler="tcp://127.0.0.1:1")
+
+
+def test_a_study_without_tiles() -> None:
+    machine = load_machine("drozdetskaya-2020/r1")
+    with pytest.raises(InputError, match=r"response is computed by one process; studies with tiles are basin, "):
+        ask(Response(), machine, scheduler="tcp://127.0.0.1:1")
+
+
+# The study that needs it
+
+
+@pytest.mark.slow
+def test_a_map_of_basins_is_the_same(two: Loopback, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the engine, tiles of a few cells, by two processes and by one."""
+    monkeypatch.setattr("wucht.studies.basin.run._TILE", 30)
+    asked = read_study("drozdetskaya-2020/figure-5.10")
+    axes = {name: (*ends, 10) for name, (*ends, _) in asked.spec.axes.items()}
+    spec = asked.spec.model_copy(update={"axes": axes, "refine": 1})
+    result = ask(spec, asked.subject)
+    assert len(summary_of(result)["fractions"]) == 2
+    assert_same(result, ask(spec, asked.subject, scheduler=two.address))
+
+
+def test_the_option_of_the_command(refused: Callable[..., str]) -> None:
+    refused("run", "drozdetskaya-2020/figure-5.10", "--scheduler", "here", says=("--scheduler", "such as tcp://host:8786"))
+    refused("run", "drozdetskaya-2020/r1", "--scheduler", "tcp://a:1", says=("run-up is computed by one process", "basin"))

@@ -1,0 +1,207 @@
+"""Units of work that are kept: read back to the last bit, whatever was killed and whoever else writes there."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.errors import RunError
+from wucht.studies import memory as remembering
+from wucht.studies.memory import Memory, questions_of
+
+QUESTION, OTHER = {"study": "x"}, {"study": "y"}
+
+
+@dataclass(frozen=True)
+class Unit:
+    value: float
+    numbers: np.ndarray
+
+
+def unit(k: int, of: str = "x") -> Unit:
+    return Unit(float(k), np.random.default_rng([k, ord(of)]).normal(size=20))
+
+
+def kept(folder: Path, question: dict[str, Any], count: int) -> list[int]:
+    """Which units a folder has of a question; they are the right ones."""
+    memory = Memory.resumed(folder, question)
+    numbers = [k for k in range(count) if memory.knows(f"u{k}")]
+    for k in numbers:
+        read, expected = memory.unit(f"u{k}", lambda: pytest.fail("it is known")), unit(k, question["study"])
+        assert read.value == expected.value
+        assert read.numbers.tobytes() == expected.numbers.tobytes()
+    return numbers
+
+
+def fill(folder: Path, numbers: range = range(3), question: dict[str, Any] = QUESTION) -> Memory:
+    memory = Memory.begun(folder, question)
+    for k in numbers:
+        memory.unit(f"u{k}", lambda k=k: unit(k, question["study"]))
+        memory.flush()
+    return memory
+
+
+def test_what_was_flushed_survives_a_kill(tmp_path: Path) -> None:
+    """What was cut off is computed again, whichever file it is."""
+    fill(tmp_path)
+    assert questions_of(tmp_path) == [QUESTION]
+    assert kept(tmp_path, QUESTION, 3) == [0, 1, 2]
+    groups = list((tmp_path / "units").glob("*/*/"))
+    assert len(groups) == 3
+    shutil.rmtree(groups[0] / "float64" / "c")
+    (groups[1] / "zarr.json").unlink()
+    left = kept(tmp_path, QUESTION, 3)
+    assert len(left) == 1
+    again, made = Memory.resumed(tmp_path, QUESTION), list[int]()
+    for k in range(3):
+        again.unit(f"u{k}", lambda k=k: made.append(k) or unit(k))
+    assert sorted([*made, *left]) == [0, 1, 2]
+    again.flush()
+    assert kept(tmp_path, QUESTION, 3) == [0, 1, 2]
+
+
+def test_another_question_is_begun_without_units_of_this_one(tmp_path: Path) -> None:
+    fill(tmp_path)
+    assert kept(tmp_path, OTHER, 3) == []
+    fill(tmp_path, range(1), OTHER)
+    assert questions_of(tmp_path) == [OTHER]
+    assert kept(tmp_path, QUESTION, 3) == []
+
+
+def test_what_is_forgotten_leaves_nothing(tmp_path: Path) -> None:
+    fill(tmp_path).forget()
+    assert list(tmp_path.iterdir()) == []
+    Memory(tmp_path, QUESTION).forget()
+
+
+def test_what_a_killed_removal_left_is_removed(tmp_path: Path) -> None:
+    fill(tmp_path)
+    (tmp_path / "units").rename(tmp_path / ".units-0")
+    Memory.begun(tmp_path, QUESTION)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_one_that_finishes_leaves_the_units_of_others(tmp_path: Path) -> None:
+    """Of two questions at once in one folder."""
+    first, other = fill(tmp_path), Memory(tmp_path, OTHER)
+    other.keep("u1", unit(1, "y"))
+    other.flush()
+    assert questions_of(tmp_path) in ([QUESTION, OTHER], [OTHER, QUESTION])
+    first.forget()
+    assert questions_of(tmp_path) == [OTHER]
+    assert kept(tmp_path, OTHER, 3) == [1]
+
+
+def test_one_whose_store_was_removed_goes_on(tmp_path: Path) -> None:
+    memory = fill(tmp_path)
+    Memory.begun(tmp_path, OTHER)
+    memory.unit("u3", lambda: unit(3))
+    memory.flush()
+    assert questions_of(tmp_path) == [QUESTION]
+    assert kept(tmp_path, QUESTION, 4) == [3]
+
+
+def test_a_unit_that_cannot_be_kept_says_so(tmp_path: Path) -> None:
+    memory = Memory.begun(tmp_path, {})
+    memory.unit("a", object)
+    with pytest.raises(Exception, match="frozen dataclasses"):
+        memory.flush()
+
+
+def test_a_disk_that_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    memory = Memory.begun(tmp_path, {})
+    memory.unit("a", lambda: 1.0)
+
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(remembering.archive, "write", full)
+    with pytest.raises(RunError, match="No space left"):
+        memory.flush()
+
+
+WRITER = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+import zarr
+from test_memory import fill, unit
+from wucht.studies.memory import Memory
+folder, question, rounds = Path(sys.argv[2]), {"study": sys.argv[3]}, int(sys.argv[4])
+print("ready", flush=True)
+sys.stdin.readline()
+for _ in range(rounds):
+    fill(folder, range(15), question)
+if rounds == 0:
+    memory = Memory.resumed(folder, question)
+    for k in range(10**9):
+        memory.unit(f"u{k}", lambda: unit(k, question["study"]))
+        memory.flush()
+"""
+
+
+def writer(folder: Path, question: str, rounds: int) -> subprocess.Popen[str]:
+    """A process that fills a folder, again and again from nothing; rounds = 0: once and on and on."""
+    here = str(Path(__file__).parent)
+    command = [sys.executable, "-c", WRITER, here, str(folder), question, str(rounds)]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def begin(*processes: subprocess.Popen[str]) -> None:
+    """Let all go at once."""
+    for process in processes:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+    for process in processes:
+        assert process.stdin is not None
+        process.stdin.write("\n")
+        process.stdin.flush()
+
+
+def test_several_at_once_in_one_folder(tmp_path: Path) -> None:
+    """Two with one question and one with another, each of which removes, again and again, what the others have written."""
+    writers = [writer(tmp_path, of, 4) for of in "xxy"]
+    try:
+        begin(*writers)
+        while any(w.poll() is None for w in writers):
+            for question in (QUESTION, OTHER):
+                kept(tmp_path, question, 15)
+        assert [w.wait() for w in writers] == [0, 0, 0]
+    finally:
+        for w in writers:
+            w.kill()
+            w.communicate()
+    last = {of: kept(tmp_path, {"study": of}, 15) for of in "xy"}
+    assert any(last.values())
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_killed_at_any_moment(tmp_path: Path) -> None:
+    """kill -9 while it writes: what is read back is right, and never less than before."""
+    moments, before = random.Random(1), 0
+    writers = [writer(tmp_path, "x", 0) for _ in range(2)]
+    try:
+        for w in writers:
+            begin(w)
+            while len(kept(tmp_path, QUESTION, 10_000)) <= before:
+                assert w.poll() is None
+            time.sleep(0.1 * moments.random())
+            w.kill()
+            w.communicate()
+            now = kept(tmp_path, QUESTION, 10_000)
+            assert now == list(range(len(now)))
+            before = len(now)
+    finally:
+        for w in writers:
+            w.kill()
+            w.communicate()
