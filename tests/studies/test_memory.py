@@ -168,6 +168,7 @@ def begin(*processes: subprocess.Popen[str]) -> None:
         process.stdin.flush()
 
 
+@pytest.mark.slow
 def test_several_at_once_in_one_folder(tmp_path: Path) -> None:
     """Two with one question and one with another, each of which removes, again and again, what the others have written."""
     writers = [writer(tmp_path, of, 4) for of in "xxy"]

@@ -52,7 +52,7 @@ class Memory:
     def resumed(cls, folder: Path, question: Mapping[str, Any]) -> Memory:
         """What the folder has of a question. What cannot be read is left out, and computed again."""
         memory = cls(folder, question)
-        for group in sorted(_store(folder, question).glob("*/")):
+        for group in _found(_store(folder, question), "*/"):
             with suppress(WuchtError):
                 memory._known |= archive.read(group)
         return memory
@@ -116,7 +116,7 @@ def questions_of(folder: Path) -> list[dict[str, Any]]:
     import zarr
 
     kept: list[dict[str, Any]] = []
-    for store in sorted((folder / FOLDER).glob("*/zarr.json")):
+    for store in _found(folder / FOLDER, "*/zarr.json"):
         with suppress(Exception):  # whatever a damaged file makes the reader stumble over: then there is no question
             kept.append(dict(zarr.open_group(store.parent, mode="r").attrs[_QUESTION]))
     return kept
@@ -124,6 +124,14 @@ def questions_of(folder: Path) -> list[dict[str, Any]]:
 
 def _store(folder: Path, question: Mapping[str, Any]) -> Path:
     return folder / FOLDER / sha256(json.dumps(question, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _found(folder: Path, pattern: str) -> list[Path]:
+    """What a folder has; nothing where another process has just removed it."""
+    try:
+        return sorted(folder.glob(pattern))
+    except FileNotFoundError:
+        return []
 
 
 def _remove(path: Path, beside: Path) -> None:
