@@ -183,6 +183,7 @@ def test_a_family_has_eigenvalues_that_are_zero() -> None:
         relative.along("drive.slope", (0.01, 0.1), found)
 
 
+@pytest.mark.slow
 def test_one_number_and_two_equal_ones_give_the_same() -> None:
     """A pair of equal stiffnesses may become unequal: it is judged by the orbit, with the same exponents."""
     (one, state), (two, same) = (judged(drum({"stiffness": s}), speed=200.0) for s in (1e5, [1e5, 1e5]))

@@ -111,6 +111,7 @@ def assert_equal(one, other, tolerance):
 
 @few
 @given(machines(), angles)
+@pytest.mark.slow
 def test_energy_is_booked_completely(document, start):
     """Work of the motor less what the dampers take is what is stored: full equations, outputs and quadratures together."""
     run = motion(document, start_of(document, start), twenty_turns(document))

@@ -160,6 +160,7 @@ def test_a_worker_is_killed_in_the_middle(two: Loopback, marked: Path) -> None:
     assert all(len(t) == 1 for n, t in times.items() if (n, victim.pid) not in begun), "no other's work is done twice"
 
 
+@pytest.mark.slow
 def test_progress_is_that_of_all_workers(two: Loopback, marked: Path) -> None:
     """Of tiles under way too: two of two, a second and a half each, are told of before one is done."""
     seen: list[tuple[float, str]] = []
@@ -246,12 +247,14 @@ def test_two_runs_at_once_in_one_folder(two: Loopback, marked: Path, tmp_path: P
 # What goes wrong, in sentences
 
 
+@pytest.mark.slow
 def test_an_error_of_a_task_is_that_error(two: Loopback, marked: Path) -> None:
     with pytest.raises(InputError, match=r"study.lasts: given -1.0; must be a time") as raised:
         ask(TiledSquares(lasts=-1.0), marked, scheduler=two.address)
     assert raised.value.allowed == "must be a time"
 
 
+@pytest.mark.slow
 def test_workers_of_another_version(two: Loopback, marked: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     own = cluster.versions()
     monkeypatch.setattr(cluster, "versions", lambda: own | {"wucht": "9.9"})

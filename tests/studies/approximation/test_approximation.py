@@ -183,6 +183,7 @@ def test_units(drum: Machine) -> None:
     assert float(result.angle[-1]) == 20.0
 
 
+@pytest.mark.slow
 def test_not_trusted_with_light_damping() -> None:
     """002, 5.6.2: sigma of the size of epsilon. The speeds part by 0.23 of 2, and the models end differently."""
     machine = load_machine("drozdetskaya-2020/table-5.1").with_values({"sigma": 0.01})

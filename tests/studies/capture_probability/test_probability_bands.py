@@ -37,7 +37,7 @@ def below_plane(at: np.ndarray, share: float) -> np.ndarray:
     return np.asarray(at.sum(axis=-1) < brentq(off, 0.0, d))
 
 
-@pytest.mark.parametrize(("region", "dimensions"), [(in_disc, 2), (below_plane, 4)])
+@pytest.mark.parametrize(("region", "dimensions"), [(in_disc, 2), pytest.param(below_plane, 4, marks=pytest.mark.slow)])
 def test_they_hold_as_often_as_they_say(region: object, dimensions: int) -> None:
     """In the middle they are far narrower than those of independent points; never are they much wider."""
     at = scrambled(dimensions)
@@ -52,6 +52,7 @@ def test_they_hold_as_often_as_they_say(region: object, dimensions: int) -> None
         assert ((bands[:, 0] <= counts.mean(axis=1) / EACH) & (counts.mean(axis=1) / EACH <= bands[:, 1])).all()
 
 
+@pytest.mark.slow
 def test_half_as_sure_is_not_idle() -> None:
     """Bands of 60 % are missed often: the test above can fail."""
     counts = below_plane(scrambled(2), 0.5).sum(axis=-1)

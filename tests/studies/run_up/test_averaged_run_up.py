@@ -338,6 +338,7 @@ def test_ctrl_c_while_the_slow_run_of_both_is_under_way() -> None:
     assert any("interrupted" in w for w in json.loads(result.attrs["warnings"]))
 
 
+@pytest.mark.slow
 def test_a_slow_run_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     from dataclasses import replace
 

@@ -485,6 +485,7 @@ def test_a_family_that_gravity_breaks_is_judged_across_it() -> None:
     assert "broken by gravity: bodies creep along it" in family["why"]
 
 
+@pytest.mark.slow
 def test_a_family_that_gravity_breaks_against_a_long_run() -> None:
     """Over two hundred turns the phases creep as far as one turn says two hundred times."""
     m = turning(machine(0.006, 0.006, 0.006, 0.006, carrier={"gravity": 9.81, "damping": [300.0, 400.0]}), None)
