@@ -135,6 +135,24 @@ def study(here: Path) -> Spoil:
 
 
 @pytest.fixture
+def from_template(wucht: Command) -> Callable[..., dict[str, Any]]:
+    """``from_template("basin", ...)``: the summary of a study's own template; its figure is drawn again from the result."""
+
+    def run(kind: str, *settings: str) -> dict[str, Any]:
+        assert wucht("new", kind).code == 0
+        done = wucht("run", f"{kind}.toml", "-o", "out", "--json", *settings)
+        assert done.code == 0, done.err
+        (figure,) = Path("out").glob("*.png")
+        figure.unlink()
+        assert wucht("plot", "out/result.nc").code == 0
+        assert figure.is_file()
+        summary: dict[str, Any] = json.loads(done.out)["summary"]
+        return summary
+
+    return run
+
+
+@pytest.fixture
 def refused(wucht: Command) -> Callable[..., str]:
     """``refused("run", ..., says=(...))``: exit code 2, nothing on stdout, one sentence on stderr containing all of these."""
 

@@ -2,9 +2,14 @@
 
 from collections.abc import Callable
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
+
+from wucht.machines.machine import Machine
+from wucht.studies.runner import run
+from wucht.studies.spec import Spec
 
 
 def stop_at(call: int, during: str = "") -> Callable[[float, str], None]:
@@ -16,6 +21,20 @@ def stop_at(call: int, during: str = "") -> Callable[[float, str], None]:
             raise KeyboardInterrupt
 
     return report
+
+
+def stopped_often(question: Spec, machine: Machine, folder: Path, first: int, further: int) -> xr.Dataset:
+    """Stopped at its first report of these, then again and again, so many reports further each time, until it is finished."""
+    result = run(question, machine, folder=folder, progress=stop_at(first))
+    assert not result.attrs["finished"]
+    times = 1
+    while not result.attrs["finished"]:
+        result = run(question, machine, folder=folder, resume=True, progress=stop_at(first + further * times))
+        times += 1
+        assert times < 40
+    assert times > 3
+    assert not (folder / "units").exists()
+    return result
 
 
 def assert_same(result: xr.Dataset, other: xr.Dataset) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from types import ModuleType
 from typing import Any
 
 import numpy as np
+import pytest
 
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -51,6 +53,27 @@ def engine(inside: Region, fail: Region | None = None, read: Callable[..., Any] 
         return MemberOutcomes(names, np.where(failed, np.nan, 100 + psi + delta), psi, np.full(len(psi), 500.0), why)
 
     return outcomes_of
+
+
+def counted(
+    monkeypatch: pytest.MonkeyPatch,
+    running: ModuleType,
+    known: Callable[..., MemberOutcomes],
+    tile: int,
+    parameter: str | None = None,
+) -> list[bytes]:
+    """The starts that a study runs, with the machine's value of a parameter, each as often as it is; tiles of this size."""
+    run: list[bytes] = []
+
+    def outcomes_of(question: EnsembleQuestion, states: np.ndarray, values: Any, report: Any = None) -> MemberOutcomes:
+        made = known(question, states, values, report)
+        value = b"" if parameter is None else np.float64(question.machine.values[parameter]).tobytes()
+        run.extend(column.tobytes() + value for column in states.T)
+        return made
+
+    monkeypatch.setattr(running, "_TILE", tile)
+    monkeypatch.setattr(running, "outcomes_of", outcomes_of)
+    return run
 
 
 def share_of(summary: Mapping[str, Any], outcome: str = "compensated") -> float:

@@ -112,8 +112,8 @@ def _is_list(given: Any, of: type = object) -> bool:
     return isinstance(given, list | tuple) and all(isinstance(one, of) for one in given)
 
 
-def _is_whole(given: Any) -> bool:
-    # 5.0, as ``--set`` has it, is a whole number.
+def is_whole(given: Any) -> bool:
+    """Whether a whole number is given: 5.0, as ``--set`` has it, is one."""
     return not _is_bool(given) and (isinstance(given, int) or (isinstance(given, float) and given.is_integer()))
 
 
@@ -139,7 +139,7 @@ _starts = _must(lambda given: _is_list(given, Mapping), "must be a list of table
 _path = _must(_is_path, "needed is the path of a parameter, such as drive.slope")
 _values = _must(_is_list, "must be a list of values of the parameter that along names", tuple)
 _pair = _must(lambda given: _is_list(given) and len(given) == 2, "must be a pair [low, high]", tuple)
-_whole = _must(_is_whole, "must be a whole number", int)
+_whole = _must(is_whole, "must be a whole number", int)
 _order = _must(
     lambda given: not _is_bool(given) and given in (1, 2), "must be 1 or 2: the order of the averaged equations", int
 )

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from interrupting import assert_same, stop_at
-from known_basins import MACHINE, TURN, engine, spiral
+from interrupting import assert_same, stop_at, stopped_often
+from known_basins import MACHINE, TURN, counted, engine, spiral
 from wucht.results.conventions import summary_of
 from wucht.studies.basin import run as running
 from wucht.studies.basin.spec import Basin
@@ -27,17 +27,7 @@ QUESTION = Basin(axes=TURN, model="slow", refine=2)
 @pytest.fixture
 def starts(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
     """The starts that are run in small tiles, each as often as it is."""
-    run: list[bytes] = []
-    known = engine(spiral, fail=lambda psi, delta: (psi < 0.3) & (delta > 2.9))
-
-    def counted(question: Any, states: np.ndarray, values: Any, report: Any = None) -> Any:
-        made = known(question, states, values, report)
-        run.extend(column.tobytes() for column in states.T)
-        return made
-
-    monkeypatch.setattr(running, "_TILE", 100)
-    monkeypatch.setattr(running, "outcomes_of", counted)
-    return run
+    return counted(monkeypatch, running, engine(spiral, fail=lambda psi, delta: (psi < 0.3) & (delta > 2.9)), tile=100)
 
 
 def test_resumed_is_uninterrupted(tmp_path: Path, starts: list[bytes]) -> None:
@@ -50,16 +40,7 @@ def test_resumed_is_uninterrupted(tmp_path: Path, starts: list[bytes]) -> None:
     assert once == summary_of(whole)["runs"]
     assert len(set(starts)) == once
     starts.clear()
-    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(8))
-    assert not result.attrs["finished"]
-    times = 1
-    while not result.attrs["finished"]:
-        result = ask(QUESTION, MACHINE, folder=tmp_path, resume=True, progress=stop_at(8 + 11 * times))
-        times += 1
-        assert times < 40
-    assert times > 3
-    assert_same(whole, result)
-    assert not (tmp_path / "units").exists()
+    assert_same(whole, stopped_often(QUESTION, MACHINE, tmp_path, first=8, further=11))
     assert len(starts) == len(set(starts)) == once
 
 

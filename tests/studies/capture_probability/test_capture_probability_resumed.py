@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from interrupting import assert_same, stop_at
-from known_basins import MACHINE, engine, phases
+from interrupting import assert_same, stop_at, stopped_often
+from known_basins import MACHINE, counted, engine, phases
 from wucht.results.conventions import summary_of
 from wucht.studies.capture_probability import run as running
 from wucht.studies.capture_probability.spec import CaptureProbability
@@ -28,7 +28,6 @@ QUESTION = CaptureProbability(
 @pytest.fixture
 def starts(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
     """The starts that are run in small tiles, with their u, each as often as it is."""
-    run: list[bytes] = []
 
     def read(states: np.ndarray, machine: Any) -> tuple[np.ndarray, np.ndarray]:
         psi, delta = phases(states, machine)
@@ -36,15 +35,7 @@ def starts(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
 
     known = engine(lambda share, u: share < (u - 1) / 4, fail=lambda share, u: share > 1.02 + 0 * u, read=read)
 
-    def counted(question: Any, states: np.ndarray, values: Any, report: Any = None) -> Any:
-        made = known(question, states, values, report)
-        u = np.float64(question.machine.values["u"]).tobytes()
-        run.extend(column.tobytes() + u for column in states.T)
-        return made
-
-    monkeypatch.setattr(running, "_TILE", 50)
-    monkeypatch.setattr(running, "outcomes_of", counted)
-    return run
+    return counted(monkeypatch, running, known, tile=50, parameter="u")
 
 
 def test_resumed_is_uninterrupted(tmp_path: Path, starts: list[bytes]) -> None:
@@ -55,16 +46,7 @@ def test_resumed_is_uninterrupted(tmp_path: Path, starts: list[bytes]) -> None:
     once = len(starts)
     assert once == summary_of(whole)["runs"]
     starts.clear()
-    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(12))
-    assert not result.attrs["finished"]
-    times = 1
-    while not result.attrs["finished"]:
-        result = ask(QUESTION, MACHINE, folder=tmp_path, resume=True, progress=stop_at(12 + 23 * times))
-        times += 1
-        assert times < 40
-    assert times > 3
-    assert_same(whole, result)
-    assert not (tmp_path / "units").exists()
+    assert_same(whole, stopped_often(QUESTION, MACHINE, tmp_path, first=12, further=23))
     assert len(starts) == once
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
-from wucht.fields import si
 from wucht.studies import spec as common
-from wucht.studies.ensembles.ensemble_keys import TOLERANCE, check_model, paths_of, until_settled
+from wucht.studies.ensembles.ensemble_keys import EnsembleSpec, paths_of
 
 MOST_CELLS = 2048 * 2048  # of the finest map: its four numbers a cell fill 100 MB
 _FEWEST, _MOST_HALVINGS = 2, 10
@@ -27,13 +26,9 @@ def _axes(given: Any) -> Any:
         where = f"study.axes.{name}"
         if not isinstance(axis, list | tuple) or len(axis) != 3:
             raise InputError(where, axis, "must be [lo, hi, cells]")
-        if not _is_whole(axis[2]) or not _FEWEST <= axis[2] <= MOST_CELLS:
+        if not common.is_whole(axis[2]) or not _FEWEST <= axis[2] <= MOST_CELLS:
             raise InputError(where, axis, f"must be a whole number of cells, at least {_FEWEST}")
     return {name: (low, high, int(cells)) for name, (low, high, cells) in axes}
-
-
-def _is_whole(given: Any) -> bool:
-    return not isinstance(given, bool) and (isinstance(given, int) or (isinstance(given, float) and given.is_integer()))
 
 
 Axes = Annotated[
@@ -41,7 +36,7 @@ Axes = Annotated[
 ]
 
 
-class Basin(common.Spec):
+class Basin(EnsembleSpec):
     """What becomes of the machine, over two start states or parameters: the basins of its outcomes, and their shares.
 
     002, section 5.5, figure 5.10.
@@ -56,27 +51,14 @@ class Basin(common.Spec):
     """
 
     kind: ClassVar[str] = "basin"
-    horizon: ClassVar[tuple[str, ...]] = ("until",)
-    meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "axes")
-    tiled: ClassVar[bool] = True
+    meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "axes")
 
     axes: Axes
-    start: common.Start = Field(default_factory=dict)
-    model: Literal["full", "slow"] = Field("full", description="equations")
-    inertia: common.Inertia | None = None
-    order: common.Order = 1
-    until: float | None = si("s", "time", default=None, gt=0)
-    tolerance: common.Tolerance = TOLERANCE
     refine: common.Whole = Field(0, description="how often cells at the borders are halved")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _until_settled(cls, given: Any) -> Any:
-        """``until = "settled"``."""
-        return until_settled(given)
 
     def check(self) -> None:
         """A map that fits into memory, and the keys of averaged equations only with them."""
+        super().check()
         if not 0 <= self.refine <= _MOST_HALVINGS:
             raise InputError("study.refine", self.refine, f"must be a whole number from 0 to {_MOST_HALVINGS}")
         cells = [axis[2] for axis in self.axes.values()]
@@ -85,4 +67,3 @@ class Basin(common.Spec):
             halved = f", halved {self.refine} times" if self.refine else ""
             allowed = f"there must be at most {MOST_CELLS} cells in the map, not {finest}"
             raise InputError("study.axes", f"{cells[0]} x {cells[1]}{halved}", allowed)
-        check_model(self, self.model)

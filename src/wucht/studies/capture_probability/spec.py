@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError, nearest
-from wucht.fields import si
 from wucht.results.outcomes import Outcome
 from wucht.studies import spec as common
 from wucht.studies.capture_probability.distributions import check_form
 from wucht.studies.capture_probability.random_points import REPLICATES
-from wucht.studies.ensembles.ensemble_keys import TOLERANCE, check_model, until_settled
+from wucht.studies.ensembles.ensemble_keys import EnsembleSpec
 
 _THROUGH = (str(Outcome.COMPENSATED), str(Outcome.PASSED))
 _OPEN = (Outcome.UNIDENTIFIED, Outcome.FAILED)  # could be any other
@@ -65,7 +64,7 @@ Outcomes = Annotated[tuple[str, ...], BeforeValidator(_outcomes), Field(descript
 Between = Annotated[float, Field(gt=0, lt=1)]
 
 
-class CaptureProbability(common.Spec):
+class CaptureProbability(EnsembleSpec):
     """How likely the machine gets through its resonance, over a parameter, where starts and parameters are random.
 
     along, range, points: the parameter, its ends, and at how many values, evenly spaced, the probability is found. random:
@@ -81,9 +80,7 @@ class CaptureProbability(common.Spec):
     """
 
     kind: ClassVar[str] = "capture-probability"
-    horizon: ClassVar[tuple[str, ...]] = ("until",)
-    tiled: ClassVar[bool] = True
-    meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "at")
+    meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "at")
 
     along: common.Path
     range: common.Pair
@@ -97,18 +94,6 @@ class CaptureProbability(common.Spec):
     sensitivity: common.TrueOrFalse = False
     at: common.Quantity | None = Field(None, description="value of the parameter for the sensitivity")
     sensitivity_samples: common.Whole | None = Field(None, description="number of runs for each index")
-    start: common.Start = Field(default_factory=dict)
-    model: Literal["full", "slow"] = Field("full", description="equations")
-    inertia: common.Inertia | None = None
-    order: common.Order = 1
-    until: float | None = si("s", "time", default=None, gt=0)
-    tolerance: common.Tolerance = TOLERANCE
-
-    @model_validator(mode="before")
-    @classmethod
-    def _until_settled(cls, given: Any) -> Any:
-        """``until = "settled"``."""
-        return until_settled(given)
 
     @property
     def base(self) -> int:
@@ -117,6 +102,7 @@ class CaptureProbability(common.Spec):
 
     def check(self) -> None:
         """Numbers of runs that the bands allow, and keys of the sensitivity and of averaged equations only with them."""
+        super().check()
         if not 2 <= self.points <= _MOST_POINTS:
             raise InputError("study.points", self.points, f"must be a whole number from 2 to {_MOST_POINTS}")
         if not _FEWEST <= self.samples <= _MOST or self.samples % REPLICATES:
@@ -128,7 +114,6 @@ class CaptureProbability(common.Spec):
             raise InputError(
                 f"study.random.{self.along}", self.along, "this is the parameter along which is looked; give it once"
             )
-        check_model(self, self.model)
         self._check_sensitivity()
 
     def _check_sensitivity(self) -> None:

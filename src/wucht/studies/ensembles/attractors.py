@@ -24,6 +24,7 @@ from wucht.studies.ensembles.ensemble_equations import Equations, Variants, para
 from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
 from wucht.studies.ensembles.member_outcomes import OUTCOMES
 from wucht.studies.initial_state import initial_state
+from wucht.studies.motion.observation import Observation
 from wucht.studies.motion.verdict import judge
 from wucht.studies.run_up.horizon import Horizon
 
@@ -39,6 +40,7 @@ _HALF, _WHOLE = 0.5, 0.9  # of the range of the speed, that a member must go thr
 _OUTSIDE = 0.1  # of that range: by so much its speed may leave it
 _SURVEYED = 16  # starts
 _MOST_KNOWN = 64  # questions
+_KNOWN: dict[Any, tuple[Attractor, ...]] = {}  # by what of a question they follow from: machines are not hashable
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +78,11 @@ class Attractor:
                 held = held[self.near(places(equations.system, samples[rows][:, :, held]))]
         return np.isin(np.arange(speed.shape[1]), held)
 
+    @property
+    def places(self) -> np.ndarray:
+        """Its points, as places (P, 1, d) of one member."""
+        return np.asarray((self.points * self.sizes)[:, None])
+
     def near(self, at: np.ndarray) -> np.ndarray:
         """Which members (M,) are near it at all of their places (K, M, d)."""
         away, _ = self._tree.query(at / self.sizes, distance_upper_bound=self.reach)  # inf beyond
@@ -102,34 +109,34 @@ def attractors_of(question: EnsembleQuestion, equations: Equations, horizon: Hor
 
 
 def _found(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -> tuple[Attractor, ...]:
-    machine, kept = question.machine, list[Attractor]()
-    starts = _starts(machine)
-    variants = Variants.among(machine, {}, starts.shape[1])
-    compiled, parameters = compile_ensemble(equations.system, question.tolerance), parameters_of(equations.system, variants)[0]
-    view = equations.view(variants)
+    kept, starts = list[Attractor](), _starts(question.machine)
+    variants = Variants.among(question.machine, {}, starts.shape[1])
     for ends in watched(question, starts, variants, horizon, lambda _share: None):
         for state, status, seen in zip(ends.states, ends.status, ends.record.seen, strict=True):
-            if status == Status.FAILED:
-                continue
-            verdict = judge(machine, seen, free_speed(machine, machine.rotor))
-            goes_on = verdict.evidence.modulated or verdict.evidence.asynchronous
-            if verdict.outcome is Outcome.UNIDENTIFIED or not goes_on or verdict.standing is None:
-                continue
-            cycle, sense = verdict.modulation, verdict.standing.sense
-            period = 0.0 if cycle is None else cycle.period
-            duration = _CYCLES * period or _TURNS * 2 * math.pi / verdict.speed
-            begun = (
-                equations.starts(state[: len(machine.state_names), None], variants) if question.model == "full" else state[:-1]
-            )
-            motion = _motion(compiled, begun.reshape(-1), parameters, duration)
-            if motion is None:
-                continue
-            at, sight = places(equations.system, motion), view.seen(motion, np.zeros(1, int))
-            numbers = sense, *extremes(sense * sight.speed[:, 0]), period, float(sight.square.max())
-            one = _attractor(OUTCOMES.index(verdict.outcome), at[:, 0], numbers)
-            if one is not None and not any(k.outcome == one.outcome and k.near(at[:, :1]).all() for k in kept):
+            one = None if status == Status.FAILED else _reached(question, equations, state, seen)
+            if one is not None and not any(k.outcome == one.outcome and k.near(one.places).all() for k in kept):
                 kept.append(one)
     return tuple(kept)
+
+
+def _reached(question: EnsembleQuestion, equations: Equations, state: np.ndarray, seen: Observation) -> Attractor | None:
+    """The attractor on which a member is that ended in a state and was seen so; None where it is at rest, or on none."""
+    machine = question.machine
+    verdict = judge(machine, seen, free_speed(machine, machine.rotor))
+    goes_on = verdict.evidence.modulated or verdict.evidence.asynchronous
+    if verdict.outcome is Outcome.UNIDENTIFIED or not goes_on or verdict.standing is None:
+        return None
+    cycle, sense, alone = verdict.modulation, verdict.standing.sense, Variants.among(machine, {}, 1)
+    period = 0.0 if cycle is None else cycle.period
+    duration = _CYCLES * period or _TURNS * 2 * math.pi / verdict.speed
+    begun = equations.starts(state[: len(machine.state_names), None], alone)[:, 0] if question.model == "full" else state[:-1]
+    compiled = compile_ensemble(equations.system, question.tolerance)
+    motion = _motion(compiled, begun, parameters_of(equations.system, alone)[0], duration)
+    if motion is None:
+        return None
+    sight = equations.view(alone).seen(motion, np.zeros(1, int))
+    numbers = sense, *extremes(sense * sight.speed[:, 0]), period, float(sight.square.max())
+    return _attractor(OUTCOMES.index(verdict.outcome), places(equations.system, motion)[:, 0], numbers)
 
 
 def _starts(machine: Machine) -> np.ndarray:
@@ -165,6 +172,3 @@ def _attractor(outcome: int, points: np.ndarray, numbers: tuple[int, float, floa
     if away > _REACH:
         return None
     return Attractor(outcome, points / sizes, sizes, max(_MARGIN * away, _LEAST), *numbers)
-
-
-_KNOWN: dict[Any, tuple[Attractor, ...]] = {}

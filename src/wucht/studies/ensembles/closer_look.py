@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from wucht.numerics.ensembles.members import Ends, Members, Pace, Status
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.outcomes import Outcome
 from wucht.studies.ensembles.ensemble_equations import Numbered, Variants, parameters_of
-from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
+from wucht.studies.ensembles.ensemble_question import EnsembleQuestion, Report, part_of
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.studies.motion.observation import Watch, fastest_of
 from wucht.studies.motion.verdict import judge
@@ -32,19 +32,15 @@ _OVER = (Outcome.STOPPED, Outcome.OSCILLATING)
 
 
 def looked_at(
-    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Callable[[float], None]
+    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Report
 ) -> MemberOutcomes:
     """What becomes of members that start in states (n, M) of the machine's System. horizon: of a run-up of the machine."""
     doublings, parts, order, done = _doublings(starts, variants, horizon), list[MemberOutcomes](), list[np.ndarray](), 0
     for k in np.unique(doublings).tolist():
         mine = np.flatnonzero(doublings == k)
         finer = replace(horizon, step=horizon.step / 2**k, span=horizon.span / 2**k)
-        asked, begun, count = (
-            replace(question, longest=question.longest * 2**k),
-            done / len(doublings),
-            len(mine) / len(doublings),
-        )
-        told = lambda share, begun=begun, count=count: report(begun + count * share)  # noqa: E731
+        asked = replace(question, longest=question.longest * 2**k)
+        told = part_of(report, done / len(doublings), len(mine) / len(doublings))
         for ends in watched(asked, starts[:, mine], variants.taken(mine).compact, finer, told):
             parts.append(_outcomes(ends))
         order.append(mine)
@@ -71,7 +67,7 @@ def _doublings(starts: np.ndarray, variants: Variants, horizon: Horizon) -> np.n
 
 
 def watched(
-    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Callable[[float], None]
+    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Report
 ) -> Iterator[Ends[Watching]]:
     """The same, some members at a time: what was seen of each, and the states in which they ended."""
     models = tuple(_model(question, m, starts[:, np.flatnonzero(variants.of == i)[0]]) for i, m in enumerate(variants.machines))

@@ -3,12 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field, model_validator
 
 from wucht.errors import InputError
-from wucht.studies.spec import Spec
+from wucht.fields import si
+from wucht.studies import spec as common
 
-TOLERANCE = 1e-6  # members are many, and the border of a basin is not known better
+_TOLERANCE = 1e-6  # members are many, and the border of a basin is not known better
+
+
+class EnsembleSpec(common.Spec):
+    """A question about what becomes of many starts or variants of a machine.
+
+    start: what all begin with. model: the ``"full"`` equations or the averaged ones (``"slow"``); inertia, order: of those, as
+    in a run-up. until: how long each run lasts, by default until it has settled. tolerance: of the integration.
+    """
+
+    horizon: ClassVar[tuple[str, ...]] = ("until",)
+    tiled: ClassVar[bool] = True
+
+    start: common.Start = Field(default_factory=dict)
+    model: Literal["full", "slow"] = Field("full", description="equations")
+    inertia: common.Inertia | None = None
+    order: common.Order = 1
+    until: float | None = si("s", "time", default=None, gt=0)
+    tolerance: common.Tolerance = _TOLERANCE
+
+    @model_validator(mode="before")
+    @classmethod
+    def _until_settled(cls, given: Any) -> Any:
+        """``until = "settled"`` is the default in words."""
+        if isinstance(given, Mapping) and given.get("until") == "settled":
+            return {k: v for k, v in given.items() if k != "until"}
+        return given
+
+    def check(self) -> None:
+        """The keys of averaged equations only with them."""
+        for key in ("inertia", "order") if self.model == "full" else ():
+            if key in self.model_fields_set and getattr(self, key) is not None:
+                raise InputError(f"study.{key}", getattr(self, key), "allowed only with model = 'slow'")
 
 
 def paths_of(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
@@ -17,17 +52,3 @@ def paths_of(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
     for key, value in table.items():
         given += paths_of(value, f"{path}{key}.") if isinstance(value, Mapping) else [(f"{path}{key}", value)]
     return given
-
-
-def until_settled(given: Any) -> Any:
-    """The keys of a question without ``until = "settled"``, which is the default in words."""
-    if isinstance(given, Mapping) and given.get("until") == "settled":
-        return {k: v for k, v in given.items() if k != "until"}
-    return given
-
-
-def check_model(spec: Spec, model: str) -> None:
-    """Raises ``InputError`` where a key of averaged equations is given with the full ones."""
-    for key in ("inertia", "order") if model == "full" else ():
-        if key in spec.model_fields_set and getattr(spec, key) is not None:
-            raise InputError(f"study.{key}", getattr(spec, key), "allowed only with model = 'slow'")

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 from wucht.machines.machine import Machine
+
+Report = Callable[[float], None]  # is told the share that is done, 0 to 1; may raise ``KeyboardInterrupt``
+
+
+def part_of(report: Report, begin: float, share: float) -> Report:
+    """What tells how far a part of the work is, which begins when a share is done and is as large a share of all."""
+    return lambda done: report(begin + share * done)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from wucht.studies.ensembles.ensemble_equations import (
     turns_otherwise,
     why_one_by_one,
 )
-from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
+from wucht.studies.ensembles.ensemble_question import EnsembleQuestion, Report, part_of
 from wucht.studies.ensembles.first_look import DoublingPace, FirstLook
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.studies.ensembles.single_run_ups import run_up_each
@@ -29,8 +29,6 @@ from wucht.studies.run_up.spec import RunUp
 
 _MOST_DOUBLINGS = 8  # of the first chunk
 _FIRST_LOOK = 0.5  # of the progress
-
-Report = Callable[[float], None]
 
 
 def way_of(question: EnsembleQuestion) -> str:
@@ -72,10 +70,10 @@ def outcomes_of(
     parts, share = list[MemberOutcomes](), len(one_by_one) / len(alone)
     if len(one_by_one):
         mine = variants.taken(one_by_one)
-        parts.append(run_up_each(question, starts[:, one_by_one], mine, lambda done: told(share * done)))
+        parts.append(run_up_each(question, starts[:, one_by_one], mine, part_of(told, 0.0, share)))
     if len(together):
         mine = variants.taken(together).compact
-        parts.append(_in_batches(question, starts[:, together], mine, lambda done: told(share + (1 - share) * done)))
+        parts.append(_in_batches(question, starts[:, together], mine, part_of(told, share, 1 - share)))
     return MemberOutcomes.joined(parts).taken(np.argsort(np.concatenate([one_by_one, together])))
 
 
@@ -83,10 +81,10 @@ def _in_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Varian
     """The outcomes of members that are integrated in batches."""
     machine = question.machine
     horizon = Horizon.of(machine, RunUp(settled=True), initial_state(machine, {}))
-    outcomes, closer = _first_looked_at(question, starts, variants, horizon, lambda share: report(_FIRST_LOOK * share))
+    outcomes, closer = _first_looked_at(question, starts, variants, horizon, part_of(report, 0.0, _FIRST_LOOK))
     if not len(closer):
         return outcomes
-    rest = lambda share: report(_FIRST_LOOK + (1 - _FIRST_LOOK) * share)  # noqa: E731
+    rest = part_of(report, _FIRST_LOOK, 1 - _FIRST_LOOK)
     seen = looked_at(question, starts[:, closer], variants.taken(closer).compact, horizon, rest)
     return outcomes.replaced(closer, seen)
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from wucht.studies.ensembles.ensemble_equations import Variants
-from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
+from wucht.studies.ensembles.ensemble_question import EnsembleQuestion, Report
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.studies.initial_state import placed
 from wucht.studies.run_up.horizon import Horizon
@@ -19,9 +18,7 @@ from wucht.studies.run_up.spec import RunUp
 from wucht.studies.work import Work
 
 
-def run_up_each(
-    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Callable[[float], None]
-) -> MemberOutcomes:
+def run_up_each(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report) -> MemberOutcomes:
     """What becomes of members that start in states (n, M) of the machine's System."""
     count = starts.shape[1]
     spec = RunUp(model=question.model, tolerance=question.tolerance, **_end(question))
