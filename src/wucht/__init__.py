@@ -10,7 +10,8 @@ A ``Machine`` from a file or from ``parts``, a question, an answer:
 
 Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SpeedCurve``, ``SynchronousStates``,
 ``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``, ``Basin``,
-``CaptureProbability``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
+``CaptureProbability``, ``OptimiseBalancer``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``,
+``CamPrediction``.
 Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary
 differential equation: ``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
 ``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``, ``separated``.
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from wucht.studies.capture_probability.spec import CaptureProbability as CaptureProbability
     from wucht.studies.coast_down.spec import CoastDown as CoastDown
     from wucht.studies.entrainment.spec import Entrainment as Entrainment
+    from wucht.studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
     from wucht.studies.orbit_branch.spec import OrbitBranch as OrbitBranch
     from wucht.studies.phase_portrait.spec import PhasePortrait as PhasePortrait
     from wucht.studies.response.spec import Response as Response
@@ -81,6 +83,7 @@ _LAZY = {
     "Machine": "wucht.machines.machine:Machine",
     "PhasePortrait": "wucht.studies.phase_portrait.spec:PhasePortrait",
     "Response": "wucht.studies.response.spec:Response",
+    "OptimiseBalancer": "wucht.studies.optimise_balancer.spec:OptimiseBalancer",
     "OrbitBranch": "wucht.studies.orbit_branch.spec:OrbitBranch",
     "OwnEquations": "wucht.files.own_equations:OwnEquations",
     "RunUp": "wucht.studies.run_up.spec:RunUp",

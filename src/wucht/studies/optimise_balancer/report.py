@@ -1,0 +1,95 @@
+"""A search for the best balancer in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from wucht.results.conventions import summary_of
+from wucht.results.formatting import formats, in_lines
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_WORDS = {
+    "settling-time": "soonest",
+    "residual": "least left",
+    "peak": "least peak",
+    "capture-probability": "least caught",
+}
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a search."""
+    s = summary_of(result)
+    own = s["as_it_is"]
+    ends = " to ".join(dict.fromkeys(f"{u:.4g}" for u in s["unbalance"]))
+    trials = f"{s['candidates']} candidates, {s['samples']} random starts each, unbalance {ends} {s['units']['residual']}"
+    lines = [
+        ("tried", f"{trials}; {_equations(s)}"),
+        ("as it is", f"{_design(own, s)}: {_worth(own['checked'] or own['objectives'], s, result)}"),
+    ]
+    told: set[int] = set()
+    for objective in s["objectives"]:
+        best = _best(s, objective)
+        if best is not None and best not in told:
+            told.add(best)
+            point = s["front"][best]
+            worth = f"{_worth(_known(point), s, result)}{_gain(point, own, s)}"
+            lines.append((_WORDS[objective], f"{_design(point, s)}: {worth}"))
+    if s["damping"] is not None and s["damping"]["optimum"] is not None:
+        unit = next((v["unit"] for k, v in s["variables"].items() if k == "damping"), "N m s")
+        linear = s["damping"]["of_rates"]
+        words = f"{s['damping']['optimum']:.3g} {unit} is soonest in place from random starts: less oscillates, more creeps"
+        lines.append(("damping", words + (f"; near the place itself {linear:.3g} {unit}" if linear is not None else "")))
+    lines.append(("integrated", s["integration"]))
+    return in_lines(result, s["sentence"], lines)
+
+
+def _equations(s: dict[str, Any]) -> str:
+    return "searched with the averaged equations" if s["model"] == "slow" else "searched with the full equations"
+
+
+def _known(point: dict[str, Any]) -> dict[str, Any]:
+    """By the full equations where they are asked."""
+    numbers: dict[str, Any] = point["checked"] or point["objectives"]
+    return numbers
+
+
+def _best(s: dict[str, Any], objective: str) -> int | None:
+    """The place of the point that is best in an objective, of those that hold."""
+    places = [k for k, p in enumerate(s["front"]) if p["holds"] is not False and _known(p)[objective] is not None]
+
+    def order(k: int) -> tuple[float, float]:  # of those that are equally good, one that is caught less
+        known = _known(s["front"][k])
+        return known[objective], known["capture-probability"] or 0.0
+
+    return min(places, key=order, default=None)
+
+
+def _design(point: dict[str, Any], s: dict[str, Any]) -> str:
+    values = [f"{name} {x:.3g} {s['variables'][name]['unit']}".rstrip() for name, x in point["parameters"].items()]
+    count = point["bodies"]
+    return f"{count} {'body' if count == 1 else 'bodies'}, {', '.join(values)}"
+
+
+def _worth(numbers: dict[str, Any], s: dict[str, Any], result: xr.Dataset) -> str:
+    length = formats(result)[1]
+    shown = {
+        "settling-time": lambda x: f"in place after {x:.3g} {s['units']['settling-time']}",
+        "residual": lambda x: f"{x:.3g} {s['units']['residual']} left",
+        "peak": lambda x: f"peak {length(x)}",
+        "capture-probability": lambda x: f"{100 * x:.3g} % do not end well",
+    }
+    return ", ".join(shown[o](numbers[o]) for o in s["objectives"] if numbers[o] is not None) or "nothing is known"
+
+
+def _gain(point: dict[str, Any], own: dict[str, Any], s: dict[str, Any]) -> str:
+    """What it gains over the machine as it is."""
+    ours, before, words = _known(point), own["checked"] or own["objectives"], []
+    for o, noun in (("settling-time", "time"), ("residual", "unbalance left"), ("peak", "peak")):
+        if o in s["objectives"] and ours[o] is not None and before[o]:
+            change = ours[o] / before[o] - 1
+            words += [f"{noun} {'-' if change < 0 else '+'}{100 * abs(change):.0f} %"] if abs(change) >= 0.005 else []
+    if "residual" in s["objectives"] and before["residual"] == 0 and ours["residual"]:
+        words.append("unbalance left where it was none")
+    return f" ({', '.join(words)})" if words else ""

@@ -1,0 +1,132 @@
+"""The question of ``optimise-balancer``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, get_args
+
+from pydantic import BeforeValidator, Field
+
+from wucht.checking import refuse_unknown
+from wucht.errors import InputError, nearest
+from wucht.fields import si
+from wucht.studies import spec as common
+
+Objective = Literal["settling-time", "residual", "peak", "capture-probability"]
+OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
+_KEYS = ("of", "range")
+_TOLERANCE = 1e-6  # many candidates are compared, none is drawn
+_MOST_BODIES = 10
+_MOST_RUNS = 10_000_000
+_LIMITS = {"samples": (2, 4096), "evaluations": (4, 1_000_000), "population": (4, 1000), "points": (1, 100), "seed": (0, 2**31)}
+
+
+def _vary(given: Any) -> Any:
+    if not isinstance(given, Mapping) or not given:
+        raise ValueError(
+            "must be a table of ranges: vary = { damping = [lo, hi], mass = { of = [BODY, ...], range = [lo, hi] } }"
+        )
+    return {name: _group(f"study.vary.{name}", one) for name, one in _by_path(given)}
+
+
+def _by_path(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
+    """What is varied, with its name: TOML reads ``b1.damping = [...]`` as a table within a table."""
+    found: list[tuple[str, Any]] = []
+    for key, value in table.items():
+        nested = isinstance(value, Mapping) and not set(value) & set(_KEYS)
+        found += _by_path(value, f"{path}{key}.") if nested else [(f"{path}{key}", value)]
+    return found
+
+
+def _group(where: str, given: Any) -> dict[str, Any]:
+    table = given if isinstance(given, Mapping) else {"range": given}
+    refuse_unknown(table, _KEYS, where)
+    names, ends = table.get("of"), table.get("range")
+    if not isinstance(ends, list | tuple) or len(ends) != 2 or any(isinstance(e, bool) for e in ends):
+        raise InputError(where, ends, "must be a pair [low, high]")
+    if names is not None and (not isinstance(names, list | tuple) or not names or not all(isinstance(n, str) for n in names)):
+        raise InputError(f"{where}.of", names, "must be a list of names of bodies")
+    return {"of": None if names is None else list(names), "range": list(ends)}
+
+
+def _objectives(given: Any) -> Any:
+    if not isinstance(given, list | tuple) or not given:
+        raise ValueError(f"must be a list of some of {', '.join(OBJECTIVES)}")
+    for i, one in enumerate(given):
+        if one not in OBJECTIVES:
+            raise InputError(f"study.objectives[{i}]", one, f"unknown objective; {nearest(str(one), OBJECTIVES)}")
+        if one in given[:i]:
+            raise InputError(f"study.objectives[{i}]", one, "stands there twice")
+    return tuple(o for o in OBJECTIVES if o in given)
+
+
+def _bodies(given: Any) -> Any:
+    whole = isinstance(given, list | tuple) and all(isinstance(n, int) and not isinstance(n, bool) for n in given)
+    if not whole or not given or min(given) < 1 or max(given) > _MOST_BODIES or len(set(given)) < len(given):
+        raise ValueError(f"must be a list of different numbers of bodies, from 1 to {_MOST_BODIES}")
+    return tuple(sorted(given))
+
+
+Vary = Annotated[dict[str, dict[str, Any]], BeforeValidator(_vary), Field(description="what may be changed, and how far")]
+Objectives = Annotated[tuple[Objective, ...], BeforeValidator(_objectives), Field(description="what is to be small")]
+Bodies = Annotated[tuple[int, ...], BeforeValidator(_bodies), Field(description="numbers of bodies to try")]
+
+
+class OptimiseBalancer(common.Spec):
+    """Which number, mass, place and damping of the balancing bodies serve a machine best: a Pareto front.
+
+    000, section 6: between oscillation and creep there is a damping with which bodies are in place soonest.
+
+    vary: {KEY = [low, high]} of a key of the balancing bodies (``damping``, ``mass``, ``length``, ``track_radius``), which is
+    then the same for all of them; {KEY = {of = [BODY, ...], range = [low, high]}} for some; {BODY.KEY = [low, high]}, or any
+    other path, for one. A wide range (tenfold) is searched by its logarithm. A pendulum's own inertia keeps its ratio to m l^2.
+    objectives: of ``settling-time`` (mean of the starts that end well: at the speed of the drive, bodies at rest about the
+    rotor), ``residual`` (least unbalance that the bodies can leave, at the worse end of ``unbalance``), ``peak`` (largest
+    amplitude of all starts), ``capture-probability`` (share of the starts that do not end well). Without the last one, none may
+    be captured more often than the machine as it is. bodies: numbers of bodies to try, each like the first one of the machine.
+    unbalance: of the rotor, [low, high]: the runs of a candidate are spread evenly over it, both ends included; by default the
+    machine's own. samples: runs of a candidate, from the same random starts for all. evaluations: candidates in all;
+    population: of each generation; points: of the front, at most, that are checked with the full equations. model: of the
+    search, by default ``"slow"`` where the machine has averaged equations; inertia, order: of those, by default with the
+    bodies' inertia: without it nothing oscillates. until: how long each run lasts, by default until it has settled.
+    damping_curve: the settling time over the damping of all bodies, of the machine as it is otherwise.
+    """
+
+    kind: ClassVar[str] = "optimise-balancer"
+    meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "vary", "objectives")
+
+    vary: Vary
+    objectives: Objectives = OBJECTIVES
+    bodies: Bodies | None = None
+    unbalance: common.Interval | None = si("kg m", "unbalance", default=None)
+    samples: common.Whole = Field(16, description="random starts of each candidate")
+    evaluations: common.Whole = Field(192, description="candidates that are tried")
+    population: common.Whole = Field(16, description="candidates of a generation")
+    points: common.Whole = Field(12, description="points of the front that are checked with the full equations")
+    seed: common.Whole = Field(1, description="of the random starts and of the search")
+    model: Literal["full", "slow"] | None = Field(None, description="equations of the search")
+    inertia: common.Inertia | None = None
+    order: common.Order = 1
+    until: float | None = si("s", "time", default=None, gt=0)
+    tolerance: common.Tolerance = _TOLERANCE
+    damping_curve: common.TrueOrFalse = Field(True, description="whether the settling time over the damping is asked too")
+
+    def check(self) -> None:
+        """Numbers that can be worked off, and keys of averaged equations only with them."""
+        for key, (low, high) in _LIMITS.items():
+            if not low <= getattr(self, key) <= high:
+                raise InputError(f"study.{key}", getattr(self, key), f"must be a whole number from {low} to {high}")
+        least = self.population * len(self.bodies or (0,))
+        if self.evaluations < least:
+            why = "a population for each number of bodies" if self.bodies else "one population"
+            raise InputError("study.evaluations", self.evaluations, f"must be at least {least}: {why}")
+        if self.evaluations * self.samples > _MOST_RUNS:
+            raise InputError(
+                "study.evaluations", self.evaluations, f"must be at most {_MOST_RUNS // self.samples} with these samples"
+            )
+        if self.unbalance is not None and self.unbalance[0] <= 0:
+            raise InputError("study.unbalance", list(self.unbalance), "must be unbalances greater than 0")
+        if self.model == "full":
+            for key in ("inertia", "order"):
+                if key in self.model_fields_set and getattr(self, key) is not None:
+                    raise InputError(f"study.{key}", getattr(self, key), "allowed only with model = 'slow'")
