@@ -145,11 +145,13 @@ ORBITS = {
 # Many runs, in tests/studies/basin/test_basin.py and tests/studies/capture_probability/test_capture_probability.py: a few of
 # them, and as they stand.
 MAPS = {"drozdetskaya-2020/figure-5.10", "drozdetskaya-2020/how-likely-it-compensates"}
+# In tests/studies/optimise_balancer/test_optimise_command.py.
+SEARCHES = {"sperling-rollers/damping-optimum"}
 
 
 def test_every_file_is_listed() -> None:
     practice = {n for n in names() if n.startswith("practice/")}  # tests/test_practice_runs.py
-    assert sorted({*EXPECTED, *SEVERAL, *OTHERS, *ORBITS, *MAPS, *practice}) == names()
+    assert sorted({*EXPECTED, *SEVERAL, *OTHERS, *ORBITS, *MAPS, *SEARCHES, *practice}) == names()
 
 
 @pytest.mark.parametrize("name", sorted(SEVERAL))

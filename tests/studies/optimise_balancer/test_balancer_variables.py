@@ -1,0 +1,91 @@
+"""What is varied: bodies together, their number, and the starts of their runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from wucht.errors import InputError
+from wucht.machines.tracks import angular_width
+from wucht.studies.optimise_balancer.balancer_variables import balancing, values_at, variables_of, with_bodies
+from wucht.studies.optimise_balancer.candidates import least_residual, phases
+from wucht.studies.optimise_balancer.spec import OptimiseBalancer
+from wucht.studies.study_file import read_study
+
+CENTRIFUGE = read_study("practice/laboratory-centrifuge").subject
+GRINDER = read_study("practice/grinder-4-balls").subject
+
+
+def test_more_and_fewer_bodies_are_like_the_first_one() -> None:
+    heavy = CENTRIFUGE.with_values({f"b{k}.mass": 5e-3 for k in range(1, 5)})
+    for count in (1, 2, 6):
+        made = with_bodies(heavy, count)
+        assert len(balancing(made)) == count
+        assert {made.values[f"{b}.mass"] for b in balancing(made)} == {5e-3}
+        assert {k: v for k, v in made.values.items() if not k.startswith("b")} == {
+            k: v for k, v in heavy.values.items() if not k.startswith("b")
+        }
+    assert with_bodies(heavy, 4) is heavy
+    assert with_bodies(with_bodies(heavy, 6), 4).values == heavy.values
+
+
+def test_on_a_track_the_others_stay_there() -> None:
+    made = with_bodies(GRINDER, 6)
+    assert [len(t.bodies) for t in made.tracks] == [6]
+
+
+def test_bodies_that_differ_have_no_number() -> None:
+    with pytest.raises(InputError, match="'b3' differs from 'b1'"):
+        with_bodies(CENTRIFUGE.with_values({"b3.mass": 5e-3}), 2)
+    with pytest.raises(InputError, match="without schedules"):
+        with_bodies(read_study("practice/balls-at-resonance").subject, 2)
+
+
+def test_keys_groups_and_paths() -> None:
+    vary = {"damping": [1e-5, 1e-3], "mass": {"of": ["b1", "b2"], "range": ["4 g", "5 g"]}, "drive": {"slope": [1e-3, 2e-3]}}
+    damping, mass, slope = variables_of(CENTRIFUGE, OptimiseBalancer(vary=vary).vary, together=False)
+    assert damping.paths == tuple(f"b{k}.damping" for k in range(1, 5))
+    assert mass.paths == ("b1.mass", "b2.mass")
+    assert (mass.low, mass.high) == (4e-3, 5e-3)
+    assert slope.paths == ("drive.slope",)
+    assert damping.at(np.array([0, 0.5, 1])) == pytest.approx([1e-5, 1e-4, 1e-3])
+    assert mass.at(np.array([0.5])) == pytest.approx([4.5e-3])
+    assert damping.share(1e-4) == pytest.approx(0.5)
+
+
+def test_a_pendulums_inertia_keeps_its_ratio() -> None:
+    machine = read_study("practice/laundry-drum").subject
+    names = balancing(machine)
+    if f"{names[0]}.inertia" not in machine.values:
+        machine = read_study("drozdetskaya-2020/r1").subject
+        names = balancing(machine)
+    assert f"{names[0]}.inertia" in machine.values
+    own = machine.values[f"{names[0]}.mass"]
+    (mass,) = variables_of(machine, OptimiseBalancer(vary={"mass": [own / 2, 2 * own]}).vary, together=False)
+    assert values_at(machine, [mass], [2 * own])[f"{names[0]}.inertia"] == pytest.approx(
+        2 * machine.values[f"{names[0]}.inertia"]
+    )
+
+
+def test_starts_on_a_track_never_overlap_and_are_everywhere() -> None:
+    at = phases(GRINDER, 256, 5) % (2 * np.pi)
+    bodies = GRINDER.tracks[0].bodies
+    gaps = np.diff(np.sort(at, axis=0), axis=0, append=np.sort(at, axis=0)[:1] + 2 * np.pi)
+    assert gaps.min() >= angular_width(bodies[0], bodies[1]) - 1e-12
+    assert np.histogram(at, bins=8, range=(0, 2 * np.pi))[0].min() > 0.7 * at.size / 8
+    assert np.array_equal(phases(CENTRIFUGE, 8, 1), phases(CENTRIFUGE, 8, 1))
+    assert not np.array_equal(phases(CENTRIFUGE, 8, 1), phases(CENTRIFUGE, 8, 2))
+
+
+@pytest.mark.parametrize(("share", "left"), [(0.5, 0.0), (1.0, 0.0), (1.5, 0.5)])
+def test_what_is_left_of_more_unbalance_than_the_bodies_have(share: float, left: float) -> None:
+    moment = sum(CENTRIFUGE.values[f"b{k}.mass"] * (0.115 - 0.005) for k in range(1, 5))
+    assert least_residual(CENTRIFUGE.with_values({"rotor.unbalance": share * moment})) == pytest.approx(
+        left * moment, abs=1e-15
+    )
+
+
+def test_one_body_that_is_too_heavy_leaves_the_difference() -> None:
+    lone = with_bodies(CENTRIFUGE, 1)
+    moment = lone.values["b1.mass"] * 0.11
+    assert least_residual(lone.with_values({"rotor.unbalance": 0.25 * moment})) == pytest.approx(0.75 * moment)

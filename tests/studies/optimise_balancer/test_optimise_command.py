@@ -1,0 +1,90 @@
+"""The study from the command line: its template, a real front, and its refusals."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from wucht.results.conventions import summary_of
+from wucht.studies.runner import load
+from wucht.studies.runner import run as ask
+from wucht.studies.study_file import read_study
+from wucht.studies.synchronous_states.spec import SynchronousStates
+
+Command = Callable[..., Any]
+Refused = Callable[..., str]
+pytestmark = pytest.mark.usefixtures("unpainted")
+SMALL = [f"--set=study.{s}" for s in ("samples=2", "population=4", "evaluations=8", "points=2", "damping_curve=false")]
+
+
+def test_its_template_runs_and_is_drawn_again(here: Path, wucht: Command) -> None:
+    assert wucht("new", "optimise-balancer").code == 0
+    done = wucht("run", "optimise-balancer.toml", "-o", "out", "--json", *SMALL)
+    assert done.code == 0, done.err
+    summary = json.loads(done.out)["summary"]
+    assert summary["candidates"] == 8
+    assert 1 <= len(summary["front"]) <= 2
+    machine = read_study("optimise-balancer.toml").subject
+    for point in summary["front"]:
+        assert 1e-5 <= point["parameters"]["damping"] <= 1e-3
+        values = {f"{b}.{key}": x for b in ("p1", "p2") for key, x in point["parameters"].items()}
+        states = summary_of(ask(SynchronousStates(), machine.with_values({**values, "drum.unbalance": 1.5e-4})))["states"]
+        least = min(s["residual_unbalance"] for s in states if s["stable_full"])
+        assert point["checked"]["residual"] == pytest.approx(least, abs=1e-12)
+        assert point["objectives"]["residual"] == pytest.approx(least, abs=1e-12)
+    (figure,) = Path("out").glob("*.png")
+    figure.unlink()
+    assert wucht("plot", "out/result.nc").code == 0
+    assert figure.is_file()
+    assert load("out/result.nc").sizes["candidate"] == 8
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("study.vary={}", ("study.vary", "must be a table of ranges")),
+        ("study.vary.damping=[1]", ("study.vary.damping", "must be a pair [low, high]")),
+        ("study.vary.damping=[2e-4, 1e-4]", ("study.vary.damping", "low below high")),
+        ('study.vary.damping=["1 mm", 1]', ("study.vary.damping[0]", "this one is a length")),
+        ("study.vary.damping=[-1, 1]", ("study.vary.damping", "must be a damping of at least 0")),
+        ("study.vary={dampin = [1, 2]}", ("study.vary", "did you mean 'damping'?")),
+        ('study.vary={length = {of = ["p3"], range = [1, 2]}}', ("study.vary.length.of", "did you mean 'p2'?")),
+        ("study.vary={drum.unbalance = [1e-4, 2e-4]}", ("study.vary.drum.unbalance", "given by study.unbalance")),
+        ("study.vary={mass = [1e-3, 2e-3], p1.mass = [1e-3, 2e-3]}", ("study.vary.p1.mass", "study.vary.mass too")),
+        ('study.objectives=["settling"]', ("study.objectives[0]", "did you mean 'settling-time'?")),
+        ('study.objectives=["peak", "peak"]', ("study.objectives[1]", "twice")),
+        ("study.objectives=[]", ("study.objectives", "must be a list of some of")),
+        ("study.bodies=[0]", ("study.bodies", "from 1 to 10")),
+        ("study.bodies=[2, 2]", ("study.bodies", "different numbers")),
+        ("study.unbalance=[0, 1e-4]", ("study.unbalance", "greater than 0")),
+        ("study.evaluations=4", ("study.evaluations", "at least 8")),
+        ("study.samples=1", ("study.samples", "from 2 to 4096")),
+        ("study.model=both", ("study.model", "'full' or 'slow'")),
+        ("study.evaluation=9", ("study.evaluation", "did you mean 'evaluations'?")),
+    ],
+)
+def test_bad_input_is_one_sentence(setting: str, says: tuple[str, ...], here: Path, wucht: Command, refused: Refused) -> None:
+    wucht("new", "optimise-balancer")
+    refused("run", "optimise-balancer.toml", "--set", setting, says=says)
+
+
+def test_machines_without_balancing_bodies(refused: Refused) -> None:
+    kind = ("--set", "study.kind=optimise-balancer", "--set", "study.vary={damping = [1, 2]}")
+    refused(
+        "run", "drozdetskaya-2020/figure-5.4", *kind, "--set", "study.model=slow", says=("machine.model", "needed are bodies")
+    )
+    refused("run", "practice/screen", *kind, says=("machine.bodies", "needed are balancing bodies about"))
+
+
+@pytest.mark.slow
+def test_the_file_of_the_catalogue_gives_what_its_notes_say() -> None:
+    study = read_study("sperling-rollers/damping-optimum")
+    s = summary_of(ask(study.spec, study.subject))
+    own, best = s["as_it_is"]["checked"], min(p["checked"]["settling-time"] for p in s["front"])
+    assert best < 0.8 * own["settling-time"]
+    assert s["damping"]["optimum"] < s["damping"]["of_rates"] == pytest.approx(1.34e-4, rel=0.03)
+    assert any(p["objectives"]["residual"] == 0 for p in s["front"])

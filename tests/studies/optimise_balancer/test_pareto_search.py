@@ -1,0 +1,99 @@
+"""The search: a known front, what dominates what, the same search for the same seed, and pymoo missing."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+import numpy as np
+import pytest
+from known_fronts import MACHINE, RANGE, Parabolas, x_of
+
+from wucht.errors import InputError
+from wucht.results.conventions import summary_of
+from wucht.studies.optimise_balancer import candidates, pareto_search
+from wucht.studies.optimise_balancer.pareto_search import not_dominated, spread_out
+from wucht.studies.optimise_balancer.spec import OptimiseBalancer
+from wucht.studies.runner import draw, report
+from wucht.studies.runner import run as ask
+
+TWO = OptimiseBalancer(
+    vary={"damping": RANGE}, objectives=["peak", "settling-time"], samples=2, population=20, evaluations=400, points=12,
+    damping_curve=False,
+)  # fmt: skip
+
+
+def test_not_dominated_is_what_pairs_say() -> None:
+    points = np.round(np.random.default_rng(3).random((60, 3)), 1)
+    better = [[bool((q <= p).all() and (q < p).any()) for q in points] for p in points]
+    assert np.array_equal(not_dominated(points), ~np.any(better, axis=1))
+    assert not_dominated(np.array([[1.0, 1.0], [1.0, 1.0]])).all(), "equal points do not dominate each other"
+
+
+def test_spread_out_has_the_best_of_each_and_gaps_filled() -> None:
+    t = np.linspace(0, 1, 101)
+    chosen = spread_out(np.stack([t, 1 - t], axis=1), 5)
+    assert np.allclose(t[chosen], [0, 0.25, 0.5, 0.75, 1], atol=0.01)
+    assert len(spread_out(np.ones((7, 2)), 5)) == 1
+
+
+def test_the_front_is_the_known_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two parabolas of x in [-1, 3]: x in [0, 2] is on the front, where sqrt(f1) + sqrt(f2) = 2."""
+    monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
+    result = ask(TWO, MACHINE)
+    s = summary_of(result)
+    f = result.front_objective.values[:, [0, 2]]
+    x = x_of(result.front_value.values[:, 0])
+    assert len(x) == 12
+    assert np.allclose(np.sqrt(f).sum(axis=1), 2, atol=0.02), "no further off than tried points are apart"
+    assert x.min() < 0.05
+    assert x.max() > 1.95
+    assert np.diff(np.sort(x)).max() < 0.4
+    tried = x_of(result.tried_value.values[:, 0])
+    assert np.mean((tried[-20:] > -0.01) & (tried[-20:] < 2.01)) > np.mean((tried[:20] > 0) & (tried[:20] < 2)), "it learns"
+    assert s["found"] > 50
+    assert all(p["holds"] for p in s["front"])
+    assert s["candidates"] == 400
+
+
+def test_another_seed_is_another_search_the_same_seed_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
+    few = TWO.model_copy(update={"evaluations": 60})
+    first, again = ask(few, MACHINE), ask(few, MACHINE)
+    np.random.seed(1)
+    assert np.array_equal(first.tried_value, ask(few, MACHINE).tried_value)
+    assert np.array_equal(first.tried_value, again.tried_value)
+    assert not np.array_equal(first.tried_value, ask(few.model_copy(update={"seed": 2}), MACHINE).tried_value)
+
+
+def test_capture_bounds_where_it_is_no_objective(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs are captured for x < 1 but for the machine as it is (x = 0.7): no other candidate may be."""
+    few = TWO.model_copy(update={"evaluations": 100})
+    monkeypatch.setattr(candidates, "outcomes_of", Parabolas(lambda x: (x < 1) & (np.abs(x - x_of(np.array(5e-5))) > 1e-9)))
+    assert x_of(ask(few, MACHINE).front_value.values[:, 0]).min() > x_of(np.array(5e-5)) - 1e-9
+    monkeypatch.setattr(candidates, "outcomes_of", Parabolas(lambda x: np.ones(len(x), bool)))
+    none = ask(few, MACHINE)
+    assert summary_of(none)["front"] == []
+    assert "no candidate has all objectives" in report(none)[1]
+    draw(none)
+
+
+def test_the_full_equations_are_asked_and_differences_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = Parabolas(offset=10.0)
+    monkeypatch.setattr(candidates, "outcomes_of", engine)
+    result = ask(TWO.model_copy(update={"evaluations": 40, "points": 3}), MACHINE)
+    assert engine.full == (3 + 1) * 2
+    assert np.allclose(result.front_checked.values[:, 0], result.front_objective.values[:, 0] + 10)
+    assert "the full equations give another settling-time at 3 of 3 points" in result.attrs["warnings"]
+    assert "another peak" not in result.attrs["warnings"]
+
+
+def test_without_pymoo_a_sentence_says_what_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def without(name: str) -> Any:
+        if name.startswith("pymoo"):
+            raise ImportError(name)
+        return importlib.import_module(name)
+
+    monkeypatch.setattr(pareto_search, "import_module", without)
+    with pytest.raises(InputError, match=r"pip install wucht\[optimise\]"):
+        ask(TWO, MACHINE)
