@@ -12,10 +12,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import sympy as sp
 
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.machines.parts.base import Body
+from wucht.machines.tree import RotatingBody
 from wucht.numerics.zeros import crossings
 
 CANCELLED = 1e-12  # share of the bodies' unbalances that is left where they cancel
@@ -114,3 +116,20 @@ def unbalances(machine: Machine) -> np.ndarray:
         if part.reference is not None:
             moments[part.reference] += part.moment_on_reference()
     return np.array(machine.evaluate(*moments.values()), complex)
+
+
+def moments_along_guides(machine: Machine) -> np.ndarray:
+    """By how much the unbalance of each turning body (n,) grows with the displacement of the mass that slides in it, in kg."""
+    parts = {p.name: p for p in machine.parts if isinstance(p, Body)}
+    moments = [parts[b.name].moment_along_guide() if parts else sp.S.Zero for b in machine.bodies]
+    return np.array(machine.evaluate(*moments), float)
+
+
+def unbalance_scale(machine: Machine, rotor: RotatingBody) -> float:
+    """What shares of an unbalance refer to: the rotor's own; without it the largest that a body about it has, or can have."""
+    own, group = dict(zip(machine.bodies, unbalances(machine), strict=True)), machine.group(rotor)
+    if own[rotor]:
+        return float(abs(own[rotor]))
+    names = [b.name for b in group]
+    reachable = [p.largest_moment() for p in machine.parts if isinstance(p, Body) and p.name in names]
+    return max([float(abs(own[b])) for b in group] + [abs(complex(x)) for x in machine.evaluate(*reachable)]) or 1.0

@@ -192,13 +192,19 @@ def _of_parts(
         "parts": parts,
         "units": Units(),
         "labels": carrier.labels,
-        "sliders": tuple(SlidingBody(b.name, b.kind, b.coordinates()[0], b.reference or "") for b in bodies if not b.turns()),
+        "sliders": tuple(x for b in bodies for x in _sliding(b)),
         "frame": frame,
         "start_angles": {d.on: d.start_angle() for d in drives if d.on in prescribed},
         "start_positions": carrier.start_positions(),
         "schedules": over_time,
-        "warnings": () if changed else _doubts(bodies),
+        "warnings": () if changed else (*_doubts(bodies), *(doubt for b in bodies for doubt in b.doubts())),
     }
+
+
+def _sliding(body: Body) -> list[SlidingBody]:
+    """What slides in a guide: the body itself, or a mass in one that turns."""
+    guide = body.name if body.turns() else body.reference or ""
+    return [SlidingBody(body.name, body.kind, c, guide) for c in body.coordinates() if not c.angle]
 
 
 def _check_releases(bodies: Sequence[Body], prescribed: Mapping[str, sp.Expr]) -> None:
@@ -224,7 +230,7 @@ def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
     bodies = [b for b in bodies if b.turns()]
     for rotor in (b for b in bodies if b.reference is None):
         own = rotor.number(rotor.moment())
-        balancers = [b.number(b.moment()) for b in bodies if b.reference == rotor.name]
+        balancers = [b.number(b.largest_moment()) for b in bodies if b.reference == rotor.name]
         if balancers and own > sum(balancers):
             together = f"the {sum(balancers):.4g} kg m that its balancers can compensate together; they can only reduce it"
             warnings.append(f"the unbalance of {rotor.name!r} is {own:.4g} kg m, more than {together}")

@@ -88,7 +88,7 @@ class Machine(Mechanism):
 
     @property
     def _everything(self) -> tuple[RotatingBody | SlidingBody, ...]:
-        return (*self.bodies, *self.sliders)
+        return (*self.bodies, *(x for x in self.sliders if x.name != x.about))
 
     def __repr__(self) -> str:
         driven = [f"{d.kind} on {d.on}" for d in self.drives]

@@ -1,8 +1,7 @@
 """Bodies of one track cannot pass each other: compliant contacts between neighbours.
 
-A contact is a linear spring and damper between the angles of two neighbours, on while their gap is negative. Its frequency is
-twenty times that of the operation, so that it is short against a turn; its damping ratio zeta follows from the restitution
-e = exp(-pi zeta/sqrt(1 - zeta^2)). Hard contacts would bounce infinitely often in a finite time.
+A contact is a ``stop`` between the angles of two neighbours. Its frequency is twenty times that of the operation, so that it is
+short against a turn.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ import sympy as sp
 from wucht.errors import InputError
 from wucht.fields import Parameter
 from wucht.machines.mechanism import Mechanism
+from wucht.machines.parts.stop import stop
 from wucht.machines.parts.track import RESTITUTION, Track, Tracked
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
-from wucht.piecewise import PiecewiseCubic, step
 
 FREQUENCY_RATIO = 20.0  # of the contact to the operating speed
 
@@ -65,23 +64,20 @@ def _contacts(
     track: Track, order: Sequence[Tracked], offsets: Sequence[float], angles: Mapping[str, Coordinate]
 ) -> tuple[Energies, tuple[Parameter, ...]]:
     """The energies of a track's contacts, and their parameters. order: the bodies counter-clockwise. offsets: of each gap."""
-    frequency, potential, dissipation = track.symbol("contact_frequency"), [], []
+    frequency, contacts = track.symbol("contact_frequency"), list[Energies]()
     parameters = [Parameter(frequency.name, track.frequency, "rad/s", "omega_c", "frequency of the contacts")]
     for k, (a, b) in enumerate(_neighbours(order)):
         offset = track.symbol(f"offset_{k + 1}")
         gap = angles[b.name].position - angles[a.name].position + offset
         rate = angles[b.name].velocity - angles[a.name].velocity
-        on = PiecewiseCubic(gap, step("contact", 0.0, 1.0, 0.0))
         inertia = a.about_axis() * b.about_axis() / (a.about_axis() + b.about_axis())
         bounce = sum(sp.log(body.symbol("restitution")) for body in (a, b)) / 2
-        zeta = -bounce / sp.sqrt(sp.pi**2 + bounce**2)
-        potential.append(on * inertia * frequency**2 * gap**2 / 2)
-        dissipation.append(on * zeta * inertia * frequency * rate**2)
+        contacts.append(stop(gap, rate, inertia, frequency, bounce))
         what = f"angle added to the gap {a.name} to {b.name}"
         parameters.append(Parameter(offset.name, offsets[k], "rad", f"delta_{k + 1}", what))
     for name in (b.name for b in track.bodies if b.restitution is None):
         parameters.append(Parameter(f"{name}.restitution", RESTITUTION, "", "e", "coefficient of restitution"))
-    return Energies(potential=sp.Add(*potential), dissipation=sp.Add(*dissipation)), tuple(parameters)
+    return sum(contacts, Energies()), tuple(parameters)
 
 
 MechanismT = TypeVar("MechanismT", bound=Mechanism)

@@ -32,7 +32,7 @@ class RotatingBody:
 
 @dataclass(frozen=True)
 class SlidingBody:
-    """A body in a guide: name, kind, coordinate (a displacement), and the body that guides it."""
+    """A body in a guide, or the mass that slides in a turning one: name, kind, displacement, and the body with the guide."""
 
     name: str
     kind: str

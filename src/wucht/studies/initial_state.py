@@ -28,12 +28,15 @@ def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "stud
     about one rotor: angles psi +- delta/2. Raises ``InputError``.
     """
     values = _carrier(machine, start.get("carrier", {}), f"{where}.carrier")
+    guided = {"displacement": Unit("m", "displacement"), "velocity": Unit("m/s", "velocity")}
+    sliding, both = {x.name: x for x in machine.sliders}, dict[str, dict[str, float]]()
     given, angle, speed = _given(machine, start, where), _angle(machine), Unit(machine.units.speed, "speed")
     for body in machine.outward:
         at, c, table = f"{where}.{body.name}", body.coordinate, given.get(body.name, {})
         if c.prescribed is not None and table != {}:
             raise InputError(at, table, _NOT_ALLOWED)
-        stated = _quantities(table, {"angle": angle, "speed": speed}, at)
+        stated = _quantities(table, {"angle": angle, "speed": speed} | (guided if body.name in sliding else {}), at)
+        both[body.name] = stated
         if body.release is not None and "speed" in stated:
             raise InputError(f"{at}.speed", stated["speed"], "not allowed: this body is locked until its release")
         head = machine.body(body.about).coordinate if body.about else None
@@ -43,9 +46,8 @@ def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "stud
         own = values[leader.velocity.name] if leader and (led or body.release is not None) else 0.0
         values[c.position.name] = origin + stated.get("angle", 0.0)
         values[c.velocity.name] = stated.get("speed", own) if c.prescribed is None else _prescribed(machine, c)
-    guided = {"displacement": Unit("m", "displacement"), "velocity": Unit("m/s", "velocity")}
-    for x in machine.sliders:
-        stated = _quantities(start.get(x.name, {}), guided, f"{where}.{x.name}")
+    for x in sliding.values():
+        stated = both[x.name] if x.name in both else _quantities(start.get(x.name, {}), guided, f"{where}.{x.name}")
         values[x.coordinate.position.name] = stated.get("displacement", 0.0)
         values[x.coordinate.velocity.name] = stated.get("velocity", 0.0)
     return np.array([values[name] for name in machine.state_names])

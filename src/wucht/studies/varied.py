@@ -59,7 +59,8 @@ def start_states(machine: Machine) -> dict[str, StartState]:
         out = StartState(
             (slider.name, "displacement"), Unit("m", "displacement"), f"displacement of {slider.name} at the start"
         )
-        states |= {slider.name: out, f"{slider.name}.displacement": out}
+        states.setdefault(slider.name, out)  # the bare name of a body that turns as well is its angle
+        states[f"{slider.name}.displacement"] = out
         moving = StartState((slider.name, "velocity"), Unit("m/s", "velocity"), f"velocity of {slider.name} at the start")
         states[f"{slider.name}.velocity"] = moving
     for d in machine.free_labels:

@@ -176,6 +176,18 @@ class Body(Part):
         """The unbalance: mass times the distance of the centre of mass from the axis."""
         return sp.S.Zero
 
+    def moment_along_guide(self) -> sp.Expr:
+        """By how much its unbalance grows with the displacement of the mass that slides in it."""
+        return sp.S.Zero
+
+    def largest_moment(self) -> sp.Expr:
+        """The largest unbalance that it can have."""
+        return self.moment()
+
+    def doubts(self) -> tuple[str, ...]:
+        """Warnings: what runs but is doubtful."""
+        return ()
+
     def couple(self) -> sp.Expr | None:
         """The couple unbalance, m e a of 001 (10), None where it has none."""
         return None

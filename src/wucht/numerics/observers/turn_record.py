@@ -87,12 +87,17 @@ class Blocks:
         return self.part(slice(len(self) - max(1, round(share * len(self))), None))
 
 
-def _resultant(weights: Sequence[complex], phases: np.ndarray) -> np.ndarray:
-    """The magnitude (K,) of the weighted sum of 1 and phases (n, K), in real numbers: their last bit does not depend on K."""
-    real, imaginary = np.full(phases.shape[1], complex(weights[0]).real), np.full(phases.shape[1], complex(weights[0]).imag)
-    for weight, phase in zip(map(complex, weights[1:]), phases, strict=True):
-        real += weight.real * phase.real - weight.imag * phase.imag
-        imaginary += weight.real * phase.imag + weight.imag * phase.real
+def _resultant(weights: Sequence[complex], phases: np.ndarray, moments: np.ndarray) -> np.ndarray:
+    """The magnitude (K,) of the weighted sum of 1 and phases (n, K), in real numbers: their last bit does not depend on K.
+
+    moments: real, added to the weights (1 + n, K), or no rows.
+    """
+    added = moments if len(moments) else np.zeros((len(weights), 1))
+    real = np.zeros(phases.shape[1]) + (complex(weights[0]).real + added[0])
+    imaginary = np.full(phases.shape[1], complex(weights[0]).imag)
+    for weight, more, phase in zip(map(complex, weights[1:]), added[1:], phases, strict=True):
+        real += (weight.real + more) * phase.real - weight.imag * phase.imag
+        imaginary += (weight.real + more) * phase.imag + weight.imag * phase.real
     return np.asarray(np.sqrt(real * real + imaginary * imaginary))
 
 
@@ -131,7 +136,7 @@ class TurnRecord:
         speed, largest = np.abs(new.speed), new.largest
         # Equal parts of a turn count alike: the mean speed over time is that of the turns' durations.
         means = [largest, 2 * math.pi / speed, *new.advance, *new.phases.real, *new.phases.imag]
-        total = _resultant(self.weights or (0.0,) * (1 + n), new.phases)
+        total = _resultant(self.weights or (0.0,) * (1 + n), new.phases, new.moments)
         columns = np.array([new.time, new.angle, *new.angles, speed, speed, largest, largest, total, total, *means])
         goes_on = passage == self.passage and self.kept.kinds
         kinds = (*(LAST,) * (2 + n), *(LOW, HIGH) * 3, *(MEAN,) * (2 + 3 * n))

@@ -22,7 +22,8 @@ class Samples:
     """A part of a motion.
 
     time: (N,), increasing. angles, speeds: of the leading body and of n others (1 + n, N). square, rate: of a distance, its
-    square and the derivative of that (N,); zero if none is of interest.
+    square and the derivative of that (N,); zero if none is of interest. moments: what is added to the weights of the bodies,
+    of the leading one first (1 + n, N); no rows where the weights do not change.
     """
 
     time: np.ndarray
@@ -30,32 +31,34 @@ class Samples:
     speeds: np.ndarray
     square: np.ndarray
     rate: np.ndarray
+    moments: np.ndarray
 
     @classmethod
     def of(cls, time: np.ndarray, *motions: tuple[np.ndarray, np.ndarray]) -> Self:
         """Angle and speed (N,) of the leading body and of the others."""
         none = np.zeros(len(time))
-        return cls(time, np.array([angle for angle, _ in motions]), np.array([speed for _, speed in motions]), none, none)
+        angles, speeds = (np.array([motion[k] for motion in motions]) for k in (0, 1))
+        return cls(time, angles, speeds, none, none, np.empty((0, len(time))))
 
     def led_by(self, body: int) -> Self:
         """The same with this body leading and the others in their order."""
         order = [body, *(i for i in range(len(self.angles)) if i != body)]
-        return self if body == 0 else replace(self, angles=self.angles[order], speeds=self.speeds[order])
+        moments = self.moments[order] if len(self.moments) else self.moments
+        return self if body == 0 else replace(self, angles=self.angles[order], speeds=self.speeds[order], moments=moments)
 
     def only(self, body: int) -> Self:
         """Of one body alone."""
-        return replace(self, angles=self.angles[body : body + 1], speeds=self.speeds[body : body + 1])
+        one = slice(body, body + 1)
+        return replace(self, angles=self.angles[one], speeds=self.speeds[one], moments=self.moments[one])
 
     def beside(self, angle: np.ndarray, speed: np.ndarray) -> Self:
-        """Beside a leading motion (N,)."""
-        return replace(self, angles=np.vstack([angle, self.angles]), speeds=np.vstack([speed, self.speeds]))
+        """Beside a leading motion (N,), which has no weight."""
+        moments = np.vstack([np.zeros_like(angle), self.moments]) if len(self.moments) else self.moments
+        return replace(self, angles=np.vstack([angle, self.angles]), speeds=np.vstack([speed, self.speeds]), moments=moments)
 
     def part(self, which: slice | np.ndarray) -> Self:
         """Some of the samples."""
-        square, rate = self.square[which], self.rate[which]
-        return replace(
-            self, time=self.time[which], angles=self.angles[:, which], speeds=self.speeds[:, which], square=square, rate=rate
-        )
+        return replace(self, **{name: values[..., which] for name, values in vars(self).items()})
 
     def after(self, before: Samples | None) -> Self:
         """With the samples before these; one that both have counts once."""
@@ -72,6 +75,7 @@ class Turns:
 
     time, angle, angles: at the end of each turn, (K,), of the leading body (K,) and of the others (n, K). speed: the mean of
     the leading one, 2 pi over the time of the turn, with its sign. advance: by what the others turn in that time (n, K).
+    moments: averaged over the turn's angle (1 + n, K), or no rows.
     phases: exp(i (other - leading)) averaged over the turn's angle (n, K), of modulus 1 for a body that turns synchronously.
     largest: the distance (K,). passage: how often the leading body had turned back before (K,).
     """
@@ -84,12 +88,13 @@ class Turns:
     phases: np.ndarray
     largest: np.ndarray
     passage: np.ndarray
+    moments: np.ndarray
 
     @classmethod
-    def none(cls, others: int) -> Self:
-        """No turns."""
+    def none(cls, others: int, weights: int = 0) -> Self:
+        """No turns. weights: how many change."""
         one, many = np.empty(0), np.empty((others, 0))
-        return cls(one, one, many, one, many, many.astype(complex), one, one.astype(int))
+        return cls(one, one, many, one, many, many.astype(complex), one, one.astype(int), np.empty((weights, 0)))
 
     @classmethod
     def joined(cls, *parts: Turns) -> Self:
@@ -115,12 +120,13 @@ class Turns:
 class _Marks:
     """Where the leading angle has reached a multiple of an eighth of a turn: the last ones, at each of which a turn begins.
 
-    time (K,), angles of the others (n, K), and the square of the largest distance since the mark before (K,).
+    time (K,), angles of the others (n, K), the square of the largest distance since the mark before (K,), and moments.
     """
 
     time: np.ndarray
     angles: np.ndarray
     square: np.ndarray
+    moments: np.ndarray
 
     def then(self, later: _Marks) -> _Marks:
         """Both in a row."""
@@ -143,7 +149,7 @@ class TurnObserver:
     """
 
     sample: Samples | None = None
-    marks: _Marks = field(default_factory=lambda: _no_marks(0))
+    marks: _Marks = field(default_factory=lambda: _no_marks(0, 0))
     mark: int = 0
     sense: int = 0
     passage: int = 0
@@ -154,26 +160,26 @@ class TurnObserver:
 
         The part may begin with the last sample of the part before.
         """
-        joined, others = samples.after(self.sample), len(samples.angles) - 1
+        joined, others = samples.after(self.sample), (len(samples.angles) - 1, len(samples.moments))
         if len(joined.time) < 2:
-            return replace(self, sample=joined if len(joined.time) else None), Turns.none(others)
+            return replace(self, sample=joined if len(joined.time) else None), Turns.none(*others)
         senses = np.sign(np.diff(joined.angles[0])).astype(int)
         turning = np.flatnonzero(senses)
         if not len(turning):
             largest = float(between_samples(joined.time, joined.square, joined.rate).max())
-            return replace(self, sample=joined.part(slice(-1, None)), square=max(self.square, largest)), Turns.none(others)
+            return replace(self, sample=joined.part(slice(-1, None)), square=max(self.square, largest)), Turns.none(*others)
         filled = senses
         if len(turning) < len(senses):  # an interval in which nothing turns belongs to the stretch before it
             filled = senses[turning[np.maximum(np.searchsorted(turning, np.arange(len(senses)), side="right") - 1, 0)]]
             filled[: turning[0]] = self.sense or filled[0]
         ends = [0, *(np.flatnonzero(np.diff(filled)) + 1).tolist(), len(senses)]
         turned = np.abs(np.diff(joined.angles[0, ends]))
-        observer, found = self, [Turns.none(others)]
+        observer, found = self, [Turns.none(*others)]
         for k, (first, last) in enumerate(pairwise(ends)):
             sense = int(filled[first])
             if sense != observer.sense:
                 back = int(observer.sense != 0)
-                observer = TurnObserver(marks=_no_marks(others), sense=sense, passage=observer.passage + back)
+                observer = TurnObserver(marks=_no_marks(*others), sense=sense, passage=observer.passage + back)
                 observer = replace(observer, mark=int(_marks(sense * joined.angles[0, first])))
             if k in (0, len(turned) - 1) or turned[k] > 2 * math.pi:
                 observer, turns = observer._along(joined.part(slice(first, last + 1)))
@@ -188,14 +194,15 @@ class TurnObserver:
         numbers = np.arange(self.mark + 1, last + 1)
         squares = between_samples(s.time, s.square, s.rate)
         if not len(numbers):
-            return replace(self, square=max(self.square, float(squares.max()))), Turns.none(len(s.angles) - 1)
+            return replace(self, square=max(self.square, float(squares.max()))), Turns.none(len(s.angles) - 1, len(s.moments))
         i = np.repeat(np.arange(len(leader) - 1), np.diff(reached))
         share = where_reached(numbers * _STEP, s.time, leader, self.sense * s.speeds[0], i)
         time, angles = s.time[i] + share * (s.time[i + 1] - s.time[i]), between(share, s.time, s.angles[1:], s.speeds[1:], i)
         begin = np.append(0, i[:-1])
         largest = np.maximum(np.maximum.reduceat(squares[: i[-1] + 1], begin), squares[i])
         largest[0] = max(largest[0], self.square)
-        marks = self.marks.then(_Marks(time, angles, largest))
+        moments = s.moments[:, i] + share * (s.moments[:, i + 1] - s.moments[:, i])
+        marks = self.marks.then(_Marks(time, angles, largest, moments))
         observer = replace(self, marks=marks.last(PER_TURN), mark=last, square=float(squares[i[-1] :].max()))
         return observer, self._averaged(marks, last)
 
@@ -203,7 +210,7 @@ class TurnObserver:
         """The averages over the turns between marks, the last of which has a number."""
         count = len(marks.time) - PER_TURN
         if count < 1:
-            return Turns.none(len(marks.angles))
+            return Turns.none(len(marks.angles), len(marks.moments))
         begin, end = marks.time[:-PER_TURN], marks.time[PER_TURN:]
         leading = self.sense * _STEP * (last - len(marks.time) + 1 + np.arange(len(marks.time)))
         return Turns(
@@ -215,6 +222,7 @@ class TurnObserver:
             phases=_turn_means(np.exp(1j * (marks.angles - leading))),
             largest=np.sqrt(_turn_maxima(marks.square[1:])),
             passage=np.full(count, self.passage),
+            moments=_turn_means(marks.moments),
         )
 
 
@@ -223,8 +231,8 @@ def _marks(angles: np.ndarray) -> np.ndarray:
     return np.floor(angles / _STEP + _ROUNDING).astype(int)
 
 
-def _no_marks(others: int) -> _Marks:
-    return _Marks(np.empty(0), np.empty((others, 0)), np.empty(0))
+def _no_marks(others: int, weights: int) -> _Marks:
+    return _Marks(np.empty(0), np.empty((others, 0)), np.empty(0), np.empty((weights, 0)))
 
 
 def _turn_means(signal: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.analysis.vibration import Vibration, unbalances
+from wucht.analysis.vibration import Vibration, moments_along_guides, unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.observers.modulation import Modulation, modulation
@@ -111,7 +111,8 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     bodies = machine.group(rotor)
     index, others = [machine.bodies.index(b) for b in bodies], [b for b in machine.bodies if b is not rotor]
     about, whole, sense = [others.index(b) for b in bodies[1:]], record.whole, record.sense
-    unbalanced, vibration = bool(unbalances(machine)[index].any()), Vibration.of(machine).only(index)
+    moments, vibration = (unbalances(machine), moments_along_guides(machine)), Vibration.of(machine).only(index)
+    unbalanced = any(bool(m[index].any()) for m in moments)
     expected = None if free is None else sense * free
     observed = modulation(record, MODULATION_THRESHOLD * float(record.last(SHARE).speed.mean()))
     series = _series(whole, observed)

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from wucht.analysis.static import axis_at_rest
-from wucht.analysis.vibration import unbalances
+from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.program import Evaluator
@@ -52,6 +52,22 @@ class Watch:
         return Evaluator.of(system, [system.output(n).expression for n in names], names)
 
     @cached_property
+    def _sliding(self) -> list[tuple[int, int, float]]:
+        """Of each body in which a mass slides its number, the row of the displacement, and what that adds to the unbalance."""
+        machine, along = self.machine, moments_along_guides(self.machine).tolist()
+        rows = {x.name: machine.row(x.coordinate.position) for x in machine.sliders}
+        return [(i, rows[b.name], m) for i, (b, m) in enumerate(zip(machine.bodies, along, strict=True)) if m]
+
+    @cached_property
+    def _shares(self) -> dict[str, np.ndarray]:
+        """By rotor, what makes unbalances of all bodies (n, 1) shares of its own; zero for those of other rotors."""
+        machine = self.machine
+        return {
+            r.name: np.array([[float(b in machine.group(r)) / unbalance_scale(machine, r)] for b in machine.bodies])
+            for r in machine.rotors
+        }
+
+    @cached_property
     def _at_rest(self) -> dict[str, float]:
         return axis_at_rest(self.machine)
 
@@ -68,14 +84,18 @@ class Watch:
         samples = Samples.of(motion.time, *(motion_of(self.machine, motion, b) for b in self.machine.bodies))
         rows = self._orbit(motion.time, motion.states, motion.parameters)
         orbit = Orbit.of(self.machine, motion.time, rows, self._at_rest)
-        return replace(samples, square=orbit.square, rate=orbit.square_rate)
+        moments = np.zeros_like(samples.angles) if self._sliding else samples.moments
+        for body, row, moment in self._sliding:
+            moments[body] = moment * motion.states[row]
+        return replace(samples, square=orbit.square, rate=orbit.square_rate, moments=moments)
 
     def after(self, seen: Observation, samples: Samples) -> Observation:
         """After a part of the motion, which may begin with the last sample of the part before."""
         machine, names = self.machine, [b.name for b in self.machine.bodies]
         rotors, vibration, frequency = {}, seen.vibration, machine.shaking_frequency
         for name, record in seen.rotors.items():
-            rotors[name] = record.after(samples.led_by(names.index(name)))
+            shares = replace(samples, moments=samples.moments * self._shares[name]) if self._sliding else samples
+            rotors[name] = record.after(shares.led_by(names.index(name)))
         main = seen.main.after(samples.only(names.index(machine.rotor.name)))
         if vibration is not None and frequency is not None:
             vibration = vibration.after(samples.beside(frequency * samples.time, np.full(len(samples.time), frequency)))
@@ -88,7 +108,7 @@ def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:
     """The unbalances of a rotor and of all other bodies, zero of those of other rotors, as shares of its own."""
     own, bodies = unbalances(machine), machine.bodies
     group = [bodies.index(b) for b in machine.group(rotor)]
-    scale = abs(own[group[0]]) or float(np.abs(own[group]).max()) or 1.0
+    scale = unbalance_scale(machine, rotor)
     each = [own[i] / scale if i in group else 0.0 for i in range(len(bodies))]
     return tuple(map(complex, [each.pop(group[0]), *each]))
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from wucht.analysis.vibration import unbalances
+from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.mechanics.lagrange import Coordinate
@@ -64,7 +64,7 @@ def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> Variables:
         "free_speed": variable("", free, "speed reached without vibration", units.speed),
         "motor_torque": variable("time", row["motor_torque"], "motor torque", units.torque),
         "motor_power": variable("time", row["motor_power"], "motor power", units.power),
-        "residual_unbalance": variable("time", _residual(machine, angle, end), "share of the unbalance that is left"),
+        "residual_unbalance": variable("time", _residual(machine, row, angle, end), "share of the unbalance that is left"),
     }
     if is_locking(machine):
         frequency, to = machine.shaking_frequency, rotor_phases(machine, time, {r.name: angle[r.name] for r in machine.rotors})
@@ -114,11 +114,14 @@ def _envelope(
     return envelope(time, peaks, np.divide(math.pi, rate, out=np.zeros_like(rate), where=rate > 0))
 
 
-def _residual(machine: Machine, angle: Mapping[str, np.ndarray], end: float) -> np.ndarray:
-    own, rotor = dict(zip(angle, unbalances(machine.at(end)), strict=True)), machine.rotor.name
-    others = [b.name for b in machine.group(machine.rotor) if b.name != rotor]
-    vector = own[rotor] + sum((own[n] * np.exp(1j * (angle[n] - angle[rotor])) for n in others), np.zeros_like(angle[rotor]))
-    return np.asarray(np.abs(vector) / (abs(own[rotor]) or max(map(abs, own.values())) or 1.0))
+def _residual(machine: Machine, row: Rows, angle: Mapping[str, np.ndarray], end: float) -> np.ndarray:
+    machine, rotor = machine.at(end), machine.rotor.name
+    own, along = (dict(zip(angle, of(machine), strict=True)) for of in (unbalances, moments_along_guides))
+    out = {x.name: along[x.name] * row[x.coordinate.position.name] for x in machine.sliders if x.name in along}
+    vector = own[rotor] + np.zeros_like(angle[rotor])
+    for name in (b.name for b in machine.group(machine.rotor) if b.name != rotor):
+        vector = vector + (own[name] + out.get(name, 0.0)) * np.exp(1j * (angle[name] - angle[rotor]))
+    return np.asarray(np.abs(vector) / unbalance_scale(machine, machine.rotor))
 
 
 def _energy(machine: Machine, row: Rows, trajectory: Trajectory) -> Variables:

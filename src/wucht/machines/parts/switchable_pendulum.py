@@ -1,0 +1,122 @@
+"""The switchable pendulum: balanced until the centrifugal force pulls a mass in it off its inner stop, 002 section 6.1."""
+
+from __future__ import annotations
+
+import math
+
+import sympy as sp
+from pydantic import Field
+
+from wucht.machines.parts.base import Body, Frame, si
+from wucht.machines.parts.stop import stop
+from wucht.mechanics.energies import Energies
+from wucht.mechanics.lagrange import Coordinate
+
+CONTACT_RATIO = 50.0  # frequency of the stops over the speed of activation: the inner one gives way by 1/2500 of its radius
+RESTITUTION = 0.5
+
+
+class SwitchablePendulum(Body):
+    """A rigid frame on the axis of ``about``, with a mass in a radial guide that a preloaded spring holds at the inner stop.
+
+    The angle points from the axis to that mass. Its radius is inner_stop + s; s is the second coordinate, and
+    V = preload s + stiffness s^2/2. The frame's own centre of mass lies opposite, by default (``length`` not given) so that the
+    whole is balanced while s = 0, but for ``permanent_unbalance``: small, towards the mass, or away from it where negative.
+    Both stops are compliant (``stop``) with a restitution; they are 50 times as fast as the speed of activation
+    sqrt(preload/(moving_mass inner_stop)), or have ``contact_frequency``.
+    """
+
+    kind = "switchable-pendulum"
+
+    about: str = Field(description="name of the body turned about")
+    mass: float = si("kg", "mass of the frame", "m", gt=0)
+    length: float | None = si("m", "distance of the frame's centre of mass behind the axis", "l", None, ge=0)
+    inertia: float | None = si("kg m^2", "moment of inertia of the frame about the axis", "J", None, gt=0)
+    damping: float = si("N m s", "damping", "b", 0.0, ge=0)
+    moving_mass: float = si("kg", "moving mass", "m_s", gt=0)
+    inner_stop: float = si("m", "radius of the moving mass at the inner stop", "r_i", gt=0)
+    outer_stop: float = si("m", "radius of the moving mass at the outer stop", "r_o", gt=0)
+    stiffness: float = si("N/m", "stiffness of the spring", "c", ge=0)
+    preload: float = si("N", "force of the spring at the inner stop", "F_0", gt=0)
+    restitution: float = si("", "coefficient of restitution at the stops", "e", RESTITUTION, ge=0.01, le=1)
+    permanent_unbalance: float = si("kg m", "permanent unbalance", "U_p", 0.0)
+    guide_damping: float = si("N s/m", "damping of the moving mass in its guide", "d", 0.0, ge=0)
+    contact_frequency: float | None = si("rad/s", "frequency of the stops", "omega_c", None, gt=0)
+
+    def check(self) -> None:
+        """The outer stop is farther out; the frame's inertia is at least that of its unbalance."""
+        if self.outer_stop <= self.inner_stop:
+            raise ValueError("outer_stop", f"must be more than the inner stop, {self.inner_stop:g} m")
+        own = self.number(self._frame_moment())
+        least = own * own / self.mass
+        if not math.isfinite(least):
+            raise ValueError("inner_stop", "must be a radius with which the frame's unbalance can still be computed")
+        if self.inertia is not None and self.inertia < least * (1 - 1e-12):
+            of = f"that of the frame's unbalance of {own:.6g} kg m in one point, which is the default"
+            raise ValueError("inertia", f"must be at least {least:.6g} kg m^2, {of}")
+
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The absolute angle, and the displacement of the moving mass outward from the inner stop, in m."""
+        return (*super().coordinates(), Coordinate.named(f"{self.name}.displacement", f"{self.name}.velocity"))
+
+    def moment(self) -> sp.Expr:
+        """The unbalance while the moving mass is at its inner stop: the permanent one, if the frame balances the rest."""
+        return self._frame_moment() + self.symbol("moving_mass") * self.symbol("inner_stop")
+
+    def moment_along_guide(self) -> sp.Expr:
+        """The moving mass."""
+        return self.symbol("moving_mass")
+
+    def largest_moment(self) -> sp.Expr:
+        """The unbalance while the moving mass is at its outer stop."""
+        return self.moment() + self.symbol("moving_mass") * (self.symbol("outer_stop") - self.symbol("inner_stop"))
+
+    def about_axis(self) -> sp.Expr:
+        """The inertia while the moving mass is at its inner stop."""
+        return self._frame_inertia() + self.symbol("moving_mass") * self.symbol("inner_stop") ** 2
+
+    def doubts(self) -> tuple[str, ...]:
+        """A frame that is not balanced."""
+        left = self.number(self.moment()) - self.permanent_unbalance
+        stroke = self.moving_mass * (self.outer_stop - self.inner_stop)
+        if abs(left) <= 1e-9 * stroke:
+            return ()
+        balanced = self.moving_mass * self.inner_stop / self.mass
+        cure = f"with length = {balanced:.6g} m, or without this key, it would be balanced"
+        return (f"{self.name!r} keeps an unbalance of {left:.4g} kg m while its mass is at the inner stop: {cure}",)
+
+    def energies(self, frame: Frame) -> Energies:
+        """With psi the angle, r = r_i + s and v the velocity of the axis:
+
+        T = m v^2/2 + U_f psi' v.n + J psi'^2/2 of the frame, m_s |v + d/dt(r e(psi))|^2/2 of the moving mass;
+        V = F_0 s + c s^2/2 and gravity; R = b (psi' - phi')^2/2 + d s'^2/2; and the two stops.
+        """
+        m, b, d = self.symbols("mass", "damping", "guide_damping")
+        moving, inner, outer, c, preload = self.symbols("moving_mass", "inner_stop", "outer_stop", "stiffness", "preload")
+        guide, at, psi, w = self.coordinates()[1], frame.axis(self.name), frame.angle(self.name), frame.speed(self.name)
+        s, v, radius = guide.position, guide.velocity, inner + guide.position
+        own = Energies(
+            kinetic=self._frame_inertia() * w**2 / 2 + moving * (v**2 + radius**2 * w**2) / 2
+            + moving * v * (at.vx * sp.cos(psi) + at.vy * sp.sin(psi)),
+            potential=preload * s + c * s**2 / 2,
+            dissipation=b * (w - frame.speed(self.about)) ** 2 / 2 + d * v**2 / 2,
+        )  # fmt: skip
+        carried = frame.carried(m + moving, self._frame_moment() + moving * radius, self.name)
+        bounce, frequency = sp.log(self.symbol("restitution")), self._contact_frequency()
+        gaps = ((s, v), (outer - inner - s, -v))
+        stops = [stop(gap, rate, moving, frequency, bounce) for gap, rate in gaps]
+        return carried + own + stops[0] + stops[1]
+
+    def _frame_moment(self) -> sp.Expr:
+        """U_f: the permanent unbalance less what balances the moving mass at its inner stop."""
+        m, length, moving, inner, own = self.symbols("mass", "length", "moving_mass", "inner_stop", "permanent_unbalance")
+        return own - (moving * inner if self.length is None else m * length)
+
+    def _frame_inertia(self) -> sp.Expr:
+        return self._frame_moment() ** 2 / self.symbol("mass") if self.inertia is None else self.symbol("inertia")
+
+    def _contact_frequency(self) -> sp.Expr:
+        moving, inner, preload = self.symbols("moving_mass", "inner_stop", "preload")
+        if self.contact_frequency is not None:
+            return self.symbol("contact_frequency")
+        return CONTACT_RATIO * sp.sqrt(preload / (moving * inner))
