@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from wucht.numerics.flow.compiled import compile_system as compile_system
     from wucht.numerics.flow.integrate import integrate as integrate
     from wucht.numerics.orbits import periodic_orbit as periodic_orbit
+    from wucht.studies.activation.spec import Activation as Activation
     from wucht.studies.approximation.spec import Approximation as Approximation
     from wucht.studies.basin.spec import Basin as Basin
     from wucht.studies.cam_contour.spec import CamContour as CamContour
@@ -70,6 +71,7 @@ __version__ = "0.1.0"
 
 # SymPy, heyoka and xarray take seconds to import: they are loaded when a name is first used, not with the package.
 _LAZY = {
+    "Activation": "wucht.studies.activation.spec:Activation",
     "Approximation": "wucht.studies.approximation.spec:Approximation",
     "Basin": "wucht.studies.basin.spec:Basin",
     "CamContour": "wucht.studies.cam_contour.spec:CamContour",

@@ -19,7 +19,6 @@ from wucht.machines.parts.base import Body
 
 _PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "tracks")
 _KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")
-_LATER_BODIES = ("switchable-pendulum",)
 
 
 def machine_from(document: Document, title: str = "") -> Machine:
@@ -66,7 +65,7 @@ def _bodies(document: Document) -> tuple[list[Body], dict[str, str]]:
     for i, described in enumerate(tables):
         name = str(described.get("name", ""))
         where = f"machine.bodies[{i}]" + (f" ({name})" if name.replace("-", "_").isidentifier() else "")
-        bodies.append(_of_kind(body_kinds(), described, where, _LATER_BODIES))
+        bodies.append(_of_kind(body_kinds(), described, where))
     return bodies, {b.path: f"bodies[{i}] ({b.name})" for i, b in enumerate(bodies)}
 
 
@@ -78,9 +77,9 @@ def _shafts(document: Document, group: str, kinds: dict[str, type[Any]]) -> tupl
     return shafts, dict(zip(shaft_paths(group, [(s.on, s.kind) for s in shafts]), places, strict=True))
 
 
-def _of_kind(kinds: dict[str, type[Any]], described: Document, where: str, later: tuple[str, ...] = ()) -> Any:
+def _of_kind(kinds: dict[str, type[Any]], described: Document, where: str) -> Any:
     """A part from its table, which names its kind."""
-    kind = choice(described, "kind", where, kinds, later)
+    kind = choice(described, "kind", where, kinds)
     return checked(kinds[kind], {k: v for k, v in described.items() if k != "kind"}, where)
 
 

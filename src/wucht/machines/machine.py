@@ -12,6 +12,7 @@ from wucht.machines.mechanism import Mechanism
 from wucht.machines.models import Model
 from wucht.machines.parts.base import Body, Drive, Load
 from wucht.machines.parts.support import Support
+from wucht.machines.schedules import Schedule
 from wucht.machines.structure import LOST, MISMATCH, SUPPLIED
 from wucht.machines.tree import RotatingBody, SlidingBody
 
@@ -32,7 +33,8 @@ class Machine(Mechanism):
         The other parts. Quantities are numbers in SI or strings with a unit. A drive or load acts ``on`` the only rotor if it
         does not say otherwise; a body has one drive, and one load of each kind.
     schedules
-        Tables ``{"parameter": PATH, "points": [[time, value], ...], "interpolation": "linear" | "steps" | "smooth"}``.
+        Tables ``{"parameter": PATH, "points": [[time, value], ...], "interpolation": "linear" | "steps" | "smooth"}``,
+        or the schedules of another machine.
     tracks
         Tables ``{"contact_frequency": ...}`` by the name of a track that bodies share.
     title
@@ -77,7 +79,7 @@ class Machine(Mechanism):
         drives: Sequence[Drive] = (),
         loads: Sequence[Load] = (),
         *,
-        schedules: Sequence[Mapping[str, Any]] = (),
+        schedules: Sequence[Mapping[str, Any] | Schedule] = (),
         tracks: Mapping[str, Mapping[str, Any]] | None = None,
         title: str = "",
     ) -> None:

@@ -48,15 +48,16 @@ class Schedule:
 
 
 def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequence[Part], time: str) -> tuple[Schedule, ...]:
-    """The schedules of a machine, from tables with the keys ``parameter``, ``points``, ``interpolation``.
+    """The schedules of a machine, from tables with the keys ``parameter``, ``points``, ``interpolation``, or those of another.
 
     time: the unit of time. Raises ``InputError``, located from ``schedules`` on, also for values that the parts do not allow.
     """
-    if not isinstance(tables, list | tuple) or not all(isinstance(t, Mapping) for t in tables):
+    if not isinstance(tables, list | tuple) or not all(isinstance(t, Mapping | Schedule) for t in tables):
         raise InputError("schedules", tables, "must be tables: [[machine.schedules]]")
     schedules: dict[str, Schedule] = {}
     for i, described in enumerate(tables):
-        schedule = _schedule(described, parameters, time, f"schedules[{i}]")
+        made = isinstance(described, Schedule)
+        schedule = described if made else _schedule(described, parameters, time, f"schedules[{i}]")
         if schedule.parameter in schedules:
             raise InputError(f"schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
         schedules[schedule.parameter] = schedule

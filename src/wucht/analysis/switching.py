@@ -1,0 +1,133 @@
+"""When switchable pendulums open and close, in closed form; and the machine with rigid pendulums in their place, or none.
+
+At a steady speed w on an axis that does not move the moving mass feels m_s w^2 (r_i + s) outward and F_0 + c s inward. Both are
+straight lines over s: at the inner stop (s = 0) it leaves where w exceeds sqrt(F_0/(m_s r_i)), at the outer one (s = d) where w
+falls below sqrt((F_0 + c d)/(m_s r_o)). With c r_i < F_0 the second is less: the mass snaps from stop to stop.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from wucht.machines.machine import Machine
+from wucht.machines.parts.base import Body, Load
+from wucht.machines.parts.pendulum import Pendulum
+from wucht.machines.parts.rotor import Rotor
+from wucht.machines.parts.support import Support
+from wucht.machines.parts.switchable_pendulum import SwitchablePendulum
+
+
+@dataclass(frozen=True)
+class Switching:
+    """Speeds of a pendulum in rad/s. opening, closing: at which its mass leaves the inner and the outer stop.
+
+    after: with which it turns on once its mass is out: its angular momentum is kept while the mass snaps. stroke: in m.
+    """
+
+    opening: float
+    closing: float
+    after: float
+    stroke: float
+
+    @property
+    def snaps(self) -> bool:
+        """Whether the mass goes from stop to stop; else it moves out gradually between the two speeds."""
+        return self.closing < self.opening
+
+    @property
+    def stays_open(self) -> bool:
+        """Whether the mass stays out although the pendulum has become slower; else the damper has to speed it up first."""
+        return self.after > self.closing
+
+
+def switchable(machine: Machine) -> tuple[SwitchablePendulum, ...]:
+    """The switchable pendulums of a machine, in its order."""
+    return tuple(p for p in machine.parts if isinstance(p, SwitchablePendulum))
+
+
+def switching(machine: Machine, pendulum: SwitchablePendulum, outward: float = 0.0) -> Switching:
+    """When a pendulum of a machine switches, at the machine's parameter values.
+
+    outward: by how much, in m, the axis is displaced towards its mass while it circles at the same speed: a vibration that the
+    mass feels as if its radius were so much larger. Infinite speeds where the mass is then on the other side of the centre.
+    """
+    moving, inner, outer, preload, c = pendulum.symbols("moving_mass", "inner_stop", "outer_stop", "preload", "stiffness")
+    closed = pendulum.about_axis()
+    opened = closed + moving * (outer**2 - inner**2)
+    m, r_i, r_o, force, stiffness, before, after = map(
+        float, machine.evaluate(moving, inner, outer, preload, c, closed, opened)
+    )
+    stroke = r_o - r_i
+
+    def speed(inward: float, radius: float) -> float:
+        return math.sqrt(inward / (m * radius)) if radius > 0 else math.inf
+
+    opening = speed(force, r_i + outward)
+    return Switching(opening, speed(force + stiffness * stroke, r_o + outward), opening * before / after, stroke)
+
+
+def preload_for(machine: Machine, pendulum: SwitchablePendulum, opening: float) -> float:
+    """The preload in N with which a pendulum opens at a speed in rad/s: m_s r_i w^2."""
+    m, r = machine.evaluate(*pendulum.symbols("moving_mass", "inner_stop"))
+    return float(m * r) * opening**2
+
+
+def with_rigid_pendulums(machine: Machine) -> Machine:
+    """The machine with each switchable pendulum rigid, its mass at the outer stop."""
+    return _rebuilt(machine, [_rigid(machine, b) if isinstance(b, SwitchablePendulum) else b for b in _bodies(machine)])
+
+
+def without_pendulums(machine: Machine) -> Machine:
+    """The machine without its switchable pendulums, their masses being on the rotors they turn about: it is as heavy."""
+    added: dict[str, float] = {}
+    for p in switchable(machine):
+        root = machine.tree.root(p.name)
+        added[root] = added.get(root, 0.0) + _mass(machine, p)
+    kept = [b for b in _bodies(machine) if not isinstance(b, SwitchablePendulum)]
+    return _rebuilt(machine, [_heavier(machine, b, added[b.name]) if b.name in added else b for b in kept])
+
+
+def _bodies(machine: Machine) -> list[Body]:
+    return [p for p in machine.parts if isinstance(p, Body)]
+
+
+def _mass(machine: Machine, pendulum: SwitchablePendulum) -> float:
+    return float(sum(machine.evaluate(*pendulum.symbols("mass", "moving_mass"))))
+
+
+def _rigid(machine: Machine, p: SwitchablePendulum) -> Pendulum:
+    moving, inner, outer, b = p.symbols("moving_mass", "inner_stop", "outer_stop", "damping")
+    opened = p.about_axis() + moving * (outer**2 - inner**2)
+    mass, (moment, inertia, damping) = _mass(machine, p), map(float, machine.evaluate(p.largest_moment(), opened, b))
+    return Pendulum(
+        name=p.name, about=p.about, mass=mass, length=moment / mass, inertia=inertia, damping=damping, release=p.release
+    )  # fmt: skip
+
+
+def _heavier(machine: Machine, rotor: Body, mass: float) -> Body:
+    """A rotor with a balanced mass added."""
+    assert isinstance(rotor, Rotor), "a body that turns on the carrier is a rotor"
+    own, moment = map(float, machine.evaluate(rotor.symbol("mass"), rotor.moment()))
+    unbalance = None if rotor.couple_unbalance is not None else moment
+    return rotor.model_copy(update={"mass": own + mass, "eccentricity": None, "unbalance": unbalance})
+
+
+def _rebuilt(machine: Machine, bodies: Sequence[Body]) -> Machine:
+    """A machine with other bodies, all else as it is: parameter values and schedules too, of what is still there."""
+    carrier = next(p for p in machine.parts if isinstance(p, Support))
+    loads = [p for p in machine.parts if isinstance(p, Load)]
+    before, same = {b.name: b for b in _bodies(machine)}, {b.name for b in bodies}
+    changed = {b.name for b in bodies if before.get(b.name) is not b}
+    gone = changed | (before.keys() - same)
+    kept = [s for s in machine.schedules if s.parameter.split(".")[0] not in gone]
+    tracks = {t.name: {"contact_frequency": t.frequency} for t in machine.tracks if t.given}
+    made = Machine(carrier, bodies, machine.drives, loads, schedules=kept, tracks=tracks, title=machine.title)
+    return made.with_unchecked(_shared(machine.values, made.values, changed))
+
+
+def _shared(old: Mapping[str, float], new: Iterable[str], changed: Iterable[str]) -> dict[str, float]:
+    """The values of those parameters that both machines have, but for bodies that were changed."""
+    owners = set(changed)
+    return {path: old[path] for path in new if path in old and path.split(".")[0] not in owners}

@@ -1,0 +1,1 @@
+"""The study ``activation``: run-ups of a rotor with switchable pendulums, against rigid pendulums and none."""

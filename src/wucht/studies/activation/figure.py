@@ -1,0 +1,76 @@
+"""The figure of an activation: amplitude over the speed of the rotor, and the peaks over orientation or activation speed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wucht.results import style
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_HEIGHT, RIGID = 5.2, "rigid"  # as the runs are called in the Dataset
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """Two panels from an activation's Dataset alone."""
+    drawn, (curves, peaks) = style.new_grid(1, 2, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
+    _curves(curves, result)
+    _peaks(peaks, result)
+    drawn.subplots_adjust(bottom=0.36)
+    for axis, left in ((curves, 0.06), (peaks, 0.56)):
+        handles = axis.get_legend_handles_labels()
+        drawn.legend(*handles, loc="upper left", bbox_to_anchor=(left, 0.25), ncol=1, frameon=False, fontsize=7)
+    return drawn
+
+
+def _curves(axis: Axes, result: xr.Dataset) -> None:
+    scale, unit = style.printed_unit(result, "curve_amplitude")
+    names = list(map(str, result.curve.values))
+    apart = list(dict.fromkeys(name.partition(", ")[2] for name in names if ", " in name))
+    for i, name in enumerate(names):
+        kind, _, angle = name.partition(", ")
+        colour = style.COLOURS[apart.index(angle) % (len(style.COLOURS) - 1)] if angle else style.COLOURS[-1]
+        dashes, width = (":", 0.9) if kind == RIGID else ("-", 1.2)
+        speed, amplitude = result.curve_speed.values[i], scale * result.curve_amplitude.values[i]
+        axis.plot(speed, amplitude, label=name, color=colour, linestyle=dashes, linewidth=width)
+    first = float(result.activation_speed.values[0])
+    axis.axvline(first, color=style.GREY, linestyle="--", linewidth=0.9, label=f"activation speed {first:.4g} rad/s")
+    axis.set_xlabel(style.label(result, "curve_speed"))
+    axis.set_ylabel(style.label(result, "curve_amplitude", unit))
+    axis.set_ylim(bottom=0)
+
+
+def _peaks(axis: Axes, result: xr.Dataset) -> None:
+    """Over the orientation; over the activation speed where there is only one orientation."""
+    (scale, unit), speeds = style.printed_unit(result, "peak"), result.activation_speed.values
+    degrees, over_speed = np.degrees(result.orientation.values), len(result.orientation) == 1 and len(speeds) > 1
+    rows = [result.peak.values[:, 0]] if over_speed else list(result.peak.values)
+    at = speeds if over_speed else degrees
+    for i, row in enumerate(rows):
+        look = style.line_style(i)
+        name = "switchable" if over_speed or len(speeds) == 1 else f"switchable, {speeds[i]:.4g} rad/s"
+        _band(axis, at, scale * row, look["color"], look["linestyle"], name)
+    rigid, colour = scale * result.rigid_peak.values, style.COLOURS[5]
+    if np.isfinite(rigid).any():
+        _band(axis, at, np.repeat(rigid, len(at), axis=0) if over_speed else rigid, colour, ":", "rigid")
+    if np.isfinite(float(result.none_peak)):
+        axis.axhline(scale * float(result.none_peak), color=style.COLOURS[6], linewidth=0.9, label="without pendulums")
+    axis.set_xlabel(style.label(result, "activation_speed") if over_speed else "orientation at the start (°)")
+    if not over_speed:
+        axis.set_xticks(degrees)
+    axis.set_ylabel(style.label(result, "peak", unit))
+    axis.set_ylim(bottom=0)
+
+
+def _band(axis: Axes, at: np.ndarray, peaks: np.ndarray, colour: str, dashes: str, name: str) -> None:
+    """Peaks (n, phases): the mean, and between which values they lie."""
+    known = np.isfinite(peaks).all(axis=1)
+    inside, where = peaks[known], at[known]
+    axis.plot(where, inside.mean(axis=1), "o", linestyle=dashes, color=colour, markersize=3.5, linewidth=1.1, label=name)
+    if peaks.shape[1] > 1:
+        axis.fill_between(where, inside.min(axis=1), inside.max(axis=1), color=colour, alpha=0.2, linewidth=0)

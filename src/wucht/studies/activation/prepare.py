@@ -1,0 +1,102 @@
+"""Question and machine -> plan: the machines, and the runs of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+from wucht.analysis.switching import (
+    Switching,
+    preload_for,
+    switchable,
+    switching,
+    with_rigid_pendulums,
+    without_pendulums,
+)
+from wucht.errors import InputError
+from wucht.machines.machine import Machine
+from wucht.studies.activation.spec import Activation
+from wucht.studies.run_up.prepare import prepare_case
+from wucht.studies.run_up.spec import RunUp
+
+SWITCHABLE, RIGID, NONE = "switchable", "rigid", "none"
+
+
+@dataclass(frozen=True)
+class Planned:
+    """One run. speed, orientation, phase: which of those of the plan it has, -1 where it has none."""
+
+    name: str
+    of: str
+    machine: Machine
+    question: RunUp
+    speed: int = -1
+    orientation: int = -1
+    phase: int = -1
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be done. pendulums: by name. switching: of each, at each activation speed. speeds: of the first pendulum."""
+
+    spec: Activation
+    machine: Machine
+    pendulums: tuple[str, ...]
+    switching: tuple[tuple[Switching, ...], ...]
+    phases: tuple[float, ...]
+    runs: tuple[Planned, ...]
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """The activation speeds, those of the first pendulum."""
+        return tuple(s[0].opening for s in self.switching)
+
+
+def prepare(spec: Activation, machine: Machine) -> Plan:
+    """The plan. Raises ``InputError`` where the question does not fit the machine."""
+    pendulums = switchable(machine)
+    if not pendulums:
+        allowed = "this study needs a body of kind 'switchable-pendulum'"
+        raise InputError("machine.bodies", [b.kind for b in machine.bodies], allowed)
+    names = tuple(p.name for p in pendulums)
+    for key in (*names, "psi", "delta"):
+        if key in spec.start:
+            given_by = "study.orientations and study.phases say where the switchable pendulums start"
+            raise InputError(f"study.start.{key}", spec.start[key], f"not allowed: {given_by}")
+    machines = [machine] if not spec.activation_speeds else [_opening_at(machine, w) for w in spec.activation_speeds]
+    phases = tuple(2 * math.pi * k / spec.phases for k in range(spec.phases))
+    runs = [_planned(spec, SWITCHABLE, m, names, at, phases) for m, *at in _each(spec, machines)]
+    if RIGID in spec.compare:
+        rigid = with_rigid_pendulums(machine)
+        runs += [_planned(spec, RIGID, rigid, names, (-1, *at[1:]), phases) for _, *at in _each(spec, [machine])]
+    if NONE in spec.compare:
+        runs.append(Planned(NONE, NONE, without_pendulums(machine), _run_up(spec, {})))
+    for run in runs[:: spec.phases]:  # what does not fit is told before anything is computed
+        prepare_case(run.question, run.machine, run.question.start)
+    every = tuple(tuple(switching(m, p) for p in pendulums) for m in machines)
+    return Plan(spec, machine, names, every, phases, tuple(runs))
+
+
+def _each(spec: Activation, machines: list[Machine]) -> list[tuple[Machine, int, int, int]]:
+    numbers = product(range(len(machines)), range(len(spec.orientations)), range(spec.phases))
+    return [(machines[i], i, j, k) for i, j, k in numbers]
+
+
+def _opening_at(machine: Machine, speed: float) -> Machine:
+    return machine.with_values({f"{p.path}.preload": preload_for(machine, p, speed) for p in switchable(machine)})
+
+
+def _run_up(spec: Activation, angles: dict[str, float]) -> RunUp:
+    return RunUp(until=spec.until, start=dict(spec.start) | angles, tolerance=spec.tolerance, engine=spec.engine)
+
+
+def _planned(
+    spec: Activation, of: str, machine: Machine, names: tuple[str, ...], at: Sequence[int], phases: tuple[float, ...]
+) -> Planned:
+    """The run number ``at``: of the activation speed, the orientation, the phase."""
+    _, j, k = at
+    apart, middle = spec.orientations[j], (len(names) - 1) / 2
+    angles = {name: phases[k] + (i - middle) * apart for i, name in enumerate(names)}
+    return Planned(f"{of} {' '.join(map(str, at))}", of, machine, _run_up(spec, angles), *at)

@@ -1,0 +1,49 @@
+"""The question of an activation."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from wucht.errors import InputError
+from wucht.fields import si
+from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Spec, Start, Tolerance, Whole
+
+MOST_RUNS = 5000
+_ORIENTATIONS = (0.0, 0.7853981633974483, 1.5707963267948966, 2.356194490192345, 3.141592653589793)
+
+
+class Activation(Spec):
+    """Run up with switchable pendulums: the peak amplitude over their orientation to each other and over where they open.
+
+    orientations: the angle from each switchable pendulum to the next at the start. phases: how many mean phases of them to the
+    rotor, evenly over a turn, each orientation is run with. activation_speeds: at which the pendulums open, by their preload;
+    none: as they are. compare: with the same pendulums ``"rigid"``, their masses at the outer stops, and with ``"none"``,
+    their masses on the rotor. until: the time of each run. start: the rest of the initial state. tolerance, engine: of the
+    integration, see ``RunUp``.
+    """
+
+    kind: ClassVar[str] = "activation"
+
+    until: float = si("s", "time", gt=0)
+    orientations: tuple[float, ...] = si("rad", "orientation", default=_ORIENTATIONS, min_length=1)
+    phases: Whole = Field(4, ge=1, le=360, description="number of mean phases")
+    activation_speeds: tuple[float, ...] = si("rad/s", "activation speed", default=())
+    compare: tuple[Literal["rigid", "none"], ...] = Field(("rigid", "none"), description="machines to compare with")
+    start: Start = Field(default_factory=dict)
+    tolerance: Tolerance = DEFAULT_TOLERANCE
+    engine: Engine | None = None
+
+    def check(self) -> None:
+        """Speeds above zero, nothing twice, and not too many runs."""
+        if any(not w > 0 for w in self.activation_speeds):
+            raise InputError("study.activation_speeds", list(self.activation_speeds), "must be speeds greater than 0")
+        for key in ("orientations", "activation_speeds", "compare"):
+            given = getattr(self, key)
+            if len(set(given)) < len(given):
+                raise InputError(f"study.{key}", list(given), "one of these is given twice; give each once")
+        runs = len(self.orientations) * self.phases * max(len(self.activation_speeds), 1)
+        if runs > MOST_RUNS:
+            allowed = f"orientations times phases times activation speeds must be at most {MOST_RUNS} runs"
+            raise InputError("study.phases", self.phases, allowed)
