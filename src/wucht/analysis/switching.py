@@ -7,9 +7,10 @@ falls below sqrt((F_0 + c d)/(m_s r_o)). With c r_i < F_0 the second is less: th
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+
+import sympy as sp
 
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body, Load
@@ -47,25 +48,18 @@ def switchable(machine: Machine) -> tuple[SwitchablePendulum, ...]:
     return tuple(p for p in machine.parts if isinstance(p, SwitchablePendulum))
 
 
-def switching(machine: Machine, pendulum: SwitchablePendulum, outward: float = 0.0) -> Switching:
-    """When a pendulum of a machine switches, at the machine's parameter values.
+def switching(machine: Machine, pendulum: SwitchablePendulum) -> Switching:
+    """When a pendulum of a machine switches, at the machine's parameter values."""
+    m, inner, outer, preload, c = pendulum.symbols("moving_mass", "inner_stop", "outer_stop", "preload", "stiffness")
+    opening, closing = sp.sqrt(preload / (m * inner)), sp.sqrt((preload + c * (outer - inner)) / (m * outer))
+    after = opening * pendulum.about_axis() / _opened_inertia(pendulum)
+    return Switching(*map(float, machine.evaluate(opening, closing, after, outer - inner)))
 
-    outward: by how much, in m, the axis is displaced towards its mass while it circles at the same speed: a vibration that the
-    mass feels as if its radius were so much larger. Infinite speeds where the mass is then on the other side of the centre.
-    """
-    moving, inner, outer, preload, c = pendulum.symbols("moving_mass", "inner_stop", "outer_stop", "preload", "stiffness")
-    closed = pendulum.about_axis()
-    opened = closed + moving * (outer**2 - inner**2)
-    m, r_i, r_o, force, stiffness, before, after = map(
-        float, machine.evaluate(moving, inner, outer, preload, c, closed, opened)
-    )
-    stroke = r_o - r_i
 
-    def speed(inward: float, radius: float) -> float:
-        return math.sqrt(inward / (m * radius)) if radius > 0 else math.inf
-
-    opening = speed(force, r_i + outward)
-    return Switching(opening, speed(force + stiffness * stroke, r_o + outward), opening * before / after, stroke)
+def _opened_inertia(pendulum: SwitchablePendulum) -> sp.Expr:
+    """The inertia about the axis with the mass at the outer stop."""
+    moving, inner, outer = pendulum.symbols("moving_mass", "inner_stop", "outer_stop")
+    return pendulum.about_axis() + moving * (outer**2 - inner**2)
 
 
 def preload_for(machine: Machine, pendulum: SwitchablePendulum, opening: float) -> float:
@@ -98,11 +92,10 @@ def _mass(machine: Machine, pendulum: SwitchablePendulum) -> float:
 
 
 def _rigid(machine: Machine, p: SwitchablePendulum) -> Pendulum:
-    moving, inner, outer, b = p.symbols("moving_mass", "inner_stop", "outer_stop", "damping")
-    opened = p.about_axis() + moving * (outer**2 - inner**2)
-    mass, (moment, inertia, damping) = _mass(machine, p), map(float, machine.evaluate(p.largest_moment(), opened, b))
+    opened, damping = _opened_inertia(p), p.symbol("damping")
+    mass, (moment, inertia, b) = _mass(machine, p), map(float, machine.evaluate(p.largest_moment(), opened, damping))
     return Pendulum(
-        name=p.name, about=p.about, mass=mass, length=moment / mass, inertia=inertia, damping=damping, release=p.release
+        name=p.name, about=p.about, mass=mass, length=moment / mass, inertia=inertia, damping=b, release=p.release
     )  # fmt: skip
 
 

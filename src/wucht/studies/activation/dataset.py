@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.analysis.switching import switchable, switching
 from wucht.machines.operation import natural_frequencies
 from wucht.results.conventions import answered, variable
-from wucht.studies.activation.prepare import NONE, RIGID, SWITCHABLE, Plan
+from wucht.studies.activation.prepare import BALANCED, NONE, RIGID, SWITCHABLE, Plan
 from wucht.studies.activation.run import CURVE, Done, Findings
 
 if TYPE_CHECKING:
@@ -29,8 +30,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """The Dataset of an activation.
 
     peak, peak_before, peak_after, final_amplitude, opened_at, orientation_at_activation, energy_residual, outcome
-    (activation_speed, orientation, phase); rigid_peak (orientation, phase); none_peak; curve_speed, curve_amplitude
-    (curve, point): of none, and of the first phase of each orientation at the first activation speed, switchable and rigid.
+    (activation_speed, orientation, phase); balanced_peak, rigid_peak (orientation, phase); none_peak; curve_speed,
+    curve_amplitude (curve, point): of none, and of the first phase of each orientation at the first activation speed, of each
+    variant.
     NaN where a run is missing.
     """
     import xarray as xr_
@@ -60,6 +62,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "orientation_at_activation": variable(every, table("orientation"), "angle between the first two as one opens", "rad"),
         "energy_residual": variable(every, table("energy_residual"), "energy residual, relative"),
         "outcome": variable(every, outcome, "outcome"),
+        "balanced_peak": variable(
+            "orientation phase", table("peak", BALANCED)[0], "largest amplitude without permanent unbalances", length
+        ),
         "rigid_peak": variable("orientation phase", table("peak", RIGID)[0], "largest amplitude, rigid pendulums", length),
         "none_peak": variable("", none.peak if none else None, "largest amplitude without pendulums", length),
         "curve_speed": variable("curve point", curves[:, 0], "speed of the rotor", unit),
@@ -82,7 +87,7 @@ def _curves(plan: Plan, done: dict[Cell, Done]) -> tuple[list[str], np.ndarray]:
     found: list[tuple[str, np.ndarray]] = []
     if (NONE, -1, -1, -1) in done:
         found.append(("without pendulums", done[NONE, -1, -1, -1].curve))
-    for of, i in ((SWITCHABLE, 0), (RIGID, -1)):
+    for of, i in ((SWITCHABLE, 0), (BALANCED, -1), (RIGID, -1)):
         for j, angle in enumerate(plan.spec.orientations):
             if (of, i, j, 0) in done:
                 found.append((f"{of}, {math.degrees(angle):.4g}°", done[of, i, j, 0].curve))
@@ -92,12 +97,15 @@ def _curves(plan: Plan, done: dict[Cell, Done]) -> tuple[list[str], np.ndarray]:
 def _summary(plan: Plan, done: dict[Cell, Done]) -> dict[str, Any]:
     none = done.get((NONE, -1, -1, -1))
     groups = [_group(plan, done, SWITCHABLE, i, j) for i in range(len(plan.speeds)) for j in range(len(plan.spec.orientations))]
-    rigid = [_group(plan, done, RIGID, -1, j) for j in range(len(plan.spec.orientations))]
+    balanced, rigid = (
+        [g for j in range(len(plan.spec.orientations)) if (g := _group(plan, done, of, -1, j))] for of in (BALANCED, RIGID)
+    )
     switchable = [g for g in groups if g]
     best = min(switchable, key=lambda g: float(g["peak_amplitude"]), default=None)
     made: dict[str, Any] = {
         "switchable": switchable,
-        "rigid": [g for g in rigid if g],
+        "balanced": balanced,
+        "rigid": rigid,
         "none": None if none is None else {"peak_amplitude": none.peak, "peak_speed": none.peak_speed, "outcome": none.outcome},
         "pendulums": [_switching(plan, k) for k in range(len(plan.pendulums))],
         "natural_frequencies": natural_frequencies(plan.machine),
@@ -120,10 +128,12 @@ def _group(plan: Plan, done: dict[Cell, Done], of: str, i: int, j: int) -> dict[
         "mean_peak": float(np.mean(peaks)),
         "outcomes": dict(Counter(d.outcome for d in runs)),
     }
-    if of == SWITCHABLE:
+    if of in (SWITCHABLE, BALANCED):
         opened = [d for d in runs if not math.isnan(d.peak_after)]
         group |= {
-            "activation_speed": plan.speeds[i],
+            "activation_speed": plan.speeds[i]
+            if of == SWITCHABLE
+            else switching(plan.machine, switchable(plan.machine)[0]).opening,
             "peak_before": max((d.peak_before for d in opened), default=None),
             "peak_after": max((d.peak_after for d in opened), default=None),
             "opened_at": float(np.nanmean([d.opened_at for d in opened])) if opened else None,
@@ -146,13 +156,11 @@ def _switching(plan: Plan, k: int) -> dict[str, Any]:
 
 
 def _sentence(s: dict[str, Any]) -> str:
-    if s["best"] is None:
-        return "no run is finished"
-    peaks = [g["peak_amplitude"] for g in s["switchable"]]
-    text = f"with switchable pendulums the peak is {1e3 * min(peaks):.4g} to {1e3 * max(peaks):.4g} mm"
-    if s["rigid"]:
-        text += f", with rigid ones up to {1e3 * max(g['peak_amplitude'] for g in s['rigid']):.4g} mm"
-    return text + (f", without any {1e3 * s['none']['peak_amplitude']:.4g} mm" if s["none"] else "")
+    names = {SWITCHABLE: "switchable pendulums", BALANCED: "balanced ones", RIGID: "rigid ones"}
+    peaks = {name: [1e3 * g["peak_amplitude"] for g in s[of]] for of, name in names.items() if s[of]}
+    texts = [f"{name} {f'{min(p):.4g} to ' if len(p) > 1 else ''}{max(p):.4g} mm" for name, p in peaks.items()]
+    texts += [f"none {1e3 * s['none']['peak_amplitude']:.4g} mm"] if s["none"] else []
+    return f"peak with {', '.join(texts)}" if texts else "no run is finished"
 
 
 def _warnings(plan: Plan, done: dict[Cell, Done]) -> list[str]:
@@ -163,7 +171,7 @@ def _warnings(plan: Plan, done: dict[Cell, Done]) -> list[str]:
                 slower = f"as its mass moves out it slows down from {s.opening:.4g} to {s.after:.4g} rad/s, and it closes"
                 cure = "more frame inertia, less stiffness or a shorter stroke keep it open"
                 warnings.append(f"{name!r} may open and close again and again: {slower} below {s.closing:.4g} rad/s; {cure}")
-    closed = sum(not all(d.open_at_end) for (of, *_), d in done.items() if of == SWITCHABLE)
+    closed = sum(not all(d.open_at_end) for (of, *_), d in done.items() if of in (SWITCHABLE, BALANCED))
     if closed:
         warnings.append(f"in {closed} runs not all pendulums are open at the end")
     worst = max((d.energy_residual for d in done.values()), default=0.0)

@@ -35,7 +35,7 @@ def _curves(axis: Axes, result: xr.Dataset) -> None:
     for i, name in enumerate(names):
         kind, _, angle = name.partition(", ")
         colour = style.COLOURS[apart.index(angle) % (len(style.COLOURS) - 1)] if angle else style.COLOURS[-1]
-        dashes, width = (":", 0.9) if kind == RIGID else ("-", 1.2)
+        dashes, width = {RIGID: (":", 0.9), "balanced": ("--", 1.0)}.get(kind, ("-", 1.2))
         speed, amplitude = result.curve_speed.values[i], scale * result.curve_amplitude.values[i]
         axis.plot(speed, amplitude, label=name, color=colour, linestyle=dashes, linewidth=width)
     first = float(result.activation_speed.values[0])
@@ -54,10 +54,12 @@ def _peaks(axis: Axes, result: xr.Dataset) -> None:
     for i, row in enumerate(rows):
         look = style.line_style(i)
         name = "switchable" if over_speed or len(speeds) == 1 else f"switchable, {speeds[i]:.4g} rad/s"
-        _band(axis, at, scale * row, look["color"], look["linestyle"], name)
-    rigid, colour = scale * result.rigid_peak.values, style.COLOURS[5]
-    if np.isfinite(rigid).any():
-        _band(axis, at, np.repeat(rigid, len(at), axis=0) if over_speed else rigid, colour, ":", "rigid")
+        if np.isfinite(row).any():
+            _band(axis, at, scale * row, look["color"], look["linestyle"], name)
+    for name, colour, dashes in (("balanced", style.COLOURS[3], "-."), (RIGID, style.COLOURS[5], ":")):
+        others = scale * result[f"{name}_peak"].values
+        if np.isfinite(others).any():
+            _band(axis, at, np.repeat(others, len(at), axis=0) if over_speed else others, colour, dashes, name)
     if np.isfinite(float(result.none_peak)):
         axis.axhline(scale * float(result.none_peak), color=style.COLOURS[6], linewidth=0.9, label="without pendulums")
     axis.set_xlabel(style.label(result, "activation_speed") if over_speed else "orientation at the start (°)")

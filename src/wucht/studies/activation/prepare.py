@@ -21,7 +21,7 @@ from wucht.studies.activation.spec import Activation
 from wucht.studies.run_up.prepare import prepare_case
 from wucht.studies.run_up.spec import RunUp
 
-SWITCHABLE, RIGID, NONE = "switchable", "rigid", "none"
+SWITCHABLE, BALANCED, RIGID, NONE = "switchable", "balanced", "rigid", "none"
 
 
 @dataclass(frozen=True)
@@ -68,10 +68,12 @@ def prepare(spec: Activation, machine: Machine) -> Plan:
     machines = [machine] if not spec.activation_speeds else [_opening_at(machine, w) for w in spec.activation_speeds]
     phases = tuple(2 * math.pi * k / spec.phases for k in range(spec.phases))
     runs = [_planned(spec, SWITCHABLE, m, names, at, phases) for m, *at in _each(spec, machines)]
-    if RIGID in spec.compare:
-        rigid = with_rigid_pendulums(machine)
-        runs += [_planned(spec, RIGID, rigid, names, (-1, *at[1:]), phases) for _, *at in _each(spec, [machine])]
-    if NONE in spec.compare:
+    runs = runs if SWITCHABLE in spec.variants else []
+    others = {BALANCED: _balanced(machine), RIGID: with_rigid_pendulums(machine)}
+    for of in (BALANCED, RIGID):
+        if of in spec.variants:
+            runs += [_planned(spec, of, m, names, (-1, *at[1:]), phases) for m, *at in _each(spec, [others[of]])]
+    if NONE in spec.variants:
         runs.append(Planned(NONE, NONE, without_pendulums(machine), _run_up(spec, {})))
     for run in runs[:: spec.phases]:  # what does not fit is told before anything is computed
         prepare_case(run.question, run.machine, run.question.start)
@@ -86,6 +88,10 @@ def _each(spec: Activation, machines: list[Machine]) -> list[tuple[Machine, int,
 
 def _opening_at(machine: Machine, speed: float) -> Machine:
     return machine.with_values({f"{p.path}.preload": preload_for(machine, p, speed) for p in switchable(machine)})
+
+
+def _balanced(machine: Machine) -> Machine:
+    return machine.with_values({f"{p.path}.permanent_unbalance": 0.0 for p in switchable(machine)})
 
 
 def _run_up(spec: Activation, angles: dict[str, float]) -> RunUp:

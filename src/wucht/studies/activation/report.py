@@ -15,18 +15,20 @@ if TYPE_CHECKING:
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for an activation."""
     s, (speed, length) = summary_of(result), formats(result)
-    lines = []
+    alike: dict[str, list[str]] = {}
     for p in s["pendulums"]:
         for k, opening in enumerate(p["opening"]):
             how = f"opens at {speed(opening)}, closes at {speed(p['closing'][k])}"
-            lines.append((p["name"], how if p["snaps"][k] else f"{how}: gradually in between"))
+            alike.setdefault(how if p["snaps"][k] else f"{how}: gradually in between", []).append(p["name"])
+    lines = [(", ".join(names), how) for how, names in alike.items()]
     if s["none"]:
         lines.append(("none", f"{length(s['none']['peak_amplitude'])} at {speed(s['none']['peak_speed'])}"))
     lines += [("rigid", f"{_angle(g)}: {length(g['peak_amplitude'])} at most; {_outcomes(g)}") for g in s["rigid"]]
-    for g in s["switchable"]:
-        after = f", {length(g['peak_after'])} from the opening on" if g["peak_after"] is not None else ", none opens"
-        at = f"at {g['activation_speed']:.5g} rad/s, " if len(result.activation_speed) > 1 else ""
-        lines.append(("switchable", f"{at}{_angle(g)}: {length(g['peak_amplitude'])} at most{after}; {_outcomes(g)}"))
+    for name in ("balanced", "switchable"):
+        for g in s[name]:
+            after = f", {length(g['peak_after'])} from the opening on" if g["peak_after"] is not None else ", none opens"
+            at = f"at {g['activation_speed']:.5g} rad/s, " if len(result.activation_speed) > 1 else ""
+            lines.append((name, f"{at}{_angle(g)}: {length(g['peak_amplitude'])} at most{after}; {_outcomes(g)}"))
     if s["energy_residual"] is not None:
         lines.append(("energy", f"balance closed to {s['energy_residual']:.1e} in all runs"))
     return in_lines(result, s["sentence"], lines)

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from wucht.machines.machine import Machine
-from wucht.studies.activation.prepare import SWITCHABLE, Plan, Planned
+from wucht.studies.activation.prepare import BALANCED, SWITCHABLE, Plan, Planned
 from wucht.studies.run_up.prepare import prepare_case
 from wucht.studies.run_up.run import run_case
 from wucht.studies.run_up.variables import variables
@@ -70,7 +70,7 @@ def _one(planned: Planned, pendulums: tuple[str, ...], report: Callable[[float, 
     coordinates, data = variables(case.machine, motion.rows, motion.seen, motion.observation.largest)
     rotor, amplitude = np.abs(data["speed"][1][0]), np.asarray(data["amplitude"][1])
     speed, angle = (dict(zip(coordinates["body"][1].tolist(), data[key][1], strict=True)) for key in ("speed", "angle"))
-    stroke = _strokes(case.machine, pendulums) if planned.of == SWITCHABLE else {}
+    stroke = _strokes(case.machine, pendulums) if planned.of in (SWITCHABLE, BALANCED) else {}
     out = {x.name: motion.rows[x.coordinate.position.name] / stroke[x.name] for x in case.machine.sliders if x.name in stroke}
     opening = {name: _opening(s) for name, s in out.items()}
     first = min((i for i in opening.values() if i is not None), default=None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar, Literal
 
 from pydantic import Field
@@ -11,17 +12,19 @@ from wucht.fields import si
 from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Spec, Start, Tolerance, Whole
 
 MOST_RUNS = 5000
-_ORIENTATIONS = (0.0, 0.7853981633974483, 1.5707963267948966, 2.356194490192345, 3.141592653589793)
+Variant = Literal["switchable", "balanced", "rigid", "none"]
+_ORIENTATIONS = tuple(math.pi * k / 4 for k in range(1, 5))
 
 
 class Activation(Spec):
     """Run up with switchable pendulums: the peak amplitude over their orientation to each other and over where they open.
 
-    orientations: the angle from each switchable pendulum to the next at the start. phases: how many mean phases of them to the
-    rotor, evenly over a turn, each orientation is run with. activation_speeds: at which the pendulums open, by their preload;
-    none: as they are. compare: with the same pendulums ``"rigid"``, their masses at the outer stops, and with ``"none"``,
-    their masses on the rotor. until: the time of each run. start: the rest of the initial state. tolerance, engine: of the
-    integration, see ``RunUp``.
+    orientations: the angle from each switchable pendulum to the next at the start; at 0 nothing but symmetry keeps equal ones
+    together, and rounding decides how that ends. phases: how many mean phases of them to the rotor, evenly over a turn, each
+    orientation is run with. activation_speeds: at which the ``"switchable"`` pendulums open, by their preload; none: as they
+    are. variants: the machine with its ``"switchable"`` pendulums; with these ``"balanced"``, without their permanent
+    unbalances; with the same ``"rigid"``, their masses at the outer stops; with ``"none"``, their masses on the rotor. until:
+    the time of each run. start: the rest of the initial state. tolerance, engine: of the integration, see ``RunUp``.
     """
 
     kind: ClassVar[str] = "activation"
@@ -30,7 +33,7 @@ class Activation(Spec):
     orientations: tuple[float, ...] = si("rad", "orientation", default=_ORIENTATIONS, min_length=1)
     phases: Whole = Field(4, ge=1, le=360, description="number of mean phases")
     activation_speeds: tuple[float, ...] = si("rad/s", "activation speed", default=())
-    compare: tuple[Literal["rigid", "none"], ...] = Field(("rigid", "none"), description="machines to compare with")
+    variants: tuple[Variant, ...] = Field(("switchable", "rigid", "none"), min_length=1, description="what is run up")
     start: Start = Field(default_factory=dict)
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
@@ -39,7 +42,7 @@ class Activation(Spec):
         """Speeds above zero, nothing twice, and not too many runs."""
         if any(not w > 0 for w in self.activation_speeds):
             raise InputError("study.activation_speeds", list(self.activation_speeds), "must be speeds greater than 0")
-        for key in ("orientations", "activation_speeds", "compare"):
+        for key in ("orientations", "activation_speeds", "variants"):
             given = getattr(self, key)
             if len(set(given)) < len(given):
                 raise InputError(f"study.{key}", list(given), "one of these is given twice; give each once")
