@@ -16,6 +16,7 @@ EXPECTED = {
     "drozdetskaya-2020/r1-u80": ("compensated", 200.0, 0.00892762),
     "drozdetskaya-2020/r2": ("captured-modulated", None, 0.0139480),
     "drozdetskaya-2020/r2-u80": ("compensated", 200.0, 0.0113056),
+    "drozdetskaya-2020/switchable-pendulums": ("compensated", 200.0, 0.00468467),
     "drozdetskaya-2020/table-3.1-carrier": ("captured", 0.96866, 4.61483),
     "drozdetskaya-2020/table-3.1-laval": ("captured", 0.9686444, 4.62447),
     "drozdetskaya-2020/table-5.1": ("captured-modulated", None, 8.67954),
@@ -147,11 +148,15 @@ ORBITS = {
 MAPS = {"drozdetskaya-2020/figure-5.10", "drozdetskaya-2020/how-likely-it-compensates"}
 # In tests/studies/optimise_balancer/test_optimise_command.py.
 SEARCHES = {"sperling-rollers/damping-optimum"}
+# In tests/studies/activation/test_figures_of_section_6_1.py.
+SWITCHABLE = {
+    f"drozdetskaya-2020/{n}" for n in ("figure-6.1", "figure-6.2", "figure-6.3", "figure-6.5", "switchable-activation-speeds")
+}
 
 
 def test_every_file_is_listed() -> None:
     practice = {n for n in names() if n.startswith("practice/")}  # tests/test_practice_runs.py
-    assert sorted({*EXPECTED, *SEVERAL, *OTHERS, *ORBITS, *MAPS, *SEARCHES, *practice}) == names()
+    assert sorted({*EXPECTED, *SEVERAL, *OTHERS, *ORBITS, *MAPS, *SEARCHES, *SWITCHABLE, *practice}) == names()
 
 
 @pytest.mark.parametrize("name", sorted(SEVERAL))

@@ -53,6 +53,33 @@ def test_mirror_images_give_the_same():
     assert other.greatest_sum == pytest.approx(one.greatest_sum, rel=1e-14)
 
 
+def test_weights_may_change_on_the_way():
+    """With moments that do not change it is the sum with greater weights; with those that grow it is that of the moment."""
+    samples, weights, added = rippled(20), (1.0, 0.5 + 0.1j, 0.2), np.array([0.3, -0.2, 0.4])
+    constant = replace(samples, moments=np.repeat(added[:, None], len(samples.time), axis=1))
+    changed = recorded(constant, weights=weights).last(1.0)
+    assert changed.greatest_sum == pytest.approx(recorded(samples, weights=tuple(weights + added)).last(1.0).greatest_sum)
+    none = recorded(replace(samples, moments=np.zeros((3, len(samples.time)))), weights=weights).last(1.0)
+    assert np.array_equal(none.greatest_sum, recorded(samples, weights=weights).last(1.0).greatest_sum)
+    # A body that keeps to the leader within ripple, and whose weight grows evenly: seen as it is in the middle of each turn.
+    growing = replace(samples.only(0), moments=samples.time[None, :])
+    blocks = recorded(growing, others=0, weights=(0.0,)).last(1.0)
+    assert blocks.greatest_sum == pytest.approx(blocks.middle, abs=0.2 * TURN)
+    assert np.diff(blocks.greatest_sum) == pytest.approx(np.diff(blocks.middle), abs=0.1 * TURN)
+
+
+@pytest.mark.parametrize("body", [0, 1, 2])
+def test_moments_follow_their_bodies(body):
+    moments = np.arange(3.0)[:, None] * np.ones(5)
+    t = np.arange(5.0)
+    samples = replace(Samples.of(t, *((k * t, np.full(5, float(k))) for k in range(3))), moments=moments)
+    led = samples.led_by(body)
+    assert led.moments[:, 0].tolist() == led.speeds[:, 0].tolist() == [body, *(k for k in range(3) if k != body)]
+    assert samples.only(body).moments.tolist() == [[body] * 5]
+    assert samples.beside(t, np.ones(5)).moments[:, 0].tolist() == [0, 0, 1, 2]
+    assert samples.part(slice(2, None)).after(samples.part(slice(0, 3))).moments.shape == (3, 5)
+
+
 def test_the_unit_of_time_does_not_matter():
     samples = rippled(20)
     one, other = recorded(samples), recorded(replace(samples, time=2**10 * samples.time, speeds=samples.speeds / 2**10))

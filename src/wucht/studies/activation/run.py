@@ -56,6 +56,7 @@ class Findings:
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Each run is a unit of work."""
     done: dict[str, Done] = {}
+    yield Findings({})
     for k, planned in enumerate(plan.runs):
         part = work.part("", k / len(plan.runs), (k + 1) / len(plan.runs))
         done[planned.name] = part.unit(planned.name, partial(_one, planned, plan.pendulums, part.report))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.fields import si
@@ -13,6 +13,15 @@ from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Spec, Start, Tolerance
 
 MOST_RUNS = 5000
 Variant = Literal["switchable", "balanced", "rigid", "none"]
+
+
+def _several(given: Any) -> Any:
+    if not isinstance(given, list | tuple) or not given:
+        raise ValueError('must be a list of at least one of these, such as ["90 deg", "180 deg"] or ["150 rad/s"]')
+    return given
+
+
+Several = Annotated[tuple[float, ...], BeforeValidator(_several)]
 _ORIENTATIONS = tuple(math.pi * k / 4 for k in range(1, 5))
 
 
@@ -30,9 +39,9 @@ class Activation(Spec):
     kind: ClassVar[str] = "activation"
 
     until: float = si("s", "time", gt=0)
-    orientations: tuple[float, ...] = si("rad", "orientation", default=_ORIENTATIONS, min_length=1)
+    orientations: Several = si("rad", "orientation", default=_ORIENTATIONS)
     phases: Whole = Field(4, ge=1, le=360, description="number of mean phases")
-    activation_speeds: tuple[float, ...] = si("rad/s", "activation speed", default=())
+    activation_speeds: Several = si("rad/s", "activation speed", default=())
     variants: tuple[Variant, ...] = Field(("switchable", "rigid", "none"), min_length=1, description="what is run up")
     start: Start = Field(default_factory=dict)
     tolerance: Tolerance = DEFAULT_TOLERANCE

@@ -1,0 +1,200 @@
+"""Switchable pendulums against masses at absolute positions, and against two bodies written by hand with their stops."""
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+from witness import GRID, Mechanism, along, close, energy_gap, moved
+from wucht import Machine, parts
+from wucht.analysis.vibration import unbalance_scale, unbalances
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.results.conventions import summary_of
+from wucht.studies.initial_state import initial_state
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
+
+CARRIER = {"mass": 1.0, "stiffness": [4e3, 9e3], "damping": [6.0, 9.0], "gravity": 9.81}
+DRUM = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.03}
+DRIVE = {"kind": "linear", "on": "drum", "slope": 0.05, "no_load_speed": 45.0}
+PENDULUM = {
+    "kind": "switchable-pendulum", "name": "p", "about": "drum", "mass": 0.3, "damping": 0.02, "moving_mass": 0.2,
+    "inner_stop": 0.05, "outer_stop": 0.09, "stiffness": 300.0, "preload": 20.0,
+}  # fmt: skip
+FIXED = {"directions": "fixed"}
+
+
+@pytest.mark.parametrize("permanent", [0.0, -2e-3])
+def test_between_its_stops_it_moves_as_its_masses_do(permanent: float) -> None:
+    """On a carrier with gravity; frame: a mass behind the axis and an inertia. The mass stays clear of both stops."""
+    more = {
+        "inertia": 0.004,
+        "guide_damping": 0.7,
+        "permanent_unbalance": permanent,
+        "outer_stop": 0.9,
+        "preload": 1e-3,
+        "stiffness": 30.0,
+    }
+    bodies = [DRUM, PENDULUM | more]
+    start = {"drum": 0.4, "p": {"angle": 0.7, "speed": 5.0, "displacement": "300 mm", "velocity": 0.3}}
+    grid = GRID[:21]
+    rows = moved({"carrier": CARRIER, "bodies": bodies, "drive": DRIVE}, start, grid)
+    m = Mechanism("x", "y", "phi", "theta", "s")
+    x, y, phi, theta, s = m.q
+    at = sp.Matrix([x, y])
+    m.mass(1.0, at, 9.81)
+    m.mass(2.0, at + 0.01 * along(phi), 9.81)
+    m.turning(0.03 - 2e-4, phi)
+    behind = (permanent - 0.2 * 0.05) / 0.3
+    m.mass(0.3, at + behind * along(theta), 9.81)
+    m.turning(0.004 - 0.3 * behind**2, theta)
+    m.mass(0.2, at + (0.05 + s) * along(theta), 9.81)
+    for k, c, q in ((4e3, 6.0, x), (9e3, 9.0, y), (0.0, 0.02, theta - phi), (30.0, 0.7, s)):
+        m.spring(k, q)
+        m.damper(c, q)
+    m.force(-1e-3, s)
+    m.force(0.05 * (45.0 - m.rate(phi)), phi)
+    begin = [0.0, rows["carrier.y"][0], 0.4, 1.1, 0.3]
+    other = m.motion(begin, [0, 0, 0, 5.0, 0.3], grid)
+    names = ("carrier.x", "carrier.y", "drum.angle", "p.angle", "p.displacement")
+    for name, theirs in zip(names, other, strict=False):
+        assert close(rows[name], theirs), name
+    assert 0.0 < rows["p.displacement"].min() < rows["p.displacement"].max() < 0.8
+    assert energy_gap(rows) < 1e-10
+
+
+def test_through_opening_and_impacts_it_moves_as_two_bodies_written_by_hand() -> None:
+    """A drum at a steady speed on a fixed axis: J(s) theta'' + 2 m r s' theta' = b (w - theta') and m s'' = m r theta'^2 - F.
+
+    At 46 rad/s it opens (at 44.7), hits the outer stop, is then so slow that it closes, and opens again as it speeds up.
+    """
+    drive = {"kind": "constant-speed", "on": "drum", "speed": 46.0}
+    document = {"carrier": FIXED, "bodies": [DRUM, PENDULUM | {"inertia": 0.004}], "drive": drive}
+    grid = np.linspace(0.0, 0.5, 501)
+    rows = moved(document, {}, grid)
+    b, m, r, out, c, force, e, j = 0.02, 0.2, 0.05, 0.04, 300.0, 20.0, 0.5, 0.004
+    omega = 50 * math.sqrt(force / (m * r))
+    zeta = -math.log(e) / math.hypot(math.pi, math.log(e))
+
+    def rates(_t: float, q: np.ndarray) -> list[float]:
+        _, w, s, v = q
+        push = 0.0
+        for gap, way in ((s, 1.0), (out - s, -1.0)):
+            push -= way * m * (omega**2 * gap + 2 * zeta * omega * way * v) if gap < 0 else 0.0
+        radius = r + s
+        return [
+            w,
+            (b * (46.0 - w) - 2 * m * radius * v * w) / (j + m * radius**2),
+            v,
+            radius * w**2 - (force + c * s - push) / m,
+        ]
+
+    theirs = solve_ivp(rates, (0, 0.5), [0, 46.0, 0, 0], "DOP853", grid, rtol=1e-10, atol=1e-12, max_step=1e-4).y
+    assert rows["p.displacement"] == pytest.approx(theirs[2], abs=1e-6)
+    assert rows["p.speed"] == pytest.approx(theirs[1], rel=1e-5)
+    s = rows["p.displacement"]
+    assert s.max() > 0.04
+    assert np.count_nonzero(np.diff(np.sign(s - 0.02))) == 3, "it opens, closes, and opens again"
+    assert energy_gap(rows) < 1e-10
+
+
+@pytest.mark.parametrize("restitution", [0.1, 0.5, 1.0])
+def test_an_impact_returns_with_the_restitution_and_books_what_it_loses(restitution: float) -> None:
+    """Nothing turns; the mass flies against the outer stop at 2 m/s, the spring being almost without force."""
+    soft = PENDULUM | {"preload": 1e-9, "stiffness": 0.0, "restitution": restitution, "contact_frequency": 5e3}
+    document = {"carrier": FIXED, "bodies": [DRUM, soft]}
+    rows = moved(document, {"p": {"displacement": 0.01, "velocity": 2.0}}, np.linspace(0.0, 0.0175, 36))
+    assert rows["p.velocity"][-1] == pytest.approx(-2.0 * restitution, rel=1e-6)
+    lost = 0.2 * 2.0**2 / 2 * (1 - restitution**2)
+    assert rows["dissipated_work"][-1] == pytest.approx(lost, rel=1e-6, abs=1e-9)
+    assert rows["stored_energy"][0] - rows["stored_energy"][-1] == pytest.approx(lost, rel=1e-6, abs=1e-9)
+
+
+def test_closed_it_is_balanced_open_it_is_not() -> None:
+    machine = machine_from({"carrier": CARRIER, "bodies": [DRUM, PENDULUM], "drive": DRIVE})
+    assert unbalances(machine) == pytest.approx([0.02, 0.0], abs=1e-15)
+    (part,) = (p for p in machine.parts if p.kind == "switchable-pendulum")
+    assert part.number(part.largest_moment()) == pytest.approx(0.2 * 0.04)
+    assert part.number(part.about_axis()) == pytest.approx(0.01**2 / 0.3 + 0.2 * 0.05**2)
+    only = machine_from({"carrier": CARRIER, "bodies": [DRUM | {"eccentricity": 0.0}, PENDULUM], "drive": DRIVE})
+    assert unbalance_scale(only, only.rotor) == pytest.approx(0.2 * 0.04)
+    assert "pendulum p\n" not in repr(machine)
+    assert repr(machine).count("switchable-pendulum p") == 1
+
+
+def test_a_frame_of_a_given_length_that_does_not_balance_is_told() -> None:
+    document = {"carrier": CARRIER, "bodies": [DRUM, PENDULUM | {"length": 0.03}], "drive": DRIVE}
+    (warning,) = (w for w in machine_from(document).warnings if "inner stop" in w)
+    assert "0.001 kg m" in warning
+    assert "length = 0.0333333 m" in warning
+    balanced = document | {"bodies": [DRUM, PENDULUM | {"length": 0.1 / 3}]}
+    assert not [w for w in machine_from(balanced).warnings if "inner stop" in w]
+
+
+@pytest.mark.parametrize(
+    ("changed", "key", "says"),
+    [
+        ({"outer_stop": 0.05}, "outer_stop", "must be more than the inner stop, 0.05 m"),
+        ({"inner_stop": 0.0}, "inner_stop", "greater than 0"),
+        ({"preload": 0.0}, "preload", "greater than 0"),
+        ({"inertia": 1e-4}, "inertia", "must be at least 0.000333333"),
+        ({"restitution": 1.2}, "restitution", "must be between 0.01 and 1"),
+        ({"moving_mas": 1.0}, "moving_mas", "moving_mass"),
+    ],
+)
+def test_what_no_pendulum_can_have_is_refused(changed: dict[str, float], key: str, says: str) -> None:
+    with pytest.raises(InputError) as error:
+        machine_from({"carrier": CARRIER, "bodies": [DRUM, PENDULUM | changed], "drive": DRIVE})
+    assert error.value.where.endswith(f".{key}")
+    assert says in str(error.value)
+
+
+def test_a_start_gives_angle_and_displacement_and_a_bare_value_is_the_angle() -> None:
+    machine = machine_from({"carrier": FIXED, "bodies": [DRUM, PENDULUM], "drive": DRIVE})
+    state = dict(zip(machine.state_names, initial_state(machine, {"p": "0.5 rad"}), strict=True))
+    assert (state["p.angle"], state["p.displacement"]) == (0.5, 0.0)
+    given = {"angle": 0.2, "displacement": "3 mm", "velocity": 0.1}
+    state = dict(zip(machine.state_names, initial_state(machine, {"p": given}), strict=True))
+    assert (state["p.angle"], state["p.displacement"], state["p.velocity"]) == (0.2, 0.003, 0.1)
+    with pytest.raises(InputError, match="displacement"):
+        initial_state(machine, {"drum": {"displacement": 0.1}})
+
+
+def rotor_with(preload: str, **more: str) -> Machine:
+    """The rotor of drozdetskaya-2020/switchable-pendulums, with pendulums whose preload may be too much."""
+    frame = {"mass": "0.5 kg", "inertia": "0.01 kg m^2", "damping": "0.05 N m s", "moving_mass": "0.25 kg"} | more
+    stops = {"inner_stop": "52 mm", "outer_stop": "104 mm", "stiffness": "1500 N/m", "preload": preload}
+    bodies = [parts.SwitchablePendulum(name=n, about="drum", **frame, **stops) for n in ("p1", "p2")]
+    drum = parts.Rotor(name="drum", mass="8.5 kg", unbalance="9.75e-3 kg m", inertia="0.0338 kg m^2")
+    motor = parts.LinearDrive(slope="0.078 N m s", no_load_speed="200 rad/s")
+    return Machine(parts.Carrier(stiffness="1e5 N/m", damping="200 N s/m"), [drum, *bodies], [motor])
+
+
+def test_pendulums_that_stand_where_they_would_compensate_but_stay_closed_compensate_nothing() -> None:
+    """cos(angle) = -U/(2 m_s d): 112.02 degrees. What is left of the unbalance is that of the drum, and the verdict says so."""
+    at = math.acos(-9.75e-3 / (2 * 0.25 * 0.052))
+    start = {"drum": {"speed": "199.9 rad/s"}} | {
+        n: {"angle": s * at, "speed": "199.9 rad/s"} for n, s in (("p1", 1), ("p2", -1))
+    }
+    closed, opened = (
+        summary_of(run(RunUp(until="8 s", start=start), rotor_with(preload))) for preload in ("1000 N", "292.5 N")
+    )
+    assert (closed["outcome"], opened["outcome"]) == ("passed", "compensated")
+    assert closed["final_residual_unbalance"] == pytest.approx(1.0, abs=2e-3)
+    assert opened["final_residual_unbalance"] < 1e-3
+    assert closed["energy_residual"] < 1e-10
+    assert opened["energy_residual"] < 1e-10
+
+
+def test_it_may_be_locked_until_a_speed() -> None:
+    """Until 100 rad/s it turns with the drum; the balance closes through release, opening and impacts."""
+    result = run(RunUp(until="2 s", start={"p1": 1.0}), rotor_with("292.5 N", release={"speed": "100 rad/s"}))
+    locked = result.speed.sel(body="drum").values < 99.0
+    gap = result.speed.sel(body="p1").values - result.speed.sel(body="drum").values
+    assert np.abs(gap[locked]).max() < 1e-9
+    assert np.abs(gap[~locked]).max() > 1.0
+    assert float(result.slider_displacement.max()) > 0.05
+    assert summary_of(result)["energy_residual"] < 1e-10
