@@ -158,7 +158,8 @@ def _switching(plan: Plan, k: int) -> dict[str, Any]:
 def _sentence(s: dict[str, Any]) -> str:
     names = {SWITCHABLE: "switchable pendulums", BALANCED: "balanced ones", RIGID: "rigid ones"}
     peaks = {name: [1e3 * g["peak_amplitude"] for g in s[of]] for of, name in names.items() if s[of]}
-    texts = [f"{name} {f'{min(p):.4g} to ' if len(p) > 1 else ''}{max(p):.4g} mm" for name, p in peaks.items()]
+    ends = {name: dict.fromkeys((f"{min(p):.4g}", f"{max(p):.4g}")) for name, p in peaks.items()}
+    texts = [f"{name} {' to '.join(both)} mm" for name, both in ends.items()]
     texts += [f"none {1e3 * s['none']['peak_amplitude']:.4g} mm"] if s["none"] else []
     return f"peak with {', '.join(texts)}" if texts else "no run is finished"
 

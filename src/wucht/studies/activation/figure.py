@@ -17,12 +17,13 @@ _HEIGHT, RIGID = 5.2, "rigid"  # as the runs are called in the Dataset
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Two panels from an activation's Dataset alone."""
-    drawn, (curves, peaks) = style.new_grid(1, 2, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
-    _curves(curves, result)
-    _peaks(peaks, result)
+    """From an activation's Dataset alone: two panels, one where there is but one orientation and one activation speed."""
+    panels = 1 + (result.peak.sizes["orientation"] * result.peak.sizes["activation_speed"] > 1)
+    drawn, axes = style.new_grid(1, panels, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
+    for draw, axis in zip((_curves, _peaks), axes, strict=False):
+        draw(axis, result)
     drawn.subplots_adjust(bottom=0.36)
-    for axis, left in ((curves, 0.06), (peaks, 0.56)):
+    for axis, left in zip(axes, (0.06, 0.56), strict=False):
         handles = axis.get_legend_handles_labels()
         drawn.legend(*handles, loc="upper left", bbox_to_anchor=(left, 0.25), ncol=1, frameon=False, fontsize=7)
     return drawn
@@ -39,7 +40,9 @@ def _curves(axis: Axes, result: xr.Dataset) -> None:
         speed, amplitude = result.curve_speed.values[i], scale * result.curve_amplitude.values[i]
         axis.plot(speed, amplitude, label=name, color=colour, linestyle=dashes, linewidth=width)
     first = float(result.activation_speed.values[0])
-    axis.axvline(first, color=style.GREY, linestyle="--", linewidth=0.9, label=f"activation speed {first:.4g} rad/s")
+    axis.axvline(
+        first, color=style.GREY, linestyle="--", linewidth=0.9, label=f"pendulums open at {first:.4g} rad/s of their own"
+    )
     axis.set_xlabel(style.label(result, "curve_speed"))
     axis.set_ylabel(style.label(result, "curve_amplitude", unit))
     axis.set_ylim(bottom=0)
@@ -56,7 +59,7 @@ def _peaks(axis: Axes, result: xr.Dataset) -> None:
         name = "switchable" if over_speed or len(speeds) == 1 else f"switchable, {speeds[i]:.4g} rad/s"
         if np.isfinite(row).any():
             _band(axis, at, scale * row, look["color"], look["linestyle"], name)
-    for name, colour, dashes in (("balanced", style.COLOURS[3], "-."), (RIGID, style.COLOURS[5], ":")):
+    for name, colour, dashes in (("balanced", style.COLOURS[3], "-."), (RIGID, style.GREY, ":")):
         others = scale * result[f"{name}_peak"].values
         if np.isfinite(others).any():
             _band(axis, at, np.repeat(others, len(at), axis=0) if over_speed else others, colour, dashes, name)

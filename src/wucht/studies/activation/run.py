@@ -90,7 +90,7 @@ def _one(planned: Planned, pendulums: tuple[str, ...], report: Callable[[float, 
         (apart[1] - apart[0]) % (2 * math.pi) if len(apart) == 2 else math.nan,
         float(np.max(data["energy_residual"][1])),
         last.failure,
-        _curve(rotor, amplitude),
+        _curve(motion.seen.time, rotor, amplitude),
     )
 
 
@@ -106,9 +106,14 @@ def _opening(share: np.ndarray) -> int | None:
     return int(np.flatnonzero(share[: int(is_out.argmax())] <= _LIFTED).max(initial=0))
 
 
-def _curve(speed: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
-    """Speed and amplitude at the largest amplitude of successive parts of the run (2, CURVE)."""
-    bounds = np.linspace(0, len(speed), min(CURVE, len(speed)) + 1).astype(int)
+def _curve(time: np.ndarray, speed: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
+    """Speed and amplitude at the largest amplitude of successive parts of the run (2, CURVE).
+
+    The parts are alike in the sum of how far the speed goes in them and how long they take, as shares of the whole run.
+    """
+    gone = np.append(0.0, np.cumsum(np.abs(np.diff(speed))))
+    passed = gone / (gone[-1] or 1.0) + (time - time[0]) / ((time[-1] - time[0]) or 1.0)
+    bounds = np.unique(np.searchsorted(passed, np.linspace(0.0, passed[-1], CURVE + 1)))
     at = [a + int(amplitude[a:b].argmax()) for a, b in pairwise(bounds.tolist())]
     curve = np.full((2, CURVE), math.nan)
     curve[:, : len(at)] = speed[at], amplitude[at]
