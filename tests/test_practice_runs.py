@@ -44,6 +44,25 @@ def test_the_carton_pusher_gives_what_its_notes_say() -> None:
     assert math.degrees(np.abs(cam.pressure_angle(even_angles(3600))).max()) == pytest.approx(42.0, abs=0.3)
 
 
+@pytest.mark.slow
+def test_switchable_pendulums_leave_the_resonance_of_the_laundry_drum_as_it_is() -> None:
+    """What docs/switchable-pendulums.md says: 7.3 mm as without any, rigid ones 6.6 to 15 mm; all compensate."""
+    study = read_study("practice/laundry-drum-switchable")
+    result = run(study.spec, study.subject)
+    s = summary_of(result)
+    assert s["none"]["peak_amplitude"] == pytest.approx(7.302e-3, rel=1e-3)
+    assert float(result.curve_amplitude.sel(curve="without pendulums").dropna("point")[-1]) == pytest.approx(2.4e-3, rel=0.03)
+    assert result.peak.values == pytest.approx(np.full((1, 2, 4), 7.328e-3), rel=1e-3)
+    assert (result.rigid_peak.values.min(), result.rigid_peak.values.max()) == pytest.approx((6.575e-3, 15.04e-3), rel=1e-2)
+    assert (result.peak_after.values.min(), result.peak_after.values.max()) == pytest.approx((4.11e-3, 6.08e-3), rel=1e-2)
+    assert float(result.final_amplitude.max()) < 1e-6
+    assert set(result.outcome.values.ravel()) == {"compensated"}
+    pendulum = s["pendulums"][0]
+    assert [pendulum[k][0] for k in ("opening", "closing", "after_opening")] == pytest.approx([40.0, 33.166, 34.235], rel=1e-4)
+    assert sorted(s["natural_frequencies"].values()) == pytest.approx([13.87, 16.41], abs=0.01)
+    assert s["energy_residual"] < 1e-10
+
+
 @pytest.fixture(scope="module")
 def results() -> dict[str, xr.Dataset]:
     return {}

@@ -144,7 +144,7 @@ def _refuse_others(machine: Machine) -> None:
     hung = [p.name for p in machine.parts if isinstance(p, Body) and not p.on_axis()]
     others = [r.name for r in machine.rotors[1:] if r.coordinate.prescribed is not None]
     shaken, prescribed = machine.shaken is not None, any(r.coordinate.prescribed is not None for r in machine.rotors)
-    reasons = [f"{s.name} slides in a guide that turns: the carrier's mass then turns with it" for s in machine.sliders]
+    reasons = [f"{s.words} slides in a guide that turns: the carrier's mass then turns with it" for s in machine.sliders]
     reasons += [f"the pivot of {name} turns with the rotor: its unbalance depends on its phase" for name in hung]
     if shaken and machine.shaking is None:
         reasons.append("the prescribed motion of the carrier is a table: it has no period to average over")

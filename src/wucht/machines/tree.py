@@ -39,6 +39,11 @@ class SlidingBody:
     coordinate: Coordinate
     about: str
 
+    @property
+    def words(self) -> str:
+        """What slides, in words."""
+        return self.name if self.about != self.name else f"the mass in {self.name}"
+
 
 @dataclass(frozen=True)
 class Tree:

@@ -40,5 +40,7 @@ class SteadyPhases:
         """What the steady vibration of a linear carrier leaves out, in sentences."""
         prescribed = "the prescribed motion of the carrier is left out: only what the unbalance causes is computed"
         sliders = "sliders are taken where their springs are free of force: their unbalance does not grow with the speed"
-        left_out = {prescribed: self.machine.shaken is not None, sliders: bool(self.machine.sliders)}
+        switchable = "switchable pendulums are taken closed, at any speed: study.kind = 'activation' shows them open"
+        inside = [x.name == x.about for x in self.machine.sliders]
+        left_out = {prescribed: self.machine.shaken is not None, sliders: not all(inside), switchable: any(inside)}
         return [sentence for sentence, applies in left_out.items() if applies]
