@@ -113,7 +113,8 @@ def _summary(plan: Plan, done: dict[Cell, Done]) -> dict[str, Any]:
         "runs": len(done),
         "best": best,
     }
-    return made | {"sentence": _sentence(made)}
+    length = plan.machine.orbit_unit
+    return made | {"sentence": _sentence(made, *((1e3, "mm") if length == "m" else (1.0, length)))}
 
 
 def _group(plan: Plan, done: dict[Cell, Done], of: str, i: int, j: int) -> dict[str, Any] | None:
@@ -155,12 +156,12 @@ def _switching(plan: Plan, k: int) -> dict[str, Any]:
     }
 
 
-def _sentence(s: dict[str, Any]) -> str:
+def _sentence(s: dict[str, Any], scale: float, unit: str) -> str:
     names = {SWITCHABLE: "switchable pendulums", BALANCED: "balanced ones", RIGID: "rigid ones"}
-    peaks = {name: [1e3 * g["peak_amplitude"] for g in s[of]] for of, name in names.items() if s[of]}
+    peaks = {name: [scale * g["peak_amplitude"] for g in s[of]] for of, name in names.items() if s[of]}
     ends = {name: dict.fromkeys((f"{min(p):.4g}", f"{max(p):.4g}")) for name, p in peaks.items()}
-    texts = [f"{name} {' to '.join(both)} mm" for name, both in ends.items()]
-    texts += [f"none {1e3 * s['none']['peak_amplitude']:.4g} mm"] if s["none"] else []
+    texts = [f"{name} {' to '.join(both)} {unit}" for name, both in ends.items()]
+    texts += [f"none {scale * s['none']['peak_amplitude']:.4g} {unit}"] if s["none"] else []
     return f"peak with {', '.join(texts)}" if texts else "no run is finished"
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for an activation."""
-    s, (speed, length) = summary_of(result), formats(result)
+    s, (speed, length) = summary_of(result), formats(result, result.peak.attrs["units"])
     alike: dict[str, list[str]] = {}
     for p in s["pendulums"]:
         for k, opening in enumerate(p["opening"]):

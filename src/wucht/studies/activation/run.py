@@ -69,8 +69,8 @@ def _one(planned: Planned, pendulums: tuple[str, ...], report: Callable[[float, 
     for (motion,) in run_case(planned.question, case, Work()):
         report(min(motion.last.stored.end_time / case.horizon.expected_end, 1.0), planned.of)
     coordinates, data = variables(case.machine, motion.rows, motion.seen, motion.observation.largest)
-    rotor, amplitude = np.abs(data["speed"][1][0]), np.asarray(data["amplitude"][1])
     speed, angle = (dict(zip(coordinates["body"][1].tolist(), data[key][1], strict=True)) for key in ("speed", "angle"))
+    rotor, amplitude = np.abs(speed[case.machine.rotor.name]), np.asarray(data["amplitude"][1])
     stroke = _strokes(case.machine, pendulums) if planned.of in (SWITCHABLE, BALANCED) else {}
     out = {x.name: motion.rows[x.coordinate.position.name] / stroke[x.name] for x in case.machine.sliders if x.name in stroke}
     opening = {name: _opening(s) for name, s in out.items()}
