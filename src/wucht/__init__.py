@@ -10,7 +10,7 @@ A ``Machine`` from a file or from ``parts``, a question, an answer:
 
 Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SpeedCurve``, ``SynchronousStates``,
 ``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``, ``Basin``,
-``CaptureProbability``, ``OptimiseBalancer``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``,
+``CaptureProbability``, ``OptimiseBalancer``, ``Activation``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``,
 ``CamPrediction``.
 Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary
 differential equation: ``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
