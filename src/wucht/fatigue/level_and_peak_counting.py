@@ -41,7 +41,9 @@ def cycles_of_levels(levels: np.ndarray, counts: np.ndarray) -> Cycles:
     return Cycles.between(low, high, often_each)
 
 
-def peaks_and_valleys(values: np.ndarray, reference: float | None = None, closed: bool = False) -> tuple[np.ndarray, np.ndarray]:
+def peaks_and_valleys(
+    values: np.ndarray, reference: float | None = None, closed: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
     """The peaks and the valleys of a signal (n,), each descending: ASTM E1049-85, 5.2.1.
 
     With a reference only peaks above and valleys below it. Begin and end are neither, unless the signal repeats (``closed``).

@@ -26,7 +26,8 @@ class WoehlerLine:
 
     def life(self, amplitudes: np.ndarray) -> np.ndarray:
         """The number of cycles (m,) to failure at constant amplitudes (m,); infinite where nothing is damaged."""
-        return 1 / self.damage_of_a_cycle(amplitudes)
+        with np.errstate(divide="ignore"):
+            return np.asarray(1 / self.damage_of_a_cycle(amplitudes))
 
     def damage_of_a_cycle(self, amplitudes: np.ndarray) -> np.ndarray:
         """The damage (m,) of one cycle of each amplitude (m,)."""
@@ -36,7 +37,7 @@ class WoehlerLine:
 
     def damages(self, cycles: Cycles) -> np.ndarray:
         """The damage (m,) of each of the cycles as often as it was counted: their sum is Miner's, and at 1 the part fails."""
-        return cycles.counts * self.damage_of_a_cycle(cycles.ranges / 2)
+        return np.asarray(cycles.counts * self.damage_of_a_cycle(cycles.ranges / 2))
 
 
 def slope_below(k: float, miner: str) -> float:
