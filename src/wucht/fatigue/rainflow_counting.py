@@ -10,8 +10,6 @@ from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.turning_points import turning_points
 
 Residue = Literal["half-cycles", "repeat", "drop"]
-_FIELDS = np.dtype([("range", float), ("mean", float), ("count", float), ("begin", np.int64), ("end", np.int64)])
-_FULL = 1.0
 
 
 def rainflow(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
@@ -55,20 +53,23 @@ def _paired(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _counted(points: np.ndarray) -> tuple[Cycles, np.ndarray]:
-    """The closed cycles of turning points (m,), and the points (k,) of the ranges that close none, in their order."""
-    if len(points) < 3:
-        return Cycles.none(), points
-    # Imported here: it is needed by this study alone.
-    from rainflow import extract_cycles
+    """The closed cycles of turning points (m,), and the points (k,) of the ranges that close none, in their order.
 
-    # The library tells a turning point by the sign of a product, which would vanish of very small numbers.
-    scale = float(np.abs(points).max())
-    found = np.fromiter(extract_cycles((points / scale).tolist()), _FIELDS)
-    one, other = points[found["begin"]], points[found["end"]]
-    full = found["count"] == _FULL
-    half = found[~full]
-    closed = Cycles.between(one[full], other[full], np.ones(int(full.sum())))
-    return closed, points[np.append(half["begin"], half["end"][-1:])]
+    A cycle closes where a range is no larger than that before and that after it: the four-point rule, which finds the cycles of
+    ASTM's rule of three points, those at the begin of the history among them.
+    """
+    one, other, kept = list[float](), list[float](), list[float]()
+    for point in points.tolist():
+        while len(kept) > 2:
+            inner, before = kept[-1], kept[-2]
+            size = abs(inner - before)
+            if size > abs(point - inner) or size > abs(before - kept[-3]):
+                break
+            one.append(before)
+            other.append(inner)
+            del kept[-2:]
+        kept.append(point)
+    return Cycles.between(np.array(one), np.array(other), np.ones(len(one))), np.array(kept)
 
 
 def _halves(points: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MATRIX = 40  # classes of range and of mean
-_COURSE = 500  # parts of time in which the smallest and the largest value are kept
+_COURSE, _IN_A_PART = 200, 8  # parts of time whose smallest and largest value are kept, and turning points in one
 _CONVERGED = 0.05  # of the cycles, and of the damage: so much the spectrum may change with the second half of the run
 _PART_OF_A_RUN = 2.0  # the half of it stands for the whole
 
@@ -25,8 +25,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """The Dataset.
 
     Over row (ascending range, or class of ranges): range, mean, count, cumulative (cycles of at least this range),
-    half_cumulative (twice those of the first half of the time), damage (with a Woehler line). Over range_class and mean_class: matrix. Over
-    part (of time): course_time, lowest, highest. Over level: crossings. Raises ``InputError`` for too narrow classes.
+    half_cumulative (twice those of the first half of the time), damage (with a Woehler line). Over range_class and mean_class:
+    matrix. Over part (of time): course_time, lowest, highest. Over level: crossings. Raises ``InputError`` for too narrow
+    classes.
     """
     import xarray as xr_
 
@@ -127,7 +128,8 @@ def _change_of_damage(plan: Plan, whole: CountedLoad, half: CountedLoad) -> floa
 def _course(findings: Findings, unit: str, after: float | None) -> dict[str, Any]:
     """The smallest and the largest value of the signal in parts of time."""
     time, values = findings.time, findings.values
-    edges = np.linspace(time[0], findings.end_time, _COURSE + 1) if len(time) > 1 else np.zeros(2)
+    parts = max(1, min(_COURSE, len(time) // _IN_A_PART))
+    edges = np.linspace(time[0], findings.end_time, parts + 1) if len(time) > 1 else np.zeros(2)
     part = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, len(edges) - 2)
     low, high = np.full(len(edges) - 1, np.inf), np.full(len(edges) - 1, -np.inf)
     np.minimum.at(low, part, values)

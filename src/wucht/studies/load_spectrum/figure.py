@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_HEIGHT = 7.6
+_HEIGHT, _BARS = 7.6, 40
 _KNEE = 10.0  # times the cycles at the knee: so far the Woehler line is drawn at most
 
 
@@ -29,9 +29,10 @@ def figure(result: xr.Dataset) -> Figure:
         last.plot(result["crossings"].values, scale * result["level"].values, color=style.COLOURS[0], label="crossings")
         last.set_xlabel("crossings")
         last.set_ylabel(style.with_unit("level", unit))
+        last.set_title("level crossings", fontsize=9)
     else:
         _bars(last, result, scale, unit)
-    last.legend(frameon=False, fontsize=8)
+    last.legend(frameon=False, fontsize=8, loc="upper left")
     return drawn
 
 
@@ -101,19 +102,21 @@ def _course(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     axis.fill_between(time, low, high, color=style.COLOURS[4], linewidth=0.6, label="between its extremes")
     if np.isfinite(float(result["counted_from"])):
         axis.axvline(float(result["counted_from"]), color="black", linestyle="--", linewidth=0.9, label="counted from here on")
-    axis.legend(frameon=False, fontsize=8)
+    axis.legend(loc="lower right", framealpha=1.0, fontsize=8)
 
 
 def _bars(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     """Which amplitudes do the damage; without a Woehler line, how often each happened."""
     damage = "damage" in result and float(result["damage"].sum()) > 0
-    shares = result["damage"] / result["damage"].sum() if damage else result["count"]
+    shares = (result["damage"] / result["damage"].sum() if damage else result["count"]).values
     amplitudes = scale * result["range"].values / 2
-    axis.set_title("share of the damage" if damage else "cycles", fontsize=9)
-    axis.vlines(
-        amplitudes, 0, shares.values, color=style.COLOURS[1], linewidth=1.4, label="share of the damage" if damage else "cycles"
+    heights, edges = np.histogram(
+        amplitudes, bins=_BARS, range=(0.0, float(amplitudes.max(initial=0.0)) or 1.0), weights=shares
     )
+    name = "share of the damage" if damage else "cycles"
+    axis.set_title(f"{name}, by amplitude", fontsize=9)
+    axis.bar(edges[:-1], heights, width=np.diff(edges), align="edge", color=style.COLOURS[1], label=name)
     axis.set_xlabel(style.with_unit("amplitude", unit))
-    axis.set_ylabel("share of the damage (1)" if damage else "cycles")
+    axis.set_ylabel(f"{name} (1)")
     axis.set_xlim(left=0)
     axis.set_ylim(bottom=0)
