@@ -23,8 +23,11 @@ class RangeMeanMatrix:
         low, high = (float(f(cycles.means)) if len(cycles.means) else 0.0 for f in (np.min, np.max))
         widest = max(high - low, 1e-9 * max(abs(low), abs(high))) or 1.0
         edges = np.linspace(0.0, cycles.largest or 1.0, classes + 1), np.linspace(low, low + widest, classes + 1)
-        counts, *_ = np.histogram2d(cycles.ranges, cycles.means, bins=edges, weights=cycles.counts)
-        return cls(*edges, counts)
+        # By number, so that rounding at the outer edges loses none.
+        pairs = zip((cycles.ranges, cycles.means), edges, strict=True)
+        row, column = (np.clip(((of - e[0]) / (e[1] - e[0])).astype(int), 0, classes - 1) for of, e in pairs)
+        counts = np.bincount(row * classes + column, cycles.counts, minlength=classes**2)
+        return cls(*edges, counts.reshape(classes, classes))
 
 
 def distance(one: Cycles, other: Cycles, times: float = 1.0) -> float:

@@ -6,14 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.fatigue.level_and_peak_counting import cycles_of_levels, cycles_of_peaks, level_crossings, peaks_and_valleys
 from wucht.fatigue.rainflow_counting import rainflow, range_pairs
 from wucht.studies.load_spectrum.prepare import Plan
 
 MOST_ROWS, _CLASSES = 1000, 100  # ranges that each stand for themselves, and classes where there are more
-_MOST_CLASSES = 10_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +28,7 @@ class CountedLoad:
 
 
 def counted(plan: Plan, values: np.ndarray) -> CountedLoad:
-    """The load of turning points (m,). Raises ``InputError`` for too narrow classes."""
+    """The load of turning points (m,)."""
     method, residue = plan.spec.counting, plan.spec.residue
     if method in ("rainflow", "range-pair"):
         count = rainflow if method == "rainflow" else range_pairs
@@ -48,14 +46,6 @@ def counted(plan: Plan, values: np.ndarray) -> CountedLoad:
     cycles = cycles_of_levels(levels, crossings)
     rows, row = cycles.by_range()
     return CountedLoad(cycles, rows, row, float(levels[1] - levels[0]) if len(levels) > 1 else None, levels, crossings)
-
-
-def check_width(values: np.ndarray, width: float | None) -> None:
-    """Raises ``InputError`` for classes so narrow that they would be too many for values (m,)."""
-    span = float(np.ptp(values)) if len(values) else 0.0
-    if width is not None and span > _MOST_CLASSES * width:
-        allowed = f"must be at least {span / _MOST_CLASSES:.3g}: the signal spans {span:.4g}"
-        raise InputError("study.class_width", width, f"{allowed}, in {_MOST_CLASSES} classes at most")
 
 
 def _in_rows(cycles: Cycles, width: float | None) -> CountedLoad:

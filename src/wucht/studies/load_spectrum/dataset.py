@@ -8,8 +8,8 @@ import numpy as np
 
 from wucht.fatigue.load_classes import RangeMeanMatrix, distance
 from wucht.results.conventions import answered, variable
-from wucht.studies.load_spectrum.counted_load import MOST_ROWS, CountedLoad, check_width, counted
-from wucht.studies.load_spectrum.prepare import Plan
+from wucht.studies.load_spectrum.counted_load import MOST_ROWS, CountedLoad, counted
+from wucht.studies.load_spectrum.prepare import Plan, check_width
 from wucht.studies.load_spectrum.run import Findings
 
 if TYPE_CHECKING:
@@ -40,13 +40,15 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     whole, half = counted(plan, values), counted(plan, values[time[inside] <= middle])
     matrix = RangeMeanMatrix.of(whole.cycles, _MATRIX)
     rows, middles = whole.rows, [(e[1:] + e[:-1]) / 2 for e in (matrix.range_edges, matrix.mean_edges)]
+    least = np.full(len(rows.ranges), np.inf)  # of the cycles in each row
+    np.minimum.at(least, whole.row, whole.cycles.ranges)
     data = {
         "range": variable("row", rows.ranges, "range", unit),
         "mean": variable("row", rows.means, "mean", unit),
         "count": variable("row", rows.counts, "cycles"),
-        "cumulative": variable("row", whole.cycles.exceeding(rows.ranges), "cycles of at least this range"),
+        "cumulative": variable("row", whole.cycles.exceeding(least), "cycles of at least this range"),
         "half_cumulative": variable(
-            "row", _PART_OF_A_RUN * half.cycles.exceeding(rows.ranges), "the same, twice those of the first half"
+            "row", _PART_OF_A_RUN * half.cycles.exceeding(least), "the same, twice those of the first half"
         ),
         "matrix": variable("range_class mean_class", matrix.counts, "cycles"),
         **_course(findings, unit, plan.spec.after),

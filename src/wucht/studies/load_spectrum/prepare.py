@@ -18,6 +18,7 @@ from wucht.studies.run_up.prepare import Case, prepare_case
 from wucht.studies.spec import Quantity
 
 _FEWEST_SAMPLES_A_CYCLE = 10.0
+_MOST_CLASSES = 10_000
 
 
 @dataclass(frozen=True)
@@ -56,8 +57,18 @@ def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
     width = _in_unit(spec.class_width, unit, "width of the classes", "class_width")
     if width is not None and width <= 0:
         raise InputError("study.class_width", spec.class_width, "must be a width greater than 0")
+    if isinstance(signal, RecordSignal):  # how far a machine goes is known only when it has run
+        check_width(signal.channel.values, width)
     reference = _in_unit(spec.reference, unit, "reference", "reference")
     return Plan(spec, signal, case, reference, width, None if spec.woehler is None else _line(spec.woehler, unit), warnings)
+
+
+def check_width(values: np.ndarray, width: float | None) -> None:
+    """Raises ``InputError`` for classes so narrow that they would be too many for values (m,)."""
+    span = float(np.ptp(values)) if len(values) else 0.0
+    if width is not None and span > _MOST_CLASSES * width:
+        allowed = f"must be at least {span / _MOST_CLASSES:.3g}: the signal spans {span:.4g}"
+        raise InputError("study.class_width", width, f"{allowed}, in {_MOST_CLASSES} classes at most")
 
 
 def _line(asked: Woehler, unit: str) -> WoehlerLine:
