@@ -27,8 +27,8 @@ class CountedLoad:
     crossings: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
-def counted(plan: Plan, values: np.ndarray) -> CountedLoad:
-    """The load of turning points (m,)."""
+def counted(plan: Plan, values: np.ndarray, levels: np.ndarray | None = None) -> CountedLoad:
+    """The load of turning points (m,). levels (k,): those of a larger part, so that both can be compared."""
     method, residue = plan.spec.counting, plan.spec.residue
     if method in ("rainflow", "range-pair"):
         count = rainflow if method == "rainflow" else range_pairs
@@ -41,7 +41,7 @@ def counted(plan: Plan, values: np.ndarray) -> CountedLoad:
     if not np.ptp(values if len(values) else np.zeros(1)):
         return _in_rows(Cycles.none(), plan.class_width)
     history = np.append(values, values[0]) if closed else values
-    levels = _levels(values, plan.class_width, plan.reference)
+    levels = _levels(values, plan.class_width, plan.reference) if levels is None else levels
     crossings = level_crossings(history, levels, plan.reference)
     cycles = cycles_of_levels(levels, crossings)
     rows, row = cycles.by_range()

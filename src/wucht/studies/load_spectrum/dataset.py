@@ -37,7 +37,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     inside = time >= begin
     values = findings.values[inside]
     check_width(values, plan.class_width)
-    whole, half = counted(plan, values), counted(plan, values[time[inside] <= middle])
+    whole = counted(plan, values)
+    half = counted(plan, values[time[inside] <= middle], whole.levels if len(whole.levels) else None)
     matrix = RangeMeanMatrix.of(whole.cycles, _MATRIX)
     rows, middles = whole.rows, [(e[1:] + e[:-1]) / 2 for e in (matrix.range_edges, matrix.mean_edges)]
     least = np.full(len(rows.ranges), np.inf)  # of the cycles in each row
@@ -128,19 +129,21 @@ def _change_of_damage(plan: Plan, whole: CountedLoad, half: CountedLoad) -> floa
 
 
 def _course(findings: Findings, unit: str, after: float | None) -> dict[str, Any]:
-    """The smallest and the largest value of the signal in parts of time."""
+    """The smallest and the largest value of the signal in parts of time; all turning points where they are few."""
     time, values = findings.time, findings.values
-    parts = max(1, min(_COURSE, len(time) // _IN_A_PART))
-    edges = np.linspace(time[0], findings.end_time, parts + 1) if len(time) > 1 else np.zeros(2)
-    part = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, len(edges) - 2)
-    low, high = np.full(len(edges) - 1, np.inf), np.full(len(edges) - 1, -np.inf)
-    np.minimum.at(low, part, values)
-    np.maximum.at(high, part, values)
-    seen = np.isfinite(low)
+    low, high = values, values
+    if len(values) > _COURSE * _IN_A_PART:
+        edges = np.linspace(time[0], findings.end_time, _COURSE + 1)
+        part = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, _COURSE - 1)
+        low, high = np.full(_COURSE, np.inf), np.full(_COURSE, -np.inf)
+        np.minimum.at(low, part, values)
+        np.maximum.at(high, part, values)
+        seen = np.isfinite(low)
+        time, low, high = ((edges[1:] + edges[:-1])[seen] / 2, low[seen], high[seen])
     return {
-        "course_time": variable("part", (edges[1:] + edges[:-1])[seen] / 2, "time", "s"),
-        "lowest": variable("part", low[seen], "lowest value", unit),
-        "highest": variable("part", high[seen], "highest value", unit),
+        "course_time": variable("part", time, "time", "s"),
+        "lowest": variable("part", low, "lowest value", unit),
+        "highest": variable("part", high, "highest value", unit),
         "counted_from": variable("", after, "time from which on is counted", "s"),
     }
 

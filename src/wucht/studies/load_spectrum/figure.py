@@ -11,6 +11,7 @@ from wucht.results import style
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 _HEIGHT, _BARS = 7.6, 40
@@ -54,7 +55,7 @@ def _cumulative(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None
             np.maximum(np.append(least, values), least), np.append(amplitudes, amplitudes[-1]), where="pre", label=name, **line
         )
     axis.set_xscale("log")
-    style.plain_decades(axis.xaxis)
+    _plain(axis.xaxis)
     if "woehler_SD" in result:
         _woehler(axis, result, scale, float(amplitudes[0]))
     axis.set_ylim(bottom=0)
@@ -82,14 +83,22 @@ def _matrix(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     if not counts.any():
         return
     inside = counts[counts > 0]
-    norm = LogNorm(float(inside.min()), max(float(inside.max()), 1.001 * float(inside.min())))
+    norm = LogNorm(float(inside.min()), max(float(inside.max()), 10 * float(inside.min())))
     mesh = axis.pcolormesh(
         scale * result["mean_class"].values, scale * result["range_class"].values, np.where(counts > 0, counts, np.nan),
         norm=norm, cmap="cividis_r", shading="nearest",
     )  # fmt: skip
     bar = axis.figure.colorbar(mesh, ax=axis, pad=0.02)
     bar.set_label("cycles", fontsize=8)
-    style.plain_decades(bar.ax.yaxis)
+    _plain(bar.ax.yaxis)
+
+
+def _plain(axis: Axis) -> None:
+    """Decades alone."""
+    from matplotlib.ticker import NullFormatter
+
+    style.plain_decades(axis)
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _course(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
@@ -99,7 +108,10 @@ def _course(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     axis.set_xlabel("time $\\tau$" if result.attrs["dimensionless"] else style.label(result, "course_time"))
     axis.set_ylabel(style.with_unit("signal", unit))
     low, high = scale * result["lowest"].values, scale * result["highest"].values
-    axis.fill_between(time, low, high, color=style.COLOURS[4], linewidth=0.6, label="between its extremes")
+    if np.array_equal(low, high):
+        axis.plot(time, high, color=style.COLOURS[0], linewidth=0.6, label="turning points")
+    else:
+        axis.fill_between(time, low, high, color=style.COLOURS[4], linewidth=0.6, label="between its extremes")
     if np.isfinite(float(result["counted_from"])):
         axis.axvline(float(result["counted_from"]), color="black", linestyle="--", linewidth=0.9, label="counted from here on")
     axis.legend(loc="lower right", framealpha=1.0, fontsize=8)
