@@ -1,106 +1,97 @@
-"""Ensembles: 64 x 64 run-ups from rest of the machine of Table 5.1 to tau = 1000 at 1e-6, and its slow equations 256 x 256.
+"""Ensembles: basins of 64 x 64 run-ups from rest to tau = 1000 at 1e-6, and of 256 x 256 of the slow equations.
 
-Watched: 101 samples a member in chunks of some hundred steps (five, and two of the slow equations), of which the largest of one
-state is kept. The peer, in turn with it: heyoka's batches of the same members as one writes them by hand, without samples and
-with. Of five, the medians of rates and ratios.
+Of the machine of Table 5.1, and of a drum with two pendulums on unequal supports, which has no frame of its own to turn with.
+The study ``basin``: sampled, classified and stored. The peer, in turn with it: heyoka's batches of the same members as one
+writes them by hand, neither sampled nor looked at. Of five, the medians of rates and ratios.
 """
 
 from __future__ import annotations
 
 import copy
+import math
+import os
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from statistics import median
+from typing import Literal
 
 import numpy as np
 
-from wucht.analysis.averaged import averaged_machine
-from wucht.analysis.relative_equilibria import RelativeEquilibria
+from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.numerics.ensembles.ensemble import CompiledEnsemble, compile_ensemble, run_ensemble
-from wucht.numerics.ensembles.members import Members, Pace, Status
+from wucht.machines.machine import Machine
+from wucht.numerics.ensembles.ensemble import compile_ensemble
 from wucht.numerics.flow.heyoka_engine import translation
 from wucht.numerics.flow.program import lower
-from wucht.studies.initial_state import initial_state
-from wucht.system import System
+from wucht.studies.basin.prepare import prepare
+from wucht.studies.basin.spec import Basin
+from wucht.studies.ensembles.ensemble_equations import Variants, equations_of, parameters_of
+from wucht.studies.runner import run
 
 _TOLERANCE, _REPETITIONS = 1e-6, 5
-_FULL, _SLOW = 64, 256  # starts in each direction
-_PACE, _SLOW_PACE = Pace(200.0, 20, 1000.0), Pace(1000.0, 50, 2000.0)
-
-
-@dataclass(frozen=True)
-class Largest:
-    value: np.ndarray
-
-
-@dataclass(frozen=True)
-class Watch:
-    """The largest value of one state. Nothing settles."""
-
-    row: int
-
-    def begin(self, members: Members) -> Largest:
-        return Largest(members.starts[:, self.row].copy())
-
-    def after(self, record: Largest, times: np.ndarray, samples: np.ndarray) -> tuple[Largest, np.ndarray]:
-        return Largest(np.maximum(record.value, samples[:, self.row].max(axis=0))), np.zeros(samples.shape[-1], bool)
+_PENDULUM = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "damping": 0.169}
 
 
 @dataclass(frozen=True)
 class Case:
+    """Cells in each direction, and until when."""
+
     name: str
-    system: System
-    members: Members
-    pace: Pace
+    machine: Machine
+    model: Literal["full", "slow"]
+    cells: int
+    until: float
+
+    @property
+    def question(self) -> Basin:
+        axes = {"psi": [0.0, 2 * math.pi, self.cells], "delta": [0.0, math.pi, self.cells]}
+        return Basin(axes=axes, model=self.model, until=self.until, tolerance=_TOLERANCE)
 
 
 def cases() -> Iterator[Case]:
     machine = load_machine("drozdetskaya-2020/table-5.1")
-    starts = [initial_state(machine, {"psi": psi, "delta": delta}) for psi, delta in _grid(_FULL)]
-    relative = RelativeEquilibria.of(machine)
-    turning, values = relative.turned(np.array(starts).T).T, relative.system.values(relative.values)
-    yield Case("full, turning frame", relative.system, Members.of(turning, values), _PACE)
-    fixed = Members.of(np.array(starts), machine.system.values(machine.values))
-    yield Case("full, fixed frame", machine.system, fixed, _PACE)
-    slow = averaged_machine(machine, inertia=False)
-    angles = ({"rotor": 0.0, "p1": psi + delta / 2, "p2": psi - delta / 2} for psi, delta in _grid(_SLOW))
-    rest = dict.fromkeys(("rotor", "p1", "p2"), 0.0)
-    begun = np.array([slow.state(a, rest) for a in angles])
-    yield Case("slow equations", slow.system, Members.of(begun, slow.values()), _SLOW_PACE)
+    yield Case("full, turning frame", machine, "full", 64, 1000.0)
+    yield Case("full, fixed frame", _on_unequal_supports(), "full", 64, 10.0)
+    yield Case("slow equations", machine, "slow", 256, 2000.0)
 
 
-def _grid(count: int) -> Iterator[tuple[float, float]]:
-    """psi in (0, 2 pi) and delta in (0, pi), the centres of cells."""
-    for i, j in np.ndindex(count, count):
-        yield 2 * np.pi * (i + 0.5) / count, np.pi * (j + 0.5) / count
+def _on_unequal_supports() -> Machine:
+    """A drum with two pendulums, with a natural frequency of 100 rad/s."""
+    return machine_from(
+        {
+            "carrier": {"stiffness": [1.00e5, 1.01e5], "damping": 200.0},
+            "bodies": [
+                {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.03},
+                *(_PENDULUM | {"name": n} for n in ("p1", "p2")),
+            ],
+            "drive": {"on": "drum", "kind": "linear", "slope": 0.02, "no_load_speed": 200.0},
+        }
+    )
 
 
 def measure() -> Iterator[tuple[str, str]]:
     for case in cases():
-        compiled = compile_ensemble(case.system, _TOLERANCE)
-        watched = {threads: _watched(compiled, case, threads) for threads in (1, 2)}
-        jobs = {"hand": _by_hand(compiled, case, 0), "sampled": _by_hand(compiled, case, 101), **watched}
-        times = _in_turn(jobs)
-        count = len(case.members)
+        count = case.cells**2
+        times = _in_turn({"hand": _by_hand(case), 2: _asked(case, 2), 1: _asked(case, 1)})
         what = f"{case.name}, {count} members"
-        yield f"{what}: watched, a second", f"{count / median(times[2]):8.0f}"
-        yield f"{what}: by hand, not sampled, a second", f"{count / median(times['hand']):8.0f}"
-        yield f"{what}: watched, times the time by hand", f"{_ratio(times[2], times['hand']):8.2f}"
-        yield f"{what}: watched, times the time by hand with 101 samples", f"{_ratio(times[2], times['sampled']):8.2f}"
+        yield f"{what}: sampled, classified and stored, a second", f"{count / median(times[2]):8.0f}"
+        yield f"{what}: by hand, a second", f"{count / median(times['hand']):8.0f}"
+        yield f"{what}: share of the rate by hand", f"{_ratio(times['hand'], times[2]):8.2f}"
         yield f"{what}: two threads, times faster than one", f"{_ratio(times[1], times[2]):8.2f}"
 
 
 def _in_turn(jobs: dict[str | int, Callable[[], object]]) -> dict[str | int, list[float]]:
-    """The times of jobs that are done in turn: what else the machine does slows them all."""
+    """The times of jobs that are done in turn, after a first time of each: what else the machine does slows them all."""
     times: dict[str | int, list[float]] = {name: [] for name in jobs}
-    for _ in range(_REPETITIONS):
+    for round_ in range(_REPETITIONS + 1):
         for name, job in jobs.items():
             begun = time.perf_counter()
             job()
-            times[name].append(time.perf_counter() - begun)
+            times[name] += [time.perf_counter() - begun] if round_ else []
     return times
 
 
@@ -108,42 +99,43 @@ def _ratio(one: list[float], other: list[float]) -> float:
     return median(a / b for a, b in zip(one, other, strict=True))
 
 
-def _watched(compiled: CompiledEnsemble, case: Case, threads: int) -> Callable[[], object]:
-    watch = Watch(compiled.system.state_names.index("rotor.speed"))
+def _asked(case: Case, threads: int) -> Callable[[], object]:
+    """The study, on as many processors."""
+    question, all_of_them = case.question, os.sched_getaffinity(0)
 
     def job() -> None:
-        ends = run_ensemble(compiled, case.members, watch, case.pace, threads)
-        assert ends.count(Status.LIMIT) == len(case.members)
+        os.sched_setaffinity(0, set(sorted(all_of_them)[:threads]))
+        try:
+            with tempfile.TemporaryDirectory() as folder:
+                result = run(question, case.machine, folder=Path(folder))
+        finally:
+            os.sched_setaffinity(0, all_of_them)
+        assert result.attrs["finished"]
 
     return job
 
 
-def _by_hand(compiled: CompiledEnsemble, case: Case, samples: int) -> Callable[[], object]:
+def _by_hand(case: Case) -> Callable[[], object]:
     """Two threads, each with its batch integrator and every other batch of members, to the end in one go."""
     import heyoka as hy
 
-    program, width = lower(compiled.system, compiled.system.derivatives), compiled.width
+    plan = prepare(case.question, case.machine)
+    begun, _ = plan.starts(0, np.arange(case.cells**2))
+    equations, variants = equations_of(plan.question, begun[:, 0]), Variants.among(case.machine, {}, begun.shape[1])
+    system, starts = equations.system, equations.starts(begun, variants)
+    program, width = lower(system, system.derivatives), compile_ensemble(system, _TOLERANCE).width
     variables, translate = translation(program)
     right = list(zip(variables, translate.program(program.lines, program.results), strict=True))
     original = hy.taylor_adaptive_batch(right, np.zeros((len(variables), width)), tol=_TOLERANCE)
-    original.pars[:] = program.constant_values(case.members.parameters[0])[:, None]
-    integrators, starts, end = (
-        [copy.deepcopy(original) for _ in range(2)],
-        case.members.starts.T,
-        np.full(width, case.pace.until),
-    )
-
-    grid = np.linspace(0, end, samples) if samples else None
+    original.pars[:] = program.constant_values(parameters_of(system, variants)[0])[:, None]
+    integrators, end = [copy.deepcopy(original) for _ in range(2)], np.full(width, case.until)
 
     def part(thread: int) -> None:
         integrator = integrators[thread]
-        for first in range(thread * width, len(case.members), 2 * width):
+        for first in range(thread * width, starts.shape[1], 2 * width):
             integrator.set_time(0.0)
             integrator.state[:] = starts[:, first : first + width]
-            if samples:
-                integrator.propagate_grid(grid)
-            else:
-                integrator.propagate_until(end)
+            integrator.propagate_until(end)
 
     def job() -> None:
         with ThreadPoolExecutor(2) as pool:

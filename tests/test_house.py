@@ -12,8 +12,8 @@ import pytest
 
 SOURCE = Path(__file__).parent.parent / "src" / "wucht"
 FLOORS = [
-    "errors", "disk_cache", "quantities", "piecewise", "system", "checking", "fields", "results", "numerics", "mechanics",
-    "machines", "files", "analysis", "measurements", "cams", "studies", "cli",
+    "errors", "disk_cache", "quantities", "piecewise", "system", "checking", "fields", "results", "numerics", "fatigue",
+    "mechanics", "machines", "files", "analysis", "measurements", "cams", "studies", "cli",
 ]  # fmt: skip
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
 MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path

@@ -10,15 +10,15 @@ A ``Machine`` from a file or from ``parts``, a question, an answer:
 
 Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SpeedCurve``, ``SynchronousStates``,
 ``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``, ``Basin``,
-``CaptureProbability``, ``OptimiseBalancer``, ``Activation``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``,
-``CamPrediction``.
+``CaptureProbability``, ``OptimiseBalancer``, ``Activation``, ``LoadSpectrum`` (also of ``Records``); of a ``CamDrive``:
+``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
 Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary
 differential equation: ``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
 ``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``, ``separated``.
 
 The floors of the house, each of which knows only those before it: ``errors``, ``quantities``, ``piecewise``, ``system``,
-``checking``, ``fields``, ``results``, ``numerics``, ``mechanics``, ``machines``, ``files``, ``analysis``, ``measurements``,
-``cams``, ``studies``, ``cli``.
+``checking``, ``fields``, ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``,
+``measurements``, ``cams``, ``studies``, ``cli``.
 """
 
 from __future__ import annotations
@@ -49,6 +49,8 @@ if TYPE_CHECKING:
     from wucht.studies.capture_probability.spec import CaptureProbability as CaptureProbability
     from wucht.studies.coast_down.spec import CoastDown as CoastDown
     from wucht.studies.entrainment.spec import Entrainment as Entrainment
+    from wucht.studies.load_spectrum.machine_or_records import Records as Records
+    from wucht.studies.load_spectrum.spec import LoadSpectrum as LoadSpectrum
     from wucht.studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
     from wucht.studies.orbit_branch.spec import OrbitBranch as OrbitBranch
     from wucht.studies.phase_portrait.spec import PhasePortrait as PhasePortrait
@@ -82,12 +84,14 @@ _LAZY = {
     "CaptureProbability": "wucht.studies.capture_probability.spec:CaptureProbability",
     "CoastDown": "wucht.studies.coast_down.spec:CoastDown",
     "Entrainment": "wucht.studies.entrainment.spec:Entrainment",
+    "LoadSpectrum": "wucht.studies.load_spectrum.spec:LoadSpectrum",
     "Machine": "wucht.machines.machine:Machine",
     "PhasePortrait": "wucht.studies.phase_portrait.spec:PhasePortrait",
     "Response": "wucht.studies.response.spec:Response",
     "OptimiseBalancer": "wucht.studies.optimise_balancer.spec:OptimiseBalancer",
     "OrbitBranch": "wucht.studies.orbit_branch.spec:OrbitBranch",
     "OwnEquations": "wucht.files.own_equations:OwnEquations",
+    "Records": "wucht.studies.load_spectrum.machine_or_records:Records",
     "RunUp": "wucht.studies.run_up.spec:RunUp",
     "Sweep": "wucht.studies.sweep.spec:Sweep",
     "SpeedCurve": "wucht.studies.speed_curve.spec:SpeedCurve",

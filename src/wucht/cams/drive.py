@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -25,6 +24,7 @@ from wucht.cams.tables.output import UNITS, unit_of_output
 from wucht.cams.tables.speed import SpeedTable
 from wucht.checking import checked, choice, table
 from wucht.errors import InputError
+from wucht.files.documents import contents_of
 from wucht.files.tables import read_table
 from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.harmonics import Harmonics
@@ -123,10 +123,7 @@ class CamDrive:
 
     def contents(self, name: str) -> str:
         """Of a file, so that a changed one is another question. Empty where it cannot be read: the study says so."""
-        try:
-            return hashlib.sha256((self.folder / name).read_bytes()).hexdigest()
-        except OSError:
-            return ""
+        return contents_of(self.folder / name)
 
 
 def drive_from(document: Mapping[str, Any], title: str, folder: Path) -> CamDrive:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,6 +22,14 @@ def read_text(path: Path, missing: str = "there is no such file", encoding: str 
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise InputError(str(path), None, f"the file cannot be read: {reason}") from None
+
+
+def contents_of(path: Path) -> str:
+    """What tells the contents of a file from others. Empty where it cannot be read: whoever reads it says so."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return ""
 
 
 def read_toml(path: Path) -> Document:

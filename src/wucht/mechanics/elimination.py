@@ -1,7 +1,8 @@
 """Solve ``M a = F`` symbolically as a straight-line program: every intermediate result gets a name and stays small.
 
-Gaussian elimination, of a symmetric matrix the row with the fewest couplings first (minimum degree). For a machine this
-takes the bodies before the carrier, so the work and the size of the result grow linearly with the number of bodies.
+Gaussian elimination, of a symmetric matrix the row with the fewest couplings first (minimum degree), of equals one that is as
+it was given: its pivot is short. For a machine this takes the bodies before the carrier, so the work and the size of the result
+grow linearly with the number of bodies.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ def solve_by_elimination(
     n = len(names)
     rows: list[dict[int, sp.Expr]] = [{j: matrix[i, j] for j in range(n) if matrix[i, j] != 0} for i in range(n)]
     known = [name(right[i], f"F[{names[i]}]") for i in range(n)]
-    remaining, order = set(range(n)), list[int]()
+    remaining, changed, order = set(range(n)), set[int](), list[int]()
     while remaining:
-        k = min(remaining, key=lambda i: (symmetric and sum(j in remaining for j in rows[i]), i))
+        k = min(remaining, key=lambda i: (symmetric and (sum(j in remaining for j in rows[i]), i in changed), i))
         remaining.discard(k)
         order.append(k)
         coupled = sorted(remaining & rows[k].keys())
@@ -43,6 +44,7 @@ def solve_by_elimination(
                 if symmetric:
                     rows[j][i] = rows[i][j]
             known[i] = name(known[i] - factor * known[k], f"F{len(order)}[{names[i]}]")
+            changed.add(i)
     solution: dict[int, sp.Expr] = {}
     for step, k in enumerate(reversed(order)):
         rest = sp.Add(*(rows[k][j] * solution[j] for j in sorted(rows[k]) if j in solution))

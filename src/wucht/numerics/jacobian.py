@@ -16,9 +16,8 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import WuchtError
-from wucht.numerics.flow.compiled import available_engine
+from wucht.numerics.flow.array_function import heyoka_function
 from wucht.numerics.flow.program import Numbers, Program, lower
-from wucht.piecewise import PiecewiseCubic
 from wucht.system import System, needed_definitions
 
 
@@ -71,14 +70,7 @@ class Jacobian:
 
     @cached_property
     def _compiled(self) -> Any | None:
-        """heyoka's function of states, constants and time; None where there is no heyoka, or no such function in it."""
-        p = self.program
-        expressions = [*(e for _, e in p.lines), *p.results]
-        if available_engine() != "heyoka" or any(e.has(PiecewiseCubic) for e in expressions):
-            return None
-        from wucht.numerics.flow.heyoka_engine import compiled_function
-
-        return compiled_function(p)
+        return heyoka_function(self.program)
 
     @cached_property
     def _interpreted(self) -> Callable[..., Any]:

@@ -14,12 +14,13 @@ def interval_peaks(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> n
 
 
 def between_samples(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """The largest value (N - 1, ...) that signals (N, ...) reach from each sample to the next.
+    """The largest value (N - 1, ...) that signals (N, ...) reach from each sample to the next. time: (N,), or of each (N, ...).
 
     Between samples the signal is the cubic with the given values and slopes; the error is of fourth order in the sampling
     interval, where that of the largest sample is of second.
     """
-    h = np.diff(time).reshape(-1, *(1,) * (signal.ndim - 1))
+    h = np.diff(time, axis=0)
+    h = h if time.ndim == signal.ndim else h.reshape(-1, *(1,) * (signal.ndim - 1))
     left, right, before, after = signal[:-1], signal[1:], slope[:-1] * h, slope[1:] * h
     largest, middle = np.maximum(left, right), 3 * (right - left) - before - after
     # The slope lies between the coefficients of its Bernstein form, before, middle and after: where these have one sign there

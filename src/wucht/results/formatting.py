@@ -34,6 +34,11 @@ def percent(share: float, off: float = 0.0) -> str:
     return f"{100 * share:.{decimals}f} % ± {100 * off:.{decimals}f} %"
 
 
+def bodies_in_words(count: int) -> str:
+    """``4 bodies``."""
+    return "1 body" if count == 1 else f"{count} bodies"
+
+
 def _or_none(written: Callable[[float], str]) -> Format:
     return lambda value: "none" if value is None else written(value)
 

@@ -42,6 +42,9 @@ class Outcome(StrEnum):
     FAILED = "failed", "the run failed"
 
 
+THROUGH = (Outcome.COMPENSATED, Outcome.PASSED)  # the resonance is passed
+OPEN = (Outcome.UNIDENTIFIED, Outcome.FAILED)  # could have come to any other
+
 Bounds = tuple[float, float]  # between which something will stay, as far as it can be told
 _NOTHING: Bounds = (0.0, 0.0)
 

@@ -21,7 +21,7 @@ from wucht.errors import WuchtError
 from wucht.studies.spec import Spec
 
 GROUP = "wucht.studies"
-NOT_YET = ("load-spectrum", "exciter-design")
+NOT_YET = ("exciter-design",)
 
 
 def _part(name: str, what: str) -> property:

@@ -38,11 +38,22 @@ def test_numbers_stay_and_time_is_no_constant():
 
 
 def test_constant_definitions_become_constants_and_unused_ones_disappear():
-    system = System((a, w), (w, u * sp.sin(a)), (m, l), ((u, m * l**2), (v, u * sp.cos(a)), (g, v + w)))
+    system = System((a, w), (w, u * sp.sin(a)), (m, l), ((u, m * l**2), (v, u * sp.cos(a) + w), (g, v**2)))
     assert lower(system, system.derivatives).lines == ()
     needing_all = lower(system, (g,))
     assert [s for s, _ in needing_all.lines] == [v, g]
     assert [e for _, e in needing_all.constants] == [m * l**2]
+
+
+def test_what_is_another_line_or_its_opposite_or_a_multiple_is_put_into_what_uses_it():
+    lines = ((u, m + sp.cos(a) * w), (v, -m - sp.cos(a) * w), (g, m * sp.sin(a)))
+    program = lower(System((a, w), (sp.S.Zero, sp.S.Zero), (m, l), lines), (v * u, g * l * sp.sin(a)))
+    assert [s for s, _ in program.lines] == [u]
+    (_, one), (product, other) = program.constants
+    assert (one, other) == (m, l * m)
+    assert program.results == (-(u**2), product * sp.sin(a) ** 2)
+    found = program.function()([0.3, 0.7], 0.0, program.constant_values([2.0, 5.0]))
+    np.testing.assert_allclose(found, [-((2 + np.cos(0.3) * 0.7) ** 2), 10 * np.sin(0.3) ** 2], rtol=1e-15)
 
 
 def test_parameters_with_which_nothing_can_be_computed():

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from known_basins import MACHINE, TURN, Region, engine, share_of, spiral
 
+from known_basins import MACHINE, TURN, Region, engine, share_of, spiral
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine

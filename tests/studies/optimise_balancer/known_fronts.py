@@ -10,7 +10,8 @@ from wucht.results.outcomes import Outcome
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.studies.study_file import read_study
 
-MACHINE = read_study("sperling-rollers/figure-9").subject
+_OWN, END = 5e-5, 30.0  # damping of the machine as it is; how far each run is followed
+MACHINE = read_study("drozdetskaya-2020/r1").subject.with_values({"p1.damping": _OWN, "p2.damping": _OWN})
 RANGE = [1e-6, 1e-2]  # of the damping: x from -1 to 3
 
 
@@ -20,17 +21,26 @@ def x_of(damping: np.ndarray) -> np.ndarray:
 
 
 class Parabolas:
-    """Settling time x^2, peak (x - 2)^2. captured: where, by x. members: how many were run; full: with the full equations."""
+    """Settling time x^2, peak (x - 2)^2. captured, open_: which runs are, and which have no verdict, by x and their number.
+    members: how many were run; full: with the full equations; starts: with which."""
 
-    def __init__(self, captured: Any = lambda x: np.zeros(len(x), bool), offset: float = 0.0) -> None:
-        self.captured, self.offset, self.members, self.full = captured, offset, 0, 0
+    def __init__(
+        self, captured: Any = None, offset: float = 0.0, open_: Any = None, without: Outcome = Outcome.UNIDENTIFIED
+    ) -> None:
+        self.captured, self.offset, self.open, self.without = captured, offset, open_, without
+        self.members, self.full, self.starts = 0, 0, list[np.ndarray]()
 
     def __call__(self, question: Any, starts: np.ndarray, values: Any, report: Any = None) -> MemberOutcomes:
-        damping = values.get("r1.damping", np.full(starts.shape[1], question.machine.values["r1.damping"]))
-        x, count = x_of(damping), starts.shape[1]
+        x, count = x_of(values.get("p1.damping", np.full(starts.shape[1], _OWN))), starts.shape[1]
         self.members += count
+        self.starts.append(starts)
         self.full += count if question.model == "full" else 0
         (report or (lambda _: None))(0.5)
-        outcome = np.where(self.captured(x), OUTCOMES.index(Outcome.CAPTURED), OUTCOMES.index(Outcome.COMPENSATED))
-        off = self.offset if question.model == "full" else 0.0
-        return MemberOutcomes(outcome.astype(np.int8), x**2 + off, (x - 2) ** 2, np.ones(count))
+        outcome = np.full(count, OUTCOMES.index(Outcome.COMPENSATED), np.int8)
+        if self.captured is not None:
+            outcome[self.captured(x, np.arange(count))] = OUTCOMES.index(Outcome.CAPTURED)
+        settling = x**2 + (self.offset if question.model == "full" else 0.0)
+        if self.open is not None:
+            none = self.open(x, np.arange(count))
+            outcome[none], settling[none] = OUTCOMES.index(self.without), np.nan
+        return MemberOutcomes(outcome, settling, (x - 2) ** 2, np.full(count, END))

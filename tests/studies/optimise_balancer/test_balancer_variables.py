@@ -68,13 +68,13 @@ def test_a_pendulums_inertia_keeps_its_ratio() -> None:
 
 
 def test_starts_on_a_track_never_overlap_and_are_everywhere() -> None:
-    at = phases(GRINDER, 256, 5) % (2 * np.pi)
+    at = phases(GRINDER, 256, [5]) % (2 * np.pi)
     bodies = GRINDER.tracks[0].bodies
     gaps = np.diff(np.sort(at, axis=0), axis=0, append=np.sort(at, axis=0)[:1] + 2 * np.pi)
     assert gaps.min() >= angular_width(bodies[0], bodies[1]) - 1e-12
     assert np.histogram(at, bins=8, range=(0, 2 * np.pi))[0].min() > 0.7 * at.size / 8
-    assert np.array_equal(phases(CENTRIFUGE, 8, 1), phases(CENTRIFUGE, 8, 1))
-    assert not np.array_equal(phases(CENTRIFUGE, 8, 1), phases(CENTRIFUGE, 8, 2))
+    assert np.array_equal(phases(CENTRIFUGE, 8, [1]), phases(CENTRIFUGE, 8, [1]))
+    assert not np.array_equal(phases(CENTRIFUGE, 8, [1]), phases(CENTRIFUGE, 8, [2]))
 
 
 @pytest.mark.parametrize(("share", "left"), [(0.5, 0.0), (1.0, 0.0), (1.5, 0.5)])

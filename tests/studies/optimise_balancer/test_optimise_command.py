@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,33 +12,21 @@ from wucht.results.conventions import summary_of
 from wucht.studies.runner import load
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
-from wucht.studies.synchronous_states.spec import SynchronousStates
 
 Command = Callable[..., Any]
 Refused = Callable[..., str]
 pytestmark = pytest.mark.usefixtures("unpainted")
-SMALL = [f"--set=study.{s}" for s in ("samples=2", "population=4", "evaluations=8", "points=2", "damping_curve=false")]
+SMALL = [f"--set=study.{s}" for s in ("samples=2", "population=4", "evaluations=8", "points=1", "damping_curve=false")]
 
 
-def test_its_template_runs_and_is_drawn_again(here: Path, wucht: Command) -> None:
-    assert wucht("new", "optimise-balancer").code == 0
-    done = wucht("run", "optimise-balancer.toml", "-o", "out", "--json", *SMALL)
-    assert done.code == 0, done.err
-    summary = json.loads(done.out)["summary"]
+def test_its_template_runs_and_is_drawn_again(here: Path, from_template: Callable[..., dict[str, Any]]) -> None:
+    summary = from_template("optimise-balancer", *SMALL)
     assert summary["candidates"] == 8
-    assert 1 <= len(summary["front"]) <= 2
-    machine = read_study("optimise-balancer.toml").subject
-    for point in summary["front"]:
-        assert 1e-5 <= point["parameters"]["damping"] <= 1e-3
-        values = {f"{b}.{key}": x for b in ("p1", "p2") for key, x in point["parameters"].items()}
-        states = summary_of(ask(SynchronousStates(), machine.with_values({**values, "drum.unbalance": 1.5e-4})))["states"]
-        least = min(s["residual_unbalance"] for s in states if s["stable_full"])
-        assert point["checked"]["residual"] == pytest.approx(least, abs=1e-12)
-        assert point["objectives"]["residual"] == pytest.approx(least, abs=1e-12)
-    (figure,) = Path("out").glob("*.png")
-    figure.unlink()
-    assert wucht("plot", "out/result.nc").code == 0
-    assert figure.is_file()
+    (point,) = summary["front"]
+    assert 0.02 <= point["parameters"]["damping"] <= 0.5
+    # The search has what the bodies could leave at least; where they stand, the carrier's damping turns them away a little.
+    assert point["objectives"]["residual"] == pytest.approx(point["checked"]["residual"], rel=0.01, abs=1e-9)
+    assert point["objectives"]["residual"] <= point["checked"]["residual"] + 1e-12
     assert load("out/result.nc").sizes["candidate"] == 8
 
 
@@ -64,6 +51,9 @@ def test_its_template_runs_and_is_drawn_again(here: Path, wucht: Command) -> Non
         ("study.evaluations=4", ("study.evaluations", "at least 8")),
         ("study.samples=1", ("study.samples", "from 2 to 4096")),
         ("study.model=both", ("study.model", "'full' or 'slow'")),
+        ("study.inertia=true", ("study.inertia", "allowed only with model = 'slow'")),
+        ("study.start={psi = 1}", ("study.start.psi", "the phases of balancing bodies are random")),
+        ("study.start={drum = 1, p3 = 1}", ("study.start.p3", "did you mean 'p2'?")),
         ("study.evaluation=9", ("study.evaluation", "did you mean 'evaluations'?")),
     ],
 )
@@ -86,5 +76,6 @@ def test_the_file_of_the_catalogue_gives_what_its_notes_say() -> None:
     s = summary_of(ask(study.spec, study.subject))
     own, best = s["as_it_is"]["checked"], min(p["checked"]["settling-time"] for p in s["front"])
     assert best < 0.8 * own["settling-time"]
-    assert s["damping"]["optimum"] < s["damping"]["of_rates"] == pytest.approx(1.34e-4, rel=0.03)
+    assert s["damping"]["of_rates"] == pytest.approx(1.34e-4, rel=0.03)
+    assert 1.05e-4 < s["damping"]["optimum"] < 1.35e-4
     assert any(p["objectives"]["residual"] == 0 for p in s["front"])

@@ -1,14 +1,19 @@
-"""A search that is stopped and resumed ends as one that was not, to the last bit."""
+"""A search that is stopped and resumed, or computed by workers, ends as one that was not, to the last bit."""
 
 from __future__ import annotations
 
+import pickle
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import pytest
 from known_fronts import MACHINE, RANGE, Parabolas
 
-from interrupting import assert_same, stop_at
-from wucht.studies.optimise_balancer import candidates
+from interrupting import assert_same, stop_at, stopped_often
+from wucht.studies import runner
+from wucht.studies.optimise_balancer import candidates, prepare, run
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw, report
 from wucht.studies.runner import run as ask
@@ -17,33 +22,75 @@ QUESTION = OptimiseBalancer(
     vary={"damping": RANGE},
     objectives=["peak", "settling-time"],
     samples=2,
-    population=6,
-    evaluations=36,
-    points=4,
+    population=4,
+    evaluations=16,
+    points=3,
     bodies=[2, 3],
 )
+
+
+@pytest.fixture(autouse=True)
+def _small_units(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two candidates each; steady states, which take longer, are not sought."""
+    monkeypatch.setattr(candidates, "_UNIT", 4)
+    monkeypatch.setattr(run, "standing", lambda _machine, full: None)
 
 
 def test_resumed_is_uninterrupted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     engine = Parabolas()
     monkeypatch.setattr(candidates, "outcomes_of", engine)
-    reports: list[float] = []
-    whole = ask(QUESTION, MACHINE_OF_EQUALS, progress=lambda share, _: reports.append(share))
+    asked, reports = QUESTION.model_copy(update={"damping_curve": False}), list[float]()
+    whole = ask(asked, MACHINE, progress=lambda share, _: reports.append(share))
     assert reports == sorted(reports)
     assert reports[-1] == 1.0
     once, engine.members = engine.members, 0
-    result = ask(QUESTION, MACHINE_OF_EQUALS, folder=tmp_path, progress=stop_at(6))
-    times = 1
-    while not result.attrs["finished"]:
-        draw(result)
-        report(result)
-        result = ask(QUESTION, MACHINE_OF_EQUALS, folder=tmp_path, resume=True, progress=stop_at(4 + 5 * times))
-        times += 1
-        assert times < 40
-    assert times > 3
-    assert_same(whole, result)
-    assert not (tmp_path / "units").exists()
-    assert engine.members < once + 40 * times, "what was finished is not run again"
+    assert_same(whole, stopped_often(asked, MACHINE, tmp_path, 9, 8))
+    assert engine.members < 2 * once, "what was finished is not run again"
 
 
-MACHINE_OF_EQUALS = MACHINE.with_values({"r2.track_radius": MACHINE.values["r1.track_radius"]})
+@pytest.mark.slow
+def test_what_is_known_before_the_end_is_drawn(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
+    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(60))
+    assert not result.attrs["finished"]
+    draw(result)
+    assert report(result)
+
+
+class Workers:
+    """In place of a scheduler's: tasks go to them as bytes, and come back in another order."""
+
+    def __init__(self) -> None:
+        self.tasks = 0
+
+    def computed(self, tasks: Mapping[str, Callable[..., Any]], tell: Any) -> Iterator[tuple[str, Any]]:
+        for name, task in reversed(tasks.items()):
+            self.tasks += 1
+            tell(0.5, "")
+            yield name, pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(task))(lambda _share: None)))
+
+
+def test_workers_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
+    workers = Workers()
+    alone = ask(QUESTION, MACHINE)
+    monkeypatch.setattr(runner, "cluster_at", lambda _address: nullcontext(workers))
+    assert_same(alone, ask(QUESTION, MACHINE, scheduler="tcp://workers:1"))
+    assert workers.tasks == 1 + 1 + 13 + 4 * 2 + 3, "the machine as it is twice, dampings and candidates by twos, and points"
+
+
+def test_that_it_takes_long_is_said_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where all are run up one by one, as balls of a track are, how many run-ups there will be is the first that is told."""
+    monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
+    monkeypatch.setattr(prepare, "why_one_by_one", lambda _question: "it has contacts, schedules or tables")
+    told: list[str] = []
+
+    def stop(_share: float, what: str) -> None:
+        told.append(what)
+        raise KeyboardInterrupt
+
+    asked = QUESTION.model_copy(update={"bodies": None, "points": 2, "objectives": None})
+    with pytest.raises(KeyboardInterrupt):
+        ask(asked, MACHINE, progress=stop)
+    runs = 2 * (1 + 1 + 25 + 16 + 2)
+    assert told == [f"{runs} run-ups at most, one by one, which takes long"]

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from known_fronts import MACHINE, RANGE, Parabolas, x_of
+from known_fronts import END, MACHINE, RANGE, Parabolas, x_of
 
 from wucht.errors import InputError
 from wucht.results.conventions import summary_of
-from wucht.studies.optimise_balancer import candidates, pareto_search
+from wucht.results.outcomes import Outcome
+from wucht.studies.optimise_balancer import candidates, pareto_search, run
 from wucht.studies.optimise_balancer.pareto_search import not_dominated, spread_out
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw, report
@@ -21,6 +22,12 @@ TWO = OptimiseBalancer(
     vary={"damping": RANGE}, objectives=["peak", "settling-time"], samples=2, population=20, evaluations=400, points=12,
     damping_curve=False,
 )  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def _no_steady_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    """None are sought: what they leave is compared in test_damping_optimum.py."""
+    monkeypatch.setattr(run, "standing", lambda _machine, full: None)
 
 
 def test_not_dominated_is_what_pairs_say() -> None:
@@ -58,33 +65,75 @@ def test_the_front_is_the_known_one(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_another_seed_is_another_search_the_same_seed_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
-    few = TWO.model_copy(update={"evaluations": 60})
-    first, again = ask(few, MACHINE), ask(few, MACHINE)
+    few = TWO.model_copy(update={"evaluations": 60, "points": 1})
+    first = ask(few, MACHINE)
     np.random.seed(1)
     assert np.array_equal(first.tried_value, ask(few, MACHINE).tried_value)
-    assert np.array_equal(first.tried_value, again.tried_value)
     assert not np.array_equal(first.tried_value, ask(few.model_copy(update={"seed": 2}), MACHINE).tried_value)
 
 
 def test_capture_bounds_where_it_is_no_objective(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs are captured for x < 1 but for the machine as it is (x = 0.7): no other candidate may be."""
-    few = TWO.model_copy(update={"evaluations": 100})
-    monkeypatch.setattr(candidates, "outcomes_of", Parabolas(lambda x: (x < 1) & (np.abs(x - x_of(np.array(5e-5))) > 1e-9)))
+    few = TWO.model_copy(update={"evaluations": 100, "points": 1})
+    monkeypatch.setattr(candidates, "outcomes_of", Parabolas(lambda x, _: (x < 1) & (np.abs(x - x_of(np.array(5e-5))) > 1e-9)))
     assert x_of(ask(few, MACHINE).front_value.values[:, 0]).min() > x_of(np.array(5e-5)) - 1e-9
-    monkeypatch.setattr(candidates, "outcomes_of", Parabolas(lambda x: np.ones(len(x), bool)))
+    monkeypatch.setattr(candidates, "outcomes_of", Parabolas(lambda x, _: np.ones(len(x), bool)))
     none = ask(few, MACHINE)
     assert summary_of(none)["front"] == []
     assert "no candidate has all objectives" in report(none)[1]
     draw(none)
 
 
+def test_runs_without_a_verdict_are_neither_captured_nor_through(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every second run: what is known are bounds, and nothing else counts them."""
+    half = Parabolas(open_=lambda _, number: number % 2 == 1)
+    monkeypatch.setattr(candidates, "outcomes_of", half)
+    asked = TWO.model_copy(update={"objectives": ("settling-time", "capture-probability"), "evaluations": 20, "points": 2})
+    result = ask(asked, MACHINE)
+    x = x_of(result.tried_value.values[:, 0])
+    assert np.allclose(result.tried_objective.values[:, 0], (x**2 + END) / 2)
+    assert np.array_equal(result.tried_objective.values[:, 3], np.full(20, 0.5))
+    assert np.array_equal(result.tried_undecided.values, np.full(20, 0.5))
+    assert any("0 % to 50 % (the rest without a verdict) not through" in line for line in report(result))
+    assert "21 candidates have runs without a verdict, up to 50 %" in result.attrs["warnings"]
+    draw(result)
+
+
+def test_a_machine_with_open_runs_bounds_others_by_both_of_its_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As it is (x = 0.7) one of two runs is open: another with one that is captured is worse for certain, beyond x = 0.7."""
+    own = x_of(np.array(5e-5))
+    engine = Parabolas(
+        captured=lambda x, number: (x > own + 1e-9) & (number % 2 == 1),
+        open_=lambda x, number: (np.abs(x - own) < 1e-9) & (number % 2 == 1),
+    )
+    monkeypatch.setattr(candidates, "outcomes_of", engine)
+    asked = TWO.model_copy(update={"objectives": ("residual", "peak"), "evaluations": 100, "points": 2})
+    result = ask(asked, MACHINE)
+    assert summary_of(result)["as_it_is"]["objectives"]["capture-probability"] == 0.5
+    assert x_of(result.front_value.values[:, 0]).max() <= own + 1e-9
+
+
+def test_a_run_that_fails_leaves_no_settling_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        candidates, "outcomes_of", Parabolas(open_=lambda x, number: (x > 0) & (number == 0), without=Outcome.FAILED)
+    )
+    result = ask(TWO.model_copy(update={"evaluations": 20, "points": 2}), MACHINE)
+    failed = result.tried_undecided.values > 0
+    assert failed.any()
+    assert np.isnan(result.tried_objective.values[failed][:, [0, 2]]).all()
+    assert np.isfinite(result.tried_objective.values[~failed]).all()
+
+
 def test_the_full_equations_are_asked_and_differences_told(monkeypatch: pytest.MonkeyPatch) -> None:
     engine = Parabolas(offset=10.0)
     monkeypatch.setattr(candidates, "outcomes_of", engine)
-    result = ask(TWO.model_copy(update={"evaluations": 40, "points": 3}), MACHINE)
+    result = ask(TWO.model_copy(update={"evaluations": 40, "points": 3, "model": "slow"}), MACHINE)
     assert engine.full == (3 + 1) * 2
+    searched, checks = engine.starts[0], engine.starts[-3:]
+    assert all(np.array_equal(c, checks[0]) for c in checks)
+    assert not np.isclose(checks[0][:, 0], searched[:, 0]).all(), "what suits the phases of the search may not suit others"
     assert np.allclose(result.front_checked.values[:, 0], result.front_objective.values[:, 0] + 10)
-    assert "the full equations give another settling-time at 3 of 3 points" in result.attrs["warnings"]
+    assert "the full equations, from other phases, give another settling-time at 3 of 3 points" in result.attrs["warnings"]
     assert "another peak" not in result.attrs["warnings"]
 
 

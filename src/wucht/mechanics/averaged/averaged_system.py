@@ -66,8 +66,9 @@ class AveragedSystem:
 
 def steady_motion(coupling: Coupling) -> list[Phasor]:
     """The displacement amplitudes z (m) of bodies that turn steadily."""
-    w = coupling.bodies.frequency
-    return coupling.motion([s * w**2 for s in coupling.moments], "")
+    w, names = coupling.bodies.frequency, [coupling.bodies.labels[d] for d in coupling.free]
+    force = [s * w**2 for s in coupling.moments]
+    return coupling.motion(coupling.lines.phasors(force, "F", names) if len(coupling.direction) > 1 else force, "")
 
 
 def averaged_equations(bodies: RotatingBodies, inertia: bool = True, order: int = 1) -> AveragedSystem:

@@ -203,6 +203,12 @@ class Curve:
         near = _ON_A_BOUND * self.problem.scale
         return all(low - near[i] <= u[i] <= high + near[i] for i, (low, high) in self.bounds.items())
 
+    def on_bound(self, u: np.ndarray) -> bool:
+        """Whether unknowns (n+1,) are on one of their bounds, but for rounding: of a special point it is not known whether it
+        lies within them."""
+        near = _ON_A_BOUND * self.problem.scale
+        return any(abs(u[i] - bound) <= near[i] for i, bounds in self.bounds.items() for bound in bounds)
+
     def _refuse(self, u: np.ndarray) -> None:
         for i, (low, high) in self.bounds.items():
             if not low < high:

@@ -138,7 +138,7 @@ class Watch(Generic[P]):
                 if not curve.within(p.point.u) and (left := _on_bound(curve, here.point, p.point)):
                     yield self.seen(left[0])
                     return left[1]
-                if p.point.length <= until:
+                if p.point.length <= until and not curve.on_bound(p.point.u):
                     yield p
                 until = p.point.length if ended and p.kind == ended.kind else until
             if ended:

@@ -74,6 +74,9 @@ class Translator:
 
     def _power(self, e: sp.Pow) -> Any:
         base, exponent = self(e.base), e.exp
+        if exponent == 2 and isinstance(e.base, sp.cos):  # the square of the sine is there in most equations
+            sine = self(sp.sin(e.base.args[0]))
+            return 1.0 - sine * sine
         if exponent.is_Integer:
             product, square, n = None, base, int(abs(exponent))
             while n:

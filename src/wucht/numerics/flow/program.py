@@ -73,7 +73,9 @@ class _Folder:
 
     def _fold(self, e: sp.Expr) -> sp.Expr:
         if not e.free_symbols & self.varying:
-            return e if e.is_Number else self.constants.setdefault(e, sp.Symbol(f"_c{len(self.constants)}", real=True))
+            if e.is_Number or -e in self.constants:
+                return e if e.is_Number else -self.constants[-e]
+            return self.constants.setdefault(e, sp.Symbol(f"_c{len(self.constants)}", real=True))
         if e.is_Atom:
             return e
         if isinstance(e, PiecewiseCubic):
@@ -96,16 +98,32 @@ def _lowered(
     states: tuple[sp.Symbol, ...], parameters: tuple[sp.Symbol, ...], definitions: Assignments, results: tuple[sp.Expr, ...]
 ) -> Program:
     folder, lines = _Folder({*states, TIME}), []
-    fixed: dict[sp.Symbol, sp.Expr] = {}  # definitions that are constant are put into the constants that use them
+    # Put into what uses them: definitions that are constant, that are a multiple of one thing, or what one before them is.
+    known: dict[sp.Symbol, sp.Expr] = {}
+    first: dict[sp.Expr, sp.Symbol] = {}
     for symbol, expression in definitions:
-        if expression.free_symbols & folder.varying:
-            folder.varying.add(symbol)
-            lines.append((symbol, folder.fold(expression.xreplace(fixed))))
+        replaced = expression.xreplace(known)
+        if not expression.free_symbols & folder.varying:
+            known[symbol] = replaced
+            continue
+        folder.varying.add(symbol)
+        folded = folder.fold(replaced)
+        if folded in first or -folded in first:
+            known[symbol] = first[folded] if folded in first else -first[-folded]
+        elif _is_multiple(folded, folder.varying):
+            known[symbol] = replaced
         else:
-            fixed[symbol] = expression.xreplace(fixed)
-    folded = tuple(folder.fold(r.xreplace(fixed)) for r in results)
+            first[folded] = symbol
+            lines.append((symbol, folded))
+    folded_results = tuple(folder.fold(r.xreplace(known)) for r in results)
     constants = tuple((symbol, expression) for expression, symbol in folder.constants.items())
-    return Program(states, parameters, constants, tuple(lines), folded)
+    return Program(states, parameters, constants, tuple(lines), folded_results)
+
+
+def _is_multiple(e: sp.Expr, varying: set[sp.Symbol]) -> bool:
+    """Whether it is a constant times a symbol, a sine or a cosine: two such that meet become a square."""
+    moving = [a for a in sp.Mul.make_args(e) if a.free_symbols & varying]
+    return len(moving) == 1 and (moving[0].is_Symbol or (moving[0].func in (sp.sin, sp.cos) and moving[0].args[0].is_Symbol))
 
 
 def python_function(

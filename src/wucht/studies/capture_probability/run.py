@@ -8,7 +8,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from wucht.results.outcomes import Outcome
+from wucht.results.outcomes import OPEN
 from wucht.studies.capture_probability.prepare import Plan
 from wucht.studies.capture_probability.probability_bands import band
 from wucht.studies.capture_probability.random_points import REPLICATES
@@ -21,7 +21,7 @@ from wucht.studies.work import Work
 
 _TILE = 1024  # runs: a unit of work
 _SEARCH = 0.4  # the runs of the search, as a share of those before
-_OPEN = [OUTCOMES.index(o) for o in (Outcome.UNIDENTIFIED, Outcome.FAILED)]
+_OPEN = [OUTCOMES.index(o) for o in OPEN]
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,12 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError, nearest
-from wucht.results.outcomes import Outcome
+from wucht.results.outcomes import OPEN, THROUGH, Outcome
 from wucht.studies import spec as common
 from wucht.studies.capture_probability.distributions import check_form
 from wucht.studies.capture_probability.random_points import REPLICATES
 from wucht.studies.ensembles.ensemble_keys import EnsembleSpec
 
-_THROUGH = (str(Outcome.COMPENSATED), str(Outcome.PASSED))
-_OPEN = (Outcome.UNIDENTIFIED, Outcome.FAILED)  # could be any other
 _FEWEST, _MOST, _MOST_POINTS = 4 * REPLICATES, 2**20, 1000
 
 
@@ -46,11 +44,11 @@ def _distributions(table: Mapping[str, Any], path: str = "") -> dict[str, dict[s
 
 def _outcomes(given: Any) -> Any:
     names = [given] if isinstance(given, str) else given
-    known = [str(o) for o in Outcome if o not in _OPEN]
+    known = [str(o) for o in Outcome if o not in OPEN]
     if not isinstance(names, list | tuple) or not names:
         raise ValueError(f"must be an outcome or a list of them; known: {', '.join(known)}")
     for name in names:
-        if name in map(str, _OPEN):
+        if name in map(str, OPEN):
             raise ValueError(f"{name!r} cannot be counted: such a run may have any outcome, and widens the band")
         if name not in known:
             raise ValueError(f"{name!r} is no outcome; {nearest(str(name), known)}")
@@ -87,7 +85,7 @@ class CaptureProbability(EnsembleSpec):
     random: Random
     points: common.Whole = Field(11, description="number of values of the parameter")
     samples: common.Whole = Field(256, description="number of runs at each value")
-    outcome: Outcomes = _THROUGH
+    outcome: Outcomes = tuple(map(str, THROUGH))
     probability: Between | None = Field(None, description="probability that is wanted")
     confidence: Between = Field(0.95, description="confidence of the bands")
     seed: common.Whole = Field(0, description="seed of the random numbers")

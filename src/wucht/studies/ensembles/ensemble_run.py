@@ -11,6 +11,7 @@ from wucht.numerics.ensembles.members import Status
 from wucht.results.outcomes import Outcome
 from wucht.studies.ensembles.attractors import attractors_of
 from wucht.studies.ensembles.closer_look import looked_at
+from wucht.studies.ensembles.doubling_pace import DoublingPace
 from wucht.studies.ensembles.ensemble_equations import (
     Numbered,
     Variants,
@@ -20,7 +21,7 @@ from wucht.studies.ensembles.ensemble_equations import (
     why_one_by_one,
 )
 from wucht.studies.ensembles.ensemble_question import EnsembleQuestion, Report, part_of
-from wucht.studies.ensembles.first_look import DoublingPace, FirstLook
+from wucht.studies.ensembles.first_look import FirstLook
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.studies.ensembles.single_run_ups import run_up_each
 from wucht.studies.initial_state import initial_state
@@ -95,7 +96,8 @@ def _first_looked_at(
     """The outcomes of those that a first look decides, and the numbers of the others."""
     equations = equations_of(question, starts[:, 0])
     first, until = horizon.first, question.until
-    pace = DoublingPace(first, 1 + _MOST_DOUBLINGS) if until is None else DoublingPace.until(until, first)
+    finer = equations.finer
+    pace = DoublingPace(first, 1 + _MOST_DOUBLINGS, finer) if until is None else DoublingPace.until(until, first, finer)
     attractors = attractors_of(question, equations, horizon)
     look = FirstLook(equations, variants, attractors, pace, final=until is not None)
     members = Numbered(

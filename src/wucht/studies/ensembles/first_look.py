@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -18,55 +17,18 @@ from wucht.numerics.peaks import between_samples
 from wucht.results.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Outcome
 from wucht.studies.ensembles.at_rest import LastHalf, Resting, resting
 from wucht.studies.ensembles.attractors import Attractor
+from wucht.studies.ensembles.doubling_pace import PARTS, SAMPLES, WINDOW, DoublingPace
 from wucht.studies.ensembles.ensemble_equations import Equations, Numbered, Variants
 from wucht.studies.ensembles.member_outcomes import OUTCOMES
-from wucht.studies.ensembles.member_views import FullView, SlowView
+from wucht.studies.ensembles.member_views import Bound, FullView, SlowView, View, unbalance_left
 from wucht.studies.motion.observation import weights_of
 
-_WINDOW = 16  # samples
-SAMPLES = _WINDOW * WINDOWS  # in each chunk, twice as many in the first one: its halves are as those to come
-PARTS = 2 * SAMPLES  # of the time, in which the course is kept
-# Times as many of the amplitude in each part of the first chunk: vibrations of the start die out, resonances are passed.
-_FINER = np.repeat((4, 2), SAMPLES)
-# Samples that are shifted a little, alike in all windows: a motion of one period can not be taken for rest.
-_SHIFTS = np.append(0.5 * (np.arange(1, _WINDOW) * (math.sqrt(5) - 1) / 2 % 1 - 0.5), 0.0)
 SETTLED = 1e-4  # of speed and unbalance: bounds that are as near tell that a member has settled
 _FOLLOWED = 0.5  # of the differences of samples: a cubic that misses more of them has not been sampled densely enough
 UNDECIDED = -1
 _LONG, _LONGER = 3, 5  # chunks, after which members that do not come to rest deserve a closer look; to an attractor either
 _ROUND = 1e-3  # rad: resonances are those of phases rounded so
 _CODE = {outcome: OUTCOMES.index(outcome) for outcome in OUTCOMES}
-
-
-@dataclass(frozen=True)
-class DoublingPace:
-    """Each chunk is as long as all before it together. first: the end of the first one; chunks: how many."""
-
-    first: float
-    chunks: int
-
-    @classmethod
-    def until(cls, end: float, first: float) -> DoublingPace:
-        """That ends at a time, with a first chunk of about this length."""
-        doublings = max(0, math.ceil(math.log2(end / first)))
-        return cls(end / 2**doublings, doublings + 1)
-
-    @property
-    def end(self) -> float:
-        """The limit of time."""
-        return self.first * 2.0 ** (self.chunks - 1)
-
-    def times(self, index: int) -> np.ndarray:
-        """See ``Pace``."""
-        end = self.first * 2.0**index
-        begin, ends = (end / 2, np.arange(1, SAMPLES + 1)) if index else (0.0, np.arange(1, PARTS + 1))
-        ends = ends + np.tile(_SHIFTS, len(ends) // _WINDOW)
-        parts = np.append(0.0, ends) / len(ends)
-        if not index:
-            parts = np.append(0.0, np.concatenate([b + (e - b) * np.arange(1, n + 1) / n for b, e, n in _each(parts)]))
-        times = begin + (end - begin) * parts
-        times[-1] = end
-        return np.asarray(times)
 
 
 @dataclass(frozen=True)
@@ -104,7 +66,8 @@ class FirstLook:
         assert isinstance(members, Numbered)
         m, numbers = len(members), members.numbers
         begun = self._view.seen(members.starts.T[None], self.variants.of[numbers])
-        outcome, nothing, end = np.full(m, UNDECIDED, np.int8), np.full(m, np.nan), np.concatenate([begun.square, begun.rate])
+        outcome, nothing = np.full(m, UNDECIDED, np.int8), np.full(m, np.nan)
+        end = np.concatenate([begun.square, self._rate(begun, members.starts.T[None], numbers)])
         return MemberRecord(numbers, outcome, np.zeros(m, bool), begun.square[0], nothing, end, np.empty((4, PARTS, m)))
 
     @np.errstate(all="ignore")  # shares of nothing; it is called in threads, which know no other state
@@ -112,12 +75,16 @@ class FirstLook:
         """See ``Observer``."""
         index, variants = round(math.log2(times[-1] / self.pace.first)), self.variants.taken(record.number)
         sight = self._view.seen(samples, variants.of)
-        signal, slope = (np.concatenate([e[None], x]) for e, x in zip(record.end, (sight.square, sight.rate), strict=True))
-        square = np.maximum(record.square, _peaks(np.append(self.pace.times(index)[0], times), signal, slope))
-        end = np.array([signal[-1], slope[-1]])
-        ends = slice(None) if index else np.cumsum(_FINER) - 1
+        whole, signal = np.append(self.pace.times(index)[0], times), np.concatenate([record.end[:1], sight.square])
+        if sight.rate is None:
+            peak, rate = self._peak(whole, signal, record, samples), self._rate(sight, samples[-1:], record.number)
+        else:
+            slope, rate = np.concatenate([record.end[1:], sight.rate]), sight.rate[-1:]
+            peak = _peaks(whole[:, None], signal, slope, WINDOW)
+        square, end = np.maximum(record.square, peak), np.concatenate([signal[-1:], rate])
+        ends = slice(None) if index else np.cumsum(self.pace.samples) - 1
         samples, speed, phases = samples[ends], sight.speed[ends], sight.phases[:, ends]
-        left = self._left(phases, variants)
+        left = self._left(phases, variants.of)[0]
         course = _lengthened(record.course if index else None, speed, left)
         half = slice(-SAMPLES, None)
         seen = LastHalf(times[-1] / 2, speed[half], phases[:, half], left[half])
@@ -171,20 +138,25 @@ class FirstLook:
             if left or end / 2 >= one.period:
                 square[arrived] = np.maximum(square[arrived], one.square)
 
-    def _left(self, phases: np.ndarray, variants: Variants) -> np.ndarray:
-        """What is left of the rotor's unbalance, as a share of it (K, M), with the bodies about it at phases (b, K, M)."""
-        # In real numbers: the last bit of a complex product depends on where in an array it stands.
-        (first, *others), real, imaginary = self._weights[:, variants.of], 0.0, 0.0
-        for weight, phase in zip(others, phases, strict=True):
-            cosine, sine = np.cos(phase), np.sin(phase)
-            real = real + (weight.real * cosine - weight.imag * sine)
-            imaginary = imaginary + (weight.real * sine + weight.imag * cosine)
-        return np.asarray(np.sqrt((first.real + real) ** 2 + (first.imag + imaginary) ** 2) + np.zeros(phases.shape[1:]))
+    def _rate(self, sight: View, samples: np.ndarray, members: np.ndarray) -> np.ndarray:
+        """Of the square (K, M), at samples (K, k, M) of these members."""
+        if sight.rate is not None:
+            return sight.rate
+        assert isinstance(self._view, SlowView)
+        return self._view.rate(samples, self.variants.of[members])
+
+    def _peak(self, times: np.ndarray, signal: np.ndarray, record: MemberRecord, samples: np.ndarray) -> np.ndarray:
+        """The largest value (M,) of slow signals (K + 1, M): beside the largest sample. samples (K, k, M): after the first."""
+        rows = np.clip(signal.argmax(axis=0) + np.array([[-1], [0], [1]]), 0, len(samples))
+        members = np.arange(signal.shape[1])
+        near = np.moveaxis(samples[np.maximum(rows - 1, 0), :, members], 2, 1)
+        assert isinstance(self._view, SlowView)
+        slope = np.where(rows == 0, record.end[1], self._view.rate(near, self.variants.of[record.number]))
+        return _peaks(times[rows], signal[rows, members], slope, len(rows) - 1)
 
     @cached_property
-    def _weights(self) -> np.ndarray:
-        """The unbalances of the main rotor and of the bodies about it, as shares of its own (1 + b, V), of each variant."""
-        return np.array([_weights(m) for m in self.variants.machines]).T
+    def _left(self) -> Bound:
+        return unbalance_left(np.array([_weights(m) for m in self.variants.machines]))
 
     @cached_property
     def _free(self) -> np.ndarray:
@@ -244,20 +216,16 @@ def _weights(machine: Machine) -> tuple[complex, ...]:
     return (weights[0], *(weights[1 + others.index(b)] for b in machine.group(machine.rotor)[1:]))
 
 
-def _each(parts: np.ndarray) -> Iterator[tuple[float, float, int]]:
-    """Begin and end of each part of the first chunk, and how many samples are in it."""
-    yield from zip(parts[:-1], parts[1:], _FINER, strict=True)
-
-
-def _peaks(times: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> np.ndarray:
+def _peaks(times: np.ndarray, signal: np.ndarray, slope: np.ndarray, window: int) -> np.ndarray:
     """The largest value (M,) of signals (K + 1, M): between samples where these follow them, else at the samples.
 
-    They do where slopes and differences agree: less than about a third of an oscillation lies between two of them.
+    times: (K + 1, 1) or of each (K + 1, M). They do where, in a window of so many intervals, slopes and differences agree: less
+    than about a third of an oscillation lies between two samples.
     """
     change = np.diff(signal, axis=0)
-    missed = np.abs(change - 0.5 * np.diff(times)[:, None] * (slope[:-1] + slope[1:]))
-    missed, change = (x.reshape(-1, _WINDOW, x.shape[1]).sum(axis=1) for x in (missed, np.abs(change)))
-    followed = np.repeat(missed <= _FOLLOWED * change, _WINDOW, axis=0)
+    missed = np.abs(change - 0.5 * np.diff(times, axis=0) * (slope[:-1] + slope[1:]))
+    missed, change = (x.reshape(-1, window, x.shape[1]).sum(axis=1) for x in (missed, np.abs(change)))
+    followed = np.repeat(missed <= _FOLLOWED * change, window, axis=0)
     between = np.where(followed, between_samples(times, signal, slope), -math.inf)
     return np.asarray(np.maximum(between.max(axis=0), signal.max(axis=0)))
 

@@ -5,14 +5,16 @@ All is computed element by element: what is seen of a member does not depend on 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
+import sympy as sp
 
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.array_function import ArrayFunction
+from wucht.numerics.flow.program import lower
+from wucht.system import System
 
 _STEP = 1e-4  # of the unit of time: over which the amplitude's change is taken
 
@@ -20,37 +22,44 @@ _STEP = 1e-4  # of the unit of time: over which the amplitude's change is taken
 @dataclass(frozen=True)
 class View:
     """Samples (K, M) of M members. speed: of the main rotor. phases: of the bodies about it (b, K, M), as they turn. square,
-    rate: of the distance of its axis from where it rests, its square and the derivative of that."""
+    rate: of the distance of its axis from where it rests, its square and the derivative of that, None where it is dear."""
 
     speed: np.ndarray
     phases: np.ndarray
     square: np.ndarray
-    rate: np.ndarray
+    rate: np.ndarray | None
 
 
 @dataclass(frozen=True)
 class Bound:
-    """Expressions with the constants (c, V) of each of V variants: evaluated for all members at once, element by element, so
-    that what comes of one does not depend on those beside it."""
+    """Expressions with the constants (c, V) of each of V variants, for all members at once."""
 
-    evaluator: Evaluator
+    function: ArrayFunction
     constants: np.ndarray
 
     @classmethod
-    def of(cls, evaluator: Evaluator, values: Iterable[Sequence[float]]) -> Bound:
-        """values: the System's parameters of each variant."""
-        return cls(evaluator, np.array([evaluator.program.constant_values(v) for v in values]).T)
+    def of(cls, system: System, expressions: Sequence[sp.Expr], values: Iterable[Sequence[float]]) -> Bound:
+        """In a System's symbols. values: its parameters of each variant."""
+        program = lower(system, expressions)
+        return cls(ArrayFunction(program), np.array([program.constant_values(v) for v in values]).T)
 
-    def __call__(self, states: Sequence[np.ndarray], of: np.ndarray) -> list[np.ndarray]:
-        """Arrays (K, M) of states (K, M) each, of members of these variants (M,)."""
-        one = self.constants.shape[1] == 1
-        constants = self.constants[:, 0] if one else self.constants[:, of]
-        values = self._function(tuple(states), 0.0, constants)
-        return [np.broadcast_to(np.asarray(v, float), states[0].shape) for v in values]
+    def __call__(self, states: Sequence[np.ndarray] | np.ndarray, of: np.ndarray) -> np.ndarray:
+        """Arrays (r, K, M) of states (K, M) each, of members of these variants (M,)."""
+        return self.function(states, self.constants if self.constants.shape[1] == 1 else self.constants[:, of])
 
-    @cached_property
-    def _function(self) -> Callable[..., Sequence[np.ndarray]]:
-        return self.evaluator.program.function()
+
+def unbalance_left(weights: np.ndarray) -> Bound:
+    """What bodies about the rotor, by their phases, leave of its unbalance. weights: complex unbalances of the rotor and of
+    these bodies (V, 1 + b), of each variant."""
+    bodies = range(1, weights.shape[1])
+    phases = [sp.Symbol(f"alpha{i}", real=True) for i in bodies]
+    parts = [sp.symbols(f"re{i} im{i}", real=True) for i in range(weights.shape[1])]
+    (real, imaginary), *others = parts
+    for phase, (re, im) in zip(phases, others, strict=True):
+        real += re * sp.cos(phase) - im * sp.sin(phase)
+        imaginary += re * sp.sin(phase) + im * sp.cos(phase)
+    system = System(tuple(phases), (sp.S.Zero,) * len(phases), tuple(p for pair in parts for p in pair))
+    return Bound.of(system, [sp.sqrt(real**2 + imaginary**2)], weights.view(float))
 
 
 @dataclass(frozen=True)
@@ -96,14 +105,15 @@ class SlowView:
     rates: Bound
     outputs: Bound
 
+    def rate(self, samples: np.ndarray, of: np.ndarray) -> np.ndarray:
+        """See ``View``: of samples (K, k, M) of members of these variants (M,)."""
+        states = np.moveaxis(samples, 1, 0)
+        rates = self.rates(states, of)
+        later, before = (self.outputs(states + way * _STEP * rates, of)[1] for way in (1, -1))
+        return np.asarray((later + before) * (later - before) / (2 * _STEP))
+
     def seen(self, samples: np.ndarray, of: np.ndarray) -> View:
         """Samples (K, k, M) of members of these variants (M,)."""
-        states = [samples[:, i] for i in range(samples.shape[1])]
-        speed, amplitude = self.outputs(states, of)
-        rates = self.rates(states, of)
-        later, before = (
-            self.outputs([x + way * _STEP * r for x, r in zip(states, rates, strict=True)], of)[1] for way in (1, -1)
-        )
-        change = amplitude * (later - before) / _STEP
+        speed, amplitude = self.outputs(np.moveaxis(samples, 1, 0), of)
         phases = self.sense * np.moveaxis(samples[:, list(self.about)], 1, 0)
-        return View(self.sense * speed, phases, amplitude * amplitude, change)
+        return View(self.sense * speed, phases, amplitude * amplitude, None)

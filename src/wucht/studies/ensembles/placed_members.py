@@ -30,6 +30,8 @@ def members_at(
     that the machine does not allow.
     """
     values = {v.name: at for v, at in zip(varied, places, strict=True) if v.state is None}
+    if not values:
+        return _placed_together(machine, start, varied, places, where), values
     machines: dict[tuple[float, ...], Machine] = {}
     starts = np.empty((len(machine.state_names), places.shape[1]))
     for m, place in enumerate(places.T.tolist()):
@@ -38,6 +40,16 @@ def members_at(
             machines[own] = machine_at(machine, varied, place, where)
         starts[:, m] = initial_state(machines[own], start_at(start, varied, place), where)
     return starts, values
+
+
+def _placed_together(machine: Machine, start: Start, varied: Sequence[Varied], places: np.ndarray, where: str) -> np.ndarray:
+    """The states (n, M) of the same machine: what a start states, a state is a linear function of."""
+    nowhere = np.zeros(len(varied))
+    first = initial_state(machine, start_at(start, varied, nowhere.tolist()), where)
+    starts = np.repeat(first[:, None], places.shape[1], axis=1)
+    for one, at in zip(np.eye(len(varied)), places, strict=True):
+        starts += (initial_state(machine, start_at(start, varied, one.tolist()), where) - first)[:, None] * at
+    return starts
 
 
 def machine_at(machine: Machine, varied: Sequence[Varied], place: Sequence[float], where: str) -> Machine:

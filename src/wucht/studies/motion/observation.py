@@ -89,6 +89,10 @@ class Watch:
             moments[body] = moment * motion.states[row]
         return replace(samples, square=orbit.square, rate=orbit.square_rate, moments=moments)
 
+    def looked(self, seen: Observation, motion: Trajectory) -> Observation:
+        """See ``after``."""
+        return self.after(seen, self.samples(motion))
+
     def after(self, seen: Observation, samples: Samples) -> Observation:
         """After a part of the motion, which may begin with the last sample of the part before."""
         machine, names = self.machine, [b.name for b in self.machine.bodies]

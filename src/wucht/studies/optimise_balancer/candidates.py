@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -12,69 +13,96 @@ from wucht.analysis.vibration import unbalances
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.tracks import angular_width
-from wucht.results.outcomes import Outcome
-from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
+from wucht.results.outcomes import OPEN, THROUGH, Outcome
+from wucht.studies.ensembles.ensemble_question import EnsembleQuestion, Report
 from wucht.studies.ensembles.ensemble_run import outcomes_of
-from wucht.studies.ensembles.member_outcomes import OUTCOMES
+from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.studies.initial_state import initial_state
 from wucht.studies.optimise_balancer.balancer_variables import Variable, balancing, values_at
+from wucht.studies.optimise_balancer.spec import OBJECTIVES, OptimiseBalancer
+from wucht.studies.work import Work
 
-WELL = (Outcome.COMPENSATED, Outcome.PASSED)
-CAPTURED = (Outcome.CAPTURED, Outcome.CAPTURED_MODULATED, Outcome.BALANCER_CAPTURED)
+SETTLING, RESIDUAL, PEAK, CAPTURE = range(len(OBJECTIVES))
+_THROUGH, _OPEN = ([OUTCOMES.index(o) for o in of] for of in (THROUGH, OPEN))
+_FAILED = OUTCOMES.index(Outcome.FAILED)
+_UNIT = 64  # runs: a unit of work, and at least one candidate
 
 
 @dataclass(frozen=True)
 class Evaluated:
     """P candidates. numbers: the values of the variables (P, k). objectives (P, 4), in the order of ``spec.OBJECTIVES``, nan
-    where there is none. outcomes: shares of the runs with each of ``OUTCOMES`` (P, o). allowed (P,): whether the machine's
-    parts allow it."""
+    where there is none; of a settling time the least that it can be, of a share of captured runs the most. error: the standard
+    error of the settling time (P,). outcomes: shares of the runs with each of ``OUTCOMES`` (P, o). allowed (P,): whether the
+    machine's parts allow it."""
 
     numbers: np.ndarray
     objectives: np.ndarray
+    error: np.ndarray
     outcomes: np.ndarray
     allowed: np.ndarray
 
+    @classmethod
+    def joined(cls, parts: Sequence[Evaluated]) -> Evaluated:
+        """Of several in a row."""
+        return cls(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)})
+
+    def taken(self, candidate: int) -> Evaluated:
+        """One of them."""
+        return Evaluated(**{f.name: getattr(self, f.name)[candidate : candidate + 1] for f in fields(self)})
+
     @property
     def captured(self) -> np.ndarray:
-        """The share of the runs that are captured (P,)."""
-        return np.asarray(self.outcomes[:, [OUTCOMES.index(o) for o in CAPTURED]].sum(axis=1))
+        """The share of the runs that certainly do not get through (P,)."""
+        return np.asarray(np.clip(1 - self.outcomes[:, _THROUGH].sum(axis=1) - self.undecided, 0.0, 1.0))
 
     @property
     def undecided(self) -> np.ndarray:
-        """The share of the runs that end neither well nor captured (P,)."""
-        return np.asarray(np.clip(1 - self.outcomes[:, [OUTCOMES.index(o) for o in (*WELL, *CAPTURED)]].sum(axis=1), 0.0, 1.0))
+        """The share of the runs without a verdict (P,)."""
+        return np.asarray(self.outcomes[:, _OPEN].sum(axis=1))
 
 
 @dataclass(frozen=True)
 class Trials:
     """How candidates of a machine are tried: the variables, the rotor's unbalance, the runs of each.
 
-    unbalance: path of the parameter that is varied from run to run; ends: its least and greatest value.
+    unbalance: path of the parameter that is varied from run to run; ends: its least and greatest value. inertia: whether
+    averaged equations keep the bodies' inertia. others: runs from other phases than those of the search.
     """
 
+    spec: OptimiseBalancer
     machine: Machine
     variables: tuple[Variable, ...]
     unbalance: str
     ends: tuple[float, float]
-    samples: int
-    seed: int
     inertia: bool
-    order: Literal[1, 2]
-    until: float | None
-    tolerance: float
+    others: bool = False
 
     @property
     def spread(self) -> np.ndarray:
         """The values of the unbalance's parameter (M,) in the runs of a candidate."""
         if self.ends[0] == self.ends[1]:
-            return np.full(self.samples, self.ends[0])
-        return np.linspace(*self.ends, self.samples)
+            return np.full(self.spec.samples, self.ends[0])
+        return np.linspace(*self.ends, self.spec.samples)
+
+    @property
+    def phases(self) -> np.ndarray:
+        """The phases (b, M) of the bodies about the main rotor in the runs of a candidate: the same for all candidates."""
+        return phases(self.machine, self.spec.samples, [self.spec.seed, int(self.others)])
 
     def question(self, model: Literal["full", "slow"]) -> EnsembleQuestion:
         """What is asked of each run."""
+        spec = self.spec
         paths = tuple(values_at(self.machine, self.variables, [v.low for v in self.variables]))
         varied = tuple(dict.fromkeys((*paths, self.unbalance)))
-        return EnsembleQuestion(self.machine, varied, model, self.inertia, self.order, self.until, tolerance=self.tolerance)
+        return EnsembleQuestion(self.machine, varied, model, self.inertia, spec.order, spec.until, tolerance=spec.tolerance)
+
+    def starts(self, machine: Machine) -> np.ndarray:
+        """The states (n, M) in which the runs of a candidate begin."""
+        begin, at = initial_state(machine, self.spec.start), self.phases
+        starts = np.repeat(begin[:, None], at.shape[1], axis=1)
+        rotor = begin[machine.row(machine.rotor.coordinate.position)]
+        starts[[machine.row(b.coordinate.position) for b in machine.group(machine.rotor)[1:]]] = rotor + at
+        return starts
 
     def of(self, numbers: Sequence[float]) -> Machine:
         """The machine of a candidate. Raises ``InputError`` where its parts do not allow it."""
@@ -85,12 +113,12 @@ class Trials:
         return made
 
 
-def phases(machine: Machine, samples: int, seed: int) -> np.ndarray:
+def phases(machine: Machine, samples: int, seed: Sequence[int]) -> np.ndarray:
     """Random phases (b, M) of the bodies about the main rotor, scrambled Sobol' points; on a track without overlapping."""
     from scipy.stats import qmc
 
     names = balancing(machine)
-    at = qmc.Sobol(len(names), scramble=True, rng=np.random.default_rng(seed)).random(_power_of_two(samples))[:samples].T
+    at = qmc.Sobol(len(names), scramble=True, rng=np.random.default_rng(seed)).random(power_of_two(samples))[:samples].T
     found = 2 * np.pi * at
     for track in machine.tracks:
         own = [b.name for b in track.bodies]
@@ -101,7 +129,8 @@ def phases(machine: Machine, samples: int, seed: int) -> np.ndarray:
     return np.asarray(found)
 
 
-def _power_of_two(count: int) -> int:
+def power_of_two(count: int) -> int:
+    """The least power of two that is not below a number: as many Sobol' points fill the space evenly."""
     return 1 << (count - 1).bit_length()
 
 
@@ -123,45 +152,56 @@ def least_residual(machine: Machine) -> float:
     return left if left > 1e-9 * own.sum() else 0.0
 
 
-def evaluated(
-    trials: Trials, model: Literal["full", "slow"], numbers: np.ndarray, report: Callable[[float], None]
-) -> Evaluated:
-    """Candidates (P, k) of the variables."""
-    count, m = len(numbers), trials.samples
-    machines = list[Machine | None]()
-    for row in numbers.tolist():
-        try:
-            machines.append(trials.of(row))
-        except InputError:
-            machines.append(None)
-    allowed = np.array([made is not None for made in machines])
-    objectives, outcomes = np.full((count, 4), np.nan), np.zeros((count, len(OUTCOMES)))
-    tried = [(i, made) for i, made in enumerate(machines) if made is not None]
-    if tried:
-        starts = np.concatenate([_starts(trials, made) for _, made in tried], axis=1)
+def tried(trials: Trials, model: Literal["full", "slow"], numbers: np.ndarray, work: Work, what: str) -> Evaluated:
+    """Candidates (P, k) of the variables; some at a time are a unit of work. what: they are, for the progress."""
+    size = max(1, _UNIT // trials.spec.samples)
+    parts = {f"candidate {first}": numbers[first : first + size] for first in range(0, len(numbers), size)}
+    found = dict(work.units({name: partial(evaluated, trials, model, rows) for name, rows in parts.items()}, what))
+    return Evaluated.joined([found[name] for name in parts])
+
+
+def evaluated(trials: Trials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report) -> Evaluated:
+    """Candidates (P, k) of the variables, run together."""
+    count, m = len(numbers), trials.spec.samples
+    machines = [_machine(trials, row) for row in numbers.tolist()]
+    objectives, outcomes, error = np.full((count, 4), np.nan), np.zeros((count, len(OUTCOMES))), np.full(count, np.nan)
+    made = [(i, machine) for i, machine in enumerate(machines) if machine is not None]
+    if made:
+        starts = np.concatenate([trials.starts(machine) for _, machine in made], axis=1)
         question = trials.question(model)
-        each = [made.values for _, made in tried]
+        each = [machine.values for _, machine in made]
         values = {p: np.repeat([v[p] for v in each], m) for p in question.varied if p != trials.unbalance}
-        values[trials.unbalance] = np.tile(trials.spread, len(tried))
+        values[trials.unbalance] = np.tile(trials.spread, len(made))
         seen = outcomes_of(question, starts, values, report)
-        for k, (i, made) in enumerate(tried):
-            runs = slice(k * m, (k + 1) * m)
-            of = np.bincount(seen.outcome[runs], minlength=len(OUTCOMES)) / m
-            well = np.isin(seen.outcome[runs], [OUTCOMES.index(o) for o in WELL])
-            settling = float(seen.settling_time[runs][well].mean()) if well.any() else np.nan
-            peak = seen.peak_amplitude[runs]
-            residual = max(least_residual(made.with_values({trials.unbalance: end})) for end in trials.ends)
-            highest = float(np.nanmax(peak)) if np.isfinite(peak).any() else np.nan
-            objectives[i] = settling, residual, highest, 1 - well.mean()
-            outcomes[i] = of
-    return Evaluated(numbers, objectives, outcomes, allowed)
+        for k, (i, machine) in enumerate(made):
+            runs = seen.taken(np.arange(k * m, (k + 1) * m))
+            left = max(least_residual(machine.with_values({trials.unbalance: end})) for end in trials.ends)
+            outcomes[i] = np.bincount(runs.outcome, minlength=len(OUTCOMES)) / m
+            settling, error[i] = _settling(runs)
+            peak = np.nan if (runs.outcome == _FAILED).any() else float(runs.peak_amplitude.max())
+            objectives[i] = settling, left, peak, 1 - outcomes[i, _THROUGH].sum()
+    return Evaluated(numbers, objectives, error, outcomes, np.array([machine is not None for machine in machines]))
 
 
-def _starts(trials: Trials, machine: Machine) -> np.ndarray:
-    """The states (n, M) in which the runs of a candidate begin."""
-    begin = initial_state(machine, {})
-    starts = np.repeat(begin[:, None], trials.samples, axis=1)
-    rotor = begin[machine.row(machine.rotor.coordinate.position)]
-    rows = [machine.row(b.coordinate.position) for b in machine.group(machine.rotor)[1:]]
-    starts[rows] = rotor + phases(machine, trials.samples, trials.seed)
-    return starts
+def _machine(trials: Trials, numbers: Sequence[float]) -> Machine | None:
+    """None: the parts do not allow it."""
+    try:
+        return trials.of(numbers)
+    except InputError:
+        return None
+
+
+def _settling(runs: MemberOutcomes) -> tuple[float, float]:
+    """After which time half of the runs are in place, and its standard error; nan where fewer ever are, or one has failed.
+
+    A mean of those that get through would be best where one quick run does and all others are captured. A run without a verdict
+    takes at least as long as it was followed.
+    """
+    if (runs.outcome == _FAILED).any():
+        return np.nan, np.nan
+    times = np.where(np.isnan(runs.settling_time), runs.end_time, runs.settling_time)
+    known = np.isin(runs.outcome, _THROUGH + _OPEN)
+    half = float(np.median(np.where(known, times, np.inf)))
+    if not np.isin(runs.outcome, _THROUGH).any() or np.isinf(half):
+        return np.nan, np.nan
+    return half, float(np.sqrt(np.pi / 2) * times[known].std() / np.sqrt(known.sum()))  # that of a median of normal numbers

@@ -8,37 +8,55 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.studies.optimise_balancer.candidates import Evaluated, Trials, evaluated
-from wucht.studies.optimise_balancer.standing_states import decay_rate
+from wucht.errors import InputError
+from wucht.studies.optimise_balancer.candidates import CAPTURE, SETTLING, Evaluated, Trials
+from wucht.studies.optimise_balancer.standing_states import decay_rate, states_at_speed
+
+
+@dataclass(frozen=True)
+class Rates:
+    """The slowest rate (N,) at which small deviations decay (linearised averaged equations), and where it is greatest."""
+
+    each: np.ndarray
+    greatest_at: float
 
 
 @dataclass(frozen=True)
 class DampingCurve:
-    """Over the damping (N,) of the bodies: the mean settling time of the runs that end well, the share of those that do, and
-    the slowest rate at which small deviations decay (linearised averaged equations). optimum: the damping of the shortest
-    settling time; of_rates: that of the greatest rate."""
+    """Over the damping (N,) of the bodies: after which time half of the runs are in place, the share of those that get through,
+    and the slowest rate at which small deviations decay. optimum: the damping of the shortest settling time; of_rates: that of
+    the greatest rate."""
 
     damping: np.ndarray
     settling_time: np.ndarray
-    well: np.ndarray
+    through: np.ndarray
     rate: np.ndarray
     optimum: float
     of_rates: float
 
 
-def damping_curve(trials: Trials, dampings: np.ndarray, slow: bool, report: Callable[[float], None]) -> DampingCurve:
-    """Of a machine with the dampings (N,), which the only variable of ``trials`` is."""
-    seen: Evaluated = evaluated(trials, "slow" if slow else "full", dampings[:, None], report)
-    settling, well = seen.objectives[:, 0], 1 - seen.objectives[:, 3]
+def damping_curve(dampings: np.ndarray, seen: Evaluated, rates: Rates) -> DampingCurve:
+    """From the runs of a machine with the dampings (N,), and its rates."""
+    settling, through = seen.objectives[:, SETTLING], 1 - seen.objectives[:, CAPTURE]
+    # Times of few runs that get through say little.
+    most = np.where(through >= through.max(), settling, np.nan)
+    optimum = float(dampings[np.nanargmin(most)]) if np.isfinite(most).any() else np.nan
+    return DampingCurve(dampings, settling, through, rates.each, optimum, rates.greatest_at)
+
+
+def rates_of(trials: Trials, dampings: np.ndarray) -> Rates:
+    """Of a machine with the dampings (N,), which the only variable of ``trials`` is; nan without averaged equations."""
+
+    try:
+        states = states_at_speed(trials.machine)
+    except InputError:
+        return Rates(np.full(len(dampings), np.nan), np.nan)
 
     def rate(damping: float) -> float:
-        return decay_rate(trials.of([damping])) if slow else np.nan
+        return decay_rate(trials.of([damping]), states)
 
     rates = np.array([rate(b) for b in dampings.tolist()])
-    # Times of few runs that end well say little.
-    most = np.where(well >= well.max(), settling, np.nan)
-    optimum = float(dampings[np.nanargmin(most)]) if np.isfinite(most).any() else np.nan
-    return DampingCurve(dampings, settling, well, rates, optimum, _greatest(rate, dampings, rates))
+    return Rates(rates, _greatest(rate, dampings, rates))
 
 
 def _greatest(rate: Callable[[float], float], dampings: np.ndarray, rates: np.ndarray) -> float:

@@ -9,21 +9,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, new_grid, plain_decades, with_unit
+from wucht.results.formatting import bodies_in_words
+from wucht.results.style import COLOURS, GREY, new_grid, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 _MARKS = "os^Dv<>ph*"
 _NAMES = {
-    "settling-time": "settling time",
+    "settling-time": "settling time of half of the runs",
     "residual": "unbalance left",
     "peak": "peak amplitude",
-    "capture-probability": "do not end well",
+    "capture-probability": "do not get through",
 }
 _PRINTED = {"kg m": (1e6, "g mm"), "m": (1e3, "mm"), "": (100.0, "%")}
+_CAPTURE = "capture-probability"
+_SMALL = 0.01  # below, labels are powers of ten
 _DECAYED = math.log(100)  # a deviation has decayed to 1 %
 
 
@@ -46,13 +50,22 @@ def figure(result: xr.Dataset) -> Figure:
     for axis in axes[count:]:
         axis.set_axis_off()
     handles, labels = axes[0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="lower left", bbox_to_anchor=(0.08, 0.0), ncols=3, frameon=False, fontsize=8)
+    drawn.legend(
+        handles,
+        labels,
+        loc="lower left",
+        bbox_to_anchor=(0.08, 0.0),
+        ncols=3 if len(handles) < 7 else 4,
+        frameon=False,
+        fontsize=8,
+    )
     return drawn
 
 
 def _differs(result: xr.Dataset, k: int) -> bool:
     """Whether an objective is not the same for all that is shown."""
-    values = np.concatenate([result.front_objective.values[:, k], result.own_objective.values[k : k + 1]])
+    own = result.own_objective.values[k : k + 1], result.own_checked.values[k : k + 1]
+    values = np.concatenate([result.front_objective.values[:, k], result.front_checked.values[:, k], *own])
     values = values[np.isfinite(values)]
     return len(values) > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
 
@@ -73,8 +86,10 @@ def _plane(axis: Axes, result: xr.Dataset, s: dict[str, Any], objectives: list[s
     counts = result.front_bodies.values
     for k, count in enumerate(s["numbers_of_bodies"]):
         mine = counts == count
+        if not mine.any():
+            continue
         look: dict[str, Any] = {"marker": _MARKS[k % len(_MARKS)], "linestyle": "", "color": COLOURS[k % len(COLOURS)]}
-        word = "1 body" if count == 1 else f"{count} bodies"
+        word = bodies_in_words(count)
         axis.plot(
             a * front[mine, i],
             b * front[mine, j],
@@ -83,13 +98,21 @@ def _plane(axis: Axes, result: xr.Dataset, s: dict[str, Any], objectives: list[s
             markersize=5,
             label=f"front, {word}: by the search",
         )
-        axis.plot(a * checked[mine, i], b * checked[mine, j], **look, markersize=4, label=f"{word}: full equations", zorder=3)
-    own = result.own_checked.values if np.isfinite(result.own_checked.values[[i, j]]).all() else result.own_objective.values
+        axis.plot(a * checked[mine, i], b * checked[mine, j], **look, markersize=4, label=f"front, {word}: checked", zorder=3)
+    known = np.isfinite(result.own_checked.values[[i, j]]).all()
+    own = result.own_checked.values if known else result.own_objective.values
     axis.plot(
         a * own[i], b * own[j], "X", color="#D55E00", markeredgecolor="black", markersize=9, label="machine as it is", zorder=4
     )
-    _limits(axis.set_xlim, a * np.r_[front[:, i], checked[:, i], own[i]])
-    _limits(axis.set_ylim, b * np.r_[front[:, j], checked[:, j], own[j]])
+    of_own = s["as_it_is"]["checked_undecided" if known else "undecided"]
+    undecided = np.r_[result.front_undecided.values, result.front_checked_undecided.values, of_own]
+    shown = np.concatenate([front, checked, own[None]])[:, [i, j]] * [a, b]
+    less = shown - undecided[:, None] * [a * (x == _CAPTURE), b * (y == _CAPTURE)]  # by runs without a verdict
+    for most, least in zip(shown, less, strict=True):
+        axis.plot(*zip(least, most, strict=True), color="#D55E00", linewidth=1.5, zorder=2)
+    each: tuple[Any, Any] = axis.set_xlim, axis.set_ylim
+    for k, set_limits in enumerate(each):
+        _limits(set_limits, np.r_[shown[:, k], less[:, k]])
     axis.set_xlabel(with_unit(_NAMES[x], x_unit))
     axis.set_ylabel(with_unit(_NAMES[y], y_unit))
 
@@ -105,32 +128,37 @@ def _limits(set_limits: Any, values: np.ndarray) -> None:
 
 def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
     """Settling times over the damping, and how long linearised equations say that a small deviation takes."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
     damping, rate = result.damping.values, result.decay_rate.values
-    settling, well = result.settling_time.values, result.well.values
-    all_end = well >= np.nanmax(well)
+    settling, through = result.settling_time.values, result.through.values
+    all_end = through >= np.nanmax(through)
     axis.plot(damping, np.where(all_end, settling, np.nan), "o-", color=COLOURS[0], markersize=3, linewidth=1.1, label="runs")
     if not all_end.all():
         look: dict[str, Any] = {"color": COLOURS[0], "fillstyle": "none", "markersize": 3, "linestyle": ""}
-        axis.plot(damping[~all_end], settling[~all_end], "o", **look, label="fewer runs end in time")
+        axis.plot(damping[~all_end], settling[~all_end], "o", **look, label="fewer runs get through")
     with np.errstate(divide="ignore"):
         linear = np.where(rate > 0, _DECAYED / rate, np.nan)
     axis.plot(damping, linear, "--", color="black", linewidth=0.9, label="linearised, to 1 %")
     values = np.r_[result.settling_time.values, linear]
     values = values[np.isfinite(values) & (values > 0)]
     axis.set_xscale("log")
-    plain_decades(axis.xaxis)
+    _one_two_five(axis.xaxis)
     if len(values):
         axis.set_yscale("log")
-        axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.yaxis.set_major_formatter(lambda value, _position: f"{value:g}")
-        axis.yaxis.set_minor_formatter(NullFormatter())
+        _one_two_five(axis.yaxis)
         axis.set_ylim(values.min() / 1.5, values.max() * 1.5)
     if s["damping"]["optimum"] is not None:
         axis.axvline(s["damping"]["optimum"], color=COLOURS[0], linewidth=0.8, linestyle=":")
     if s["damping"]["of_rates"] is not None:
         axis.axvline(s["damping"]["of_rates"], color="black", linewidth=0.8, linestyle=":")
     axis.set_xlabel(with_unit("damping of the bodies", str(result.damping.attrs["units"])))
-    axis.set_ylabel(with_unit("settling time", str(result.settling_time.attrs["units"])))
-    axis.legend(frameon=False, fontsize=8, loc="upper center")
+    axis.set_ylabel(with_unit("settling time of half of the runs", str(result.settling_time.attrs["units"])))
+    axis.legend(framealpha=1.0, edgecolor="none", fontsize=8, loc="upper center")
+
+
+def _one_two_five(ticks: Axis) -> None:
+    """Labels at 1, 2 and 5 of each decade, as plain numbers."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    ticks.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ticks.set_major_formatter(lambda value, _position: f"{value:g}" if value >= _SMALL else f"{value:.0e}".replace("e-0", "e-"))
+    ticks.set_minor_formatter(NullFormatter())

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -11,32 +11,40 @@ from wucht.analysis.averaged import keeps_inertia
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body
+from wucht.studies.ensembles.ensemble_equations import why_one_by_one
 from wucht.studies.ensembles.ensemble_run import way_of
+from wucht.studies.ensembles.placed_members import left_out
+from wucht.studies.initial_state import initial_state
 from wucht.studies.optimise_balancer.balancer_variables import Variable, balancing, variables_of, with_bodies
 from wucht.studies.optimise_balancer.candidates import Trials
 from wucht.studies.optimise_balancer.pareto_search import needed
-from wucht.studies.optimise_balancer.spec import OBJECTIVES, OptimiseBalancer
-from wucht.studies.run_up.model import slow_model
-from wucht.studies.run_up.prepare import placed_at_start
+from wucht.studies.optimise_balancer.spec import OBJECTIVES, Objective, OptimiseBalancer
+from wucht.system import TIME
 
 _CURVE = 25  # dampings
 _DECADES = 1.5  # on either side of the machine's own damping, where the question does not vary it
+_SLOW_PEAK = (
+    "the peaks of the search are those of averaged equations: as if the vibration followed the speed at once, which is too "
+    "high where a resonance is passed fast; those of the full equations are in the check"
+)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """trials: by the number of bodies; ``as_it_is``: of the machine as it was given. numbers: its own values of the variables
-    (k,). generations: of each number of bodies. curve: trials of the damping alone, and the dampings."""
+    """objectives: that are asked. trials: by the number of bodies; ``as_it_is``: of the machine as it was given. numbers: its
+    own values of the variables (k,). generations: of each number of bodies. curve: trials of the damping alone, and the
+    dampings. way: how runs are integrated, in words; one_by_one: whether each by itself."""
 
     spec: OptimiseBalancer
     machine: Machine
-    model: Literal["full", "slow"]
+    objectives: tuple[Objective, ...]
     trials: dict[int, Trials]
     as_it_is: Trials
     numbers: np.ndarray
     generations: int
     curve: tuple[Trials, np.ndarray] | None
     way: str
+    one_by_one: bool
     warnings: tuple[str, ...] = ()
 
     @property
@@ -47,7 +55,14 @@ class Plan:
     @property
     def asked(self) -> list[int]:
         """The columns of the objectives that count."""
-        return [k for k, o in enumerate(OBJECTIVES) if o in self.spec.objectives]
+        return [k for k, o in enumerate(OBJECTIVES) if o in self.objectives]
+
+    @property
+    def runs(self) -> int:
+        """How many there will be at most: of the machine as it is, the curve, the search, and the points of the front."""
+        curve = 0 if self.curve is None else len(self.curve[1])
+        searched = len(self.trials) * self.generations * self.spec.population
+        return self.spec.samples * (2 + curve + searched + min(self.spec.points, searched))
 
 
 def prepare(spec: OptimiseBalancer, machine: Machine) -> Plan:
@@ -63,6 +78,7 @@ def prepare(spec: OptimiseBalancer, machine: Machine) -> Plan:
     if not given[0] > 0:
         raise InputError(path, machine.values[path], "must be greater than 0, or study.unbalance = [low, high] must be given")
     inertia = keeps_inertia(machine, True if spec.inertia is None else spec.inertia)
+    _check_start(spec, machine)
 
     def trials(of: Machine) -> Trials:
         variables = variables_of(of, spec.vary, spec.bodies is not None)
@@ -72,25 +88,44 @@ def prepare(spec: OptimiseBalancer, machine: Machine) -> Plan:
             raise InputError(
                 "study.vary", f"{machine.rotor.name}.mass", "allowed only where the rotor's unbalance is given itself"
             )
-        ends = given[0] * factor, given[1] * factor
-        return Trials(
-            of, variables, path, ends, spec.samples, spec.seed, inertia, spec.order, spec.until, spec.tolerance
-        )  # fmt: skip
+        return Trials(spec, of, variables, path, (given[0] * factor, given[1] * factor), inertia)
 
-    as_it_is = trials(machine)
+    as_it_is, objectives = trials(machine), _objectives(spec, machine)
     _check_ends(as_it_is)
-    placed_at_start(machine, {}, spec.until or 0.0)
-    model, warnings = _model(spec, as_it_is)
+    question = as_it_is.question(spec.model)
+    warnings = left_out(question, spec.start, (), ())
     counts = spec.bodies or (len(own),)
     by_count = {n: trials(with_bodies(machine, n)) for n in counts}
+    for n in counts:
+        initial_state(by_count[n].machine, spec.start)
     curve = _curve(as_it_is) if spec.damping_curve else None
     if spec.damping_curve and curve is None:
         warnings = (*warnings, "there is no damping curve: some balancing body has no damping that could be varied")
+    if spec.model == "slow" and "peak" in objectives:
+        warnings = (*warnings, _SLOW_PEAK)
     numbers = np.array([machine.values[v.paths[0]] for v in as_it_is.variables])
+    generations, alone = spec.evaluations // (len(counts) * spec.population), why_one_by_one(question) is not None
     return Plan(
-        spec, machine, model, by_count, as_it_is, numbers, spec.evaluations // (len(counts) * spec.population), curve,
-        way_of(as_it_is.question(model)), warnings,
+        spec, machine, objectives, by_count, as_it_is, numbers, generations, curve, way_of(question), alone, warnings
     )  # fmt: skip
+
+
+def _objectives(spec: OptimiseBalancer, machine: Machine) -> tuple[Objective, ...]:
+    """What is to be small. Raises ``InputError`` for the peak of a rotor that does not pass its resonance on the way."""
+    given = machine.rotor.coordinate.prescribed
+    held = given is not None and TIME not in given.free_symbols and not machine.schedules
+    if held and "peak" in (spec.objectives or ()):
+        why = "the drive holds the rotor's speed from the beginning, so that it passes no resonance on the way"
+        raise InputError("study.objectives", "peak", f"not allowed: {why}")
+    return spec.objectives or tuple(o for o in OBJECTIVES if not (held and o == "peak"))
+
+
+def _check_start(spec: OptimiseBalancer, machine: Machine) -> None:
+    """Raises ``InputError`` where phases of balancing bodies are given, which are random."""
+    for name, given in spec.start.items():
+        speed_alone = isinstance(given, Mapping) and "angle" not in given
+        if name in ("psi", "delta") or (name in balancing(machine) and not speed_alone):
+            raise InputError(f"study.start.{name}", given, "not allowed: the phases of balancing bodies are random")
 
 
 def _unbalance(machine: Machine) -> tuple[str, float]:
@@ -105,28 +140,13 @@ def _unbalance(machine: Machine) -> tuple[str, float]:
 
 def _check_ends(trials: Trials) -> None:
     """Raises ``InputError`` for an end of a range that the parts do not allow, the rest being as it is."""
-    for k, v in enumerate(trials.variables):
+    for v in trials.variables:
         for end in (v.low, v.high):
-            numbers = [trials.machine.values[u.paths[0]] for u in trials.variables]
-            numbers[k] = end
             alone = replace(trials, variables=(v,))
             try:
                 alone.of([end])
             except InputError as error:
                 raise InputError(f"study.vary.{v.name}", end, error.allowed) from None
-
-
-def _model(spec: OptimiseBalancer, trials: Trials) -> tuple[Literal["full", "slow"], tuple[str, ...]]:
-    """The equations of the search, and what is to be known of them. Raises ``InputError``."""
-    if spec.model == "full":
-        return "full", ()
-    machine, start = placed_at_start(trials.machine, {}, spec.until or 0.0)
-    try:
-        return "slow", slow_model(machine, start, trials.inertia, spec.order).warnings
-    except InputError as error:
-        if spec.model == "slow":
-            raise
-        return "full", (f"the search is made with the full equations: the machine has no averaged ones ({error.allowed})",)
 
 
 def _curve(trials: Trials) -> tuple[Trials, np.ndarray] | None:

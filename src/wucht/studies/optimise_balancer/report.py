@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from wucht.results.conventions import summary_of
-from wucht.results.formatting import formats, in_lines
+from wucht.results.formatting import bodies_in_words, formats, in_lines, percent
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,10 +23,10 @@ def report(result: xr.Dataset) -> list[str]:
     s = summary_of(result)
     own = s["as_it_is"]
     ends = " to ".join(dict.fromkeys(f"{u:.4g}" for u in s["unbalance"]))
-    trials = f"{s['candidates']} candidates, {s['samples']} random starts each, unbalance {ends} {s['units']['residual']}"
+    runs = f"{s['samples']} runs each from random phases, unbalance {ends} {s['units']['residual']}"
     lines = [
-        ("tried", f"{trials}; {_equations(s)}"),
-        ("as it is", f"{_design(own, s)}: {_worth(own['checked'] or own['objectives'], s, result)}"),
+        ("tried", f"{s['candidates']} candidates, {runs}; {_equations(s)}"),
+        ("as it is", f"{_design(own, s)}: {_worth(own, s, result)}"),
     ]
     told: set[int] = set()
     for objective in s["objectives"]:
@@ -34,15 +34,21 @@ def report(result: xr.Dataset) -> list[str]:
         if best is not None and best not in told:
             told.add(best)
             point = s["front"][best]
-            worth = f"{_worth(_known(point), s, result)}{_gain(point, own, s)}"
+            worth = f"{_worth(point, s, result)}{_gain(point, own, s)}"
             lines.append((_WORDS[objective], f"{_design(point, s)}: {worth}"))
     if s["damping"] is not None and s["damping"]["optimum"] is not None:
-        unit = next((v["unit"] for k, v in s["variables"].items() if k == "damping"), "N m s")
-        linear = s["damping"]["of_rates"]
-        words = f"{s['damping']['optimum']:.3g} {unit} is soonest in place from random starts: less oscillates, more creeps"
-        lines.append(("damping", words + (f"; near the place itself {linear:.3g} {unit}" if linear is not None else "")))
+        lines.append(("damping", _damping(s["damping"])))
     lines.append(("integrated", s["integration"]))
     return in_lines(result, s["sentence"], lines)
+
+
+def _damping(d: dict[str, Any]) -> str:
+    least, greatest = d["range"]
+    where = f"{d['optimum']:.3g} {d['unit']} is soonest in place from random phases"
+    where += "" if d["as_many"] else ", of those with which most runs get through"
+    if d["optimum"] in (least, greatest):
+        where += f", the {'least' if d['optimum'] == least else 'greatest'} looked at"
+    return where if d["of_rates"] is None else f"{where}; near the place itself {d['of_rates']:.3g} {d['unit']}"
 
 
 def _equations(s: dict[str, Any]) -> str:
@@ -69,18 +75,26 @@ def _best(s: dict[str, Any], objective: str) -> int | None:
 def _design(point: dict[str, Any], s: dict[str, Any]) -> str:
     values = [f"{name} {x:.3g} {s['variables'][name]['unit']}".rstrip() for name, x in point["parameters"].items()]
     count = point["bodies"]
-    return f"{count} {'body' if count == 1 else 'bodies'}, {', '.join(values)}"
+    return f"{bodies_in_words(count)}, {', '.join(values)}"
 
 
-def _worth(numbers: dict[str, Any], s: dict[str, Any], result: xr.Dataset) -> str:
-    length = formats(result)[1]
+def _worth(point: dict[str, Any], s: dict[str, Any], result: xr.Dataset) -> str:
+    length, numbers = formats(result)[1], _known(point)
+    open_ = point["checked_undecided"] if point["checked"] else point["undecided"]
+    least = "at least " if open_ else ""
     shown = {
-        "settling-time": lambda x: f"in place after {x:.3g} {s['units']['settling-time']}",
+        "settling-time": lambda x: f"half in place after {least}{x:.3g} {s['units']['settling-time']}",
         "residual": lambda x: f"{x:.3g} {s['units']['residual']} left",
         "peak": lambda x: f"peak {length(x)}",
-        "capture-probability": lambda x: f"{100 * x:.3g} % do not end well",
+        "capture-probability": lambda x: f"{_captured(x, open_)} not through",
     }
     return ", ".join(shown[o](numbers[o]) for o in s["objectives"] if numbers[o] is not None) or "nothing is known"
+
+
+def _captured(most: float, undecided: float) -> str:
+    if not undecided:
+        return percent(most)
+    return f"{percent(max(most - undecided, 0.0))} to {percent(most)} (the rest without a verdict)"
 
 
 def _gain(point: dict[str, Any], own: dict[str, Any], s: dict[str, Any]) -> str:

@@ -9,15 +9,17 @@ from functools import partial
 import numpy as np
 
 from wucht.errors import InputError
-from wucht.studies.optimise_balancer.candidates import Evaluated, Trials, evaluated
-from wucht.studies.optimise_balancer.damping_optimum import DampingCurve, damping_curve
+from wucht.results.formatting import bodies_in_words
+from wucht.studies.ensembles.ensemble_question import Report, part_of
+from wucht.studies.optimise_balancer.balancer_variables import balancing
+from wucht.studies.optimise_balancer.candidates import CAPTURE, Evaluated, Trials, evaluated, power_of_two, tried
+from wucht.studies.optimise_balancer.damping_optimum import DampingCurve, damping_curve, rates_of
 from wucht.studies.optimise_balancer.pareto_search import generations, not_dominated, spread_out
 from wucht.studies.optimise_balancer.prepare import Plan
-from wucht.studies.optimise_balancer.spec import OBJECTIVES
 from wucht.studies.optimise_balancer.standing_states import standing
 from wucht.studies.work import Work
 
-CAPTURE = OBJECTIVES.index("capture-probability")
+_RUNS = 0.8  # of the progress; the rest are steady states
 _OWN, _CURVE, _SEARCH = 0.05, 0.15, 0.7  # shares of the work after each
 
 
@@ -41,13 +43,16 @@ class Own:
 
 @dataclass(frozen=True)
 class Point:
-    """A point of the front: number of bodies, values of the variables (k,), objectives (4,), outcomes (o,)."""
+    """A point of the front: number of bodies, and the candidate as the search has it."""
 
     bodies: int
-    numbers: np.ndarray
-    objectives: np.ndarray
-    outcomes: np.ndarray
+    seen: Evaluated
     checked: Checked | None = None
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The values of the variables (k,)."""
+        return np.asarray(self.seen.numbers[0])
 
 
 @dataclass(frozen=True)
@@ -63,27 +68,22 @@ class Findings:
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """What is found, after each generation and each point of the front."""
-    findings = Findings(work.unit("as it is", partial(_own, plan, work.part("", 0.0, _OWN))))
+    findings = Findings(_own(plan, work.part("as it is", 0.0, _OWN)))
     yield findings
     if plan.curve is not None:
-        trials, dampings = plan.curve
-        part = work.part("", _OWN, _CURVE)
-        slow = plan.model == "slow"
-        curve = work.unit("damping", lambda: damping_curve(trials, dampings, slow, lambda s: part.report(s, "damping curve")))
-        findings = replace(findings, curve=curve)
+        findings = replace(findings, curve=_curve(plan, *plan.curve, work.part("curve", _OWN, _CURVE)))
         yield findings
-    for tried in _searched(plan, findings.own, work.part("search", _CURVE, _SEARCH)):
-        findings = replace(findings, tried=tried)
+    for tried_ in _searched(plan, findings.own, work.part("search", _CURVE, _SEARCH)):
+        findings = replace(findings, tried=tried_)
         yield findings
     front, found = front_of(plan, findings)
     findings = replace(findings, front=front, found=found)
     yield findings
-    part = work.part("front", _SEARCH, 1.0)
-    for k, point in enumerate(front):
-        here = part.part(f"{k}", k / len(front), (k + 1) / len(front))
-        trials = plan.trials[point.bodies]
-        checked = here.unit("full", partial(_checked, plan, trials, point.numbers, here))
-        findings = replace(findings, front=(*findings.front[:k], replace(point, checked=checked), *findings.front[k + 1 :]))
+    checks = {f"{k}": partial(checked, plan.trials[p.bodies], p.numbers) for k, p in enumerate(front)}
+    for name, seen in work.part("front", _SEARCH, 1.0).units(checks, "check with the full equations"):
+        points = list(findings.front)
+        points[int(name)] = replace(points[int(name)], checked=seen)
+        findings = replace(findings, front=tuple(points))
         yield findings
     work.report(1.0)
     yield findings
@@ -91,15 +91,22 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 def _own(plan: Plan, work: Work) -> Own:
     # Bodies that are not equal stay as they are: nothing is varied.
-    as_it_is, none = replace(plan.as_it_is, variables=()), np.zeros(0)
-    seen = evaluated(as_it_is, plan.model, none[None], lambda s: work.report(s / 2, "the machine as it is"))
-    return Own(seen, _checked(plan, as_it_is, none, work.part("", 0.5, 1.0), seen if plan.model == "full" else None))
+    as_it_is, none, what = replace(plan.as_it_is, variables=()), np.zeros(0), "the machine as it is"
+    if plan.one_by_one:
+        what = f"{plan.runs} run-ups at most, one by one, which takes long"
+    seen = tried(as_it_is, plan.spec.model, none[None], work.part("", 0.0, 0.5), what)
+    ((_, check),) = work.part("", 0.5, 1.0).units({"full": partial(checked, as_it_is, none)}, what)
+    return Own(seen, check)
 
 
-def _checked(plan: Plan, trials: Trials, numbers: np.ndarray, work: Work, known: Evaluated | None = None) -> Checked:
-    """A candidate (k,) in the full equations."""
-    work.report(0.0, "full equations")
-    seen = known or evaluated(trials, "full", numbers[None], lambda s: work.report(0.8 * s, "full equations"))
+def _curve(plan: Plan, trials: Trials, dampings: np.ndarray, work: Work) -> DampingCurve:
+    seen = tried(trials, plan.spec.model, dampings[:, None], work.part("", 0.0, _RUNS), "damping curve")
+    return damping_curve(dampings, seen, work.unit("rates", partial(rates_of, trials, dampings)))
+
+
+def checked(trials: Trials, numbers: np.ndarray, report: Report) -> Checked:
+    """A candidate (k,) in the full equations, from other phases: the search has chosen what suits its own."""
+    seen = evaluated(replace(trials, others=True), "full", numbers[None], part_of(report, 0.0, _RUNS))
     residuals, machine = list[float](), trials.of(numbers.tolist())
     for end in dict.fromkeys(trials.ends):
         try:
@@ -112,7 +119,7 @@ def _checked(plan: Plan, trials: Trials, numbers: np.ndarray, work: Work, known:
 
 def _searched(plan: Plan, own: Own, work: Work) -> Iterator[tuple[tuple[int, Evaluated], ...]]:
     """The generations so far, of one number of bodies after the other."""
-    tried: tuple[tuple[int, Evaluated], ...] = ()
+    found: tuple[tuple[int, Evaluated], ...] = ()
     for place, (count, trials) in enumerate(plan.trials.items()):
         part = work.part(f"{count} bodies", place / len(plan.trials), (place + 1) / len(plan.trials))
         latest: list[Evaluated] = []
@@ -120,20 +127,16 @@ def _searched(plan: Plan, own: Own, work: Work) -> Iterator[tuple[tuple[int, Eva
         def value(
             number: int, shares: np.ndarray, trials: Trials = trials, part: Work = part, latest: list[Evaluated] = latest
         ) -> tuple[np.ndarray, np.ndarray]:
-            here = part.part("", number / plan.generations, (number + 1) / plan.generations)
+            here = part.part(f"generation {number}", number / plan.generations, (number + 1) / plan.generations)
             numbers = np.stack([v.at(shares[:, k]) for k, v in enumerate(trials.variables)], axis=1)
-            what = (
-                f"{len(trials.machine.group(trials.machine.rotor)) - 1} bodies, generation {number + 1} of {plan.generations}"
-            )
-            here.report(0.0, what)
-            tell = lambda share: here.report(share, what)  # noqa: E731
-            seen = part.unit(f"generation {number}", lambda: evaluated(trials, plan.model, numbers, tell))
+            what = f"{bodies_in_words(len(balancing(trials.machine)))}, generation {number + 1} of {plan.generations}"
+            seen = tried(trials, plan.spec.model, numbers, here, what)
             latest.append(seen)
             return seen.objectives[:, plan.asked], allowed(plan, seen, own)
 
         for _ in generations(plan.generations, _first(plan, count, trials), len(plan.asked), plan.spec.seed, value):
-            tried = (*tried, (count, latest[-1]))
-            yield tried
+            found = (*found, (count, latest[-1]))
+            yield found
 
 
 def _first(plan: Plan, count: int, trials: Trials) -> np.ndarray:
@@ -142,7 +145,7 @@ def _first(plan: Plan, count: int, trials: Trials) -> np.ndarray:
 
     size = plan.spec.population
     sobol = qmc.Sobol(len(trials.variables), scramble=True, rng=np.random.default_rng([plan.spec.seed, count]))
-    shares = sobol.random(1 << (size - 1).bit_length())[:size]
+    shares = sobol.random(power_of_two(size))[:size]
     own = np.array([v.share(x) for v, x in zip(trials.variables, plan.numbers, strict=True)])
     if ((own >= 0) & (own <= 1)).all():
         shares[0] = own
@@ -150,22 +153,24 @@ def _first(plan: Plan, count: int, trials: Trials) -> np.ndarray:
 
 
 def allowed(plan: Plan, seen: Evaluated, own: Own) -> np.ndarray:
-    """Which candidates (P,) count: where capture is no objective, none may be captured more often than the machine as it is."""
+    """Which candidates (P,) count: where capture is no objective, none may be captured more often than the machine as it is,
+    neither for certain nor with the runs that have no verdict."""
     if CAPTURE in plan.asked:
         return seen.allowed
-    return np.asarray(seen.allowed & (seen.objectives[:, CAPTURE] <= own.seen.objectives[0, CAPTURE]))
+    more = (seen.captured > own.seen.captured[0]) | (seen.objectives[:, CAPTURE] > own.seen.objectives[0, CAPTURE])
+    return np.asarray(seen.allowed & ~more)
 
 
 def front_of(plan: Plan, findings: Findings) -> tuple[tuple[Point, ...], int]:
     """The front of all candidates that were tried, spread out to as many points as are checked; and how many it has."""
     points = [
-        Point(count, seen.numbers[i], seen.objectives[i], seen.outcomes[i])
+        Point(count, seen.taken(int(i)))
         for count, seen in findings.tried
         for i in np.flatnonzero(allowed(plan, seen, findings.own) & np.isfinite(seen.objectives[:, plan.asked]).all(axis=1))
     ]
     if not points:
         return (), 0
-    objectives = np.array([p.objectives[plan.asked] for p in points])
+    objectives = np.array([p.seen.objectives[0, plan.asked] for p in points])
     _, once = np.unique(objectives, axis=0, return_index=True)  # of those that are the same in all, the first
     best = np.sort(once)[not_dominated(objectives[np.sort(once)])]
     chosen = best[spread_out(objectives[best], plan.spec.points)]

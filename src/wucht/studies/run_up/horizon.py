@@ -13,7 +13,9 @@ from wucht.analysis.time_constants import runaway_limit
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.numerics.flow.events import Event
+from wucht.results.outcomes import Outcome
 from wucht.studies.initial_state import speeds_in
+from wucht.studies.motion.verdict import Verdict
 from wucht.studies.release_events import release_events
 from wucht.studies.run_up.spec import RunUp
 
@@ -23,6 +25,7 @@ _FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest spee
 _MOST_TURNS = 25_000
 FEWEST_SAMPLES_PER_TURN = 8
 _FIRST_LEG, _LONGEST_LEG = 64, 2048  # samples
+_SETTLED_TOLERANCE = 1e-5
 _FASTEST = 10.0  # times the highest natural frequency: so often at most a body is looked at that does not turn
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 Grid = tuple[np.ndarray, float, bool]  # samples, from the last of the leg before on; an end, for the progress; judge it then?
@@ -90,6 +93,12 @@ class Horizon:
                 yield grid[left : right + 1], max(self.expected_end, goal), open_ended and right == last
                 left, size = right, min(2 * size, longest)
             begin = goal
+
+    def decided(self, verdict: Verdict) -> bool:
+        """Whether a run without a given time may end: it has settled, or the turns asked for will never be made."""
+        if self.until_settled:
+            return verdict.settled_within(_SETTLED_TOLERANCE)
+        return verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING)
 
 
 def _events(machine: Machine, spec: RunUp, initial: np.ndarray) -> tuple[Event, ...]:

@@ -10,7 +10,6 @@ from wucht.machines.operation import free_speed
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.results.outcomes import Outcome
 from wucht.studies.motion.observation import Observation
 from wucht.studies.motion.verdict import Verdict, judge
 from wucht.studies.motion.watched import Leg, Watched
@@ -21,7 +20,6 @@ from wucht.studies.run_up.prepare import Case, Plan
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.work import Work
 
-_SETTLED_TOLERANCE = 1e-5
 _SAMPLES_A_LEG = 2048
 _FULL_SHARE = 0.9  # of the time that a run of both models takes
 
@@ -36,9 +34,9 @@ class Motion:
 
     case: Case
     model: FullModel
-    watched: Watched
+    watched: Watched[Observation]
     legs: tuple[Trajectory, ...]
-    last: Leg
+    last: Leg[Observation]
 
     @cached_property
     def trajectory(self) -> Trajectory:
@@ -71,13 +69,6 @@ class Motion:
         machine, last = self.case.machine, self.legs[-1]
         free = free_speed(machine.at(last.end_time), machine.rotor, last.end_time)
         return judge(machine, self.observation, free, last.failure, last.stopped_by == SPEED_LIMIT)
-
-    @property
-    def decided(self) -> bool:
-        """Whether a run without a given time may end: it has settled, or the turns asked for will never be made."""
-        if self.case.horizon.until_settled:
-            return self.verdict.settled_within(_SETTLED_TOLERANCE)
-        return self.verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING)
 
 
 @dataclass(frozen=True)
@@ -135,7 +126,7 @@ def _motions(
         legs = (*legs, last.stored)
         motion = Motion(case, model, watched, legs, last)
         yield motion
-        if last.stored.ended or (judged and motion.decided):
+        if last.stored.ended or (judged and case.horizon.decided(motion.verdict)):
             return
 
 

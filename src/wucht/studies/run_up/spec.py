@@ -16,19 +16,9 @@ MOST_RUNS = 500
 _ENDS = ("until", "turns", "settled")
 
 
-class RunUp(common.Spec):
-    """Start the machine and see what becomes of it.
+class SingleRun(common.Spec):
+    """The keys of a question that starts the machine once: how far it runs, from where, and with which equations."""
 
-    It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``. start: the initial
-    state, see ``initial_state``. starts: many of them, or ``values`` of the parameter ``along``: a run each, in one result.
-    over: the abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle) or ``"psi"`` (mean phase of its bodies). model:
-    the ``"full"`` equations, the averaged ones (``"slow"``), or ``"both"``; inertia: whether the averaged ones keep that of the
-    balancing bodies (None: where one of them is not damped), order: theirs, 1 or 2. tolerance: of the integration.
-    speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``, ``"scipy"``, ``"scipy-radau"`` or None for the
-    best installed.
-    """
-
-    kind: ClassVar[str] = "run-up"
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (_ENDS,)
     horizon: ClassVar[tuple[str, ...]] = _ENDS
 
@@ -36,10 +26,6 @@ class RunUp(common.Spec):
     turns: float | None = si("", "number of turns", default=None, gt=0)
     settled: common.TrueOrFalse | None = Field(None, description="run until the machine has settled")
     start: common.Start = Field(default_factory=dict)
-    starts: common.Starts = ()
-    along: common.Path | None = None
-    values: common.Values = ()
-    over: Literal["time", "phi", "psi"] = Field("time", description="abscissa of the figure")
     model: Literal["full", "slow", "both"] = Field("full", description="equations")
     inertia: common.Inertia | None = None
     order: common.Order = 1
@@ -63,11 +49,38 @@ class RunUp(common.Spec):
         return {k: v for k, v in given.items() if k != "until"} | dict(until)
 
     def check(self) -> None:
-        """One end, one of start and starts, along with values, and the keys of averaged equations only with them."""
+        """One end, and the keys of averaged equations only with them."""
         if sum(x is not None for x in (self.until, self.turns, self.settled or None)) > 1:
             raise InputError("study.until", None, "must be one of until, turns and settled")
         if self.settled is False and self.until is None and self.turns is None:
             raise InputError("study.settled", False, "needed is until = a time or turns = a number, if not settled = true")
+        if self.model == "full":
+            for key in ("inertia", "order"):
+                if key in self.model_fields_set and getattr(self, key) is not None:
+                    raise InputError(f"study.{key}", getattr(self, key), "allowed only with model = 'slow' or 'both'")
+
+
+class RunUp(SingleRun):
+    """Start the machine and see what becomes of it.
+
+    It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``. start: the initial
+    state, see ``initial_state``. starts: many of them, or ``values`` of the parameter ``along``: a run each, in one result.
+    over: the abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle) or ``"psi"`` (mean phase of its bodies). model:
+    the ``"full"`` equations, the averaged ones (``"slow"``), or ``"both"``; inertia: whether the averaged ones keep that of the
+    balancing bodies (None: where one of them is not damped), order: theirs, 1 or 2. tolerance: of the integration.
+    speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``, ``"scipy"``, ``"scipy-radau"`` or None for the
+    best installed.
+    """
+
+    kind: ClassVar[str] = "run-up"
+
+    starts: common.Starts = ()
+    along: common.Path | None = None
+    values: common.Values = ()
+    over: Literal["time", "phi", "psi"] = Field("time", description="abscissa of the figure")
+
+    def check(self) -> None:
+        """Of many runs one of start and starts, and along with values."""
         if self.starts and self.start:
             raise InputError("study.starts", None, "give either start or starts")
         if bool(self.values) != (self.along is not None):
@@ -75,7 +88,4 @@ class RunUp(common.Spec):
             raise InputError(f"study.{missing}", None, "this key is missing; along = PATH and values = [...] belong together")
         if len(self.starts or [0]) * len(self.values or [0]) > MOST_RUNS:
             raise InputError("study.values", len(self.values), f"there must be at most {MOST_RUNS} runs, starts times values")
-        if self.model == "full":
-            for key in ("inertia", "order"):
-                if key in self.model_fields_set and getattr(self, key) is not None:
-                    raise InputError(f"study.{key}", getattr(self, key), "allowed only with model = 'slow' or 'both'")
+        super().check()

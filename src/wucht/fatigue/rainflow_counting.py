@@ -1,0 +1,85 @@
+"""Rainflow and range-pair counting after ASTM E1049-85, with a policy for what does not close."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.turning_points import turning_points
+
+Residue = Literal["half-cycles", "repeat", "drop"]
+
+
+def rainflow(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
+    """The rainflow cycles of a signal (n,), or of its turning points.
+
+    residue: what becomes of the ranges that close no cycle. ``half-cycles``: each counts one half, ASTM E1049-85, 5.4.4.
+    ``repeat``: the signal comes again and again, so that all cycles close, 5.4.5. ``drop``: they do not count.
+    """
+    points = turning_points(values)
+    if residue == "repeat":
+        return _of_repeated(points)
+    cycles, halves = _counted(points)
+    return cycles if residue == "drop" else cycles.joined(Cycles.between(halves[:-1], halves[1:], _halves(halves)))
+
+
+def range_pairs(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
+    """The range pairs of a signal (n,), or of its turning points: ASTM E1049-85, 5.4.1.
+
+    Inside of a larger range they are the rainflow cycles; of the ranges that remain each is paired with the next one, and a
+    last single one counts as half a cycle (``half-cycles``). ``repeat``, ``drop``: see ``rainflow``.
+    """
+    if residue != "half-cycles":
+        return rainflow(values, residue)
+    cycles, rest = _counted(turning_points(values))
+    forward, rest = _paired(rest)
+    backward, rest = _paired(rest[::-1])
+    pairs = np.concatenate([forward, backward])
+    cycles = cycles.joined(Cycles.between(pairs[:, 0], pairs[:, 1], np.ones(len(pairs))))
+    return cycles.joined(Cycles.between(rest[:-1], rest[1:], _halves(rest)))
+
+
+def _paired(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The ranges (k, 2) that are followed by one at least as large, and the points that remain without them."""
+    pairs, kept = list[tuple[float, float]](), list[float]()
+    for point in points.tolist():
+        kept.append(point)
+        while len(kept) > 2 and abs(kept[-1] - kept[-2]) >= abs(kept[-2] - kept[-3]):
+            pairs.append((kept[-3], kept[-2]))
+            del kept[-3:-1]
+    return np.array(pairs).reshape(-1, 2), np.array(kept)
+
+
+def _counted(points: np.ndarray) -> tuple[Cycles, np.ndarray]:
+    """The closed cycles of turning points (m,), and the points (k,) of the ranges that close none, in their order.
+
+    A cycle closes where a range is no larger than that before and that after it: the four-point rule, which finds the cycles of
+    ASTM's rule of three points, those at the begin of the history among them.
+    """
+    one, other, kept = list[float](), list[float](), list[float]()
+    for point in points.tolist():
+        while len(kept) > 2:
+            inner, before = kept[-1], kept[-2]
+            size = abs(inner - before)
+            if size > abs(point - inner) or size > abs(before - kept[-3]):
+                break
+            one.append(before)
+            other.append(inner)
+            del kept[-2:]
+        kept.append(point)
+    return Cycles.between(np.array(one), np.array(other), np.ones(len(one))), np.array(kept)
+
+
+def _halves(points: np.ndarray) -> np.ndarray:
+    return np.full(max(len(points) - 1, 0), 0.5)
+
+
+def _of_repeated(points: np.ndarray) -> Cycles:
+    """All cycles of a history that is repeated, begun at its largest value: two halves remain, which are one cycle."""
+    if len(points) < 2:
+        return Cycles.none()
+    top = int(points.argmax())
+    cycles, halves = _counted(turning_points(np.concatenate([points[top:], points[: top + 1]])))
+    return cycles.joined(Cycles.between(halves[:1], halves[1:2], np.ones(1)))

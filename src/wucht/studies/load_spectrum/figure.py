@@ -1,0 +1,134 @@
+"""The figure of a load spectrum: cumulative spectrum, range-mean matrix, the signal's course, damage or level crossings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wucht.results import style
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+_HEIGHT, _BARS = 7.6, 40
+_KNEE = 10.0  # times the cycles at the knee: so far the Woehler line is drawn at most
+
+
+def figure(result: xr.Dataset) -> Figure:
+    """Four panels from a load spectrum's Dataset alone."""
+    drawn, (spectrum, matrix, course, last) = style.new_grid(2, 2, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
+    drawn.subplots_adjust(bottom=0.09, top=0.9, hspace=0.34, wspace=0.36)
+    scale, unit = style.printed_unit(result, "range")
+    _cumulative(spectrum, result, scale, unit)
+    _matrix(matrix, result, scale, unit)
+    _course(course, result, scale, unit)
+    if "crossings" in result:
+        last.plot(result["crossings"].values, scale * result["level"].values, color=style.COLOURS[0], label="crossings")
+        last.set_xlabel("crossings")
+        last.set_ylabel(style.with_unit("level", unit))
+        last.set_title("level crossings", fontsize=9)
+    else:
+        _bars(last, result, scale, unit)
+    last.legend(frameon=False, fontsize=8, loc="upper left")
+    return drawn
+
+
+def _cumulative(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
+    """Amplitude over cumulative cycles, 002 figure 6.6."""
+    axis.set_title("cumulative spectrum", fontsize=9)
+    axis.set_xlabel("cumulative cycles")
+    axis.set_ylabel(style.with_unit("amplitude", unit))
+    amplitudes, counts = scale * result["range"].values[::-1] / 2, result["cumulative"].values[::-1]
+    if not len(amplitudes):
+        return
+    # A stair: so many cycles have at least this amplitude. It begins at the smallest number that can be.
+    least = min(0.5, float(counts[0]) / 2)
+    for name, values, line in (
+        ("counted", counts, style.line_style(0)),
+        ("twice the first half", result["half_cumulative"].values[::-1], style.line_style(1)),
+    ):
+        axis.step(
+            np.maximum(np.append(least, values), least), np.append(amplitudes, amplitudes[-1]), where="pre", label=name, **line
+        )
+    axis.set_xscale("log")
+    _plain(axis.xaxis)
+    if "woehler_SD" in result:
+        _woehler(axis, result, scale, float(amplitudes[0]))
+    axis.set_ylim(bottom=0)
+    axis.legend(frameon=False, fontsize=8)
+
+
+def _woehler(axis: Axes, result: xr.Dataset, scale: float, largest: float) -> None:
+    """The Woehler line as far as it is near the spectrum."""
+    k, nd, sd, k2 = (float(result[f"woehler_{key}"]) for key in ("k", "ND", "SD", "k2"))
+    amplitudes = np.linspace(0.0, 1.25 * max(largest, scale * sd), 400)[1:] / (scale * sd)
+    with np.errstate(over="ignore"):
+        lives = nd * np.where(amplitudes >= 1, amplitudes**-k, np.inf if np.isinf(k2) else amplitudes**-k2)
+    shown = lives < _KNEE * max(nd, float(result["cumulative"].max()))
+    axis.plot(lives[shown], scale * sd * amplitudes[shown], color=style.GREY, linestyle=":", label="Wöhler line")
+
+
+def _matrix(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
+    """Cycles by range and mean, logarithmic; where there are none the paper."""
+    from matplotlib.colors import LogNorm
+
+    axis.set_title("range-mean matrix", fontsize=9)
+    axis.set_xlabel(style.with_unit("mean", unit))
+    axis.set_ylabel(style.with_unit("range", unit))
+    counts = result["matrix"].values
+    if not counts.any():
+        return
+    inside = counts[counts > 0]
+    norm = LogNorm(float(inside.min()), max(float(inside.max()), 10 * float(inside.min())))
+    mesh = axis.pcolormesh(
+        scale * result["mean_class"].values, scale * result["range_class"].values, np.where(counts > 0, counts, np.nan),
+        norm=norm, cmap="cividis_r", shading="nearest",
+    )  # fmt: skip
+    bar = axis.figure.colorbar(mesh, ax=axis, pad=0.02)
+    bar.set_label("cycles", fontsize=8)
+    _plain(bar.ax.yaxis)
+
+
+def _plain(axis: Axis) -> None:
+    """Decades alone."""
+    from matplotlib.ticker import NullFormatter
+
+    style.plain_decades(axis)
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _course(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
+    """Between which values the signal went."""
+    time = result["course_time"].values
+    axis.set_title("course of the signal", fontsize=9)
+    axis.set_xlabel("time $\\tau$" if result.attrs["dimensionless"] else style.label(result, "course_time"))
+    axis.set_ylabel(style.with_unit("signal", unit))
+    low, high = scale * result["lowest"].values, scale * result["highest"].values
+    if np.array_equal(low, high):
+        axis.plot(time, high, color=style.COLOURS[0], linewidth=0.6, label="turning points")
+    else:
+        axis.fill_between(time, low, high, color=style.COLOURS[4], linewidth=0.6, label="between its extremes")
+    if np.isfinite(float(result["counted_from"])):
+        axis.axvline(float(result["counted_from"]), color="black", linestyle="--", linewidth=0.9, label="counted from here on")
+    axis.legend(loc="lower right", framealpha=1.0, fontsize=8)
+
+
+def _bars(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
+    """Which amplitudes do the damage; without a Woehler line, how often each happened."""
+    damage = "damage" in result and float(result["damage"].sum()) > 0
+    shares = (result["damage"] / result["damage"].sum() if damage else result["count"]).values
+    amplitudes = scale * result["range"].values / 2
+    heights, edges = np.histogram(
+        amplitudes, bins=_BARS, range=(0.0, float(amplitudes.max(initial=0.0)) or 1.0), weights=shares
+    )
+    name = "share of the damage" if damage else "cycles"
+    axis.set_title(f"{name}, by amplitude", fontsize=9)
+    axis.bar(edges[:-1], heights, width=np.diff(edges), align="edge", color=style.COLOURS[1], label=name)
+    axis.set_xlabel(style.with_unit("amplitude", unit))
+    axis.set_ylabel(f"{name} (1)")
+    axis.set_xlim(left=0)
+    axis.set_ylim(bottom=0)

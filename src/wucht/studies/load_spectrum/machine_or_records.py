@@ -1,0 +1,55 @@
+"""What a load spectrum is asked of: a machine, or a folder with records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from wucht.checking import refuse_unknown
+from wucht.errors import InputError
+from wucht.files.catalogue import ABOUT
+from wucht.files.documents import Document, contents_of
+from wucht.machines.machine import Machine
+from wucht.studies.subjects import MACHINE, Description
+
+
+@dataclass(frozen=True)
+class Records:
+    """The folder in which a study's records lie."""
+
+    folder: Path = field(default_factory=Path)
+    title: str = "Record"
+
+    def contents(self, name: str) -> str:
+        """Of a record, so that a changed one is another question."""
+        return contents_of(self.folder / name)
+
+
+class OfMachineOrRecords:
+    """The machine of the table ``[machine]``; without one, the records that lie where the study file does."""
+
+    def read(
+        self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
+    ) -> tuple[Machine | Records, Document]:
+        """See ``Subject``."""
+        if "machine" in document:
+            return MACHINE.read(document, path, name, settings)
+        if "system" in document:
+            raise InputError("system", None, "this study is asked of a machine or of a record")
+        refuse_unknown(document, ABOUT, "")
+        for key, given in settings.items():
+            raise InputError(key, given, "there is no table [machine] in which this could be set")
+        return Records(path.parent, str(document.get("title", path.stem))), {}
+
+    def describe(self, subject: Any) -> Description:
+        """See ``Subject``."""
+        if isinstance(subject, Machine):
+            return MACHINE.describe(subject)
+        if not isinstance(subject, Records):
+            raise InputError("machine", subject, "this study is asked of a machine, or of wucht.Records")
+        return Description(subject.title, False, {"title": subject.title})
+
+
+MACHINE_OR_RECORDS = OfMachineOrRecords()

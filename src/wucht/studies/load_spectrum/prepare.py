@@ -1,0 +1,99 @@
+"""Question and subject -> plan: where the signal comes from, and its levels, classes and Woehler line in its unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.checking import read_quantity
+from wucht.errors import InputError
+from wucht.fatigue.woehler_line import WoehlerLine, slope_below
+from wucht.machines.machine import Machine
+from wucht.quantities import Unit
+from wucht.studies.load_spectrum.load_signals import MachineSignal, RecordSignal, machine_signal, record_signal
+from wucht.studies.load_spectrum.machine_or_records import Records
+from wucht.studies.load_spectrum.spec import LoadSpectrum, Woehler
+from wucht.studies.run_up.prepare import Case, prepare_case
+from wucht.studies.spec import Quantity
+
+_FEWEST_SAMPLES_A_CYCLE = 10.0
+_MOST_CLASSES = 10_000
+
+
+@dataclass(frozen=True)
+class Plan:
+    """signal: what is counted. case: the run-up in which it comes, None of a record. reference, class_width: in the signal's
+    unit. line: the Woehler line. warnings: what is doubtful about the question."""
+
+    spec: LoadSpectrum
+    signal: MachineSignal | RecordSignal
+    case: Case | None
+    reference: float | None
+    class_width: float | None
+    line: WoehlerLine | None
+    warnings: tuple[str, ...]
+
+
+def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
+    """The plan. Raises ``InputError`` where the question does not fit the machine or the record."""
+    signal: MachineSignal | RecordSignal
+    case, warnings = None, tuple[str, ...]()
+    if isinstance(subject, Machine):
+        if spec.record is not None:
+            raise InputError("study.signal", spec.record.file, "give either a table [machine] or a record")
+        case = prepare_case(spec.run_up(), subject, spec.start)
+        signal = machine_signal(case.machine, str(spec.signal), spec.direction)
+    else:
+        if spec.record is None:
+            why = "needed is a table [machine], or a record: signal = { file = FILE, column = NAME }"
+            raise InputError("study.signal", spec.signal, why)
+        signal = record_signal(spec.record, subject)
+        last = float(signal.channel.time[-1])
+        if spec.after is not None and spec.after >= last:
+            raise InputError("study.after", spec.after, f"must be less than the time at which the record ends, {last:g} s")
+        warnings = _of_samples(signal.channel.values)
+    unit = signal.unit
+    width = _in_unit(spec.class_width, unit, "width of the classes", "class_width")
+    if width is not None and width <= 0:
+        raise InputError("study.class_width", spec.class_width, "must be a width greater than 0")
+    if isinstance(signal, RecordSignal):  # how far a machine goes is known only when it has run
+        check_width(signal.channel.values, width)
+    reference = _in_unit(spec.reference, unit, "reference", "reference")
+    return Plan(spec, signal, case, reference, width, None if spec.woehler is None else _line(spec.woehler, unit), warnings)
+
+
+def check_width(values: np.ndarray, width: float | None) -> None:
+    """Raises ``InputError`` for classes so narrow that they would be too many for values (m,)."""
+    span = float(np.ptp(values)) if len(values) else 0.0
+    if width is not None and span > _MOST_CLASSES * width:
+        allowed = f"must be at least {span / _MOST_CLASSES:.3g}: the signal spans {span:.4g}"
+        raise InputError("study.class_width", width, f"{allowed}, in {_MOST_CLASSES} classes at most")
+
+
+def _line(asked: Woehler, unit: str) -> WoehlerLine:
+    """The Woehler line in the signal's unit. Raises ``InputError``."""
+    knee = _in_unit(asked.SD, unit, "amplitude at the knee", "woehler.SD")
+    if knee is None or knee <= 0:
+        raise InputError("study.woehler.SD", asked.SD, "must be an amplitude greater than 0")
+    below = slope_below(asked.k, asked.miner or "elementary") if asked.k2 is None else asked.k2
+    return WoehlerLine(asked.k, asked.ND, knee, below)
+
+
+def _in_unit(given: Quantity | None, unit: str, what: str, key: str) -> float | None:
+    """A quantity in the unit of the signal; in a unit that is not one of SI, a number. Raises ``InputError``."""
+    return None if given is None else read_quantity(Unit(unit, what), given, f"study.{key}")
+
+
+def _of_samples(values: np.ndarray) -> tuple[str, ...]:
+    """A warning where extremes fall between the samples of a record."""
+    steps = np.diff(values)
+    turns = int(np.count_nonzero(np.diff(np.sign(steps[steps != 0])))) if len(values) > 2 else 0
+    spaced = 2 * len(values) / turns if turns else np.inf
+    if spaced >= _FEWEST_SAMPLES_A_CYCLE or len(values) < 2 * _FEWEST_SAMPLES_A_CYCLE:
+        return ()
+    return (
+        f"the record has {spaced:.1f} samples a cycle: what the load reaches between them is not counted, and noise is; "
+        f"{_FEWEST_SAMPLES_A_CYCLE:g} samples a cycle miss up to 5 % of an amplitude. A list of turning points is counted as "
+        "it stands.",
+    )

@@ -1,0 +1,157 @@
+"""What holds of any history, against pyLife and against the standard's rules step by step."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pylife.stress.rainflow import FourPointDetector, LoopValueRecorder
+
+from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.level_and_peak_counting import cycles_of_levels, cycles_of_peaks, level_crossings, peaks_and_valleys
+from wucht.fatigue.load_classes import RangeMeanMatrix, distance
+from wucht.fatigue.rainflow_counting import rainflow, range_pairs
+from wucht.fatigue.turning_points import turning_points
+
+LISTS = st.lists(st.integers(-20, 20), min_size=2, max_size=80)
+HISTORIES = LISTS.map(lambda v: np.array(v, dtype=float))
+MOVING = LISTS.filter(lambda v: len(set(v)) > 1).map(lambda v: np.array(v, dtype=float))  # pyLife counts a range of zero else
+ANY = settings(max_examples=60, deadline=None)
+
+
+def table(cycles):
+    rows, _ = cycles.by_range()
+    return dict(zip(np.round(rows.ranges, 6).tolist(), np.round(rows.counts, 9).tolist(), strict=True))
+
+
+def by_pylife(values):
+    recorder = LoopValueRecorder()
+    detector = FourPointDetector(recorder=recorder).process(values)
+    one, other = np.array(recorder.values_from), np.array(recorder.values_to)
+    return Cycles.between(one, other, np.ones(len(one))), np.array(detector.residuals)
+
+
+@ANY
+@given(MOVING)
+def test_closed_cycles_and_residue_are_those_of_pylife(values):
+    closed, residue = by_pylife(turning_points(values))
+    assert table(rainflow(values, "drop")) == table(closed)
+    halves = Cycles.between(residue[:-1], residue[1:], np.full(max(len(residue) - 1, 0), 0.5))
+    assert table(rainflow(values)) == table(closed.joined(halves))
+
+
+def test_a_long_record_against_pylife():
+    values = np.cumsum(np.random.default_rng(2).standard_normal(20_000))
+    closed, _ = by_pylife(turning_points(values))
+    found = rainflow(values, "drop")
+    order, other = np.lexsort((found.means, found.ranges)), np.lexsort((closed.means, closed.ranges))
+    assert len(found.ranges) == len(closed.ranges) > 4000
+    assert found.ranges[order] == pytest.approx(closed.ranges[other], rel=1e-12)
+    assert found.means[order] == pytest.approx(closed.means[other], abs=1e-12 * np.ptp(values))
+
+
+@ANY
+@given(HISTORIES, st.integers(2, 5))
+def test_points_in_between_count_nothing(values, times):
+    fine = np.interp(np.arange((len(values) - 1) * times + 1) / times, np.arange(len(values)), values)
+    for residue in ("half-cycles", "repeat", "drop"):
+        assert table(rainflow(fine, residue)) == table(rainflow(values, residue))
+        assert table(range_pairs(fine, residue)) == table(range_pairs(values, residue))
+
+
+@ANY
+@given(HISTORIES)
+def test_every_range_is_counted_once(values):
+    """The sum of the ranges, each as often as it counts, is half the way of the signal; repeated, with the way back."""
+    way = float(np.abs(np.diff(values)).sum())
+    found = rainflow(values)
+    assert 2 * float((found.ranges * found.counts).sum()) == pytest.approx(way, abs=1e-9)
+    closed = rainflow(values, "repeat")
+    assert 2 * float((closed.ranges * closed.counts).sum()) == pytest.approx(way + abs(values[-1] - values[0]), abs=1e-9)
+    assert (closed.counts == 1).all()
+    assert closed.largest == np.ptp(values)
+
+
+@ANY
+@given(HISTORIES, st.floats(0.01, 1e3), st.floats(-1e3, 1e3))
+def test_scale_shift_and_sign(values, factor, shift):
+    for count in (rainflow, range_pairs):
+        expected, moved = table(count(values)), table(count(factor * values + shift))
+        assert list(moved.values()) == list(expected.values())
+        assert list(moved) == pytest.approx([factor * size for size in expected], rel=1e-6, abs=1e-5)
+        assert table(count(-values)) == expected
+
+
+def test_very_small_and_very_large_numbers_count_alike():
+    values = np.array([-2, 1, -3, 5, -1, 3, -4, 4, -2.0])
+    for factor in (1e-250, 1e250):
+        assert (rainflow(factor * values).ranges / factor).tolist() == pytest.approx(rainflow(values).ranges.tolist())
+
+
+def by_the_rules_of_range_pairs(values):
+    """ASTM E1049-85, 5.4.1.2, as it stands there: X is the range under consideration, Y the one before."""
+    counted = []
+    points = turning_points(values).tolist()
+    for _ in range(2):  # forwards, then what remains backwards
+        left = []
+        for point in points:
+            left.append(point)
+            while len(left) >= 3:
+                x, y = abs(left[-1] - left[-2]), abs(left[-2] - left[-3])
+                if x < y:
+                    break
+                counted.append(y)
+                last = left.pop()
+                left.pop(), left.pop()
+                left.append(last)
+        points = left[::-1]
+    sizes = [*((y, 1.0) for y in counted), *((abs(a - b), 0.5) for a, b in pairwise(points))]
+    return {size: sum(n for s, n in sizes if s == size) for size in sorted({s for s, _ in sizes})}
+
+
+@ANY
+@given(HISTORIES)
+def test_range_pairs_follow_the_rules(values):
+    assert table(range_pairs(values)) == by_the_rules_of_range_pairs(values)
+
+
+@ANY
+@given(HISTORIES)
+def test_crossings_and_peaks_against_counting_by_hand(values):
+    levels = np.arange(-19.5, 20.0)
+    counts = level_crossings(values, levels)
+    assert counts.tolist() == [int(((values[:-1] < x) & (values[1:] > x)).sum()) for x in levels]
+    of_levels = cycles_of_levels(levels, counts)
+    assert float((of_levels.ranges * of_levels.counts).sum()) == counts.sum()  # each crossing is one level of one cycle
+    peaks, valleys = peaks_and_valleys(values)
+    points = turning_points(values)
+    assert len(peaks) + len(valleys) == max(len(points) - 2, 0)
+    assert cycles_of_peaks(peaks, valleys).total == (len(peaks) + len(valleys)) / 2
+
+
+@ANY
+@given(HISTORIES)
+def test_classes_keep_the_sum(values):
+    cycles = rainflow(values)
+    for width in (None, 0.7, 3.0):
+        rows, row = cycles.by_range(width)
+        assert rows.total == pytest.approx(cycles.total)
+        assert float((rows.ranges * rows.counts).sum()) == pytest.approx(float((cycles.ranges * cycles.counts).sum()))
+        assert np.bincount(row, cycles.counts, minlength=len(rows.counts)).tolist() == pytest.approx(rows.counts.tolist())
+    assert RangeMeanMatrix.of(cycles, 7).counts.sum() == pytest.approx(cycles.total)
+
+
+@ANY
+@given(HISTORIES)
+def test_cumulative_frequencies(values):
+    cycles = rainflow(values)
+    expected = [cycles.counts[cycles.ranges >= size - 1e-6].sum() for size in cycles.ranges]
+    assert cycles.exceeding(cycles.ranges).tolist() == pytest.approx(expected)
+
+
+def test_the_distance_of_spectra():
+    one, other = rainflow(np.array([0, 1] * 50 + [0.0])), rainflow(np.array([0, 1] * 25 + [0, 2] * 25 + [0.0]))
+    assert distance(one, one) == 0
+    assert distance(one, other) == distance(other, one) == pytest.approx(0.5)
+    assert distance(rainflow(np.array([0, 1] * 25 + [0.0])), one, times=2.0) == pytest.approx(0.0)
