@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -32,7 +33,7 @@ class FullMotion:
         """
         slow, machine = self.slow, self.slow.machine
         parameters, frequency = slow.values(speed), machine.shaking_frequency
-        outputs = Evaluator.of_outputs(slow.system)(time, states, parameters)
+        outputs = self._steady(time, states, parameters)
         fluctuations = Evaluator.of_outputs(slow.fast)(time, states, parameters)
         # theta is the angle of the prescribed motion, else of the main rotor.
         theta = np.asarray(rotor_angle, float) if frequency is None else frequency * time
@@ -50,6 +51,14 @@ class FullMotion:
             values[c.velocity.name] = ((1j * w * amplitude + rate) * turning).real
         return np.array([values[name] for name in machine.state_names])
 
+    @cached_property
+    def _steady(self) -> Evaluator:
+        """Speeds and amplitudes: nothing else of the averaged equations is needed."""
+        system, bodies = self.slow.system, self.slow.equations.bodies.names
+        names = [f"speed[{n}]" for n in bodies]
+        names += [f"amplitude.{part}[{d}]" for d in self.slow.machine.labels for part in ("re", "im")]
+        return Evaluator.of(system, [system.output(n).expression for n in names], names)
+
     def _phase(self, states: np.ndarray, name: str) -> np.ndarray:
         """alpha of a body to the reference (N,)."""
         names = self.slow.system.state_names
@@ -63,7 +72,7 @@ class FullMotion:
         fastest = max((f for f in natural if f > 0), default=0.0) or float(np.abs(w).max(initial=0.0)) or 1.0
         rate, step = Evaluator.of_rates(system).array(time, states, parameters), _STEP / fastest
         after, before = (
-            self._amplitudes(Evaluator.of_outputs(system)(time + h, states + h * rate, parameters)) for h in (step, -step)
+            self._amplitudes(self._steady(time + h, states + h * rate, parameters)) for h in (step, -step)
         )
         return np.where(w == 0, 0.0, (after - before) / (2 * step))
 
