@@ -71,9 +71,7 @@ class FullMotion:
         natural, system = natural_frequencies(self.slow.machine).values(), self.slow.system
         fastest = max((f for f in natural if f > 0), default=0.0) or float(np.abs(w).max(initial=0.0)) or 1.0
         rate, step = Evaluator.of_rates(system).array(time, states, parameters), _STEP / fastest
-        after, before = (
-            self._amplitudes(self._steady(time + h, states + h * rate, parameters)) for h in (step, -step)
-        )
+        after, before = (self._amplitudes(self._steady(time + h, states + h * rate, parameters)) for h in (step, -step))
         return np.where(w == 0, 0.0, (after - before) / (2 * step))
 
     def _amplitudes(self, outputs: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from wucht.numerics.observers.projection import AHEAD, SHARE, WINDOWS, Course, projected, trend, windows_of
+from wucht.numerics.observers.projection import AHEAD, SHARE, WINDOWS, Course, projected, projected_each, trend, windows_of
 
 LIMIT = 7.0
 
@@ -181,3 +181,22 @@ def test_a_trend_is_a_rise_or_a_fall_in_four_fifths_of_all_pairs(means, way):
     assert trend(np.array(means, float)) == way
     assert trend(-np.array(means, float)) == -way
     assert trend(np.array(means[::-1], float)) == -way
+
+
+@pytest.mark.parametrize("rounding", [0.0, 1e-3])
+def test_many_at_once_are_as_each_alone(rounding):
+    random = np.random.default_rng(4)
+    steps = np.arange(6.0)[:, None]
+    kinds = [
+        3 + 0.1 * random.uniform(0.1, 0.97, 40) ** steps,  # approaches, one way and to and fro
+        3 + 0.1 * (-random.uniform(0.1, 0.97, 40)) ** steps,
+        1 + 1e-4 * random.uniform(1.0, 3.0, 40) ** steps,  # growth
+        2 - 0.01 * steps + 1e-4 * random.normal(size=(6, 40)),  # drifts
+        5 + 0.1 * random.normal(size=(6, 40)),
+        np.full((6, 2), 7.0) + 1e-4 * random.normal(size=(6, 2)),
+        np.full((6, 1), 7.0),
+    ]
+    means = np.concatenate(kinds, axis=1)
+    alone = np.array([projected(m, 20.0, rounding).bounds for m in means.T]).T
+    np.testing.assert_allclose(projected_each(means, 20.0, rounding), alone, rtol=1e-14)
+    assert {projected(m, 20.0, rounding).course for m in means.T} == set(Course)

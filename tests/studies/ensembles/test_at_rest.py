@@ -66,3 +66,18 @@ def test_the_free_speed_is_held_within_half_a_percent(speed: float, expected: bo
 def test_less_than_a_percent_is_compensated(left: float, expected: bool) -> None:
     balanced, known = resting(of(np.ones(len(TIMES)), left=np.full(len(TIMES), left))).balanced
     assert known.all() and (balanced == expected).all()
+
+
+def test_rest_with_rounding_or_the_drift_of_the_tolerance_is_rest() -> None:
+    noise = np.random.default_rng(1).normal(size=(2, len(TIMES)))
+    rest = resting(of(1 + 1e-8 * noise[0], left=2e-5 + 1e-5 * TIMES / 400 + 1e-8 * noise[1]))
+    assert rest.known.all() and rest.still.all() and rest.even.all()
+    assert rest.at_speed(np.ones(2))[0].all() and rest.balanced[0].all()
+
+
+@pytest.mark.parametrize(("growth", "still"), [(0.01, True), (0.5, False), (8.0, False)])
+def test_what_leaves_however_small_it_is_yet_is_not_at_rest(growth: float, still: bool) -> None:
+    """An unbalance left that grows to 1e-4, by a factor e^growth in what is seen, will be more than 1 % if it goes on so."""
+    rest = resting(of(np.ones(len(TIMES)), left=1e-4 * np.exp(growth * (TIMES / 400 - 1))))
+    assert (rest.still == still).all()
+    assert (rest.known == still).all()

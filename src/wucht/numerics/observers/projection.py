@@ -91,6 +91,34 @@ def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wi
     return Projection(last, low - margin, high + margin, Course.STATIONARY)
 
 
+def projected_each(
+    means: np.ndarray, ahead: float = AHEAD, rounding: np.ndarray | float = 0.0, wider: float = 0.25
+) -> np.ndarray:
+    """The bounds (2, M) of ``projected`` for many signals (w, M) at once, w >= 4. rounding: of all, or of each (M,)."""
+    changes = np.diff(means, axis=0)
+    sizes, last = np.abs(changes), means[-1]
+    low, high, after = means.min(axis=0), means.max(axis=0), sizes[-1]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ratios = sizes[1:] / sizes[:-1]
+        rho, logs = ratios[-2:].max(axis=0), np.log(ratios)
+        rest = last + np.copysign(1.5 * after * rho / (1 - rho), changes[-1])
+        grows = (ratios > 1).all(axis=0) & (logs.max(axis=0) <= _ALIKE * logs.min(axis=0))
+        growth = np.where(grows, logs.min(axis=0), 0.0)
+        count = np.exp(growth) * np.expm1(np.minimum(ahead * growth, 600.0)) / np.expm1(growth)
+        gone = last + np.copysign(np.minimum(after * np.where(growth > 1e-9, count, ahead), _FARTHEST), changes[-1])
+    constant = (sizes[-2:] <= rounding).all(axis=0)
+    approaching = (ratios < _CONTRACTING).all(axis=0)
+    drifting = (after > rounding) & (np.abs(changes.sum(axis=0)) >= _DIRECTED * sizes.sum(axis=0))
+    limit = np.where(changes[-1] * changes[-2] > 0, rest, means[-2])
+    toward, margin = np.where(approaching, limit, gone), wider * (high - low)
+    moving = approaching | drifting
+    return np.where(
+        constant,
+        [means[-3:].min(axis=0), means[-3:].max(axis=0)],
+        np.where(moving, [np.minimum(last, toward), np.maximum(last, toward)], [low - margin, high + margin]),
+    )
+
+
 def _growth(ratios: np.ndarray) -> float:
     """The rate of growth a window, of the ratios of successive changes: 0 where they do not grow alike."""
     if len(ratios) < 2 or not (ratios > 1).all():

@@ -11,13 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.numerics.observers.projection import WINDOWS
+from wucht.numerics.observers.projection import WINDOWS, projected_each
 from wucht.results.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE
 from wucht.studies.motion.evidence import FEWEST_TURNS, UNREST
 
 _CONTRACTING = 0.98  # ratio of successive changes: above, it is no approach
 _ROUNDING, _LEFT_ROUNDING = 1e-9, 1e-7  # of the speed, of the unbalance: changes below are none
 _RIPPLE = 1e-3  # of the range of the speed in a window: so well its mean is known
+_STILL, _STILL_LEFT = 1e-4, 5e-3  # of the speed, of the unbalance: who moves by less is at rest, but for rounding or a drift
+_NARROW = 1e-3  # bounds of those, that are narrow enough: see ``Verdict.settled_within``
 _LIBRATION, _SMALL, _GROWING = math.pi / 2, 0.1, 1.05  # of a phase, in rad: see ``motion.lags``
 _FAR, _ONE_WAY = 4.0, 0.9  # times what may change of a settled speed; share of all changes: see ``projection.projected``
 _FEWEST_CYCLES = 3  # of a modulation, which are worth a closer look
@@ -45,7 +47,7 @@ class Resting:
     known: whether they hold. even: whether the speed then is not modulated. quiet: whether the bodies hardly move. sense: +1 or
     -1. cycling: of those that are not known, whether the speed goes up and down so often that a closer look may tell. nearing:
     whether they approach an end. rises: how often the speed rose through the middle of its range. early: whether they are on
-    the way to an end that is not known yet: their bodies still move, or their speed does.
+    the way to an end that is not known yet: their bodies still move, or their speed does. still: whether they hardly move.
     """
 
     mean: np.ndarray
@@ -59,6 +61,7 @@ class Resting:
     nearing: np.ndarray
     rises: np.ndarray
     early: np.ndarray
+    still: np.ndarray
 
     @property
     def width(self) -> np.ndarray:
@@ -98,6 +101,10 @@ def resting(seen: LastHalf) -> Resting:
         varied, varied_known = approached((highs - lows) / means, rounding / means[-1])
     sizes = seen.left.reshape(WINDOWS, -1, count).max(axis=1)
     left, left_known = approached(sizes, np.full(count, _LEFT_ROUNDING))
+    still, bounds = _still(windows, means, sizes, rounding)
+    mean, lowest, varied, left = (np.where(still, b, a) for a, b in zip((mean, lowest, varied, left), bounds, strict=True))
+    knowns = mean_known, lowest_known, varied_known, left_known
+    mean_known, lowest_known, varied_known, left_known = (known | still for known in knowns)
     most = seen.left.max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         unrest = np.where(most > UNBALANCE_TOLERANCE, 1 - seen.left.min(axis=0) / most, 0.0)
@@ -111,7 +118,24 @@ def resting(seen: LastHalf) -> Resting:
     early = turning & nearing & (mean[1] - mean[0] > SPEED_TOLERANCE * largest) & ~quiet
     # Of a rotor that still rises, with bodies at rest, the torques tell where it goes: ``motion.drive_and_vibration``.
     early |= turning & ~known & (rises < 2) & (~quiet | (means[-1] < means[-2])) & _goes_far(means, mean, mean_known)
-    return Resting(mean, lowest, np.maximum(left, 0.0), known, even, quiet, sense, cycling, nearing, rises, early)
+    return Resting(mean, lowest, np.maximum(left, 0.0), known, even, quiet, sense, cycling, nearing, rises, early, still)
+
+
+def _still(
+    windows: np.ndarray, means: np.ndarray, sizes: np.ndarray, rounding: np.ndarray
+) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+    """Which members (M,) hardly move, by their speeds (w, k, M), and where mean, lowest speed, the range of the speed as a
+    share of it and what is left of the unbalance (w, M) then go (2, M): as ``motion.evidence`` has it.
+
+    Rounding and the drift that the integration's tolerance makes of rest do not contract.
+    """
+    lows, highs = windows.min(axis=1), windows.max(axis=1)
+    calm = (highs.max(axis=0) - lows.min(axis=0) <= _STILL * np.abs(means).max(axis=0)) & (np.ptp(sizes, axis=0) <= _STILL_LEFT)
+    mean, lowest = projected_each(means, rounding=rounding), projected_each(lows, rounding=rounding)
+    varied = projected_each((highs - lows) / means, rounding=rounding / means[-1])
+    left = projected_each(sizes, rounding=_LEFT_ROUNDING)
+    near = [b[1] - b[0] <= _NARROW * size for b, size in ((mean, means[-1]), (lowest, means[-1]), (varied, 1.0), (left, 1.0))]
+    return calm & np.logical_and.reduce(near), (mean, lowest, varied, left)
 
 
 def _goes_far(means: np.ndarray, bounds: np.ndarray, known: np.ndarray) -> np.ndarray:

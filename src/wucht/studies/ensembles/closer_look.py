@@ -18,7 +18,7 @@ from wucht.results.outcomes import Outcome
 from wucht.studies.ensembles.ensemble_equations import Numbered, Variants, parameters_of
 from wucht.studies.ensembles.ensemble_question import EnsembleQuestion, Report, part_of
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
-from wucht.studies.motion.observation import Watch, fastest_of
+from wucht.studies.motion.observation import Watch, fastest_in_each
 from wucht.studies.motion.verdict import judge
 from wucht.studies.run_up.horizon import Horizon
 from wucht.studies.run_up.model import FullModel, SlowModel, slow_model
@@ -59,11 +59,19 @@ def _outcomes(ends: Ends[Watching]) -> MemberOutcomes:
 def _doublings(starts: np.ndarray, variants: Variants, horizon: Horizon) -> np.ndarray:
     """How often the density of sampling is to be doubled for each member (M,): it may turn faster than the machine asked
     about, by its start or its parameters."""
-    expected = 2 * math.pi / (horizon.step * horizon.samples_per_turn)
     driven = [max((abs(free_speed(m, r) or 0.0) for r in m.rotors), default=0.0) for m in variants.machines]
-    begun = np.array([fastest_of(variants.machines[0], start) for start in starts.T])
-    fastest = np.maximum(np.array(driven)[variants.of], begun)
-    return np.asarray(np.ceil(np.log2((fastest / (_FASTER * expected)).clip(1.0, 2.0**_MOST))).astype(int))
+    fastest = np.maximum(np.array(driven)[variants.of], fastest_in_each(variants.machines[0], starts))
+    return np.asarray(np.ceil(np.log2((fastest / _sampled(horizon)).clip(1.0, 2.0**_MOST))).astype(int))
+
+
+def begins_fast(starts: np.ndarray, machine: Machine, horizon: Horizon) -> np.ndarray:
+    """Which members (M,) begin so much faster than is expected that only a closer look samples their motion densely enough."""
+    return fastest_in_each(machine, starts) > _sampled(horizon)
+
+
+def _sampled(horizon: Horizon) -> float:
+    """The fastest speed that is sampled densely enough."""
+    return _FASTER * 2 * math.pi / (horizon.step * horizon.samples_per_turn)
 
 
 def watched(

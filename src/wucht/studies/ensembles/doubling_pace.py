@@ -12,29 +12,24 @@ from wucht.numerics.observers.projection import WINDOWS
 WINDOW = 16  # samples
 SAMPLES = WINDOW * WINDOWS  # in each chunk, twice as many in the first one: its halves are as those to come
 PARTS = 2 * SAMPLES  # of the time, in which the course is kept
+# Times as many of the amplitude in each part of the first chunk: vibrations of the start die out, resonances are passed.
+FINER = np.repeat((4, 2), SAMPLES)
 # Samples that are shifted a little, alike in all windows: a motion of one period can not be taken for rest.
 _SHIFTS = np.append(0.5 * (np.arange(1, WINDOW) * (math.sqrt(5) - 1) / 2 % 1 - 0.5), 0.0)
 
 
 @dataclass(frozen=True)
 class DoublingPace:
-    """Each chunk is as long as all before it together. first: the end of the first one; chunks: how many. finer: times as many
-    samples in each part of its halves, in which vibrations of the start die out and resonances are passed."""
+    """Each chunk is as long as all before it together. first: the end of the first one; chunks: how many."""
 
     first: float
     chunks: int
-    finer: tuple[int, int]
 
     @classmethod
-    def until(cls, end: float, first: float, finer: tuple[int, int]) -> DoublingPace:
+    def until(cls, end: float, first: float) -> DoublingPace:
         """That ends at a time, with a first chunk of about this length."""
         doublings = max(0, math.ceil(math.log2(end / first)))
-        return cls(end / 2**doublings, doublings + 1, finer)
-
-    @property
-    def samples(self) -> np.ndarray:
-        """In each of the ``PARTS`` of the first chunk."""
-        return np.repeat(self.finer, SAMPLES)
+        return cls(end / 2**doublings, doublings + 1)
 
     @property
     def end(self) -> float:
@@ -48,7 +43,7 @@ class DoublingPace:
         ends = ends + np.tile(_SHIFTS, len(ends) // WINDOW)
         parts = np.append(0.0, ends) / len(ends)
         if not index:
-            each = zip(parts[:-1], parts[1:], self.samples, strict=True)
+            each = zip(parts[:-1], parts[1:], FINER, strict=True)
             parts = np.append(0.0, np.concatenate([b + (e - b) * np.arange(1, n + 1) / n for b, e, n in each]))
         times = begin + (end - begin) * parts
         times[-1] = end

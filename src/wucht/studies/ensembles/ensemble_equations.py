@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 
@@ -110,7 +109,6 @@ class FullEquations:
 
     machine: Machine
     turning: RelativeEquilibria | None
-    finer: ClassVar[tuple[int, int]] = (2, 1)  # see ``DoublingPace``: peaks are found to 0.2 %
 
     @classmethod
     def of(cls, machine: Machine, varied: Iterable[str] = ()) -> FullEquations:
@@ -164,7 +162,6 @@ class SlowEquations:
     """The averaged equations."""
 
     slow: AveragedMachine
-    finer: ClassVar[tuple[int, int]] = (4, 2)  # peaks are steeper, and found to 2 %
 
     @property
     def system(self) -> System:

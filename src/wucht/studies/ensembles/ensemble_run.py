@@ -10,7 +10,7 @@ from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
 from wucht.numerics.ensembles.members import Status
 from wucht.results.outcomes import Outcome
 from wucht.studies.ensembles.attractors import attractors_of
-from wucht.studies.ensembles.closer_look import looked_at
+from wucht.studies.ensembles.closer_look import begins_fast, looked_at
 from wucht.studies.ensembles.doubling_pace import DoublingPace
 from wucht.studies.ensembles.ensemble_equations import (
     Numbered,
@@ -83,6 +83,7 @@ def _in_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Varian
     machine = question.machine
     horizon = Horizon.of(machine, RunUp(settled=True), initial_state(machine, {}))
     outcomes, closer = _first_looked_at(question, starts, variants, horizon, part_of(report, 0.0, _FIRST_LOOK))
+    closer = np.union1d(closer, np.flatnonzero(begins_fast(starts, machine, horizon)))
     if not len(closer):
         return outcomes
     rest = part_of(report, _FIRST_LOOK, 1 - _FIRST_LOOK)
@@ -96,8 +97,7 @@ def _first_looked_at(
     """The outcomes of those that a first look decides, and the numbers of the others."""
     equations = equations_of(question, starts[:, 0])
     first, until = horizon.first, question.until
-    finer = equations.finer
-    pace = DoublingPace(first, 1 + _MOST_DOUBLINGS, finer) if until is None else DoublingPace.until(until, first, finer)
+    pace = DoublingPace(first, 1 + _MOST_DOUBLINGS) if until is None else DoublingPace.until(until, first)
     attractors = attractors_of(question, equations, horizon)
     look = FirstLook(equations, variants, attractors, pace, final=until is not None)
     members = Numbered(

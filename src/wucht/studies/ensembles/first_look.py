@@ -17,7 +17,7 @@ from wucht.numerics.peaks import between_samples
 from wucht.results.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Outcome
 from wucht.studies.ensembles.at_rest import LastHalf, Resting, resting
 from wucht.studies.ensembles.attractors import Attractor
-from wucht.studies.ensembles.doubling_pace import PARTS, SAMPLES, WINDOW, DoublingPace
+from wucht.studies.ensembles.doubling_pace import FINER, PARTS, SAMPLES, WINDOW, DoublingPace
 from wucht.studies.ensembles.ensemble_equations import Equations, Numbered, Variants
 from wucht.studies.ensembles.member_outcomes import OUTCOMES
 from wucht.studies.ensembles.member_views import Bound, FullView, SlowView, View, unbalance_left
@@ -82,7 +82,7 @@ class FirstLook:
             slope, rate = np.concatenate([record.end[1:], sight.rate]), sight.rate[-1:]
             peak = _peaks(whole[:, None], signal, slope, WINDOW)
         square, end = np.maximum(record.square, peak), np.concatenate([signal[-1:], rate])
-        ends = slice(None) if index else np.cumsum(self.pace.samples) - 1
+        ends = slice(None) if index else np.cumsum(FINER) - 1
         samples, speed, phases = samples[ends], sight.speed[ends], sight.phases[:, ends]
         left = self._left(phases, variants.of)[0]
         course = _lengthened(record.course if index else None, speed, left)
@@ -92,7 +92,7 @@ class FirstLook:
         last = index == self.pace.chunks - 1
         at_end = last and self.final
         outcome = self._outcome(rest, phases[:, -1], variants)
-        outcome = np.where(at_end | (rest.width <= SETTLED), outcome, UNDECIDED)
+        outcome = np.where(at_end | rest.still | (rest.width <= SETTLED), outcome, UNDECIDED)
         settling = np.where(outcome != UNDECIDED, _settling_time(course, times[-1], free), np.nan)
         if index:
             self._arrive((outcome, settling, square), samples, course, times[-1], free)

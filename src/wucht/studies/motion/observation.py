@@ -127,5 +127,10 @@ def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> t
 
 def fastest_of(machine: Machine, states: np.ndarray) -> float:
     """The largest speed (rad per time) at which a body of the machine turns in states (n, N)."""
+    return float(fastest_in_each(machine, states).max(initial=0.0))
+
+
+def fastest_in_each(machine: Machine, states: np.ndarray) -> np.ndarray:
+    """The same of each state (N,)."""
     free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
-    return float(np.abs(states[free]).max(initial=0.0)) if free else 0.0
+    return np.asarray(np.abs(states[free]).max(axis=0, initial=0.0))
