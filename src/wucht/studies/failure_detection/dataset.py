@@ -24,8 +24,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """The Dataset.
 
     Over reading: speed (mean over the sensor's interval), reading (with noise), highest, lowest (of the load in that interval),
-    reading_time (its end). Over sample: time, stiffness (share), damage, energy_residual, stiffness_work. Over alarm: alarm_time
-    (since the failure), seen (probability). Over along (and second): signal, change.
+    reading_time (its end). Over sample: time, stiffness (share), damage, energy_residual, stiffness_work. Over alarm:
+    alarm_time (since the failure), seen (probability). Over along (and second): signal, change.
     """
     import xarray as xr_
 
@@ -173,6 +173,11 @@ def _warnings(plan: Plan, findings: Findings, s: dict[str, Any]) -> list[str]:
         warnings.append("there are too few readings before or after the failure: run longer, or fail later")
     if s["energy_residual"] > _CLOSED:
         warnings.append(f"the energy balance closes only to {s['energy_residual']:.1e}: the run is not accurate")
+    if s["chart"] is not None and s["change"] is not None and abs(s["change"]) < 2 * s["chart"]["reference"]:
+        warnings.append(
+            f"the chart is made for changes of {2 * s['chart']['reference']:.3g}, and this one is smaller: a smaller "
+            "study.sensor.change sees it sooner"
+        )
     if own.run.verdict.advice and s["change"] is not None:
         warnings.append(f"after the failure {own.run.verdict.advice}")
     for when, averaged in zip(("before", "after"), findings.averaged or (), strict=False):

@@ -106,8 +106,13 @@ class FailingRun:
 
 @dataclass(frozen=True)
 class FailingMachine:
-    """watched: the machine. initial: the state from which it starts. falling: with the damage of ``line``; None: by schedules,
-    which begin at ``begin``. step: between samples. per_look: samples between two looks. count: samples of the whole run."""
+    """A machine that is ready to run.
+
+    initial: the state (n,) from which it starts. step: between samples; count: how many; per_look: of them between two looks at
+    the damage. damage, falling: of the load, and what that does to the stiffness; None: a schedule makes it fall. scheduled:
+    then the share of the stiffness (N,) at times (N,). begin: until when the motion is that before the failure; None: until the
+    stiffness falls.
+    """
 
     machine: Machine
     watched: Watched[Seen]
@@ -185,7 +190,7 @@ class FailingMachine:
         broken = stored.end_time if broken is None and total >= 1.0 else broken
         if left == stored.parameters[self._row]:
             return replace(standing, broken=broken)
-        begun = standing.begun or standing.last
+        begun = standing.begun or (standing.last if self.begin is None else None)
         changed = stored.parameters.copy()
         changed[self._row] = left
         last = stored.tail(1)

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HEIGHT = 7.8
-_LARGER = 1e4  # times: signals that differ more are drawn logarithmically
+_ROOM = 0.4  # of what is drawn, above it: for the legend
+_MOST_MARKED = 60  # readings that have a mark each
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -31,6 +32,13 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _time_label(result: xr.Dataset, name: str) -> str:
     return style.label(result, name) if result[name].attrs["units"] else "time $\\tau$"
+
+
+def _legend_above(axis: Axes) -> None:
+    """Above what is drawn."""
+    low, high = axis.get_ylim()
+    axis.set_ylim(low, high + _ROOM * (high - low))
+    axis.legend(frameon=False, fontsize=7, loc="upper left", ncols=2)
 
 
 def _failed(axis: Axes, result: xr.Dataset) -> None:
@@ -49,7 +57,7 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
     _failed(axis, result)
     axis.set_xlabel(_time_label(result, "reading_time"))
     axis.set_ylabel(style.label(result, "speed"))
-    axis.legend(framealpha=0.9, fontsize=7, loc="upper right" if (s["change"] or 0.0) < 0 else "lower right")
+    _legend_above(axis)
 
 
 def _load(axis: Axes, result: xr.Dataset) -> None:
@@ -62,7 +70,7 @@ def _load(axis: Axes, result: xr.Dataset) -> None:
     _failed(axis, result)
     axis.set_xlabel(_time_label(result, "reading_time"))
     axis.set_ylabel(style.with_unit(result.attrs["signal"], unit))
-    axis.legend(framealpha=0.9, fontsize=7)
+    _legend_above(axis)
 
 
 def _seen(axis: Axes, result: xr.Dataset) -> None:
@@ -76,7 +84,8 @@ def _seen(axis: Axes, result: xr.Dataset) -> None:
     at, probability = result["alarm_time"].values, result["seen"].values
     last = max(int(np.searchsorted(probability, 0.999)) + 3, 8)
     axis.step(at[:last], probability[:last], where="post", label="alarm of the chart", **style.line_style(0))
-    axis.plot(at[:last], probability[:last], "o", color=style.COLOURS[0], markersize=2.5)
+    if last <= _MOST_MARKED:
+        axis.plot(at[:last], probability[:last], "o", color=style.COLOURS[0], markersize=2.5)
     mean = summary_of(result)["delay"]["mean"]
     if mean is not None:
         axis.axvline(mean, color=style.COLOURS[1], linestyle="--", linewidth=1.0, label="in the mean")
@@ -93,8 +102,8 @@ def _stiffness(axis: Axes, result: xr.Dataset) -> None:
     _failed(axis, result)
     axis.set_ylim(bottom=0)
     axis.set_xlabel(_time_label(result, "time"))
-    axis.set_ylabel("share (1)")
-    axis.legend(framealpha=0.9, fontsize=7)
+    axis.set_ylabel("share of the stiffness, damage (1)")
+    _legend_above(axis)
 
 
 def _signal(axis: Axes, result: xr.Dataset) -> None:
@@ -108,10 +117,8 @@ def _signal(axis: Axes, result: xr.Dataset) -> None:
     if np.isfinite(signal).any():
         at = np.unravel_index(int(np.nanargmax(signal)), signal.shape)
         axis.plot(along[at[0]], signal[at], "*", color="black", markersize=9, label="largest", zorder=5)
-        positive = signal[signal > 0]
-        if len(positive) and signal[at] > _LARGER * positive.min():
-            axis.set_yscale("log")
-            style.plain_decades(axis.yaxis)
     axis.set_xlabel(style.label(result, "along"))
     axis.set_ylabel("change of speed / standard deviation (1)")
-    axis.legend(framealpha=0.9, fontsize=7)
+    axis.locator_params(axis="x", nbins=5)
+    axis.set_ylim(bottom=0)
+    _legend_above(axis)

@@ -78,14 +78,16 @@ class Plan:
         horizon, watch = case.horizon, SignalWatch(case.watch, signal)
         watched = Watched(watch, compiled, model.seen, horizon.vibration, horizon.energy, _PER_TURN)
         falling, scheduled = None, self.scheduled
+        begin = None if scheduled is None else scheduled.begin
         if spec.failure is not None:
             asked = spec.failure
             whole = machine.values[asked.parameter]
             falling = FallingStiffness(asked.parameter, whole, asked.remaining, asked.law == "drop")
+            begin = None if asked.law == "drop" else (spec.after or 0.0) + (spec.learning or 0.0)
         return FailingMachine(
             machine, watched, model.initial, self.step, self.count, self.per_look,
             None if self.line is None else AccumulatedDamage(self.line), falling,
-            None if scheduled is None else scheduled.share, None if scheduled is None else scheduled.begin,
+            None if scheduled is None else scheduled.share, begin,
         )  # fmt: skip
 
     def case_at(self, values: dict[str, float]) -> Case:
