@@ -12,6 +12,7 @@ nodes for their classes). What is expected of the reading may differ from one to
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -89,16 +90,19 @@ class Cusum:
     def _drifts(self, expected: np.ndarray, rising: bool) -> np.ndarray:
         return (expected if rising else -expected) - self.reference
 
-    def carried(self, sums: Sums, expected: np.ndarray, rising: bool) -> tuple[Sums, np.ndarray]:
-        """The sums after readings that are expected to deviate so (n,), and the share of charts that alarmed at each (n,).
+    def _carried(self, sums: Sums, expected: np.ndarray, rising: bool) -> Iterator[float]:
+        """The share of charts that alarm at each of some readings, which are expected to deviate so (n,).
 
-        rising: the upper sum, else the lower one.
+        rising: by the upper sum, else by the lower one.
         """
-        now, alarmed = np.append(sums.zero, sums.density), np.empty(len(expected))
-        for i, matrix in enumerate(map(self._matrix, self._drifts(expected, rising).tolist())):
+        now, matrices = np.append(sums.zero, sums.density), dict[float, np.ndarray]()  # readings may come again and again
+        for drift in self._drifts(expected, rising).tolist():
+            matrix = matrices.get(drift)
+            if matrix is None:
+                matrix = matrices[drift] = self._matrix(drift)
             after = matrix @ now
-            now, alarmed[i] = after[:-1], after[-1]
-        return Sums(float(now[0]), now[1:]), alarmed
+            now = after[:-1]
+            yield float(after[-1])
 
     def steady(self, expected: np.ndarray, rising: bool) -> tuple[Sums, float]:
         """After many cycles of readings that are expected to deviate so (n,): the sums of the charts that have not alarmed (all
@@ -123,7 +127,7 @@ class Cusum:
             if abs(chance - before) <= _CONVERGED * chance or left < _NONE_LEFT:
                 return Sums(float(now[0]), now[1:]), passed + left * readings / max(chance, 1 / _NEVER)
             passed, left, before = passed + left * readings, left * (1 - chance), chance
-        raise RunError("the chart does not come to a steady state: give a larger study.sensor.change")
+        raise RunError("the chart does not come to a steady state: the change that is to be seen is too small")
 
     def between_alarms(self, expected: np.ndarray) -> float:
         """The mean number of readings between two alarms without a change; expected (n,): deviations that come again and again.
@@ -132,17 +136,21 @@ class Cusum:
         """
         return 1 / sum(1 / self.steady(expected, rising)[1] for rising in (True, False))
 
-    def detection(self, normal: np.ndarray | None, changed: np.ndarray) -> np.ndarray:
+    def detection(self, normal: np.ndarray | None, changed: np.ndarray, enough: float = 1.0) -> np.ndarray:
         """The probability (m,) that an alarm has come by each reading after a change.
 
-        normal (n,): what deviations were expected again and again before it, without an alarm; None: the chart begins. changed
-        (m,): what is expected then.
+        normal (n,): what deviations were expected again and again before it, without an alarm; None: the chart begins. changed:
+        what is expected then, at least m readings: at the first one with a probability of ``enough`` it ends.
         """
-        missed = np.ones(len(changed))
-        for rising in (True, False):
-            sums = self.zero if normal is None else self.steady(normal, rising)[0]
-            missed *= 1 - np.cumsum(self.carried(sums, changed, rising)[1])
-        return np.asarray(1 - missed)
+        begin = [self.zero if normal is None else self.steady(normal, rising)[0] for rising in (True, False)]
+        each = zip(self._carried(begin[0], changed, True), self._carried(begin[1], changed, False), strict=True)
+        found, missed = list[float](), [1.0, 1.0]
+        for alarmed in each:
+            missed = [m - a for m, a in zip(missed, alarmed, strict=True)]
+            found.append(1 - missed[0] * missed[1])
+            if found[-1] >= enough:
+                break
+        return np.array(found)
 
 
 def chart(reference: float, noise: float, readings: float, expected: np.ndarray) -> Cusum:
@@ -159,12 +167,12 @@ def chart(reference: float, noise: float, readings: float, expected: np.ndarray)
         return math.log(replace(made, threshold=math.exp(logarithm)).between_alarms(expected) / readings)
 
     if missing(math.log(low)) > 0:
-        raise RunError("without any change there would be fewer false alarms than wanted; ask for rarer ones")
+        raise RunError("without a failure there are fewer false alarms than wanted: ask for rarer ones")
     high = low
     while missing(math.log(high)) < 0:
         high *= 2
         if high > 1e6 * low:
-            raise RunError("no threshold makes false alarms so rare: give a larger study.sensor.change")
+            raise RunError("no threshold makes false alarms so rare: without a failure the readings change too much")
     return replace(made, threshold=math.exp(brentq(missing, math.log(high / 2), math.log(high), xtol=1e-6)))
 
 

@@ -46,11 +46,11 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "stiffness_work": variable("sample", course.work, "work of the changing stiffness", units.energy),
         "failure_time": variable("", own.windows.failed, "time of the failure", units.time),
     }
-    if (detection := findings.detection) is not None:
-        after = detection.time - detection.failed
-        data["alarm_time"] = variable("alarm", after, "time since the failure", units.time)
-        data["seen"] = variable("alarm", detection.probability, "probability that the failure has been seen")
     summary = _summary(plan, findings)
+    if (detection := findings.detection) is not None:
+        after = detection.time - detection.counted_from
+        data["alarm_time"] = variable("alarm", after, f"time since {_counted_from(summary)}", units.time)
+        data["seen"] = variable("alarm", detection.probability, "probability that the failure has been seen")
     coordinates, more = _places(plan, findings.places)
     result = xr_.Dataset(data | more, coords=coordinates)
     failure = own.run.failure
@@ -64,7 +64,7 @@ def _over_readings(extreme: np.ufunc, samples: np.ndarray, readings: Readings) -
     """The extreme of values since the sample before (N,) over each reading (n,)."""
     count = len(readings.speed)
     every = (len(samples) - 1) // max(count, 1)
-    return np.asarray(extreme.reduce(samples[1 : 1 + count * every].reshape(count, every), axis=1))
+    return np.asarray(extreme.reduce(samples[1 : 1 + count * every].reshape(count, every), axis=1, initial=np.nan))
 
 
 def _places(plan: Plan, places: tuple[Place, ...]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -118,7 +118,11 @@ def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
         },
         "chart": None
         if detection is None
-        else {"reference": detection.chart.reference, "threshold": detection.chart.threshold},
+        else {
+            "mean": detection.learnt,
+            "reference": detection.chart.reference,
+            "threshold": detection.chart.threshold,
+        },
         "delay": None
         if detection is None
         else {
@@ -145,20 +149,27 @@ def _largest(plan: Plan, places: tuple[Place, ...]) -> dict[str, Any] | None:
     return values | {"signal": best.signal, "change": best.after - best.before, "outcome": best.outcome}
 
 
+def _counted_from(s: dict[str, Any]) -> str:
+    return "the failure" if s["failure_time"] is not None else "the chart begins"
+
+
 def _sentence(s: dict[str, Any], plan: Plan) -> str:
     units = plan.machine.units
     if s["failure_time"] is None:
-        return "the specimen does not fail" + (f": damage {s['damage']:.4g}" if s["damage"] is not None else "")
-    said = f"the specimen fails at {s['failure_time']:.6g} {units.time}".rstrip()
+        said = "the specimen does not fail" + (f": damage {s['damage']:.4g}" if s["damage"] is not None else "")
+        if s["change"] is None:
+            return said
+    else:
+        said = f"the specimen fails at {s['failure_time']:.6g} {units.time}".rstrip()
     if s["change"] is None:
         return f"{said}; there are too few readings to tell the change of speed"
     told = f"{said}, the speed changes by {s['change']:.4g} {units.speed}".rstrip()
     mean = None if s["delay"] is None else s["delay"]["mean"]
     if mean is None:
         return f"{told}; that is not seen with certainty"
-    when = (
-        f"{mean:.4g} {units.time}".rstrip() + " later" if mean >= 0 else f"{-mean:.4g} {units.time}".rstrip() + " before that"
-    )
+    when = f"{abs(mean):.4g} {units.time}".rstrip() + (" later" if mean >= 0 else " before that")
+    if s["failure_time"] is None:
+        when = f"{mean:.4g} {units.time}".rstrip() + f" after {_counted_from(s)}"
     return f"{told}, which is seen {when} in the mean"
 
 
@@ -173,6 +184,8 @@ def _warnings(plan: Plan, findings: Findings, s: dict[str, Any]) -> list[str]:
         warnings.append("there are too few readings before or after the failure: run longer, or fail later")
     if s["energy_residual"] > _CLOSED:
         warnings.append(f"the energy balance closes only to {s['energy_residual']:.1e}: the run is not accurate")
+    if findings.undetected:
+        warnings.append(f"there is no chart: {findings.undetected}")
     if s["chart"] is not None and s["change"] is not None and abs(s["change"]) < 2 * s["chart"]["reference"]:
         warnings.append(
             f"the chart is made for changes of {2 * s['chart']['reference']:.3g}, and this one is smaller: a smaller "

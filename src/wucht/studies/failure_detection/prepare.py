@@ -70,6 +70,11 @@ class Plan:
     along: Varied | None
     second: Varied | None
 
+    @property
+    def gradual(self) -> bool:
+        """Whether the stiffness falls with the damage from the begin on."""
+        return self.spec.failure is not None and self.spec.failure.law == "linear"
+
     def failing(self, case: Case) -> FailingMachine:
         """The machine of a case, ready to run."""
         spec, machine, [model] = self.spec, case.machine, case.models
@@ -82,8 +87,8 @@ class Plan:
         if spec.failure is not None:
             asked = spec.failure
             whole = machine.values[asked.parameter]
-            falling = FallingStiffness(asked.parameter, whole, asked.remaining, asked.law == "drop")
-            begin = None if asked.law == "drop" else (spec.after or 0.0) + (spec.learning or 0.0)
+            falling = FallingStiffness(asked.parameter, whole, asked.remaining, not self.gradual)
+            begin = None if not self.gradual else (spec.after or 0.0) + (spec.learning or 0.0)
         return FailingMachine(
             machine, watched, model.initial, self.step, self.count, self.per_look,
             None if self.line is None else AccumulatedDamage(self.line), falling,

@@ -29,7 +29,8 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append(("chart", f"cumulative sum, k = {chart['reference']:.4g}, h = {chart['threshold']:.4g}{speed}"))
         delay = s["delay"]
         if delay["mean"] is not None:
-            lines.append(("seen", f"{delay['mean']:.4g}{time} after the failure in the mean; {_by(delay, time)}"))
+            since = "the failure" if s["failure_time"] is not None else "the chart begins"
+            lines.append(("seen", f"{delay['mean']:.4g}{time} after {since} in the mean; {_by(delay, time)}"))
         else:
             lines.append(("seen", f"not with certainty; {_by(delay, time)}"))
     if s["damage"] is not None:

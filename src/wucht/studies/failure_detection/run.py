@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 
 import numpy as np
 
+from wucht.errors import RunError
 from wucht.results.outcomes import Outcome
 from wucht.studies.failure_detection.averaged_speeds import AveragedSpeed, averaged_speed
 from wucht.studies.failure_detection.failing_machine import FailingRun
 from wucht.studies.failure_detection.prepare import Plan
 from wucht.studies.failure_detection.seen_speeds import Detection, Readings, Windows, detection_of, readings_of
+from wucht.studies.memory import Memory
 from wucht.studies.work import Work
 
 _OWN, _CHECKED = 0.3, 0.35  # shares of the work where other values are looked at
@@ -44,12 +46,13 @@ class Place:
 @dataclass(frozen=True, eq=False)
 class Findings:
     """own: the machine's own run. detection: of its failure. averaged: the speeds before and after by the averaged equations.
-    places: at other values."""
+    places: at other values. undetected: why there is no chart, if there should be one."""
 
     own: Seen
     detection: Detection | None = None
     averaged: tuple[AveragedSpeed, AveragedSpeed] | None = None
     places: tuple[Place, ...] = field(default_factory=tuple)
+    undetected: str = ""
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
@@ -58,16 +61,16 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     for failing in plan.failing(plan.case).run(work.part("own", 0.0, shares[0])):
         own = _seen(plan, failing)
         yield Findings(own)
-    detection = _detection(plan, own)
+    detection, undetected = _detection(plan, own)
     checked = work.part("averaged", *shares)
     averaged = None
     if own.readings.before is not None and own.readings.after is not None:
         averaged = tuple(checked.unit(f"{k}", partial(_averaged, plan, own, bool(k))) for k in (0, 1))
     checked.report(1.0, "averaged equations")
-    found = Findings(own, detection, averaged)  # type: ignore[arg-type]
+    found = Findings(own, detection, averaged, undetected=undetected)  # type: ignore[arg-type]
     yield found
     for places in _places(plan, work.part("variant", shares[1], 1.0)):
-        yield Findings(own, detection, found.averaged, places)
+        yield replace(found, places=places)
 
 
 def _seen(plan: Plan, failing: FailingRun) -> Seen:
@@ -83,22 +86,25 @@ def _windows(plan: Plan, failing: FailingRun) -> Windows:
         failed = watched = begin if end > begin else None
     else:
         broken = failing.standing.broken
-        over = end if broken is None else broken
-        gradual = spec.failure is not None and spec.failure.law == "linear"
-        learnt = (spec.after or 0.0) + (spec.learning or 0.0)
+        gradual, learnt = plan.gradual, (spec.after or 0.0) + (spec.learning or 0.0)
+        # What falls gradually may drive the exciter out of its resonance, and be spared from then on: it is seen all the same.
+        over = broken if broken is not None else learnt if gradual else end
         begin, failed, watched = (learnt, broken, learnt) if gradual else (over, broken, broken)
     after = begin / 2 if spec.after is None else spec.after
     until = begin if spec.learning is None else after + spec.learning
     normal = (after, min(until, end)) if min(until, end) > after else None
-    changed = ((over + end) / 2, end) if failed is not None and end > over else None
+    changed = ((over + end) / 2, end) if watched is not None and end > over else None
     return Windows(normal, changed, watched, failed)
 
 
-def _detection(plan: Plan, own: Seen) -> Detection | None:
+def _detection(plan: Plan, own: Seen) -> tuple[Detection | None, str]:
+    """How soon it is seen; None, and why, where there is no chart."""
     sensor = plan.spec.sensor
-    steady = plan.scheduled is not None or (plan.spec.failure is not None and plan.spec.failure.law == "drop")
     every = sensor.false_alarm_every / sensor.interval
-    return detection_of(own.readings, own.windows, sensor.noise, every, sensor.change, steady)
+    try:
+        return detection_of(own.readings, own.windows, sensor.noise, every, sensor.change, not plan.gradual), ""
+    except RunError as error:
+        return None, str(error)
 
 
 def _averaged(plan: Plan, own: Seen, failed: bool) -> AveragedSpeed:
@@ -112,7 +118,7 @@ def _averaged(plan: Plan, own: Seen, failed: bool) -> AveragedSpeed:
     if failed and plan.spec.failure is not None:
         falling = plan.failing(plan.case).falling
         assert falling is not None
-        machine = machine.with_unchecked({falling.parameter: falling.at(1.0)})
+        machine = machine.with_unchecked({falling.parameter: falling.value * float(own.run.course.stiffness[-1])})
     window = own.windows.changed if failed else own.windows.normal
     assert window is not None
     steady = machine.at(window[1] if failed else 0.0).changed(schedules=())
@@ -138,7 +144,7 @@ def _places(plan: Plan, work: Work) -> Iterator[tuple[Place, ...]]:
     for _ in range(1 + (_ROUNDS if plan.second is None else 0)):
         for values in wanted:
             part = work.part("", len(found) / total, (len(found) + 1) / total)
-            found[values] = part.unit(f"at {values}", partial(_place, plan, values))
+            found[values] = part.unit(f"at {values}", partial(_place, plan, values, replace(part, memory=Memory())))
             part.report(1.0, f"{len(found)} of {total} other values")
             yield tuple(found[v] for v in sorted(found))
         wanted = _between(sorted(found), found)
@@ -151,10 +157,10 @@ def _between(ordered: list[tuple[float, ...]], found: dict[tuple[float, ...], Pl
     return [((ordered[best][0] + one[0]) / 2,) for one in neighbours] if found[ordered[best]].signal else []
 
 
-def _place(plan: Plan, values: tuple[float, ...]) -> Place:
+def _place(plan: Plan, values: tuple[float, ...], work: Work) -> Place:
     paths = [v.parameter.path for v in (plan.along, plan.second) if v is not None]
     case = plan.case_at(dict(zip(paths, values, strict=True)))
-    *_, failing = plan.failing(case).run(Work())
+    *_, failing = plan.failing(case).run(work)
     seen = _seen(plan, failing)
     signal = None if failing.failure else seen.readings.signal(plan.spec.sensor.noise)
     return Place(values, seen.readings.before, seen.readings.after, signal, str(failing.verdict.outcome))

@@ -76,13 +76,15 @@ def _mean_and_deviation(values: np.ndarray, readings: int) -> tuple[float | None
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """chart: that watches the readings. probability (m,): of an alarm by each reading from ``watched`` on, at times (m,), the
-    readings beyond the run being those of its end, again and again. failed: when the specimen failed."""
+    """chart: that watches the readings. learnt: their mean before the failure. probability (m,): of an alarm by each from
+    ``watched`` on, at times (m,), the readings beyond the run being those of its end, again and again. counted_from: when the
+    specimen failed; where it did not, when the chart began."""
 
     chart: Cusum
+    learnt: float
     time: np.ndarray
     probability: np.ndarray
-    failed: float
+    counted_from: float
 
     @property
     def mean(self) -> float | None:
@@ -90,12 +92,12 @@ class Detection:
         if not len(self.time) or self.probability[-1] < _CERTAIN:
             return None
         shares = np.diff(self.probability, prepend=0.0)
-        return float((shares * (self.time - self.failed)).sum() / self.probability[-1])
+        return float((shares * (self.time - self.counted_from)).sum() / self.probability[-1])
 
     def quantile(self, probability: float) -> float | None:
         """By when after the failure it is seen with a probability; None where that is not reached."""
         seen = np.flatnonzero(self.probability >= probability)
-        return float(self.time[seen[0]] - self.failed) if len(seen) else None
+        return float(self.time[seen[0]] - self.counted_from) if len(seen) else None
 
 
 def detection_of(
@@ -104,32 +106,29 @@ def detection_of(
     """How soon a change is seen; None where there is no speed before, or nothing is watched after.
 
     noise: of a reading. every: readings between two false alarms. change: that is to be seen soonest. steady: the chart has
-    been running for long when the change comes, and has not alarmed; else it begins then. Raises ``RunError`` where there is no
-    chart.
+    been running for long when the change comes, and has not alarmed; else it begins then. Raises ``RunError`` where there is
+    no chart.
     """
-    before = readings.before
-    if before is None or windows.watched is None or windows.failed is None:
+    learnt = readings.speed[readings.normal][-_MOST_NORMAL:]
+    if readings.before is None or windows.watched is None:
         return None
     later = readings.time > windows.watched * (1 + 1e-12)
     if not later.any():
         return None
-    normal = _normal(readings.speed[readings.normal][-_MOST_NORMAL:] - before, noise)
+    # The mean of the readings as they came, which need not be that over whole beats: so they come again and again about zero.
+    mean = float(learnt.mean())
+    normal = np.zeros(1) if np.ptp(learnt) < _EVEN * noise else learnt - mean
     reference = (change or readings.deviation(noise)) / 2
     made = chart(reference, noise, every, normal)
-    changed, step = readings.speed[later] - before, readings.time[-1] - readings.time[-2]
-    again = readings.speed[readings.changed] - before
+    changed, step = readings.speed[later] - mean, readings.time[-1] - readings.time[-2]
+    again = readings.speed[readings.changed] - mean
     if len(again):
         changed = np.concatenate([changed, np.resize(again, _MOST_AHEAD)])
     time = readings.time[later][0] + step * np.arange(len(changed))
-    probability = made.detection(normal if steady else None, changed)
-    enough = int(np.searchsorted(probability, _CERTAIN)) + 1
-    kept = slice(0, max(enough, int(later.sum())))
-    return Detection(made, time[kept], probability[kept], windows.failed)
-
-
-def _normal(deviations: np.ndarray, noise: float) -> np.ndarray:
-    """What is expected again and again: the readings as they came, or one where they do not differ."""
-    return np.zeros(1) if np.ptp(deviations) < _EVEN * noise else deviations
+    probability = made.detection(normal if steady else None, changed, _CERTAIN)
+    return Detection(
+        made, mean, time[: len(probability)], probability, windows.watched if windows.failed is None else windows.failed
+    )
 
 
 def _inside(begin: np.ndarray, end: np.ndarray, between: tuple[float, float] | None) -> np.ndarray:
