@@ -28,7 +28,7 @@ QUESTIONS = {
     "interval": ({"failure": FAILURE | {"interval": 0.07}}, "study.failure.interval", "whole"),
     "gradual": ({"failure": FAILURE | {"law": "linear"}}, "study.learning", "after and learning say"),
     "a number": ({"failure": 0.8}, "study.failure", "must be a table"),
-    "late": ({"after": 9.0}, "study.after", "must end before study.until"),
+    "late": ({"after": 9.0}, "study.after", "must be before study.until, 8"),
     "no range": ({"along": "drive.slope"}, "study.range", "missing"),
     "second alone": ({"second": "drive.slope", "second_range": [1, 2]}, "study.along", "missing"),
     "second twice": (

@@ -109,7 +109,7 @@ class FailureDetection(Spec):
             failure.woehler.check("study.failure.woehler")
             ratio = sensor.interval / (failure.interval or sensor.interval)
             if abs(max(ratio, 1 / ratio) - round(max(ratio, 1 / ratio))) > 1e-9 * max(ratio, 1 / ratio):
-                allowed = f"must be a whole number of study.sensor.interval ({sensor.interval:g}), or a whole part of it"
+                allowed = f"must be a whole multiple of study.sensor.interval ({sensor.interval:g}), or a whole part of it"
                 raise InputError("study.failure.interval", failure.interval, allowed)
             if failure.law == "linear" and (self.learning is None or self.after is None):
                 missing = "learning" if self.after is not None else "after"
@@ -117,7 +117,8 @@ class FailureDetection(Spec):
                 raise InputError(f"study.{missing}", None, f"this key is missing: {why}")
         end = (self.after or 0.0) + (self.learning or 0.0)
         if end >= self.until:
-            raise InputError("study.after", self.after, f"with study.learning it must end before study.until, {self.until:g}")
+            learning = "" if self.learning is None else f"with study.learning ({self.learning:g}) "
+            raise InputError("study.after", self.after, f"must {learning}be before study.until, {self.until:g}")
         for path, between in (("along", "range"), ("second", "second_range")):
             if (getattr(self, path) is None) != (getattr(self, between) is None):
                 missing = path if getattr(self, path) is None else between
