@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a failure."""
     s = summary_of(result)
-    time, speed = (f" {u}" if u else "" for u in (result["time"].attrs["units"], result["speed"].attrs["units"]))
+    units = (result[name].attrs["units"] for name in ("time", "speed", "stiffness_work"))
+    time, speed, energy = (f" {unit}" if unit else "" for unit in units)
     lines = list[tuple[str, str]]()
     for name in ("before", "after"):
         if s[name]["speed"] is not None:
@@ -36,7 +37,7 @@ def report(result: xr.Dataset) -> list[str]:
     if s["damage"] is not None:
         lines.append(("damage", f"{s['damage']:.5g} at the end"))
     lines.append(
-        ("stiffness", f"{s['stiffness']:.4g} of the whole specimen's at the end, its work {s['stiffness_work']:.4g} J")
+        ("stiffness", f"{s['stiffness']:.4g} of the whole specimen's at the end, its work {s['stiffness_work']:.4g}{energy}")
     )
     lines.append(("energy", f"closes to {s['energy_residual']:.1e}"))
     if s["largest"] is not None:

@@ -65,9 +65,10 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     checked = work.part("averaged", *shares)
     averaged = None
     if own.readings.before is not None and own.readings.after is not None:
-        averaged = tuple(checked.unit(f"{k}", partial(_averaged, plan, own, bool(k))) for k in (0, 1))
+        before, after = (checked.unit(name, partial(_averaged, plan, own, name == "after")) for name in ("before", "after"))
+        averaged = before, after
     checked.report(1.0, "averaged equations")
-    found = Findings(own, detection, averaged, undetected=undetected)  # type: ignore[arg-type]
+    found = Findings(own, detection, averaged, undetected=undetected)
     yield found
     for places in _places(plan, work.part("variant", shares[1], 1.0)):
         yield replace(found, places=places)
