@@ -38,7 +38,7 @@ def _legend_above(axis: Axes) -> None:
     """Above what is drawn."""
     low, high = axis.get_ylim()
     axis.set_ylim(low, high + _ROOM * (high - low))
-    axis.legend(frameon=False, fontsize=7, loc="upper left", ncols=2)
+    axis.legend(framealpha=1.0, edgecolor="none", fontsize=7, loc="upper left", ncols=2, columnspacing=1.0, borderaxespad=0.2)
 
 
 def _failed(axis: Axes, result: xr.Dataset) -> None:
@@ -53,7 +53,7 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
     axis.plot(time, result["speed"].values, color=style.COLOURS[0], linewidth=1.0, label="without noise")
     levels = [x for x in (s["averaged"]["before"], s["averaged"]["after"]) if x is not None]
     for k, level in enumerate(levels):
-        axis.axhline(level, **style.line_style(1) | {"linestyle": ":"}, label=None if k else "averaged equations, means")
+        axis.axhline(level, **style.line_style(1) | {"linestyle": ":"}, label=None if k else "averaged equations")
     _failed(axis, result)
     axis.set_xlabel(_time_label(result, "reading_time"))
     axis.set_ylabel(style.label(result, "speed"))
@@ -90,7 +90,7 @@ def _seen(axis: Axes, result: xr.Dataset) -> None:
     if mean is not None:
         axis.axvline(mean, color=style.COLOURS[1], linestyle="--", linewidth=1.0, label="in the mean")
     axis.set_xlabel(style.label(result, "alarm_time"))
-    axis.legend(framealpha=0.9, fontsize=7, loc="lower right")
+    axis.legend(framealpha=0.9, fontsize=7, loc="upper left")
 
 
 def _stiffness(axis: Axes, result: xr.Dataset) -> None:
