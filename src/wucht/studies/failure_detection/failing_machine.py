@@ -226,8 +226,11 @@ class FailingMachine:
 
     def _found(self, courses: list[Course], standing: Standing) -> FailingRun:
         verdict = self._judged(standing.last, self._now(standing))
-        before = None if standing.begun is None else self._judged(standing.begun, self.machine.at(0.0).changed(schedules=()))
-        return FailingRun(Course.of(courses), standing, verdict, before)
+        if (begun := standing.begun) is None:
+            return FailingRun(Course.of(courses), standing, verdict, None)
+        # As if nothing came after it: the machine as it was then.
+        then = self.machine.at(begun.stored.end_time).changed(schedules=())
+        return FailingRun(Course.of(courses), standing, verdict, self._judged(begun, then))
 
     def _now(self, standing: Standing) -> Machine:
         """The machine with the stiffness that it has in the end."""

@@ -20,6 +20,8 @@ from wucht.studies.work import Work
 
 _OWN, _CHECKED = 0.3, 0.35  # shares of the work where other values are looked at
 _ROUNDS = 4  # of halving the steps to the values beside the best one
+_SETTLE = 3.0  # times the part over which the mean is taken
+_EVEN = 1e-4  # of the speed: readings that differ more are those of a motion that beats, or has not settled
 _BEATS = (Outcome.CAPTURED_MODULATED, Outcome.BALANCER_CAPTURED, Outcome.UNIDENTIFIED)
 
 
@@ -93,7 +95,8 @@ def _windows(plan: Plan, failing: FailingRun) -> Windows:
         begin, failed, watched = (learnt, broken, learnt) if gradual else (over, broken, broken)
     after = begin / 2 if spec.after is None else spec.after
     until = begin if spec.learning is None else after + spec.learning
-    normal = (after, min(until, end)) if min(until, end) > after else None
+    until = min(until, begin, end)
+    normal = (after, until) if until > after else None
     changed = ((over + end) / 2, end) if watched is not None and end > over else None
     return Windows(normal, changed, watched, failed)
 
@@ -122,17 +125,13 @@ def _averaged(plan: Plan, own: Seen, failed: bool) -> AveragedSpeed:
         machine = machine.with_unchecked({falling.parameter: falling.value * float(own.run.course.stiffness[-1])})
     window = own.windows.changed if failed else own.windows.normal
     assert window is not None
-    steady = machine.at(window[1] if failed else 0.0).changed(schedules=())
+    steady = machine.at(window[1] if failed else window[0]).changed(schedules=())
     # The averaged equations go on from the full motion, and have time to come to their own before the mean is taken.
     leg = standing.last if failed else standing.begun or standing.last
     start, part = leg.stored.end_state[: len(model.initial)], window[1] - window[0]
     spread = float(np.ptp(own.readings.speed[own.readings.changed if failed else own.readings.normal]))
     beats = verdict.outcome in _BEATS or spread > _EVEN * abs(mean)
     return averaged_speed(steady, mean, beats, start, (_SETTLE * part, part), plan.spec.tolerance, plan.spec.engine)
-
-
-_SETTLE = 3.0  # times the part over which the mean is taken
-_EVEN = 1e-4  # of the speed: readings that differ more are those of a motion that beats, or has not settled
 
 
 def _places(plan: Plan, work: Work) -> Iterator[tuple[Place, ...]]:
