@@ -26,3 +26,10 @@ def test_counting_alone():
     with contextlib.redirect_stdout(printed):
         exec(compile(code, "docs/load-spectra.md", "exec"), {})
     assert printed.getvalue() == said
+
+
+def test_when_the_specimen_fails(wucht, here):
+    said = re.search(r"## When the specimen fails.*?```text\n(.*?)```", TEXT, re.DOTALL).group(1)
+    out = wucht("run", "drozdetskaya-2020/failure-of-the-specimen", "-o", "results").out
+    assert out.startswith(said)
+    assert "its work -0.83" in out

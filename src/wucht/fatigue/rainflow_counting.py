@@ -21,8 +21,8 @@ def rainflow(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
     points = turning_points(values)
     if residue == "repeat":
         return _of_repeated(points)
-    cycles, halves = _counted(points)
-    return cycles if residue == "drop" else cycles.joined(Cycles.between(halves[:-1], halves[1:], _halves(halves)))
+    cycles, rest = closed_cycles(points)
+    return cycles if residue == "drop" else cycles.joined(half_cycles(rest))
 
 
 def range_pairs(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
@@ -33,12 +33,12 @@ def range_pairs(values: np.ndarray, residue: Residue = "half-cycles") -> Cycles:
     """
     if residue != "half-cycles":
         return rainflow(values, residue)
-    cycles, rest = _counted(turning_points(values))
+    cycles, rest = closed_cycles(turning_points(values))
     forward, rest = _paired(rest)
     backward, rest = _paired(rest[::-1])
     pairs = np.concatenate([forward, backward])
     cycles = cycles.joined(Cycles.between(pairs[:, 0], pairs[:, 1], np.ones(len(pairs))))
-    return cycles.joined(Cycles.between(rest[:-1], rest[1:], _halves(rest)))
+    return cycles.joined(half_cycles(rest))
 
 
 def _paired(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -52,8 +52,10 @@ def _paired(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array(pairs).reshape(-1, 2), np.array(kept)
 
 
-def _counted(points: np.ndarray) -> tuple[Cycles, np.ndarray]:
+def closed_cycles(points: np.ndarray) -> tuple[Cycles, np.ndarray]:
     """The closed cycles of turning points (m,), and the points (k,) of the ranges that close none, in their order.
+
+    Counting may go on from these: followed by the turning points that come later they give the cycles that close then.
 
     A cycle closes where a range is no larger than that before and that after it: the four-point rule, which finds the cycles of
     ASTM's rule of three points, those at the begin of the history among them.
@@ -72,8 +74,9 @@ def _counted(points: np.ndarray) -> tuple[Cycles, np.ndarray]:
     return Cycles.between(np.array(one), np.array(other), np.ones(len(one))), np.array(kept)
 
 
-def _halves(points: np.ndarray) -> np.ndarray:
-    return np.full(max(len(points) - 1, 0), 0.5)
+def half_cycles(points: np.ndarray) -> Cycles:
+    """The ranges between turning points (k,), one half each."""
+    return Cycles.between(points[:-1], points[1:], np.full(max(len(points) - 1, 0), 0.5))
 
 
 def _of_repeated(points: np.ndarray) -> Cycles:
@@ -81,5 +84,5 @@ def _of_repeated(points: np.ndarray) -> Cycles:
     if len(points) < 2:
         return Cycles.none()
     top = int(points.argmax())
-    cycles, halves = _counted(turning_points(np.concatenate([points[top:], points[: top + 1]])))
+    cycles, halves = closed_cycles(turning_points(np.concatenate([points[top:], points[: top + 1]])))
     return cycles.joined(Cycles.between(halves[:1], halves[1:2], np.ones(1)))

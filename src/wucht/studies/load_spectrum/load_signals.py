@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import sympy as sp
 
 from wucht.errors import InputError
 from wucht.fatigue.turning_points import TurningPoints
@@ -87,20 +88,22 @@ class SignalWatch:
         return Seen(self.watch.looked(seen.observation, motion), points)
 
 
-def machine_signal(machine: Machine, name: str, direction: str | None) -> MachineSignal:
+def machine_signal(machine: Machine, name: str, direction: str | None, where: str = "study") -> MachineSignal:
     """A signal of the carrier's motion. Raises ``InputError`` for a machine without a carrier, or without that direction."""
     units, system = machine.units, machine.system
-    allowed = machine.free_labels if name == "acceleration" else machine.labels
+    allowed = machine.free_labels if name in ("acceleration", "spring-force") else machine.labels
     if not allowed:
-        raise InputError("study.signal", name, "this machine's carrier does not move")
+        raise InputError(f"{where}.signal", name, "this machine's carrier does not move")
     if direction is not None and direction not in allowed:
-        raise InputError("study.direction", direction, f"must be one of {', '.join(allowed)}")
+        raise InputError(f"{where}.direction", direction, f"must be one of {', '.join(allowed)}")
     label = direction or allowed[0]
     coordinate = dict(zip(machine.labels, machine.carrier, strict=True))[label]
     turns = label == "r"
+    force = units.torque if turns else units.force
     expressions: Mapping[str, tuple[object, str]] = {
         "displacement": (coordinate.position, "rad" if turns and units.time else units.length),
-        "bearing-force": (system.output(f"bearing_force_{label}").expression, units.torque if turns else units.force),
+        "spring-force": (_spring_force(machine, label), force),
+        "bearing-force": (system.output(f"bearing_force_{label}").expression, force),
     }
     if name == "acceleration":
         rate = system.derivatives[machine.row(coordinate.velocity)]
@@ -108,8 +111,18 @@ def machine_signal(machine: Machine, name: str, direction: str | None) -> Machin
     else:
         rate, unit = expressions[name]
     evaluator = Evaluator.of(system, [rate], [_VALUE])
-    what = {"bearing-force": "bearing moment" if turns else "bearing force"}.get(name, f"{name} of the carrier")
+    kind = "moment" if turns else "force"
+    named = {"bearing-force": f"bearing {kind}", "spring-force": f"{kind} of the springs"}
+    what = named.get(name, f"{name} of the carrier")
     return MachineSignal(f"{what} in {label}", unit, machine, evaluator)
+
+
+def _spring_force(machine: Machine, label: str) -> sp.Expr:
+    """The force of the carrier's springs that answers its displacement, along a free direction: K q."""
+    if label not in machine.free_labels:
+        return sp.S.Zero
+    row = machine.linear_carrier.stiffness.row(machine.free_labels.index(label))
+    return sp.Add(*(c * q.position for c, q in zip(row, machine.free_carrier, strict=True)))
 
 
 def record_signal(asked: Record, records: Records) -> RecordSignal:

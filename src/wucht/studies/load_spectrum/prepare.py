@@ -60,7 +60,8 @@ def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
     if isinstance(signal, RecordSignal):  # how far a machine goes is known only when it has run
         check_width(signal.channel.values, width)
     reference = _in_unit(spec.reference, unit, "reference", "reference")
-    return Plan(spec, signal, case, reference, width, None if spec.woehler is None else _line(spec.woehler, unit), warnings)
+    line = None if spec.woehler is None else woehler_line(spec.woehler, unit, "study.woehler")
+    return Plan(spec, signal, case, reference, width, line, warnings)
 
 
 def check_width(values: np.ndarray, width: float | None) -> None:
@@ -71,11 +72,11 @@ def check_width(values: np.ndarray, width: float | None) -> None:
         raise InputError("study.class_width", width, f"{allowed}, in {_MOST_CLASSES} classes at most")
 
 
-def _line(asked: Woehler, unit: str) -> WoehlerLine:
-    """The Woehler line in the signal's unit. Raises ``InputError``."""
-    knee = _in_unit(asked.SD, unit, "amplitude at the knee", "woehler.SD")
-    if knee is None or knee <= 0:
-        raise InputError("study.woehler.SD", asked.SD, "must be an amplitude greater than 0")
+def woehler_line(asked: Woehler, unit: str, where: str) -> WoehlerLine:
+    """The Woehler line in the signal's unit. where: its table. Raises ``InputError``."""
+    knee = read_quantity(Unit(unit, "amplitude at the knee"), asked.SD, f"{where}.SD")
+    if knee <= 0:
+        raise InputError(f"{where}.SD", asked.SD, "must be an amplitude greater than 0")
     below = slope_below(asked.k, asked.miner or "elementary") if asked.k2 is None else asked.k2
     return WoehlerLine(asked.k, asked.ND, knee, below)
 

@@ -14,9 +14,11 @@ from wucht.fields import Described, si
 from wucht.studies.run_up.spec import RunUp, SingleRun
 from wucht.studies.spec import Quantity
 
-COMPUTED = ("displacement", "bearing-force", "acceleration")
+COMPUTED = ("displacement", "spring-force", "bearing-force", "acceleration")
+MachineSignalName = Literal["displacement", "spring-force", "bearing-force", "acceleration"]
 _SIGNALS = (
-    "'displacement', 'bearing-force' or 'acceleration' of a machine's run-up, or a record: { file = FILE, column = NAME }"
+    "'displacement', 'spring-force', 'bearing-force' or 'acceleration' of a machine's run-up, or a record: "
+    "{ file = FILE, column = NAME }"
 )
 
 
@@ -46,6 +48,11 @@ class Woehler(Described):
     miner: Literal["original", "elementary", "haibach"] | None = Field(None, description="rule for amplitudes below the knee")
     k2: float | None = si("", "slope below the knee", default=None, gt=0)
 
+    def check(self, where: str) -> None:
+        """One rule for what lies below the knee."""
+        if self.k2 is not None and self.miner is not None:
+            raise InputError(f"{where}.k2", self.k2, "give either k2 or miner")
+
 
 def _signal(given: Any) -> Any:
     if isinstance(given, Mapping):
@@ -55,40 +62,44 @@ def _signal(given: Any) -> Any:
     return given
 
 
-def _woehler(given: Any) -> Any:
-    table = isinstance(given, Mapping)
-    if not table and not isinstance(given, Woehler):
-        raise ValueError("must be a table: woehler = { k = SLOPE, ND = CYCLES, SD = AMPLITUDE }")
-    return checked(Woehler, given, "study.woehler") if table else given
+def woehler_at(where: str) -> BeforeValidator:
+    """Reads a Woehler line from the table at a place."""
+
+    def read(given: Any) -> Any:
+        if isinstance(given, Mapping):
+            return checked(Woehler, given, where)
+        if given is not None and not isinstance(given, Woehler):
+            raise ValueError("must be a table: woehler = { k = SLOPE, ND = CYCLES, SD = AMPLITUDE }")
+        return given
+
+    return BeforeValidator(read)
 
 
 class LoadSpectrum(SingleRun):
     """Count the cycles of a load, in a machine's run-up or in a record: spectrum, range-mean matrix, damage.
 
-    signal: ``"displacement"`` of the carrier, ``"bearing-force"`` or ``"acceleration"`` in a ``direction`` (by default the
-    first that the machine has), or a record, with its file and column. after: the time from which on is counted, so that the
-    run-up itself can be left out. counting: ``"rainflow"`` or ``"range-pair"``, ``"level-crossing"``, ``"peaks"`` (ASTM
-    E1049). residue: what becomes of ranges that close no cycle: ``"half-cycles"``, ``"repeat"`` (the history comes again and
-    again) or ``"drop"``. reference: of level crossings and peaks; without one all rising crossings and all peaks count.
-    class_width: of the classes of range and level; by default each range stands for itself, as far as they are few. woehler: a
-    Woehler line, for the damage. until, turns, settled, start, model, inertia, order, tolerance, speed_limit, engine: of the
-    run-up, see ``RunUp``.
+    signal: ``"displacement"`` of the carrier, ``"spring-force"``, ``"bearing-force"`` or ``"acceleration"`` in a ``direction``
+    (by default the first that the machine has), or a record, with its file and column. after: the time from which on is
+    counted, so that the run-up itself can be left out. counting: ``"rainflow"``, ``"range-pair"``, ``"level-crossing"`` or
+    ``"peaks"`` (ASTM E1049). residue: what becomes of ranges that close no cycle: ``"half-cycles"``, ``"repeat"`` (the history
+    comes again and again) or ``"drop"``. reference: of level crossings and peaks; without one all rising crossings and all
+    peaks count. class_width: of the classes of range and level; by default each range stands for itself, as far as they are
+    few. woehler: a Woehler line, for the damage. until, turns, settled, start, model, inertia, order, tolerance, speed_limit,
+    engine: of the run-up, see ``RunUp``.
     """
 
     kind: ClassVar[str] = "load-spectrum"
     subject: ClassVar[str] = "wucht.studies.load_spectrum.machine_or_records:MACHINE_OR_RECORDS"
     meaning: ClassVar[tuple[str, ...]] = (*SingleRun.meaning, "signal")
 
-    signal: Annotated[Literal["displacement", "bearing-force", "acceleration"] | Record, BeforeValidator(_signal)] = Field(
-        "displacement", description="signal"
-    )
+    signal: Annotated[MachineSignalName | Record, BeforeValidator(_signal)] = Field("displacement", description="signal")
     direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the signal")
     after: float | None = si("s", "time from which on is counted", default=None, ge=0)
     counting: Literal["rainflow", "range-pair", "level-crossing", "peaks"] = Field("rainflow", description="counting method")
     residue: Residue = Field("half-cycles", description="what becomes of ranges that close no cycle")
     reference: Quantity | None = Field(None, description="reference of level crossings and peaks")
     class_width: Quantity | None = Field(None, description="width of the classes")
-    woehler: Annotated[Woehler | None, BeforeValidator(_woehler)] = Field(None, description="Woehler line")
+    woehler: Annotated[Woehler | None, woehler_at("study.woehler")] = Field(None, description="Woehler line")
 
     @property
     def record(self) -> Record | None:
@@ -109,8 +120,8 @@ class LoadSpectrum(SingleRun):
             raise InputError("study.reference", self.reference, "allowed only with counting = 'level-crossing' or 'peaks'")
         if self.counting in ("level-crossing", "peaks") and self.residue == "drop":
             raise InputError("study.residue", self.residue, "must be 'half-cycles' or 'repeat': here is no residue to drop")
-        if self.woehler is not None and self.woehler.k2 is not None and self.woehler.miner is not None:
-            raise InputError("study.woehler.k2", self.woehler.k2, "give either k2 or miner")
+        if self.woehler is not None:
+            self.woehler.check("study.woehler")
         super().check()
 
     def run_up(self) -> RunUp:

@@ -1,0 +1,244 @@
+"""A machine whose stiffness falls while it runs: by its schedules, or with the damage that has been counted so far.
+
+Between two looks at the damage the stiffness is constant. At each look it may jump at the state of the moment: what the spring
+then holds less is energy that leaves the machine, and is booked as work of the stiffness, as a schedule's is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+
+import numpy as np
+
+from wucht.fatigue.accumulated_damage import AccumulatedDamage
+from wucht.machines.machine import LOST, SUPPLIED, Machine
+from wucht.machines.operation import free_speed
+from wucht.machines.schedules import SCHEDULED
+from wucht.numerics.flow.compiled import CompiledSystem
+from wucht.numerics.flow.trajectory import Trajectory
+from wucht.numerics.observers.energy_balance import EnergyBalance
+from wucht.studies.load_spectrum.load_signals import Seen
+from wucht.studies.motion.observation import motion_of
+from wucht.studies.motion.verdict import Verdict, judge
+from wucht.studies.motion.watched import Leg, Watched
+from wucht.studies.run_up.horizon import SPEED_LIMIT
+from wucht.studies.work import Work
+
+_LOOKS_A_UNIT = 50
+
+
+@dataclass(frozen=True)
+class FallingStiffness:
+    """How the stiffness falls with the damage D. value: of the whole specimen. remaining: share that is left in the end.
+    at_once: when D reaches 1; else by the share D of what is lost in all."""
+
+    parameter: str
+    value: float
+    remaining: float
+    at_once: bool
+
+    def at(self, damage: float) -> float:
+        """The stiffness at a damage."""
+        lost = float(damage >= 1.0) if self.at_once else min(damage, 1.0)
+        return self.value * (1 - lost * (1 - self.remaining))
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """What was seen at the samples (N,) of a run, the first at its begin: the angle of the main rotor, the stiffness as a share
+    of the first, the damage, the largest and the smallest value of the load since the sample before (nan where it did not turn
+    back), the residual of the energy balance, and the work of the changing stiffness."""
+
+    time: np.ndarray
+    angle: np.ndarray
+    stiffness: np.ndarray
+    damage: np.ndarray
+    highest: np.ndarray
+    lowest: np.ndarray
+    residual: np.ndarray
+    work: np.ndarray
+
+    @classmethod
+    def of(cls, parts: list[Course]) -> Course:
+        """One of several that follow each other."""
+        names = cls.__dataclass_fields__
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where a run stands. last: its motion. damage: None where nothing is counted. balance: of the energy. jumped: work of the
+    stiffness at its jumps. broken: when the damage reached 1, at the look that found it. begun: the verdict on the motion when
+    the stiffness began to fall."""
+
+    last: Leg[Seen]
+    balance: EnergyBalance
+    damage: AccumulatedDamage | None = None
+    jumped: float = 0.0
+    broken: float | None = None
+    begun: Leg[Seen] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A unit of work: where it ends, and what was seen in it."""
+
+    standing: Standing
+    course: Course
+
+
+@dataclass(frozen=True, eq=False)
+class FailingRun:
+    """A run so far. verdict: on its end; before: on the motion when the stiffness began to fall, None where it has not."""
+
+    course: Course
+    standing: Standing
+    verdict: Verdict
+    before: Verdict | None
+
+    @property
+    def failure(self) -> str | None:
+        """Why it ended early."""
+        return self.standing.last.stored.failure
+
+
+@dataclass(frozen=True)
+class FailingMachine:
+    """A machine that is ready to run.
+
+    initial: the state (n,) from which it starts. step: between samples; count: how many; per_look: of them between two looks at
+    the damage. damage, falling: of the load, and what that does to the stiffness; None: a schedule makes it fall. scheduled:
+    then the share of the stiffness (N,) at times (N,). begin: until when the motion is that before the failure; None: until the
+    stiffness falls.
+    """
+
+    machine: Machine
+    watched: Watched[Seen]
+    initial: np.ndarray
+    step: float
+    count: int
+    per_look: int
+    damage: AccumulatedDamage | None = None
+    falling: FallingStiffness | None = None
+    scheduled: Callable[[np.ndarray], np.ndarray] | None = field(default=None, compare=False)
+    begin: float | None = None
+
+    @property
+    def compiled(self) -> CompiledSystem:
+        """The equations."""
+        return self.watched.compiled
+
+    @cached_property
+    def _row(self) -> int:
+        assert self.falling is not None
+        return self.machine.system.parameter_names.index(self.falling.parameter)
+
+    def run(self, work: Work) -> Iterator[FailingRun]:
+        """The run after each unit of work."""
+        first = self.watched.begin(self.initial, self.machine.system.values(self.machine.values))
+        standing = Standing(first, EnergyBalance(), self.damage)
+        balance, course = self._seen(standing, first.stored)
+        standing, courses = replace(standing, balance=balance), [course]
+        looks = -(-self.count // self.per_look)
+        yield self._found(courses, standing)
+        for number, look in enumerate(range(0, looks, _LOOKS_A_UNIT), 1):
+            if standing.last.stored.ended:
+                return
+            stretch = work.unit(f"leg {number}", partial(self._stretch, standing, look, min(look + _LOOKS_A_UNIT, looks), work))
+            standing = stretch.standing
+            courses.append(stretch.course)
+            yield self._found(courses, standing)
+
+    def _stretch(self, standing: Standing, first: int, last: int, work: Work) -> Stretch:
+        courses = list[Course]()
+        for look in range(first, last):
+            begin, end = look * self.per_look, min((look + 1) * self.per_look, self.count)
+            grid = self.step * np.arange(begin, end + 1)
+            standing, course = self._look(standing, grid)
+            courses.append(course)
+            work.report(end / self.count)
+            if standing.last.stored.ended:
+                break
+        return Stretch(standing, Course.of(courses))
+
+    def _look(self, standing: Standing, grid: np.ndarray) -> tuple[Standing, Course]:
+        """The motion over a grid at constant stiffness, and what becomes of that at its end."""
+        begun = standing.begun
+        if begun is None and self.begin is not None and grid[-1] > self.begin:
+            begun = standing.last
+        seen = standing.last.seen
+        fresh = replace(standing.last, seen=replace(seen, points=seen.points.forgotten()))
+        leg = self.watched.leg(fresh, grid)
+        looked = self.watched.observation(leg)
+        leg = replace(leg, seen=looked, waiting=(leg.waiting[-1].tail(1),))
+        standing = replace(standing, last=leg, begun=begun)
+        if standing.damage is not None:
+            standing = replace(standing, damage=standing.damage.after(looked.points.values))
+        balance, course = self._seen(standing, leg.stored)
+        # The first sample is the last one of the motion before.
+        course = Course(*(getattr(course, name)[1:] for name in Course.__dataclass_fields__))
+        return self._fallen(replace(standing, balance=balance)), course
+
+    def _fallen(self, standing: Standing) -> Standing:
+        """With the stiffness that the damage leaves, and the energy that goes with its change."""
+        if self.falling is None or standing.damage is None or standing.last.stored.ended:
+            return standing
+        stored, total = standing.last.stored, standing.damage.total
+        left, broken = self.falling.at(total), standing.broken
+        broken = stored.end_time if broken is None and total >= 1.0 else broken
+        if left == stored.parameters[self._row]:
+            return replace(standing, broken=broken)
+        begun = standing.begun or (standing.last if self.begin is None else None)
+        changed = stored.parameters.copy()
+        changed[self._row] = left
+        last = stored.tail(1)
+        before, after = (float(self._energy(replace(last, parameters=p))[0]) for p in (stored.parameters, changed))
+        moved, waiting = replace(stored, parameters=changed), standing.last.waiting[-1]
+        leg = replace(standing.last, stored=moved, waiting=(replace(waiting, parameters=changed),))
+        return replace(standing, last=leg, jumped=standing.jumped + after - before, broken=broken, begun=begun)
+
+    def _energy(self, motion: Trajectory) -> np.ndarray:
+        return np.asarray(self.compiled.outputs(motion.time, motion.states, motion.parameters)["stored_energy"])
+
+    def _seen(self, standing: Standing, motion: Trajectory) -> tuple[EnergyBalance, Course]:
+        """At the samples of a motion, the first of which is the last of the motion before."""
+        time, works = motion.time, motion.quadratures
+        carried = works.get(SCHEDULED, np.zeros(len(time))) + standing.jumped
+        balance, residual = standing.balance.after(self._energy(motion), np.array([works[SUPPLIED], carried]), works[LOST])
+        highest, lowest = np.full(len(time), -np.inf), np.full(len(time), np.inf)
+        points = standing.last.seen.points
+        at = np.clip(np.searchsorted(time, points.time), 0, len(time) - 1)
+        np.maximum.at(highest, at, points.values)
+        np.minimum.at(lowest, at, points.values)
+        highest, lowest = (np.where(np.isfinite(x), x, np.nan) for x in (highest, lowest))
+        angle = motion_of(self.machine, motion, self.machine.rotor)[0]
+        total = np.full(len(time), np.nan if standing.damage is None else standing.damage.total)
+        return balance, Course(time, angle, self._stiffness(motion), total, highest, lowest, residual, carried)
+
+    def _stiffness(self, motion: Trajectory) -> np.ndarray:
+        """As a share of that of the whole specimen."""
+        if self.falling is not None:
+            return np.full(len(motion.time), motion.parameters[self._row] / self.falling.value)
+        assert self.scheduled is not None
+        return self.scheduled(motion.time)
+
+    def _found(self, courses: list[Course], standing: Standing) -> FailingRun:
+        verdict = self._judged(standing.last, self._now(standing))
+        if (begun := standing.begun) is None:
+            return FailingRun(Course.of(courses), standing, verdict, None)
+        # As if nothing came after it: the machine as it was then.
+        then = self.machine.at(begun.stored.end_time).changed(schedules=())
+        return FailingRun(Course.of(courses), standing, verdict, self._judged(begun, then))
+
+    def _now(self, standing: Standing) -> Machine:
+        """The machine with the stiffness that it has in the end."""
+        if self.falling is None:
+            return self.machine
+        return self.machine.with_unchecked({self.falling.parameter: float(standing.last.stored.parameters[self._row])})
+
+    def _judged(self, leg: Leg[Seen], machine: Machine) -> Verdict:
+        stored, seen = leg.stored, self.watched.observation(leg).observation
+        free = free_speed(machine.at(stored.end_time), machine.rotor, stored.end_time)
+        return judge(machine, seen, free, stored.failure, stored.stopped_by == SPEED_LIMIT)

@@ -1,0 +1,129 @@
+"""The question of a specimen's failure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
+
+from pydantic import BeforeValidator, Field
+
+from wucht.checking import checked
+from wucht.errors import InputError
+from wucht.fields import Described, si
+from wucht.studies.load_spectrum.spec import MachineSignalName, Woehler, woehler_at
+from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Pair, Path, Spec, Start, Tolerance, Whole
+
+STIFFNESS = "carrier.stiffness"
+MOST_POINTS, MOST_READINGS = 200, 20_000
+_FEWEST_BETWEEN_ALARMS = 10.0  # readings
+T = TypeVar("T", bound=Described)
+
+
+class Failure(Described):
+    """The stiffness falls with the damage of a load.
+
+    parameter: what falls, the specimen's stiffness. remaining: the share of it that is left in the end. law: how it falls with
+    Miner's sum D, ``"drop"``: nothing until D = 1, then at once; ``"linear"``: by the share D of what is lost in all, until
+    D = 1. signal, direction: of the load. woehler: the specimen's Woehler line. interval: after which damage and stiffness are
+    brought up to date; None: that of the sensor.
+    """
+
+    parameter: Path = STIFFNESS
+    remaining: float = si("", "share of the stiffness that is left", ge=0, lt=1)
+    law: Literal["drop", "linear"] = Field("drop", description="how the stiffness falls with the damage")
+    signal: MachineSignalName = Field("displacement", description="load of the specimen")
+    direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the load")
+    woehler: Annotated[Woehler, woehler_at("study.failure.woehler")] = Field(description="Woehler line")
+    interval: float | None = si("s", "time between two looks at the damage", default=None, gt=0)
+
+
+class Sensor(Described):
+    """A slow counter of turns, and the chart that watches it.
+
+    interval: over which each reading is the mean speed of the main rotor. noise: standard deviation of a reading.
+    false_alarm_every: mean time between two false alarms. change: the change of speed that is to be seen soonest; None: the
+    standard deviation of the readings, beating included. seed: of the noise in the readings that are shown.
+    """
+
+    interval: float = si("s", "time between two readings", gt=0)
+    noise: float = si("rad/s", "standard deviation of a reading", gt=0)
+    false_alarm_every: float = si("s", "mean time between two false alarms", gt=0)
+    change: float | None = si("rad/s", "change of speed that is to be seen soonest", default=None, gt=0)
+    seed: Whole = Field(0, ge=0, description="seed of the noise that is shown")
+
+
+def _table_of(cls: type[T], where: str, example: str) -> BeforeValidator:
+    def read(given: Any) -> Any:
+        if isinstance(given, Mapping):
+            return checked(cls, given, where)
+        if given is not None and not isinstance(given, cls):
+            raise ValueError(f"must be a table: {example}")
+        return given
+
+    return BeforeValidator(read)
+
+
+_FAILURE = _table_of(Failure, "study.failure", "failure = { remaining = SHARE, woehler = { k = ..., ND = ..., SD = ... } }")
+_SENSOR = _table_of(Sensor, "study.sensor", "sensor = { interval = TIME, noise = SPEED, false_alarm_every = TIME }")
+
+
+class FailureDetection(Spec):
+    """Let the specimen fail, and see how the exciter's speed tells it.
+
+    The stiffness falls by a schedule of the machine, or with the damage that its load does (``failure``). until: end of the
+    run. start: the initial state, see ``initial_state``. after: from when on the speed before the failure is taken; None: the
+    second half of the time before it. learning: how long that lasts; None: until the stiffness begins to fall. sensor: of the
+    speed. along, range, points: a parameter over which the signal at the failure (change of speed over the standard deviation
+    of the readings) is looked for, and its largest value; second, second_range, second_points: another one. tolerance, engine:
+    of the integration, see ``RunUp``.
+    """
+
+    kind: ClassVar[str] = "failure-detection"
+
+    until: float = si("s", "time", gt=0)
+    start: Start = Field(default_factory=dict)
+    failure: Annotated[Failure | None, _FAILURE] = Field(None, description="failure by damage")
+    sensor: Annotated[Sensor, _SENSOR] = Field(description="sensor of the speed")
+    after: float | None = si("s", "time from which on the speed is taken", default=None, ge=0)
+    learning: float | None = si("s", "time over which the speed before the failure is taken", default=None, gt=0)
+    along: Path | None = None
+    range: Pair | None = None
+    points: Whole = Field(21, ge=2, le=MOST_POINTS, description="values of the parameter")
+    second: Path | None = None
+    second_range: Pair | None = None
+    second_points: Whole = Field(5, ge=2, le=MOST_POINTS, description="values of the second parameter")
+    tolerance: Tolerance = DEFAULT_TOLERANCE
+    engine: Engine | None = None
+
+    def check(self) -> None:
+        """Keys that belong together, and times that fit each other."""
+        sensor, failure = self.sensor, self.failure
+        if sensor.false_alarm_every < _FEWEST_BETWEEN_ALARMS * sensor.interval:
+            least = _FEWEST_BETWEEN_ALARMS * sensor.interval
+            raise InputError(
+                "study.sensor.false_alarm_every", sensor.false_alarm_every, f"must be at least ten readings, {least:g}"
+            )
+        if self.until / sensor.interval > MOST_READINGS:
+            raise InputError("study.sensor.interval", sensor.interval, f"must be at least study.until/{MOST_READINGS}")
+        if failure is not None:
+            failure.woehler.check("study.failure.woehler")
+            ratio = sensor.interval / (failure.interval or sensor.interval)
+            if abs(max(ratio, 1 / ratio) - round(max(ratio, 1 / ratio))) > 1e-9 * max(ratio, 1 / ratio):
+                allowed = f"must be a whole multiple of study.sensor.interval ({sensor.interval:g}), or a whole part of it"
+                raise InputError("study.failure.interval", failure.interval, allowed)
+            if failure.law == "linear" and (self.learning is None or self.after is None):
+                missing = "learning" if self.after is not None else "after"
+                why = "where the stiffness falls from the begin on, after and learning say when the speed is taken"
+                raise InputError(f"study.{missing}", None, f"this key is missing: {why}")
+        end = (self.after or 0.0) + (self.learning or 0.0)
+        if end >= self.until:
+            learning = "" if self.learning is None else f"with study.learning ({self.learning:g}) "
+            raise InputError("study.after", self.after, f"must {learning}be before study.until, {self.until:g}")
+        for path, between in (("along", "range"), ("second", "second_range")):
+            if (getattr(self, path) is None) != (getattr(self, between) is None):
+                missing = path if getattr(self, path) is None else between
+                raise InputError(f"study.{missing}", None, f"this key is missing; {path} and {between} belong together")
+        if self.second is not None and self.along is None:
+            raise InputError("study.along", None, "this key is missing; second is given")
+        if self.second is not None and self.second == self.along:
+            raise InputError("study.second", self.second, "must be another parameter than along")

@@ -1,0 +1,84 @@
+"""The cumulative sum chart against the tables of the field, and against simulation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.errors import RunError
+from wucht.measurements.cusum import Cusum, chart
+
+NONE = np.zeros(1)
+# D. C. Montgomery, Introduction to Statistical Quality Control, table 9.3, after J. M. Lucas: average run lengths of the
+# two-sided chart with k = 1/2 over the shift of the mean in standard deviations.
+TABLE = {
+    4.0: {0.0: 168, 0.25: 74.2, 0.5: 26.6, 0.75: 13.3, 1.0: 8.38, 1.5: 4.75, 2.0: 3.34, 2.5: 2.62, 3.0: 2.19, 4.0: 1.71},
+    5.0: {0.0: 465, 0.25: 139, 0.5: 38.0, 0.75: 17.0, 1.0: 10.4, 1.5: 5.75, 2.0: 4.01, 2.5: 3.11, 3.0: 2.57, 4.0: 2.01},
+}
+
+
+@pytest.mark.parametrize(("threshold", "shift"), [(h, shift) for h, row in TABLE.items() for shift in row])
+def test_run_lengths_are_those_of_the_table(threshold, shift):
+    printed = TABLE[threshold][shift]
+    digit = 10.0 ** (math.floor(math.log10(printed)) - 2)
+    assert Cusum(0.5, threshold, 1.0).between_alarms(np.array([shift])) == pytest.approx(printed, abs=0.51 * digit)
+
+
+def siegmund(threshold: float, reference: float) -> float:
+    """D. Siegmund, Sequential Analysis, 1985: of one side, without a shift."""
+    d, b = -reference, threshold + 1.166
+    return (math.exp(-2 * d * b) + 2 * d * b - 1) / (2 * d * d)
+
+
+@pytest.mark.parametrize(("reference", "readings"), [(0.25, 1e3), (0.5, 1e4), (0.5, 1e7), (0.35, 1e6)])
+def test_a_chart_has_the_false_alarms_that_are_wanted(reference, readings):
+    """In any unit; by Siegmund's formula, which is good to a few per cent where k is no more than half a deviation."""
+    unit = 3.7
+    made = chart(unit * reference, unit, readings, NONE)
+    assert made.between_alarms(NONE) == pytest.approx(readings, rel=1e-5)
+    assert siegmund(made.threshold / unit, reference) / 2 == pytest.approx(readings, rel=0.05)
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 3.0])
+def test_false_alarms_by_simulation(amplitude):
+    """Also of a mean that beats: nothing that is drawn from normal numbers knows of it."""
+    beat = amplitude * np.sin(2 * np.pi * np.arange(20) / 20)
+    made = chart(1.0, 1.0, 250.0, beat)
+    readings = np.tile(beat, 150) + np.random.default_rng(5).standard_normal((3000, 3000))
+    first = made.first_alarms(readings)
+    assert first.max() < 3000
+    assert (first + 1).mean() == pytest.approx(250.0, abs=4 * first.std() / math.sqrt(len(first)))
+    if amplitude:  # taken for even readings it would alarm in each beat
+        assert chart(1.0, 1.0, 250.0, NONE).between_alarms(beat) < 20
+
+
+@pytest.mark.parametrize("steady", [True, False])
+def test_the_probability_of_an_alarm_by_simulation(steady):
+    """After a change that comes slowly; for charts that have run for long without an alarm, and for charts that begin."""
+    made, before, charts = Cusum(0.5, 4.0, 1.0), 60 if steady else 0, 30_000
+    changed = -np.minimum(np.arange(1, 41) / 8, 1.0)
+    readings = np.random.default_rng(6).standard_normal((charts, before + 40))
+    readings[:, before:] += changed
+    first = made.first_alarms(readings)
+    first = first[first >= before] - before
+    simulated = np.array([(first <= i).mean() for i in range(40)])
+    computed = made.detection(NONE if steady else None, changed)
+    # The two sums exclude each other: that they are taken for independent costs a few thousandths.
+    assert computed == pytest.approx(simulated, abs=0.006 + 4 / math.sqrt(len(first)) / 2)
+    assert computed[-1] > 0.9
+
+
+def test_beating_far_beyond_the_noise():
+    """The density is computed with a little more noise then: false alarms are no more frequent than wanted."""
+    beat = 3.0 * np.sin(2 * np.pi * np.arange(20) / 20)
+    made = chart(1.0, 0.01, 1e4, beat)
+    readings = np.tile(beat, 100) + 0.01 * np.random.default_rng(7).standard_normal((200, 2000))
+    assert (made.first_alarms(readings) == 2000).all()
+    assert made.detection(beat, beat + 4.0 * np.ones(20))[-1] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_no_such_chart():
+    with pytest.raises(RunError, match="rarer"):
+        chart(5.0, 1.0, 2.0, NONE)
