@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
+from wucht.studies.ensembles import ensemble_run
 from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
 from wucht.studies.ensembles.ensemble_run import outcomes_of, way_of
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
@@ -163,3 +165,33 @@ def test_a_rotor_that_still_rises_beyond_its_resonance_has_passed() -> None:
     start = {"rotor": {"angle": 1.0}}
     found = outcomes_of(EnsembleQuestion(machine, until=400 * math.pi), states(machine, [start]), {})
     assert labels(found) == [run_up(machine, start, "full", until=400 * math.pi).verdict.outcome.value] == ["passed"]
+
+
+@pytest.mark.slow
+def test_motions_that_go_on_are_known_again_on_unequal_supports(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where there is no frame to turn with: the motion runs over a torus, of which a few run-ups show all."""
+    pendulum = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "damping": 0.169}
+    drum = {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.03}
+    machine = machine_from(
+        {
+            "carrier": {"stiffness": [1.00e5, 1.01e5], "damping": 200.0},
+            "bodies": [drum, *(pendulum | {"name": n} for n in ("p1", "p2"))],
+            "drive": {"on": "drum", "kind": "linear", "slope": 0.02, "no_load_speed": 200.0},
+        }
+    )
+    closer: list[int] = []
+    looked_at = ensemble_run.looked_at
+
+    def counted(question: EnsembleQuestion, starts: np.ndarray, *rest: Any) -> MemberOutcomes:
+        closer.append(starts.shape[1])
+        return looked_at(question, starts, *rest)
+
+    monkeypatch.setattr(ensemble_run, "looked_at", counted)
+    starts = grid(5)
+    found = outcomes_of(EnsembleQuestion(machine), states(machine, starts), {})
+    assert sum(closer) <= 2
+    assert set(labels(found)) == {"captured-modulated", "compensated"}
+    for i in (0, 7, 12, 23):
+        motion = run_up(machine, starts[i], "full", settled=True)
+        assert labels(found)[i] == motion.verdict.outcome.value
+        assert found.peak_amplitude[i] == pytest.approx(motion.observation.largest, rel=2e-2)

@@ -97,7 +97,7 @@ class Attractor:
 
 def attractors_of(question: EnsembleQuestion, equations: Equations, horizon: Horizon) -> tuple[Attractor, ...]:
     """Those on which run-ups from a few phases of the bodies end, found once for a question; none where parameters vary."""
-    if question.varied or not equations.recurs:
+    if question.varied:
         return ()
     machine, model = question.machine, (question.model, question.inertia, question.order, question.tolerance, question.longest)
     key = machine.structure, tuple(sorted(machine.values.items())), model

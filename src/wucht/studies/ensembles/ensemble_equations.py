@@ -126,11 +126,6 @@ class FullEquations:
         return self.machine.system if self.turning is None else self.turning.system
 
     @property
-    def recurs(self) -> bool:
-        """Whether a motion that goes on comes near the same states again: in the fixed frame angles grow and grow."""
-        return self.turning is not None
-
-    @property
     def isotropic(self) -> bool:
         """Whether the machine does not feel being turned: its vibration torque then has one shape, whatever the phases."""
         return self.turning is not None
@@ -167,11 +162,6 @@ class SlowEquations:
     def system(self) -> System:
         """What is integrated."""
         return self.slow.system
-
-    @property
-    def recurs(self) -> bool:
-        """See ``FullEquations``."""
-        return True
 
     @cached_property
     def isotropic(self) -> bool:
