@@ -22,7 +22,6 @@ from wucht.machines.parts.base import Frame, Part, Point, si
 from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import Coordinate
 
-
 Bodies = tuple[tuple[str, str, str | None], ...]  # name, kind, about which it turns
 
 
