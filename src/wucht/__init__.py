@@ -82,6 +82,7 @@ _LAZY = {
     "CaptureProbability": "wucht.studies.capture_probability.spec:CaptureProbability",
     "CoastDown": "wucht.studies.coast_down.spec:CoastDown",
     "Entrainment": "wucht.studies.entrainment.spec:Entrainment",
+    "ExciterDesign": "wucht.studies.exciter_design.spec:ExciterDesign",
     "LoadSpectrum": "wucht.studies.load_spectrum.spec:LoadSpectrum",
     "Machine": "wucht.machines.machine:Machine",
     "PhasePortrait": "wucht.studies.phase_portrait.spec:PhasePortrait",
