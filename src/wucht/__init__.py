@@ -10,7 +10,8 @@ A ``Machine`` from a file or from ``parts``, a question, an answer:
 
 Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SpeedCurve``, ``SynchronousStates``,
 ``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``, ``Basin``,
-``CaptureProbability``, ``OptimiseBalancer``, ``LoadSpectrum`` (also of ``Records``); of a ``CamDrive``: ``CamLaw``,
+``CaptureProbability``, ``OptimiseBalancer``, ``LoadSpectrum`` (also of ``Records``),
+``ExciterDesign``; of a ``CamDrive``: ``CamLaw``,
 ``CamContour``, ``CamCorrection``, ``CamPrediction``.
 Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary
 differential equation: ``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from wucht.studies.capture_probability.spec import CaptureProbability as CaptureProbability
     from wucht.studies.coast_down.spec import CoastDown as CoastDown
     from wucht.studies.entrainment.spec import Entrainment as Entrainment
+    from wucht.studies.exciter_design.spec import ExciterDesign as ExciterDesign
     from wucht.studies.load_spectrum.machine_or_records import Records as Records
     from wucht.studies.load_spectrum.spec import LoadSpectrum as LoadSpectrum
     from wucht.studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer

@@ -74,7 +74,7 @@ def amplitude_distance(one: Cycles, other: Cycles) -> float:
 
 
 def _parts(count: float, also: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Parts of so many cycles, finer where few are meant, and the last ones: the share at the middle of each (m,), and how many it has (m,).
+    """Parts of so many cycles: the share at the middle of each (m,), and how many it has (m,); finer at both ends.
 
     also: shares (k,) at which a part ends too.
     """

@@ -92,7 +92,7 @@ def _reach(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     axis.plot(scale * float(result["wanted_upper"]), float(result["wanted_ratio"]), label="wanted", **_WANTED)
     if len(result["beat_amplitude"]):
         amplitude = result["beat_amplitude"].values
-        axis.plot(scale * amplitude.max(), amplitude.min() / amplitude.max(), label="design", **_DESIGN)
+        axis.plot(scale * amplitude.max(), amplitude.min() / amplitude.max(), label="design, averaged equations", **_DESIGN)
     axis.set_xlim(left=0)
     axis.set_ylim(0, 1)
     axis.legend(framealpha=0.8, fontsize=8, loc="best")
