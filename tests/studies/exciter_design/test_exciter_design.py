@@ -12,7 +12,7 @@ import pytest
 
 import wucht
 from wucht.fatigue.counted_cycles import Cycles
-from wucht.fatigue.cumulative_spectra import amplitude_distance, amplitudes_at
+from wucht.fatigue.cumulative_spectra import amplitude_distance
 from wucht.results.conventions import summary_of
 from wucht.studies.exciter_design.slow_beats import Rig
 from wucht.studies.exciter_design.spec import ExciterDesign
@@ -38,12 +38,12 @@ def machine() -> wucht.Machine:
     return wucht.load_machine("practice/exciter")
 
 
-def table_of(cycles: Cycles, rows: int, count: float = 1e6) -> list[list[float]]:
-    """Amplitude and cumulative cycles at evenly spaced shares of them."""
-    shares = np.linspace(1 / rows, 1, rows)[::-1]
-    amplitudes = amplitudes_at(cycles, shares)
-    kept = np.append(True, np.diff(amplitudes) > 0)
-    return np.transpose([amplitudes[kept], count * shares[kept]]).tolist()
+def table_of(cycles: Cycles, count: float = 1e6) -> list[list[float]]:
+    """Amplitude and cumulative cycles, at the middle of the step that each range makes; all of them have the smallest one."""
+    rows, _ = cycles.by_range()
+    above = np.cumsum(rows.counts[::-1])[::-1] - rows.counts / 2
+    amplitudes = np.append((1 - 1e-9) * rows.ranges[0], rows.ranges) / 2
+    return np.transpose([amplitudes, count * np.append(rows.total, above) / rows.total]).tolist()
 
 
 def in_full(machine: wucht.Machine, values: dict[str, float], after: float, until: float) -> Cycles:
@@ -57,17 +57,17 @@ def in_full(machine: wucht.Machine, values: dict[str, float], after: float, unti
 def test_known_parameters_are_found_from_a_spectrum_of_the_averaged_equations(machine: wucht.Machine, seed: int) -> None:
     """Each search from other random points, and three local searches in each, from places that are apart.
 
-    A beat is looked at at 240 places, which limits how well it is known where its spectrum rises.
+    Where a local search begins does not matter: the three end where the machine was.
     """
     known = Rig("displacement", None, {}, True, 1, 1e-9).beat(machine.with_values(KNOWN))
     asked = ExciterDesign(
-        target=table_of(known.cycles, 400), vary=RANGES, seed=seed, reach=48, evaluations=64, corrections=0, samples=0
+        target=table_of(known.cycles), vary=RANGES, seed=seed, reach=48, evaluations=64, corrections=0, samples=0
     )
     summary = summary_of(wucht.run(asked, machine))
     assert len(summary["polished"]) == 3
     for found in summary["polished"]:
-        assert found["drive.slope"] == pytest.approx(KNOWN["drive.slope"], rel=1e-3)
-        assert found["p1.mass"] == pytest.approx(KNOWN["p1.mass"], rel=2e-3)
+        assert found["drive.slope"] == pytest.approx(KNOWN["drive.slope"], rel=2e-4)
+        assert found["p1.mass"] == pytest.approx(KNOWN["p1.mass"], rel=4e-4)
         assert found["distance"] < 1e-3
 
 
@@ -77,7 +77,7 @@ def test_known_parameters_are_found_from_a_spectrum_of_the_full_equations(machin
     """The averaged equations alone miss them by 1 % and 2.5 %; corrected they are met, and so is a run of another length."""
     target = in_full(machine, KNOWN, 20.0, 150.0)
     asked = ExciterDesign(
-        target=table_of(target, 400), vary=RANGES, seed=seed, reach=32, evaluations=48, population=8, candidates=1, polish=80,
+        target=table_of(target), vary=RANGES, seed=seed, reach=32, evaluations=48, population=8, candidates=1, polish=80,
         corrections=4, samples=0, beats=60,
     )  # fmt: skip
     summary = summary_of(wucht.run(asked, machine))

@@ -26,7 +26,7 @@ _FIRST_SPAN, _RUNS = 30.0, 12  # first run, in times in which states change as m
 _SAMPLES = 4001  # of each run
 _REPEATS = 8  # how often a beat in which no angle turns is passed in a run, at least
 _SETTLING, _PER_BEAT = 6, 600  # beats after the motion repeats itself, and samples in each
-_PLACES = 240  # of a beat, at which the signal is looked at
+_PLACES, _FINE = 240, 2400  # of a beat, at which the signal is looked at; and at which it is known by splines between these
 _TURN = 8  # angles of the rotor at each of them
 _BEATS = 1e-6  # relative: an amplitude that changes by less does not beat
 
@@ -154,7 +154,16 @@ class Rig:
         gained = 2 * np.pi * np.round((phase[-1] - phase[0] + (phase[1] - phase[0])) / (2 * np.pi))
         around = np.concatenate([[phase[-1] - gained], phase, [phase[0] + gained]])
         rate = np.abs(speed + (around[2:] - around[:-2]) / (2 * step)) / (2 * np.pi)
-        return Beat("modulated", begin, period, time, amplitude, rate)
+        middles = period * (np.arange(_FINE) + 0.5) / _FINE
+        return Beat("modulated", begin, period, middles, *(_between(time, of, middles, period) for of in (amplitude, rate)))
+
+
+def _between(time: np.ndarray, values: np.ndarray, at: np.ndarray, period: float) -> np.ndarray:
+    """Of a function with a period, known at times (n,): at others (k,), by a periodic cubic spline."""
+    from scipy.interpolate import CubicSpline
+
+    closed = np.append(time, time[0] + period), np.append(values, values[0])
+    return np.asarray(CubicSpline(*closed, bc_type="periodic")(at))
 
 
 def _unwound(state: np.ndarray, turning: np.ndarray) -> np.ndarray:
