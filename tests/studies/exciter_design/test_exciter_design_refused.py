@@ -7,6 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from wucht.errors import InputError
+from wucht.studies.exciter_design.prepare import prepare
+from wucht.studies.study_file import read_study
+
 FILE = """\
 [machine]
 use = "practice/exciter"
@@ -62,5 +66,26 @@ def test_a_file_of_the_target_is_read_beside_the_study_file(refused: Callable[..
     Path("design.toml").write_text(FILE.replace(TARGET, 'target = { file = "target.csv" }'), encoding="utf-8")
     Path("target.csv").write_text("amplitude [mm], cycles\n1, 1e5\n2, 2e5\n", encoding="utf-8")
     refused("run", "design.toml", says=("design.toml", "study.target.file", "do not increase"))
+    with pytest.raises(InputError, match="names it"):
+        read = read_study("design.toml")
+        prepare(read.spec, read.subject.machine)
     Path("target.csv").write_text("amplitude [N], cycles\n1, 1e5\n2, 2e4\n", encoding="utf-8")
     refused("run", "design.toml", says=("design.toml", "study.target.file", "this one is a force"))
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        'target = { file = "target.csv" }',
+        'target = [["2 mm", "2e4 cycles"], ["1 mm", 1e5]]',
+        'target = { exponent = 2, largest = "2 mm", cycles = "1e5 cycles" }',
+    ],
+)
+def test_a_cycle_is_one_and_no_angle(here: Path, target: str) -> None:
+    """In the words of units a cycle is 2 pi; in a table as in its heading it counts."""
+    Path("design.toml").write_text(FILE.replace(TARGET, target), encoding="utf-8")
+    Path("target.csv").write_text("amplitude [mm], cycles\n1, 1e5\n2, 2e4\n", encoding="utf-8")
+    read = read_study("design.toml")
+    plan = prepare(read.spec, read.subject)
+    assert plan.target.total == pytest.approx(1e5)
+    assert plan.target.largest == pytest.approx(4e-3)

@@ -1,4 +1,4 @@
-"""What a design is asked of: a machine, and the folder in which the study file and its target lie."""
+"""What a design is asked of: a machine, and the folder of the study file where that names a file of its target."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from wucht.checking import table
 from wucht.files.documents import Document, contents_of
 from wucht.machines.machine import Machine
 from wucht.studies.subjects import MACHINE, Description
@@ -25,12 +26,16 @@ class MachineInFolder:
 
 
 class OfMachineInFolder:
-    """The machine of the table ``[machine]``, and where its file lies; in Python a machine alone."""
+    """The machine of the table ``[machine]``; with where it was read from, if the target lies in a file beside it."""
 
-    def read(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[MachineInFolder, Document]:
+    def read(
+        self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
+    ) -> tuple[Machine | MachineInFolder, Document]:
         """See ``Subject``."""
         machine, described = MACHINE.read(document, path, name, settings)
-        return MachineInFolder(machine, path.parent), described
+        target = table(document, "study", "study").get("target") if "study" in document else None
+        named = isinstance(target, Mapping) and "file" in target
+        return MachineInFolder(machine, path.parent) if named else machine, described
 
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""

@@ -155,7 +155,8 @@ class Rig:
         around = np.concatenate([[phase[-1] - gained], phase, [phase[0] + gained]])
         rate = np.abs(speed + (around[2:] - around[:-2]) / (2 * step)) / (2 * np.pi)
         middles = period * (np.arange(_FINE) + 0.5) / _FINE
-        return Beat("modulated", begin, period, middles, *(_between(time, of, middles, period) for of in (amplitude, rate)))
+        amplitude, rate = (_between(time, of, middles, period) for of in (amplitude, rate))
+        return Beat("modulated", begin, period, middles, amplitude, rate)
 
 
 def _between(time: np.ndarray, values: np.ndarray, at: np.ndarray, period: float) -> np.ndarray:

@@ -37,7 +37,7 @@ class Target(Described):
     shape: Shape | None = Field(None, description="shape of the spectrum")
     exponent: float | None = si("", "exponent of the shape", default=None, gt=0)
     largest: Quantity | None = Field(None, description="largest amplitude")
-    cycles: float | None = si("", "number of cycles", default=None, gt=1)
+    cycles: float | None = si("cycles", "number of cycles", default=None, gt=1)
     ratio: float | None = si("", "ratio of the lowest amplitude to the largest", default=None, ge=0, lt=1)
     table: tuple[tuple[Quantity, Quantity], ...] | None = Field(None, description="amplitudes and cumulative cycles")
     file: str | None = Field(None, min_length=1, description="file of amplitudes and cumulative cycles")

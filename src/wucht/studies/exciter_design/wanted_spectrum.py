@@ -17,7 +17,7 @@ from wucht.studies.exciter_design.spec import Target
 from wucht.studies.spec import Quantity
 
 _AT = "study.target"
-_CYCLES = Unit("", "number of cycles")
+_CYCLES = Unit("cycles", "number of cycles")  # without that unit a cycle would be 2 pi
 
 
 def wanted(target: Target, unit: str, folder: Path | None) -> Cycles:
@@ -25,7 +25,9 @@ def wanted(target: Target, unit: str, folder: Path | None) -> Cycles:
     amplitude = Unit(unit, "amplitude")
     if target.file is not None:
         if folder is None:
-            raise InputError(f"{_AT}.file", target.file, "allowed only in a study file: in Python give the table")
+            raise InputError(
+                f"{_AT}.file", target.file, "allowed only where the study file itself names it; else give the table"
+            )
         try:
             rows = read_table(folder / target.file, (amplitude, _CYCLES))
         except InputError as error:
