@@ -59,7 +59,7 @@ def test_known_parameters_are_found_from_a_spectrum_of_the_averaged_equations(ma
 
     Where a local search begins does not matter: the three end where the machine was.
     """
-    known = Rig("displacement", None, {}, True, 1, 1e-9).beat(machine.with_values(KNOWN))
+    known = Rig("displacement", None, {}, True, 1e-9).beat(machine.with_values(KNOWN))
     asked = ExciterDesign(
         target=table_of(known.cycles), vary=RANGES, seed=seed, reach=48, evaluations=64, corrections=0, samples=0
     )

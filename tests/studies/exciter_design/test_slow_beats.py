@@ -21,8 +21,8 @@ MACHINE = load_machine("practice/exciter")
 BEATS = 40
 
 
-def rig(signal: str = "displacement", direction: str | None = None, order: int = 1) -> Rig:
-    return Rig(signal, direction, {}, True, order, 1e-9)
+def rig(signal: str = "displacement", direction: str | None = None) -> Rig:
+    return Rig(signal, direction, {}, True, 1e-9)
 
 
 def counted(signal: str, beat: Beat, model: str) -> tuple[Cycles, float]:

@@ -254,7 +254,7 @@ def _warnings(plan: Plan, findings: Findings, design: Checked | None) -> list[st
     full = design.distances[metric]
     if full > _APART * slow:
         apart = f"the full equations are farther from the target than the averaged ones, {full:.2%} and {slow:.2%}"
-        warnings.append(f"{apart}: more corrections, a smaller unbalance, or order = 2 may help")
+        warnings.append(f"{apart}: more corrections, or smaller unbalances, may help")
     summary = _summary(plan, findings, design)
     if summary["beyond"] > _MISSED * plan.target.total:
         warnings.append(f"{summary['beyond']:.3g} cycles of the target are larger than any that is reached")

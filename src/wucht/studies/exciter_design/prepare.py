@@ -53,12 +53,12 @@ def prepare(spec: ExciterDesign, subject: MachineInFolder | Machine) -> Plan:
         raise InputError("machine.schedules", None, "allowed only for a machine without schedules: the beating is to last")
     signal = machine_signal(machine, spec.signal, spec.direction)
     target = wanted(spec.target, signal.unit, folder)
-    rig = Rig(spec.signal, spec.direction, spec.start, spec.inertia, spec.order, spec.tolerance)
+    rig = Rig(spec.signal, spec.direction, spec.start, spec.inertia, spec.tolerance)
     trials = Trials(machine, variables_of(machine, spec.vary, False), rig, METRICS.index(spec.metric), spec.slope)
     numbers = np.array([machine.values[v.paths[0]] for v in trials.variables])
     _check_ends(trials, numbers)
     placed, start = placed_at_start(machine, spec.start, 0.0)
-    warnings = slow_model(placed, start, spec.inertia, spec.order).warnings
+    warnings = slow_model(placed, start, spec.inertia, 1).warnings
     return Plan(
         spec, machine, trials, numbers, target, signal.name, signal.unit, spec.evaluations // spec.population, tuple(warnings)
     )

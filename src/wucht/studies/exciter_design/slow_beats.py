@@ -11,6 +11,7 @@ from wucht.analysis.averaged import AveragedMachine, averaged_machine
 from wucht.analysis.full_motion import FullMotion
 from wucht.fatigue.counted_cycles import Cycles
 from wucht.machines.machine import Machine
+from wucht.machines.operation import natural_frequencies
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.program import Evaluator
@@ -22,7 +23,7 @@ from wucht.studies.spec import Start
 
 Motion = Literal["modulated", "steady", "unsettled", "failed", "not-allowed"]
 MOTIONS: tuple[Motion, ...] = ("modulated", "steady", "unsettled", "failed", "not-allowed")
-_FIRST_SPAN, _RUNS = 30.0, 12  # first run, in times in which states change as much as they are large; runs, each twice as long
+_FIRST_TURNS, _RUNS = 30.0, 12  # of the slowest free vibration, in the first run; runs, each twice as long
 _SAMPLES = 4001  # of each run
 _REPEATS = 8  # how often a beat in which no angle turns is passed in a run, at least
 _SETTLING, _PER_BEAT = 6, 600  # beats after the motion repeats itself, and samples in each
@@ -81,13 +82,12 @@ class Rig:
     direction: str | None
     start: Start
     inertia: bool
-    order: Literal[1, 2]
     tolerance: float
 
     def beat(self, machine: Machine) -> Beat:
         """What an exciter does. Raises ``InputError`` for a machine without averaged equations or without that signal."""
         state = initial_state(machine, self.start)
-        slow = averaged_machine(machine, self.inertia, self.order)
+        slow = averaged_machine(machine, self.inertia)
         found = self._repeating(slow, slow.state(angles_in(machine, state), speeds_in(machine, state)))
         if isinstance(found, Beat):
             return found
@@ -99,9 +99,8 @@ class Rig:
         system, parameters = slow.system, slow.values()
         compiled = compile_system(system, self.tolerance)
         turning = np.array([s in system.angles for s in system.states])
-        change = np.abs(Evaluator.of_rates(system).array(np.zeros(1), state[:, None], np.array(parameters))[:, 0])
-        fastest = float((change / np.maximum(np.abs(state), 1.0)).max())
-        span, done = _FIRST_SPAN / (fastest or 1.0), 0.0
+        slowest = min(f for f in natural_frequencies(slow.machine).values() if f > 0)
+        span, done = _FIRST_TURNS * 2 * np.pi / slowest, 0.0
         for _ in range(_RUNS):
             run = integrate(compiled, state, parameters, np.linspace(0.0, span, _SAMPLES)).uninterrupted()
             if run.failure is not None:

@@ -88,7 +88,7 @@ class ExciterDesign(common.Spec):
     generation; polish: evaluations of a local search from its best. candidates: how many different ones are run with the full
     equations, over ``beats`` beats; corrections: how often the design is corrected by what the full equations give otherwise
     than the averaged ones. spread: of all that is varied, half the width relative to its value, for ``samples`` exciters within
-    tolerances. inertia, order: of the averaged equations.
+    tolerances. inertia: of the averaged equations.
     """
 
     kind: ClassVar[str] = "exciter-design"
@@ -113,7 +113,6 @@ class ExciterDesign(common.Spec):
     slope: float = si("", "slope of the Woehler line", default=5.0, gt=0)
     seed: common.Whole = Field(1, description="of the random points and of the search")
     inertia: common.Inertia = True
-    order: common.Order = 1
     tolerance: common.Tolerance = common.DEFAULT_TOLERANCE
 
     def check(self) -> None:
