@@ -153,6 +153,15 @@ ORBITS = {
         {"study.range": [4.5, 9.0], "study.values": [5.0], "study.longest": 260.0},
         {("ends", 1, "u"): 8.01178, ("ends", 0, "u"): 4.5},
     ),
+    # cases.md, section 6.2: from 2.150 to 5.161, both pendulums together; that they part a little below is ours.
+    "drozdetskaya-2020/figure-6.7b": (
+        {"study.range": [3.9, 8.0], "study.values": [4.0]},
+        {("ends", 1, "u"): 5.16126, ("orbits", 0, "period"): 63.28305, ("branches", 0, "stable", 0, 1): 5.14686},
+    ),
+    "drozdetskaya-2020/figure-6.7a": (
+        {"study.range": [1.0, 5.0], "study.values": [4.0]},
+        {("ends", 0, "u"): 1.183869, ("orbits", 0, "period"): 31.39907},
+    ),
     # Maps with fewer places; the whole files run in tests/validation/test_open_question.py.
     "drozdetskaya-2020/figure-5.9a": (
         {"study.cells": 2, "study.orbits": False},
@@ -168,6 +177,8 @@ ORBITS = {
 # Many runs, in tests/studies/basin/test_basin.py and tests/studies/capture_probability/test_capture_probability.py: a few of
 # them, and as they stand.
 MAPS = {"drozdetskaya-2020/figure-5.10", "drozdetskaya-2020/how-likely-it-compensates"}
+# In tests/validation/test_exciter.py.
+NO_ORBIT = {"drozdetskaya-2020/figure-6.7-one-pendulum"}
 # In tests/studies/optimise_balancer/test_optimise_command.py.
 SEARCHES = {"sperling-rollers/damping-optimum"}
 # In tests/studies/activation/test_figures_of_section_6_1.py.
@@ -178,7 +189,7 @@ SWITCHABLE = {
 
 def test_every_file_is_listed() -> None:
     practice = {n for n in names() if n.startswith("practice/")}  # tests/test_practice_runs.py
-    assert sorted({*EXPECTED, *SEVERAL, *OTHERS, *ORBITS, *MAPS, *SEARCHES, *SWITCHABLE, *practice}) == names()
+    assert sorted({*EXPECTED, *SEVERAL, *OTHERS, *ORBITS, *NO_ORBIT, *MAPS, *SEARCHES, *SWITCHABLE, *practice}) == names()
 
 
 @pytest.mark.parametrize("name", sorted(SEVERAL))
@@ -190,7 +201,10 @@ def test_runs_of_one_figure_end_as_they_should(name: str) -> None:
 
 
 # Like figure-5.7 and figure-5.9a, which are quick.
-LIKE_ANOTHER = tuple(f"drozdetskaya-2020/{n}" for n in ("figure-5.6", "figure-a.3", "how-the-rotating-orbit-disappears"))
+LIKE_ANOTHER = tuple(
+    f"drozdetskaya-2020/{n}"
+    for n in ("figure-5.6", "figure-a.3", "how-the-rotating-orbit-disappears", "figure-6.7a", "figure-6.7b")
+)
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LIKE_ANOTHER else n for n in sorted(ORBITS)])

@@ -10,8 +10,8 @@ A ``Machine`` from a file or from ``parts``, a question, an answer:
 
 Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``, ``SpeedCurve``, ``SynchronousStates``,
 ``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``, ``Basin``,
-``CaptureProbability``, ``OptimiseBalancer``, ``Activation``, ``LoadSpectrum`` (also of ``Records``), ``FailureDetection``;
-of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
+``CaptureProbability``, ``OptimiseBalancer``, ``Activation``, ``LoadSpectrum`` (also of ``Records``), ``FailureDetection``,
+``ExciterDesign``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
 Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary
 differential equation: ``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
 ``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``, ``separated``.
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from wucht.studies.capture_probability.spec import CaptureProbability as CaptureProbability
     from wucht.studies.coast_down.spec import CoastDown as CoastDown
     from wucht.studies.entrainment.spec import Entrainment as Entrainment
+    from wucht.studies.exciter_design.spec import ExciterDesign as ExciterDesign
     from wucht.studies.failure_detection.spec import FailureDetection as FailureDetection
     from wucht.studies.load_spectrum.machine_or_records import Records as Records
     from wucht.studies.load_spectrum.spec import LoadSpectrum as LoadSpectrum
@@ -85,6 +86,7 @@ _LAZY = {
     "CaptureProbability": "wucht.studies.capture_probability.spec:CaptureProbability",
     "CoastDown": "wucht.studies.coast_down.spec:CoastDown",
     "Entrainment": "wucht.studies.entrainment.spec:Entrainment",
+    "ExciterDesign": "wucht.studies.exciter_design.spec:ExciterDesign",
     "FailureDetection": "wucht.studies.failure_detection.spec:FailureDetection",
     "LoadSpectrum": "wucht.studies.load_spectrum.spec:LoadSpectrum",
     "Machine": "wucht.machines.machine:Machine",

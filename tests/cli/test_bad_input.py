@@ -9,8 +9,6 @@ from typing import Any
 
 import pytest
 
-from wucht.studies.registry import NOT_YET as STUDIES_NOT_YET
-
 Refused = Callable[..., str]
 Study = Callable[..., Path]
 Command = Callable[..., Any]
@@ -315,20 +313,6 @@ def test_a_table_is_a_table(refused: Refused, here: Path, text: str, key: str) -
     refused("run", "study.toml", "--json", says=(f"study.toml: {key}",))
 
 
-NOT_YET = {
-    **{
-        k: ('kind = "run-up"', f'kind = "{k}"', "study.kind")
-        for k in STUDIES_NOT_YET
-    },
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", NOT_YET.values(), ids=NOT_YET.keys())
-def test_what_the_contract_has_and_the_program_has_not(refused: Refused, study: Study, case: tuple[str, ...]) -> None:
-    old, new, key = case
-    _refuse(refused, study, old, new, key, "not yet")
-
-
 # Files
 
 
@@ -488,7 +472,7 @@ SETTINGS = {
     "until NaN": ("study.until=nan", "study.until", "given nan"),
     "until nothing": ("study.until={}", "study.until"),
     "settled": ("study.settled=yes", "study.settled", "given 'yes'"),
-    "kind of the study": ("study.kind=exciter-design", "study.kind", "not yet"),
+    "kind of the study": ("study.kind=exciter-desing", "study.kind", "did you mean 'exciter-design'?"),
     "kind of the study a list": ('study.kind=["a"]', "study.kind"),
     "start of nothing": ("study.start.p3=1", "study.start.p3", "did you mean 'p2'?"),
     "start a number": ("study.start=3", "study.start", "given 3"),

@@ -22,12 +22,14 @@ from wucht.machines.parts.base import Frame, Part, Point, si
 from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import Coordinate
 
+Bodies = tuple[tuple[str, str, str | None], ...]  # name, kind, about which it turns
+
 
 class Model(Part):
     """A dimensionless machine: its parameters have bare names (``u``), its bodies are called as in SI machines."""
 
     equations: ClassVar[str] = ""
-    bodies: ClassVar[tuple[tuple[str, str, str | None], ...]] = (("rotor", "rotor", None),)
+    bodies: ClassVar[Bodies] = (("rotor", "rotor", None),)
     directions: ClassVar[str] = "xy"
 
     @property
@@ -100,18 +102,21 @@ class LavalRotor(RotorOnCarrier):
 
 
 class SelfBalancingRotor(Model):
-    """An unbalanced rotor with two balancing pendulums: 002 (4.11)-(4.20)."""
+    """An unbalanced rotor with two balancing pendulums: 002 (4.11)-(4.20).
+
+    In (4.8) the 2 of M* = M + 2 m and of beta_r = 2 b_r/(k J_R) is the number n of pendulums.
+    """
 
     kind = "self-balancing-rotor"
     equations = "002 (4.11)-(4.20)"
-    bodies = (("rotor", "rotor", None), ("p1", "pendulum", "rotor"), ("p2", "pendulum", "rotor"))
+    bodies: ClassVar[Bodies] = (("rotor", "rotor", None), ("p1", "pendulum", "rotor"), ("p2", "pendulum", "rotor"))
 
     epsilon: float = si("", "unbalance over inertia, M e^2/J_R", "epsilon", gt=0)
     mu: float = si("", "pendulum mass ratio, p m/M*", "mu", gt=0)
     s: float = si("", "unbalance ratio, M e/(m r)", "s", gt=0)
     w: float = si("", "amplitude ratio, m r/(M* e)", "w", gt=0)
     beta_p: float = si("", "damping of the pendulums, b_r/(k J_P)", "beta_p", ge=0)
-    beta_r: float = si("", "the same on the rotor, 2 b_r/(k J_R)", "beta_r", ge=0)
+    beta_r: float = si("", "the same on the rotor, n b_r/(k J_R), n pendulums", "beta_r", ge=0)
     lambda_: float = si("", "no-load speed over natural frequency", "lambda", alias="lambda")
     sigma: float = si("", "damping of the support, b/(2 k M*)", "sigma", ge=0)
     u: float = si("", "slope of the motor, U_M/(k M e^2)", "u", ge=0)
@@ -121,43 +126,54 @@ class SelfBalancingRotor(Model):
         epsilon, mu, s, w, beta_p, no_load, u = self.symbols("epsilon", "mu", "s", "w", "beta_p", "lambda", "u")
         at, phi_ = frame.centre, frame.speed("rotor")
         kinetic = (at.vx**2 + at.vy**2) / 2 + s * phi_ * _excess(frame, "rotor") + s * phi_**2 / (2 * epsilon * w)
-        kinetic += sp.Add(*(_excess(frame, n) * frame.speed(n) + frame.speed(n) ** 2 / (2 * mu) for n in ("p1", "p2")))
-        on_pendulums = (Applied(beta_p / mu * (phi_ - t), t, booked="lost") for t in self._pendulums(frame))
-        on_rotor = self._coupling() * sp.Add(*(t - phi_ for t in self._pendulums(frame)))
+        kinetic += sp.Add(*(_excess(frame, n) * frame.speed(n) + frame.speed(n) ** 2 / (2 * mu) for n in self._pendulums))
+        speeds = [frame.speed(n) for n in self._pendulums]
+        on_pendulums = (Applied(beta_p / mu * (phi_ - t), t, booked="lost") for t in speeds)
+        on_rotor = self._coupling() * sp.Add(*(t - phi_ for t in speeds))
         motor = Applied(s * u / w * (no_load - phi_), phi_, "drive")
         return Energies(kinetic, applied=(motor, *on_pendulums, Applied(on_rotor, phi_, booked="lost")))
 
-    def _pendulums(self, frame: Frame) -> list[sp.Symbol]:
-        return [frame.speed(n) for n in ("p1", "p2")]
+    @property
+    def _pendulums(self) -> list[str]:
+        return [name for name, _, about in self.bodies if about]
 
     def _coupling(self) -> sp.Expr:
         s, beta_r, epsilon, w = self.symbols("s", "beta_r", "epsilon", "w")
-        return s * beta_r / (2 * epsilon * w)
+        return s * beta_r / (len(self._pendulums) * epsilon * w)
 
     def arms(self) -> Mapping[str, sp.Expr]:
         """Lengths are in units of m r/M*, and w = m r/(M* e)."""
         return {"rotor": 1 / self.symbol("w")}
 
     def mismatch(self, frame: Frame) -> sp.Expr:
-        """(s beta_r/(2 epsilon w) - beta_p/mu) sum (theta_i' - phi') phi': power that comes from nowhere."""
+        """(s beta_r/(n epsilon w) - beta_p/mu) sum (theta_i' - phi') phi': power that comes from nowhere."""
         mu, beta_p = self.symbols("mu", "beta_p")
         phi_ = frame.speed("rotor")
-        return (self._coupling() - beta_p / mu) * sp.Add(*(t - phi_ for t in self._pendulums(frame))) * phi_
+        return (self._coupling() - beta_p / mu) * sp.Add(*(frame.speed(n) - phi_ for n in self._pendulums)) * phi_
 
     def warnings(self) -> tuple[str, ...]:
         """The parameters may violate the identities that follow from their definitions (4.8)."""
         none, sentences = "no machine has these parameters", []
-        reaction = 2 * self.epsilon * self.w * self.beta_p
+        n = len(self._pendulums)
+        reaction, factor = n * self.epsilon * self.w * self.beta_p, "" if n == 1 else f"{n} "
         right = reaction / (self.mu * self.s)
         if abs(self.beta_r - right) > 1e-6 * right:
-            sides = f"mu s beta_r = {self.mu * self.s * self.beta_r:.4g}, 2 epsilon w beta_p = {reaction:.4g}"
+            sides = f"mu s beta_r = {self.mu * self.s * self.beta_r:.4g}, {factor}epsilon w beta_p = {reaction:.4g}"
             reason = "the dampers' torque on the rotor is not the reaction of that on the pendulums"
             sentences.append(f"{none}: {reason} ({sides}); beta_r = {right:.6g} would be right")
         rest = 1 - self.s * self.w
-        if rest <= 0 or 2 * self.mu / rest > 1 + 1e-9:
-            p = f"{2 * self.mu / rest:.4g}" if rest > 0 else "none"
-            sentences.append(f"{none}: s w = 1 - 2 mu/p asks for p = {p}, but p = m r^2/J_P lies between 0 and 1")
+        if rest <= 0 or n * self.mu / rest > 1 + 1e-9:
+            p = f"{n * self.mu / rest:.4g}" if rest > 0 else "none"
+            sentences.append(f"{none}: s w = 1 - {factor}mu/p asks for p = {p}, but p = m r^2/J_P lies between 0 and 1")
         return tuple(sentences)
+
+
+class Exciter(SelfBalancingRotor):
+    """An unbalanced rotor with one coaxial pendulum, the exciter of 002, section 6.2: (4.11)-(4.20) with n = 1."""
+
+    kind = "exciter"
+    equations = "002 (4.11)-(4.20) with one pendulum"
+    bodies = SelfBalancingRotor.bodies[:2]
 
 
 def models() -> dict[str, type[Model]]:

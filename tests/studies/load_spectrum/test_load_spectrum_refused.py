@@ -2,6 +2,8 @@
 
 import pytest
 
+from wucht.studies.load_spectrum.spec import Woehler
+
 RECORD = """\
 [study]
 kind = "load-spectrum"
@@ -70,3 +72,8 @@ def test_a_record_has_no_machine_to_set(refused, here):
     (here / "record.csv").write_text("0,1\n1,2\n2,0\n", encoding="utf-8")
     (here / "spectrum.toml").write_text(RECORD.replace(', column = "force"', ""), encoding="utf-8")
     refused("run", "spectrum.toml", "--set", "carrier.stiffness=3", says=("carrier.stiffness", "no table [machine]"))
+
+
+def test_a_cycle_of_the_woehler_line_is_one() -> None:
+    """In the words of units a cycle is 2 pi."""
+    assert Woehler(k=5, ND="2e6 cycles", SD="1 kN").ND == 2e6

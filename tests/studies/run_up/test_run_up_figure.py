@@ -222,7 +222,7 @@ def test_nothing_is_kept_open(balanced: xr.Dataset) -> None:
 
 def test_a_dataset_that_is_no_result_is_refused(balanced: xr.Dataset) -> None:
     with pytest.raises(InputError, match="there is no figure for this study"):
-        draw(balanced.assign_attrs(study="exciter-design"))
+        draw(balanced.assign_attrs(study="no-such-study"))
     with pytest.raises(InputError):
         draw(balanced.drop_vars("speed"))
     with pytest.raises(InputError):

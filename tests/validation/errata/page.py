@@ -37,6 +37,8 @@ ELSEWHERE = """\
 - 002, 5.1: "Abb. 5.3" where Abb. 5.2 is meant; no equation.
 - 001 (21): the band in which the entrained motion exists is not the one reached from rest: `test_sperling_entrainment.py`.
 - 002, type I "always stable": that holds for the averaged equations; the full ones can lose it where the damping is light.
+- 002, 6.2: with one pendulum and s = 1 as printed nothing modulates; with two the printed sets do, but not stably "over the
+  whole range": their pendulums part before its end: `test_exciter.py`.
 """
 
 

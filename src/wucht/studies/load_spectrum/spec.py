@@ -43,7 +43,7 @@ class Woehler(Described):
     """
 
     k: float = si("", "slope of the Woehler line", gt=0)
-    ND: float = si("", "number of cycles at the knee", gt=0)
+    ND: float = si("cycles", "number of cycles at the knee", gt=0)
     SD: Quantity = Field(description="amplitude at the knee")
     miner: Literal["original", "elementary", "haibach"] | None = Field(None, description="rule for amplitudes below the knee")
     k2: float | None = si("", "slope below the knee", default=None, gt=0)

@@ -24,6 +24,7 @@ _ENDS = {
     "hopf": ("d", "Hopf point"), "not-identified": ("$?$", "end not identified"),
 }  # fmt: skip
 _STEADY, _DRAWN = GREY, 6  # how many orbits are drawn as they run
+_TICKS = 5
 _LINE = 100  # characters of the heading
 _PALE = 0.12
 _HEIGHT, _COLUMNS, _ROW, _ABOVE_LEGEND = 7.0, 4, 0.18, 0.62  # inches, of the figure, a row of the legend, what is above it
@@ -97,6 +98,7 @@ def _periods(axis: Axes, result: xr.Dataset) -> None:
 
 def _abscissa(axis: Axes, result: xr.Dataset) -> None:
     axis.set_xlim(result.attrs["low"], result.attrs["high"])
+    axis.locator_params(axis="x", nbins=_TICKS)  # small values are long numbers
     axis.set_xlabel(_what(result))
 
 

@@ -24,6 +24,7 @@ from wucht.studies.speed_curve.following import FollowedBranch
 from wucht.studies.speed_curve.steady_states import Watch
 
 _FIRST_SPAN = 30.0  # times the time in which states change as much as they are large
+_GROWS = 30.0  # so much longer the next run is at most: near a steady state rates tell nothing of the time that is needed
 _RUNS = 12  # one after another, until the motion has settled
 _SAMPLES = 20_001  # of each of them, and of the orbit that Newton's method begins with
 _REPEATS = 4  # how often an orbit on which no angle turns is passed in a run, at least
@@ -135,7 +136,7 @@ def orbit_near(
     compiled = compile_system(subject.system, _TOLERANCE)
     for _ in range(runs):
         watch()
-        last = max(2 * last, span(state))
+        last = max(2 * last, min(span(state), _GROWS * last)) if last else span(state)
         run = integrate(compiled, state, parameters, np.linspace(0.0, last, _SAMPLES)).uninterrupted()
         if run.failure is not None:
             return Tried(value, None, f"{at} the run fails: {run.failure}")

@@ -1,0 +1,90 @@
+"""Spectra that are wanted: from a table of amplitude over cumulative cycles, or one of the standard shapes; as cycles."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from wucht.fatigue.counted_cycles import Cycles
+
+# Amplitude over cumulative cycles: S/S_max = (1 - ln H/ln H_0)^(1/exponent), so that H = H_0^(1 - (S/S_max)^exponent).
+EXPONENTS = {"constant": math.inf, "normal": 2.0, "straight-line": 1.0}
+_PARTS, _DECADES_IN = 1000, 20  # of the cycles, by their share; and of each decade of few cycles
+
+
+def standard_spectrum(largest: float, count: float, exponent: float, ratio: float = 0.0) -> Cycles:
+    """One of the standard shapes with so many cycles, reversed about zero, the largest amplitude once.
+
+    S/S_max = p + (1 - p) (1 - ln H/ln H_0)^(1/exponent), H cycles of at least S of H_0 in all. exponent 2: ``normal``, the
+    amplitudes of a narrow-band Gaussian process, which are Rayleigh's; 1: ``straight-line``, amplitudes with an exponential
+    distribution; infinite: ``constant``. ratio: p, E. Gassner's ratio of the lowest to the largest amplitude.
+    """
+    shares, counts = _parts(count)
+    with np.errstate(divide="ignore"):
+        depth = np.clip(-np.log(shares) / math.log(count), 0.0, 1.0)
+    form = np.ones_like(depth) if math.isinf(exponent) else depth ** (1 / exponent)
+    return _reversed(largest * (ratio + (1 - ratio) * form), counts)
+
+
+def tabulated_spectrum(amplitudes: np.ndarray, cumulative: np.ndarray, stepped: bool = False) -> Cycles:
+    """The spectrum of a table of ascending amplitudes (n,) and how many cycles (n,) have at least each of them, descending.
+
+    Between its rows the amplitude falls as the logarithm of the cycles rises, as such spectra are drawn; ``stepped``: no cycle
+    lies between two of its amplitudes.
+    """
+    total = float(cumulative[0])
+    shares, counts = _parts(total, cumulative / total)
+    if stepped:
+        return _reversed(amplitudes[np.searchsorted(-cumulative, -shares * total, side="right") - 1], counts)
+    return _reversed(np.interp(np.log(shares * total), np.log(cumulative[::-1]), amplitudes[::-1]), counts)
+
+
+def amplitudes_at(cycles: Cycles, shares: np.ndarray) -> np.ndarray:
+    """The amplitudes (k,) that shares (k,) of the cycles, 0 to 1, reach or exceed."""
+    order = np.argsort(-cycles.ranges, kind="stable")
+    reached = np.cumsum(cycles.counts[order]) / cycles.total
+    at = np.minimum(np.searchsorted(reached, shares, side="left"), len(order) - 1)
+    return np.asarray(cycles.ranges[order][at] / 2)
+
+
+def shifted(cycles: Cycles, one: Cycles, other: Cycles) -> Cycles:
+    """The spectrum whose amplitudes are larger by as much as those of ``one`` exceed those of ``other`` at the same share."""
+    order = np.argsort(-cycles.ranges, kind="stable")
+    counts = cycles.counts[order]
+    shares = (np.cumsum(counts) - counts / 2) / cycles.total
+    moved = cycles.ranges[order] / 2 + amplitudes_at(one, shares) - amplitudes_at(other, shares)
+    return Cycles(2 * np.maximum(moved, 0.0), cycles.means[order], counts)
+
+
+def amplitude_distance(one: Cycles, other: Cycles) -> float:
+    """By how much the amplitudes of two spectra differ, on the mean over equal shares of their cycles.
+
+    As a share of the other's largest amplitude: the area between the two cumulative curves over a linear axis; infinite where
+    one has no cycle.
+
+    It is Wasserstein's distance of their distributions: L. N. Vaserstein, Problemy Peredachi Informatsii 5 (1969) 64-72.
+    """
+    from scipy.stats import wasserstein_distance
+
+    if not one.total or not other.total:
+        return 0.0 if one.total == other.total else math.inf
+    apart = wasserstein_distance(one.ranges, other.ranges, one.counts, other.counts)
+    return float(apart) / other.largest
+
+
+def _parts(count: float, also: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Parts of so many cycles: the share at the middle of each (m,), and how many it has (m,); finer at both ends.
+
+    also: shares (k,) at which a part ends too.
+    """
+    decades = max(int(math.log10(count)), 1)
+    few = np.geomspace(1 / count, 1.0, _DECADES_IN * decades + 1)
+    more = also if also is not None else np.empty(0)
+    edges = np.unique(np.concatenate([[0.0], few, 1 - few, np.linspace(0.0, 1.0, _PARTS + 1), more]))
+    return (edges[1:] + edges[:-1]) / 2, np.diff(edges) * count
+
+
+def _reversed(amplitudes: np.ndarray, counts: np.ndarray) -> Cycles:
+    """Cycles (m,) about zero."""
+    return Cycles(2 * amplitudes, np.zeros(len(amplitudes)), counts)

@@ -1,0 +1,131 @@
+"""Candidates of a design: what they do in the averaged equations, and how far their spectra are from the one that is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wucht.errors import InputError
+from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.cumulative_spectra import amplitude_distance
+from wucht.fatigue.load_classes import distance
+from wucht.fatigue.woehler_line import WoehlerLine
+from wucht.machines.machine import Machine
+from wucht.studies.exciter_design.slow_beats import MOTIONS, Beat, Rig
+from wucht.studies.optimise_balancer.balancer_variables import Variable, values_at
+
+METRICS = ("amplitude", "cumulative", "damage")
+_NO_DISTANCE = (np.nan,) * len(METRICS)
+_FAR = 1e3  # a distance that is larger than any: of a candidate that does not beat
+_SIMPLEX = 0.05  # of a range: the first step of a local search
+_CLOSE = 1e-7  # of a range, and in the distance: where it ends
+
+
+@dataclass(frozen=True)
+class Tried:
+    """P candidates. numbers: the values of the variables (P, k). distances: by each of ``METRICS`` (P, 3), not a number where a
+    candidate does not beat. motion (P,): places in ``MOTIONS``. upper, ratio, fullness (P,): see ``Beat``."""
+
+    numbers: np.ndarray
+    distances: np.ndarray
+    motion: np.ndarray
+    upper: np.ndarray
+    ratio: np.ndarray
+    fullness: np.ndarray
+
+
+@dataclass(frozen=True)
+class Polished:
+    """Where a local search ended: values of the variables (k,), and the distance there."""
+
+    numbers: np.ndarray
+    distance: float
+
+
+@dataclass(frozen=True)
+class Trials:
+    """How candidates of a machine are tried. metric: the column of the distance that is to be small. slope: of damages."""
+
+    machine: Machine
+    variables: tuple[Variable, ...]
+    rig: Rig
+    metric: int
+    slope: float
+
+    def of(self, numbers: np.ndarray) -> Machine:
+        """The machine of a candidate (k,). Raises ``InputError`` where its parts do not allow it."""
+        return self.machine.with_values(values_at(self.machine, self.variables, numbers.tolist()))
+
+    def beat(self, numbers: np.ndarray) -> Beat:
+        """What a candidate (k,) does."""
+        try:
+            machine = self.of(numbers)
+        except InputError as error:
+            return Beat("not-allowed", why=error.allowed)
+        return self.rig.beat(machine)
+
+    def tried(self, numbers: np.ndarray, target: Cycles, report: Callable[[float], None]) -> Tried:
+        """Candidates (P, k)."""
+        beats = list[Beat]()
+        for k, row in enumerate(numbers):
+            report(k / len(numbers))
+            beats.append(self.beat(row))
+        each = [distances(b.cycles, target, self.slope) if b.motion == "modulated" else _NO_DISTANCE for b in beats]
+        return Tried(
+            numbers,
+            np.array(each, float).reshape(-1, len(METRICS)),
+            np.array([MOTIONS.index(b.motion) for b in beats], int),
+            *(np.array([getattr(b, name) for b in beats], float) for name in ("upper", "ratio", "fullness")),
+        )
+
+    def values(self, shares: np.ndarray) -> np.ndarray:
+        """Values (P, k) at shares (P, k), 0 to 1, of the ranges."""
+        return np.stack([v.at(shares[:, k]) for k, v in enumerate(self.variables)], axis=1)
+
+    def shares(self, numbers: np.ndarray) -> np.ndarray:
+        """Where values (k,) lie in their ranges (k,)."""
+        return np.array([v.share(float(x)) for v, x in zip(self.variables, numbers, strict=True)])
+
+    def polished(self, start: np.ndarray, target: Cycles, evaluations: int, report: Callable[[float], None]) -> Polished:
+        """The best near a candidate (k,): J. A. Nelder and R. Mead, Computer Journal 7 (1965) 308-313."""
+        from scipy.optimize import minimize
+
+        begin, done = np.clip(self.shares(start), 0.0, 1.0), 0
+
+        def far(share: np.ndarray) -> float:
+            nonlocal done
+            report(min(done / evaluations, 1.0))
+            done += 1
+            beat = self.beat(self.values(share[None])[0])
+            return distances(beat.cycles, target, self.slope)[self.metric] if beat.motion == "modulated" else _FAR
+
+        steps = np.where(begin > 1 - _SIMPLEX, -_SIMPLEX, _SIMPLEX)
+        options = {
+            "initial_simplex": np.vstack([begin, begin + np.diag(steps)]),
+            "maxfev": evaluations, "xatol": _CLOSE, "fatol": _CLOSE,
+        }  # fmt: skip
+        found = minimize(far, begin, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(begin), options=options)
+        return Polished(self.values(np.clip(found.x, 0.0, 1.0)[None])[0], float(found.fun))
+
+
+def distances(cycles: Cycles, target: Cycles, slope: float) -> tuple[float, float, float]:
+    """Of a spectrum from the one that is wanted, by each of ``METRICS``: it is run as long as it takes to have as many cycles.
+
+    The last one compares the damages that all cycles above an amplitude do, where N is proportional to S^-slope, as the
+    cumulative one compares their numbers; so neither the sum may be another one nor the amplitudes that do it.
+    """
+    if not cycles.total:
+        return np.inf, np.inf, np.inf
+    times = target.total / cycles.total
+    return (
+        amplitude_distance(cycles, target), distance(cycles, target, times),
+        distance(damaging(cycles, target, slope), damaging(target, target, slope), times),
+    )  # fmt: skip
+
+
+def damaging(cycles: Cycles, target: Cycles, slope: float) -> Cycles:
+    """The cycles with their damages for counts, those of the target's largest amplitude being 1."""
+    line = WoehlerLine(slope, 1.0, target.largest / 2, slope)
+    return replace(cycles, counts=line.damages(cycles))

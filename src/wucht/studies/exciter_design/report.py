@@ -1,0 +1,73 @@
+"""A design in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from wucht.results.conventions import summary_of
+from wucht.results.formatting import formats, in_lines
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_HOUR = 3600.0
+
+
+def report(result: xr.Dataset) -> list[str]:
+    """The lines that ``wucht run`` prints for a design."""
+    s, dimensionless, length = summary_of(result), bool(result.attrs["dimensionless"]), formats(result)[1]
+
+    def size(amplitude: float) -> str:
+        return length(amplitude) if s["unit"] == "m" else f"{amplitude:.4g} {s['unit']}".rstrip()
+
+    target, motions = s["target"], ", ".join(f"{n} {name}" for name, n in s["motions"].items() if n)
+    lines = [
+        ("signal", str(result.attrs["signal"])),
+        (
+            "wanted",
+            f"{target['cycles']:.4g} cycles, amplitudes {size(target['ratio'] * target['upper'])} to {size(target['upper'])}",
+        ),
+        ("tried", f"{s['candidates']} candidates with the averaged equations: {motions}"),
+    ]
+    if s["reach"] is not None and s["reach"]["upper"] is not None:
+        r = s["reach"]
+        lines.append((
+            "reach",
+            f"{r['modulated']:.0%} of the ranges beats; largest amplitudes {size(r['upper'][0])} to {size(r['upper'][1])}, the "
+            f"smallest {r['ratio'][0]:.2f} to {r['ratio'][1]:.2f} of it",
+        ))  # fmt: skip
+    if s["distance"] is not None:
+        for k, (name, value) in enumerate(s["parameters"].items()):
+            lines.append(("design" if not k else "", f"{name} = {value:.5g} {s['variables'][name]['unit']}".rstrip()))
+        lines += _of_design(s, size, dimensionless)
+    return in_lines(result, s["sentence"], lines)
+
+
+def _of_design(s: dict[str, Any], size: Callable[[float], str], dimensionless: bool) -> list[tuple[str, str]]:
+    time, full, slow = "" if dimensionless else " s", s["distances"]["full"], s["distances"]["slow"]
+    hours = "" if dimensionless else f" ({s['duration'] / _HOUR:.4g} h)"
+    beat = f"{s['beat']:.4g}{time}, {s['cycles_per_beat']:.3g} cycles"
+    lines = [
+        ("beat", f"{beat}; all cycles of the target take {s['duration']:.4g}{time}{hours}"),
+        (
+            "amplitudes",
+            f"off by {full['amplitude']:.2%} of the largest on the mean (averaged equations {slow['amplitude']:.2%})",
+        ),
+        ("counts", f"off by {full['cumulative']:.2%} of all cycles at most (averaged equations {slow['cumulative']:.2%})"),
+        ("largest", f"{size(s['upper'])}; {s['beyond']:.3g} cycles of the target are larger"),
+        (
+            "damage",
+            f"{s['damage_ratio']:.3f} times that of the target, off by {full['damage']:.2%} of it at most, counted from above",
+        ),
+    ]
+    t = s["tolerances"]
+    if t is not None:
+        middle, worst = ("none" if t[q] is None else f"{t[q]:.2%}" for q in ("median", "q95"))
+        lines.append(
+            (
+                "tolerances",
+                f"within {t['spread']:.1%} {t['modulated']:.0%} beat; the distance is {middle} on the median, {worst} for 95 %",
+            )
+        )
+    return lines

@@ -1,0 +1,175 @@
+"""Plan -> findings: what can be reached, the search, local searches from its best, full equations, corrections, tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.cumulative_spectra import shifted
+from wucht.studies.exciter_design.design_trials import Polished, Tried
+from wucht.studies.exciter_design.full_check import Checked, checked
+from wucht.studies.exciter_design.prepare import Plan
+from wucht.studies.optimise_balancer.pareto_search import generations
+from wucht.studies.work import Work
+
+_REACH, _SEARCH, _POLISH, _FULL, _CORRECTED = 0.2, 0.55, 0.7, 0.75, 0.9  # shares of the work after each
+_APART = 0.1  # of the ranges: candidates that are nearer to each other are one
+
+
+@dataclass(frozen=True)
+class Findings:
+    """reach: random points of the ranges. search: generations. polished: local searches. checked: candidates in the full
+    equations, those of corrections last. tolerances: exciters about the design, by their corrected spectra."""
+
+    reach: tuple[Tried, ...] = ()
+    search: tuple[Tried, ...] = ()
+    polished: tuple[Polished, ...] = ()
+    checked: tuple[Checked, ...] = ()
+    tolerances: tuple[Tried, ...] = ()
+    complete: bool = False
+
+    def design(self, metric: int) -> Checked | None:
+        """The one whose spectrum in the full equations is nearest to the target; None: there is none that beats."""
+        beating = [c for c in self.checked if c.beats and np.isfinite(c.distances[metric])]
+        return min(beating, key=lambda c: float(c.distances[metric]), default=None)
+
+
+def run(plan: Plan, work: Work) -> Iterator[Findings]:
+    """What is found, after each batch of candidates and each run."""
+    findings, spec, metric = Findings(), plan.spec, plan.trials.metric
+    for batch in _in_batches(plan, _sobol(plan, spec.reach, 0), plan.target, "reach", work.part("reach", 0.0, _REACH)):
+        findings = replace(findings, reach=(*findings.reach, batch))
+        yield findings
+    for generation in _searched(plan, findings, work.part("search", _REACH, _SEARCH)):
+        findings = replace(findings, search=(*findings.search, generation))
+        yield findings
+    best = _best(plan, findings)
+    part = work.part("polish", _SEARCH, _POLISH)
+    for k, numbers in enumerate(best):
+        here = part.part("", k / len(best), (k + 1) / len(best))
+        findings = replace(findings, polished=(*findings.polished, _polished(plan, numbers, plan.target, f"{k}", here)))
+        yield findings
+    part = work.part("full", _POLISH, _FULL)
+    for k, one in enumerate(findings.polished):
+        found = _checked(plan, one.numbers, f"{k}", part.part("", k / len(best), (k + 1) / len(best)))
+        findings = replace(findings, checked=(*findings.checked, found))
+        yield findings
+    for found in _corrected(plan, findings, work.part("correction", _FULL, _CORRECTED)):
+        findings = replace(findings, checked=(*findings.checked, found))
+        yield findings
+    design = findings.design(metric)
+    if design is not None and spec.samples and spec.spread:
+        target = shifted(plan.target, design.slow.cycles, design.cycles)
+        about = design.numbers * (1 + spec.spread * (2 * _points(plan, spec.samples, 1) - 1))
+        part = work.part("tolerances", _CORRECTED, 1.0)
+        for batch in _in_batches(plan, about, target, "tolerances", part):
+            findings = replace(findings, tolerances=(*findings.tolerances, batch))
+            yield findings
+    work.report(1.0)
+    yield replace(findings, complete=True)
+
+
+def _points(plan: Plan, count: int, stream: int) -> np.ndarray:
+    """Scrambled Sobol' points (P, k)."""
+    from scipy.stats import qmc
+
+    sobol = qmc.Sobol(len(plan.trials.variables), scramble=True, rng=np.random.default_rng([plan.spec.seed, stream]))
+    return np.asarray(sobol.random(1 << (count - 1).bit_length())[:count])
+
+
+def _sobol(plan: Plan, count: int, stream: int) -> np.ndarray:
+    return plan.trials.values(_points(plan, count, stream))
+
+
+def _in_batches(plan: Plan, numbers: np.ndarray, target: Cycles, what: str, work: Work) -> Iterator[Tried]:
+    """Candidates (P, k), some at a time."""
+    size = plan.spec.population
+    for begin in range(0, len(numbers), size):
+        part = work.part("", begin / len(numbers), min(1.0, (begin + size) / len(numbers)))
+        rows = numbers[begin : begin + size]
+        yield part.unit(f"{begin}", partial(plan.trials.tried, rows, target, _telling(part, what)))
+
+
+def _telling(work: Work, what: str) -> Callable[[float], None]:
+    return lambda share: work.report(share, what)
+
+
+def _searched(plan: Plan, findings: Findings, work: Work) -> Iterator[Tried]:
+    """The generations of the search, the first from the best of the random points, and the exciter as it is."""
+    size, metric = plan.spec.population, plan.trials.metric
+    numbers, far = _known(findings.reach, metric)
+    own = plan.trials.shares(plan.numbers)
+    first = np.array([plan.trials.shares(row) for row in numbers[np.argsort(far, kind="stable")[:size]]])
+    if ((own >= 0) & (own <= 1)).all():
+        first[-1] = own
+    latest: list[Tried] = []
+
+    def value(number: int, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        here = work.part("", number / plan.generations, (number + 1) / plan.generations)
+        what = f"generation {number + 1} of {plan.generations}"
+        rows = plan.trials.values(shares)
+        found = here.unit(f"generation {number}", partial(plan.trials.tried, rows, plan.target, _telling(here, what)))
+        latest.append(found)
+        column = found.distances[:, [metric]]
+        return column, np.isfinite(column[:, 0])
+
+    for _ in generations(plan.generations, first, 1, plan.spec.seed, value):
+        yield latest[-1]
+
+
+def _known(batches: tuple[Tried, ...], metric: int) -> tuple[np.ndarray, np.ndarray]:
+    """All candidates (P, k), and their distances (P,), infinite where there is none."""
+    far = np.concatenate([b.distances[:, metric] for b in batches])
+    return np.concatenate([b.numbers for b in batches]), np.where(np.isfinite(far), far, np.inf)
+
+
+def _best(plan: Plan, findings: Findings) -> list[np.ndarray]:
+    """The best candidates, each apart from those before it."""
+    numbers, far = _known((*findings.reach, *findings.search), plan.trials.metric)
+    shares = np.array([plan.trials.shares(row) for row in numbers])
+    chosen: list[int] = []
+    for k in np.argsort(far, kind="stable").tolist():
+        if len(chosen) == plan.spec.candidates or not np.isfinite(far[k]):
+            break
+        if all(np.abs(shares[k] - shares[j]).max() > _APART for j in chosen):
+            chosen.append(k)
+    return [numbers[k] for k in chosen]
+
+
+def _polished(plan: Plan, numbers: np.ndarray, target: Cycles, name: str, work: Work) -> Polished:
+    if not plan.spec.polish:
+        [far] = plan.trials.tried(numbers[None], target, _telling(work, name)).distances[:, plan.trials.metric].tolist()
+        return Polished(numbers, far)
+    search = partial(plan.trials.polished, numbers, target, plan.spec.polish, _telling(work, "local search"))
+    return work.unit(name, search)
+
+
+def _checked(plan: Plan, numbers: np.ndarray, name: str, work: Work) -> Checked:
+    work.report(0.0, "full equations")
+    part = work.part(name, 0.0, 1.0)
+    return work.unit(name, partial(checked, plan.trials, numbers, plan.target, plan.spec.beats, part))
+
+
+def _corrected(plan: Plan, findings: Findings, work: Work) -> Iterator[Checked]:
+    """The best again, for a target that is corrected by what the full equations give otherwise: output space mapping.
+
+    J. W. Bandler et al., "Space mapping: the state of the art", IEEE Transactions on Microwave Theory and Techniques 52 (2004)
+    337-361.
+    """
+    count = plan.spec.corrections if plan.spec.polish else 0
+    for k in range(count):
+        best = findings.design(plan.trials.metric)
+        if best is None:
+            return
+        here = work.part("", k / count, (k + 1) / count)
+        target = shifted(plan.target, best.slow.cycles, best.cycles)
+        moved = _polished(plan, best.numbers, target, f"{k} polish", here.part("", 0.0, 0.8))
+        found = _checked(plan, moved.numbers, f"{k} full", here.part("", 0.8, 1.0))
+        findings = replace(findings, checked=(*findings.checked, found))
+        yield found
+        if findings.design(plan.trials.metric) is best:  # corrected once more it would be the same
+            return

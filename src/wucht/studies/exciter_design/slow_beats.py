@@ -1,0 +1,170 @@
+"""A beat of the averaged equations, and the load spectrum that it makes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from wucht.analysis.averaged import AveragedMachine, averaged_machine
+from wucht.analysis.full_motion import FullMotion
+from wucht.fatigue.counted_cycles import Cycles
+from wucht.machines.machine import Machine
+from wucht.machines.operation import natural_frequencies
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.flow.trajectory import Trajectory
+from wucht.numerics.recurrence import Recurrence, recurrence, rests
+from wucht.studies.initial_state import angles_in, initial_state, speeds_in
+from wucht.studies.load_spectrum.load_signals import machine_signal
+from wucht.studies.spec import Start
+
+Motion = Literal["modulated", "steady", "unsettled", "failed", "not-allowed"]
+MOTIONS: tuple[Motion, ...] = ("modulated", "steady", "unsettled", "failed", "not-allowed")
+_FIRST_TURNS, _RUNS = 30.0, 12  # of the slowest free vibration, in the first run; runs, each twice as long
+_SAMPLES = 4001  # of each run
+_REPEATS = 8  # how often a beat in which no angle turns is passed in a run, at least
+_SETTLING, _PER_BEAT = 6, 600  # beats after the motion repeats itself, and samples in each
+_PLACES, _FINE = 240, 2400  # of a beat, at which the signal is looked at; and at which it is known by splines between these
+_TURN = 8  # angles of the rotor at each of them
+_BEATS = 1e-6  # relative: an amplitude that changes by less does not beat
+
+
+@dataclass(frozen=True, eq=False)
+class Beat:
+    """What a machine does in the averaged equations, started as asked.
+
+    motion: one of ``MOTIONS``. begin: the time after which it repeats itself. period: of a beat. time, amplitude, rate (n,): in
+    the middle of equal parts of it, the amplitude of the signal's first harmonic and its cycles per unit of time. why: it is
+    none.
+    """
+
+    motion: Motion
+    begin: float = 0.0
+    period: float = np.nan
+    time: np.ndarray = field(default_factory=lambda: np.empty(0))
+    amplitude: np.ndarray = field(default_factory=lambda: np.empty(0))
+    rate: np.ndarray = field(default_factory=lambda: np.empty(0))
+    why: str = ""
+
+    @property
+    def cycles(self) -> Cycles:
+        """Of one beat: the signal is a vibration whose amplitude changes slowly, so that each period of it is a cycle."""
+        counts = self.rate * self.period / max(len(self.rate), 1)
+        return Cycles(2 * self.amplitude, np.zeros(len(counts)), counts)
+
+    @property
+    def upper(self) -> float:
+        """The largest amplitude; not a number where there is no beat."""
+        return float(self.amplitude.max(initial=-np.inf)) if len(self.amplitude) else np.nan
+
+    @property
+    def ratio(self) -> float:
+        """The smallest amplitude over the largest."""
+        return float(self.amplitude.min()) / self.upper if len(self.amplitude) else np.nan
+
+    @property
+    def fullness(self) -> float:
+        """Where the mean amplitude of the cycles lies between the smallest (0) and the largest (1)."""
+        if not len(self.amplitude):
+            return np.nan
+        low, high = float(self.amplitude.min()), self.upper
+        return (float(np.average(self.amplitude, weights=self.rate)) - low) / (high - low)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """How an exciter is looked at: from which start, by which signal, in which averaged equations."""
+
+    signal: str
+    direction: str | None
+    start: Start
+    inertia: bool
+    tolerance: float
+
+    def beat(self, machine: Machine) -> Beat:
+        """What an exciter does. Raises ``InputError`` for a machine without averaged equations or without that signal."""
+        state = initial_state(machine, self.start)
+        slow = averaged_machine(machine, self.inertia)
+        found = self._repeating(slow, slow.state(angles_in(machine, state), speeds_in(machine, state)))
+        if isinstance(found, Beat):
+            return found
+        begin, period, trajectory = found
+        return self._seen(slow, begin, period, trajectory)
+
+    def _repeating(self, slow: AveragedMachine, state: np.ndarray) -> Beat | tuple[float, float, Trajectory]:
+        """Until the motion repeats itself: when, with which period, and one period of it at the middles of equal parts."""
+        system, parameters = slow.system, slow.values()
+        compiled = compile_system(system, self.tolerance)
+        turning = np.array([s in system.angles for s in system.states])
+        slowest = min(f for f in natural_frequencies(slow.machine).values() if f > 0)
+        span, done = _FIRST_TURNS * 2 * np.pi / slowest, 0.0
+        for _ in range(_RUNS):
+            run = integrate(compiled, state, parameters, np.linspace(0.0, span, _SAMPLES)).uninterrupted()
+            if run.failure is not None:
+                return Beat("failed", done, why=run.failure)
+            if rests(run.states[:, _SAMPLES // 2 :]):
+                return Beat("steady", done + span)
+            done, state = done + span, _unwound(run.states[:, -1], turning)
+            span *= 2
+            found = recurrence(run.time, run.states, turning)
+            if found is None or not (found.turns.any() or found.period < span / _REPEATS):
+                continue
+            settled = self._settled(slow, state, found, turning)
+            if settled is not None:
+                return done, *settled
+        return Beat("unsettled", done, why=f"after {done:.4g} the motion neither rests nor repeats itself")
+
+    def _settled(
+        self, slow: AveragedMachine, state: np.ndarray, found: Recurrence, turning: np.ndarray
+    ) -> tuple[float, Trajectory] | None:
+        """The period, and the motion over it, some beats later; None where it does not repeat itself then."""
+        compiled, parameters = compile_system(slow.system, self.tolerance), slow.values()
+        grid = np.linspace(0.0, _SETTLING * found.period, _SETTLING * _PER_BEAT + 1)
+        run = integrate(compiled, state, parameters, grid).uninterrupted()
+        again = None if run.failure is not None else recurrence(run.time, run.states, turning)
+        if again is None or (again.turns != found.turns).any():
+            return None
+        middles = np.concatenate([[0.0], again.period * (np.arange(_PLACES) + 0.5) / _PLACES])
+        last = integrate(compiled, _unwound(run.states[:, -1], turning), parameters, middles).uninterrupted()
+        return None if last.failure is not None else (again.period, last)
+
+    def _seen(self, slow: AveragedMachine, begin: float, period: float, motion: Trajectory) -> Beat:
+        """The first harmonic of the signal over the main rotor's angle, at each place of the beat."""
+        machine, time, states = slow.machine, motion.time[1:], motion.states[:, 1:]
+        signal, full = machine_signal(machine, self.signal, self.direction), FullMotion(slow)
+        parameters = np.array(machine.system.values(machine.values))
+        angles = 2 * np.pi * np.arange(_TURN) / _TURN
+        harmonic = np.zeros(_PLACES, complex)
+        for angle in angles.tolist():
+            whole = full(time, states, np.full(_PLACES, angle))
+            there = replace(motion, time=time, states=whole, parameters=parameters)
+            harmonic += 2 / _TURN * signal(there) * np.exp(-1j * angle)
+        amplitude = np.abs(harmonic)
+        if not np.ptp(amplitude) > _BEATS * amplitude.max(initial=0.0):
+            return Beat("steady", begin, why="the amplitude does not beat")
+        # The vibration turns with the rotor's angle and its own phase, which gains what the shaking force loses in a beat.
+        names = slow.system.output(f"speed[{slow.equations.bodies.names[0]}]").expression
+        speed = Evaluator.of(slow.system, [names], ["speed"])(time, states, motion.parameters)["speed"]
+        step = period / _PLACES
+        phase = np.unwrap(np.angle(harmonic))
+        gained = 2 * np.pi * np.round((phase[-1] - phase[0] + (phase[1] - phase[0])) / (2 * np.pi))
+        around = np.concatenate([[phase[-1] - gained], phase, [phase[0] + gained]])
+        rate = np.abs(speed + (around[2:] - around[:-2]) / (2 * step)) / (2 * np.pi)
+        middles = period * (np.arange(_FINE) + 0.5) / _FINE
+        amplitude, rate = (_between(time, of, middles, period) for of in (amplitude, rate))
+        return Beat("modulated", begin, period, middles, amplitude, rate)
+
+
+def _between(time: np.ndarray, values: np.ndarray, at: np.ndarray, period: float) -> np.ndarray:
+    """Of a function with a period, known at times (n,): at others (k,), by a periodic cubic spline."""
+    from scipy.interpolate import CubicSpline
+
+    closed = np.append(time, time[0] + period), np.append(values, values[0])
+    return np.asarray(CubicSpline(*closed, bc_type="periodic")(at))
+
+
+def _unwound(state: np.ndarray, turning: np.ndarray) -> np.ndarray:
+    return np.asarray(state - np.where(turning, 2 * np.pi * np.round(state / (2 * np.pi)), 0.0))

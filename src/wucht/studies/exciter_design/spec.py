@@ -1,0 +1,132 @@
+"""The question of ``exciter-design``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import BeforeValidator, Field
+
+from wucht.checking import checked, is_pairs
+from wucht.errors import InputError
+from wucht.fields import Described, si
+from wucht.studies import spec as common
+from wucht.studies.optimise_balancer.spec import Vary
+from wucht.studies.spec import Quantity
+
+Shape = Literal["constant", "normal", "straight-line"]
+_FORMS = ("shape", "exponent", "table", "file")
+_WANTED = (
+    "must be a table of pairs [[AMPLITUDE, CYCLES], ...], { file = FILE }, or { shape = 'normal', largest = AMPLITUDE, "
+    "cycles = NUMBER }"
+)
+_LIMITS = {
+    "evaluations": (4, 100_000), "population": (4, 1000), "reach": (4, 100_000), "candidates": (1, 20), "corrections": (0, 10),
+    "polish": (0, 10_000), "samples": (0, 10_000), "seed": (0, 2**31),
+}  # fmt: skip
+
+
+class Target(Described):
+    """A spectrum that is wanted: amplitude over cumulative cycles.
+
+    shape: ``constant``, ``normal`` or ``straight-line``, or another exponent of H = H_0^(1 - (S/S_max)^exponent). largest:
+    amplitude S_max. cycles: H_0, in all. ratio: of the lowest amplitude to the largest. table: pairs of an amplitude and of how
+    many cycles have at least this one; file: with these two columns. stepped: no cycle lies between two amplitudes of a table.
+    """
+
+    shape: Shape | None = Field(None, description="shape of the spectrum")
+    exponent: float | None = si("", "exponent of the shape", default=None, gt=0)
+    largest: Quantity | None = Field(None, description="largest amplitude")
+    cycles: float | None = si("cycles", "number of cycles", default=None, gt=1)
+    ratio: float | None = si("", "ratio of the lowest amplitude to the largest", default=None, ge=0, lt=1)
+    table: tuple[tuple[Quantity, Quantity], ...] | None = Field(None, description="amplitudes and cumulative cycles")
+    file: str | None = Field(None, min_length=1, description="file of amplitudes and cumulative cycles")
+    stepped: common.TrueOrFalse | None = Field(None, description="whether no cycle lies between two amplitudes")
+
+    def check(self) -> None:
+        """One form, with the keys that it needs."""
+        given = [key for key in _FORMS if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise InputError("study.target", ", ".join(given) or None, f"must be one of {', '.join(_FORMS)}")
+        standard = given[0] in ("shape", "exponent")
+        for key in ("largest", "cycles"):
+            if standard and getattr(self, key) is None:
+                raise InputError(f"study.target.{key}", None, f"this key is missing: a target with {given[0]} needs it")
+        for key in ("stepped",) if standard else ("largest", "cycles", "ratio"):
+            if getattr(self, key) is not None:
+                other = "a table or file" if standard else "a shape or exponent"
+                raise InputError(f"study.target.{key}", getattr(self, key), f"allowed only with {other}")
+
+
+def _target(given: Any) -> Any:
+    if is_pairs(given):
+        given = {"table": given}
+    if not isinstance(given, Mapping | Target):
+        raise ValueError(_WANTED)
+    if isinstance(given, Target):
+        given.check()
+        return given
+    pairs = given.get("table")
+    if pairs is not None and not is_pairs(pairs):
+        raise InputError("study.target.table", pairs, "must be a list of pairs [AMPLITUDE, CYCLES]")
+    made = checked(Target, given, "study.target")
+    made.check()
+    return made
+
+
+class ExciterDesign(common.Spec):
+    """Motor, unbalances, damping, stiffness with which the beating of an exciter at its resonance gives a wanted load spectrum.
+
+    002, section 6.2: "the choice of the exciter's parameters is a further, non-trivial task".
+
+    target: the spectrum. vary: {PATH = [low, high]} as in ``optimise-balancer``; a wide range (tenfold) is searched by its
+    logarithm. signal, direction: what is counted, as in ``load-spectrum``. metric: ``"amplitude"``, the mean difference of the
+    amplitudes at equal shares of the cycles; ``"cumulative"``, the largest difference of those shares at equal amplitudes (that
+    of ``load-spectrum``); ``"damage"``, the same of the damage that larger amplitudes do, where N goes with S^-slope. start:
+    from which the exciter runs, by default at rest. reach: random points of the ranges at which the modulated motion is looked
+    at; the best of them are the first generation. evaluations: candidates of the search that follows; population: of a
+    generation; polish: evaluations of a local search from its best. candidates: how many different ones are run with the full
+    equations, over ``beats`` beats; corrections: how often the design is corrected by what the full equations give otherwise
+    than the averaged ones. spread: of all that is varied, half the width relative to its value, for ``samples`` exciters within
+    tolerances. inertia: of the averaged equations.
+    """
+
+    kind: ClassVar[str] = "exciter-design"
+    subject: ClassVar[str] = "wucht.studies.exciter_design.exciter_subject:MACHINE_IN_FOLDER"
+    meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "target", "vary", "signal")
+
+    target: Annotated[Target, BeforeValidator(_target)] = Field(description="spectrum that is wanted")
+    vary: Vary
+    signal: Literal["displacement", "bearing-force", "acceleration"] = Field("displacement", description="signal")
+    direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the signal")
+    metric: Literal["amplitude", "cumulative", "damage"] = Field("amplitude", description="distance between spectra")
+    start: common.Start = Field(default_factory=dict)
+    reach: common.Whole = Field(128, description="random points of the ranges")
+    evaluations: common.Whole = Field(320, description="candidates of the search")
+    population: common.Whole = Field(16, description="candidates of a generation")
+    polish: common.Whole = Field(200, description="evaluations of a local search")
+    candidates: common.Whole = Field(3, description="candidates that are run with the full equations")
+    beats: common.Whole = Field(40, description="beats that are counted of the full equations")
+    corrections: common.Whole = Field(2, description="corrections by the full equations")
+    spread: float = si("", "spread of the parameters", default=0.02, ge=0, lt=1)
+    samples: common.Whole = Field(64, description="exciters within tolerances")
+    slope: float = si("", "slope of the Woehler line", default=5.0, gt=0)
+    seed: common.Whole = Field(1, description="of the random points and of the search")
+    inertia: common.Inertia = True
+    tolerance: common.Tolerance = common.DEFAULT_TOLERANCE
+
+    def check(self) -> None:
+        """Numbers that can be worked off."""
+        for key, (low, high) in (_LIMITS | {"beats": (2, 10_000)}).items():
+            if not low <= getattr(self, key) <= high:
+                raise InputError(f"study.{key}", getattr(self, key), f"must be a whole number from {low} to {high}")
+        for key in ("evaluations", "reach"):
+            if getattr(self, key) < self.population:
+                raise InputError(f"study.{key}", getattr(self, key), f"must be at least {self.population}: one population")
+
+    def asked_of(self, subject: Any) -> dict[str, Any]:
+        """See ``Spec``: a changed file of the target is another question."""
+        asked, contents = self.asked(), getattr(subject, "contents", None)
+        if self.target.file is not None and contents is not None:
+            asked["target"]["contents"] = contents(self.target.file)
+        return asked

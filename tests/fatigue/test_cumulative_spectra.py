@@ -1,0 +1,97 @@
+"""Spectra that are wanted, against distributions in closed form; the distance of amplitudes against hand-made spectra."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from wucht.fatigue.counted_cycles import Cycles
+from wucht.fatigue.cumulative_spectra import (
+    EXPONENTS,
+    amplitude_distance,
+    amplitudes_at,
+    shifted,
+    standard_spectrum,
+    tabulated_spectrum,
+)
+from wucht.fatigue.rainflow_counting import rainflow
+
+COUNT, LARGEST = 1e6, 3.0
+
+
+def of(amplitudes: list[float], counts: list[float]) -> Cycles:
+    return Cycles(2 * np.array(amplitudes, float), np.zeros(len(amplitudes)), np.array(counts, float))
+
+
+def test_the_normal_shape_is_rayleighs_and_the_straight_line_exponential() -> None:
+    """H/H_0 = exp(-S^2/(2 s^2)), s = S_max/sqrt(2 ln H_0); H/H_0 = exp(-S/s), s = S_max/ln H_0."""
+    at = np.linspace(0.1, 0.95, 12) * LARGEST
+    rayleigh = stats.rayleigh(scale=LARGEST / math.sqrt(2 * math.log(COUNT)))
+    exponential = stats.expon(scale=LARGEST / math.log(COUNT))
+    for shape, law in (("normal", rayleigh), ("straight-line", exponential)):
+        cycles = standard_spectrum(LARGEST, COUNT, EXPONENTS[shape])
+        assert cycles.total == pytest.approx(COUNT)
+        assert cycles.largest == pytest.approx(2 * LARGEST)
+        assert cycles.exceeding(2 * at) == pytest.approx(COUNT * law.sf(at), rel=0.06)  # parts of a twentieth of a decade
+        assert np.average(cycles.ranges / 2, weights=cycles.counts) == pytest.approx(law.mean(), rel=1e-4)
+
+
+def test_narrow_band_noise_has_the_normal_shape() -> None:
+    """Rainflow cycles of a sum of 400 waves with random phases, in a band of 4 %."""
+    random = np.random.default_rng(3)
+    t, frequency, phase = np.arange(0.0, 2000.0, 0.04), 1 + 0.04 * (random.random(400) - 0.5), 2 * np.pi * random.random(400)
+    z = np.zeros(len(t))
+    for f, p in zip(frequency, phase, strict=True):
+        z += np.cos(2 * np.pi * f * t + p)
+    counted = rainflow(z)
+    largest = math.sqrt(2 * math.log(counted.total)) * z.std()
+    assert amplitude_distance(counted, standard_spectrum(largest, counted.total, EXPONENTS["normal"])) < 0.02
+
+
+def test_constant_amplitude_and_the_ratio_of_the_lowest() -> None:
+    one = standard_spectrum(LARGEST, COUNT, EXPONENTS["constant"])
+    assert set(one.ranges.tolist()) == {2 * LARGEST}
+    p = standard_spectrum(LARGEST, COUNT, 2.0, ratio=0.4)
+    none = standard_spectrum(LARGEST, COUNT, 2.0)
+    assert p.ranges == pytest.approx(0.4 * 2 * LARGEST + 0.6 * none.ranges)
+    assert p.ranges.min() == pytest.approx(0.8 * LARGEST, rel=2e-3)
+
+
+def test_a_table_is_met_at_its_rows_and_between_them_by_the_logarithm() -> None:
+    amplitudes, cumulative = np.array([1.0, 2.0, 4.0]), np.array([1e5, 1e3, 10.0])
+    cycles = tabulated_spectrum(amplitudes, cumulative)
+    assert cycles.total == pytest.approx(1e5)
+    assert amplitudes_at(cycles, cumulative / 1e5 * (1 - 1e-9)) == pytest.approx(amplitudes, rel=0.03)
+    assert amplitudes_at(cycles, np.array([0.1]))[0] == pytest.approx(1.5, rel=0.01)  # half the decades
+    assert cycles.largest == 8.0
+
+
+def test_a_stepped_table_has_its_amplitudes_alone() -> None:
+    cycles = tabulated_spectrum(np.array([1.0, 2.0, 4.0]), np.array([1e5, 1e3, 10.0]), stepped=True)
+    rows, _ = cycles.by_range()
+    assert rows.ranges == pytest.approx([2.0, 4.0, 8.0])
+    assert rows.counts == pytest.approx([1e5 - 1e3, 1e3 - 10, 10.0])
+
+
+def test_amplitudes_at_shares_of_the_cycles() -> None:
+    cycles = of([1.0, 3.0, 2.0], [6.0, 1.0, 3.0])
+    assert amplitudes_at(cycles, np.array([0.0, 0.1, 0.11, 0.4, 0.41, 1.0])).tolist() == [3.0, 3.0, 2.0, 2.0, 1.0, 1.0]
+
+
+def test_the_distance_of_amplitudes() -> None:
+    """All larger by a tenth of the largest: 0.1; one of four cycles larger by 2 of 4: 0.125; twice as many of all: 0."""
+    one = of([1.0, 2.0, 4.0], [1.0, 2.0, 1.0])
+    assert amplitude_distance(of([1.4, 2.4, 4.4], [1.0, 2.0, 1.0]), one) == pytest.approx(0.1)
+    assert amplitude_distance(of([1.0, 2.0, 4.0, 4.0], [1.0, 1.0, 1.0, 1.0]), one) == pytest.approx(0.125)
+    assert amplitude_distance(of([1.0, 2.0, 4.0], [5.0, 10.0, 5.0]), one) == pytest.approx(0.0, abs=1e-12)
+    assert amplitude_distance(Cycles.none(), one) == math.inf
+
+
+def test_a_shifted_spectrum_makes_up_for_a_difference() -> None:
+    """What is 0.5 too small at each share is asked for 0.5 larger; amplitudes do not fall below zero."""
+    target, asked, got = of([2.0, 1.0], [1.0, 3.0]), of([3.0, 1.0], [1.0, 3.0]), of([2.5, 0.5], [2.0, 6.0])
+    assert shifted(target, asked, got).ranges.tolist() == [5.0, 3.0]
+    assert shifted(of([0.2], [4.0]), got, asked).ranges.tolist() == [0.0]
