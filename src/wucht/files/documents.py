@@ -13,14 +13,17 @@ from wucht.errors import InputError
 Document = dict[str, Any]
 
 
-def read_text(path: Path, missing: str = "there is no such file", encoding: str = "utf-8") -> str:
-    """The text of a file. Raises ``InputError`` for one that cannot be read; missing: the sentence where there is none."""
+def read_text(path: Path, missing: str = "there is no such file", encoding: str = "utf-8-sig") -> str:
+    """The text of a file, without the byte order mark that some editors put before it.
+
+    missing: the sentence where there is none. Raises ``InputError`` for one that cannot be read.
+    """
     try:
         return path.read_text(encoding=encoding)
     except FileNotFoundError:
         raise InputError(str(path), None, missing) from None
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text; save it as UTF-8"
         raise InputError(str(path), None, f"the file cannot be read: {reason}") from None
 
 
