@@ -85,7 +85,10 @@ def test_the_heading_may_carry_units(written, heading):
         ("1,5 2,5\n2,5 3,5\n", "line 1: .*these are 3 columns; where commas are decimal, put a semicolon between the columns"),
         ("1,5,2,5\n2,5,3,5\n", "line 1: .*these are 4 columns; where commas are decimal, put a semicolon between the columns"),
         ("n in hurz; M in Nm\n1;2\n3;4\n", "line 1: .*'hurz' is no known unit"),
-        ("n; M\nU/min; Nm\n1; 2\n2; 3\n", r"line 2: this is a second heading; .* speed \[rad/s\]; torque \[N m\]"),
+        (
+            "n; M\nU/min; Nm\n1; 2\n2; 3\n",
+            r"line 2: 'U/min' is no .*; write units beside the names: speed \[rad/s\]; torque \[N m\]",
+        ),
         ("speed, torque, power\n1, 2\n3, 4\n", "line 1: there must be two columns, speed and torque; the heading has 3"),
         ("speed (V), torque\n1, 2\n3, 4\n", "line 1: must be a speed.*this one is a voltage"),
         ("speed (hurz), torque\n1, 2\n3, 4\n", "line 1: .*'hurz' is no known unit"),
