@@ -136,7 +136,8 @@ def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machin
     ----------
     name : path of a study file, or a catalogue name
     settings : mapping, optional
-        Parameters by path, in SI or as text with a unit, such as ``{"drive.slope": "0.02 N m s"}``.
+        Parameters by path, in SI or as text with a unit, such as ``{"drive.slope": "0.02 N m s"}``; a frequency, but for that
+        of a motor's mains, as text with its unit.
 
     Returns
     -------
