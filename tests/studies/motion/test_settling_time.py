@@ -10,7 +10,7 @@ import pytest
 from wucht.files.building import machine_from
 from wucht.numerics.observers.turns import Samples
 from wucht.results.conventions import summary_of
-from wucht.results.outcomes import Outcome
+from wucht.results.outcomes import AMPLITUDE_TOLERANCE, Outcome
 from wucht.studies.motion.observation import Watch
 from wucht.studies.motion.verdict import Verdict, judge
 from wucht.studies.run_up.report import report
@@ -88,3 +88,21 @@ def test_the_amplitude_settles_later_than_the_speed(damping: float) -> None:
     assert summary["settling_time"] < 0.1
     line = next(x for x in report(result) if "settled at" in x)
     assert f"{summary['amplitude_settling_time']:.4g} s; the speed and the unbalance at" in line
+
+
+def test_where_a_ball_lags_only_the_speed_has_settled() -> None:
+    """A ball in thin oil stays at the resonance of 100 rad/s while the rotor turns at 300 rad/s: the amplitude beats on."""
+    machine = machine_from({
+        "carrier": {"mass": 1.0, "stiffness": 1e4, "damping": 4.0},
+        "bodies": [
+            {"kind": "rotor", "name": "d", "mass": 0.1, "unbalance": 1e-4, "inertia": 0.01},
+            {"kind": "pendulum", "name": "p", "about": "d", "mass": 0.01, "length": 0.01, "damping": 1e-8},
+        ],
+        "drive": {"on": "d", "kind": "constant-speed", "speed": 300.0},
+    })  # fmt: skip
+    result = run(RunUp(until=20.0, start={"p": {"angle": 0.3, "speed": 90.0}}), machine)
+    summary = summary_of(result)
+    assert summary["outcome"] == "balancer-captured"
+    assert summary["amplitude_settling_time"] is None
+    assert summary["max_amplitude"] > (1 + 2 * AMPLITUDE_TOLERANCE) * summary["min_amplitude"]
+    assert any(line.endswith(" s, the speed") for line in report(result) if "settled at" in line)
