@@ -45,6 +45,63 @@ def test_turns_and_degrees_as_loggers_write_them(given, si, value):
 
 
 @pytest.mark.parametrize(
+    ("si", "factor", "spellings"),
+    [
+        ("N m", 1, ["N m", "Nm", "N*m", "N·m", "N.m", "N * m"]),
+        ("N m", 1e3, ["kNm", "kN m", "kN.m"]),
+        ("N m", 1e-3, ["mNm", "Nmm", "N mm"]),
+        ("N m", 1e-2, ["Ncm"]),
+        ("N s/m", 1, ["Ns/m", "N*s/m", "N.s/m", "N/(m/s)", "kg/s"]),
+        ("N s/m", 1e3, ["kNs/m", "Ns/mm"]),
+        ("N m s", 1, ["Nms", "Nm s", "N m s", "Nm*s", "Nms/rad", "Nm/(rad/s)", "kg m^2/s", "kgm²/s"]),
+        ("N m/rad", 1, ["Nm/rad", "Nm"]),
+        ("N m/rad", 180 / math.pi, ["Nm/°", "Nm/deg", "Nm/grad", "N m/Grad"]),
+        ("kg m^2", 1, ["kg m^2", "kg m2", "kg m²", "kgm^2", "kgm2", "kgm²", "kg*m^2", "kg*m2", "kg.m2", "kg m**2", "Nms²"]),
+        ("kg m^2", 1e-7, ["gcm2", "g cm²", "g*cm^2"]),
+        ("kg m^2", 1e-6, ["kg mm2", "kgmm²"]),
+        ("kg m^2", 1e3, ["t m2", "tm²"]),
+        ("kg m", 1, ["kgm", "kg*m"]),
+        ("kg m", 1e-6, ["gmm", "g mm", "g.mm"]),
+        ("m/s^2", 1, ["m/s2", "m/s²", "m/s^2", "m s^-2"]),
+        ("rad", math.pi / 180, ["°", "deg", "grad", "Grad"]),
+        ("rad", math.pi / 200, ["gon"]),
+        ("rad/s", math.pi / 180, ["°/s", "deg/s", "grad/s", "Grad/s"]),
+        ("ohm", 1e-3, ["mOhm", "mΩ", "mohm"]),
+    ],
+)  # fmt: skip
+def test_units_as_people_write_them(si, factor, spellings):
+    """To Pint ``Nm`` is the fineness of a yarn, ``grad`` a gradian, and most of the others nothing."""
+    for spelling in spellings:
+        assert Unit(si, "quantity").parse(f"2 {spelling}") == pytest.approx(2 * factor, rel=1e-14), spelling
+
+
+def test_the_usual_spellings_do_without_pint(monkeypatch):
+    monkeypatch.setattr(quantities, "_registry", lambda: pytest.fail("Pint is loaded"))
+    for si, unit in (("N m", "Nm"), ("N s/m", "Ns/m"), ("N m s", "Nms"), ("kg m^2", "kgm²"), ("rad", "°"), ("rad/s", "1/min")):
+        assert Unit(si, "quantity").parse(f"3 {unit}") > 0
+
+
+@pytest.mark.parametrize(
+    ("si", "given", "sentence"),
+    [
+        ("kg", "2,5 kg", "such as '1 kg'.*write a decimal point, no comma"),
+        ("rad/s", "2,5 rpm", "write a decimal point, no comma"),
+        ("kg", "1.000,5 kg", "write a decimal point, no comma"),
+        ("kg", "1 000 kg", "write the digits of a number together"),
+        ("kg", "1'000 kg", "write the digits of a number together"),
+        ("N/m", "2.5 * 10^5 N/m", "write powers of ten as 1e3"),
+        ("N/m", "10^5 N/m", "write powers of ten as 1e3"),
+        ("kg", "2 Kg", "such as '1 kg'; 'Kg' is no known unit"),
+        ("N m", "2 nm", "such as '1 N m'; this one is a length"),
+        ("N", "2 Nm", "this one is a torque"),
+    ],
+)
+def test_what_is_refused_says_what_to_write(si, given, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        Unit(si, "quantity").parse(given)
+
+
+@pytest.mark.parametrize(
     ("si", "given"), [("rad/s", "50 U"), ("rad", "50 1/min"), ("rad", "50 rpm"), ("s", "50 U"), ("kg", "1 1/min")]
 )
 def test_turns_are_no_other_quantity(si, given):

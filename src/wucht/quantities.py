@@ -2,6 +2,9 @@
 
 Angles are radians, so that a speed of one turn a second is 2 pi rad/s. ``Hz`` given for an angular speed counts turns, and an
 angular speed given for a frequency is 2 pi times it: 50 Hz, 3000 rpm and 314.159 rad/s are the same.
+
+Units are read as people write them: ``N m``, ``Nm``, ``N*m``, ``N.m``; ``kg m^2``, ``kgm2``, ``kg m²``; ``rpm``, ``RPM``,
+``1/min``, ``U/min``; ``deg``, ``°``, ``grad`` (the German degree; the gradian is ``gon``).
 """
 
 from __future__ import annotations
@@ -47,12 +50,25 @@ _AFTER_HEAD = re.compile(r",? (?:of|in|at|that|with|where|to|from|by|for|about|b
 _NUMBER = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|nan)(?![a-z]))\s*(.*)", re.IGNORECASE | re.DOTALL
 )
-_UNIT = re.compile(r"[^\W\d_][\w°%·⋅*/^()²³⁻¹ -]*|[°%](?:/[a-z]+)?")  # begins with a letter: no second number, no decimal comma
+_UNIT = re.compile(
+    r"[^\W\d_][\w°%·⋅*/^()²³⁻¹ .-]*|[°%](?:/[a-z]+)?"
+)  # begins with a letter: no second number, no decimal comma
 # What loggers write, in any case: Pint reads U as an enzyme unit, and 1/min does not say to it that turns are counted.
 _TURNS = r"(?:u|umdr\.?|umdrehung(?:en)?|revs?)"
 _TURN = re.compile(_TURNS, re.IGNORECASE)
 _TURNS_A_MINUTE = re.compile(rf"rpm|upm|(?:{_TURNS}|r|1)?\s*/\s*min\.?|(?:{_TURNS}\s*)?min\s*\^?\s*(?:-1|⁻¹)", re.IGNORECASE)
 _TURNS_A_SECOND = re.compile(rf"(?:{_TURNS}|r)\s*/\s*s(?:ec|ek)?\.?", re.IGNORECASE)
+# What cannot be read as a number and a unit, and is told what to write instead.
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?[\d.]*,\d")
+_DIGITS_APART = re.compile(r"\s*[+-]?\d+(?:[ '\u00a0\u2009\u202f]\d{3})+(?!\d)")
+_POWER_OF_TEN = re.compile(r"\s*(?:[+-]?[\d.]+\s*[*x·⋅×]?\s*)?10\s*(?:\^|\*\*)")
+# How units of mechanics are written that Pint does not know.
+_PRODUCT = re.compile(r"\s*[*·⋅]\s*|(?<=\w)\.(?=[^\W\d_])")
+_POWER = re.compile(r"(?<=[^\W\d_])([234])(?!\w)")
+_TO = r"(?:\^?[234])?"
+_TOGETHER = re.compile(rf"\b(?:([kmM]?N)(?=[a-z])([cm]?m{_TO})?(s{_TO})?|([km]?g|t)([cm]?m{_TO}))(?!\w)")
+_DEGREE = re.compile(r"\b[Gg]rad\b|°(?!C)")
+_OHM = re.compile(r"\b([mkM]?)Ohm\b")
 
 
 def _parse(given: object, si: str, what: str) -> float:
@@ -68,25 +84,36 @@ def _parse(given: object, si: str, what: str) -> float:
     split = _NUMBER.fullmatch(given)
     unit = split[2].strip() if split else ""
     if split is None or (unit and not _UNIT.fullmatch(unit) and _of_loggers(unit, si) is None):
-        hint = "write rpm, Hz or rad/s" if si in ("rad/s", "Hz") else "a decimal point, no comma"
-        raise ValueError(f"{allowed}; this cannot be read as a number and a unit ({hint})")
+        raise ValueError(f"{allowed}; this cannot be read as a number and a unit ({_remedy(given, si)})")
     return float(split[1]) * (_factor(unit, si, allowed) if unit else 1.0)
+
+
+def _remedy(given: str, si: str) -> str:
+    """What to write in place of what cannot be read as a number and a unit."""
+    if _DECIMAL_COMMA.match(given):
+        return "write a decimal point, no comma"
+    if _DIGITS_APART.match(given):
+        return "write the digits of a number together"
+    if _POWER_OF_TEN.match(given):
+        return "write powers of ten as 1e3"
+    return "write rpm, Hz or rad/s" if si in ("rad/s", "Hz") else "a decimal point, no comma"
 
 
 def _factor(unit: str, si: str, allowed: str) -> float:
     """How many SI units a unit is. Raises ``ValueError`` for an unknown one, or one of another dimension."""
     if si == "Hz":
         return _factor(unit, "rad/s", allowed) / (2 * math.pi)
-    if unit == si:
-        return 1.0
-    if (unit, si) in COMMON:
-        return COMMON[unit, si]
     if (known := _of_loggers(unit, si)) is not None:
         return known
+    plain = _spelt_out(unit)
+    if plain == si:
+        return 1.0
+    if (plain, si) in COMMON:
+        return COMMON[plain, si]
     import pint as pint_
 
     try:
-        parsed: Any = _registry().parse_units(unit)
+        parsed: Any = _registry().parse_units(plain)
     except Exception:
         # Pint's parser raises whatever Python's tokenizer does on a malformed string; to the user they are one thing.
         raise ValueError(f"{allowed}; {unit!r} is no known unit") from None
@@ -108,15 +135,24 @@ def _factor(unit: str, si: str, allowed: str) -> float:
 
 
 def _of_loggers(unit: str, si: str) -> float | None:
-    """How many SI units one of turns or degrees is that Pint does not know, or takes for another; None for other units."""
+    """How many SI units a unit of turns is that Pint does not know, or takes for another; None for other units."""
     if si == "rad" and _TURN.fullmatch(unit):
         return 2 * math.pi
     if si in ("rad/s", "Hz") and _TURNS_A_MINUTE.fullmatch(unit):
         return 2 * math.pi / 60
     if si in ("rad/s", "Hz") and _TURNS_A_SECOND.fullmatch(unit):
         return 2 * math.pi
-    # To Pint a Grad is a gigaradian.
-    return math.pi / 180 if (unit, si) in (("Grad", "rad"), ("Grad/s", "rad/s")) else None
+    return None
+
+
+def _spelt_out(unit: str) -> str:
+    """The unit as SI writes it: factors apart, powers with ``^``, the names of Pint.
+
+    ``Nms`` is N m s, not newton milliseconds; to Pint ``Nm`` is the fineness of a yarn, ``Grad`` 1e9 rad, ``grad`` a gradian.
+    """
+    unit = _DEGREE.sub("deg", _OHM.sub(r"\1ohm", unit)).replace("²", "^2").replace("³", "^3").replace("**", "^")
+    apart = _TOGETHER.sub(lambda m: " ".join(filter(None, m.groups())), _PRODUCT.sub(" ", unit))
+    return _POWER.sub(r"^\1", apart)
 
 
 # To load Pint takes as long as a run: a file with no other units than these does without.

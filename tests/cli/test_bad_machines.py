@@ -370,7 +370,7 @@ TABLES = {
     "equal speeds": ("0,1\n1,2\n1,3\n", "line 3", "does not increase"),
     "falling speeds": ("2,1\n1,2\n", "line 2", "does not increase"),
     "decimal commas between commas": ("0,1,5\n100,1,2\n", "line 1", "3 columns"),
-    "decimal commas between tabs": ("0\t1,5\n100\t1,2\n", "line 1", "no finite number"),
+    "two commas in a number between tabs": ("0\t1,500,0\n100\t1,2\n", "line 1", "no finite number"),
     "one column": ("1\n2\n", "line 1", "1 columns"),
     "units below the heading": ("speed,torque\nrpm,N m\n0,1\n1,2\n", "line 2", "'rpm' is no finite number"),
     "hexadecimal": ("0x1,1\n2,2\n", "line 1"),

@@ -40,6 +40,10 @@ def written(tmp_path):
         "speed (rad/s) torque (N m)\n0 5\n100 8\n150 0\n",
         "w[rad/s] M[N m]\n0 5\n100 8\n150 0\n",
         '"speed of the shaft (rad/s)","torque [N m/(rad/s) * rad/s]"\n"0","5"\n"100","8"\n"150","0"\n',
+        "speed [rad/s]; torque [Nm];\n0;5;\n100;8;\n150;0;\n",
+        "0,0\t5,0\n1e2\t8,0\n150,0\t0\n",
+        "\ufeffDrehzahl in U/min; Moment in Nm\r\n0,0;5\r\n954,9296585513721;8\r\n1432,3944878270580;0\r\n",
+        "n in rpm\tM in kNm\n0\t0,005\n954,9296585513721\t0,008\n1432,3944878270580\t0\n",
         "speed [deg/s]; torque [N mm]\n0; 5000\n5729,5779513082321; 8e3\n8594.366926962348; 0\n",
     ],
 )
@@ -48,8 +52,19 @@ def test_the_same_table_in_many_hands(written, text):
     assert [x for row in rows for x in row] == pytest.approx([0, 5, 100, 8, 150, 0], rel=1e-14)
 
 
-def test_the_heading_may_carry_units(written):
-    rows = read_table(written("speed (rpm), torque [kN m]\n0, 0.005\n1500, 8e-3\n"), SPEED_TORQUE)
+@pytest.mark.parametrize(
+    "heading",
+    [
+        "speed (rpm), torque [kN m]",
+        "n in 1/min, M in kNm",
+        "n 1/min, M kN m",
+        "n / min^-1, M / kNm",
+        "rpm, kNm",
+        "n RPM, M kN*m",
+    ],
+)
+def test_the_heading_may_carry_units(written, heading):
+    rows = read_table(written(f"{heading}\n0, 0.005\n1500, 8e-3\n"), SPEED_TORQUE)
     assert rows == [[0.0, 5.0], [pytest.approx(1500 * RPM), 8.0]]
 
 
@@ -67,14 +82,20 @@ def test_the_heading_may_carry_units(written):
         ("1, 2\n\n# again\n1, 3\n", "line 4: the speed does not increase"),
         ("1, 2\n3, 4, 5\n", "line 2: there must be two numbers, speed and torque; these are 3 columns"),
         ("1\n2\n", "line 1: there must be two numbers, speed and torque; these are 1 columns"),
-        ("1,5 2,5\n2,5 3,5\n", "line 1: .*these are 3 columns"),
+        ("1,5 2,5\n2,5 3,5\n", "line 1: .*these are 3 columns; where commas are decimal, put a semicolon between the columns"),
+        ("1,5,2,5\n2,5,3,5\n", "line 1: .*these are 4 columns; where commas are decimal, put a semicolon between the columns"),
+        ("n in hurz; M in Nm\n1;2\n3;4\n", "line 1: .*'hurz' is no known unit"),
+        (
+            "n; M\nU/min; Nm\n1; 2\n2; 3\n",
+            r"line 2: 'U/min' is no .*; write units beside the names: speed \[rad/s\]; torque \[N m\]",
+        ),
         ("speed, torque, power\n1, 2\n3, 4\n", "line 1: there must be two columns, speed and torque; the heading has 3"),
         ("speed (V), torque\n1, 2\n3, 4\n", "line 1: must be a speed.*this one is a voltage"),
         ("speed (hurz), torque\n1, 2\n3, 4\n", "line 1: .*'hurz' is no known unit"),
         ("speed (1/s), torque\n1, 2\n3, 4\n", "line 1: .*must be a speed"),
         ("torque, speed\n1, 2\n3, 4\n", "line 1: the columns are exchanged; must be speed first, then torque"),
         ("speed (rpm, torque\n1, 2\n3, 4\n", r"line 1: 'speed \(rpm' is no heading; must be speed or speed \[rad/s\]"),
-        (b"\xff\xfe1\x00", "it is not UTF-8 text"),
+        (b"\xff\xfe1\x00", "it is not UTF-8 text; save it as UTF-8"),
     ],
 )
 def test_a_bad_table_is_refused_with_its_line(written, text, sentence):

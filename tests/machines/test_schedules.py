@@ -225,6 +225,25 @@ def test_schedules_that_cannot_be_are_refused(table, sentence):
         machine_with(table)
 
 
+INDUCTION = {
+    "kind": "induction", "voltage": 230.0, "frequency": 50.0, "pole_pairs": 2, "stator_resistance": 0.5,
+    "rotor_resistance": 0.5, "stator_reactance": 1.0, "rotor_reactance": 1.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("first", ["voltage", "frequency"])
+def test_a_value_that_is_not_allowed_is_the_fault_of_its_own_schedule(first):
+    """Both have a point at t = 0, where only a voltage may be 0."""
+    ramps = {
+        "voltage": schedule("drive.voltage", ["0 s", "0 V"], ["5 s", "230 V"]),
+        "frequency": schedule("drive.frequency", ["0 s", "0 Hz"], ["5 s", "50 Hz"]),
+    }
+    order = sorted(ramps, key=lambda name: name != first)
+    place = rf"^machine\.schedules\[{order.index('frequency')}\]\.points \(t = 0\): given 0"
+    with pytest.raises(InputError, match=place + r".*drive\.frequency: must be a frequency of the mains greater than 0 Hz"):
+        machine_with(*(ramps[name] for name in order), drive=INDUCTION)
+
+
 def test_one_schedule_a_parameter():
     with pytest.raises(
         InputError, match=r"schedules\[1\].parameter: given 'drive.slope'; this parameter has a schedule already"

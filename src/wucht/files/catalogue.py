@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from wucht.checking import refuse_unknown, table, text
 from wucht.errors import InputError, nearest
 from wucht.files.building import machine_from
-from wucht.files.documents import Document, flatten, read_toml, settings_in
+from wucht.files.documents import Document, flatten, read_toml, refuse_bare_frequencies, settings_in
 from wucht.files.own_equations import OwnEquations, equations_from, with_values
 from wucht.files.settings import with_settings
 from wucht.files.tables import with_tables
@@ -59,12 +59,15 @@ def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path
 def used_table(document: Document, path: Path, key: str, seen: tuple[Path, ...] = ()) -> Document:
     """The table ``[machine]`` or ``[system]`` of a document with ``use`` resolved and ``set`` merged into one.
 
+    Its title is its own, else that of its file, else that of what it uses; none where none of them has one.
     seen: the files that led here, to notice when they use each other in a circle. Raises ``InputError``.
     """
     described = dict(table(document, key, key))
     settings = settings_in(described, key)
+    own = text(described, "title", key) or document.get("title")
+    titled = {"title": own} if own else {}
     if "use" not in described:
-        return (with_tables(described, path.parent) if key == "machine" else described) | {"set": settings}
+        return (with_tables(described, path.parent) if key == "machine" else described) | titled | {"set": settings}
     extra = sorted(set(described) - {"use", "title"})
     if extra:
         raise InputError(f"{key}.{extra[0]}", None, "not allowed beside use; allowed there are set and title")
@@ -81,22 +84,22 @@ def used_table(document: Document, path: Path, key: str, seen: tuple[Path, ...] 
         base = used_table(inner, used, key, seen)
     except InputError as error:
         raise error.within(f"{used}", ": ") from None
-    title = text(described, "title", key) or base.get("title") or inner.get("title")
-    return base | ({"title": title} if title else {}) | {"set": base["set"] | settings}
+    return base | titled | {"set": base["set"] | settings}
 
 
 def described_machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[machine]`` as it is to be built: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
     described = used_table(document, path, "machine")
-    described.setdefault("title", document.get("title", Path(name).stem))
+    described.setdefault("title", Path(name).stem)
     chosen = with_settings(described, settings_in(described) | flatten(settings))
+    refuse_bare_frequencies(chosen, "machine")
     return with_tables(chosen, path.parent)
 
 
 def described_equations(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[system]`` as it is to be read: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
     described = used_table(document, path, "system")
-    described.setdefault("title", document.get("title", Path(name).stem))
+    described.setdefault("title", Path(name).stem)
     return with_values(described, settings_in(described, "system") | flatten(settings))
 
 
@@ -133,7 +136,8 @@ def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machin
     ----------
     name : path of a study file, or a catalogue name
     settings : mapping, optional
-        Parameters by path, in SI or as text with a unit, such as ``{"drive.slope": "0.02 N m s"}``.
+        Parameters by path, in SI or as text with a unit, such as ``{"drive.slope": "0.02 N m s"}``; a frequency, but for that
+        of a motor's mains, as text with its unit.
 
     Returns
     -------

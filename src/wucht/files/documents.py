@@ -13,14 +13,17 @@ from wucht.errors import InputError
 Document = dict[str, Any]
 
 
-def read_text(path: Path, missing: str = "there is no such file", encoding: str = "utf-8") -> str:
-    """The text of a file. Raises ``InputError`` for one that cannot be read; missing: the sentence where there is none."""
+def read_text(path: Path, missing: str = "there is no such file", encoding: str = "utf-8-sig") -> str:
+    """The text of a file, without the byte order mark that some editors put before it.
+
+    missing: the sentence where there is none. Raises ``InputError`` for one that cannot be read.
+    """
     try:
         return path.read_text(encoding=encoding)
     except FileNotFoundError:
         raise InputError(str(path), None, missing) from None
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text; save it as UTF-8"
         raise InputError(str(path), None, f"the file cannot be read: {reason}") from None
 
 
@@ -51,6 +54,35 @@ def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     for key, value in settings.items():
         flat |= flatten(value, f"{prefix}{key}.") if isinstance(value, Mapping) and value else {prefix + key: value}
     return flat
+
+
+def refuse_bare_frequencies(document: Mapping[str, Any], where: str = "") -> None:
+    """Raises ``InputError`` where a table of a file gives a frequency without a unit, which could be turns or radians.
+
+    A key ``frequency``, or one that ends so, of the table or one inside. Of drives it is that of the mains, which is always in
+    Hz; 0 is 0 in any unit. Of files and of what is set in them by path: parts built in Python take a number in SI.
+    """
+    for key, value in document.items():
+        at = f"{where}.{key}" if where else key
+        if isinstance(value, Mapping) and key not in _OF_THE_MAINS:
+            refuse_bare_frequencies(value, at)
+        elif isinstance(value, list) and key not in _OF_THE_MAINS:
+            for i, inner in enumerate(value):
+                refuse_bare_frequencies(inner, f"{at}[{i}]") if isinstance(inner, Mapping) else None
+        elif key.endswith("frequency") and _is_bare(value):
+            allowed = f"without a unit this could be turns or radians; write '{value} Hz' or '{value} rad/s'"
+            raise InputError(at, value, allowed)
+
+
+def _is_bare(value: Any) -> bool:
+    """Whether it is a number other than 0, or a text of nothing else."""
+    try:
+        return not isinstance(value, bool) and isinstance(value, int | float | str) and float(value) != 0
+    except (ValueError, OverflowError):
+        return False
+
+
+_OF_THE_MAINS = ("drive", "drives")
 
 
 def settings_in(described: Document, key: str = "machine") -> dict[str, Any]:

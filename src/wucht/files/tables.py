@@ -16,17 +16,18 @@ TIME_DISPLACEMENT = (Unit("s", "time"), Unit("m", "displacement"))
 TIME_ANGLE = (Unit("s", "time"), Unit("rad", "angle"))
 
 _HEADING = re.compile(r"([^\[(]+?)\s*(?:\[(.*)\]|\((.*)\))?")  # name, name [unit] or name (unit)
+_UNIT_IN_WORDS = re.compile(r"\S.*\sin (\S.*)")  # Drehzahl in 1/min
 _BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
 
 
 def read_table(path: Path, units: tuple[Unit, Unit]) -> list[list[float]]:
     """The rows of a text file of two columns, in SI.
 
-    units: what each column holds and its SI unit. Columns are separated by commas, semicolons, tabs or blanks; between
-    semicolons a decimal comma is understood. ``#`` begins a comment. The first line may be a heading whose columns carry
-    units, as in ``speed (rpm), torque [N m]`` or ``rpm, N m``; without units numbers are SI. Raises ``InputError``, with the
-    line, for a file that cannot be read, a line that is no row of two numbers, a first column that does not increase, and
-    fewer than two rows.
+    units: what each column holds and its SI unit. Columns are separated by semicolons, tabs, commas or blanks; beside
+    semicolons and tabs a decimal comma is understood. ``#`` begins a comment. The first line may be a heading whose columns
+    carry units, as in ``speed (rpm), torque [N m]``, ``Drehzahl in U/min; Moment in Nm`` or ``rpm, N m``; without units numbers
+    are SI. Raises ``InputError``, with the line, for a file that cannot be read, a line that is no row of two numbers, a first
+    column that does not increase, and fewer than two rows.
     """
     scale, headed = [1.0, 1.0], False
     rows: list[list[float]] = []
@@ -35,6 +36,9 @@ def read_table(path: Path, units: tuple[Unit, Unit]) -> list[list[float]]:
             if not rows and not headed and _is_heading(line):
                 scale, headed = _scales(line, units), True
                 continue
+            if headed and not rows and _is_heading(line):
+                example = "; ".join(f"{u.what} [{u.si}]" for u in units)
+                raise ValueError(f"{_cells(line)[0]!r} is no finite number; write units beside the names: {example}")
             row = [n * f for n, f in zip(_row(line, units), scale, strict=True)]
             if rows and row[0] <= rows[-1][0]:
                 raise ValueError(f"the {units[0].what} does not increase")
@@ -90,15 +94,22 @@ def _replaced(described: Document, key: str, units: tuple[Unit, Unit], folder: P
 
 def _lines(path: Path) -> list[tuple[int, str]]:
     """The lines that hold something besides comments, with their numbers."""
-    text = read_text(path, f"there is no such file: {path}", "utf-8-sig")
+    text = read_text(path, f"there is no such file: {path}")
     stripped = ((i, line.split("#", 1)[0].strip()) for i, line in enumerate(text.splitlines(), 1))
     return [(i, line) for i, line in stripped if line]
 
 
 def _cells(line: str) -> list[str]:
-    separator = next((s for s in ";,\t" if s in line), None)
+    separator = _separator(line)
     cells = line.split(separator) if separator else _BLANK_OUTSIDE_BRACKETS.split(line)
-    return [c.strip().strip('"').strip() for c in cells]
+    stripped = [c.strip().strip('"').strip() for c in cells]
+    while len(stripped) > 2 and not stripped[-1]:  # spreadsheets end their lines with a separator
+        stripped.pop()
+    return stripped
+
+
+def _separator(line: str) -> str | None:
+    return next((s for s in ";\t," if s in line), None)
 
 
 def _both(units: tuple[Unit, Unit]) -> str:
@@ -106,10 +117,11 @@ def _both(units: tuple[Unit, Unit]) -> str:
 
 
 def _row(line: str, units: tuple[Unit, Unit]) -> list[float]:
-    cells = _cells(line)
+    cells, commas = _cells(line), _separator(line) in (";", "\t")
     if len(cells) != 2:
-        raise ValueError(f"there must be two numbers, {_both(units)}; these are {len(cells)} columns")
-    return [_number(c.replace(",", ".") if ";" in line else c, u) for c, u in zip(cells, units, strict=True)]
+        remedy = "; where commas are decimal, put a semicolon between the columns" if "," in line and not commas else ""
+        raise ValueError(f"there must be two numbers, {_both(units)}; these are {len(cells)} columns{remedy}")
+    return [_number(c.replace(",", ".") if commas else c, u) for c, u in zip(cells, units, strict=True)]
 
 
 def _number(cell: str, unit: Unit) -> float:
@@ -140,16 +152,20 @@ def _scales(line: str, units: tuple[Unit, Unit]) -> list[float]:
             raise ValueError(f"{cell[:40]!r} is no heading; must be {unit.what} or {unit.what} [{unit.si}]")
         if other.what in parts[1].lower() and unit.what not in parts[1].lower():
             raise ValueError(f"the columns are exchanged; must be {units[0].what} first, then {units[1].what}")
-        if parts[2] is None and parts[3] is None:
-            factors.append(_unit_alone(parts[1], unit))
-        else:
+        in_words = _UNIT_IN_WORDS.fullmatch(parts[1])
+        if parts[2] is not None or parts[3] is not None:
             factors.append(unit.parse(f"1 {parts[2] or parts[3] or '?'}"))
+        else:
+            factors.append(unit.parse(f"1 {in_words[1]}") if in_words else _unit_at_the_end(parts[1], unit))
     return factors
 
 
-def _unit_alone(name: str, unit: Unit) -> float:
-    """How many SI units a heading is that is a unit without a name, such as ``rpm``; 1 for a name."""
-    try:
-        return unit.parse(f"1 {name}")
-    except ValueError:
-        return 1.0
+def _unit_at_the_end(heading: str, unit: Unit) -> float:
+    """How many SI units a heading's last words are, as in ``rpm``, ``n rpm``, ``n / rpm``; 1 where they are no such unit."""
+    words = heading.split()
+    for first in range(len(words)):
+        try:
+            return unit.parse(f"1 {' '.join(words[first:]).removeprefix('/').strip()}")
+        except ValueError:
+            continue
+    return 1.0

@@ -11,11 +11,15 @@ from wucht.machines.parts.base import Part
 
 
 def check_values(
-    parts: Sequence[Part], values: Mapping[str, float], where: str | None = None, present: Mapping[str, float] | None = None
+    parts: Sequence[Part],
+    values: Mapping[str, float],
+    where: str | Mapping[str, str] | None = None,
+    present: Mapping[str, float] | None = None,
 ) -> None:
     """Raises ``InputError`` if the parts to which the parameters belong do not allow these values together.
 
-    where: the error's place; None: the path of the value. present: what other parameters are now, where not as in the parts.
+    where: the error's place, or the places by path; None: the path of the value. present: what other parameters are now, where
+    not as in the parts.
     """
     for part in parts:
         prefix = f"{part.path}." if part.path else ""
@@ -31,7 +35,8 @@ def check_values(
             path = next((p for p in changed if f"{p}.".startswith(f"{prefix}{key}.")), next(iter(changed)))
             if where is None and path.startswith(f"{prefix}{key}"):
                 raise InputError(path, changed[path], sentence) from None
-            raise InputError(where or path, changed[path], f"{prefix}{key}: {sentence}") from None
+            place = where[path] if isinstance(where, Mapping) else where
+            raise InputError(place or path, changed[path], f"{prefix}{key}: {sentence}") from None
 
 
 def _changed(part: Part, described: Any, values: Mapping[str, float], prefix: str) -> dict[str, float]:

@@ -62,8 +62,8 @@ def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequen
             raise InputError(f"schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
         schedules[schedule.parameter] = schedule
     for at in sorted({t for s in schedules.values() for t in s.pieces.breakpoints}):
-        first = next(i for i, s in enumerate(schedules.values()) if at in s.pieces.breakpoints)
-        check_values(parts, {p: float(s.pieces(at)) for p, s in schedules.items()}, f"schedules[{first}].points (t = {at:g})")
+        places = {path: f"schedules[{i}].points (t = {at:g})" for i, path in enumerate(schedules)}
+        check_values(parts, {path: float(s.pieces(at)) for path, s in schedules.items()}, places)
     return tuple(schedules.values())
 
 

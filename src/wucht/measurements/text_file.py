@@ -56,7 +56,7 @@ def read_text_file(path: Path) -> Recording:
 def _text(path: Path) -> str:
     """UTF-8, or what loggers write instead, where only ° and µ differ."""
     try:
-        return read_text(path, encoding="utf-8-sig")
+        return read_text(path)
     except InputError:
         return read_text(path, encoding="latin-1")
 

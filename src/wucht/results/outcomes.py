@@ -10,6 +10,7 @@ from typing import Self
 
 SPEED_TOLERANCE = 0.005  # of what the drive reaches without vibration: contract, "compensated"
 UNBALANCE_TOLERANCE = 0.01  # of the rotor's unbalance: contract, "compensated"
+AMPLITUDE_TOLERANCE = 0.01  # of the largest amplitude of a run: one that differs by less from the last ones has settled
 LAG_TOLERANCE = 0.001  # of the rotor's mean speed; more is another motion than a synchronous one
 MODULATION_THRESHOLD = 2e-3  # range of the turn-averaged speed, of the mean speed: less is not called a modulation
 AT_REST = 1e-4  # of the largest speed

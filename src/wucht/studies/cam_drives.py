@@ -12,7 +12,7 @@ from wucht.cams.drive import TABLES, CamDrive, drive_from
 from wucht.checking import refuse_unknown
 from wucht.errors import InputError, nearest
 from wucht.files.catalogue import ABOUT
-from wucht.files.documents import Document
+from wucht.files.documents import Document, refuse_bare_frequencies
 from wucht.studies.subjects import Description
 
 
@@ -25,6 +25,7 @@ class OfCamDrive:
         described = {key: copy.deepcopy(document[key]) for key in TABLES if key in document}
         for key, value in settings.items():
             _set(described, key, value)
+        refuse_bare_frequencies(described)
         return drive_from(described, document.get("title", path.stem), path.parent), described
 
     def describe(self, subject: Any) -> Description:

@@ -9,9 +9,13 @@ import pytest
 
 from wucht.files.building import machine_from
 from wucht.numerics.observers.turns import Samples
-from wucht.results.outcomes import Outcome
+from wucht.results.conventions import summary_of
+from wucht.results.outcomes import AMPLITUDE_TOLERANCE, Outcome
 from wucht.studies.motion.observation import Watch
 from wucht.studies.motion.verdict import Verdict, judge
+from wucht.studies.run_up.report import report
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
 
 FREE = 200.0
 MARGIN = 0.005 * FREE
@@ -56,3 +60,49 @@ def test_a_motion_that_leaves_its_range_again_has_settled_after_that() -> None:
     verdict = _verdict(np.where(np.abs(TIME - 30) < 0.05, 70.0, beat), 1.0)
     assert verdict.outcome is Outcome.CAPTURED_MODULATED
     assert verdict.settling_time == pytest.approx(30.05 + 1.5, abs=2 * TURN)
+
+
+@pytest.mark.parametrize("damping", [4.0, 8.0])
+def test_the_amplitude_settles_later_than_the_speed(damping: float) -> None:
+    """At constant speed the axis, at rest at first, moves by r (exp(i w t) - exp(-d t) (cos v t + (d + i w)/v sin v t)).
+
+    r = U w^2/(k - M w^2 + i c w), d = c/2M, v^2 = k/M - d^2; the largest distance over a turn, here of that formula.
+    """
+    mass, stiffness, unbalance, speed = 2.0, 1e4, 1e-3, 200.0
+    machine = machine_from({
+        "carrier": {"mass": 1.0, "stiffness": stiffness, "damping": damping},
+        "bodies": [{"kind": "rotor", "name": "d", "mass": 1.0, "unbalance": unbalance, "inertia": 0.1}],
+        "drive": {"kind": "constant-speed", "speed": speed},
+    })  # fmt: skip
+    result = run(RunUp(until=8.0), machine)
+    summary = summary_of(result)
+    t = np.linspace(0.0, 8.0, 400_001)
+    decay = damping / (2 * mass)
+    natural = math.sqrt(stiffness / mass - decay**2)
+    free = np.exp(-decay * t) * (np.cos(natural * t) + (decay + 1j * speed) / natural * np.sin(natural * t))
+    steady = unbalance * speed**2 / (stiffness - mass * speed**2 + 1j * damping * speed)
+    distance = np.abs(steady * (np.exp(1j * speed * t) - free))
+    settled = t[np.abs(distance - abs(steady)) > 0.01 * distance.max()].max()
+    assert settled > 2.0
+    assert summary["amplitude_settling_time"] == pytest.approx(settled, abs=2 * 2 * math.pi / speed)
+    assert summary["settling_time"] < 0.1
+    line = next(x for x in report(result) if "settled at" in x)
+    assert f"{summary['amplitude_settling_time']:.4g} s; the speed and the unbalance at" in line
+
+
+def test_where_a_ball_lags_only_the_speed_has_settled() -> None:
+    """A ball in thin oil stays at the resonance of 100 rad/s while the rotor turns at 300 rad/s: the amplitude beats on."""
+    machine = machine_from({
+        "carrier": {"mass": 1.0, "stiffness": 1e4, "damping": 4.0},
+        "bodies": [
+            {"kind": "rotor", "name": "d", "mass": 0.1, "unbalance": 1e-4, "inertia": 0.01},
+            {"kind": "pendulum", "name": "p", "about": "d", "mass": 0.01, "length": 0.01, "damping": 1e-8},
+        ],
+        "drive": {"on": "d", "kind": "constant-speed", "speed": 300.0},
+    })  # fmt: skip
+    result = run(RunUp(until=20.0, start={"p": {"angle": 0.3, "speed": 90.0}}), machine)
+    summary = summary_of(result)
+    assert summary["outcome"] == "balancer-captured"
+    assert summary["amplitude_settling_time"] is None
+    assert summary["max_amplitude"] > (1 + 2 * AMPLITUDE_TOLERANCE) * summary["min_amplitude"]
+    assert any(line.endswith(" s, the speed") for line in report(result) if "settled at" in line)

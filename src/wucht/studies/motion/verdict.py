@@ -13,6 +13,7 @@ from wucht.machines.operation import free_speed
 from wucht.numerics.observers.modulation import Modulation
 from wucht.numerics.observers.turn_record import Blocks
 from wucht.results.outcomes import (
+    AMPLITUDE_TOLERANCE,
     FEWEST_PERIODS,
     SPEED_TOLERANCE,
     UNBALANCE_TOLERANCE,
@@ -43,8 +44,9 @@ class Verdict:
     """What became of a run.
 
     standing: where the main rotor stands, None if it does not turn. window: begin and end time of the last window. phases:
-    circular means over the last turn. settling_time, modulation, advice, needed: None where they do not apply; needed is the
-    time that decides. faster_branch: the drive could hold a higher speed as well. rotors: of several, what became of each.
+    circular means over the last turn. settling_time: of speed and unbalance. amplitude_settling_time: of the vibration. These,
+    modulation, advice, needed: None where they do not apply; needed is the time that decides. faster_branch: the drive could
+    hold a higher speed as well. rotors: of several, what became of each.
     """
 
     outcome: Outcome
@@ -53,6 +55,7 @@ class Verdict:
     standing: Standing | None = None
     speed: float = 0.0
     settling_time: float | None = None
+    amplitude_settling_time: float | None = None
     advice: str | None = None
     needed: float | None = None
     faster_branch: bool = False
@@ -64,6 +67,10 @@ class Verdict:
         """The outcome in words."""
         if self.outcome is Outcome.PASSED and self.evidence.resonance is None:
             return "the rotor settles, and no resonance lies below the speed of its drive; unbalance is left"
+        free = self.evidence.free_speed
+        if self.outcome is Outcome.BALANCER_CAPTURED and (free is None or self.speed < (1 - SPEED_TOLERANCE) * abs(free)):
+            below = "" if free is None else f" to {100 * self.speed / abs(free):.0f} % of its speed without vibration"
+            return f"the rotor gets through its resonance, but bodies lag behind it, captured there, and brake it{below}"
         held = [name for name, o in self.rotors.items() if o in (Outcome.CAPTURED, Outcome.CAPTURED_MODULATED)]
         return self.outcome.sentence + (f"; captured at the resonance: {', '.join(held)}" if held else "")
 
@@ -123,7 +130,7 @@ def judge(machine: Machine, seen: Observation, free: float | None, failure: str 
         evidence = replace(verdict.evidence, beyond_limit=True)
         return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None, needed=None)
     if seen.end_time < (changes := last_change(machine)):
-        verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED, settling_time=None)
+        verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED)
         return _undecided(machine, verdict, f"the machine still changes at {changes:.4g} {machine.units.time}", 2 * changes)
     verdict = _by_locking(machine, seen, verdict) if is_locking(machine) and turned else verdict
     return _after_transients(machine, verdict, seen.end_time)
@@ -140,7 +147,7 @@ def _after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict
             return verdict
     else:
         return verdict
-    verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED, settling_time=None)
+    verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED)
     return _undecided(machine, verdict, why, max(_LEAST * end, needed))
 
 
@@ -180,7 +187,8 @@ def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Ve
     digit = 10.0 ** (math.floor(math.log10(until)) - 2)
     until = math.ceil(until / digit * (1 - _FLOAT)) * digit  # rounded up: a run as long as is said is to be enough
     advice = f"{why}: run at least until {until:.3g} {machine.units.time}".rstrip()
-    return replace(verdict, advice=advice, needed=float(f"{until:.3g}"))
+    needed = float(f"{until:.3g}")
+    return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed=needed)
 
 
 def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
@@ -192,7 +200,10 @@ def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict
         return _undecided(machine, verdict, *_advice(machine, seen.end_time, stands))
     passed = verdict.outcome is Outcome.PASSED
     return replace(
-        verdict, settling_time=_settling_time(record.whole, stands), faster_branch=passed and faster_branch(machine, stands)
+        verdict,
+        settling_time=_settling_time(record.whole, stands),
+        amplitude_settling_time=_amplitude_settling_time(record.whole, stands),
+        faster_branch=passed and faster_branch(machine, stands),
     )
 
 
@@ -210,6 +221,24 @@ def _settling_time(whole: Blocks, stands: Standing) -> float:
     if cycle is None and not stands.evidence.asynchronous:
         final = (stands.window.greatest_sum.mean() + stands.window.least_sum.mean()) / 2
         off |= (whole.greatest_sum > final + UNBALANCE_TOLERANCE) | (whole.least_sum < final - UNBALANCE_TOLERANCE)
+    return _never_again(whole, off, period)
+
+
+def _amplitude_settling_time(whole: Blocks, stands: Standing) -> float | None:
+    """From when on the largest distances over turns stay within those of the last window, widened by 1 % of the largest of all.
+
+    Free vibrations decay on their own, often long after the speed has settled. None where bodies lag: it beats for good.
+    """
+    if stands.evidence.asynchronous is not False:
+        return None
+    _, low, high = stands.window.amplitudes
+    margin = AMPLITUDE_TOLERANCE * float(whole.greatest_amplitude.max())
+    off = (whole.greatest_amplitude > high + margin) | (whole.least_amplitude < low - margin)
+    return _never_again(whole, off, 0.0 if stands.modulation is None else stands.modulation.period)
+
+
+def _never_again(whole: Blocks, off: np.ndarray, period: float) -> float:
+    """The time of the first block after which none is ``off`` (K,), and a period more."""
     first = int(np.flatnonzero(off).max(initial=-1)) + 1
     return min(float(whole.middle[min(first, len(whole) - 1)]) + period, float(whole.time[-1]))
 

@@ -21,7 +21,7 @@ def report(result: xr.Dataset) -> list[str]:
         return _of_many(result, s)
     speed, length = formats(result, s["amplitude_unit"])
     modulated, time_unit = s["modulation_period"] is not None, "" if result.attrs["dimensionless"] else " s"
-    range_ = f", modulated between {speed(s['min_speed'])} and {speed(s['max_speed'])}" if modulated else ""
+    range_ = f", modulated, between {speed(s['min_speed'])} and {speed(s['max_speed'])}" if modulated else ""
     free = f" of {speed(s['free_speed'])} without vibration" if s["free_speed"] is not None else ""
     lines = {"speed": f"{speed(s['final_speed'])}{free}{range_}"}
     if len(s.get("mean_speeds", ())) > 1:
@@ -36,10 +36,12 @@ def report(result: xr.Dataset) -> list[str]:
     if s["final_residual_unbalance"] is not None:
         lines["unbalance"] = f"{100 * s['final_residual_unbalance']:.3g} % of the rotor's is left"
     if s["settling_time"] is not None:
-        lines["settled at"] = f"{s['settling_time']:.4g}{time_unit}"
+        lines["settled at"] = _settled(s, time_unit)
     if modulated:
         turns = s["modulation_period_phi"] / (2 * math.pi)
         lines["modulation"] = f"period {s['modulation_period']:.5g}{time_unit}, {turns:.4g} turns"
+        if s["modulation_depth"] is not None:
+            lines["modulation"] += f", +-{100 * s['modulation_depth']:.2g} % of the speed averaged over turns"
     if s["dimensionless"] and not result.attrs["dimensionless"]:
         lines["in numbers"] = ", ".join(f"{name} {value:.4g}" for name, value in s["dimensionless"].items())
     if s["energy_residual"] is not None:
@@ -52,6 +54,16 @@ def report(result: xr.Dataset) -> list[str]:
         if d is not None
     ]
     return in_lines(result, f"{s['outcome'].upper()}: {s['sentence']}", [*lines.items(), *apart])
+
+
+def _settled(s: dict[str, Any], time_unit: str) -> str:
+    """When all has settled; when the speed has, if the amplitude takes longer."""
+    speed, amplitude = s["settling_time"], s.get("amplitude_settling_time")
+    if amplitude is None:  # where bodies lag it beats for good
+        return f"{speed:.4g}{time_unit}, the speed"
+    if amplitude <= speed:
+        return f"{speed:.4g}{time_unit}"
+    return f"{amplitude:.4g}{time_unit}; the speed and the unbalance at {speed:.4g}{time_unit}"
 
 
 def _angles(phases: dict[str, float]) -> str:

@@ -1,0 +1,97 @@
+"""Documents as editors write them."""
+
+import math
+
+import pytest
+
+from wucht.errors import InputError
+from wucht.files.catalogue import load_machine
+from wucht.files.documents import read_toml
+from wucht.studies.registry import studies
+from wucht.studies.study_file import read_study
+
+
+def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path):
+    """Windows editors put one before UTF-8 text."""
+    path = tmp_path / "machine.toml"
+    path.write_bytes(b'\xef\xbb\xbftitle = "\xc3\x9cbung"\r\n[machine]\r\nuse = "drozdetskaya-2020/table-5.1"\r\n')
+    assert read_toml(path)["title"] == "\u00dcbung"
+    assert load_machine(str(path)).values["u"] == load_machine("drozdetskaya-2020/table-5.1").values["u"]
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "latin-1"])
+def test_another_encoding_is_refused_with_a_remedy(tmp_path, encoding):
+    path = tmp_path / "machine.toml"
+    path.write_text('title = "\u00dcbung"', encoding=encoding)
+    with pytest.raises(InputError, match="it is not UTF-8 text; save it as UTF-8"):
+        read_toml(path)
+
+
+SHAKEN = """
+[machine.carrier]
+directions = "x"
+motion = {{ direction = "x", amplitude = "1 mm", frequency = {} }}
+[[machine.bodies]]
+kind = "rotor"
+name = "drum"
+mass = "1 kg"
+eccentricity = "1 mm"
+inertia = "1e-3 kg m^2"
+[machine.drive]
+kind = "induction"
+voltage = "230 V"
+frequency = {}
+pole_pairs = 2
+stator_resistance = "0.5 ohm"
+rotor_resistance = "0.5 ohm"
+stator_reactance = "1 ohm"
+rotor_reactance = "1 ohm"
+"""
+
+
+def test_a_frequency_has_one_meaning(tmp_path):
+    """A carrier's frequency is asked for with a unit; where a bare number is allowed, of the mains, it is in Hz."""
+    path = tmp_path / "machine.toml"
+    for written in ("20", "20.0", '"20"'):
+        path.write_text(SHAKEN.format(written, "50"))
+        sentence = r"machine\.carrier\.motion\.frequency: given '?20.*turns or radians; write '20(\.0)? Hz' or '20(\.0)? rad/s'"
+        with pytest.raises(InputError, match=sentence):
+            load_machine(str(path))
+    for written, value in (('"20 Hz"', 40 * math.pi), ('"20 rad/s"', 20.0), ('"1200 rpm"', 40 * math.pi)):
+        path.write_text(SHAKEN.format(written, "50"))
+        machine = load_machine(str(path))
+        assert machine.values["carrier.motion.frequency"] == pytest.approx(value, rel=1e-14)
+        assert machine.values["drive.frequency"] == 50.0
+
+
+def test_a_frequency_that_is_set_has_a_unit_too(tmp_path):
+    path = tmp_path / "machine.toml"
+    path.write_text(SHAKEN.format('"20 Hz"', "50"))
+    assert load_machine(str(path), {"carrier.motion.frequency": "3 rad/s"}).values["carrier.motion.frequency"] == 3.0
+    with pytest.raises(InputError, match="write '3 Hz' or '3 rad/s'"):
+        load_machine(str(path), {"carrier.motion.frequency": 3})
+    with pytest.raises(InputError, match="greater than 0 rad/s"):
+        load_machine(str(path), {"carrier.motion.frequency": 0})
+
+
+def test_a_frequency_of_a_cam_drive_has_a_unit(tmp_path):
+    path = tmp_path / "cam.toml"
+    path.write_text(studies()["cam-prediction"].template.replace('"60 Hz"', "60"))
+    with pytest.raises(InputError, match=r"shaft\.elastic\.output_frequency: given 60; .* write '60 Hz' or '60 rad/s'"):
+        read_study(str(path))
+
+
+@pytest.mark.parametrize(
+    ("text", "title"),
+    [
+        ('title = "Mine"\n[machine]\nuse = "drozdetskaya-2020/table-5.1"', "Mine"),
+        ('title = "Mine"\n[machine]\ntitle = "Drum"\nuse = "drozdetskaya-2020/table-5.1"', "Drum"),
+        ('[machine]\nuse = "drozdetskaya-2020/table-5.1"', load_machine("drozdetskaya-2020/table-5.1").title),
+        ('[machine]\nuse = "other.toml"', "Other"),
+    ],
+)
+def test_a_title_beside_use_counts(tmp_path, text, title):
+    (tmp_path / "other.toml").write_text('title = "Other"\n[machine]\nuse = "drozdetskaya-2020/table-5.1"\n')
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    assert load_machine(str(path)).title == title
