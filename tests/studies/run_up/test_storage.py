@@ -14,7 +14,7 @@ from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.results.conventions import summary_of
 from wucht.studies.initial_state import initial_state
-from wucht.studies.run_up.horizon import Horizon
+from wucht.studies.run_up.horizon import Horizon, numbers_a_sample
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 
@@ -71,9 +71,9 @@ def horizon(machine: Machine, **asked: Any) -> Horizon:
 
 def test_what_is_stored_is_bounded_whatever_is_asked() -> None:
     machine = fast(200.0)
-    assert horizon(machine, until=1e9).most == 1_000_000
-    starts = [{"r": 0.1 * k} for k in range(100)]
-    assert horizon(machine, until=1e9, starts=starts).most == 10_000
+    most, starts = horizon(machine, until=1e9).most, [{"r": 0.1 * k} for k in range(100)]
+    assert 1e8 < 8 * most * numbers_a_sample(machine) < 2.5e8  # bytes
+    assert horizon(machine, until=1e9, starts=starts).most == most // 100
     for asked in ({"until": 1e9}, {"settled": True}):
         bounds = horizon(machine, **asked)
         legs = [leg for _, leg in zip(range(3000), bounds.legs(lambda: 1e9), strict=False)]

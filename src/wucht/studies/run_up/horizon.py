@@ -21,7 +21,7 @@ from wucht.studies.run_up.spec import RunUp
 
 SAMPLES_PER_TURN = 24
 MOST_SAMPLES = 1_000_000  # that are stored of all runs together, of those without a given end five times as many
-_MOST_NUMBERS = 60_000_000  # likewise: half a gigabyte
+_MOST_NUMBERS = 30_000_000  # likewise: a quarter of a gigabyte, and several times that while it is put together
 _FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest speed expected; each next leg doubles the run
 _MOST_TURNS = 25_000
 _FEWEST_SAMPLES = 2000
@@ -113,6 +113,12 @@ class Horizon:
                 left, size = right, min(2 * size, longest)
             begin = goal
 
+    @property
+    def samples(self) -> float:
+        """About how many are stored at most."""
+        doublings = math.log2(_MOST_TURNS / _FIRST_TURNS) if self.until_settled else 0
+        return min(self.first / self.step * 2**doublings, self.most * (1 + doublings / 2))
+
     def decided(self, verdict: Verdict) -> bool:
         """Whether a run without a given time may end: it has settled, or the turns asked for will never be made."""
         if self.until_settled:
@@ -125,11 +131,16 @@ def _power_of_two(ratio: float) -> int:
     return int(2 ** max(0, math.floor(math.log2(ratio))))
 
 
+def numbers_a_sample(machine: Machine) -> int:
+    """How many numbers are stored of a sample: states, works, outputs and what the Dataset makes of them."""
+    system = machine.system
+    return 2 * len(system.states) + len(system.quadratures) + len(system.outputs) + 8 * len(machine.bodies)
+
+
 def _most_samples(machine: Machine, spec: RunUp) -> int:
     """How many samples of a run are stored, so that all runs of a question fit into memory."""
-    system, runs = machine.system, len(spec.starts or [0]) * len(spec.values or [0])
-    numbers = 2 * len(system.states) + len(system.quadratures) + len(system.outputs) + 8 * len(machine.bodies)
-    return max(_FEWEST_SAMPLES, min(MOST_SAMPLES, _MOST_NUMBERS // numbers) // runs)
+    runs = len(spec.starts or [0]) * len(spec.values or [0])
+    return max(_FEWEST_SAMPLES, min(MOST_SAMPLES, _MOST_NUMBERS // numbers_a_sample(machine)) // runs)
 
 
 def _events(machine: Machine, spec: RunUp, initial: np.ndarray) -> tuple[Event, ...]:
