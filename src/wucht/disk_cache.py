@@ -44,10 +44,12 @@ def derived_once(function: Callable[..., _Result]) -> Callable[..., _Result]:
             kept: _Result = pickle.loads(path.read_bytes())
             return kept
         result = function(*inputs)
+        beside = path.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
         with suppress(OSError):  # no room, or no right to write there: another process derives it again
-            beside = path.with_suffix(f".{os.getpid()}-{threading.get_ident()}")
             beside.write_bytes(_written(result, False))
             beside.replace(path)
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
         return result
 
     return derived

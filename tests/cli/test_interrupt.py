@@ -17,6 +17,7 @@ import pytest
 import xarray as xr
 
 import wucht as package
+from wucht.cli.interruption import interruptible
 from wucht.cli.progress import Progress
 
 Command = Callable[..., Any]
@@ -194,12 +195,13 @@ def test_writing_that_is_cut_off_leaves_the_earlier_result(
     assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
     before = Path("out/result.nc").read_bytes()
 
-    def half(_self: xr.Dataset, path: Path, **_: object) -> None:
-        Path(path).write_bytes(before[: len(before) // 2])
+    def half(path: Path, whole: bytes) -> None:
+        with path.open("wb") as file:
+            file.write(whole[: len(whole) // 2])
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        patched.setattr(xr.Dataset, "to_netcdf", half)
+        patched.setattr(Path, "write_bytes", half)
         completed = wucht("run", study(), "-o", "out", "--json")
     assert completed.code == 130
     assert completed.err.endswith("wucht: interrupted\n")
@@ -209,10 +211,10 @@ def test_writing_that_is_cut_off_leaves_the_earlier_result(
 
 
 def test_a_full_disk_is_a_sentence(wucht: Command, study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(_self: xr.Dataset, path: Path, **_: object) -> None:
+    def full(path: Path, _whole: bytes) -> None:
         raise OSError(28, "No space left on device", str(path))
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     completed = wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json")
     assert completed.code == 1
     assert not completed.out
@@ -287,3 +289,31 @@ def test_kill_leaves_what_was_saved(study: Study, here: Path, wucht: Command) ->
     completed = wucht("run", "study.toml", "-o", "out", "--json", "--resume", "--set", f"study.until={end + 0.5}")
     assert completed.code == 0, completed.err
     assert _load(here / "out/result.nc").time.values[-1] == pytest.approx(end + 0.5)
+
+
+def test_a_signal_before_anything_is_found_acts_at_once() -> None:
+    """While equations are derived, say: nothing is lost."""
+    with pytest.raises(KeyboardInterrupt), interruptible():
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_a_later_signal_is_answered_before_the_step_is_done(capfd: pytest.CaptureFixture[str]) -> None:
+    with interruptible() as check:
+        check()
+        signal.raise_signal(signal.SIGINT)
+        assert "stopping" in capfd.readouterr().err
+        with pytest.raises(KeyboardInterrupt):
+            check()
+
+
+def test_a_run_with_nothing_to_report_yet_shows_that_it_is_alive(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("wucht.cli.progress._SILENCE_S", 0.1)
+    with Progress("m.toml"):
+        time.sleep(0.3)
+        assert capsys.readouterr().err == "running m.toml ...\n"
+    with Progress("m.toml"):
+        pass
+    time.sleep(0.3)
+    assert capsys.readouterr().err == ""

@@ -1,5 +1,7 @@
 """Every catalogue file loads, its equations derive and can be evaluated at its start."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -106,3 +108,21 @@ def test_a_wrong_name_is_answered_with_the_nearest():
 def test_wrong_settings_are_refused(path, value, sentence):
     with pytest.raises(InputError, match=sentence):
         load_machine("drozdetskaya-2020/table-5.1", {path: value})
+
+
+def test_a_long_chain_of_files_that_use_each_other(here):
+    """Far beyond what Python calls within a call: the values that are set nearest hold, and the nearest title."""
+    links = 1500
+    for i in range(links):
+        own = f"set = {{ u = {i}.0 }}" if i in (2, 3) else 'title = "The tenth"' if i == 10 else ""
+        Path(f"{i}.toml").write_text(f'[machine]\nuse = "{i + 1}.toml"\n{own}\n', encoding="utf-8")
+    Path(f"{links}.toml").write_text('[machine]\nuse = "drozdetskaya-2020/table-5.1"\n', encoding="utf-8")
+    machine = load_machine("0.toml")
+    assert machine.values["u"] == 2.0
+    assert machine.title == "The tenth"
+    Path(f"{links}.toml").write_text('[machine]\nuse = "none-5.1"\n', encoding="utf-8")
+    with pytest.raises(InputError, match=rf"^0\.toml: {links}\.toml: machine\.use: given 'none-5\.1'; neither"):
+        load_machine("0.toml")
+    Path(f"{links}.toml").write_text('[machine]\nuse = "7.toml"\n', encoding="utf-8")
+    with pytest.raises(InputError, match=rf"^0\.toml: {links}\.toml: machine\.use: .* in a circle$"):
+        load_machine("0.toml")

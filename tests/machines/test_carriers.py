@@ -344,3 +344,18 @@ def test_carriers_that_cannot_be_are_refused(carrier, body, sentence):
     rotor = {k: v for k, v in (ROTOR | body).items() if v is not None}
     with pytest.raises(InputError, match=sentence):
         machine_from({"carrier": carrier, "bodies": [rotor], "drive": DRIVE})
+
+
+def test_gravity_beyond_that_of_any_centrifuge_is_refused():
+    """Bodies would swing millions of times a second, and each swing be computed and stored."""
+    for gravity, fits in (("1e7 m/s^2", True), ("1e12 m/s^2", False), (-1e8, False)):
+        described = {
+            "carrier": {"directions": "xy", "stiffness": 1e3, "gravity": gravity},
+            "bodies": [ROTOR],
+            "drives": [DRIVE],
+        }
+        if fits:
+            assert machine_from(described).values["carrier.gravity"] == 1e7
+        else:
+            with pytest.raises(InputError, match=r"carrier\.gravity: given .*; must be between -1e\+07 and 1e\+07 m/s\^2"):
+                machine_from(described)

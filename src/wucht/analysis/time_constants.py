@@ -77,4 +77,9 @@ def runaway_limit(machine: Machine) -> float | None:
     held = rotor.coordinate.prescribed is not None or free_speed(machine, rotor) is not None
     if held or not machine.units.time or machine.schedules or net_torque(machine, rotor)(0.0) == 0.0:
         return None
-    return _RUNAWAY * max([*natural_frequencies(machine).values(), _SLOWEST_RUNAWAY])
+    return highest_speed(machine)
+
+
+def highest_speed(machine: Machine) -> float:
+    """Beyond it nothing of interest happens any more, in rad/s; without limit where time has no unit."""
+    return _RUNAWAY * max([*natural_frequencies(machine).values(), _SLOWEST_RUNAWAY]) if machine.units.time else math.inf

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import wraps
 from typing import Any, cast
 
@@ -77,6 +78,7 @@ def run_app() -> int:
     _register()
     try:
         code = app(standalone_mode=False)
+        sys.stdout.flush()  # while it can still be said that this does not work
     except InputError as error:
         code = _say(str(error), 2)
     except WuchtError as error:
@@ -86,6 +88,8 @@ def run_app() -> int:
     except BrokenPipeError:
         sys.stderr.close()
         code = 0
+    except OSError as error:  # files say themselves what is wrong with them: this is the output
+        code = _say(f"the output cannot be written: {error.strerror or error}", 1)
     except _USAGE_ERROR as error:
         sentence = error.format_message() if isinstance(error, typer.BadParameter) else getattr(error, "message", str(error))
         code = _say(f"{' '.join(sentence.split())} See wucht -h", 2)
@@ -93,5 +97,6 @@ def run_app() -> int:
 
 
 def _say(sentence: str, code: int) -> int:
-    sys.stderr.write(f"wucht: {sentence}\n")
+    with suppress(OSError):  # no room there either: the exit code still says it
+        sys.stderr.write(f"wucht: {sentence}\n")
     return code

@@ -2,25 +2,35 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_STDERR = 2
+_HEARD = b"\nstopping: what was found is saved as soon as the step under way is done; once more ends at once, without that\n"
 
 
 @contextmanager
 def interruptible() -> Iterator[Callable[[], None]]:
-    """While active, the first signal is remembered, and raised as ``KeyboardInterrupt`` by the function that is given; a second
-    one acts at once."""
-    asked: list[int] = []
+    """While active, a signal is answered at once, and raised as ``KeyboardInterrupt`` by the function that is given.
+
+    It acts at once as long as that function has not been called, when there is nothing to save; a second one always does.
+    """
+    asked, begun = list[int](), set[bool]()
 
     def remember(number: int, _frame: object) -> None:
+        if not begun:
+            raise KeyboardInterrupt
         asked.append(number)
+        with suppress(OSError):
+            os.write(_STDERR, _HEARD)  # not by sys.stderr, in which the signal may have arrived
         signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
     def check() -> None:
+        begun.add(True)
         if asked:
             raise KeyboardInterrupt
 

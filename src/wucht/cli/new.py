@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -32,6 +33,8 @@ def new(
     try:
         target.write_text(template, encoding="utf-8")
     except OSError as error:
+        with suppress(OSError):  # half of it
+            target.unlink(missing_ok=True)
         raise InputError("FILE", str(target), f"it cannot be written: {error.strerror}") from None
     typer.echo(f"{target}: edit it, then `wucht run {target}`")
 

@@ -3,44 +3,62 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import rich.progress
 
 _PATIENCE_S = 0.5
+_SILENCE_S = 5.0  # at most, of a run that has nothing to report yet
 
 
 class Progress:
-    """Progress of one run. On a terminal a bar, elsewhere a single line."""
+    """Progress of one run. On a terminal a bar, elsewhere a single line; also of a run that has nothing to report yet."""
 
     def __init__(self, title: str) -> None:
         self._title, self._begun, self._said = title, time.perf_counter(), False
         self._bar: rich.progress.Progress | None = None
+        self._one_at_a_time = threading.Lock()
+        self._alarm = threading.Timer(_SILENCE_S, self._begin)
+        self._alarm.daemon = True
 
     def __enter__(self) -> Progress:
+        self._alarm.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.stop()
+        self._alarm.cancel()
+        with self._one_at_a_time:
+            self._said = True  # whatever comes too late
+            if self._bar is not None:
+                self._bar.stop()
 
     def update(self, share: float, what: str) -> None:
         """Show which share of the work is done (0 to 1), and what is under way."""
         if time.perf_counter() - self._begun < _PATIENCE_S:
             return
-        if not sys.stderr.isatty():
-            if not self._said:
-                sys.stderr.write(f"running {self._title} ...\n")
-                self._said = True
-            return
-        if self._bar is None:
+        self._begin()
+        if self._bar is not None:
+            described = f"{self._title}: {what}" if what else self._title
+            self._bar.update(self._bar.task_ids[0], completed=share, description=described)
+
+    def _begin(self) -> None:
+        """Say once that something is under way."""
+        with self._one_at_a_time:
+            if self._said:
+                return
+            self._said = True
+            if not sys.stderr.isatty():
+                with suppress(OSError):  # no room where it goes: what the run finds is another matter
+                    sys.stderr.write(f"running {self._title} ...\n")
+                    sys.stderr.flush()
+                return
             import rich.progress as shown
             from rich.console import Console
 
             self._bar = shown.Progress(console=Console(stderr=True), transient=True)
-            self._bar.start()
             self._bar.add_task(self._title, total=1.0)
-        described = f"{self._title}: {what}" if what else self._title
-        self._bar.update(self._bar.task_ids[0], completed=share, description=described)
+            self._bar.start()

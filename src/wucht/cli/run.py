@@ -35,15 +35,15 @@ def run(
     from wucht.studies.study_file import answer, read_study
 
     begun = time.perf_counter()
-    asked = read_study(study, parse_settings(set_ or []))
-    names = _, figure, summary = RESULT, f"{asked.spec.kind}.png", "summary.json"
     folder = out or Path("results") / Path(study).name.removesuffix(".toml")
-    with interruptible() as check, Progress(study) as progress:
+    with Progress(study) as progress, interruptible() as check:
 
         def report(share: float, what: str) -> None:
             progress.update(share, what)
             check()
 
+        asked = read_study(study, parse_settings(set_ or []))
+        names = _, figure, summary = RESULT, f"{asked.spec.kind}.png", "summary.json"
         result = answer(asked, folder=folder, files=names, resume=resume, progress=report, scheduler=scheduler)
     save_figure(draw(result), folder / figure)
     answered = result.wucht

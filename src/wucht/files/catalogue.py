@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -28,10 +28,11 @@ def names() -> list[str]:
 
 def locate(name: str, beside: Path | None = None) -> Path:
     """The file of a catalogue name or a path (relative to ``beside``). Raises ``InputError`` with the nearest known name."""
-    direct, known = Path(name) if beside is None else beside / name, names()
+    direct = Path(name) if beside is None else beside / name
     try:
         if direct.is_file():
             return direct
+        known = names()
         if name.removesuffix(".toml") in known:
             return FOLDER / f"{name.removesuffix('.toml')}.toml"
         if direct.exists():
@@ -56,18 +57,33 @@ def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path
     return document, path
 
 
-def used_table(document: Document, path: Path, key: str, seen: tuple[Path, ...] = ()) -> Document:
+def used_table(document: Document, path: Path, key: str) -> Document:
     """The table ``[machine]`` or ``[system]`` of a document with ``use`` resolved and ``set`` merged into one.
 
-    Its title is its own, else that of its file, else that of what it uses; none where none of them has one.
-    seen: the files that led here, to notice when they use each other in a circle. Raises ``InputError``.
+    Its title is its own, else that of its file, else that of what it uses; none where none of them has one. Raises
+    ``InputError``, which names the file if it is not this one.
     """
-    described = dict(table(document, key, key))
-    settings = settings_in(described, key)
-    own = text(described, "title", key) or document.get("title")
-    titled = {"title": own} if own else {}
-    if "use" not in described:
-        return (with_tables(described, path.parent) if key == "machine" else described) | titled | {"set": settings}
+    seen, settings, titles = [path.resolve()], list[Document](), list[Any]()
+    used: Path | None = path
+    while used is not None:
+        try:
+            described = dict(table(document, key, key))
+            settings.append(settings_in(described, key))
+            titles.append(text(described, "title", key) or document.get("title"))
+            used = _used(described, path, key, seen) if "use" in described else None
+            described = with_tables(described, path.parent) if key == "machine" and used is None else described
+        except InputError as error:
+            raise error if len(seen) == 1 else error.within(str(path), ": ") from None
+        if used is not None:
+            document, path = load_document(str(used))
+            seen.append(path.resolve())
+    title = next(filter(None, titles), None)
+    merged = {name: value for level in reversed(settings) for name, value in level.items()}
+    return described | ({"title": title} if title else {}) | {"set": merged}
+
+
+def _used(described: Document, path: Path, key: str, seen: Sequence[Path]) -> Path:
+    """The file that a table uses; seen: those that led here, to notice when they use each other in a circle."""
     extra = sorted(set(described) - {"use", "title"})
     if extra:
         raise InputError(f"{key}.{extra[0]}", None, "not allowed beside use; allowed there are set and title")
@@ -76,15 +92,9 @@ def used_table(document: Document, path: Path, key: str, seen: tuple[Path, ...] 
         used = locate(name, path.parent)
     except InputError as error:
         raise InputError(f"{key}.use", name, error.allowed) from None
-    seen = (*seen, path.resolve())
     if used.resolve() in seen:
         raise InputError(f"{key}.use", name, "these files use each other in a circle")
-    inner, used = load_document(name, path.parent)
-    try:
-        base = used_table(inner, used, key, seen)
-    except InputError as error:
-        raise error.within(f"{used}", ": ") from None
-    return base | titled | {"set": base["set"] | settings}
+    return used
 
 
 def described_machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import stat
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 from wucht.errors import InputError
 
 Document = dict[str, Any]
+LARGEST = 1_000_000_000  # bytes of a text file: its rows then take several times that in memory
 
 
 def read_text(path: Path, missing: str = "there is no such file", encoding: str = "utf-8-sig") -> str:
@@ -19,6 +21,13 @@ def read_text(path: Path, missing: str = "there is no such file", encoding: str 
     missing: the sentence where there is none. Raises ``InputError`` for one that cannot be read.
     """
     try:
+        about = path.stat()
+        if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):  # a device may never come to an end
+            raise InputError(str(path), None, "this is no file")
+        if about.st_size > LARGEST:
+            raise InputError(
+                str(path), None, f"the file has {about.st_size / 1e9:.3g} GB; at most {LARGEST / 1e9:g} GB are read"
+            )
         return path.read_text(encoding=encoding)
     except FileNotFoundError:
         raise InputError(str(path), None, missing) from None
@@ -30,7 +39,10 @@ def read_text(path: Path, missing: str = "there is no such file", encoding: str 
 def contents_of(path: Path) -> str:
     """What tells the contents of a file from others. Empty where it cannot be read: whoever reads it says so."""
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        if not path.is_file():  # a device may never come to an end
+            return ""
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
         return ""
 

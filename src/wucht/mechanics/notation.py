@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,7 +11,13 @@ import sympy as sp
 from wucht.mechanics.lagrange import Coordinate
 from wucht.system import TIME, SecondOrder
 
-_GREEK = {"epsilon": "\\varepsilon", "phi": "\\varphi", "phi_0": "\\varphi_0"}
+_GREEK = (  # as far as TeX has them: the others are Latin letters
+    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "pi",
+    "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega",
+    "Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega",
+)  # fmt: skip
+_VARIANTS = {"epsilon": "varepsilon", "phi": "varphi"}
+_SYMBOL = re.compile(f"({'|'.join(sorted(_GREEK, key=len, reverse=True))}|[A-Za-z])(.{{0,2}})")  # a letter, and its index
 
 
 @dataclass(frozen=True)
@@ -23,25 +30,33 @@ class Notation:
         """Printed symbols for positions, velocities and parameters."""
         shown = {sp.Symbol(k, real=True): sp.Symbol(latex_name(v) if latex else v) for k, v in self.names.items()}
         bases = {c.velocity: self.names[c.position.name] for c in coordinates}
-        return shown | {v: sp.Symbol(_dotted(base, 1) if latex else f"{base}'") for v, base in bases.items()}
+        return shown | {v: sp.Symbol(latex_name(base, 1) if latex else f"{base}'") for v, base in bases.items()}
 
     def acceleration(self, c: Coordinate, latex: bool) -> sp.Symbol:
         """The printed symbol of an acceleration."""
         base = self.names[c.position.name]
-        return sp.Symbol(_dotted(base, 2) if latex else f"{base}''")
+        return sp.Symbol(latex_name(base, 2) if latex else f"{base}''")
 
 
-def latex_name(name: str) -> str:
-    """A name such as ``b_carrier`` as LaTeX."""
-    head, _, index = name.partition("_")
-    head = _GREEK.get(head, head)
-    known = head if len(head) == 1 or head.startswith("\\") else f"\\{head}"
-    return f"{known}_{{\\mathrm{{{index}}}}}" if index else known
+def latex_name(name: str, dots: int = 0) -> str:
+    """A name such as ``b_carrier`` as LaTeX; a symbol with an index of its own, such as ``U1_drive``, has both below.
+
+    dots: over the letter, for derivatives by time.
+    """
+    head, _, owner = name.partition("_")
+    parts = _SYMBOL.fullmatch(head)
+    letter, own = (parts[1], parts[2]) if parts else (f"\\mathrm{{{head}}}", "")
+    shown = f"\\{_VARIANTS.get(letter, letter)}" if letter in _GREEK else letter
+    if dots:
+        shown = f"\\{'d' * dots}ot{{{shown}}}"
+    below = ",".join(filter(None, (own, owner)))
+    return shown + below_it(below) if below else shown
 
 
-def _dotted(name: str, dots: int) -> str:
-    head, _, index = name.partition("_")
-    return f"\\{'d' * dots}ot{{{latex_name(head)}}}" + (f"_{{\\mathrm{{{index}}}}}" if index else "")
+def below_it(index: str) -> str:
+    """An index in upright letters."""
+    escaped = index.replace("_", "\\_")
+    return f"_{{\\mathrm{{{escaped}}}}}"
 
 
 def written(
@@ -74,7 +89,7 @@ def written(
         if c.prescribed is not None:
             lines.append(equation(symbols[c.velocity], c.prescribed.xreplace(nothing).xreplace(symbols), latex))
             name, index = ("T", "motor") if c.angle else ("F", "drive")
-            right = right + sp.Symbol(f"{name}_{{\\mathrm{{{index}}}}}" if latex else f"{name}_{index}")
+            right = right + sp.Symbol(latex_name(f"{name}_{index}") if latex else f"{name}_{index}")
         lines.append(equation(left, right, latex))
     return lines
 

@@ -45,8 +45,12 @@ def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
 
 
 def save(result: xr.Dataset, path: Path) -> Path:
-    """Write a Dataset as NetCDF."""
-    return replacing(path, lambda beside: result.to_netcdf(beside, engine="h5netcdf"))
+    """Write a Dataset as NetCDF.
+
+    Put together in memory: HDF5 does not get over a file that cannot be written to its end, and takes the process with it.
+    """
+    whole = result.to_netcdf(engine="h5netcdf")
+    return replacing(path, lambda beside: beside.write_bytes(whole))
 
 
 def save_figure(figure: Figure, path: Path) -> Path:

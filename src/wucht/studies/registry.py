@@ -83,6 +83,14 @@ class Study:
     figure = _part("figure", "Dataset -> Figure.")
     report = _part("report", "Dataset -> lines of text.")
 
+    def numbers(self, plan: Any) -> float:
+        """At most how many numbers a plan stores: (plan) -> number of the module ``prepare``.
+
+        Studies without it store what their limits of points and cells allow: little.
+        """
+        stated = getattr(self._module("prepare"), "numbers", None)
+        return float(stated(plan)) if stated is not None else 0.0
+
     @property
     def exports(self) -> bool:
         """Whether it has files for others: a module ``export`` with (Dataset, folder) -> lines, one for each file."""

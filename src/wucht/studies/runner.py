@@ -24,6 +24,7 @@ from wucht.studies.cluster import Cluster, cluster_at
 from wucht.studies.memory import Memory, questions_of
 from wucht.studies.question_differences import differences
 from wucht.studies.registry import Study, studies, study_of
+from wucht.studies.room import out_of_memory, refuse_numbers, refuse_turns
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import subject_of
 from wucht.studies.work import Report, Work
@@ -78,9 +79,10 @@ def run(
     Raises
     ------
     InputError
-        Where the question does not fit the subject, the folder has the units of another question, or no scheduler answers.
+        Where the question does not fit the subject, or the machine that computes; where the folder has the units of another
+        question, or no scheduler answers.
     RunError
-        Where workers are of another version, or the scheduler goes away.
+        Where the memory is full, workers are of another version, or the scheduler goes away.
     """
     if not isinstance(spec, Spec):
         raise InputError("study", str(spec), 'must be what is asked, such as wucht.RunUp(until="20 s")')
@@ -88,7 +90,10 @@ def run(
         tiled = ", ".join(kind for kind, study in studies().items() if study.tiled)
         raise InputError("--scheduler", scheduler, f"{spec.kind} is computed by one process; studies with tiles are {tiled}")
     with cluster_at(scheduler) as cluster:
-        return _answered(spec, subject, folder, files, resume, progress, document, cluster)
+        try:
+            return _answered(spec, subject, folder, files, resume, progress, document, cluster)
+        except MemoryError as error:
+            raise out_of_memory(error) from None
 
 
 def _answered(
@@ -105,7 +110,9 @@ def _answered(
     subject_is = subject_of(spec).describe(subject)
     if subject_is.dimensionless:
         spec.refuse_units()
+    refuse_turns(spec, subject)
     plan = study.prepare(spec, subject)
+    refuse_numbers(study.numbers(plan))
     solve = study.run  # loaded before units are read back, which are of its classes
     question: dict[str, Any] = json.loads(to_json({"study": spec.asked_of(subject), "machine": subject_is.facts}))
     memory, notes = Memory(), list[str]()

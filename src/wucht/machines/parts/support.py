@@ -12,11 +12,13 @@ from wucht.machines.parts.base import Body, Frame, Part, Point, si
 from wucht.machines.parts.motion import SHAKING, PrescribedMotion
 from wucht.mechanics.lagrange import Coordinate
 
+_STRONGEST = 1e7  # m/s^2: in ultracentrifuges; bodies swing the faster, the stronger it is
+
 
 class Support(Part):
     """A carrier: the coordinates of what bears the bodies, and where their axes are."""
 
-    gravity: float = si("m/s^2", "acceleration of gravity", "g", 0.0)
+    gravity: float = si("m/s^2", "acceleration of gravity", "g", 0.0, ge=-_STRONGEST, le=_STRONGEST)
     directions: str = "xy"
     motion: PrescribedMotion | None = Field(None, description="prescribed motion")
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 
 from wucht.mechanics.averaged.averaged_system import AveragedSystem
-from wucht.mechanics.notation import Notation, equation, latex_name
+from wucht.mechanics.notation import Notation, below_it, equation, latex_name
 from wucht.system import needed_definitions
 
 _PART = re.compile(r"^(?P<head>[^\[]+)\[(?P<index>[^\]]+)\](\.(?P<part>re|im))?$")
@@ -80,9 +80,7 @@ def _of_state(name: str, main: str, speed: str, phase: str, latex: bool) -> str 
     index = "" if body == main and letter == speed else f"_{body}"
     if not latex:
         return letter + index + "'" * dots
-    head, _, below = latex_name(letter + index).partition("_")
-    head = f"\\dot{{{head}}}" if dots else head
-    return f"{head}_{below}" if below else head
+    return latex_name(letter + index, dots)
 
 
 def _of_definition(name: str, latex: bool) -> str:
@@ -90,7 +88,7 @@ def _of_definition(name: str, latex: bool) -> str:
     if match is None:
         return name
     head, index, part = match["head"], match["index"], match["part"]
-    shown = f"{_LATEX_HEADS.get(head, head)}_{{\\mathrm{{{index}}}}}" if latex else f"{head}_{index}"
+    shown = _LATEX_HEADS.get(head, head) + below_it(index) if latex else f"{head}_{index}"
     if not part:
         return shown
     return f"\\operatorname{{{part.capitalize()}}}({shown})" if latex else f"{part.capitalize()}({shown})"

@@ -66,10 +66,13 @@ class Trajectory:
         quadratures = {name: values[first:] for name, values in self.quadratures.items()}
         return replace(self, time=self.time[first:], states=self.states[:, first:], quadratures=quadratures)
 
-    def every(self, count: int) -> Trajectory:
-        """Every so manyth sample, from the first on."""
-        quadratures = {name: values[::count] for name, values in self.quadratures.items()}
-        return replace(self, time=self.time[::count], states=self.states[:, ::count], quadratures=quadratures)
+    def every(self, count: int, with_last: bool = False) -> Trajectory:
+        """Every so manyth sample, from the first on; with_last: and the last one."""
+        kept: slice | np.ndarray = slice(None, None, count)
+        if with_last and (len(self.time) - 1) % count:
+            kept = np.append(np.arange(0, len(self.time), count), len(self.time) - 1)
+        quadratures = {name: values[kept] for name, values in self.quadratures.items()}
+        return replace(self, time=self.time[kept], states=self.states[:, kept], quadratures=quadratures)
 
     def joined(self, later: Trajectory) -> Trajectory:
         """This trajectory followed by one that continued from its end."""

@@ -60,6 +60,11 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     return Plan(spec, coasting, initial, start_speed, limit, step, stride, energy, at_rest, events)
 
 
+def numbers(plan: Plan) -> float:
+    """At most how many numbers are stored: time and mean speed of each turn, which are as many as at the start."""
+    return 2 * plan.limit * abs(plan.start_speed) / (2 * math.pi)
+
+
 def _without_drives(machine: Machine) -> Machine:
     """The machine with its drives switched off: no torque, no prescribed speed. What dampers and loads take stays."""
     drives = machine.drives

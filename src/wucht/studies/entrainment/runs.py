@@ -25,6 +25,7 @@ _PERIODS = 200  # of a run, if nothing says how long
 _TIMES = 25.0  # decay times of the slowest disturbance
 _MOST_PERIODS = 20_000
 _DOUBLINGS = 5
+_AT_ONCE = 1000  # samples that are stored
 _STEADY = 1e-4  # rad: a phase that moves more than this in the last quarter is not yet steady
 _CHANGING = 0.02  # of the mean speed: between the halves of the window, a run-up that continues
 _PROBES = 8  # runs to each side of an edge, over the distance of two values of the scan
@@ -79,15 +80,23 @@ class RunsFromStart:
         watched = Watched(Watch(machine, self.period), self.flow, lambda motion: motion, 2 * math.pi / self.period, 1.0)
         leg, end = watched.begin(state, parameters), self.duration
         for _ in range(_DOUBLINGS + 1):
-            begin = leg.stored.end_time
-            grid = np.linspace(begin, end, math.ceil((end - begin) / (_PERIODS * self.period)) + 1)
-            leg = watched.leg(leg, grid, progress)
+            for grid in self._grids(leg.stored.end_time, end):
+                leg = watched.leg(leg, grid, progress)
             seen = watched.observation(leg)
             means = locked(machine, seen) if leg.stored.failure is None else None
             if means is None or self._decided(leg.stored.end_time, means):
                 break
             end = 2 * end
         return self._judged(machine, value, leg.stored, seen, means)
+
+    def _grids(self, begin: float, end: float) -> Iterator[np.ndarray]:
+        """Samples to store, of which a run may have any number: so many at a time."""
+        count = math.ceil((end - begin) / (_PERIODS * self.period))
+        for first in range(0, count, _AT_ONCE):
+            last = min(first + _AT_ONCE, count)
+            grid = begin + (end - begin) / count * np.arange(first, last + 1)
+            grid[-1] = end if last == count else grid[-1]
+            yield grid
 
     def _judged(
         self, machine: Machine, value: float, last: Trajectory, seen: Observation, means: Locked | None

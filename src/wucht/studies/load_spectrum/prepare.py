@@ -64,6 +64,14 @@ def prepare(spec: LoadSpectrum, subject: Machine | Records) -> Plan:
     return Plan(spec, signal, case, reference, width, line, warnings)
 
 
+def numbers(plan: Plan) -> float:
+    """At most how many numbers are stored: time and value of two turning points a turn of the highest speed expected."""
+    if plan.case is None:
+        return 0.0
+    horizon = plan.case.horizon
+    return 4 * horizon.first / (horizon.step * horizon.samples_per_turn)
+
+
 def check_width(values: np.ndarray, width: float | None) -> None:
     """Raises ``InputError`` for classes so narrow that they would be too many for values (m,)."""
     span = float(np.ptp(values)) if len(values) else 0.0

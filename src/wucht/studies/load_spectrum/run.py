@@ -54,16 +54,16 @@ def _of_run_up(plan: Plan, case: Case, signal: MachineSignal, work: Work) -> Ite
     last = watched.begin(model.initial, model.values)
     found: list[tuple[np.ndarray, np.ndarray]] = []
     yield _findings(watched, found, last, case)
-    for number, (grid, end, judged) in enumerate(horizon.legs(), 1):
+    for number, grid in enumerate(horizon.legs(), 1):
         if last.stored.ended:
             break
         # Its ends alone are stored; in between it is looked at as densely as it asks.
-        ends, begun = grid[[0, -1]], replace(last, seen=replace(last.seen, points=last.seen.points.forgotten()))
-        last = work.unit(f"leg {number}", partial(watched.leg, begun, ends, partial(_report, work, end)))
+        ends, begun = grid.samples[[0, -1]], replace(last, seen=replace(last.seen, points=last.seen.points.forgotten()))
+        last = work.unit(f"leg {number}", partial(watched.leg, begun, ends, partial(_report, work, grid.end)))
         found.append((last.seen.points.time, last.seen.points.values))
         findings = _findings(watched, found, last, case)
         yield findings
-        if judged and findings.verdict is not None and horizon.decided(findings.verdict):
+        if grid.judged and findings.verdict is not None and horizon.decided(findings.verdict):
             break
 
 

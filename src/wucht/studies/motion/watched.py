@@ -20,6 +20,7 @@ _MOST_AT_ONCE = 32_768  # of these
 _FEWEST_AT_ONCE = 16_384  # before they are looked at: a look costs as much as some thousand samples
 _SLOWER = 0.25  # of a turn a span: a body that swings or creeps is looked at as often as one that turns so slowly
 _FASTER = 20.0  # times the speed: vibrations faster than that are not followed, turns average over them
+_ROUNDING = 1e-9  # of a step
 Seen = TypeVar("Seen")
 
 
@@ -83,23 +84,45 @@ class Watched(Generic[Seen]):
         """What was seen of a motion until the end of a part of it."""
         return self._looked(leg.seen, leg.waiting)
 
-    def leg(self, before: Leg[Seen], grid: np.ndarray, report: Callable[[float], None] | None = None) -> Leg[Seen]:
-        """The part over an even grid, of which samples are stored, that begins at the last sample of the part before.
+    def rate(self, leg: Leg[Seen]) -> float:
+        """The highest frequency (rad per time) in a motion where a part of it ends: of a body that turns, or of vibrations."""
+        return self._highest(fastest_of(self.machine, self.seen(leg.stored.tail(1)).states))
 
-        report: called with the time reached. Raises ``KeyboardInterrupt`` where the user has stopped it.
+    def leg(
+        self,
+        before: Leg[Seen],
+        grid: np.ndarray,
+        report: Callable[[float], None] | None = None,
+        closest: float | None = None,
+    ) -> Leg[Seen]:
+        """The part over a grid, of which samples are stored, that begins at the last sample of the part before.
+
+        report: called with the time reached. closest: where the motion turns out much faster than the grid is made for, more
+        samples are stored, at such spans of time at least; None: those of the grid. Raises ``KeyboardInterrupt`` where the
+        user has stopped it.
         """
         last, seen, waiting, stored = before.stored, before.seen, before.waiting, list[Trajectory]()
         if last.ended:
             return before
         while len(grid) > 1 and not last.ended:
             motion, of_machine, fine = self._piece(last, grid, report)
-            last = motion.every(fine)
+            every, over = fine, (len(motion.time) - 1) // fine
+            if closest is not None and len(motion.time) > 1:
+                highest = self._highest(fastest_of(self.machine, of_machine.states))
+                span, apart = 2 * math.pi / (self.per_turn * highest), float(np.diff(motion.time).max())
+                if fine * apart * _FEWEST_SHARE > span:
+                    every = min(fine, max(1, math.floor(max(span, closest) / apart * (1 + _ROUNDING))))
+            last = motion.every(every) if motion.ended else motion.every(every, with_last=True)
             stored.append(last)
             waiting = (*waiting, replace(of_machine, quadratures={}))
             if sum(len(part.time) for part in waiting) > _FEWEST_AT_ONCE:
                 seen, waiting = self._looked(seen, waiting), (waiting[-1].tail(1),)
-            grid = grid[len(last.time) - 1 :]
+            grid = grid[over:]
         return Leg(Trajectory.of(stored), seen, waiting)
+
+    def _highest(self, fastest: float) -> float:
+        """The highest frequency of a motion in which the fastest body turns with this speed."""
+        return max(fastest, self.vibration, _SLOWER * 2 * math.pi / self.watch.span)
 
     def _looked(self, seen: Seen, motion: tuple[Trajectory, ...]) -> Seen:
         """What was seen after some parts of the machine's motion."""
@@ -112,12 +135,12 @@ class Watched(Generic[Seen]):
 
         More densely than the grid: as the speeds in it ask.
         """
-        step, fine = float(grid[1] - grid[0]), 0
+        step, fine = float(np.diff(grid).max()), 0
         fastest = fastest_of(self.machine, self.seen(before.tail(1)).states)
         while True:
             rate = max(fastest, min(self.vibration, _FASTER * fastest), _SLOWER * 2 * math.pi / self.watch.span)
             wanted = self.per_turn * rate * step / (2 * math.pi)
-            fine = min(max(fine + 1, math.ceil(wanted * (1 - 1e-9))), _MOST_AT_ONCE)
+            fine = min(max(fine + 1, math.ceil(wanted * (1 - _ROUNDING))), _MOST_AT_ONCE)
             dense = _refined(grid[: max(1, _MOST_AT_ONCE // fine) + 1], fine)
             motion = integrate(self.compiled, before.end_state, before.parameters, dense, report, self.energy).uninterrupted()
             of_machine = self.seen(motion)
@@ -128,7 +151,7 @@ class Watched(Generic[Seen]):
 
 
 def _refined(grid: np.ndarray, times: int) -> np.ndarray:
-    """An evenly spaced grid (N,) with so many intervals in place of each."""
+    """A grid (N,) with so many intervals in place of each."""
     if times == 1:
         return grid
     between = grid[:-1, None] + np.diff(grid)[:, None] * np.arange(times) / times

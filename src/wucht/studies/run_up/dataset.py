@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from wucht.numerics.observers.turn_record import smooth_weights
 from wucht.numerics.peaks import extremes
 from wucht.results.conventions import answered
 from wucht.results.outcomes import Outcome
+from wucht.studies.motion.observation import motion_of
 from wucht.studies.motion.verdict import Verdict
 from wucht.studies.run_up.both_models import joined
 from wucht.studies.run_up.many_runs import gathered
@@ -23,6 +25,7 @@ from wucht.studies.run_up.variables import variables
 if TYPE_CHECKING:
     import xarray as xr
 
+_FEWEST_A_TURN = 8
 _CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
 
 
@@ -53,7 +56,7 @@ def _of_motion(motion: Motion) -> xr.Dataset:
 def _warnings(motion: Motion, residual: float) -> list[str]:
     verdict, evidence, failure = motion.verdict, motion.verdict.evidence, motion.trajectory.failure
     # Of both models the horizon is that of the full one.
-    own = motion.case.horizon.warnings if motion.model is motion.case.models[0] else ()
+    own = (*motion.case.horizon.warnings, *_coarse(motion)) if motion.model is motion.case.models[0] else ()
     warnings = [*own, *motion.model.warnings, *((*motion.model.remedies, failure) if failure else ())]
     if verdict.outcome is Outcome.PASSED and verdict.faster_branch:
         warnings.append(
@@ -68,6 +71,20 @@ def _warnings(motion: Motion, residual: float) -> list[str]:
             "is off by a factor of thousands, or give a smaller study.tolerance"
         )
     return warnings
+
+
+def _coarse(motion: Motion) -> tuple[str, ...]:
+    """A warning where the motion is stored with few samples a turn."""
+    time, seen, machine = motion.seen.time, motion.seen, motion.case.machine
+    speeds = np.abs([motion_of(machine, seen, b)[1] for b in machine.bodies]).max(axis=0)
+    turned = float((np.diff(time) * np.maximum(speeds[1:], speeds[:-1])).max(initial=0.0))
+    samples = 2 * math.pi / turned if turned else math.inf
+    if samples >= _FEWEST_A_TURN:
+        return ()
+    return (
+        f"only {samples:.1f} samples a turn are stored, to keep the result below {motion.case.horizon.most} samples: "
+        "its variables do not show the whole motion; what the summary says does not depend on them",
+    )
 
 
 def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict) -> dict[str, Any]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from wucht.analysis.shaft import energy_scale, swing_frequency
-from wucht.analysis.time_constants import runaway_limit
+from wucht.analysis.time_constants import highest_speed, runaway_limit
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.numerics.flow.events import Event
@@ -20,23 +20,35 @@ from wucht.studies.release_events import release_events
 from wucht.studies.run_up.spec import RunUp
 
 SAMPLES_PER_TURN = 24
-MOST_SAMPLES = 1_000_000
+MOST_SAMPLES = 1_000_000  # that are stored of all runs together, of those without a given end five times as many
+_MOST_NUMBERS = 30_000_000  # likewise: a quarter of a gigabyte, and several times that while it is put together
 _FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest speed expected; each next leg doubles the run
 _MOST_TURNS = 25_000
-FEWEST_SAMPLES_PER_TURN = 8
+_FEWEST_SAMPLES = 2000
 _FIRST_LEG, _LONGEST_LEG = 64, 2048  # samples
+_MUCH_SLOWER = 8  # times: where the motion is slower than that, fewer samples are stored
 _SETTLED_TOLERANCE = 1e-5
 _FASTEST = 10.0  # times the highest natural frequency: so often at most a body is looked at that does not turn
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
-Grid = tuple[np.ndarray, float, bool]  # samples, from the last of the leg before on; an end, for the progress; judge it then?
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A leg. samples: evenly, from the last of the leg before on. closest: samples that may be stored, as time. end: for the
+    progress. judged: whether the motion is judged then."""
+
+    samples: np.ndarray
+    closest: float
+    end: float
+    judged: bool
 
 
 @dataclass(frozen=True)
 class Horizon:
-    """step: between samples. span: the time of a turn, or of a vibration, as it is expected. vibration: the highest
-    frequency. first: the end of the first leg. expected_end: for the progress. samples_per_turn: at the highest
-    speed expected. until_settled: the verdict ends the run. energy: the size of the works. events: that end it. warnings: what
-    is doubtful about the question."""
+    """step: between samples at the highest speed expected. span: the time of a turn, or of a vibration, as it is expected.
+    vibration: the highest frequency. first: the end of the first leg. expected_end: for the progress. samples_per_turn: at the
+    highest speed expected. most: samples that are stored. until_settled: the verdict ends the run. energy: the size of the
+    works. events: that end it. warnings: what is doubtful about the question."""
 
     step: float
     span: float
@@ -44,6 +56,7 @@ class Horizon:
     first: float
     expected_end: float
     samples_per_turn: float
+    most: int
     until_settled: bool
     energy: float
     events: tuple[Event, ...]
@@ -54,7 +67,8 @@ class Horizon:
         """The horizon of a run from an initial state."""
         at = {t: machine.at(t) for t in machine.breakpoints}
         natural = [f for m in at.values() for f in (*natural_frequencies(m).values(), swing_frequency(m)) if f > 0]
-        reached = [free_speed(m, r, t) or 0.0 for t, m in at.items() for r in m.rotors]
+        highest = {t: highest_speed(m) for t, m in at.items()}  # losses alone may hold a speed that is never seen
+        reached = [min(abs(free_speed(m, r, t) or 0.0), highest[t]) for t, m in at.items() for r in m.rotors]
         prescribed = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
         expected = [*speeds_in(machine, initial).values(), *reached, machine.shaking_frequency or 0.0, *natural]
         expected += [w for c in prescribed for w in machine.prescribed_speed(c, np.array(machine.breakpoints))]
@@ -67,38 +81,66 @@ class Horizon:
         else:
             end, half_turns = (_FIRST_TURNS * turn, 40) if spec.turns is None else (spec.turns * turn, 8)
             first = max(end, half_turns * math.pi / slowest)
-        step = first / math.ceil(first / max(turn / SAMPLES_PER_TURN, first / MOST_SAMPLES))
+        most = _most_samples(machine, spec)
+        step = first / math.ceil(first / max(turn / SAMPLES_PER_TURN, first / most))
         settled, events = spec.until is None and spec.turns is None, _events(machine, spec, initial)
-        warnings = tuple(_warnings(machine, spec, free, turn / step))
+        warnings = tuple(_warnings(machine, spec, free))
         vibration = max([*natural, machine.shaking_frequency or 0.0])
         span = 2 * math.pi / min(fastest, _FASTEST * max(natural)) if natural else turn
-        return cls(step, span, vibration, first, end, turn / step, settled, energy_scale(machine), events, warnings)
+        return cls(step, span, vibration, first, end, turn / step, most, settled, energy_scale(machine), events, warnings)
 
-    def legs(self) -> Iterator[Grid]:
-        """The legs of a run.
+    def legs(self, rate: Callable[[], float] | None = None) -> Iterator[Grid]:
+        """The legs of a run. rate: the highest frequency of the motion where the leg before has ended; None: as is expected.
 
-        Without a given time the motion is judged at twice the time of the last look. Legs are short at first, so that a run
-        that is cut off loses little.
+        Samples are even as long as the motion is not much slower than expected, else a power of two further apart. Without a
+        given time the motion is judged at twice the time of the last look. Legs are short at first, so that a run that is cut
+        off loses little.
         """
         share = min(1.0, self.samples_per_turn / SAMPLES_PER_TURN)  # of all samples, those that are stored
         open_ended = self.until_settled or any(e.name == TURNS_DONE for e in self.events)
         doublings = math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS)) if open_ended else 0
-        goals = [self.first * 2**k for k in range(doublings + 1)]
         begin, size, longest = 0.0, max(1, int(_FIRST_LEG * share)), max(1, int(_LONGEST_LEG * share))
-        for goal in goals:
-            grid = np.linspace(begin, goal, max(1, round((goal - begin) / self.step)) + 1)
-            left, last = 0, len(grid) - 1
+        for goal in (self.first * 2**k for k in range(doublings + 1)):
+            left, last = 0, max(1, round((goal - begin) / self.step))
+            step, closest = (goal - begin) / last, goal / self.most
             while left < last:
-                right = min(left + size, last)
-                yield grid[left : right + 1], max(self.expected_end, goal), open_ended and right == last
+                slower = 1.0 if rate is None else 2 * math.pi / (SAMPLES_PER_TURN * rate() * step)
+                every = max(_power_of_two(slower) if slower >= _MUCH_SLOWER else 1, _power_of_two(closest / step))
+                right = min(left + size * every, last)
+                samples = begin + step * np.append(np.arange(left, right, every), right)
+                samples[-1] = goal if right == last else samples[-1]
+                yield Grid(samples, closest, max(self.expected_end, goal), open_ended and right == last)
                 left, size = right, min(2 * size, longest)
             begin = goal
+
+    @property
+    def samples(self) -> float:
+        """About how many are stored at most."""
+        doublings = math.log2(_MOST_TURNS / _FIRST_TURNS) if self.until_settled else 0
+        return min(self.first / self.step * 2**doublings, self.most * (1 + doublings / 2))
 
     def decided(self, verdict: Verdict) -> bool:
         """Whether a run without a given time may end: it has settled, or the turns asked for will never be made."""
         if self.until_settled:
             return verdict.settled_within(_SETTLED_TOLERANCE)
         return verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING)
+
+
+def _power_of_two(ratio: float) -> int:
+    """The largest that is not greater, at least 1."""
+    return int(2 ** max(0, math.floor(math.log2(ratio))))
+
+
+def numbers_a_sample(machine: Machine) -> int:
+    """How many numbers are stored of a sample: states, works, outputs and what the Dataset makes of them."""
+    system = machine.system
+    return 2 * len(system.states) + len(system.quadratures) + len(system.outputs) + 8 * len(machine.bodies)
+
+
+def _most_samples(machine: Machine, spec: RunUp) -> int:
+    """How many samples of a run are stored, so that all runs of a question fit into memory."""
+    runs = len(spec.starts or [0]) * len(spec.values or [0])
+    return max(_FEWEST_SAMPLES, min(MOST_SAMPLES, _MOST_NUMBERS // numbers_a_sample(machine)) // runs)
 
 
 def _events(machine: Machine, spec: RunUp, initial: np.ndarray) -> tuple[Event, ...]:
@@ -112,7 +154,7 @@ def _events(machine: Machine, spec: RunUp, initial: np.ndarray) -> tuple[Event, 
     return (*(Event(name, share**2 - 1, +1, terminal=True) for name, share in ends.items()), *release_events(machine))
 
 
-def _warnings(machine: Machine, spec: RunUp, free: float | None, samples_per_turn: float) -> list[str]:
+def _warnings(machine: Machine, spec: RunUp, free: float | None) -> list[str]:
     warnings, limit = [], runaway_limit(machine)
     if limit is not None and spec.speed_limit is None:
         warnings.append(
@@ -124,10 +166,5 @@ def _warnings(machine: Machine, spec: RunUp, free: float | None, samples_per_tur
         warnings.append(
             f"the run of {spec.until:g}{unit} is shorter than ten turns at the speed that the drive would reach "
             f"({20 * math.pi / abs(free):.3g}{unit}): far too short to tell"
-        )
-    if samples_per_turn < FEWEST_SAMPLES_PER_TURN:
-        warnings.append(
-            f"only {samples_per_turn:.1f} samples a turn are stored, to keep the result below {MOST_SAMPLES} samples: "
-            "its variables do not show the whole motion; what the summary says does not depend on them"
         )
     return warnings

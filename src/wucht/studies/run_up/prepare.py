@@ -15,7 +15,7 @@ from wucht.numerics.flow.program import Evaluator
 from wucht.studies.initial_state import initial_state, placed
 from wucht.studies.motion.observation import Watch
 from wucht.studies.parameters import parameter_of, values_of
-from wucht.studies.run_up.horizon import Horizon
+from wucht.studies.run_up.horizon import Horizon, numbers_a_sample
 from wucht.studies.run_up.model import FullModel, slow_model
 from wucht.studies.run_up.spec import RunUp
 
@@ -59,6 +59,11 @@ def prepare(spec: RunUp, machine: Machine) -> Plan:
         changed = machine if spec.along is None or value is None else machine.with_values({spec.along: value})
         cases += [prepare_case(spec, changed, start, value) for start in starts]
     return Plan(spec, machine, tuple(cases), bool(spec.starts or spec.values))
+
+
+def numbers(plan: Plan) -> float:
+    """At most how many numbers are stored."""
+    return sum(case.horizon.samples * len(case.models) * numbers_a_sample(case.machine) for case in plan.cases)
 
 
 def prepare_case(spec: RunUp, machine: Machine, start: Mapping[str, Any], value: float | None = None) -> Case:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
+
+import numpy as np
 
 from wucht.machines.operation import free_speed
 from wucht.numerics.flow.compiled import CompiledSystem, compile_system
@@ -97,21 +99,21 @@ def run_case(spec: RunUp, case: Case, work: Work) -> Iterator[tuple[Motion, ...]
     """The motions of one run, after each leg; a second model goes as far as the first did."""
     first, *others = case.models
     share = _FULL_SHARE if others else 1.0
-    for motion in _motions(spec, case, first, case.horizon.events, case.horizon.legs(), work.part(first.name, 0.0, share)):
+    for motion in _motions(spec, case, first, case.horizon.events, None, work.part(first.name, 0.0, share)):
         yield (motion,)
     time = motion.trajectory.time
     if motion.legs[-1].failure or len(time) < 2:
         return
     for other in others:
-        legs = ((time[i : i + _SAMPLES_A_LEG + 1], time[-1], False) for i in range(0, len(time) - 1, _SAMPLES_A_LEG))
-        for second in _motions(spec, case, other, (), legs, work.part(other.name, share, 1.0)):
+        for second in _motions(spec, case, other, (), time, work.part(other.name, share, 1.0)):
             yield motion, second
 
 
 def _motions(
-    spec: RunUp, case: Case, model: FullModel, events: tuple[Event, ...], grids: Iterable[Grid], work: Work
+    spec: RunUp, case: Case, model: FullModel, events: tuple[Event, ...], at: np.ndarray | None, work: Work
 ) -> Iterator[Motion]:
-    """A model's motion after each leg, as far as the legs, an event, or the verdict let it go."""
+    """A model's motion after each leg, as far as the legs, an event, or the verdict let it go. at: samples (N,) to store; None:
+    as the motion asks."""
     compiled = compile_system(model.system, spec.tolerance, model.events(events), spec.engine)
 
     watched = Watched(case.watch, compiled, model.seen, case.horizon.vibration, case.horizon.energy)
@@ -120,14 +122,24 @@ def _motions(
     yield Motion(case, model, watched, legs, last)
     if last.stored.ended:
         return
-    for grid, end, judged in grids:
-        report = partial(_report, work, end)
-        last = work.unit(f"leg {len(legs)}", partial(watched.leg, last, grid, report))
+
+    def rate() -> float:
+        return watched.rate(last)
+
+    for grid in case.horizon.legs(rate) if at is None else _given(at):
+        report, closest = partial(_report, work, grid.end), grid.closest if at is None else None
+        last = work.unit(f"leg {len(legs)}", partial(watched.leg, last, grid.samples, report, closest))
         legs = (*legs, last.stored)
         motion = Motion(case, model, watched, legs, last)
         yield motion
-        if last.stored.ended or (judged and case.horizon.decided(motion.verdict)):
+        if last.stored.ended or (grid.judged and case.horizon.decided(motion.verdict)):
             return
+
+
+def _given(time: np.ndarray) -> Iterator[Grid]:
+    """Legs over given samples (N,)."""
+    for i in range(0, len(time) - 1, _SAMPLES_A_LEG):
+        yield Grid(time[i : i + _SAMPLES_A_LEG + 1], 0.0, time[-1], False)
 
 
 def _report(work: Work, end: float, time: float) -> None:

@@ -1,0 +1,65 @@
+"""Whether there is room for what is asked, before anything is computed: memory, and turns that can be made in a lifetime."""
+
+from __future__ import annotations
+
+import math
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from wucht.analysis.time_constants import highest_speed
+from wucht.errors import InputError, RunError
+from wucht.machines.machine import Machine
+from wucht.machines.operation import operating_speed
+from wucht.studies.spec import Spec
+
+BYTES = 8  # of a number
+_COPIES = 3  # of what is stored: while it is joined, as a Dataset, and as the file
+_SHARE = 0.8  # of the machine's memory; libraries and other programs have the rest
+_MOST_TURNS = 1e9  # weeks of computing
+_GROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")  # what a container may have
+REMEDY = "ask for a shorter time, or for fewer runs or points"
+
+
+def machine_memory() -> float:
+    """The memory in bytes that this process can have: of the machine, its container, or as limited; infinite if unknown."""
+    limits = [math.inf]
+    with suppress(AttributeError, ValueError, OSError):  # not on every system
+        limits.append(float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES"))
+    for group in _GROUPS:
+        with suppress(ValueError, OSError):
+            limits.append(float(Path(group).read_text(encoding="ascii")))
+    with suppress(ImportError):
+        import resource
+
+        soft, _ = resource.getrlimit(resource.RLIMIT_AS)
+        limits += [float(soft)] if soft != resource.RLIM_INFINITY else []
+    return min(limits)
+
+
+def refuse_numbers(numbers: float) -> None:
+    """Raises ``InputError`` where so many numbers, stored at once, are more than the machine has room for."""
+    needed, there = numbers * BYTES * _COPIES, machine_memory()
+    if needed > _SHARE * there:
+        wanted = f"its result may take {needed / 1e9:.3g} GB of memory, and there are {there / 1e9:.3g} GB"
+        raise InputError("study", None, f"{wanted}; {REMEDY}")
+
+
+def refuse_turns(spec: Spec, subject: Any) -> None:
+    """Raises ``InputError`` where a run until the time asked for would not be over in weeks."""
+    until = getattr(spec, "until", None)
+    if not isinstance(until, float) or not isinstance(subject, Machine):
+        return
+    turns = until * min(operating_speed(subject), highest_speed(subject)) / (2 * math.pi)
+    if turns > _MOST_TURNS:
+        longest = until * _MOST_TURNS / turns
+        unit = f" {subject.units.time}" if subject.units.time else ""
+        allowed = f"these are {turns:.3g} turns, and at most {_MOST_TURNS:.3g} can be computed, here {longest:.3g}{unit}"
+        raise InputError("study.until", until, allowed)
+
+
+def out_of_memory(error: MemoryError) -> RunError:
+    """The sentence for a study that did not fit after all."""
+    what = f" ({error})" if str(error) else ""
+    return RunError(f"there is not enough memory for this study{what}; {REMEDY}")

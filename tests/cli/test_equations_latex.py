@@ -1,0 +1,98 @@
+"""``wucht equations --latex`` is typeset: by matplotlib's mathtext, which knows the commands of TeX and refuses others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from matplotlib.mathtext import MathTextParser
+
+from wucht.files.catalogue import load_document, load_machine, names
+from wucht.machines.symbols import notation_of
+from wucht.mechanics.notation import latex_name
+
+Command = Callable[..., Any]
+PARSER: MathTextParser[Any] = MathTextParser("path")
+WITHOUT_AVERAGED = "has no averaged equations"
+
+
+def rows(printed: str) -> Iterator[str]:
+    """The lines within align, as they stand between two line breaks of TeX."""
+    within = False
+    for line in printed.splitlines():
+        if line.startswith(("\\begin", "\\end")):
+            within = line.startswith("\\begin")
+        elif within:
+            yield line.removesuffix("\\\\").strip()
+
+
+def typeset(row: str) -> None:
+    """Raises ``ValueError`` for what is no TeX."""
+    assert row.count("&=") == 1
+    PARSER.parse(f"${row.replace('&=', '=')}$")
+
+
+def test_the_witness_refuses_what_tex_does() -> None:
+    for wrong in (r"\ax_{\mathrm{e1}}", r"\R2", r"x_{a}_{b}", r"\left(x"):
+        with pytest.raises(ValueError, match=r"Pars|Unknown|Double|Expected"):
+            PARSER.parse(f"${wrong}$")
+
+
+@pytest.mark.parametrize(
+    ("name", "dots", "expected"),
+    [
+        ("ax_e1", 0, r"a_{\mathrm{x,e1}}"),
+        ("R2_drives.e1", 0, r"R_{\mathrm{2,drives.e1}}"),
+        ("b_L", 0, r"b_{\mathrm{L}}"),
+        ("lambda_b1", 0, r"\lambda_{\mathrm{b1}}"),
+        ("betap_p1", 0, r"\beta_{\mathrm{p,p1}}"),
+        ("phi_0", 0, r"\varphi_{\mathrm{0}}"),
+        ("theta_p_1", 1, r"\dot{\theta}_{\mathrm{p\_1}}"),
+        ("phi", 2, r"\ddot{\varphi}"),
+        ("load_x", 0, r"\mathrm{load}_{\mathrm{x}}"),
+    ],
+)
+def test_names(name: str, dots: int, expected: str) -> None:
+    assert latex_name(name, dots) == expected
+    PARSER.parse(f"${expected}^{{2}}$")
+
+
+def test_every_symbol_of_the_catalogue_is_typeset() -> None:
+    machines = [load_machine(name) for name in names() if "machine" in load_document(name)[0]]
+    symbols = {symbol for machine in machines for symbol in notation_of(machine).names.values()}
+    assert len(symbols) > 150
+    for symbol in symbols:
+        for dots in (0, 2):
+            PARSER.parse(f"${latex_name(symbol, dots)}$")
+
+
+def test_symbols_that_need_an_index_in_whole_equations(wucht: Command) -> None:
+    """Two exciters with induction motors on a planar body: places, mounts, resistances of each."""
+    printed = wucht("equations", "practice/screen", "--latex").out
+    assert r"\ddot{\varphi}_{\mathrm{e1}}" in printed
+    last = list(rows(printed))[-1]  # the rotor e2 with its motor; the carrier's rows are typeset by the slow test
+    assert r"R_{\mathrm{2,drives.e2}}" in last
+    assert r"a_{\mathrm{x,e2}}" in last
+    typeset(last)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [(), ("--slow",)], ids=["full", "averaged"])
+def test_the_catalogue(wucht: Command, how: tuple[str, ...]) -> None:
+    done = set[str]()
+    for name in names():
+        document, _ = load_document(name)
+        if "machine" not in document and ("system" not in document or how):
+            continue
+        printed = wucht("equations", name, "--latex", *how)
+        if how and printed.code == 2:
+            assert WITHOUT_AVERAGED in printed.err
+            continue
+        assert printed.code == 0, printed.err
+        found = set(rows(printed.out))
+        assert found
+        for row in found - done:
+            typeset(row)
+        done |= found
+    assert len(done) > 50

@@ -1,0 +1,82 @@
+"""Of a motion as much is stored as its own speed asks, whatever speed the drive would reach; and no more than there is room."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.files.building import machine_from
+from wucht.machines.machine import Machine
+from wucht.results.conventions import summary_of
+from wucht.studies.initial_state import initial_state
+from wucht.studies.run_up.horizon import Horizon, numbers_a_sample
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
+
+DOWN = {"r": -math.pi / 2}
+
+
+def captured_rotor(bearing_damping: float) -> Machine:
+    """Its torque does not depend on its speed; without vibration the loss in the bearing alone would hold it."""
+    rotor = {"kind": "rotor", "name": "r", "mass": 0.096, "eccentricity": 0.0592, "inertia": 5.5394e-4}
+    return machine_from({
+        "carrier": {"mass": 1.3608, "directions": "x", "stiffness": 186.3, "damping": 0.659},
+        "bodies": [rotor | {"bearing_damping": bearing_damping}],
+        "drive": {"kind": "constant-torque", "torque": 6.4e-3},
+    })  # fmt: skip
+
+
+def fewest_a_turn(result: xr.Dataset) -> float:
+    speed, time = np.abs(result.speed.values[0]), result.time.values
+    return 2 * math.pi / float((np.diff(time) * np.maximum(speed[1:], speed[:-1])).max())
+
+
+@pytest.mark.parametrize("bearing_damping", [1e-6, 1e-8, 1e-9])
+def test_a_speed_that_is_never_reached_does_not_matter(bearing_damping: float) -> None:
+    """It would be 6.4 million rad/s, and the rotor is held at 10.9; without the loss at 10.8833."""
+    result = run(RunUp(start=DOWN), captured_rotor(bearing_damping))
+    summary = summary_of(result)
+    assert summary["free_speed"] == pytest.approx(6.4e-3 / bearing_damping)
+    assert summary["outcome"] == "captured"
+    assert summary["final_speed"] == pytest.approx(10.8833, abs=1e-3)
+    assert result.sizes["time"] < 100_000
+    assert fewest_a_turn(result) > 12
+    assert not any("samples a turn" in w for w in json.loads(result.attrs["warnings"]))
+
+
+def fast(no_load_speed: float) -> Machine:
+    rotor = {"kind": "rotor", "name": "r", "mass": 0.1, "unbalance": 1e-7, "inertia": 1e-6}
+    return machine_from({
+        "carrier": {"stiffness": 1e4, "damping": 20.0, "mass": 1.0},
+        "bodies": [rotor],
+        "drive": {"kind": "linear", "slope": 1e-5, "no_load_speed": no_load_speed},
+    })  # fmt: skip
+
+
+def test_a_speed_beyond_what_is_expected_is_stored_as_densely() -> None:
+    """30,000 rad/s are more than twenty times any frequency of the machine."""
+    result = run(RunUp(until=0.5), fast(3e4))
+    assert summary_of(result)["final_speed"] == pytest.approx(3e4, rel=0.01)
+    assert fewest_a_turn(result) > 12
+
+
+def horizon(machine: Machine, **asked: Any) -> Horizon:
+    return Horizon.of(machine, RunUp(**asked), initial_state(machine, {}))
+
+
+def test_what_is_stored_is_bounded_whatever_is_asked() -> None:
+    machine = fast(200.0)
+    most, starts = horizon(machine, until=1e9).most, [{"r": 0.1 * k} for k in range(100)]
+    assert 1e8 < 8 * most * numbers_a_sample(machine) < 2.5e8  # bytes
+    assert horizon(machine, until=1e9, starts=starts).most == most // 100
+    for asked in ({"until": 1e9}, {"settled": True}):
+        bounds = horizon(machine, **asked)
+        legs = [leg for _, leg in zip(range(3000), bounds.legs(lambda: 1e9), strict=False)]
+        for leg in legs:
+            assert len(leg.samples) <= 2049
+            assert leg.closest >= leg.samples[-1] / bounds.most * (1 - 1e-9)

@@ -1,0 +1,84 @@
+"""Room for what is asked: refused in a sentence before anything is computed."""
+
+from __future__ import annotations
+
+import resource
+from pathlib import Path
+
+import pytest
+
+from wucht.errors import InputError, RunError
+from wucht.files.catalogue import load_machine
+from wucht.studies import room
+from wucht.studies.coast_down.spec import CoastDown
+from wucht.studies.entrainment import runs
+from wucht.studies.entrainment.prepare import prepare as prepare_entrainment
+from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.load_spectrum.spec import LoadSpectrum
+from wucht.studies.run_up.prepare import numbers, prepare
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
+from wucht.studies.spec import Spec
+
+R1 = "drozdetskaya-2020/r1"
+BAND = "sperling-vibration/entrainment-band"
+
+
+@pytest.mark.parametrize(
+    ("question", "name"),
+    [
+        (RunUp(until=1e9), R1),
+        (CoastDown(until=1e9), R1),
+        (LoadSpectrum(until=1e9), R1),
+        (Entrainment(until=1e11), BAND),
+    ],
+)
+def test_a_run_that_would_never_be_over(question: Spec, name: str) -> None:
+    with pytest.raises(InputError, match=r"^study\.until: given 1") as caught:
+        run(question, load_machine(name))
+    longest = float(caught.value.allowed.split("here ")[1].split()[0])
+    assert "turns, and at most 1e+09 can be computed" in caught.value.allowed
+    assert 1e5 < longest < 1e10
+
+
+@pytest.mark.parametrize(
+    "question", [RunUp(until=2e6), RunUp(settled=True), CoastDown(until=2e6), LoadSpectrum(until=2e6)], ids=lambda q: q.kind
+)
+def test_a_result_larger_than_the_memory(question: Spec, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room, "machine_memory", lambda: 1e7)
+    with pytest.raises(InputError, match=r"^study: its result may take .* GB of memory, and there are 0\.01 GB; ask for"):
+        run(question, load_machine(R1))
+
+
+def test_what_is_usual_has_room_on_a_small_computer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room, "machine_memory", lambda: 4e9)
+    for asked in (RunUp(settled=True), RunUp(until=1e4)):
+        room.refuse_numbers(numbers(prepare(asked, load_machine(R1))))
+
+
+def test_the_memory_of_the_machine_is_limited_as_the_process_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert 1e8 < room.machine_memory() < 1e14
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (10**8, resource.RLIM_INFINITY))
+    assert room.machine_memory() == 1e8
+
+
+def test_what_does_not_fit_after_all_is_a_sentence(tmp_path: Path) -> None:
+    def full(_share: float, _what: str) -> None:
+        raise MemoryError("Unable to allocate 2.78 TiB")
+
+    with pytest.raises(RunError, match=r"not enough memory for this study \(Unable to allocate 2\.78 TiB\); ask for"):
+        run(RunUp(until=1.0), load_machine(R1), folder=tmp_path, progress=full)
+
+
+def test_a_run_of_entrainment_is_stored_in_bounded_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    def end() -> runs.RunFromStart:
+        plan = prepare_entrainment(Entrainment(until=3000.0), load_machine(BAND))
+        return runs.RunsFromStart(plan)(plan.swept.own, lambda _: None)
+
+    whole = end()
+    monkeypatch.setattr(runs, "_AT_ONCE", 2)
+    parts = end()
+    assert parts.end_time == whole.end_time == 3000.0
+    assert parts.entrained
+    assert parts.end_state == pytest.approx(whole.end_state, rel=1e-6, abs=1e-9)
+    assert parts.phases == pytest.approx(whole.phases, abs=1e-9)
