@@ -63,8 +63,7 @@ def test_every_symbol_of_the_catalogue_is_typeset() -> None:
     symbols = {symbol for machine in machines for symbol in notation_of(machine).names.values()}
     assert len(symbols) > 150
     for symbol in symbols:
-        for dots in (0, 2):
-            PARSER.parse(f"${latex_name(symbol, dots)}$")
+        PARSER.parse(f"${latex_name(symbol)}$")
 
 
 def test_symbols_that_need_an_index_in_whole_equations(wucht: Command) -> None:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import resource
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+
+import pytest
+
+from wucht.cli.app import run_app
 
 Study = Callable[..., Path]
 NO_ROOM = "wucht: the output cannot be written: No space left on device\n"
@@ -40,11 +45,21 @@ def test_an_output_that_is_full(here: Path) -> None:
     assert done.stderr == NO_ROOM
 
 
-def test_an_output_that_is_full_after_a_run(study: Study) -> None:
-    """The files are there."""
-    done = outside("run", study('until = "0.5 s"', 'until = "0.02 s"'), "-o", "out", "--json", stdout="/dev/full")
-    assert done.returncode == 1
-    assert done.stderr.endswith(NO_ROOM)
+@pytest.mark.usefixtures("unpainted")
+def test_an_output_that_is_full_after_a_run(
+    study: Study, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The object is written to a buffer, and there is no room when that is emptied. The files are there."""
+
+    class Full(io.StringIO):
+        def flush(self) -> None:
+            raise OSError(28, "No space left on device")
+
+    file = study('until = "0.5 s"', 'until = "0.02 s"')
+    monkeypatch.setattr(sys, "argv", ["wucht", "run", str(file), "-o", "out", "--json"])
+    monkeypatch.setattr(sys, "stdout", Full())
+    assert run_app() == 1
+    assert capsys.readouterr().err.endswith(NO_ROOM)
     assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "run-up.png", "summary.json"]
 
 

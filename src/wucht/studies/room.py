@@ -11,7 +11,7 @@ from typing import Any
 from wucht.analysis.time_constants import highest_speed
 from wucht.errors import InputError, RunError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import operating_speed
+from wucht.machines.operation import free_speed
 from wucht.studies.spec import Spec
 
 BYTES = 8  # of a number
@@ -51,7 +51,8 @@ def refuse_turns(spec: Spec, subject: Any) -> None:
     until = getattr(spec, "until", None)
     if not isinstance(until, float) or not isinstance(subject, Machine):
         return
-    turns = until * min(operating_speed(subject), highest_speed(subject)) / (2 * math.pi)
+    free = [abs(free_speed(subject, rotor) or 0.0) for rotor in subject.rotors]
+    turns = until * min(max(free), highest_speed(subject)) / (2 * math.pi)
     if turns > _MOST_TURNS:
         longest = until * _MOST_TURNS / turns
         unit = f" {subject.units.time}" if subject.units.time else ""
