@@ -96,6 +96,7 @@ def test_runs_and_gives_its_numbers(name: str, ran) -> None:
     assert actual["energy_residual"] < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [pytest.param(n, marks=pytest.mark.slow) if n in LONG[:2] else n for n in sorted(EXPECTED) if "screen" not in n],

@@ -164,6 +164,7 @@ def test_eigenvalues_are_floquet_exponents_clockwise_and_at_a_given_speed() -> N
         assert_both_ways_agree(*judged(drum(drive=drive), speed=200.0))
 
 
+@pytest.mark.slow
 def test_a_family_has_eigenvalues_that_are_zero() -> None:
     """Three equal balls compensate in a family of one dimension: one eigenvalue is zero, and it is stable all the same."""
     m = drum(bodies=[*BODIES, BALL | {"name": "p3"}])
@@ -249,6 +250,7 @@ def test_a_start_that_leads_nowhere_is_told() -> None:
         relative.near(np.full(len(relative.system.states), 1e6))
 
 
+@pytest.mark.slow
 def test_speeds_without_torque_are_a_family() -> None:
     """A drive whose torque ends at 200 rad/s: every greater speed is as good, which says nothing against stability."""
     m = drum(drive={"kind": "table", "points": [[0, 20], [100, 15], [150, 10], [200, 0]]})

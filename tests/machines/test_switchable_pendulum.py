@@ -189,6 +189,7 @@ def test_pendulums_that_stand_where_they_would_compensate_but_stay_closed_compen
     assert opened["energy_residual"] < 1e-10
 
 
+@pytest.mark.slow
 def test_it_may_be_locked_until_a_speed() -> None:
     """Until 100 rad/s it turns with the drum; the balance closes through release, opening and impacts."""
     result = run(RunUp(until="2 s", start={"p1": 1.0}), rotor_with("292.5 N", release={"speed": "100 rad/s"}))

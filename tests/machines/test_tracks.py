@@ -143,6 +143,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 # Ten hold what six have, two under gravity what two have.
 @pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c in ("two", "six") else c for c in CASES])
 def test_nothing_tunnels(case):

@@ -187,6 +187,7 @@ def test_a_drive_leaves_the_period_open(engine):
     assert again.period == pytest.approx(orbit.period, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_family_has_multipliers_1(engine):
     """Three balls compensate in a family of arrangements: the nearest is found, and its direction has the multiplier 1."""
     machine = with_balls(3, 2e-3, ROTOR["carrier"], 100.0)
@@ -204,6 +205,7 @@ def test_a_family_has_multipliers_1(engine):
     assert np.abs(orbit.nontrivial(2)).max() < 1
 
 
+@pytest.mark.slow
 def test_a_family_that_gravity_breaks_is_followed_as_far_as_it_goes(engine):
     """Along it the bodies creep, and Newton's method finds no motion that repeats; across it all is balanced, and decays."""
     carrier = ROTOR["carrier"] | {"stiffness": [3e4, 5e4], "damping": [600.0, 900.0], "gravity": 9.81}

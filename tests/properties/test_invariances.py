@@ -121,6 +121,7 @@ def test_energy_is_booked_completely(document, start):
     assert (np.diff(run[LOST]) >= 0).all()  # dampers only take
 
 
+@pytest.mark.slow
 @few
 @given(machines(("P", "PR")), angles)
 def test_a_run_up_reports_its_energy_residual(document, start):
@@ -140,6 +141,7 @@ def test_the_engines_agree(document, start):
         assert_equal(signal, other[name], 1e-8)
 
 
+@pytest.mark.slow
 @few
 @given(machines(("PP", "PR")), angles)
 def test_the_order_of_bodies_in_the_file_does_not_matter(document, start):
@@ -184,6 +186,7 @@ def test_a_turned_frame_turns_the_orbit_and_nothing_else(document, start, turn):
         assert_equal(one[name], other[name], 1e-8)
 
 
+@pytest.mark.slow
 @few
 @given(machines(gravity=0.0), angles)
 def test_the_mirror_image_that_turns_the_other_way(document, start):

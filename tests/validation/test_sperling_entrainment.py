@@ -212,6 +212,7 @@ def test_synchronous_speed_35_and_the_lock_limit() -> None:
     assert np.abs(torque * np.sin(phase) - needed).max() < 1e-6 * np.abs(torque).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["self-synchronisation-stiff-unequal", pytest.param("self-synchronisation-soft-unequal", marks=pytest.mark.slow)]
 )

@@ -75,6 +75,7 @@ def test_opposite_orientation_is_the_best() -> None:
     assert [g["outcomes"] for g in s["switchable"]] == [{"compensated": 4}] * 5
 
 
+@pytest.mark.slow
 def test_small_permanent_unbalances_bring_them_into_opposition() -> None:
     """Figures 6.4 and 6.5: from 20 degrees as from 180 they open in opposition; without them as they stand."""
     s = numbers("figure-6.5")

@@ -88,6 +88,7 @@ def groove() -> xr.Dataset:
     return run(CamContour(), given.drive(given.SMOOTH, given.FOLLOWER | {"groove": True}))
 
 
+@pytest.mark.slow
 def test_counter_cam_groove_linkage_and_undercut_can_be_drawn(groove: xr.Dataset) -> None:
     counter = given.FOLLOWER | {"counter": given.COUNTER}
     pair = run(CamContour(chord_tolerance="50 um"), given.drive(given.SMOOTH, counter))

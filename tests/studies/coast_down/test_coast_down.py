@@ -201,6 +201,7 @@ def test_what_is_remembered_of_a_long_run_is_small(tmp_path: Path, swinging: boo
     assert sum(f.stat().st_size for f in units) < 3_000_000
 
 
+@pytest.mark.slow
 def test_another_process_resumes_it(tmp_path: Path, study: Callable[..., Path]) -> None:
     """It reads legs back before it has made one."""
     file = study('kind = "run-up"\nuntil = "0.5 s"', 'kind = "coast-down"\nuntil = "2000 s"')

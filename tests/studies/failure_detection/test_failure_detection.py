@@ -156,6 +156,7 @@ def test_the_signal_is_largest_where_the_exciter_just_falls_out():
     assert slope[edge] - 1e-5 < jump["drive.slope"] < slope[edge + 1] + 1e-5
 
 
+@pytest.mark.slow
 def test_other_values_over_two_parameters_resumed(tmp_path):
     """Stopped three times, it ends with the same numbers; each place is what the machine with these values gives alone."""
     machine = exciter((4.0, WHOLE), (4.1, 0.8 * WHOLE))

@@ -25,6 +25,7 @@ def summary(subject: Any, **keys: Any) -> dict[str, Any]:
     return wucht.run(wucht.PhasePortrait(**{"trajectories": 0, **keys}), subject).wucht.summary
 
 
+@pytest.mark.slow
 def test_closed_curves_are_met_where_no_trajectory_is_drawn() -> None:
     """R2 has two in its section, cases.md: captured-modulated; van der Pol's oscillator at mu = 1 one of period 6.6632869."""
     (orbit,) = summary(own("y", "(1 - x^2)*y - x"), ranges={"x": (-4, 4), "y": (-4, 4)})["closed_curves"]

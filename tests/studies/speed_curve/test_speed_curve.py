@@ -274,6 +274,7 @@ def test_the_centrifuge_has_a_stretch_on_which_only_some_members_compensate() ->
     assert any("some members stable and others not from 66" in line for line in report(r))
 
 
+@pytest.mark.slow
 def test_of_the_grinders_compensating_states_a_few_are_unstable_at_any_speed() -> None:
     """At 10792 rpm one member of 500 swings itself up, with 0.1/s and 51 rad/s."""
     machine = load_machine("practice/angle-grinder")

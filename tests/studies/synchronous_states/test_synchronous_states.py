@@ -139,6 +139,7 @@ def test_a_family_is_what_the_search_leaves_undecided() -> None:
     assert same(closed[1:], searched.states)
 
 
+@pytest.mark.slow
 # Quick are three with a free speed and two with a given one; three hold what two have.
 @pytest.mark.parametrize(
     ("count", "held"),
@@ -385,6 +386,7 @@ def test_self_synchronising_exciters() -> None:
     assert [s["speed"] for s in apart] == pytest.approx([2 * math.pi] * 2, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_screen_throws_along_45_degrees() -> None:
     """Its exciters turn against each other: no names; phases as the catalogue's notes say, 90.4 degrees in sum."""
     summary = answer(load_machine("practice/screen"))
