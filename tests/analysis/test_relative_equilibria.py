@@ -194,6 +194,7 @@ def test_one_number_and_two_equal_ones_give_the_same() -> None:
     assert first.leading.real == pytest.approx(second.leading.real, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_an_anisotropic_carrier_has_an_orbit() -> None:
     m = drum({"stiffness": [1e5, 1.2e5]})
     full, state = judged(m, speed=200.0)

@@ -130,6 +130,7 @@ def test_a_run_up_reports_its_energy_residual(document, start):
     assert summary_of(result)["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not find_spec("heyoka"), reason="heyoka is not installed")
 @few
 @given(machines(("", "PP", "PR")), angles)

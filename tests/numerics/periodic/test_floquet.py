@@ -79,6 +79,7 @@ def test_no_state_and_a_map_to_zero() -> None:
     assert logarithms(np.zeros((2, 1, 1)))[0][0].real == -math.inf
 
 
+@pytest.mark.slow
 def test_of_a_known_orbit_by_integration_collocation_and_shooting() -> None:
     """ln mu = (p - q^2) T and -2 T; their sum is the integral of the trace (Liouville)."""
     tau, fixed = np.linspace(0, 1, 61), {"q": 0.5, "speed": 2.0}

@@ -59,6 +59,7 @@ def test_without_the_shaft_there_is_no_correction(file):
         run_file(plain, {"study.corrected": True})
 
 
+@pytest.mark.slow
 def test_from_the_command_line(file, tmp_path):
     command_line._register()
     result = tmp_path / "out"

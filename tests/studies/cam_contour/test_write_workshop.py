@@ -110,6 +110,7 @@ def template() -> str:
     return text
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unpainted")
 def test_the_template_runs(wucht: Any, here: Path) -> None:
     assert wucht("new", "cam-contour", "cam.toml").code == 0

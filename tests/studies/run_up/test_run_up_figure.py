@@ -131,6 +131,7 @@ def test_two_natural_frequencies(study: Study) -> None:
     assert sorted(dotted)[-2:] == pytest.approx([math.sqrt(1e5 / 10.25), math.sqrt(2e5 / 10.25)])
 
 
+@pytest.mark.slow
 def test_many_balancers_do_not_crowd_the_legend() -> None:
     machine = load_machine("practice/laboratory-centrifuge")
     result = run(RunUp(until=0.05), machine)

@@ -355,6 +355,7 @@ def test_clockwise_is_the_mirror_image() -> None:
         assert twin["growth_full"] == pytest.approx(state["growth_full"], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_given_speed_overrides_the_drive() -> None:
     held, given = answer(machine(0.012, 0.008)), answer(machine(0.012, 0.008, drive=MOTOR), speed=100.0)
     for first, second in zip(held["states"], given["states"], strict=True):
