@@ -5,6 +5,7 @@ from itertools import count
 from pathlib import Path
 
 import numpy as np
+import pytest
 import xarray as xr
 
 from wucht.machines.machine import Machine
@@ -35,6 +36,13 @@ def stopped_often(question: Spec, machine: Machine, folder: Path, first: int, fu
     assert times > 3
     assert not (folder / "units").exists()
     return result
+
+
+def stopped_at_once(question: Spec, machine: Machine, folder: Path, call: int) -> xr.Dataset:
+    """Stopped before there is anything to save, at this report, and then asked again to go on."""
+    with pytest.raises(KeyboardInterrupt):
+        run(question, machine, folder=folder, progress=stop_at(call))
+    return run(question, machine, folder=folder, resume=True)
 
 
 def assert_same(result: xr.Dataset, other: xr.Dataset) -> None:

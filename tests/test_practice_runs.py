@@ -96,10 +96,9 @@ def test_runs_and_gives_its_numbers(name: str, ran) -> None:
     assert actual["energy_residual"] < 1e-8
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow) if n in LONG[:2] else n for n in sorted(EXPECTED) if "screen" not in n],
+    [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in sorted(EXPECTED) if "screen" not in n],
 )
 def test_no_ball_passes_another(name: str, ran) -> None:
     """The balls keep their order on the track, and are pressed into each other by less than a hundredth of a radian."""

@@ -161,7 +161,6 @@ def machines(here: Path) -> Path:
     return here
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize("name", ["screen", pytest.param("ring", marks=pytest.mark.slow)])
 def test_what_is_spoilt_below_is_good(wucht: Command, machines: Path, name: str) -> None:

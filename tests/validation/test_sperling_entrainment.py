@@ -213,9 +213,7 @@ def test_synchronous_speed_35_and_the_lock_limit() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", ["self-synchronisation-stiff-unequal", pytest.param("self-synchronisation-soft-unequal", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("name", ["self-synchronisation-stiff-unequal", "self-synchronisation-soft-unequal"])
 def test_full_orbits_follow_the_averaged_phases(name: str) -> None:
     """Phase against detuning: periodic motions of the full equations lie beside the stable branch of the averaged ones."""
     start = {"e1": {"speed": "12 rad/s"}, "e2": {"angle": "1 rad", "speed": "12 rad/s"}}

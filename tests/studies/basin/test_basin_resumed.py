@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from interrupting import assert_same, stop_at, stopped_often
+from interrupting import assert_same, stop_at, stopped_at_once, stopped_often
 from known_basins import MACHINE, TURN, counted, engine, spiral
 from wucht.results.conventions import summary_of
 from wucht.studies.basin import run as running
@@ -80,9 +80,7 @@ def test_stopped_at_the_borders_the_map_has_what_is_known(tmp_path: Path, starts
 
 
 def test_stopped_before_the_first_tile(tmp_path: Path, starts: list[bytes]) -> None:
-    with pytest.raises(KeyboardInterrupt):
-        ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(1))
-    assert_same(ask(QUESTION, MACHINE), ask(QUESTION, MACHINE, folder=tmp_path, resume=True))
+    assert_same(ask(QUESTION, MACHINE), stopped_at_once(QUESTION, MACHINE, tmp_path, call=1))
 
 
 def test_tiles_do_not_matter(monkeypatch: pytest.MonkeyPatch, starts: list[bytes]) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from interrupting import assert_same, stop_at, stopped_often
+from interrupting import assert_same, stop_at, stopped_at_once, stopped_often
 from known_basins import MACHINE, counted, engine, phases
 from wucht.results.conventions import summary_of
 from wucht.studies.capture_probability import run as running
@@ -63,9 +63,7 @@ def test_stopped_on_the_way_nothing_is_called_the_smallest(tmp_path: Path, start
 
 
 def test_stopped_before_the_first_value(tmp_path: Path, starts: list[bytes]) -> None:
-    with pytest.raises(KeyboardInterrupt):
-        ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(2))
-    assert_same(ask(QUESTION, MACHINE), ask(QUESTION, MACHINE, folder=tmp_path, resume=True))
+    assert_same(ask(QUESTION, MACHINE), stopped_at_once(QUESTION, MACHINE, tmp_path, call=2))
 
 
 def test_tiles_do_not_matter(monkeypatch: pytest.MonkeyPatch, starts: list[bytes]) -> None:

@@ -14,7 +14,7 @@ from wucht.studies.exciter_design.slow_beats import Beat, Rig
 from wucht.studies.load_spectrum.prepare import prepare
 from wucht.studies.load_spectrum.run import run
 from wucht.studies.load_spectrum.spec import LoadSpectrum
-from wucht.studies.optimise_balancer.balancer_variables import variables_of
+from wucht.studies.searching.search_variables import variables_of
 from wucht.studies.work import Work
 
 MACHINE = load_machine("practice/exciter")

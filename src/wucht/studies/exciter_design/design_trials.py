@@ -14,7 +14,7 @@ from wucht.fatigue.load_classes import distance
 from wucht.fatigue.woehler_line import WoehlerLine
 from wucht.machines.machine import Machine
 from wucht.studies.exciter_design.slow_beats import MOTIONS, Beat, Rig
-from wucht.studies.optimise_balancer.balancer_variables import Variable, values_at
+from wucht.studies.searching.search_variables import Variable, values_at
 
 METRICS = ("amplitude", "cumulative", "damage")
 _NO_DISTANCE = (np.nan,) * len(METRICS)

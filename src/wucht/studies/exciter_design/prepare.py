@@ -16,10 +16,10 @@ from wucht.studies.exciter_design.slow_beats import Rig
 from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.exciter_design.wanted_spectrum import wanted
 from wucht.studies.load_spectrum.load_signals import machine_signal
-from wucht.studies.optimise_balancer.balancer_variables import balancing, variables_of
-from wucht.studies.optimise_balancer.pareto_search import needed
 from wucht.studies.run_up.model import slow_model
 from wucht.studies.run_up.prepare import placed_at_start
+from wucht.studies.searching.pareto_search import needed
+from wucht.studies.searching.search_variables import balancing, variables_of
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,7 @@ class Plan:
 def prepare(spec: ExciterDesign, subject: MachineInFolder | Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine."""
     machine, folder = (subject.machine, subject.folder) if isinstance(subject, MachineInFolder) else (subject, None)
-    try:
-        needed()
-    except InputError as error:
-        raise InputError(error.where, spec.kind, error.allowed) from None
+    needed(spec.kind)
     if not any(isinstance(p, Body) for p in machine.parts):
         raise InputError("machine.model", None, "not allowed: needed are bodies, [[machine.bodies]], whose numbers are varied")
     if not balancing(machine):

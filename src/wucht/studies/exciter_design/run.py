@@ -13,7 +13,7 @@ from wucht.fatigue.cumulative_spectra import shifted
 from wucht.studies.exciter_design.design_trials import Polished, Tried
 from wucht.studies.exciter_design.full_check import Checked, checked
 from wucht.studies.exciter_design.prepare import Plan
-from wucht.studies.optimise_balancer.pareto_search import generations
+from wucht.studies.searching.pareto_search import generations
 from wucht.studies.work import Work
 
 _REACH, _SEARCH, _POLISH, _FULL, _CORRECTED = 0.2, 0.55, 0.7, 0.75, 0.9  # shares of the work after each

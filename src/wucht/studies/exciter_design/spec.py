@@ -11,7 +11,7 @@ from wucht.checking import checked, is_pairs
 from wucht.errors import InputError
 from wucht.fields import Described, si
 from wucht.studies import spec as common
-from wucht.studies.optimise_balancer.spec import Vary
+from wucht.studies.searching.vary_keys import Vary
 from wucht.studies.spec import Quantity
 
 Shape = Literal["constant", "normal", "straight-line"]

@@ -18,8 +18,8 @@ from wucht.studies.ensembles.ensemble_question import EnsembleQuestion, Report
 from wucht.studies.ensembles.ensemble_run import outcomes_of
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.studies.initial_state import initial_state
-from wucht.studies.optimise_balancer.balancer_variables import Variable, balancing, values_at
 from wucht.studies.optimise_balancer.spec import OBJECTIVES, OptimiseBalancer
+from wucht.studies.searching.search_variables import Variable, balancing, values_at
 from wucht.studies.work import Work
 
 SETTLING, RESIDUAL, PEAK, CAPTURE = range(len(OBJECTIVES))

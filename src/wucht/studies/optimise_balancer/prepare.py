@@ -15,10 +15,11 @@ from wucht.studies.ensembles.ensemble_equations import why_one_by_one
 from wucht.studies.ensembles.ensemble_run import way_of
 from wucht.studies.ensembles.placed_members import left_out
 from wucht.studies.initial_state import initial_state
-from wucht.studies.optimise_balancer.balancer_variables import Variable, balancing, variables_of, with_bodies
 from wucht.studies.optimise_balancer.candidates import Trials
-from wucht.studies.optimise_balancer.pareto_search import needed
+from wucht.studies.optimise_balancer.number_of_bodies import with_bodies
 from wucht.studies.optimise_balancer.spec import OBJECTIVES, Objective, OptimiseBalancer
+from wucht.studies.searching.pareto_search import needed
+from wucht.studies.searching.search_variables import Variable, balancing, variables_of
 from wucht.system import TIME
 
 _CURVE = 25  # dampings
@@ -67,7 +68,7 @@ class Plan:
 
 def prepare(spec: OptimiseBalancer, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the question does not fit the machine."""
-    needed()
+    needed(spec.kind)
     if not any(isinstance(p, Body) for p in machine.parts):
         raise InputError("machine.model", None, "not allowed: needed are bodies, [[machine.bodies]], whose numbers are varied")
     own = balancing(machine)

@@ -2,54 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
-from wucht.checking import refuse_unknown
 from wucht.errors import InputError, nearest
 from wucht.fields import si
 from wucht.studies import spec as common
 from wucht.studies.ensembles.ensemble_keys import EnsembleSpec
+from wucht.studies.searching.vary_keys import Vary
 
 Objective = Literal["settling-time", "residual", "peak", "capture-probability"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
-_KEYS = ("of", "range")
 # Bodies that compensate in a family of places drift along it with what the integration loses: at the 1e-6 of other ensembles up
 # to half of the runs of four balls come to no verdict, and those cost more than the tolerance.
 _TOLERANCE = 1e-10
 _MOST_BODIES = 10
 _MOST_RUNS = 10_000_000
 _LIMITS = {"samples": (2, 4096), "evaluations": (4, 1_000_000), "population": (4, 1000), "points": (1, 100), "seed": (0, 2**31)}
-
-
-def _vary(given: Any) -> Any:
-    if not isinstance(given, Mapping) or not given:
-        raise ValueError(
-            "must be a table of ranges: vary = { damping = [lo, hi], mass = { of = [BODY, ...], range = [lo, hi] } }"
-        )
-    return {name: _group(f"study.vary.{name}", one) for name, one in _by_path(given)}
-
-
-def _by_path(table: Mapping[str, Any], path: str = "") -> list[tuple[str, Any]]:
-    """What is varied, with its name: TOML reads ``b1.damping = [...]`` as a table within a table."""
-    found: list[tuple[str, Any]] = []
-    for key, value in table.items():
-        nested = isinstance(value, Mapping) and not set(value) & set(_KEYS)
-        found += _by_path(value, f"{path}{key}.") if nested else [(f"{path}{key}", value)]
-    return found
-
-
-def _group(where: str, given: Any) -> dict[str, Any]:
-    table = given if isinstance(given, Mapping) else {"range": given}
-    refuse_unknown(table, _KEYS, where)
-    names, ends = table.get("of"), table.get("range")
-    if not isinstance(ends, list | tuple) or len(ends) != 2 or any(isinstance(e, bool) for e in ends):
-        raise InputError(where, ends, "must be a pair [low, high]")
-    if names is not None and (not isinstance(names, list | tuple) or not names or not all(isinstance(n, str) for n in names)):
-        raise InputError(f"{where}.of", names, "must be a list of names of bodies")
-    return {"of": None if names is None else list(names), "range": list(ends)}
 
 
 def _objectives(given: Any) -> Any:
@@ -70,7 +40,6 @@ def _bodies(given: Any) -> Any:
     return tuple(sorted(given))
 
 
-Vary = Annotated[dict[str, dict[str, Any]], BeforeValidator(_vary), Field(description="what may be changed, and how far")]
 Objectives = Annotated[tuple[Objective, ...], BeforeValidator(_objectives), Field(description="what is to be small")]
 Bodies = Annotated[tuple[int, ...], BeforeValidator(_bodies), Field(description="numbers of bodies to try")]
 

@@ -1,4 +1,4 @@
-"""What is varied of a balancer: bodies together, one by one, and their number."""
+"""What a search varies of a machine: keys of the balancing bodies together, or one parameter after the other."""
 
 from __future__ import annotations
 
@@ -11,13 +11,10 @@ import numpy as np
 from wucht.checking import read_quantity
 from wucht.errors import InputError, nearest
 from wucht.machines.machine import Machine
-from wucht.machines.parts.base import Body, Drive, Load
-from wucht.machines.parts.support import Support
 from wucht.quantities import Unit
 from wucht.studies.parameters import parameter_of
 
 _WIDE = 10.0  # ratio of the ends of a range: from here on it is searched by its logarithm
-_SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -109,51 +106,3 @@ def values_at(machine: Machine, variables: Sequence[Variable], numbers: Sequence
             m, l = (values.get(p, machine.values[p]) / machine.values[p] for p in (mass, length))  # noqa: E741
             values[inertia] = machine.values[inertia] * m * l * l
     return values
-
-
-def with_bodies(machine: Machine, count: int) -> Machine:
-    """The machine with another number of balancing bodies, each like its first one. Raises ``InputError``."""
-    names = balancing(machine)
-    if count == len(names):
-        return machine
-    if machine.schedules:
-        raise InputError("study.bodies", count, "allowed only for a machine without schedules")
-    bodies = [p for p in machine.parts if isinstance(p, Body)]
-    first = next(b for b in bodies if b.name == names[0])
-    _check_equal(machine, names, count)
-    others = [b for b in bodies if b.name not in names]
-    if any(b.reference in names for b in others):
-        raise InputError("study.bodies", count, "allowed only where nothing turns about the balancing bodies")
-    taken = {b.name for b in bodies}
-    fresh = (f"{names[0]}_{i}" for i in range(2, count + len(taken) + 2))
-    more = [n for n in fresh if n not in taken][: max(count - len(names), 0)]
-    kept = [b for b in bodies if b.name in names[:count]]
-    carrier = next(p for p in machine.parts if isinstance(p, Support))
-    made = Machine(
-        carrier,
-        [*others, *kept, *(first.model_copy(update={"name": n}) for n in more)],
-        [p for p in machine.parts if isinstance(p, Drive)],
-        [p for p in machine.parts if isinstance(p, Load)],
-        tracks={t.name: {"contact_frequency": t.frequency} for t in machine.tracks if t.given},
-        title=machine.title,
-    )
-    # Values may have been changed after the parts were built.
-    own = {path: value for path, value in machine.values.items() if path in made.parameters and ".offset" not in path}
-    own |= {f"{n}.{key}": machine.values[f"{names[0]}.{key}"] for n in more for key in _keys(machine, names[0])}
-    return made.with_unchecked(own)
-
-
-def _keys(machine: Machine, body: str) -> list[str]:
-    return [p.removeprefix(f"{body}.") for p in machine.values if p.startswith(f"{body}.")]
-
-
-def _check_equal(machine: Machine, names: Sequence[str], count: int) -> None:
-    """Raises ``InputError`` where the bodies differ: it would not be known like which of them others are."""
-    kinds = {b.name: b.kind for b in machine.bodies}
-    for name in names[1:]:
-        same = kinds[name] == kinds[names[0]] and _keys(machine, name) == _keys(machine, names[0])
-        for key in _keys(machine, names[0]) if same else ():
-            a, b = machine.values[f"{names[0]}.{key}"], machine.values[f"{name}.{key}"]
-            same = same and abs(a - b) <= _SAME * max(abs(a), abs(b))
-        if not same:
-            raise InputError("study.bodies", count, f"allowed only for equal bodies; {name!r} differs from {names[0]!r}")

@@ -1,4 +1,4 @@
-"""What is varied: bodies together, their number, and the starts of their runs."""
+"""Another number of bodies, and the starts of their runs."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import pytest
 
 from wucht.errors import InputError
 from wucht.machines.tracks import angular_width
-from wucht.studies.optimise_balancer.balancer_variables import balancing, values_at, variables_of, with_bodies
 from wucht.studies.optimise_balancer.candidates import least_residual, phases
-from wucht.studies.optimise_balancer.spec import OptimiseBalancer
+from wucht.studies.optimise_balancer.number_of_bodies import with_bodies
+from wucht.studies.searching.search_variables import balancing
 from wucht.studies.study_file import read_study
 
 CENTRIFUGE = read_study("practice/laboratory-centrifuge").subject
@@ -39,32 +39,6 @@ def test_bodies_that_differ_have_no_number() -> None:
         with_bodies(CENTRIFUGE.with_values({"b3.mass": 5e-3}), 2)
     with pytest.raises(InputError, match="without schedules"):
         with_bodies(read_study("practice/balls-at-resonance").subject, 2)
-
-
-def test_keys_groups_and_paths() -> None:
-    vary = {"damping": [1e-5, 1e-3], "mass": {"of": ["b1", "b2"], "range": ["4 g", "5 g"]}, "drive": {"slope": [1e-3, 2e-3]}}
-    damping, mass, slope = variables_of(CENTRIFUGE, OptimiseBalancer(vary=vary).vary, together=False)
-    assert damping.paths == tuple(f"b{k}.damping" for k in range(1, 5))
-    assert mass.paths == ("b1.mass", "b2.mass")
-    assert (mass.low, mass.high) == (4e-3, 5e-3)
-    assert slope.paths == ("drive.slope",)
-    assert damping.at(np.array([0, 0.5, 1])) == pytest.approx([1e-5, 1e-4, 1e-3])
-    assert mass.at(np.array([0.5])) == pytest.approx([4.5e-3])
-    assert damping.share(1e-4) == pytest.approx(0.5)
-
-
-def test_a_pendulums_inertia_keeps_its_ratio() -> None:
-    machine = read_study("practice/laundry-drum").subject
-    names = balancing(machine)
-    if f"{names[0]}.inertia" not in machine.values:
-        machine = read_study("drozdetskaya-2020/r1").subject
-        names = balancing(machine)
-    assert f"{names[0]}.inertia" in machine.values
-    own = machine.values[f"{names[0]}.mass"]
-    (mass,) = variables_of(machine, OptimiseBalancer(vary={"mass": [own / 2, 2 * own]}).vary, together=False)
-    assert values_at(machine, [mass], [2 * own])[f"{names[0]}.inertia"] == pytest.approx(
-        2 * machine.values[f"{names[0]}.inertia"]
-    )
 
 
 def test_starts_on_a_track_never_overlap_and_are_everywhere() -> None:

@@ -18,12 +18,12 @@ from wucht.errors import InputError
 _NONE = 1e30  # in place of an objective that a candidate does not have
 
 
-def needed() -> None:
-    """Raises ``InputError`` where pymoo is not installed."""
+def needed(kind: str) -> None:
+    """Raises ``InputError`` where pymoo is not installed, which a study of this kind needs."""
     try:
         import_module("pymoo.algorithms.moo.nsga2")
     except ImportError:
-        raise InputError("study.kind", "optimise-balancer", "this study needs the extra: pip install wucht[optimise]") from None
+        raise InputError("study.kind", kind, "this study needs the extra: pip install wucht[optimise]") from None
 
 
 def generations(

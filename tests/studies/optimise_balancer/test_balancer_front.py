@@ -1,4 +1,4 @@
-"""The search: a known front, what dominates what, the same search for the same seed, and pymoo missing."""
+"""The search: a known front, the same search for the same seed, and pymoo missing."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from known_fronts import END, MACHINE, RANGE, Parabolas, x_of
 from wucht.errors import InputError
 from wucht.results.conventions import summary_of
 from wucht.results.outcomes import Outcome
-from wucht.studies.optimise_balancer import candidates, pareto_search, run
-from wucht.studies.optimise_balancer.pareto_search import not_dominated, spread_out
+from wucht.studies.optimise_balancer import candidates, run
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw, report
 from wucht.studies.runner import run as ask
+from wucht.studies.searching import pareto_search
 
 TWO = OptimiseBalancer(
     vary={"damping": RANGE}, objectives=["peak", "settling-time"], samples=2, population=20, evaluations=400, points=12,
@@ -28,20 +28,6 @@ TWO = OptimiseBalancer(
 def _no_steady_states(monkeypatch: pytest.MonkeyPatch) -> None:
     """None are sought: what they leave is compared in test_damping_optimum.py."""
     monkeypatch.setattr(run, "standing", lambda _machine, full: None)
-
-
-def test_not_dominated_is_what_pairs_say() -> None:
-    points = np.round(np.random.default_rng(3).random((60, 3)), 1)
-    better = [[bool((q <= p).all() and (q < p).any()) for q in points] for p in points]
-    assert np.array_equal(not_dominated(points), ~np.any(better, axis=1))
-    assert not_dominated(np.array([[1.0, 1.0], [1.0, 1.0]])).all(), "equal points do not dominate each other"
-
-
-def test_spread_out_has_the_best_of_each_and_gaps_filled() -> None:
-    t = np.linspace(0, 1, 101)
-    chosen = spread_out(np.stack([t, 1 - t], axis=1), 5)
-    assert np.allclose(t[chosen], [0, 0.25, 0.5, 0.75, 1], atol=0.01)
-    assert len(spread_out(np.ones((7, 2)), 5)) == 1
 
 
 def test_the_front_is_the_known_one(monkeypatch: pytest.MonkeyPatch) -> None:
