@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HEIGHT, RIGID = 5.2, "rigid"  # as the runs are called in the Dataset
+_OPENING = ("switchable", "balanced")  # runs in which pendulums open
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -40,9 +41,10 @@ def _curves(axis: Axes, result: xr.Dataset) -> None:
         speed, amplitude = result.curve_speed.values[i], scale * result.curve_amplitude.values[i]
         axis.plot(speed, amplitude, label=name, color=colour, linestyle=dashes, linewidth=width)
     first = float(result.activation_speed.values[0])
-    axis.axvline(
-        first, color=style.GREY, linestyle="--", linewidth=0.9, label=f"pendulums open at {first:.4g} rad/s of their own"
-    )
+    if any(name.startswith(_OPENING) for name in names):
+        axis.axvline(
+            first, color=style.GREY, linestyle="--", linewidth=0.9, label=f"pendulums open at {first:.4g} rad/s of their own"
+        )
     axis.set_xlabel(style.label(result, "curve_speed"))
     axis.set_ylabel(style.label(result, "curve_amplitude", unit))
     axis.set_ylim(bottom=0)

@@ -33,18 +33,19 @@ _SHOWN_GROWTH = 8.0  # times the shortest period: longer ones are beyond the pan
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Four panels from the Dataset of a branch of orbits alone: extremes and period over the parameter, and some orbits."""
-    heading = textwrap.fill(result.attrs["sentence"], _LINE)
-    drawn, axes = new_grid(2, 2, _HEIGHT, result.attrs["title"], heading)
+    """Four panels from the Dataset of a branch of orbits alone: extremes and period over the parameter, and some orbits.
+
+    Without orbits the first one alone, with the steady states.
+    """
+    heading, found = textwrap.fill(result.attrs["sentence"], _LINE), len(result.value) > 0
+    drawn, axes = new_grid(2 if found else 1, 2 if found else 1, _HEIGHT, result.attrs["title"], heading)
     _extremes(axes[0], result)
-    _periods(axes[2], result)
-    vibrates = bool(np.isfinite(result.orbit_amplitude.values).any())
-    chosen = _chosen(result)
-    _runs(axes[1], result, chosen, "orbit_speed")
-    if vibrates:
-        _runs(axes[3], result, chosen, "orbit_amplitude")
-    else:
-        _runs(axes[3], result, chosen, "orbit_speed", share=True)
+    chosen = _chosen(result) if found else []
+    if found:
+        _periods(axes[2], result)
+        _runs(axes[1], result, chosen, "orbit_speed")
+        vibrates = bool(np.isfinite(result.orbit_amplitude.values).any())
+        _runs(axes[3], result, chosen, "orbit_amplitude" if vibrates else "orbit_speed", share=not vibrates)
     handles = _legend(result, chosen)
     rows = -(-len(handles) // _COLUMNS)
     drawn.subplots_adjust(bottom=(_ABOVE_LEGEND + _ROW * rows) / _HEIGHT)
@@ -155,13 +156,15 @@ def _runs(axis: Axes, result: xr.Dataset, chosen: list[int], name: str, share: b
 def _legend(result: xr.Dataset, chosen: list[int]) -> list[Any]:
     from matplotlib.lines import Line2D
 
-    colour = COLOURS[0]
-    handles = [
-        Line2D([], [], color=colour, label="orbits, stable", **_STABLE),
-        Line2D([], [], color=colour, label="orbits, unstable", **_UNSTABLE),
-    ]
+    handles = list[Any]()
+    if chosen:
+        looks = {"orbits, stable": _STABLE, "orbits, unstable": _UNSTABLE}
+        handles += [Line2D([], [], color=COLOURS[0], label=name, **look) for name, look in looks.items()]
     if result.sizes["steady"]:
-        handles.append(Line2D([], [], color=_STEADY, label="steady states", linewidth=1.4))
+        alone = ", stable" if not chosen else ""
+        handles.append(Line2D([], [], color=_STEADY, label=f"steady states{alone}", **_STABLE))
+        if alone:
+            handles.append(Line2D([], [], color=_STEADY, label="steady states, unstable", **_UNSTABLE))
     for kind in dict.fromkeys(k for k in result.orbit_kind.values.astype(str).tolist() if k):
         marker, face = _MARKS.get(kind, ("o", "white"))
         style = {"marker": marker, "markerfacecolor": face, "markersize": 5, "label": kind.replace("-", " ")}
