@@ -52,6 +52,7 @@ def run(
         "machine": result.attrs["title"],
         "summary": answered.summary,
         "warnings": answered.warnings,
+        "notes": answered.notes,
         "files": [str(folder / name) for name in names],
         "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
         "version": wucht.__version__,
@@ -63,6 +64,8 @@ def run(
     else:
         for line in report_of(result):
             typer.echo(line)
+        for note in answered.notes:
+            typer.echo(f"note: {note}")
         for warning in answered.warnings:
             typer.echo(f"warning: {warning}", err=True)
         typer.echo(f"files: {folder}/{', '.join(names)}")
