@@ -22,7 +22,7 @@ from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import Tracked
 from wucht.machines.schedules import Schedule, schedules_of
 from wucht.machines.structure import Units
-from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arranged, evenly, tracks_of
+from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arranged, starts, tracks_of
 from wucht.machines.tree import RotatingBody, SlidingBody, Tree
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
@@ -269,4 +269,5 @@ def with_tracks(machine: MechanismT, given: Any) -> MechanismT:
     if not tracks:
         return machine
     blank = machine.changed(tracks=tracks, energies=(*machine.energies, *(Energies() for _ in tracks)))
-    return arranged(blank, {b.name: 0.0 for b in machine.bodies} | {n: a for t in tracks for n, a in evenly(t.bodies).items()})
+    angles = {b.name: 0.0 for b in machine.bodies} | {n: a for t in tracks for n, a in starts(t.bodies).items()}
+    return arranged(blank, angles, where="bodies")

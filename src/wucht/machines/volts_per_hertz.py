@@ -41,7 +41,7 @@ def _crossings(pieces: Pieces, limit: float) -> list[float]:
     found = []
     for k, (low, high) in enumerate(pairwise(pieces.breakpoints), 1):
         c0, c1, c2, c3 = pieces.coefficients[k]
-        roots = np.roots(np.trim_zeros([c3, c2, c1, c0 - limit], "f")) if any((c1, c2, c3)) else np.empty(0)
+        roots = np.polynomial.Polynomial([c0 - limit, c1, c2, c3]).trim().roots()
         real = low + roots[np.abs(roots.imag) < 1e-12].real
         margin = 1e-9 * (high - low)  # closer to a breakpoint it is that one
         found += real[(real > low + margin) & (real < high - margin)].tolist()
