@@ -359,3 +359,18 @@ def test_gravity_beyond_that_of_any_centrifuge_is_refused():
         else:
             with pytest.raises(InputError, match=r"carrier\.gravity: given .*; must be between -1e\+07 and 1e\+07 m/s\^2"):
                 machine_from(described)
+
+
+def test_one_value_of_a_mount_holds_for_both_directions():
+    """The same matrices as of a pair of equal ones; and it is one parameter."""
+    one = [m | {"stiffness": 4e3, "damping": "3 N s/m"} for m in MOUNTS]
+    pairs = [m | {"stiffness": [4e3, 4e3], "damping": [3.0, 3.0]} for m in MOUNTS]
+    first, second = (machine_from(SCREEN | {"carrier": SCREEN["carrier"] | {"mounts": m}}) for m in (one, pairs))
+    for a, b in zip(first.matrices, second.matrices, strict=True):
+        assert a == pytest.approx(b, rel=1e-14)
+    assert first.values["carrier.mounts.1.stiffness"] == 4e3
+    softer = first.with_values({"carrier.mounts.1.stiffness": "2e3 N/m"})
+    assert softer.matrices[2][0, 0] == pytest.approx(1e4)
+    for wrong in (-1.0, [1.0], "4 N"):
+        with pytest.raises(InputError, match="mounts"):
+            machine_from(SCREEN | {"carrier": SCREEN["carrier"] | {"mounts": [MOUNTS[0] | {"stiffness": wrong}]}})

@@ -52,7 +52,8 @@ class EqualBodies(Described):
             angles = np.arange(count) * 2 * math.pi / count
         elif self.start == "random":
             rng = np.random.default_rng(self.seed or 0)
-            angles = np.sort(rng.uniform(0.0, 2 * math.pi - count * width, count)) + own + rng.uniform(0.0, 2 * math.pi)
+            after_first = np.sort(rng.uniform(0.0, 2 * math.pi - count * width, count - 1))
+            angles = np.append(0.0, after_first) + own + rng.uniform(0.0, 2 * math.pi)
         else:
             angles = self.start + own - own.mean()
         return [float(a) for a in angles]

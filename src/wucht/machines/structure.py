@@ -131,9 +131,13 @@ def shared(structure: Structure) -> Structure:
     return structure
 
 
-def torques_on(energies: Sequence[Energies], velocity: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
-    """The torques of drives on a body of this velocity, and against them those of loads and dampers."""
-    applied = [(a.booked == "supplied", a.force * sp.diff(a.rate, velocity)) for e in energies for a in e.applied]
+def torques_on(energies: Sequence[Energies], velocity: sp.Symbol, arriving: bool = False) -> tuple[sp.Expr, sp.Expr]:
+    """The torques of drives on a body of this velocity, and against them those of loads and dampers.
+
+    arriving: the losses of gears between motor and body are the drive's, not the loads'.
+    """
+    every = [a for e in energies for a in e.applied]
+    applied = [(a.booked == "supplied" or (arriving and a.of_drive), a.force * sp.diff(a.rate, velocity)) for a in every]
     losses = [*(sp.diff(e.dissipation, velocity) for e in energies), *(-t for supplied, t in applied if not supplied)]
     return sp.Add(*(t for supplied, t in applied if supplied)), sp.Add(*losses)
 
@@ -143,10 +147,10 @@ def torques_on(energies: Sequence[Energies], velocity: sp.Symbol) -> tuple[sp.Ex
 def shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, sp.Expr]:
     """What drives bodies of these velocities that turn with ``SPEED``, and what brakes them, the carrier at rest.
 
-    Of all drives, in the direction of positive speeds; of loads and bearings, against it.
+    Of all drives, in the direction of positive speeds, what arrives through their gears; of loads and bearings, against it.
     """
     resting = (*structure.carrier, *(x.coordinate for x in structure.sliders))
     still = dict.fromkeys((s for c in resting for s in (c.position, c.velocity)), sp.S.Zero)
     still |= {b.coordinate.velocity: SPEED for b in structure.bodies}
-    drive, losses = zip(*(torques_on(structure.energies, v) for v in velocities), strict=True)
+    drive, losses = zip(*(torques_on(structure.energies, v, arriving=True) for v in velocities), strict=True)
     return sp.sympify(sp.Add(*drive).xreplace(still)), sp.sympify(sp.Add(*losses).xreplace(still))

@@ -12,13 +12,15 @@ class Applied:
     """A force or torque and the rate on which it works: the applied power is ``force * rate``.
 
     ``booked`` says on which side of the energy balance its work stands: ``"supplied"`` (a motor) or ``"lost"`` (a damper that
-    has no dissipation function because it is not reciprocal).
+    has no dissipation function because it is not reciprocal). ``of_drive``: a loss on the way from a motor to its body, which
+    ends when the motor is switched off.
     """
 
     force: sp.Expr
     rate: sp.Expr
     name: str = ""
     booked: str = "supplied"
+    of_drive: bool = False
 
     @property
     def power(self) -> sp.Expr:

@@ -269,7 +269,7 @@ class Drive(OnShaft):
         motor = Applied(torque, speed, name=self.path)
         if self.transmission is None:
             return Energies(applied=(motor,))
-        taken = () if lost == 0 else (Applied(-lost, speed, name=f"{self.path}.transmission", booked="lost"),)
+        taken = () if lost == 0 else (Applied(-lost, speed, f"{self.path}.transmission", "lost", of_drive=True),)
         turning = base + self.ratio * speed
         return Energies(kinetic=self.transmission.symbol(self.path, "inertia") * turning**2 / 2, applied=(motor, *taken))
 

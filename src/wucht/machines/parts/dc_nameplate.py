@@ -37,11 +37,11 @@ class DCNameplate(Nameplate):
 
     @property
     def resistance(self) -> float | None:
-        """Of the armature in ohm: as printed, else by U I - P = R I^2 + (U - R I_0) I_0; None where that is not known."""
+        """Of the armature in ohm: as printed, else by P = (U - R I) (I - I_0); None where that is not known."""
         if self.armature_resistance is not None or self.current is None or self.no_load_current is None:
             return self.armature_resistance
-        lost = self.voltage * (self.current - self.no_load_current) - self.shaft_torque * self.speed
-        return lost / (self.current**2 - self.no_load_current**2)
+        induced = self.shaft_torque * self.speed / (self.current - self.no_load_current)
+        return (self.voltage - induced) / self.current
 
     @model_validator(mode="after")
     def _possible(self) -> DCNameplate:

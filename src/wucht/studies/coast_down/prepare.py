@@ -71,8 +71,7 @@ def _without_drives(machine: Machine) -> Machine:
     So does the inertia of a motor behind a gear, which without a torque of the motor loses nothing.
     """
     drives = machine.drives
-    names = {f"{d.path}.transmission" for d in drives}
-    undriven = (tuple(a for a in e.applied if a.booked != "supplied" and a.name not in names) for e in machine.energies)
+    undriven = (tuple(a for a in e.applied if a.booked != "supplied" and not a.of_drive) for e in machine.energies)
     return machine.changed(
         bodies=tuple(replace(b, coordinate=replace(b.coordinate, prescribed=None)) for b in machine.bodies),
         energies=tuple(replace(e, applied=applied) for e, applied in zip(machine.energies, undriven, strict=True)),
