@@ -12,6 +12,7 @@ from wucht.results.conventions import summary_of
 from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
+from wucht.studies.torque_balance.spec import TorqueBalance
 
 # name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places are chance; these
 # do not.
@@ -19,6 +20,8 @@ EXPECTED = {
     "practice/angle-grinder": ("compensated", 1130.183, 1.3135e-4),
     "practice/balls-at-resonance": ("balancer-captured", 418.38, 6.83e-4),
     "practice/balls-at-resonance-thick-oil": ("compensated", 418.46, 8.12e-4),
+    "practice/fan-ball-ring": ("compensated", 760.893, 2.032e-4),
+    "practice/fan-on-belt": ("passed", 211.997, 2.0786e-3),
     "practice/grinder-10-balls": ("compensated", 1130.183, 1.42e-4),
     "practice/grinder-2-balls": ("passed", 1130.168, 1.3169e-4),
     "practice/grinder-4-balls": ("compensated", 1130.183, 1.3150e-4),
@@ -82,7 +85,11 @@ def ran(results: dict[str, xr.Dataset]):
 
 
 # The other numbers of balls of the grinder lie between those of 2, 6 and 10.
-LONG = ("practice/balls-at-resonance", "practice/grinder-4-balls", "practice/laundry-drum-tumbling")
+LONG = (
+    "practice/balls-at-resonance", "practice/fan-ball-ring", "practice/fan-on-belt", "practice/grinder-4-balls",
+    "practice/laundry-drum-tumbling",
+)  # fmt: skip
+WITHOUT_BALLS = ("practice/fan-on-belt", "practice/screen", "practice/screen-unsynchronised")
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in sorted(EXPECTED)])
@@ -98,7 +105,7 @@ def test_runs_and_gives_its_numbers(name: str, ran) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in sorted(EXPECTED) if "screen" not in n],
+    [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in sorted(EXPECTED) if n not in WITHOUT_BALLS],
 )
 def test_no_ball_passes_another(name: str, ran) -> None:
     """The balls keep their order on the track, and are pressed into each other by less than a hundredth of a radian."""
@@ -114,6 +121,29 @@ def test_two_balls_side_by_side_leave_the_rest_of_the_unbalance(ran) -> None:
     """1 - (2 m eps/U) cos(beta/2), beta = 2 asin(r/eps) between balls that touch: 2 m eps = 105, U = 150 g mm, eps = 25 mm."""
     left = 1 - 105 / 150 * math.sqrt(1 - (4 / 25) ** 2)
     assert summary_of(ran("practice/grinder-2-balls"))["final_residual_unbalance"] == pytest.approx(left, abs=1e-3)
+
+
+def test_the_fan_on_a_belt_is_driven_by_the_motor_of_its_nameplate() -> None:
+    """4 kW, three times the rated torque, through the belt; at the end V/f control has the rated voltage and frequency."""
+    study = read_study("practice/fan-on-belt")
+    machine = study.subject
+    motor, rated = machine.drives[0], 4000 / (1435 * math.pi / 30)
+    assert motor.torque_at(1435 * math.pi / 30 / 0.714) == pytest.approx(0.95 * 0.714 * rated, rel=1e-9)
+    assert motor.reduced_breakdown()[2] == pytest.approx(0.95 * 0.714 * 3 * rated, rel=1e-9)
+    assert machine.at(6.0).values["drive.voltage"] == pytest.approx(400.0)
+    assert machine.at(3.0).values["drive.voltage"] == pytest.approx((400 + 12) / 2)
+    s = summary_of(run(TorqueBalance(), machine))
+    (point,) = s["working_points"]
+    assert (point["speed"], point["slip"], point["torque"]) == pytest.approx((211.997, 0.0364, 15.39), rel=2e-3)
+    assert machine.notes[0].startswith("drive: circuit of the nameplate, ohm a phase: stator 3.231, rotor 4.197")
+    assert ["starting torque 46.21 N m for 61.22 N m (-25 %)" in w for w in machine.warnings] == [True]
+
+
+def test_the_balls_of_the_ring_stand_where_their_seed_says() -> None:
+    machine = read_study("practice/fan-ball-ring", {"b.count": 5, "b3.mass": "3 g"}).subject
+    assert [b.name for b in machine.bodies] == ["impeller", *(f"b{k}" for k in range(1, 6))]
+    assert [machine.values[f"b{k}.mass"] for k in (2, 3)] == pytest.approx([2.1e-3, 3e-3])
+    assert machine.drives[0].torque_at(6940 * math.pi / 30) == pytest.approx(0.177)
 
 
 @pytest.mark.slow

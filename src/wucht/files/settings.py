@@ -79,6 +79,12 @@ def _set(document: Document, path: str, value: Any) -> None:
     _set_inside(parts[key], path[len(key) + 1 :].split("."), value, where, key)
 
 
+_INSTEAD = {
+    "file": ("points",), "table": ("points",), "points": ("file", "table"), "frequency": ("stiffness",),
+    "stiffness": ("frequency",), "damping_ratio": ("damping",), "damping": ("damping_ratio",),
+}  # fmt: skip
+
+
 def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str) -> None:
     """Walk down tables, numbered lists of tables and pairs, and set the last key."""
     while len(inner) > 1 and isinstance(target, dict):
@@ -96,8 +102,8 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str)
             break
     if len(inner) != 1 or not isinstance(target, dict):
         raise InputError(where, value, f"unknown parameter; {nearest(inner[0] if inner else '', target)} in {key}")
-    for other in {"file": ("points",), "table": ("points",), "points": ("file", "table")}.get(inner[0], ()):
-        target.pop(other, None)  # two ways to give one curve: the one that is set replaces the other
+    for other in _INSTEAD.get(inner[0], ()):
+        target.pop(other, None)  # two ways to give one thing: the one that is set replaces the other
     target[inner[0]] = value
 
 

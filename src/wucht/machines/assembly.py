@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeVar
 
 import sympy as sp
@@ -165,6 +166,7 @@ def _of_model(model: Model, schedules: Any, title: str) -> dict[str, Any]:
 def _of_parts(
     carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load], schedules: Any, title: str
 ) -> dict[str, Any]:
+    carrier, tuning = carrier.tuned(partial(_moving_mass, carrier, bodies))
     prescribed = {d.on: speed for d in drives if (speed := d.prescribed_on_body()) is not None}
     _check_releases(bodies, prescribed)
     parts: tuple[Part, ...] = (carrier, *bodies, *drives, *loads)
@@ -198,8 +200,18 @@ def _of_parts(
         "start_positions": carrier.start_positions(),
         "schedules": over_time,
         "warnings": (*(doubt for d in drives for doubt in d.doubts()), *(() if changed else _doubts(bodies))),
-        "notes": tuple(note for d in drives for note in d.made_of()),
+        "notes": (*([tuning] if tuning else []), *(note for d in drives for note in d.made_of())),
     }
+
+
+def _moving_mass(carrier: Support, bodies: Sequence[Body]) -> float:
+    """The mass in kg that moves with the carrier: of the kinetic energy of all with its velocity; 0 where it cannot move."""
+    own = {b.name: c for b in bodies for c in b.coordinates() if c.angle}
+    frame = replace(carrier.placed(), bodies=own, axes={b.name: carrier.axis_at((sp.S.Zero, sp.S.Zero)) for b in bodies})
+    velocity = frame.centre.vx if frame.centre.vx != 0 else frame.centre.vy
+    if velocity == 0:
+        return 0.0
+    return sum(p.number(sp.diff(p.energies(frame).kinetic, velocity, 2)) for p in (carrier, *bodies))
 
 
 def _sliding(body: Body) -> list[SlidingBody]:
