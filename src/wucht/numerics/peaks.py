@@ -62,11 +62,11 @@ def _vertex(signal: np.ndarray, i: int) -> float:
 def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray, before: float | None = None) -> np.ndarray:
     """The line through the peaks of ``radius``: valleys shorter than ``window`` are filled, slower changes are kept.
 
-    All (N,); time is evenly spaced but for a few places. This is the morphological closing, the largest value within +-window/2 of each
-    sample and then the smallest of those. It would also fill the lowest part of a slow, smooth minimum: such a one is
-    distinguished from a valley between peaks by the slopes at its ends, and kept. Of a valley that an end of the record cuts
-    only one peak is known: the line goes on from it as high as it is. before: what the radius was before the record, if that
-    is known (0 of a motion that begins from rest): the line begins there.
+    All (N,); time is evenly spaced but for a few places. This is the morphological closing, the largest value within
+    +-window/2 of each sample and then the smallest of those. It would also fill the lowest part of a slow, smooth minimum: such
+    a one is distinguished from a valley between peaks by the slopes at its ends, and kept. Of a valley that an end of the
+    record cuts only one peak is known: the line goes on from it as high as it is. before: what the radius was before the
+    record, if that is known (0 of a motion that begins from rest): the line begins there.
     """
     n = len(time)
     if n < 4:
