@@ -32,8 +32,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
     record, compiled = findings
     machine, failure, rows = plan.machine, record.end.failure, dict(record.rows)
-    if plan.carrier is CarrierStart.STEADY:  # as large before the run as in its beginning
-        rows["amplitude"] = np.append(rows["amplitude"][:2].max(), rows["amplitude"][1:])
+    if plan.carrier is CarrierStart.STEADY:  # as large before the run as in its first turn
+        first = rows["time"] <= 2 * math.pi / abs(plan.start_speed)
+        rows["amplitude"] = np.append(rows["amplitude"][first].max(), rows["amplitude"][1:])
     largest = int(rows["amplitude"].argmax())
     units, natural = machine.units, natural_frequencies(machine)
     of_rows = {
