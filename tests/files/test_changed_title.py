@@ -26,7 +26,9 @@ def test_a_catalogue_machine_with_other_values(name: str, settings: dict[str, An
 
 
 def test_own_equations() -> None:
-    assert load_equations("drozdetskaya-2020/figure-2.13", {"mu": 1.2}).title == "Infinite-period bifurcation (changed: mu = 1.2)"
+    assert (
+        load_equations("drozdetskaya-2020/figure-2.13", {"mu": 1.2}).title == "Infinite-period bifurcation (changed: mu = 1.2)"
+    )
 
 
 def test_what_a_file_sets_is_known_to_its_own_title_and_to_no_other(here: Path) -> None:

@@ -27,6 +27,12 @@ def names() -> list[str]:
     return sorted(str(p.relative_to(FOLDER).with_suffix("")) for p in FOLDER.rglob("*.toml"))
 
 
+def short_name(path: Path) -> Path:
+    """What a file is called where it is not needed where it lies: its catalogue name, else its own without the ending."""
+    own = path.resolve()
+    return own.relative_to(FOLDER).with_suffix("") if own.is_relative_to(FOLDER) else Path(path.name.removesuffix(".toml"))
+
+
 def locate(name: str, beside: Path | None = None) -> Path:
     """The file of a catalogue name or a path (relative to ``beside``). Raises ``InputError`` with the nearest known name."""
     direct = Path(name) if beside is None else beside / name

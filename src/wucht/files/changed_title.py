@@ -16,11 +16,12 @@ def changed_title(title: str, changed: Mapping[str, Any]) -> str:
     """
     added: list[str] = []
     for path, value in changed.items():
-        written = re.compile(rf"(?<![\w.]){re.escape(path)} = ([-+]?\d[\w.+-]*)")
-        if written.search(title):
-            title = written.sub(lambda found, value=value: f"{path} = {_in_words(value)} (changed from {found[1]})", title)
+        now = f"{path} = {_in_words(value)}"
+        written = re.search(rf"(?<![\w.]){re.escape(path)} = ([-+]?\d[\w.+-]*)", title)
+        if written:
+            title = f"{title[: written.start()]}{now} (changed from {written[1]}){title[written.end() :]}"
         else:
-            added.append(f"{path} = {_in_words(value)}")
+            added.append(now)
     more = f" and {len(added) - _MOST} more" if len(added) > _MOST else ""
     return f"{title} (changed: {', '.join(added[:_MOST])}{more})" if added else title
 
