@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -143,11 +144,13 @@ def test_nothing_of_an_earlier_result_stays_but_what_is_the_users(wucht: Command
 
 
 def test_a_second_run_into_one_folder_is_refused(wucht: Command, study: Study) -> None:
-    file = study()
-    with claimed(Path("out")):
+    file, claim = study(), claimed(Path("out"))
+    with ThreadPoolExecutor(1) as other:
+        other.submit(claim.__enter__).result()
         refused = wucht("run", file, "-o", "out")
         elsewhere = wucht("run", file, "-o", "other")
         assert not list(Path("out").glob("result.nc"))
+        other.submit(claim.__exit__, None, None, None).result()
     assert refused.code == 2
     assert "-o: given 'out'; another run is writing a result there: wait until it has ended" in refused.err
     assert elsewhere.code == 0

@@ -37,7 +37,7 @@ def claimed(folder: Path) -> Iterator[Path]:
     if place in _ours.get():
         yield folder
         return
-    made = [above for above in (place, *place.parents) if not os.path.exists(above)]  # noqa: PTH110 - the other raises for a name that is too long
+    made = [p for p in (place, *place.parents) if not os.path.exists(p)]  # noqa: PTH110 - Path raises for a name too long
     prepare_folder(folder)
     lock = _locked(folder / _LOCK)
     before = _ours.set(_ours.get() | {place})
