@@ -27,6 +27,7 @@ def plot(
     import_: Imports = None,
 ) -> None:
     """Draw the figures of a result again."""
+    from wucht.results.output_folder import note_figure
     from wucht.results.store import load, prepare_folder, save_figure
     from wucht.studies.runner import draw
 
@@ -37,5 +38,5 @@ def plot(
         figure = draw(dataset)
     except InputError as error:
         raise error.within(str(result), ": ") from None
-    save_figure(figure, target)
+    note_figure(save_figure(figure, target))
     typer.echo(str(target))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -16,7 +17,9 @@ from wucht.cli.importing import Imports
 def run(
     study: Annotated[str, typer.Argument(help="A study file, or a name from `wucht list`.")],
     set_: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; repeatable.")] = None,
-    out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default results/NAME.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="Output folder; default results/NAME, or results/NAME/KIND.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run found in the output folder.")] = False,
     scheduler: Annotated[
@@ -29,35 +32,38 @@ def run(
     from wucht.cli.interruption import interruptible
     from wucht.cli.progress import Progress
     from wucht.cli.set_option import parse_settings
+    from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum, claimed
     from wucht.results.store import save_figure, save_summary, to_json
     from wucht.studies.runner import RESULT, draw
     from wucht.studies.runner import report as report_of
     from wucht.studies.study_file import answer, read_study
 
     begun = time.perf_counter()
-    folder = out or Path("results") / Path(study).name.removesuffix(".toml")
-    with Progress(study) as progress, interruptible() as check:
+    with ExitStack() as kept:
+        with Progress(study) as progress, interruptible() as check:
 
-        def report(share: float, what: str) -> None:
-            progress.update(share, what)
-            check()
+            def report(share: float, what: str) -> None:
+                progress.update(share, what)
+                check()
 
-        asked = read_study(study, parse_settings(set_ or []))
-        names = _, figure, summary = RESULT, f"{asked.spec.kind}.png", "summary.json"
-        result = answer(asked, folder=folder, files=names, resume=resume, progress=report, scheduler=scheduler)
-    save_figure(draw(result), folder / figure)
-    answered = result.wucht
-    document = {
-        "study": answered.study,
-        "machine": result.attrs["title"],
-        "summary": answered.summary,
-        "warnings": answered.warnings,
-        "files": [str(folder / name) for name in names],
-        "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
-        "version": wucht.__version__,
-        "elapsed_s": round(time.perf_counter() - begun, 3),
-    }
-    save_summary(document, folder / summary)
+            asked = read_study(study, parse_settings(set_ or []))
+            folder = kept.enter_context(claimed(out or Path("results") / asked.name))
+            names = _, figure, summary = RESULT, f"{asked.spec.kind}.png", SUMMARY
+            result = answer(asked, folder=folder, files=names, resume=resume, progress=report, scheduler=scheduler)
+        drawn = save_figure(draw(result), folder / figure)
+        answered = result.wucht
+        document = {
+            "study": answered.study,
+            "machine": result.attrs["title"],
+            "summary": answered.summary,
+            "warnings": answered.warnings,
+            "files": [str(folder / name) for name in names],
+            CHECKSUMS: {figure: checksum(drawn)},
+            "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
+            "version": wucht.__version__,
+            "elapsed_s": round(time.perf_counter() - begun, 3),
+        }
+        save_summary(document, folder / summary)
     if as_json:
         sys.stdout.write(to_json(document) + "\n")
     else:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wucht.checking import table
 from wucht.errors import InputError
-from wucht.files.catalogue import load_document
+from wucht.files.catalogue import load_document, short_name
 from wucht.files.documents import Document, flatten
 from wucht.studies.registry import asked_study, studies
 from wucht.studies.runner import run
@@ -20,15 +20,27 @@ from wucht.studies.work import Report
 if TYPE_CHECKING:
     import xarray as xr
 
+_BY_DEFAULT = {"kind": "run-up"}  # what is asked of a file without a table [study]
+
 
 @dataclass(frozen=True)
 class StudyFile:
-    """A study file read: the question, its subject, and the whole input as written."""
+    """A study file read: the question, its subject, and the whole input as written.
+
+    other: whether another kind of study is asked than the file itself asks.
+    """
 
     path: Path
     spec: Spec
     subject: Any
     document: Document
+    other: bool
+
+    @property
+    def name(self) -> Path:
+        """By which its result is kept: the catalogue or file name, and below it a kind of study that is not the file's."""
+        own = short_name(self.path)
+        return own / self.spec.kind if self.other else own
 
 
 def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFile:
@@ -45,7 +57,8 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
         asked, dropped = _asked(document, own)
         spec = asked_study(asked).spec
         subject, described = subject_of(spec).read(document, path, name, of_subject)
-        return StudyFile(path, spec.read(asked), subject, {"study": asked, **described})
+        other = asked["kind"] != document.get("study", _BY_DEFAULT).get("kind")
+        return StudyFile(path, spec.read(asked), subject, {"study": asked, **described}, other)
     except InputError as error:
         raise _with_dropped(error, dropped).within(str(path), ": ") from None
 
@@ -108,7 +121,7 @@ def _asked(document: Document, settings: Mapping[str, Any]) -> tuple[Document, l
 
     Of a file written for another kind only what this kind knows too.
     """
-    asked = dict(table(document, "study", "study")) if "study" in document else {"kind": "run-up"}
+    asked = dict(table(document, "study", "study")) if "study" in document else dict(_BY_DEFAULT)
     kind, known = settings.get("study.kind", asked.get("kind")), studies()
     written = asked
     spec = known[kind].spec if isinstance(kind, str) and kind in known else Spec
