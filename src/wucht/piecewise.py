@@ -121,6 +121,9 @@ def step(name: str, at: float, before: float, after: float) -> Pieces:
     return Pieces(name, (at,), ((before, 0, 0, 0), (after, 0, 0, 0)))
 
 
+ABSOLUTE = Pieces("abs", (0.0,), ((0, -1, 0, 0), (0, 1, 0, 0)))
+
+
 def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[float], kind: str) -> Pieces:
     """A function through points, constant before the first and after the last.
 

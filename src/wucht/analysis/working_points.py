@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,10 +14,11 @@ from wucht.analysis.forced import Forced
 from wucht.analysis.shaft import Curve, curves
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of, shaft_torques
-from wucht.machines.parts.base import Drive
+from wucht.machines.parts.base import Described, Drive
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.zeros import crossings
 
+DescribedT = TypeVar("DescribedT", bound=Described)
 TOUCHING = 1e-9  # of the torques: where the difference of drive and resistance has an extremum so small, they touch
 _CROSSING = 1e-6  # of the torques: what is left at a root; more is left at a pole of the vibration
 _AROUND = 1e-3  # of the largest speed: how far around a working point torques are compared with
@@ -61,9 +64,8 @@ class TorqueCurves:
     @cached_property
     def drives(self) -> list[Drive]:
         """On the rotor and what turns with it, with the parameters' present values."""
-        names, present = {b.name for b in self.machine.group(self.rotor)}, self.machine.values
-        drives = [d for d in self.machine.drives if d.on in names]
-        return [d.model_copy(update={key: present.get(f"{d.path}.{key}", given) for key, given in d}) for d in drives]
+        names = {b.name for b in self.machine.group(self.rotor)}
+        return [_present(d, d.path, self.machine.values) for d in self.machine.drives if d.on in names]
 
     def torques(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of the drives, of loads and bearings, and of the vibration (3, N), and their slopes.
@@ -91,7 +93,7 @@ class TorqueCurves:
         resonances = self.forced.grid(0.0, size, 2)
         pieces = [np.linspace(low, high, self.points), size * near, resonances, -resonances]
         for d in self.drives:
-            synchronous, breakdown = d.synchronous_speed(), d.breakdown()
+            synchronous, breakdown = d.reduced_synchronous_speed(), d.reduced_breakdown()
             if synchronous is not None and breakdown is not None:
                 pieces += [synchronous * (1 + breakdown[0] * near * k) for k in (2, 20)]
         speeds = np.unique(np.concatenate(pieces))
@@ -122,7 +124,7 @@ class TorqueCurves:
     def _point(self, speed: float, tangential: bool) -> WorkingPoint:
         at = np.array([speed])
         (torque, rise), surplus_slope = (float(x[0, 0]) for x in self._shaft(at)), float(self.surplus(at)[1][0])
-        synchronous = next((w for d in self.drives if (w := d.synchronous_speed()) is not None), None)
+        synchronous = next((w for d in self.drives if (w := d.reduced_synchronous_speed()) is not None), None)
         no_load = speed - torque / rise if rise else math.copysign(math.inf, torque)
         slip = None if synchronous is None else 1 - speed / synchronous
         return WorkingPoint(speed, torque, surplus_slope < 0 and not tangential, tangential, -rise, no_load, slip)
@@ -130,7 +132,7 @@ class TorqueCurves:
     @property
     def breakdown(self) -> tuple[float, float, float] | None:
         """Slip, speed and torque of the breakdown of an induction motor on the shaft, None where there is none."""
-        return next((b for d in self.drives if (b := d.breakdown()) is not None), None)
+        return next((b for d in self.drives if (b := d.reduced_breakdown()) is not None), None)
 
     @property
     def runaway(self) -> bool:
@@ -139,3 +141,10 @@ class TorqueCurves:
         torques = (sense * self._shaft(sense * fast)[0] for sense in (1, -1))
         exceeds = any(bool((drive - losses > 0).all()) for drive, losses in torques)
         return exceeds and free_speed(self.machine, self.rotor) is None
+
+
+def _present(described: DescribedT, path: str, values: Mapping[str, float]) -> DescribedT:
+    """A part, or a table in one, with the values that its parameters have."""
+    pairs = [(key, f"{path}.{key}", given) for key, given in described]
+    changed = {k: _present(x, p, values) if isinstance(x, Described) else values.get(p, x) for k, p, x in pairs}
+    return described.model_copy(update=changed)

@@ -52,6 +52,8 @@ def equations(
     for path, p in machine.parameters.items():
         value = f"{notation.names[path]} = {p.value:g} {p.unit}".rstrip()
         typer.echo(f"{comment}{value}   {path}: {p.what}{'' if p.value else ', left out'}")
+    for note in machine.notes:
+        typer.echo(f"{comment}{note}")
 
 
 def _print_own(study: str, settings: dict[str, Any], latex: bool) -> None:

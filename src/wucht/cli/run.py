@@ -57,6 +57,7 @@ def run(
             "machine": result.attrs["title"],
             "summary": answered.summary,
             "warnings": answered.warnings,
+            "notes": answered.notes,
             "files": [str(folder / name) for name in names],
             CHECKSUMS: {figure: checksum(drawn)},
             "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
@@ -69,6 +70,8 @@ def run(
     else:
         for line in report_of(result):
             typer.echo(line)
+        for note in answered.notes:
+            typer.echo(f"note: {note}")
         for warning in answered.warnings:
             typer.echo(f"warning: {warning}", err=True)
         typer.echo(f"files: {folder}/{', '.join(names)}")

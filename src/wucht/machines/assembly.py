@@ -22,7 +22,7 @@ from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import Tracked
 from wucht.machines.schedules import Schedule, schedules_of
 from wucht.machines.structure import Units
-from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arranged, evenly, tracks_of
+from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arranged, starts, tracks_of
 from wucht.machines.tree import RotatingBody, SlidingBody, Tree
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
@@ -165,7 +165,7 @@ def _of_model(model: Model, schedules: Any, title: str) -> dict[str, Any]:
 def _of_parts(
     carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load], schedules: Any, title: str
 ) -> dict[str, Any]:
-    prescribed = {d.on: speed for d in drives if (speed := d.prescribed()) is not None}
+    prescribed = {d.on: speed for d in drives if (speed := d.prescribed_on_body()) is not None}
     _check_releases(bodies, prescribed)
     parts: tuple[Part, ...] = (carrier, *bodies, *drives, *loads)
     parameters = {p.path: p for part in parts for p in part.parameters()}
@@ -197,7 +197,8 @@ def _of_parts(
         "start_angles": {d.on: d.start_angle() for d in drives if d.on in prescribed},
         "start_positions": carrier.start_positions(),
         "schedules": over_time,
-        "warnings": () if changed else (*_doubts(bodies), *(doubt for b in bodies for doubt in b.doubts())),
+        "warnings": (*(doubt for d in drives for doubt in d.doubts()), *(() if changed else _doubts(bodies))),
+        "notes": tuple(note for d in drives for note in d.made_of()),
     }
 
 
@@ -225,12 +226,12 @@ def _no_jump(schedules: tuple[Schedule, ...], prescribed: Mapping[str, sp.Expr])
 
 
 def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
-    """Warnings about rotors that their balancers cannot balance."""
+    """Warnings about rotors that their balancers cannot balance, and those of the bodies' own."""
     warnings = []
-    bodies = [b for b in bodies if b.turns()]
-    for rotor in (b for b in bodies if b.reference is None):
+    turning = [b for b in bodies if b.turns()]
+    for rotor in (b for b in turning if b.reference is None):
         own = rotor.number(rotor.moment())
-        balancers = [b.number(b.largest_moment()) for b in bodies if b.reference == rotor.name]
+        balancers = [b.number(b.largest_moment()) for b in turning if b.reference == rotor.name]
         if balancers and own > sum(balancers):
             together = f"the {sum(balancers):.4g} kg m that its balancers can compensate together; they can only reduce it"
             warnings.append(f"the unbalance of {rotor.name!r} is {own:.4g} kg m, more than {together}")
@@ -241,7 +242,7 @@ def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
         if len(balancers) == 1 and own > 0 and abs(largest - own) > 0.01 * own:
             only = f"one body compensates only an unbalance equal to its own, and the rotor's is {own:.4g} kg m"
             warnings.append(f"{rotor.name!r} has one balancer, of {largest:.4g} kg m: {only}")
-    return tuple(warnings)
+    return (*warnings, *(doubt for b in bodies for doubt in b.doubts()))
 
 
 def with_tracks(machine: MechanismT, given: Any) -> MechanismT:
@@ -268,4 +269,5 @@ def with_tracks(machine: MechanismT, given: Any) -> MechanismT:
     if not tracks:
         return machine
     blank = machine.changed(tracks=tracks, energies=(*machine.energies, *(Energies() for _ in tracks)))
-    return arranged(blank, {b.name: 0.0 for b in machine.bodies} | {n: a for t in tracks for n, a in evenly(t.bodies).items()})
+    angles = {b.name: 0.0 for b in machine.bodies} | {n: a for t in tracks for n, a in starts(t.bodies).items()}
+    return arranged(blank, angles, where="bodies")

@@ -53,8 +53,8 @@ class Machine(Mechanism):
         which dampers that are not reciprocal violate action = reaction, or None.
     start_angles, start_positions
         At t = 0, in rad by body and in m (rad) by label, of what has a prescribed motion.
-    warnings
-        What runs but is doubtful.
+    warnings, notes
+        What runs but is doubtful; what parameters were made of, such as the circuit of a motor of its nameplate.
 
     Raises
     ------

@@ -41,6 +41,7 @@ class Mechanism(Bodies):
     tracks: tuple[Track, ...] = ()
     mismatch: sp.Expr | None = None
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def changed(self, **given: Any) -> Self:
         """The machine with other fields, such as ``energies``; what follows from them is derived anew."""

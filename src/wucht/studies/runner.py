@@ -138,6 +138,7 @@ def _answered(
             "dimensionless": int(subject_is.dimensionless),
             "finished": int(finished and not made.attrs["failure"]),
             "warnings": to_json([*subject_is.warnings, *own, *notes], indent=None),
+            "notes": to_json(list(subject_is.notes), indent=None),
             **provenance(question, clock.perf_counter() - begun),
         }
         return made if document is None else made.assign_attrs(document=json.dumps(document, default=str))

@@ -82,9 +82,13 @@ def numbers(plan: Plan) -> float:
 
 
 def _without_drives(machine: Machine) -> Machine:
-    """The machine with its drives switched off: no torque, no prescribed speed. What dampers and loads take stays."""
+    """The machine with its drives switched off: no torque, no prescribed speed. What dampers and loads take stays.
+
+    So does the inertia of a motor behind a gear, which without a torque of the motor loses nothing.
+    """
     drives = machine.drives
-    undriven = (tuple(a for a in e.applied if a.booked != "supplied") for e in machine.energies)
+    names = {f"{d.path}.transmission" for d in drives}
+    undriven = (tuple(a for a in e.applied if a.booked != "supplied" and a.name not in names) for e in machine.energies)
     return machine.changed(
         bodies=tuple(replace(b, coordinate=replace(b.coordinate, prescribed=None)) for b in machine.bodies),
         energies=tuple(replace(e, applied=applied) for e, applied in zip(machine.energies, undriven, strict=True)),
