@@ -553,9 +553,12 @@ def test_stdout_of_the_process_is_the_object_alone(study: Study, here: Path) -> 
 
 
 def test_bad_input_of_the_process(here: Path) -> None:
+    said = "nowhere.toml: there is no such file"
+    done = _process("run", "nowhere.toml", cwd=here)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"wucht: {said}\n")
     done = _process("run", "nowhere.toml", "--json", cwd=here)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "wucht: nowhere.toml: there is no such file\n"
+    assert (done.returncode, done.stderr) == (2, f"wucht: {said}\n")
+    assert _parsed(done.stdout)["error"] == said
 
 
 def test_a_reader_who_has_seen_enough(here: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -80,7 +81,7 @@ def run_app() -> int:
         code = app(standalone_mode=False)
         sys.stdout.flush()  # while it can still be said that this does not work
     except InputError as error:
-        code = _say(str(error), 2)
+        code = _say(str(error), 2, file=error.file, key=error.key, given=error.shown, allowed=error.allowed)
     except WuchtError as error:
         code = _say(str(error), 1)
     except (KeyboardInterrupt, typer.Abort):
@@ -96,7 +97,11 @@ def run_app() -> int:
     return code or 0
 
 
-def _say(sentence: str, code: int) -> int:
+def _say(sentence: str, code: int, **place: str) -> int:
+    """The sentence on stderr; with ``--json`` also as an object on stdout, so that a pipe reads it."""
     with suppress(OSError):  # no room there either: the exit code still says it
+        if "--json" in sys.argv[1:]:
+            where = {name: place.get(name) or None for name in ("file", "key", "given", "allowed")}
+            sys.stdout.write(json.dumps({"error": sentence} | where | {"exit_code": code}, indent=2, ensure_ascii=False) + "\n")
         sys.stderr.write(f"wucht: {sentence}\n")
     return code

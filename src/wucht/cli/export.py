@@ -24,6 +24,6 @@ def export(
     try:
         files = written(dataset, out or result.parent)
     except InputError as error:
-        raise error.within(str(result), ": ") from None
+        raise error.in_file(result) from None
     for line in files:
         typer.echo(line)

@@ -36,6 +36,6 @@ def plot(
     try:
         figure = draw(dataset)
     except InputError as error:
-        raise error.within(str(result), ": ") from None
+        raise error.in_file(result) from None
     save_figure(figure, target)
     typer.echo(str(target))

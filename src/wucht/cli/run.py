@@ -57,6 +57,8 @@ def run(
         "version": wucht.__version__,
         "elapsed_s": round(time.perf_counter() - begun, 3),
     }
+    if result.attrs["failure"]:
+        document |= {"error": result.attrs["failure"], "exit_code": 1}
     save_summary(document, folder / summary)
     if as_json:
         sys.stdout.write(to_json(document) + "\n")

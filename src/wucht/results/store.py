@@ -88,14 +88,14 @@ def load(path: Path) -> xr.Dataset:
     import xarray as xr_
 
     if not path.is_file():
-        raise InputError(str(path), None, "there is no such file")
+        raise InputError.of_file(path, "there is no such file")
     try:
         result = xr_.load_dataset(path, engine="h5netcdf")
     except Exception as error:
         # The readers beneath raise whatever a damaged file makes them stumble over; to the user it is one thing.
-        raise InputError(str(path), None, f"this is no NetCDF file that can be read: {str(error).splitlines()[0]}") from None
+        raise InputError.of_file(path, f"this is no NetCDF file that can be read: {str(error).splitlines()[0]}") from None
     if "study" not in result.attrs:
-        raise InputError(str(path), None, "this file was not written by wucht: it names no study")
+        raise InputError.of_file(path, "this file was not written by wucht: it names no study")
     return result
 
 

@@ -47,7 +47,7 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
         subject, described = subject_of(spec).read(document, path, name, of_subject)
         return StudyFile(path, spec.read(asked), subject, {"study": asked, **described})
     except InputError as error:
-        raise _with_dropped(error, dropped).within(str(path), ": ") from None
+        raise _with_dropped(error, dropped).in_file(path) from None
 
 
 def run_file(
@@ -92,7 +92,7 @@ def answer(asked: StudyFile, **options: Any) -> xr.Dataset:
         return run(asked.spec, asked.subject, document=asked.document, **options)
     except InputError as error:
         option = error.where.startswith("-")  # -o, --resume, --scheduler: the file is not at fault
-        raise error if option else error.within(str(asked.path), ": ") from None
+        raise error if option else error.in_file(asked.path) from None
 
 
 def _with_dropped(error: InputError, dropped: list[str]) -> InputError:
