@@ -436,6 +436,17 @@ def test_plot_works_from_the_file_alone(wucht: Command, study: Study, here: Path
     assert Path("figures/new/run-up.png").is_file()
 
 
+@pytest.mark.usefixtures("unpainted")
+def test_plot_of_a_folder_in_several_formats(wucht: Command, refused: Refused, study: Study) -> None:
+    assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
+    said = wucht("plot", "out", "--format", "svg", "--format", "pdf", "--format", "svg").out
+    assert said == "out/run-up.svg\nout/run-up.pdf\n"
+    assert all(Path(f).read_bytes().startswith(SIGNATURES[f[-3:]]) for f in said.split())
+    Path("empty").mkdir()
+    refused("plot", "empty", says=("empty/result.nc", "no such file"))
+    refused("plot", "out", "--format", "bmp", says=("bmp", "svg"))
+
+
 def test_plot_into_a_folder_that_cannot_be_written(wucht: Command, refused: Refused, study: Study) -> None:
     assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
     refused("plot", "out/result.nc", "-o", "study.toml", says=("-o", "given 'study.toml'"))

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import wucht
 from wucht.cli.importing import Imports
+
+if TYPE_CHECKING:
+    from wucht.studies.study_file import StudyFile
 
 
 def run(
@@ -18,6 +22,7 @@ def run(
     set_: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; repeatable.")] = None,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default results/NAME.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
+    csv: Annotated[bool, typer.Option("--csv", help="Write the result's variables as CSV too, with units.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run found in the output folder.")] = False,
     scheduler: Annotated[
         str | None,
@@ -26,33 +31,50 @@ def run(
     import_: Imports = None,
 ) -> None:
     """Run a study and say what becomes of the machine."""
+    from wucht.cli.set_option import parse_settings
+    from wucht.studies.study_file import read_study
+
+    folder = out or Path("results") / Path(study).name.removesuffix(".toml")
+    tell(study, lambda: read_study(study, parse_settings(set_ or [])), folder, as_json, csv, resume, scheduler)
+
+
+def tell(
+    study: str,
+    read: Callable[[], StudyFile],
+    folder: Path,
+    as_json: bool = False,
+    csv: bool = False,
+    resume: bool = False,
+    scheduler: str | None = None,
+) -> None:
+    """Answer what is read, write the files, and say what was found. study: its name."""
     from wucht.cli.interruption import interruptible
     from wucht.cli.progress import Progress
-    from wucht.cli.set_option import parse_settings
-    from wucht.results.store import save_figure, save_summary, to_json
-    from wucht.studies.runner import RESULT, draw
+    from wucht.results.series import save_csv
+    from wucht.results.store import RESULT, save_figure, save_summary, to_json
+    from wucht.studies.runner import draw
     from wucht.studies.runner import report as report_of
-    from wucht.studies.study_file import answer, read_study
+    from wucht.studies.study_file import answer
 
     begun = time.perf_counter()
-    folder = out or Path("results") / Path(study).name.removesuffix(".toml")
     with Progress(study) as progress, interruptible() as check:
 
         def report(share: float, what: str) -> None:
             progress.update(share, what)
             check()
 
-        asked = read_study(study, parse_settings(set_ or []))
+        asked = read()
         names = _, figure, summary = RESULT, f"{asked.spec.kind}.png", "summary.json"
         result = answer(asked, folder=folder, files=names, resume=resume, progress=report, scheduler=scheduler)
     save_figure(draw(result), folder / figure)
+    tables = [path.name for path in save_csv(result, folder)] if csv else []
     answered = result.wucht
     document = {
         "study": answered.study,
         "machine": result.attrs["title"],
         "summary": answered.summary,
         "warnings": answered.warnings,
-        "files": [str(folder / name) for name in names],
+        "files": [str(folder / name) for name in (*names, *tables)],
         "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
         "version": wucht.__version__,
         "elapsed_s": round(time.perf_counter() - begun, 3),
@@ -67,7 +89,7 @@ def run(
             typer.echo(line)
         for warning in answered.warnings:
             typer.echo(f"warning: {warning}", err=True)
-        typer.echo(f"files: {folder}/{', '.join(names)}")
+        typer.echo(f"files: {folder}/{', '.join((*names, *tables))}")
     if result.attrs["failure"]:
         sys.stderr.write(f"wucht: {result.attrs['failure']}. What was computed is kept in {folder}\n")
         raise typer.Exit(1)

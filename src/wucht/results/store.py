@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+RESULT = "result.nc"  # in an output folder
 _ABANDONED_S = 3600.0  # a file that was not moved to its place for so long is one of a process that was killed
 
 
@@ -83,10 +84,16 @@ def replacing(path: Path, write: Callable[[Path], object]) -> Path:
     return path
 
 
+def result_file(path: Path) -> Path:
+    """The file of a result: the path itself, or that in an output folder."""
+    return path / RESULT if path.is_dir() else path
+
+
 def load(path: Path) -> xr.Dataset:
-    """Read a Dataset. Raises ``InputError`` if the file is none of ours."""
+    """Read a Dataset: of a file, or of the output folder that has it. Raises ``InputError`` if the file is none of ours."""
     import xarray as xr_
 
+    path = result_file(path)
     if not path.is_file():
         raise InputError.of_file(path, "there is no such file")
     try:

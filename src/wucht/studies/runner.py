@@ -16,8 +16,8 @@ import numpy as np
 
 from wucht.errors import InputError, WuchtError
 from wucht.results.provenance import provenance
+from wucht.results.store import RESULT, prepare_folder, save, to_json
 from wucht.results.store import load as read_result
-from wucht.results.store import prepare_folder, save, to_json
 from wucht.results.style import SETTINGS
 from wucht.studies.accessor import register
 from wucht.studies.cluster import Cluster, cluster_at
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-RESULT = "result.nc"
 _SAVE_EVERY_S = 5.0  # a result that is not complete, so that it can be looked at; at most a tenth of the time goes into it
 _MOST_DIFFERENCES = 3
 
@@ -196,7 +195,7 @@ def load(path: Path | str) -> xr.Dataset:
 
     Parameters
     ----------
-    path : path of a ``result.nc``
+    path : path of a ``result.nc``, or of the output folder that has one
 
     Returns
     -------
