@@ -46,6 +46,7 @@ def explorer() -> None:
 
 
 def _register() -> None:
+    from wucht.cli.compare import compare
     from wucht.cli.equations import equations
     from wucht.cli.export import export
     from wucht.cli.list import list_all
@@ -55,7 +56,7 @@ def _register() -> None:
 
     app.registered_commands.clear()
     commands: dict[str, Callable[..., None]] = {
-        "run": run, "list": list_all, "new": new, "equations": equations, "plot": plot, "export": export,
+        "run": run, "compare": compare, "list": list_all, "new": new, "equations": equations, "plot": plot, "export": export,
     }  # fmt: skip
     for name, command in (commands | {"app": explorer}).items():
         app.command(name, hidden=command is explorer)(_saying(command))
