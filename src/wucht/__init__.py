@@ -18,8 +18,8 @@ Several side by side: ``compare`` (``Comparison``). Results: ``run``, ``run_file
 ``separated``.
 
 The floors of the house, each of which knows only those before it: ``errors``, ``quantities``, ``piecewise``, ``system``,
-``checking``, ``fields``, ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``,
-``measurements``, ``cams``, ``studies``, ``cli``.
+``checking``, ``fields``, ``keys``, ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``,
+``analysis``, ``measurements``, ``cams``, ``studies``, ``cli``.
 """
 
 from __future__ import annotations

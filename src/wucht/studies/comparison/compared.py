@@ -87,9 +87,9 @@ def _curve(result: xr.Dataset, x: str, y: str) -> Curve | None:
     if x not in result or y not in result or "case" in result[y].dims:
         return None
     at, of = result[x], result[y]
-    of = of.isel(dict.fromkeys(set(of.dims) - set(at.dims), 0)).transpose(*at.dims) if of.size else of
-    if of.dims != at.dims or not at.size:
+    if not at.size or not of.size or not set(at.dims) <= set(of.dims):
         return None
+    of = of.isel(dict.fromkeys(set(of.dims) - set(at.dims), 0)).transpose(*at.dims)
     rows = np.atleast_2d(at.values.astype(float)), np.atleast_2d(of.values.astype(float))
     if "branch" in result and result["branch"].dims == at.dims:
         ends = np.flatnonzero(np.diff(result["branch"].values)) + 1

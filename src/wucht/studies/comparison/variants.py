@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +13,15 @@ from wucht.errors import InputError
 from wucht.files.catalogue import ABOUT
 from wucht.files.documents import Document, flatten
 from wucht.machines.machine import Machine
-from wucht.results.store import load, result_file
+from wucht.results.store import RESULT, load, result_file
 from wucht.studies.comparison.spec import Comparison
 from wucht.studies.study_file import StudyFile, read_study
 from wucht.studies.subjects import Description, subject_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_NESTED = "this is a comparison itself; name what it compares"
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ class OfVariants:
 
 def _listed(spec: Comparison) -> str:
     over = f" over {' and '.join(spec.vary)}" if spec.vary else ""
-    return ", ".join(Path(s).name.removesuffix(".toml") for s in spec.of) + over
+    return ", ".join(map(_name, spec.of)) + over
 
 
 def _of_source(source: str, folder: Path, shared: Mapping[str, Any], spec: Comparison) -> list[Variant]:
@@ -102,7 +104,10 @@ def _of_source(source: str, folder: Path, shared: Mapping[str, Any], spec: Compa
     if place.suffix == ".nc" or (place.is_dir() and result_file(place).is_file()):
         if shared or spec.vary:
             raise InputError("study.of", source, "this is a result: nothing can be set or varied in it; name the study file")
-        return [Variant(source, source, {}, result=load(place))]
+        result = load(place)
+        if result.attrs["study"] == Comparison.kind:
+            raise InputError("study.of", source, _NESTED)
+        return [Variant(source, source, {}, result=result)]
     name, variants, errors = str(place) if place.is_file() else source, list[Variant](), list[InputError]()
     for combination in spec.combinations:
         label = ", ".join(f"{path} = {_shown(value)}" for path, value in combination.items())
@@ -113,7 +118,7 @@ def _of_source(source: str, folder: Path, shared: Mapping[str, Any], spec: Compa
             variants.append(Variant(label, source, combination, refused=str(error)))
             continue
         if asked.spec.kind == Comparison.kind:
-            raise InputError("study.of", source, "this is a comparison itself; name what it compares")
+            raise InputError("study.of", source, _NESTED)
         variants.append(Variant(label, source, {p: _in_si(asked, p, v) for p, v in combination.items()}, asked))
     if len(errors) == len(variants):
         raise errors[0]
@@ -132,23 +137,21 @@ def _shown(value: Any) -> str:
 
 def _labelled(variants: list[Variant]) -> tuple[Variant, ...]:
     """With labels that differ: the value alone where there is one file, else its name too."""
-    several = len({v.source for v in variants}) > 1
-    names = {s: s if s.endswith("/") or "/" not in s else _short(s, variants) for s in {v.source for v in variants}}
+    sources = {v.source: _name(v.source) for v in variants}
     labels: list[str] = []
     for v in variants:
-        own = [names[v.source].removesuffix(".toml")] if several or not v.varied else []
+        unique = list(sources.values()).count(sources[v.source]) == 1
+        own = [sources[v.source] if unique else v.source] if len(sources) > 1 or not v.varied else []
         label = "; ".join([*own, *([v.label] if v.varied else [])])
         count = sum(known == label or known.startswith(f"{label} (") for known in labels)
         labels.append(f"{label} ({count + 1})" if count else label)
-    from dataclasses import replace
-
     return tuple(replace(v, label=label) for v, label in zip(variants, labels, strict=True))
 
 
-def _short(source: str, variants: list[Variant]) -> str:
-    """The last name of a path, where no other has the same."""
-    last = Path(source).name
-    return last if sum(Path(s).name == last for s in {v.source for v in variants}) == 1 else source
+def _name(source: str) -> str:
+    """The last name of a path: of the study file, or of the folder of the result."""
+    path = Path(source)
+    return (path.parent if path.name == RESULT else path).name.removesuffix(".toml") or source
 
 
 VARIANTS = OfVariants()
