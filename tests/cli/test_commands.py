@@ -471,6 +471,17 @@ def test_plot_works_from_the_file_alone(wucht: Command, study: Study, here: Path
     assert Path("figures/new/run-up.png").is_file()
 
 
+@pytest.mark.usefixtures("unpainted")
+def test_plot_of_a_folder_in_several_formats(wucht: Command, refused: Refused, study: Study) -> None:
+    assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
+    said = wucht("plot", "out", "--format", "svg", "--format", "pdf", "--format", "svg").out
+    assert said == "out/run-up.svg\nout/run-up.pdf\n"
+    assert all(Path(f).read_bytes().startswith(SIGNATURES[f[-3:]]) for f in said.split())
+    Path("empty").mkdir()
+    refused("plot", "empty", says=("empty/result.nc", "no such file"))
+    refused("plot", "out", "--format", "bmp", says=("bmp", "svg"))
+
+
 def test_plot_into_a_folder_that_cannot_be_written(wucht: Command, refused: Refused, study: Study) -> None:
     assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
     refused("plot", "out/result.nc", "-o", "study.toml", says=("-o", "given 'study.toml'"))
@@ -588,9 +599,12 @@ def test_stdout_of_the_process_is_the_object_alone(study: Study, here: Path) -> 
 
 
 def test_bad_input_of_the_process(here: Path) -> None:
+    said = "nowhere.toml: there is no such file"
+    done = _process("run", "nowhere.toml", cwd=here)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"wucht: {said}\n")
     done = _process("run", "nowhere.toml", "--json", cwd=here)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "wucht: nowhere.toml: there is no such file\n"
+    assert (done.returncode, done.stderr) == (2, f"wucht: {said}\n")
+    assert _parsed(done.stdout)["error"] == said
 
 
 def test_a_reader_who_has_seen_enough(here: Path) -> None:

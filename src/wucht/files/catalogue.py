@@ -43,11 +43,11 @@ def locate(name: str, beside: Path | None = None) -> Path:
         if name.removesuffix(".toml") in known:
             return FOLDER / f"{name.removesuffix('.toml')}.toml"
         if direct.exists():
-            raise InputError(str(direct), None, "this is no file; needed is a study file or a catalogue name")
+            raise InputError.of_file(direct, "this is no file; needed is a study file or a catalogue name")
     except (OSError, ValueError) as error:
         raise InputError(name, None, f"this cannot be the name of a file: {error}") from None
     if direct.suffix == ".toml":
-        raise InputError(str(direct), None, "there is no such file")
+        raise InputError.of_file(direct, "there is no such file")
     raise InputError(name, None, f"neither a file nor a catalogue name; {nearest(name, known)}")
 
 
@@ -60,7 +60,7 @@ def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path
         for key in ("title", "source", "notes"):
             text(document, key, "")
     except InputError as error:
-        raise error.within(str(path), ": ") from None
+        raise error.in_file(path) from None
     return document, path
 
 
@@ -81,7 +81,7 @@ def used_table(document: Document, path: Path, key: str) -> tuple[Document, Docu
             used = _used(described, path, key, seen) if "use" in described else None
             described = with_tables(described, path.parent) if key == "machine" and used is None else described
         except InputError as error:
-            raise error if len(seen) == 1 else error.within(str(path), ": ") from None
+            raise error if len(seen) == 1 else error.in_file(path) from None
         if used is not None:
             document, path = load_document(str(used))
             seen.append(path.resolve())
@@ -196,4 +196,4 @@ def _loaded(name: str, build: Callable[[Document, Path], T]) -> T:
     try:
         return build(document, path)
     except InputError as error:
-        raise error.within(str(path), ": ") from None
+        raise error.in_file(path) from None

@@ -18,8 +18,8 @@ import numpy as np
 from wucht.errors import InputError, WuchtError
 from wucht.results.output_folder import claimed, remove_earlier
 from wucht.results.provenance import provenance
+from wucht.results.store import RESULT, prepare_folder, save, to_json
 from wucht.results.store import load as read_result
-from wucht.results.store import prepare_folder, save, to_json
 from wucht.results.style import SETTINGS
 from wucht.studies.accessor import register
 from wucht.studies.cluster import Cluster, cluster_at
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-RESULT = "result.nc"
 _SAVE_EVERY_S = 5.0  # a result that is not complete, so that it can be looked at; at most a tenth of the time goes into it
 
 
@@ -179,7 +178,7 @@ def load(path: Path | str) -> xr.Dataset:
 
     Parameters
     ----------
-    path : path of a ``result.nc``
+    path : path of a ``result.nc``, or of the output folder that has one
 
     Returns
     -------
