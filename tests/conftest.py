@@ -159,12 +159,17 @@ def from_template(wucht: Command) -> Callable[..., dict[str, Any]]:
 
 @pytest.fixture
 def refused(wucht: Command) -> Callable[..., str]:
-    """``refused("run", ..., says=(...))``: exit code 2, nothing on stdout, one sentence on stderr containing all of these."""
+    """``refused("run", ..., says=(...))``: exit code 2, one sentence on stderr containing all of these, and nothing
+    on stdout; with ``--json`` an object with the same sentence."""
 
     def check(*words: object, says: tuple[str, ...] = ()) -> str:
         completed = wucht(*words)
         assert completed.code == 2, completed.err
-        assert not completed.out
+        if "--json" in words:
+            assert completed.document["exit_code"] == 2
+            assert completed.err == f"wucht: {completed.document['error']}\n"
+        else:
+            assert not completed.out
         assert completed.err.startswith("wucht: ")
         assert completed.err.endswith("\n")
         assert completed.err.count("\n") == 1, completed.err

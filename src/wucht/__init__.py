@@ -12,13 +12,14 @@ Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``,
 ``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``, ``Basin``,
 ``CaptureProbability``, ``OptimiseBalancer``, ``Activation``, ``LoadSpectrum`` (also of ``Records``), ``FailureDetection``,
 ``ExciterDesign``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
-Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``, ``export``, and ``result.wucht``. Any other ordinary
-differential equation: ``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``,
-``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``, ``separated``.
+Several side by side: ``compare`` (``Comparison``). Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``,
+``export``, and ``result.wucht``. Any other ordinary differential equation: ``OwnEquations`` (``load_equations``),
+``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``,
+``separated``.
 
 The floors of the house, each of which knows only those before it: ``errors``, ``quantities``, ``piecewise``, ``system``,
-``checking``, ``fields``, ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``,
-``measurements``, ``cams``, ``studies``, ``cli``.
+``checking``, ``fields``, ``keys``, ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``,
+``analysis``, ``measurements``, ``cams``, ``studies``, ``cli``.
 """
 
 from __future__ import annotations
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from wucht.studies.cam_prediction.spec import CamPrediction as CamPrediction
     from wucht.studies.capture_probability.spec import CaptureProbability as CaptureProbability
     from wucht.studies.coast_down.spec import CoastDown as CoastDown
+    from wucht.studies.comparison.spec import Comparison as Comparison
     from wucht.studies.entrainment.spec import Entrainment as Entrainment
     from wucht.studies.exciter_design.spec import ExciterDesign as ExciterDesign
     from wucht.studies.failure_detection.spec import FailureDetection as FailureDetection
@@ -65,6 +67,7 @@ if TYPE_CHECKING:
     from wucht.studies.runner import run as run
     from wucht.studies.speed_curve.spec import SpeedCurve as SpeedCurve
     from wucht.studies.stability_map.spec import StabilityMap as StabilityMap
+    from wucht.studies.study_file import compare as compare
     from wucht.studies.study_file import run_file as run_file
     from wucht.studies.sweep.spec import Sweep as Sweep
     from wucht.studies.synchronous_states.spec import SynchronousStates as SynchronousStates
@@ -85,6 +88,7 @@ _LAZY = {
     "CamPrediction": "wucht.studies.cam_prediction.spec:CamPrediction",
     "CaptureProbability": "wucht.studies.capture_probability.spec:CaptureProbability",
     "CoastDown": "wucht.studies.coast_down.spec:CoastDown",
+    "Comparison": "wucht.studies.comparison.spec:Comparison",
     "Entrainment": "wucht.studies.entrainment.spec:Entrainment",
     "ExciterDesign": "wucht.studies.exciter_design.spec:ExciterDesign",
     "FailureDetection": "wucht.studies.failure_detection.spec:FailureDetection",
@@ -117,6 +121,7 @@ _LAZY = {
     "run": "wucht.studies.runner:run",
     "separated": "wucht.mechanics.separation:separated",
     "strongly_damped": "wucht.mechanics.strong_damping:strongly_damped",
+    "compare": "wucht.studies.study_file:compare",
     "run_file": "wucht.studies.study_file:run_file",
 }
 

@@ -13,20 +13,36 @@ class WuchtError(Exception):
 
 
 class InputError(WuchtError):
-    """The input is wrong: which key of which file, what was given, what is allowed."""
+    """The input is wrong: which key of which file, what was given, what is allowed.
 
-    def __init__(self, where: str, given: object, allowed: str) -> None:
+    where: all that is known of the place, as it is printed. file, key: the same apart; empty where it is in no file, or where
+    the file itself is wrong. shown: what was given, in brief.
+    """
+
+    def __init__(self, where: str, given: object, allowed: str, file: str = "", key: str | None = None) -> None:
         self.where, self.given, self.allowed = where, given, allowed
-        shown = "" if given is None else f" given {_brief(given)};"
-        super().__init__(f"{where}:{shown} {allowed}")
+        self.file, self.key = file, where if key is None else key
+        self.shown = "" if given is None else _brief(given)
+        super().__init__(f"{where}:{f' given {self.shown};' if self.shown else ''} {allowed}")
 
-    def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str]]:
+    @classmethod
+    def of_file(cls, path: object, allowed: str) -> InputError:
+        """A file is wrong as a whole, or not there."""
+        return cls(str(path), None, allowed, str(path), "")
+
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str, str]]:
         """So that it can come from another process."""
-        return InputError, (self.where, self.given, self.allowed)
+        return InputError, (self.where, self.given, self.allowed, self.file, self.key)
 
     def within(self, prefix: str, separator: str = ".") -> InputError:
         """The same error, seen from one level further out."""
-        return InputError(f"{prefix}{separator}{self.where}" if self.where else prefix, self.given, self.allowed)
+        where, key = (f"{prefix}{separator}{inner}" if inner else prefix for inner in (self.where, self.key))
+        return InputError(where, self.given, self.allowed, self.file, key)
+
+    def in_file(self, path: object) -> InputError:
+        """The same error, seen from outside the file that it is in; one that knows its file keeps it."""
+        where = f"{path}: {self.where}" if self.where else str(path)
+        return InputError(where, self.given, self.allowed, self.file or str(path), self.key)
 
 
 def _brief(given: object) -> str:

@@ -430,7 +430,7 @@ def test_a_folder_in_the_place_of_a_result(wucht: Command, study: Study, name: s
     assert completed.code in (1, 2)
     assert name in completed.err
     assert completed.err.startswith("wucht: ")
-    assert not completed.out
+    assert completed.document["exit_code"] == completed.code
 
 
 # Settings

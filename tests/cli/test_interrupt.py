@@ -217,7 +217,7 @@ def test_a_full_disk_is_a_sentence(wucht: Command, study: Study, monkeypatch: py
     monkeypatch.setattr(Path, "write_bytes", full)
     completed = wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json")
     assert completed.code == 1
-    assert not completed.out
+    assert completed.document["exit_code"] == completed.code
     assert completed.err.count("\n") == 1
     assert "result.nc" in completed.err
     assert "No space left on device" in completed.err
@@ -229,7 +229,8 @@ def test_ctrl_c_before_the_run(wucht: Command, study: Study, monkeypatch: pytest
 
     monkeypatch.setattr("wucht.studies.study_file.read_study", interrupted)
     completed = wucht("run", study(), "-o", "out", "--json")
-    assert (completed.code, completed.out, completed.err) == (130, "", "wucht: interrupted\n")
+    assert (completed.code, completed.err) == (130, "wucht: interrupted\n")
+    assert (completed.document["error"], completed.document["exit_code"]) == ("interrupted", 130)
 
 
 # As a process of its own

@@ -162,7 +162,7 @@ def test_a_folder_that_cannot_be_written(wucht: Command, here: Path, kind: str) 
     for folder in ("out", "out/below"):
         completed = wucht("run", f"{kind}.toml", "-o", folder, "--json")
         assert completed.code == 2
-        assert not completed.out
+        assert completed.document["exit_code"] == completed.code
         assert completed.err.count("\n") == 1
         assert "out" in completed.err
 

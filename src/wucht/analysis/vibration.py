@@ -82,6 +82,14 @@ class Vibration:
         z, slope = self.solved(w, w**2 * force, 2 * w * force)
         return z[..., 0], slope[..., 0]
 
+    def at_once(self, speeds: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Displacements and velocities (m,) of the steady vibration at one moment.
+
+        speeds, phases: of the bodies (n,) then, counted in their senses; each keeps a speed of its own.
+        """
+        each = np.array([self.only([k]).response(speeds[[k]], phases[[k]])[0][0] for k in range(len(phases))])
+        return each.sum(axis=0).real, (1j * speeds @ each).real
+
     def torque(self, speeds: np.ndarray, phases: np.ndarray) -> WithSlope:
         """The vibration torque on all bodies together, positive where it brakes, w z^H C z/2: 002 (2.79) with its factor M."""
         w, (z, dz) = np.asarray(speeds, float), self.response(speeds, phases)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -45,6 +46,7 @@ def explorer() -> None:
 
 
 def _register() -> None:
+    from wucht.cli.compare import compare
     from wucht.cli.equations import equations
     from wucht.cli.export import export
     from wucht.cli.list import list_all
@@ -54,7 +56,7 @@ def _register() -> None:
 
     app.registered_commands.clear()
     commands: dict[str, Callable[..., None]] = {
-        "run": run, "list": list_all, "new": new, "equations": equations, "plot": plot, "export": export,
+        "run": run, "compare": compare, "list": list_all, "new": new, "equations": equations, "plot": plot, "export": export,
     }  # fmt: skip
     for name, command in (commands | {"app": explorer}).items():
         app.command(name, hidden=command is explorer)(_saying(command))
@@ -80,7 +82,7 @@ def run_app() -> int:
         code = app(standalone_mode=False)
         sys.stdout.flush()  # while it can still be said that this does not work
     except InputError as error:
-        code = _say(str(error), 2)
+        code = _say(str(error), 2, file=error.file, key=error.key, given=error.shown, allowed=error.allowed)
     except WuchtError as error:
         code = _say(str(error), 1)
     except (KeyboardInterrupt, typer.Abort):
@@ -96,7 +98,11 @@ def run_app() -> int:
     return code or 0
 
 
-def _say(sentence: str, code: int) -> int:
+def _say(sentence: str, code: int, **place: str) -> int:
+    """The sentence on stderr; with ``--json`` also as an object on stdout, so that a pipe reads it."""
     with suppress(OSError):  # no room there either: the exit code still says it
+        if "--json" in sys.argv[1:]:
+            where = {name: place.get(name) or None for name in ("file", "key", "given", "allowed")}
+            sys.stdout.write(json.dumps({"error": sentence} | where | {"exit_code": code}, indent=2, ensure_ascii=False) + "\n")
         sys.stderr.write(f"wucht: {sentence}\n")
     return code

@@ -12,18 +12,21 @@ from wucht.errors import InputError
 
 
 def export(
-    result: Annotated[Path, typer.Argument(help="A result.nc written by `wucht run`.")],
+    result: Annotated[Path, typer.Argument(help="A result.nc written by `wucht run`, or the folder that has it.")],
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default beside the result.")] = None,
+    csv: Annotated[bool, typer.Option("--csv", help="The variables of any result as CSV, with units.")] = False,
     import_: Imports = None,
 ) -> None:
-    """Write the files of a result for others: of a cam the points to mill, drawings and tables for controllers."""
-    from wucht.results.store import load
+    """Write the files of a result for others: of a cam the points to mill, drawings and tables for controllers; or as CSV."""
+    from wucht.results.series import save_csv
+    from wucht.results.store import load, prepare_folder, result_file
     from wucht.studies.runner import export as written
 
-    dataset = load(result)
+    dataset, file = load(result), result_file(result)
+    folder = out or file.parent
     try:
-        files = written(dataset, out or result.parent)
+        lines = list(map(str, save_csv(dataset, prepare_folder(folder)))) if csv else written(dataset, folder)
     except InputError as error:
-        raise error.within(str(result), ": ") from None
-    for line in files:
+        raise error if error.where == "-o" else error.in_file(file) from None
+    for line in lines:
         typer.echo(line)

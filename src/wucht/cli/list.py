@@ -1,36 +1,105 @@
-"""``wucht list``: what there is, a line each."""
+"""``wucht list``: what there is, a line each; of a study or part all its keys."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from wucht.cli.importing import Imports
+from wucht.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from wucht.keys import Key
+
+_WIDEST = 44  # of a column
 
 
-def list_all(import_: Imports = None) -> None:
-    """List parts, drives, models, laws and followers of cams, studies and the catalogue."""
-    from wucht.cams.tables.follower import FOLLOWERS
-    from wucht.cams.tables.kinds_of_law import LAWS
-    from wucht.cams.tables.linkage import LINKAGES
+def list_all(
+    name: Annotated[str | None, typer.Argument(help="A study, or a kind of part: list its keys.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the keys as one JSON object.")] = False,
+    import_: Imports = None,
+) -> None:
+    """List parts, drives, models, laws and followers of cams, studies and the catalogue; with a NAME, its keys."""
+    if as_json and name is None:
+        raise InputError("--json", None, "allowed only with the name of a study or part")
+    if name is not None:
+        _list_one(name, as_json)
+        return
     from wucht.files.catalogue import FOLDER, names
     from wucht.files.documents import read_toml
-    from wucht.machines.models import models
-    from wucht.machines.parts import bodies, carriers, drives, loads
     from wucht.studies.registry import studies
 
-    kinds: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
-    kinds |= {"dimensionless machines": models(), "laws of cams": LAWS, "followers": FOLLOWERS, "linkages": LINKAGES}
-    listed = {title: _first(of_kind) for title, of_kind in kinds.items()}
+    listed = {title: _first(of_kind) for title, of_kind in _kinds().items()}
     listed["studies"] = {kind: study.line for kind, study in studies().items()}
     listed["catalogue"] = {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}
     for title, entries in listed.items():
         typer.echo(f"{title}:")
         width = max(map(len, entries))
-        for name, line in entries.items():
-            typer.echo(f"  {name:{width}}  {line}")
+        for entry, line in entries.items():
+            typer.echo(f"  {entry:{width}}  {line}")
+
+
+def _kinds() -> dict[str, Mapping[str, type]]:
+    """All that a file can name, but for studies, by what it is."""
+    from wucht.cams.tables.follower import FOLLOWERS
+    from wucht.cams.tables.kinds_of_law import LAWS
+    from wucht.cams.tables.linkage import LINKAGES
+    from wucht.machines.models import models
+    from wucht.machines.parts import bodies, carriers, drives, loads
+
+    kinds: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
+    return kinds | {"dimensionless machines": models(), "laws of cams": LAWS, "followers": FOLLOWERS, "linkages": LINKAGES}
 
 
 def _first(kinds: Mapping[str, type]) -> dict[str, str]:
     return {name: (cls.__doc__ or "").strip().splitlines()[0] for name, cls in kinds.items()}
+
+
+_TABLES = {
+    "carriers": '[machine.carrier] directions = "{}"', "bodies": '[[machine.bodies]] kind = "{}"',
+    "drives": '[machine.drive] kind = "{}"', "loads": '[[machine.loads]] kind = "{}"',
+    "dimensionless machines": '[machine] model = "{}", keys of [machine.parameters]', "laws of cams": '[law] kind = "{}"',
+    "followers": '[follower] kind = "{}"', "linkages": '[linkage] kind = "{}"', "studies": '[study] kind = "{}"',
+}  # fmt: skip
+
+
+def _list_one(name: str, as_json: bool) -> None:
+    """All keys of what bears the name: several things may, as a table of a drive and of a load do."""
+    from inspect import getdoc
+
+    from wucht.keys import keys_of
+    from wucht.studies.registry import studies
+
+    known: dict[str, Mapping[str, Any]] = {**_kinds(), "studies": studies()}
+    found = {title: of_kind[name] for title, of_kind in known.items() if name in of_kind}
+    if not found:
+        raise InputError("NAME", name, f"neither a study nor a part; {nearest(name, {n for k in known.values() for n in k})}")
+    described = []
+    for title, one in found.items():
+        cls = one.spec if title == "studies" else one
+        described.append((_TABLES[title].format(name), getdoc(cls) or "", keys_of(cls)))
+    if as_json:
+        tables = [{"table": table, "description": text, "keys": [asdict(k) for k in keys]} for table, text, keys in described]
+        typer.echo(json.dumps({"name": name, "tables": tables}, indent=2, ensure_ascii=False))
+        return
+    for k, (table, text, keys) in enumerate(described):
+        typer.echo("\n" * bool(k) + f"{table}\n\n{text.replace('``', '')}\n")
+        _print_keys(keys)
+
+
+def _print_keys(keys: tuple[Key, ...]) -> None:
+    rows = [("key", "value", "unit", "default", "allowed", "")]
+    rows += [(k.name, k.type, k.unit or "", "needed" if k.needed else _default(k.default), k.allowed, k.what) for k in keys]
+    widths = [min(max(len(row[c]) for row in rows), _WIDEST) for c in range(5)]
+    for row in rows:
+        typer.echo("  " + "  ".join([*(cell.ljust(w) for cell, w in zip(row[:5], widths, strict=True)), row[5]]).rstrip())
+
+
+def _default(value: Any) -> str:
+    if value is None:
+        return ""
+    return value if isinstance(value, str) else json.dumps(value)

@@ -21,21 +21,23 @@ class Format(StrEnum):
 
 
 def plot(
-    result: Annotated[Path, typer.Argument(help="A result.nc written by `wucht run`.")],
+    result: Annotated[Path, typer.Argument(help="A result.nc written by `wucht run`, or the folder that has it.")],
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default beside the result.")] = None,
-    format_: Annotated[Format, typer.Option("--format", help="File format.")] = Format.PNG,
+    format_: Annotated[list[Format] | None, typer.Option("--format", help="File format, default png; repeatable.")] = None,
     import_: Imports = None,
 ) -> None:
     """Draw the figures of a result again."""
-    from wucht.results.store import load, prepare_folder, save_figure
+    from wucht.results.output_folder import note_figure
+    from wucht.results.store import load, prepare_folder, result_file, save_figure
     from wucht.studies.runner import draw
 
-    dataset = load(result)
-    folder = prepare_folder(out or result.parent)
-    target = folder / f"{dataset.attrs['study']}.{format_.value}"
+    dataset, file = load(result), result_file(result)
+    folder = prepare_folder(out or file.parent)
     try:
         figure = draw(dataset)
     except InputError as error:
-        raise error.within(str(result), ": ") from None
-    save_figure(figure, target)
-    typer.echo(str(target))
+        raise error.in_file(file) from None
+    for ending in dict.fromkeys(format_ or [Format.PNG]):
+        drawn = save_figure(figure, folder / f"{dataset.attrs['study']}.{ending.value}")
+        note_figure(drawn)
+        typer.echo(str(drawn))

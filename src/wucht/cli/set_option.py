@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from contextlib import suppress
 from typing import Any
 
 from wucht.errors import InputError
+
+_COMMA = re.compile(r",(?![^\[{]*[\]}])")  # not one within brackets
 
 
 def parse_settings(given: list[str]) -> dict[str, Any]:
@@ -19,6 +22,20 @@ def parse_settings(given: list[str]) -> dict[str, Any]:
             raise InputError("--set", item, "must be KEY=VALUE, such as drive.slope=0.02")
         settings[key.strip()] = _value(value.strip())
     return settings
+
+
+def parse_lists(given: list[str]) -> dict[str, list[Any]]:
+    """``["u=1,1.5", "drive.slope=0.02 N m s,0.03 N m s"]`` as a dictionary of lists. Raises ``InputError``."""
+    lists: dict[str, list[Any]] = {}
+    for item in given:
+        key, equals, values = item.partition("=")
+        texts = [text.strip() for text in _COMMA.split(values)]
+        if not equals or not key.strip() or not all(texts):
+            raise InputError("--vary", item, "must be KEY=VALUE,VALUE,..., such as drive.slope=0.02,0.03")
+        if key.strip() in lists:
+            raise InputError("--vary", item, f"{key.strip()} is varied already; give all of its values at once")
+        lists[key.strip()] = [_value(text) for text in texts]
+    return lists
 
 
 def _value(text: str) -> Any:

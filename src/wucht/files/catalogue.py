@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from wucht.checking import refuse_unknown, table, text
 from wucht.errors import InputError, nearest
 from wucht.files.building import machine_from
+from wucht.files.changed_title import changed_title
 from wucht.files.documents import Document, flatten, read_toml, refuse_bare_frequencies, settings_in
 from wucht.files.own_equations import OwnEquations, equations_from, with_values
 from wucht.files.settings import with_settings
@@ -26,6 +27,12 @@ def names() -> list[str]:
     return sorted(str(p.relative_to(FOLDER).with_suffix("")) for p in FOLDER.rglob("*.toml"))
 
 
+def short_name(path: Path) -> Path:
+    """What a file is called where it is not needed where it lies: its catalogue name, else its own without the ending."""
+    own = path.resolve()
+    return own.relative_to(FOLDER).with_suffix("") if own.is_relative_to(FOLDER) else Path(path.name.removesuffix(".toml"))
+
+
 def locate(name: str, beside: Path | None = None) -> Path:
     """The file of a catalogue name or a path (relative to ``beside``). Raises ``InputError`` with the nearest known name."""
     direct = Path(name) if beside is None else beside / name
@@ -36,11 +43,11 @@ def locate(name: str, beside: Path | None = None) -> Path:
         if name.removesuffix(".toml") in known:
             return FOLDER / f"{name.removesuffix('.toml')}.toml"
         if direct.exists():
-            raise InputError(str(direct), None, "this is no file; needed is a study file or a catalogue name")
+            raise InputError.of_file(direct, "this is no file; needed is a study file or a catalogue name")
     except (OSError, ValueError) as error:
         raise InputError(name, None, f"this cannot be the name of a file: {error}") from None
     if direct.suffix == ".toml":
-        raise InputError(str(direct), None, "there is no such file")
+        raise InputError.of_file(direct, "there is no such file")
     raise InputError(name, None, f"neither a file nor a catalogue name; {nearest(name, known)}")
 
 
@@ -53,15 +60,16 @@ def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path
         for key in ("title", "source", "notes"):
             text(document, key, "")
     except InputError as error:
-        raise error.within(str(path), ": ") from None
+        raise error.in_file(path) from None
     return document, path
 
 
-def used_table(document: Document, path: Path, key: str) -> Document:
-    """The table ``[machine]`` or ``[system]`` of a document with ``use`` resolved and ``set`` merged into one.
+def used_table(document: Document, path: Path, key: str) -> tuple[Document, Document]:
+    """The table ``[machine]`` or ``[system]`` of a document with ``use`` resolved, and what is set beyond its title.
 
-    Its title is its own, else that of its file, else that of what it uses; none where none of them has one. Raises
-    ``InputError``, which names the file if it is not this one.
+    Its title is its own, else that of its file, else that of what it uses; none where none of them has one. What tables set
+    up to that which has the title is merged into its ``set``; the rest, which the title does not know, is given beside it.
+    Raises ``InputError``, which names the file if it is not this one.
     """
     seen, settings, titles = [path.resolve()], list[Document](), list[Any]()
     used: Path | None = path
@@ -73,13 +81,27 @@ def used_table(document: Document, path: Path, key: str) -> Document:
             used = _used(described, path, key, seen) if "use" in described else None
             described = with_tables(described, path.parent) if key == "machine" and used is None else described
         except InputError as error:
-            raise error if len(seen) == 1 else error.within(str(path), ": ") from None
+            raise error if len(seen) == 1 else error.in_file(path) from None
         if used is not None:
             document, path = load_document(str(used))
             seen.append(path.resolve())
-    title = next(filter(None, titles), None)
-    merged = {name: value for level in reversed(settings) for name, value in level.items()}
-    return described | ({"title": title} if title else {}) | {"set": merged}
+    titled = next((k for k, title in enumerate(titles) if title), None)
+    title = {} if titled is None else {"title": titles[titled]}
+    return described | title | {"set": _merged(settings[titled:])}, _merged(settings[:titled] if titled else [])
+
+
+def _merged(settings: Sequence[Document]) -> Document:
+    """The settings of tables that use each other, the first of which counts most."""
+    return {name: value for level in reversed(settings) for name, value in level.items()}
+
+
+def _with_changes(described: Document, changes: Document, change: Callable[[Document, Document], Document]) -> Document:
+    """The table with values changed, and a title that says so. Raises ``InputError``."""
+    changed, differing = described, Document()
+    for path, value in changes.items():
+        before, changed = changed, change(changed, {path: value})
+        differing |= {path: value} if changed != before else {}
+    return changed | {"title": changed_title(str(described["title"]), differing)}
 
 
 def _used(described: Document, path: Path, key: str, seen: Sequence[Path]) -> Path:
@@ -99,18 +121,20 @@ def _used(described: Document, path: Path, key: str, seen: Sequence[Path]) -> Pa
 
 def described_machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[machine]`` as it is to be built: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
-    described = used_table(document, path, "machine")
+    described, changes = used_table(document, path, "machine")
     described.setdefault("title", Path(name).stem)
-    chosen = with_settings(described, settings_in(described) | flatten(settings))
+    described = with_settings(described, settings_in(described))
+    chosen = _with_changes(described, changes | flatten(settings), with_settings)
     refuse_bare_frequencies(chosen, "machine")
     return with_tables(chosen, path.parent)
 
 
 def described_equations(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[system]`` as it is to be read: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
-    described = used_table(document, path, "system")
+    described, changes = used_table(document, path, "system")
     described.setdefault("title", Path(name).stem)
-    return with_values(described, settings_in(described, "system") | flatten(settings))
+    described = with_values(described, settings_in(described, "system"))
+    return _with_changes(described, changes | flatten(settings), with_values)
 
 
 def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> OwnEquations:
@@ -172,4 +196,4 @@ def _loaded(name: str, build: Callable[[Document, Path], T]) -> T:
     try:
         return build(document, path)
     except InputError as error:
-        raise error.within(str(path), ": ") from None
+        raise error.in_file(path) from None

@@ -23,17 +23,15 @@ def read_text(path: Path, missing: str = "there is no such file", encoding: str 
     try:
         about = path.stat()
         if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):  # a device may never come to an end
-            raise InputError(str(path), None, "this is no file")
+            raise InputError.of_file(path, "this is no file")
         if about.st_size > LARGEST:
-            raise InputError(
-                str(path), None, f"the file has {about.st_size / 1e9:.3g} GB; at most {LARGEST / 1e9:g} GB are read"
-            )
+            raise InputError.of_file(path, f"the file has {about.st_size / 1e9:.3g} GB; at most {LARGEST / 1e9:g} GB are read")
         return path.read_text(encoding=encoding)
     except FileNotFoundError:
-        raise InputError(str(path), None, missing) from None
+        raise InputError.of_file(path, missing) from None
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text; save it as UTF-8"
-        raise InputError(str(path), None, f"the file cannot be read: {reason}") from None
+        raise InputError.of_file(path, f"the file cannot be read: {reason}") from None
 
 
 def contents_of(path: Path) -> str:
@@ -50,14 +48,14 @@ def contents_of(path: Path) -> str:
 def read_toml(path: Path) -> Document:
     """The document in a TOML file. Raises ``InputError`` for an unreadable file or one that is no TOML."""
     if path.is_dir():
-        raise InputError(str(path), None, "this is a folder; a study file is needed")
+        raise InputError.of_file(path, "this is a folder; a study file is needed")
     text = read_text(path)
     try:
         return tomllib.loads(text)
     except ValueError as error:  # TOMLDecodeError among others, such as integers of thousands of digits
-        raise InputError(str(path), None, f"the file is no valid TOML: {str(error).splitlines()[0]}") from None
+        raise InputError.of_file(path, f"the file is no valid TOML: {str(error).splitlines()[0]}") from None
     except RecursionError:
-        raise InputError(str(path), None, "the file is no valid TOML: it is nested too deeply") from None
+        raise InputError.of_file(path, "the file is no valid TOML: it is nested too deeply") from None
 
 
 def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

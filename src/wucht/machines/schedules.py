@@ -47,6 +47,11 @@ class Schedule:
         """The value over time."""
         return PiecewiseCubic(TIME, self.pieces)
 
+    def holds_since(self, time: float) -> float:
+        """The time of the point whose value there is at a time before the first or after the last; between them the time."""
+        first, *_, last = (*self.pieces.breakpoints[:1], *self.pieces.breakpoints)
+        return min(max(time, first), last)
+
 
 def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequence[Part], time: str) -> tuple[Schedule, ...]:
     """The schedules of a machine, from tables with the keys ``parameter``, ``points``, ``interpolation``, or those of another.
@@ -66,7 +71,7 @@ def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequen
                 raise InputError(f"schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
             schedules[schedule.parameter], table_of[schedule.parameter] = schedule, i
     for at in sorted({t for s in schedules.values() for t in s.pieces.breakpoints}):
-        places = {path: f"schedules[{i}].points (t = {at:g})" for path, i in table_of.items()}
+        places = {path: f"schedules[{i}].points (t = {schedules[path].holds_since(at):g})" for path, i in table_of.items()}
         check_values(parts, {path: float(s.pieces(at)) for path, s in schedules.items()}, places)
     return tuple(schedules.values())
 

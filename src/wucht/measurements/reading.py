@@ -28,7 +28,7 @@ def read_recording(path: Path) -> Recording:
     """
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
-        raise InputError(str(path), None, f"a record must end in one of {', '.join(_READERS)}; this ends in {path.suffix!r}")
+        raise InputError.of_file(path, f"a record must end in one of {', '.join(_READERS)}; this ends in {path.suffix!r}")
     if not path.is_file():
-        raise InputError(str(path), None, "this is a folder; a file is needed" if path.is_dir() else "there is no such file")
+        raise InputError.of_file(path, "this is a folder; a file is needed" if path.is_dir() else "there is no such file")
     return reader(path)

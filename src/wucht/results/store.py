@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+RESULT = "result.nc"  # in an output folder
 _ABANDONED_S = 3600.0  # a file that was not moved to its place for so long is one of a process that was killed
 
 
@@ -83,19 +84,25 @@ def replacing(path: Path, write: Callable[[Path], object]) -> Path:
     return path
 
 
+def result_file(path: Path) -> Path:
+    """The file of a result: the path itself, or that in an output folder."""
+    return path / RESULT if path.is_dir() else path
+
+
 def load(path: Path) -> xr.Dataset:
-    """Read a Dataset. Raises ``InputError`` if the file is none of ours."""
+    """Read a Dataset: of a file, or of the output folder that has it. Raises ``InputError`` if the file is none of ours."""
     import xarray as xr_
 
+    path = result_file(path)
     if not path.is_file():
-        raise InputError(str(path), None, "there is no such file")
+        raise InputError.of_file(path, "there is no such file")
     try:
         result = xr_.load_dataset(path, engine="h5netcdf")
     except Exception as error:
         # The readers beneath raise whatever a damaged file makes them stumble over; to the user it is one thing.
-        raise InputError(str(path), None, f"this is no NetCDF file that can be read: {str(error).splitlines()[0]}") from None
+        raise InputError.of_file(path, f"this is no NetCDF file that can be read: {str(error).splitlines()[0]}") from None
     if "study" not in result.attrs:
-        raise InputError(str(path), None, "this file was not written by wucht: it names no study")
+        raise InputError.of_file(path, "this file was not written by wucht: it names no study")
     return result
 
 

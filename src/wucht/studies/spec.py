@@ -24,6 +24,8 @@ class Spec(Described):
     choice: setting one from the command line replaces the others. horizon: keys that only say how far the study goes.
     meaning: keys that mean something else in each study, so that a file written for another study does not answer them.
     tiled: whether the study has independent units of work (``Work.units``), which can be computed by several machines.
+    curves, headline: what is looked at first where several results are compared: variables of the result, x and y of each
+    curve, and numbers of its summary, those in tables by path.
     """
 
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE"
@@ -31,6 +33,8 @@ class Spec(Described):
     horizon: ClassVar[tuple[str, ...]] = ()
     meaning: ClassVar[tuple[str, ...]] = ("range", "along", "values", "rate", "points")
     tiled: ClassVar[bool] = False
+    curves: ClassVar[tuple[tuple[str, str], ...]] = ()
+    headline: ClassVar[tuple[str, ...]] = ()
 
     _written: dict[str, Any] = PrivateAttr(default_factory=dict)
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wucht.checking import table
 from wucht.errors import InputError
-from wucht.files.catalogue import load_document
+from wucht.files.catalogue import load_document, short_name
 from wucht.files.documents import Document, flatten
 from wucht.studies.registry import asked_study, studies
 from wucht.studies.runner import run
@@ -20,15 +20,27 @@ from wucht.studies.work import Report
 if TYPE_CHECKING:
     import xarray as xr
 
+_BY_DEFAULT = {"kind": "run-up"}  # what is asked of a file without a table [study]
+
 
 @dataclass(frozen=True)
 class StudyFile:
-    """A study file read: the question, its subject, and the whole input as written."""
+    """A study file read: the question, its subject, and the whole input as written.
+
+    other: whether another kind of study is asked than the file itself asks.
+    """
 
     path: Path
     spec: Spec
     subject: Any
     document: Document
+    other: bool
+
+    @property
+    def name(self) -> Path:
+        """By which its result is kept: the catalogue or file name, and below it a kind of study that is not the file's."""
+        own = short_name(self.path)
+        return own / self.spec.kind if self.other else own
 
 
 def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFile:
@@ -38,16 +50,30 @@ def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFil
     Raises ``InputError``: file, key, what was given, what is allowed.
     """
     document, path = load_document(name)
-    own = flatten(settings or {})
     dropped: list[str] = []
-    of_subject = {k: v for k, v in own.items() if not k.startswith("study.")}
     try:
-        asked, dropped = _asked(document, own)
-        spec = asked_study(asked).spec
-        subject, described = subject_of(spec).read(document, path, name, of_subject)
-        return StudyFile(path, spec.read(asked), subject, {"study": asked, **described})
+        return _read(document, path, name, flatten(settings or {}), dropped)
     except InputError as error:
-        raise _with_dropped(error, dropped).within(str(path), ": ") from None
+        raise _with_dropped(error, dropped).in_file(path) from None
+
+
+def read_comparison(
+    of: Sequence[str], settings: Mapping[str, Any] | None = None, vary: Mapping[str, Sequence[Any]] | None = None
+) -> StudyFile:
+    """The question that sets some studies side by side, without a file of its own: see ``compare``. Raises ``InputError``."""
+    asked = {"kind": "comparison", "of": list(of), "set": dict(settings or {}), "vary": dict(vary or {})}
+    return _read({"study": asked}, Path("comparison"), "comparison", {}, [])
+
+
+def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any], dropped: list[str]) -> StudyFile:
+    """What a document asks. dropped: takes the keys that are left out, which were written for another kind of study."""
+    asked, left_out = _asked(document, settings)
+    dropped += left_out
+    spec = asked_study(asked).spec
+    of_subject = {k: v for k, v in settings.items() if not k.startswith("study.")}
+    subject, described = subject_of(spec).read(document | {"study": asked}, path, name, of_subject)
+    other = asked["kind"] != document.get("study", _BY_DEFAULT).get("kind")
+    return StudyFile(path, spec.read(asked), subject, {"study": asked, **described}, other)
 
 
 def run_file(
@@ -86,13 +112,52 @@ def run_file(
     return answer(read_study(str(name), settings), folder=folder, resume=resume, progress=progress, scheduler=scheduler)
 
 
+def compare(
+    of: Sequence[str | Path],
+    settings: Mapping[str, Any] | None = None,
+    vary: Mapping[str, Sequence[Any]] | None = None,
+    *,
+    folder: Path | None = None,
+    resume: bool = False,
+    progress: Report | None = None,
+) -> xr.Dataset:
+    """Set several machines or variants side by side: each one's study, in one result.
+
+    Parameters
+    ----------
+    of : paths of study files, catalogue names, and folders of results
+    settings : mapping, optional
+        Values by path, set in all of them; those of their question begin with ``study.``.
+    vary : mapping, optional
+        Lists of values of one or two paths: every combination is a variant of each file.
+    folder, resume, progress : see ``run``
+
+    Returns
+    -------
+    xarray.Dataset
+        With the dimension ``variant``: the numbers of the summaries, outcomes and failures; and curves.
+
+    Raises
+    ------
+    InputError
+        File, key, what was given, what is allowed; where it holds for all variants of a file.
+
+    Examples
+    --------
+    >>> compare(["drozdetskaya-2020/r1"], {"study.until": 6.0}, {"drive.slope": [0.0195, 0.039]}).outcome.values.tolist()
+    ['captured-modulated', 'captured-modulated']
+    """
+    asked = read_comparison([str(one) for one in of], settings, vary)
+    return answer(asked, folder=folder, resume=resume, progress=progress)
+
+
 def answer(asked: StudyFile, **options: Any) -> xr.Dataset:
     """Answer a study file that was read: ``run`` with its options, whose errors name the file."""
     try:
         return run(asked.spec, asked.subject, document=asked.document, **options)
     except InputError as error:
         option = error.where.startswith("-")  # -o, --resume, --scheduler: the file is not at fault
-        raise error if option else error.within(str(asked.path), ": ") from None
+        raise error if option else error.in_file(asked.path) from None
 
 
 def _with_dropped(error: InputError, dropped: list[str]) -> InputError:
@@ -108,7 +173,7 @@ def _asked(document: Document, settings: Mapping[str, Any]) -> tuple[Document, l
 
     Of a file written for another kind only what this kind knows too.
     """
-    asked = dict(table(document, "study", "study")) if "study" in document else {"kind": "run-up"}
+    asked = dict(table(document, "study", "study")) if "study" in document else dict(_BY_DEFAULT)
     kind, known = settings.get("study.kind", asked.get("kind")), studies()
     written = asked
     spec = known[kind].spec if isinstance(kind, str) and kind in known else Spec

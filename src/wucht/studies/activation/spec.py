@@ -37,6 +37,7 @@ class Activation(Spec):
     """
 
     kind: ClassVar[str] = "activation"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("curve_speed", "curve_amplitude"),)
 
     until: float = si("s", "time", gt=0)
     orientations: Several = si("rad", "orientation", default=_ORIENTATIONS)

@@ -34,6 +34,8 @@ class Approximation(Spec):
     """
 
     kind: ClassVar[str] = "approximation"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed_deviation"), ("value", "amplitude_deviation"))
+    headline: ClassVar[tuple[str, ...]] = ("order_of_error",)
 
     along: Annotated[tuple[str, ...], BeforeValidator(_paths), WithJsonSchema(_PATHS)] = Field(
         (), description="path of a parameter, or of several"

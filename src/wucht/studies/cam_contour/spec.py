@@ -78,6 +78,8 @@ class CamContour(Spec):
 
     kind: ClassVar[str] = "cam-contour"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "curvature"), ("cam_angle", "pressure_angle"))
+    headline: ClassVar[tuple[str, ...]] = ("min_curvature_radius", "max_pressure_angle", "base_radius", "largest_radius")
 
     points: Whole = Field(720, ge=16, le=1_000_000, description="number of cam angles")
     chord_tolerance: float = si("m", "chord tolerance", default=1e-6, gt=0)

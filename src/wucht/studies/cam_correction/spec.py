@@ -42,6 +42,8 @@ class CamCorrection(Spec):
 
     kind: ClassVar[str] = "cam-correction"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "moved"), ("cam_angle", "pressure_angle"))
+    headline: ClassVar[tuple[str, ...]] = ("min_curvature_radius", "max_pressure_angle")
 
     points: Whole = Field(1440, ge=36, le=20_000, description="number of cam angles")
     orders: Count | None = Field(None, description="number of orders shown")

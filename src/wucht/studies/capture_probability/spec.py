@@ -79,6 +79,7 @@ class CaptureProbability(EnsembleSpec):
 
     kind: ClassVar[str] = "capture-probability"
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "at")
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("parameter", "estimate"),)
 
     along: common.Path
     range: common.Pair

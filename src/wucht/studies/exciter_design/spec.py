@@ -94,6 +94,8 @@ class ExciterDesign(common.Spec):
     kind: ClassVar[str] = "exciter-design"
     subject: ClassVar[str] = "wucht.studies.exciter_design.exciter_subject:MACHINE_IN_FOLDER"
     meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "target", "vary", "signal")
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("share", "amplitude_full"),)
+    headline: ClassVar[tuple[str, ...]] = ("distance",)
 
     target: Annotated[Target, BeforeValidator(_target)] = Field(description="spectrum that is wanted")
     vary: Vary

@@ -79,6 +79,7 @@ class FailureDetection(Spec):
     """
 
     kind: ClassVar[str] = "failure-detection"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("reading_time", "speed"), ("alarm_time", "seen"))
 
     until: float = si("s", "time", gt=0)
     start: Start = Field(default_factory=dict)

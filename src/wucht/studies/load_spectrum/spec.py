@@ -91,6 +91,8 @@ class LoadSpectrum(SingleRun):
     kind: ClassVar[str] = "load-spectrum"
     subject: ClassVar[str] = "wucht.studies.load_spectrum.machine_or_records:MACHINE_OR_RECORDS"
     meaning: ClassVar[tuple[str, ...]] = (*SingleRun.meaning, "signal")
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("cumulative", "range"),)
+    headline: ClassVar[tuple[str, ...]] = ("cycles", "damage")
 
     signal: Annotated[MachineSignalName | Record, BeforeValidator(_signal)] = Field("displacement", description="signal")
     direction: Literal["x", "y", "r"] | None = Field(None, description="direction of the signal")

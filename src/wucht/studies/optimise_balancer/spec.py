@@ -68,6 +68,7 @@ class OptimiseBalancer(EnsembleSpec):
 
     kind: ClassVar[str] = "optimise-balancer"
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "vary", "objectives")
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("damping", "settling_time"),)
 
     vary: Vary
     objectives: Objectives | None = None

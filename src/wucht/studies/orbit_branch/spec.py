@@ -33,6 +33,7 @@ class OrbitBranch(Spec):
     kind: ClassVar[str] = "orbit-branch"
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "at", "show", "ranges", "together", "until", "longest", "switch")
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "period"), ("value", "mean_speed"))
 
     along: Path
     range: Pair

@@ -21,6 +21,8 @@ class Response(Spec):
     """
 
     kind: ClassVar[str] = "response"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("speed", "amplitude"), ("speed", "required_torque"))
+    headline: ClassVar[tuple[str, ...]] = ("peak_amplitude", "peak_torque")
 
     range: Interval | None = si("rad/s", "speed", default=None)
     points: Whole = Field(600, ge=2, le=100_000, description="number of speeds")

@@ -73,6 +73,14 @@ class RunUp(SingleRun):
     """
 
     kind: ClassVar[str] = "run-up"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("time", "amplitude"))
+    headline: ClassVar[tuple[str, ...]] = (
+        "final_speed",
+        "final_amplitude",
+        "peak_amplitude",
+        "final_residual_unbalance",
+        "settling_time",
+    )
 
     starts: common.Starts = ()
     along: common.Path | None = None

@@ -87,7 +87,8 @@ def _vibration(machine: Machine, row: Rows, time: np.ndarray, largest: float) ->
     displacement, velocity = _motion(machine.carrier, row, time)
     force, peaks = np.array([row[f"bearing_force_{d}"] for d in machine.labels]).reshape(displacement.shape), orbit.peaks
     natural = natural_frequencies(machine.at(float(time[-1])))
-    amplitude = _envelope(time, peaks, row[machine.rotor.coordinate.velocity.name], natural, machine.shaking_frequency)
+    before = 0.0 if orbit.begins_at_rest else None
+    amplitude = _envelope(time, peaks, row[machine.rotor.coordinate.velocity.name], natural, machine.shaking_frequency, before)
     per_time = f"{units.length}/{units.time}" if units.time else ""
     return {
         "displacement": variable("direction time", displacement, "displacement of the carrier (r: rad)", units.length),
@@ -100,18 +101,23 @@ def _vibration(machine: Machine, row: Rows, time: np.ndarray, largest: float) ->
 
 
 def _envelope(
-    time: np.ndarray, peaks: np.ndarray, speed: np.ndarray, natural: Mapping[str, float], shaken: float | None
+    time: np.ndarray,
+    peaks: np.ndarray,
+    speed: np.ndarray,
+    natural: Mapping[str, float],
+    shaken: float | None,
+    before: float | None,
 ) -> np.ndarray:
     """The amplitude (N,): the line through the peaks of the axis' distance from where it rests.
 
     A valley counts as part of the orbit if it is shorter than half a turn, or half a free vibration while the rotor is slower
-    than that; or half a period of a prescribed vibration.
+    than that; or half a period of a prescribed vibration. before: what the distance was before the run, if that is known.
     """
     if not peaks.any():
         return peaks
     rate = np.maximum(np.abs(speed), min((f for f in natural.values() if f > 0), default=0.0))
     rate = rate if shaken is None else np.minimum(rate, abs(shaken))
-    return envelope(time, peaks, np.divide(math.pi, rate, out=np.zeros_like(rate), where=rate > 0))
+    return envelope(time, peaks, np.divide(math.pi, rate, out=np.zeros_like(rate), where=rate > 0), before)
 
 
 def _residual(machine: Machine, row: Rows, angle: Mapping[str, np.ndarray], end: float) -> np.ndarray:

@@ -58,6 +58,7 @@ class SpeedCurve(Spec):
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("second_values", "second_range"),)
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "second", "second_range", "second_values", "show", "ranges")
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
 
     along: Path
     range: Pair

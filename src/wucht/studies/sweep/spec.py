@@ -21,6 +21,8 @@ class Sweep(Spec):
     """
 
     kind: ClassVar[str] = "sweep"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
+    headline: ClassVar[tuple[str, ...]] = ("peak_amplitude",)
 
     along: Path
     range: Pair

@@ -20,6 +20,8 @@ class TorqueBalance(Spec):
     """
 
     kind: ClassVar[str] = "torque-balance"
+    curves: ClassVar[tuple[tuple[str, str], ...]] = (("speed", "drive_torque"), ("speed", "surplus_torque"))
+    headline: ClassVar[tuple[str, ...]] = ("free_speed",)
 
     range: Interval | None = si("rad/s", "speed", default=None)
     on: str | None = Field(None, description="rotor")

@@ -1,0 +1,48 @@
+"""``wucht compare``: several machines or variants side by side, in one result."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from wucht.cli.importing import Imports
+
+if TYPE_CHECKING:
+    from wucht.studies.study_file import StudyFile
+
+_LONGEST = 80  # letters of a folder's name
+
+
+def compare(
+    of: Annotated[list[str], typer.Argument(metavar="STUDY...", help="Study files, catalogue names, folders of results.")],
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter in all of them; repeatable.")
+    ] = None,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option("--vary", metavar="KEY=A,B,...", help="A variant for each value; twice: for each pair of values."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default results/compare/NAMES.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
+    csv: Annotated[bool, typer.Option("--csv", help="Write the table and the curves as CSV too, with units.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run found in the output folder.")] = False,
+    import_: Imports = None,
+) -> None:
+    """Set several machines, variants or results side by side: a table of their summaries, and one figure."""
+    from wucht.cli.run import tell
+
+    def read() -> StudyFile:
+        from wucht.cli.set_option import parse_lists, parse_settings
+        from wucht.studies.study_file import read_comparison
+
+        return read_comparison(of, parse_settings(set_ or []), parse_lists(vary or []))
+
+    tell("comparison", read, out or _folder([*of, *(v.partition("=")[0] for v in vary or [])]), as_json, csv, resume)
+
+
+def _folder(names: list[str]) -> Path:
+    words = [re.sub(r"[^\w.-]+", "-", name.removesuffix(".toml")).strip("-.") for name in names]
+    return Path("results") / "compare" / ("+".join(filter(None, words))[:_LONGEST] or "all")

@@ -1,0 +1,82 @@
+"""The question of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import product
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator, Field
+
+from wucht.errors import InputError
+from wucht.studies import spec as common
+
+MOST_VARIED, MOST_VARIANTS = 2, 500
+
+
+def _sources(given: Any) -> Any:
+    texts = isinstance(given, list | tuple) and given and all(isinstance(g, str) and g.strip() for g in given)
+    if not texts:
+        raise ValueError('must be a list of study files, catalogue names and folders of results: of = ["A", "B"]')
+    return tuple(given)
+
+
+def _table(given: Any) -> Any:
+    if not isinstance(given, Mapping):
+        raise ValueError("must be a table: set = { PATH = VALUE, ... }")
+    return _flat(given)
+
+
+def _lists(given: Any) -> Any:
+    if not isinstance(given, Mapping):
+        raise ValueError("must be a table of lists: vary = { PATH = [VALUE, ...], ... }")
+    table = _flat(given)
+    for path, values in table.items():
+        if not isinstance(values, list | tuple) or not values:
+            raise InputError(f"study.vary.{path}", values, "must be a list of values")
+    if len(table) > MOST_VARIED:
+        raise InputError("study.vary", sorted(table), f"at most {MOST_VARIED} parameters are varied at once")
+    return {path: tuple(values) for path, values in table.items()}
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """By path: TOML reads ``b1.damping = 3`` as a table within a table."""
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {prefix + key: value}
+    return flat
+
+
+class Comparison(common.Spec):
+    """Set machines or variants of one side by side: each one's study, in one result.
+
+    of: study files, catalogue names, and folders of results that are there already. set: keys that are set in all of them, by
+    path; those of their question begin with ``study.``. vary: values of one or two keys, of which every combination is a
+    variant of each file.
+    """
+
+    kind: ClassVar[str] = "comparison"
+    subject: ClassVar[str] = "wucht.studies.comparison.variants:VARIANTS"
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
+
+    of: Annotated[tuple[str, ...], BeforeValidator(_sources), Field(description="what is compared")]
+    set: Annotated[dict[str, Any], BeforeValidator(_table)] = Field(
+        default_factory=dict, description="what is set in all of them"
+    )
+    vary: Annotated[dict[str, tuple[Any, ...]], BeforeValidator(_lists)] = Field(
+        default_factory=dict, description="values of keys that are varied"
+    )
+
+    def check(self) -> None:
+        """At least two variants, and not more than can be looked at."""
+        count = len(self.of) * len(self.combinations)
+        if not 2 <= count <= MOST_VARIANTS:
+            allowed = f"there must be 2 to {MOST_VARIANTS} variants, files times values; these are {count}"
+            raise InputError("study.vary" if self.vary else "study.of", None, allowed)
+        if both := sorted(set(self.vary) & set(self.set)):
+            raise InputError(f"study.vary.{both[0]}", None, "this key is in set too; give it once")
+
+    @property
+    def combinations(self) -> tuple[dict[str, Any], ...]:
+        """What is set in the variants of a file, the last key changing fastest."""
+        return tuple(dict(zip(self.vary, values, strict=True)) for values in product(*self.vary.values()))

@@ -1,0 +1,97 @@
+"""``wucht compare``: its table, JSON, CSV and figure, and bad input."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from wucht.cli.set_option import parse_lists
+from wucht.errors import InputError
+
+Command = Callable[..., Any]
+Study = Callable[..., Path]
+Refused = Callable[..., str]
+SHORT = ("--set", "study.until=0.02 s")
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_table_figure_and_files(wucht: Command, study: Study) -> None:
+    study(name="a.toml")
+    study('"9 kg"', '"11 kg"', name="b.toml")
+    done = wucht("compare", "a.toml", "b.toml", "--vary", "drive.slope=0.03,0.05", *SHORT, "--csv")
+    assert done.code == 0, done.err
+    folder = Path("results/compare/a+b+drive.slope")
+    title, verdict, header, *lines, _files = done.out.splitlines()
+    assert title == "Comparison of a, b over drive.slope"
+    assert verdict == "verdict: 4 variants: 4 unidentified"
+    assert header.split()[:3] == ["outcome", "final_speed", "(rad/s)"]
+    assert [line.split("  ")[1] for line in lines] == [f"{n}; drive.slope = {v}" for n in "ab" for v in ("0.03", "0.05")]
+    with (folder / "comparison-variant.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["variant"], row["drive.slope [N m s]"]) for row in rows] == [
+        (f"{n}; drive.slope = {v}", v) for n in "ab" for v in ("0.03", "0.05")
+    ]
+    assert f"{float(rows[2]['final_speed [rad/s]']):.5g}" in lines[2]
+    assert {p.name for p in folder.iterdir()} == {
+        "result.nc", "comparison.png", "summary.json", *(f"comparison-{n}.csv" for n in ("variant", "sample_1", "sample_2")),
+    }  # fmt: skip
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_one_json_object(wucht: Command, study: Study) -> None:
+    words = ("compare", study(), "--vary", "drive.slope=0.03 N m s,-1", *SHORT, "-o", "out", "--json")
+    done = wucht(*words)
+    assert done.code == 0, "one of them has an answer"
+    first, second = done.document["summary"]["variants"]
+    assert first["varied"] == {"drive.slope": 0.03}
+    assert first["summary"]["final_speed"] > 0
+    assert second["failure"].startswith("study.toml: machine.drive.slope: given -1")
+    assert wucht(*words, "--resume").document["summary"] == done.document["summary"]
+
+
+WRONG = {
+    "one alone": (("study.toml",), ("study.of", "2 to 500 variants")),
+    "no such study": (("study.toml", "nothing"), ("nothing", "catalogue name")),
+    "no such file": (("study.toml", "nothing.toml"), ("nothing.toml", "no such file")),
+    "no such key": (("study.toml", "--vary", "drive.slop=1,2"), ("study.toml: machine.drive.slop", "did you mean")),
+    "no values": (("study.toml", "--vary", "drive.slope"), ("--vary", "KEY=VALUE,VALUE")),
+    "an empty value": (("study.toml", "--vary", "drive.slope=1,,2"), ("--vary", "KEY=VALUE,VALUE")),
+    "three keys": (("study.toml", "--vary", "a=1,2", "--vary", "b=1,2", "--vary", "c=1,2"), ("study.vary", "at most 2")),
+    "twice": (("study.toml", "--vary", "a=1", "--vary", "a=2"), ("--vary", "varied already")),
+    "set too": (("study.toml", "--vary", "u=1,2", "--set", "u=3"), ("study.vary.u", "in set too")),
+    "not allowed": (("study.toml", "--vary", "drum.mass=-1,-2"), ("study.toml: machine.bodies[0] (drum).mass",)),
+    "too many": (("study.toml", "--vary", f"u={','.join(map(str, range(501)))}"), ("study.vary", "these are 501")),
+    "a result": (("done", "study.toml", "--set", "drum.mass=10"), ("study.of", "this is a result")),
+    "a wrong result": (("study.toml", "study.nc"), ("study.nc", "no such file")),
+}
+
+
+@pytest.mark.parametrize(("words", "says"), WRONG.values(), ids=WRONG.keys())
+def test_bad_input(refused: Refused, study: Study, words: tuple[str, ...], says: tuple[str, ...]) -> None:
+    study()
+    Path("done").mkdir()
+    Path("done/result.nc").write_text("")
+    refused("compare", *words, "-o", "out", says=says)
+    assert not Path("out").exists()
+
+
+def test_a_comparison_of_comparisons(refused: Refused, wucht: Command, study: Study) -> None:
+    assert wucht("new", "comparison").code == 0
+    refused("compare", "comparison.toml", study(), says=("study.of", "a comparison itself"))
+    refused("run", "comparison.toml", "--set", "study.of=[]", says=("comparison.toml: study.of", "list of study files"))
+    refused("run", "comparison.toml", "--set", "study.vary=3", says=("comparison.toml: study.vary", "table of lists"))
+    refused("run", "comparison.toml", "--set", "study.vary.u=3", says=("comparison.toml: study.vary.u", "list of values"))
+
+
+def test_values_of_one_key() -> None:
+    given = ["u=1, 1.5", "carrier.stiffness=[1e5, 2e5],[3e5, 4e5]", "study.model=full,slow", "a=1 N m s,2 N m s"]
+    assert parse_lists(given) == {
+        "u": [1.0, 1.5], "carrier.stiffness": [[1e5, 2e5], [3e5, 4e5]], "study.model": ["full", "slow"],
+        "a": ["1 N m s", "2 N m s"],
+    }  # fmt: skip
+    with pytest.raises(InputError, match="KEY=VALUE"):
+        parse_lists(["=1,2"])

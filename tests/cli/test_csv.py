@@ -1,0 +1,69 @@
+"""``--csv`` of every study, and ``wucht export --csv`` of what is stored."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.measurements.reading import read_recording
+from wucht.studies.registry import studies
+
+Command = Callable[..., Any]
+Study = Callable[..., Path]
+QUICK = ("cam-law", "torque-balance", "response")
+
+
+def columns(path: Path) -> dict[str, list[str]]:
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *lines = csv.reader(file)
+    assert len(set(header)) == len(header)
+    assert all(len(line) == len(header) for line in lines)
+    return {name: [line[k] for line in lines] for k, name in enumerate(header)}
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_the_files_stand_beside_the_result(wucht: Command, study: Study) -> None:
+    import xarray as xr
+
+    done = wucht("run", study('"0.5 s"', '"0.05 s"'), "-o", "out", "--csv", "--json").document
+    assert [Path(f).name for f in done["files"][3:]] == ["run-up-time.csv", "run-up-numbers.csv"]
+    table, stored = columns(Path("out/run-up-time.csv")), xr.load_dataset("out/result.nc", engine="h5netcdf")
+    assert np.array_equal(np.array(table["speed p1 [rad/s]"], float), stored.speed.sel(body="p1").values)
+    assert np.array_equal(np.array(table["time [s]"], float), stored.time.values)
+    wucht("export", "out", "--csv", "-o", "again")
+    assert {p.name: p.read_bytes() for p in Path("again").iterdir()} == {
+        p.name: p.read_bytes() for p in Path("out").glob("*.csv")
+    }
+    read = read_recording(Path("out/run-up-time.csv")).channel("speed drum")
+    assert np.array_equal(read.values, stored.speed.sel(body="drum").values)
+    assert "phase drum [rad]" not in table, "the drum turns about no other body"
+
+
+@pytest.mark.usefixtures("unpainted")
+@pytest.mark.parametrize(
+    "kind", [pytest.param(k, marks=() if k in QUICK else pytest.mark.slow) for k in studies() if k != "compare"]
+)
+def test_every_study_has_them(wucht: Command, kind: str) -> None:
+    import xarray as xr
+
+    assert wucht("new", kind).code == 0
+    done = wucht("run", f"{kind}.toml", "-o", "out", "--csv", "--json")
+    assert done.code == 0, done.err
+    tables = [columns(path) for path in Path("out").glob("*.csv")]
+    stored = xr.load_dataset("out/result.nc", engine="h5netcdf")
+    there = {name.split(" ")[0] for table in tables for name in table} | {n for t in tables for n in t.get("name", ())}
+    assert {str(n) for n in stored.data_vars} <= there
+
+
+def test_bad_input(wucht: Command, refused: Callable[..., str], study: Study) -> None:
+    refused("export", "nowhere", "--csv", says=("nowhere", "no such file"))
+    Path("empty").mkdir()
+    refused("export", "empty", "--csv", says=("empty/result.nc", "no such file"))
+    wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json")
+    refused("export", "out", "--csv", "-o", "study.toml", says=("-o", "study.toml"))
+    refused("export", "out", says=("out/result.nc: run-up", "no files for others"))

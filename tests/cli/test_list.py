@@ -1,0 +1,36 @@
+"""``wucht list NAME``: the keys of a study or part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+Command = Callable[..., Any]
+Refused = Callable[..., str]
+
+
+def test_keys_with_units_defaults_and_limits(wucht: Command) -> None:
+    lines = wucht("list", "pendulum").out.splitlines()
+    assert lines[0] == '[[machine.bodies]] kind = "pendulum"'
+    rows = {line.split()[0]: line.split() for line in lines if line.startswith("  ")}
+    assert rows["mass"] == ["mass", "number", "kg", "needed", ">", "0", "mass"]
+    assert rows["damping"] == ["damping", "number", "N", "m", "s", "0.0", ">=", "0", "damping"]
+    assert wucht("list", "run-up").out.startswith('[study] kind = "run-up"')
+
+
+def test_several_things_of_one_name(wucht: Command) -> None:
+    said = wucht("list", "table").out
+    assert [f"[{t}] kind" in said for t in ("machine.drive", "[machine.loads]", "law")] == [True] * 3
+
+
+def test_as_json(wucht: Command) -> None:
+    document = wucht("list", "rotor", "--json").document
+    (table,) = document["tables"]
+    mass = next(key for key in table["keys"] if key["name"] == "mass")
+    assert (document["name"], mass["unit"], mass["needed"], mass["type"]) == ("rotor", "kg", True, "number")
+
+
+def test_bad_names(refused: Refused) -> None:
+    refused("list", "rotar", says=("NAME", "did you mean 'rotor'?"))
+    refused("list", "practice/screen", says=("NAME", "neither a study nor a part"))
+    refused("list", "--json", says=("--json", "only with the name"))

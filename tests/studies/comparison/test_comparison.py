@@ -1,0 +1,161 @@
+"""Comparisons: the numbers are those of each study alone, what fails stands beside what does not, and resuming."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import wucht as package
+from wucht.errors import InputError
+from wucht.results.conventions import variable
+from wucht.results.summary_units import unit_of_number
+from wucht.studies.comparison import run as comparison_run
+from wucht.studies.comparison.compared import compared
+from wucht.studies.comparison.variants import Variant
+from wucht.studies.registry import studies
+
+Study = Callable[..., Path]
+SHORT = {"study.until": "0.02 s"}
+SLOPES = ["0.03 N m s", "0.05 N m s"]
+
+
+def test_each_variant_is_what_its_study_says_alone(study: Study) -> None:
+    """Over a grid of two keys, the last one fastest: numbers, curves, and the values in SI."""
+    vary = {"drive.slope": SLOPES, "p1.mass": ["125 g", 0.15]}
+    result = package.compare([study()], SHORT, vary)
+    assert result.variant.values.tolist() == [
+        "drive.slope = 0.03 N m s, p1.mass = 125 g", "drive.slope = 0.03 N m s, p1.mass = 0.15",
+        "drive.slope = 0.05 N m s, p1.mass = 125 g", "drive.slope = 0.05 N m s, p1.mass = 0.15",
+    ]  # fmt: skip
+    assert result["drive.slope"].values.tolist() == [0.03, 0.03, 0.05, 0.05]
+    assert result["p1.mass"].values == pytest.approx([0.125, 0.15, 0.125, 0.15])
+    assert (result["p1.mass"].attrs["units"], result.final_speed.attrs["units"]) == ("kg", "rad/s")
+    alone = package.run_file(study(), SHORT | {"drive.slope": SLOPES[1], "p1.mass": 0.15})
+    entry = result.wucht.summary["variants"][3]
+    assert entry["summary"] == alone.wucht.summary
+    assert result.final_speed.values[3] == alone.wucht.summary["final_speed"]
+    assert result["natural_frequencies.x"].values[3] == alone.wucht.summary["natural_frequencies"]["x"]
+    assert np.array_equal(result.curve_1_y.values[3], alone.speed.sel(body="drum").values)
+    assert np.array_equal(result.curve_2_y.values[3], alone.amplitude.values)
+    assert result.curve_1_x.attrs == alone.time.attrs
+    assert result.wucht.finished and result.wucht.summary["outcomes"] == {"unidentified": 4}
+
+
+def test_files_and_results_side_by_side(study: Study, here: Path) -> None:
+    study(name="a.toml")
+    study('"9 kg"', '"11 kg"', name="b.toml")
+    for name in "ab":
+        package.run_file(f"{name}.toml", SHORT, folder=Path(name))
+    asked, stored = package.compare(["a.toml", "b.toml"], SHORT), package.compare(["a", "b/result.nc"])
+    assert asked.variant.values.tolist() == ["a", "b"]
+    assert stored.variant.values.tolist() == ["a", "b"]
+    for name in ("final_speed", "peak_amplitude", "curve_1_x", "curve_2_y"):
+        assert np.array_equal(asked[name].values, stored[name].values), name
+    assert asked.final_speed.values[0] != asked.final_speed.values[1]
+
+
+def test_what_fails_stands_beside_what_does_not(study: Study) -> None:
+    result = package.compare([study()], SHORT, {"study.start.carrier.x": [0.0, 1e300], "drive.slope": [0.04, -1]})
+    assert result.outcome.values.tolist() == ["unidentified", "failed", "failed", "failed"]
+    failures = result.failure.values.tolist()
+    assert failures[0] == ""
+    assert "study.toml: machine.drive.slope: given -1" in failures[1]
+    assert failures[2] and "machine.drive.slope" not in failures[2], "this one was begun"
+    assert np.isfinite(result.final_speed.values[0]) and np.isnan(result.final_speed.values[1])
+    assert result.wucht.summary["failed"] == 3
+    assert result.wucht.finished
+    text = package.report(result)
+    assert sum("given -1" in line for line in text) == 2
+
+
+def test_what_holds_for_all_is_refused(study: Study) -> None:
+    with pytest.raises(InputError, match=r"machine\.drive\.slope: given -1"):
+        package.compare([study()], SHORT, {"drive.slope": [-1, -2]})
+    with pytest.raises(InputError, match=r"study\.toml: study\.start\.p9"):
+        package.compare([study()], SHORT, {"study.start.p9": [0.1, 0.2]})
+
+
+def test_what_was_computed_is_not_computed_again(study: Study, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file, kept = study(), []
+
+    def stop(share: float, _what: str) -> None:
+        if share > 0.5:
+            raise KeyboardInterrupt
+
+    def counted(variant: Variant, result: Any) -> Any:
+        kept.append(variant.label)
+        return compared(variant, result)
+
+    monkeypatch.setattr(comparison_run, "compared", counted)
+    vary = {"drive.slope": SLOPES}
+    broken = package.compare([file], SHORT, vary, folder=here / "out", progress=stop)
+    assert (broken.sizes["variant"], broken.wucht.finished) == (1, False)
+    assert "1 of 2 variants" in broken.wucht.sentence
+    whole = package.compare([file], SHORT, vary, folder=here / "out", resume=True)
+    assert kept == ["drive.slope = 0.03 N m s", "drive.slope = 0.05 N m s"]
+    assert whole.wucht.finished
+    again = package.compare([file], SHORT, vary, folder=here / "out", resume=True)
+    assert len(kept) == 2
+    fresh = package.compare([file], SHORT, vary)
+    for one in (whole, again):
+        assert one.drop_attrs(deep=False).equals(fresh.drop_attrs(deep=False))
+
+
+def test_different_studies_and_units(study: Study) -> None:
+    """Curves of each kind in a panel of their own, numbers that only one of them has."""
+    kinds = {"study.kind": ["torque-balance", "run-up"]}
+    short = study('until = "0.5 s"', 'until = "0.02 s"', 'start = { p1 = "0.3 rad", p2 = "-0.5 rad" }', "")
+    result = package.compare([short], {"study.range": ["10 rad/s", "190 rad/s"]}, {"study.kind": ["torque-balance"] * 2})
+    assert result.curve_1_x.attrs["long_name"] == "speed"
+    mixed = package.compare([short], {}, kinds)
+    assert mixed.study.values.tolist() == ["torque-balance", "run-up"]
+    assert np.isnan(mixed.final_speed.values[0]) and np.isfinite(mixed.final_speed.values[1])
+    assert np.isnan(mixed.curve_3_x.values[0]).all() and np.isfinite(mixed.curve_3_x.values[1]).any()
+    assert len(package.draw(mixed).axes) == 4
+
+
+def test_branches_and_directions_follow_each_other_with_a_gap() -> None:
+    data = {
+        "value": variable("direction sample", [[1.0, 2.0], [4.0, 3.0]], "slope", "N m s"),
+        "speed": variable("direction sample", [[10.0, 20.0], [40.0, 30.0]], "speed", "rad/s"),
+        "amplitude": variable("body sample", [[1.0, 2.0], [3.0, 4.0]], "amplitude", "m"),
+    }
+    about = {"study": "sweep", "summary": "{}", "failure": "", "sentence": "", "warnings": "[]", "title": "M"}
+    kept = compared(Variant("a", "a", {}, result=(one := xr.Dataset(data, attrs=about))), one)
+    assert [c.what for c in kept.curves] == [("slope", "speed")], "the other has no value for each of its own"
+    assert str(kept.curves[0].x.tolist()) == "[1.0, 2.0, nan, 4.0, 3.0]"
+    data = {
+        "value": variable("point", [1.0, 2.0, 2.0, 3.0], "slope"),
+        "speed": variable("point", [1.0, 2.0, 3.0, 4.0], "speed"),
+        "branch": variable("point", [0, 0, 1, 1], "branch"),
+    }
+    kept = compared(Variant("a", "a", {}, result=(one := xr.Dataset(data, attrs=about | {"study": "speed-curve"}))), one)
+    assert str(kept.curves[0].y.tolist()) == "[1.0, 2.0, nan, 3.0, 4.0]"
+
+
+def test_units_of_numbers() -> None:
+    assert unit_of_number("final_phases.p1") == "rad"
+    assert (unit_of_number("peak_amplitude"), unit_of_number("peak_amplitude", "rad")) == ("m", "rad")
+    assert unit_of_number("final_speed", dimensionless=True) == unit_of_number("energy_residual") == ""
+
+
+WITHOUT = {"optimise-balancer": "damping is varied here for a curve"}  # what a template does not ask for
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [k for k, s in studies().items() if k != "comparison" and (s.spec.curves or s.spec.headline)])
+def test_every_study_has_the_curves_and_numbers_that_it_names(here: Path, kind: str) -> None:
+    Path("study.toml").write_text(studies()[kind].template, encoding="utf-8")
+    result = package.run_file("study.toml", folder=here / "out")
+    one = package.compare(["out", "out/result.nc"])
+    spec = studies()[kind].spec
+    drawn = {n for n in one.data_vars if str(n).startswith("curve_")}
+    assert len(drawn) == 2 * len(spec.curves)
+    assert {n for n in spec.headline if n not in one} == set(), json.dumps(result.wucht.summary)[:3000]
+    assert package.draw(one) is not None

@@ -1,0 +1,69 @@
+"""The keys of a table, from its schema: of made-up tables, and of all that a file can name."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import pytest
+from pydantic import Field
+
+from wucht.cli.list import _kinds
+from wucht.fields import Described, si
+from wucht.keys import Key, keys_of
+from wucht.studies.registry import studies
+
+
+class Inner(Described):
+    """A table inside."""
+
+    at: tuple[float, float] = si("m", "place", alias="@")
+    then: Inner | None = None
+
+
+class Outer(Described):
+    """A table."""
+
+    mass: float = si("kg", "mass", gt=0, le=5)
+    stiffness: float | tuple[float, float] = si("N/m", "stiffness", default=1.0)
+    model: Literal["full", "slow"] = Field("full", description="equations")
+    count: int | None = Field(None, ge=1)
+    inner: Inner | None = Field(None, description="a table")
+    many: tuple[Inner, ...] = ()
+    made: str = Field("", exclude=True)
+
+
+def test_what_a_key_is() -> None:
+    keys = {key.name: key for key in keys_of(Outer)}
+    assert list(keys) == [
+        "mass",
+        "stiffness",
+        "model",
+        "count",
+        "inner",
+        "inner.@",
+        "inner.then",
+        "many",
+        "many[].@",
+        "many[].then",
+    ]
+    assert keys["mass"] == Key("mass", "number", "kg", True, None, "> 0, <= 5", "mass")
+    assert keys["stiffness"] == Key("stiffness", "number or pair", "N/m", False, 1.0, "", "stiffness")
+    assert keys["model"] == Key("model", "word", None, False, "full", "full, slow", "equations")
+    assert keys["count"] == Key("count", "whole number", None, False, None, ">= 1", "")
+    assert keys["inner"] == Key("inner", "table", None, False, None, "", "a table")
+    assert keys["many[].@"] == Key("many[].@", "pair", "m", True, None, "", "place")
+
+
+EVERY = {name: cls for of_kind in _kinds().values() for name, cls in of_kind.items()}
+EVERY |= {kind: study.spec for kind, study in studies().items()}
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_of_all_that_a_file_can_name(name: str) -> None:
+    keys = keys_of(EVERY[name])
+    own = [key for key in keys if "." not in key.name]
+    fields = {f.alias or n: f for n, f in EVERY[name].model_fields.items() if not f.exclude}
+    assert [key.name for key in own] == list(fields)
+    for key in own:
+        assert "value" not in key.type, key
+        assert key.needed == fields[key.name].is_required()
