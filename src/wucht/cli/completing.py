@@ -80,7 +80,7 @@ def _settings(studies: list[str], current: str, known: dict[str, Any]) -> list[s
     found: list[str] = []
     for study in studies:
         document = _document(study)
-        kind = document.get("study", {}).get("kind", "run-up")
+        kind = document.get("study", {}).get("kind", known["default"])
         keys: dict[str, str] = known["studies"].get(kind, {}) | {"kind": ", ".join(known["studies"])}
         for key, allowed in keys.items():
             choices = [word for word in allowed.split(", ") if word and word[0] not in "<>"]

@@ -9,13 +9,14 @@ def gathered() -> dict[str, Any]:
     """What ``completing`` asks for.
 
     commands: of each its options, and whether they take a value; values: words of an option; names: what a command names;
-    studies: of each its keys and what they allow; parts: the quantities of each kind.
+    default: kind of study; studies: of each its keys and what they allow; parts: the quantities of each kind.
     """
     from wucht.cli.completion import Shell
     from wucht.cli.list import kinds
     from wucht.cli.plot import Format
     from wucht.keys import keys_of
     from wucht.studies.registry import studies
+    from wucht.studies.study_file import DEFAULT_KIND
 
     parts = {
         title: {
@@ -29,6 +30,7 @@ def gathered() -> dict[str, Any]:
         "commands": _commands(),
         "values": {"--format": [f.value for f in Format]},
         "names": {"list": named, "new": list(studies()), "completion": [shell.value for shell in Shell]},
+        "default": DEFAULT_KIND,
         "studies": {kind: {key.name: key.allowed for key in keys_of(s.spec)} for kind, s in studies().items()},
         "parts": parts,
     }

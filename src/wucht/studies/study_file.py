@@ -20,6 +20,8 @@ from wucht.studies.work import Report
 if TYPE_CHECKING:
     import xarray as xr
 
+DEFAULT_KIND = "run-up"  # of a file without a question
+
 
 @dataclass(frozen=True)
 class StudyFile:
@@ -160,7 +162,7 @@ def _asked(document: Document, settings: Mapping[str, Any]) -> tuple[Document, l
 
     Of a file written for another kind only what this kind knows too.
     """
-    asked = dict(table(document, "study", "study")) if "study" in document else {"kind": "run-up"}
+    asked = dict(table(document, "study", "study")) if "study" in document else {"kind": DEFAULT_KIND}
     kind, known = settings.get("study.kind", asked.get("kind")), studies()
     written = asked
     spec = known[kind].spec if isinstance(kind, str) and kind in known else Spec
