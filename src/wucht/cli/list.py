@@ -33,7 +33,7 @@ def list_all(
     from wucht.files.documents import read_toml
     from wucht.studies.registry import studies
 
-    listed = {title: _first(of_kind) for title, of_kind in _kinds().items()}
+    listed = {title: _first(of_kind) for title, of_kind in kinds().items()}
     listed["studies"] = {kind: study.line for kind, study in studies().items()}
     listed["catalogue"] = {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}
     for title, entries in listed.items():
@@ -43,7 +43,7 @@ def list_all(
             typer.echo(f"  {entry:{width}}  {line}")
 
 
-def _kinds() -> dict[str, Mapping[str, type]]:
+def kinds() -> dict[str, Mapping[str, type]]:
     """All that a file can name, but for studies, by what it is."""
     from wucht.cams.tables.follower import FOLLOWERS
     from wucht.cams.tables.kinds_of_law import LAWS
@@ -51,8 +51,8 @@ def _kinds() -> dict[str, Mapping[str, type]]:
     from wucht.machines.models import models
     from wucht.machines.parts import bodies, carriers, drives, loads
 
-    kinds: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
-    return kinds | {"dimensionless machines": models(), "laws of cams": LAWS, "followers": FOLLOWERS, "linkages": LINKAGES}
+    parts: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
+    return parts | {"dimensionless machines": models(), "laws of cams": LAWS, "followers": FOLLOWERS, "linkages": LINKAGES}
 
 
 def _first(kinds: Mapping[str, type]) -> dict[str, str]:
@@ -74,7 +74,7 @@ def _list_one(name: str, as_json: bool) -> None:
     from wucht.keys import keys_of
     from wucht.studies.registry import studies
 
-    known: dict[str, Mapping[str, Any]] = {**_kinds(), "studies": studies()}
+    known: dict[str, Mapping[str, Any]] = {**kinds(), "studies": studies()}
     found = {title: of_kind[name] for title, of_kind in known.items() if name in of_kind}
     if not found:
         raise InputError("NAME", name, f"neither a study nor a part; {nearest(name, {n for k in known.values() for n in k})}")
