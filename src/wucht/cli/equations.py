@@ -82,11 +82,12 @@ def _print(lines: list[str], latex: bool) -> None:
 
 def _full(machine: Machine, notation: Notation, latex: bool) -> list[str]:
     from wucht.mechanics.lagrange import equations_of_motion
-    from wucht.mechanics.notation import written
+    from wucht.mechanics.notation import written, written_own
 
     motion = equations_of_motion(machine.energies, machine.coordinates)
     zero = [s for s, value in machine.numbers.items() if value == 0]
-    return written(motion, machine.coordinates, notation, zero, latex, normalise=not machine.units.time)
+    lines = written(motion, machine.coordinates, notation, zero, latex, normalise=not machine.units.time)
+    return [*lines, *written_own(machine.internal, machine.coordinates, notation, latex)]
 
 
 def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | None, order: int) -> list[tuple[str, list[str]]]:

@@ -17,10 +17,11 @@ def list_all(import_: Imports = None) -> None:
     from wucht.files.catalogue import FOLDER, names
     from wucht.files.documents import read_toml
     from wucht.machines.models import models
-    from wucht.machines.parts import bodies, carriers, drives, loads
+    from wucht.machines.parts import attachments, bodies, carriers, drives, loads
     from wucht.studies.registry import studies
 
     kinds: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
+    kinds["attachments"] = attachments()
     kinds |= {"dimensionless machines": models(), "laws of cams": LAWS, "followers": FOLLOWERS, "linkages": LINKAGES}
     listed = {title: _first(of_kind) for title, of_kind in kinds.items()}
     listed["studies"] = {kind: study.line for kind, study in studies().items()}

@@ -52,9 +52,9 @@ class Mechanism(Bodies):
 
     @cached_property
     def state_names(self) -> tuple[str, ...]:
-        """The names of the System's states, in order: positions, then the velocities that are free."""
+        """The names of the System's states, in order: positions, then the velocities that are free, then the parts' own."""
         free = (c.velocity.name for c in self.coordinates if c.prescribed is None)
-        return (*(c.position.name for c in self.coordinates), *free)
+        return (*(c.position.name for c in self.coordinates), *free, *(x.state.name for x in self.internal))
 
     @property
     def dimensionless(self) -> bool:
@@ -75,6 +75,11 @@ class Mechanism(Bodies):
     def numbers(self) -> dict[sp.Symbol, float]:
         """Parameter values by symbol, to be put into expressions."""
         return {sp.Symbol(path, real=True): value for path, value in self.values.items()}
+
+    @property
+    def nonlinear(self) -> str:
+        """The first part whose forces on the carrier are not linear, in words; empty where there is none."""
+        return next((e.nonlinear for e in self.energies if e.nonlinear), "")
 
     @cached_property
     def drives(self) -> tuple[Drive, ...]:
@@ -149,7 +154,7 @@ class Mechanism(Bodies):
 
     @property
     def linear_carrier(self) -> LinearCarrier:
-        """M, C, K of the free carrier and its coupling to the bodies, symbolic; sliders in the middle of their guides."""
+        """M, C, K of the free carrier and its coupling to the bodies, symbolic; see ``Structure``."""
         return self.structure.linear_carrier
 
     def evaluate(self, *expressions: sp.Expr) -> list[Any]:

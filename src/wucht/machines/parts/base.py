@@ -249,6 +249,10 @@ class Drive(OnShaft):
         """The synchronous speed in rad/s, None where the drive has no slip."""
         return None
 
+    def held_speed(self) -> float | None:
+        """The speed in rad/s at which it gives any torque within its limits, None where its torque follows from the speed."""
+        return None
+
     def breakdown(self) -> tuple[float, float, float] | None:
         """Slip, speed in rad/s and torque in N m at which it pulls out, None where it does not."""
         return None

@@ -68,10 +68,11 @@ def numbers(plan: Plan) -> float:
 def _without_drives(machine: Machine) -> Machine:
     """The machine with its drives switched off: no torque, no prescribed speed. What dampers and loads take stays."""
     drives = machine.drives
-    undriven = (tuple(a for a in e.applied if a.booked != "supplied") for e in machine.energies)
+    undriven = [tuple(a for a in e.applied if a.booked != "supplied") for e in machine.energies]
+    own = [e.internal if len(e.applied) == len(rest) else () for e, rest in zip(machine.energies, undriven, strict=True)]
     return machine.changed(
         bodies=tuple(replace(b, coordinate=replace(b.coordinate, prescribed=None)) for b in machine.bodies),
-        energies=tuple(replace(e, applied=applied) for e, applied in zip(machine.energies, undriven, strict=True)),
+        energies=tuple(replace(e, applied=a, internal=x) for e, a, x in zip(machine.energies, undriven, own, strict=True)),
         parts=tuple(p for p in machine.parts if p not in drives),
         start_angles={},
         schedules=tuple(s for s in machine.schedules if not any(s.parameter.startswith(f"{d.path}.") for d in drives)),

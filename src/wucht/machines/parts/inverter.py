@@ -1,0 +1,63 @@
+"""The motor fed by an inverter: a speed controller with a limited torque."""
+
+from __future__ import annotations
+
+import math
+
+import sympy as sp
+
+from wucht.machines.parts.base import Drive, Frame, si
+from wucht.mechanics.energies import Applied, Energies, Internal
+from wucht.piecewise import WITHIN_1, Pieces, PiecewiseCubic, step
+
+
+class Inverter(Drive):
+    """A PI controller of the speed that gives a torque up to a limit; its current control is taken as instantaneous.
+
+    T = gain (set_speed - speed) + x, held within +-torque_limit; the integral part x follows the torque that is really given,
+    integral_time x' = T - x. Below the limit that is x' = gain (set_speed - speed)/integral_time; at the limit x stays within
+    it, so that nothing winds up: the automatic reset of K. J. Astrom, T. Hagglund, "PID Controllers: Theory, Design, and
+    Tuning", 2nd ed., ISA 1995, section 3.5, back-calculation with the integral time. x begins at zero. With ``power_limit`` P
+    the limit is P/|speed| above the speed P/torque_limit: field weakening. A schedule of ``set_speed`` is the ramp.
+    """
+
+    kind = "inverter"
+
+    set_speed: float = si("rad/s", "set speed", "omega_s")
+    gain: float = si("N m s", "gain of the controller", "K", gt=0)
+    integral_time: float = si("s", "integral time", "T_i", gt=0)
+    torque_limit: float = si("N m", "torque limit", "T_m", gt=0)
+    power_limit: float | None = si("W", "power limit", "P", None, gt=0)
+
+    def no_load_path(self) -> str:
+        """That of ``set_speed``."""
+        return f"{self.path}.set_speed"
+
+    def held_speed(self) -> float:
+        """The set speed."""
+        return self.set_speed
+
+    def limit(self, speed: sp.Expr) -> sp.Expr:
+        """The largest torque at a speed, in either direction: torque_limit/max(|speed|/w_b, 1), w_b = P/torque_limit."""
+        most, power = self.symbols("torque_limit", "power_limit")
+        return most if self.power_limit is None else most / PiecewiseCubic(speed * most / power, _AT_LEAST_1)
+
+    def torque(self, speed: sp.Expr) -> sp.Expr:
+        """In steady operation: the limit, up to the set speed; there any torque within it, beyond the limit against it."""
+        return self.limit(speed) * PiecewiseCubic(self.symbol("set_speed") - speed, step("sign", 0.0, -1.0, 1.0))
+
+    def linearised(self, speed: float) -> tuple[float, float]:
+        """At the set speed an upright line."""
+        return (math.inf, speed) if speed == self.set_speed else super().linearised(speed)
+
+    def energies(self, frame: Frame) -> Energies:
+        """The torque, and the controller's state x."""
+        target, gain, time, most = self.symbols("set_speed", "gain", "integral_time", "torque_limit")
+        speed = frame.speed(self.on) - (frame.rotation if self.stator == "carrier" else 0)
+        x, limit = sp.Symbol(f"{self.path}.integral", real=True), self.limit(speed)
+        torque = limit * PiecewiseCubic((gain * (target - speed) + x) / limit, WITHIN_1)
+        controller = Internal(x, (torque - x) / time, "tau", most, self.torque(speed))
+        return Energies(applied=(Applied(torque, speed, name=self.path),), internal=(controller,))
+
+
+_AT_LEAST_1 = Pieces("max1", (-1.0, 1.0), ((1, -1, 0, 0), (1, 0, 0, 0), (1, 1, 0, 0)))
