@@ -1,4 +1,4 @@
-"""What is fastened to the carrier: from a file and in Python, its paths and schedules, studies that know it, what is refused."""
+"""What is fastened to the carrier: from a file and in Python, paths and schedules, studies that know it, what is refused."""
 
 import pytest
 

@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 from witness import energy_gap, moved
+from wucht.files.building import machine_from
+from wucht.results.conventions import summary_of
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 1.0, "eccentricity": 0.0, "inertia": 0.03}
 STOP = {"kind": "end-stop", "name": "buffer", "angle": 0.0, "gap": 0.01, "stiffness": 4e4}
@@ -57,6 +61,19 @@ def test_walls_on_both_sides_of_where_the_gap_was_measured() -> None:
 def test_one_side_leaves_the_other_free() -> None:
     rows = moved(free(4.0, STOP | {"restitution": 0.5}), {"carrier": {"vx": -1.0}}, np.array([0.0, 1.0]))
     assert rows["carrier.x"][-1] == pytest.approx(-1.0, rel=1e-8)
+
+
+@pytest.mark.slow
+def test_both_engines_run_it() -> None:
+    """Ten impacts of a driven carrier, at accuracies at which both agree."""
+    carrier = {"mass": 3.0, "directions": "x", "stiffness": 2e3, "damping": 5.0}
+    stop = STOP | {"gap": "1 mm", "restitution": 0.6}
+    document = {"carrier": carrier, "bodies": [ROTOR | {"eccentricity": 0.01}], "attachments": [stop]}
+    machine = machine_from(document | {"drive": {"kind": "constant-speed", "speed": 30.0}})
+    results = [run(RunUp(until=3.0, tolerance=1e-11, engine=engine), machine) for engine in ("heyoka", "scipy")]
+    first, second = (r.displacement.isel(time=-1).values for r in results)
+    assert first == pytest.approx(second, rel=1e-5, abs=1e-9)
+    assert max(summary_of(r)["energy_residual"] for r in results) < 1e-8
 
 
 def test_a_carrier_comes_to_rest_on_a_stop() -> None:

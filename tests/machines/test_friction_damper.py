@@ -69,6 +69,7 @@ WASHER = {
 }
 
 
+@pytest.mark.slow
 def test_both_engines_run_it() -> None:
     results = [run(RunUp(until=2.0, tolerance=1e-11, engine=engine), machine_from(WASHER)) for engine in ("heyoka", "scipy")]
     first, second = (r.displacement.isel(time=-1).values for r in results)

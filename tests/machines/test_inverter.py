@@ -42,7 +42,7 @@ def simulated(end: float, back: bool, power: float = math.inf) -> tuple[np.ndarr
 
 
 def test_nothing_winds_up() -> None:
-    """The same motion as an independent loop; its overshoot stays below (limit - load)/gain, where the plain loop overshoots."""
+    """The same motion as an independent loop; its overshoot stays below (limit - load)/gain, that of a plain loop does not."""
     time, speed = simulated(20.0, back=True)
     rows = moved(FIXED, grid=time)
     assert rows["drum.speed"] == pytest.approx(speed, abs=2e-5)
@@ -80,7 +80,8 @@ def test_below_its_limit_it_is_a_linear_loop() -> None:
     grid = np.linspace(0.0, 2.0, 21)
     expected = [rest + expm(matrix * t) @ (start - rest) for t in grid]
     rows = moved(FIXED, {"drum": {"speed": SET - 1.0}}, grid)
-    assert np.array([rows["drum.speed"], rows["drive.integral"]]).T == pytest.approx(np.array(expected), rel=1e-8)
+    actual = np.array([rows["drum.speed"], rows["drive.integral"]]).T
+    assert actual == pytest.approx(np.array(expected), rel=1e-8)
 
 
 MOUNTED = FIXED | {"carrier": {"mass": 30.0, "stiffness": 1e5, "damping": 200.0}}
@@ -121,6 +122,17 @@ def test_torque_balance_holds_the_set_speed_or_hangs_at_the_limit() -> None:
     assert low[-1]["torque"] == pytest.approx(0.8, rel=1e-9)
 
 
+def test_without_load_it_is_one_working_point_without_torque() -> None:
+    machine = machine_from(MOUNTED | {"bodies": [ROTOR | {"bearing_damping": 0.0}]})
+    (point,) = summary_of(run(TorqueBalance(), machine))["working_points"]
+    assert (point["speed"], point["torque"], point["stable"]) == (SET, 0.0, True)
+
+
+def test_a_set_speed_of_zero_is_held() -> None:
+    machine = machine_from(MOUNTED | {"drive": DRIVE | {"set_speed": 0.0}})
+    assert free_speed(machine, machine.rotor) == 0.0
+
+
 def test_a_torque_that_is_too_small_is_captured() -> None:
     """What the torque balance says, the run does; a larger one passes."""
     outcomes = {}
@@ -131,6 +143,7 @@ def test_a_torque_that_is_too_small_is_captured() -> None:
     assert outcomes[12.0]["final_speed"] == pytest.approx(SET, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_both_engines_run_it() -> None:
     document = UNBALANCED | {"drive": DRIVE | {"power_limit": 300.0}}
     results = [run(RunUp(until=8.0, tolerance=1e-11, engine=e), machine_from(document)) for e in ("heyoka", "scipy")]
@@ -151,7 +164,7 @@ def test_the_line_through_its_working_point_is_upright() -> None:
     made = checked(drives()["inverter"], {"on": "drum"} | {k: v for k, v in DRIVE.items() if k != "kind"}, "machine.drive")
     assert made.linearised(SET) == (math.inf, SET)
     assert made.linearised(10.0) == (0.0, math.inf)
-    assert [made.torque_at(w) for w in (0.0, 119.0, 121.0, -50.0)] == [LIMIT, LIMIT, -LIMIT, LIMIT]
+    assert [made.torque_at(w) for w in (0.0, 119.0, SET, 121.0, -50.0)] == [LIMIT, LIMIT, 0.0, -LIMIT, LIMIT]
     assert made.no_load_path() == "drive.set_speed"
     weakened = made.model_copy(update={"power_limit": 300.0})
     assert [weakened.torque_at(w) for w in (0.0, 60.0, 100.0, 150.0)] == pytest.approx([5.0, 5.0, 3.0, -2.0], rel=1e-12)

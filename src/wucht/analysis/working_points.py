@@ -121,6 +121,7 @@ class TorqueCurves:
         """All of them, in increasing order of the speed."""
         grid, ends = self.grid, self.grid[[0, -1]]
         roots = np.unique([*crossings(lambda w: self.surplus(w)[0], grid), *ends[self.surplus(ends)[0] == 0]])
+        roots = roots[~np.isin(roots, self._set_speeds)]
         crossing, extremes = roots[self._share(roots) < _CROSSING], self._extremes(grid)
         touching = extremes[self._share(extremes) < TOUCHING]
         # Where the curves cross between an extremum's two neighbours on the grid they do not merely touch.

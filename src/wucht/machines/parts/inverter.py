@@ -43,8 +43,9 @@ class Inverter(Drive):
         return most if self.power_limit is None else most / PiecewiseCubic(speed * most / power, _AT_LEAST_1)
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
-        """In steady operation: the limit, up to the set speed; there any torque within it, beyond the limit against it."""
-        return self.limit(speed) * PiecewiseCubic(self.symbol("set_speed") - speed, step("sign", 0.0, -1.0, 1.0))
+        """In steady operation: the limit up to the set speed, beyond it against it; at it any torque within, here zero."""
+        below = self.symbol("set_speed") - speed
+        return self.limit(speed) * (PiecewiseCubic(below, _POSITIVE) - PiecewiseCubic(-below, _POSITIVE))
 
     def linearised(self, speed: float) -> tuple[float, float]:
         """At the set speed an upright line."""
@@ -60,4 +61,5 @@ class Inverter(Drive):
         return Energies(applied=(Applied(torque, speed, name=self.path),), internal=(controller,))
 
 
+_POSITIVE = step("positive", 0.0, 0.0, 1.0)
 _AT_LEAST_1 = Pieces("max1", (-1.0, 1.0), ((1, -1, 0, 0), (1, 0, 0, 0), (1, 1, 0, 0)))
