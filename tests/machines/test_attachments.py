@@ -133,3 +133,12 @@ def test_bodies_of_a_screen_turn_them_along() -> None:
     # The place weighs 1/(1/m + a^2/J) there.
     weight = 1 / (1 / 32.0 + 0.25 / 4.0)
     assert highest == pytest.approx(0.001 + 0.25 * (weight / 1e6) ** 0.5, rel=2e-2)
+
+
+def test_equations_show_the_states_of_their_own(wucht, here) -> None:
+    text = wucht("equations", "practice/laundry-drum-friction").out
+    assert "z_left' = " in text
+    assert "tau_drive' = (" in text
+    assert "left.free_travel: free travel to either side" in text
+    listed = wucht("list").out
+    assert all(f"  {kind} " in listed for kind in ("friction-damper", "end-stop", "material-layer", "inverter"))

@@ -84,3 +84,20 @@ def test_a_carrier_comes_to_rest_on_a_stop() -> None:
     depth = (4.0 * 9.81 - 2e3 * 0.01) / (2e3 + 4e4 * 1.25 / 2)
     assert rows["carrier.y"][-1] == pytest.approx(-0.01 - depth, rel=1e-6)
     assert rows["carrier.vy"][-1] == pytest.approx(0.0, abs=1e-7)
+
+
+def test_a_stop_that_is_closed_at_rest_is_doubtful() -> None:
+    """Displacements count from where the springs are free of force: 4 kg on 2 kN/m hang 19.6 mm below."""
+    carrier = {"mass": 3.0, "directions": "y", "stiffness": 2e3, "gravity": 9.81}
+
+    def warnings(**changes: object) -> tuple[str, ...]:
+        stop = STOP | {"angle": "-90 deg", "restitution": 0.5} | changes
+        return machine_from({"carrier": carrier, "bodies": [ROTOR], "attachments": [stop]}).warnings
+
+    (closed,) = warnings()
+    assert closed.startswith(
+        "the end stop 'buffer' is closed by 0.00962 m from the start: the carrier's springs hold it at 0.01962 m"
+    )
+    assert warnings(rest="19.62 mm") == ()
+    assert warnings(angle="90 deg") == ()
+    assert len(warnings(angle="90 deg", sides="both")) == 1

@@ -156,7 +156,8 @@ def _refuse_others(machine: Machine) -> None:
         reasons.append(f"{machine.nonlinear} is not linear, and the averaged equations need a linear carrier")
     if machine.internal:
         own = machine.internal[0].state.name
-        reasons.append(f"{own} is a state of a controller's own, and they know those of bodies alone")
+        held = "a drive of kind 'constant-speed' has the speed that it holds"
+        reasons.append(f"{own} is a state of a controller's own, and they know those of bodies alone: {held}")
     if not machine.free_carrier and not shaken:
         reasons.append("nothing vibrates: the carrier is fixed")
     if reasons:

@@ -8,6 +8,7 @@ from html import escape
 from typing import Any
 
 from wucht.machines.assembly import assembled, with_tracks
+from wucht.machines.attaching import doubts_at_rest
 from wucht.machines.mechanism import Mechanism
 from wucht.machines.models import Model
 from wucht.machines.parts.attachment import Attachment
@@ -91,6 +92,7 @@ class Machine(Mechanism):
         # A frozen class sets its fields past its own lock.
         self.__dict__.update(assembled(carrier, bodies, drives, loads, attachments, schedules, given, title))
         self.__dict__.update(vars(with_tracks(self.changed().at(0.0), given)))
+        self.__dict__["warnings"] = (*self.warnings, *doubts_at_rest(self))
 
     @property
     def _everything(self) -> tuple[RotatingBody | SlidingBody, ...]:

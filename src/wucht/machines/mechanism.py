@@ -176,6 +176,13 @@ class Mechanism(Bodies):
         every = np.array(self.evaluate(*c.mass, *c.damping, *c.stiffness), float).reshape(3, size, size)
         return every[0], every[1], every[2]
 
+    @cached_property
+    def rest(self) -> np.ndarray:
+        """Where the carrier rests under its load (m,): K x = load; zero where its motion is prescribed."""
+        load = np.array(self.evaluate(*self.linear_carrier.load), float)
+        free = iter(np.linalg.lstsq(self.matrices[2], load, rcond=None)[0] if load.any() else np.zeros(len(load)))
+        return np.array([0.0 if q.prescribed is not None else float(next(free)) for q in self.carrier])
+
     @property
     def orbit_unit(self) -> str:
         """The unit of the amplitude."""

@@ -23,10 +23,7 @@ def notation_of(machine: Machine) -> Notation:
         names[b.coordinate.position.name] = "phi" if b.about is None and rotors == 1 else f"{base}_{b.name}"
     for x in machine.sliders:
         names[x.coordinate.position.name] = f"s_{x.name}"
-    letters_of = Counter(own.letter for own in machine.internal)
-    for own in machine.internal:
-        owner = own.state.name.rpartition(".")[0]
-        names[own.state.name] = own.letter if letters_of[own.letter] == 1 else f"{own.letter}_{owner}"
+    names |= {own.state.name: f"{own.letter}_{own.state.name.rpartition('.')[0]}" for own in machine.internal}
     count = Counter(p.symbol for p in machine.parameters.values())
     alike = Counter((p.symbol, path.split(".")[0]) for path, p in machine.parameters.items())
     for path, p in machine.parameters.items():

@@ -39,6 +39,10 @@ class AlongLine(Attachment):
         at, gamma = frame.axis(self.name), self.symbol("angle")
         return at.x * sp.cos(gamma) + at.y * sp.sin(gamma), at.vx * sp.cos(gamma) + at.vy * sp.sin(gamma)
 
+    def doubts_at(self, rest: float) -> tuple[str, ...]:
+        """Warnings where the carrier, as if it were free of this part, rests with a displacement along the line, in m."""
+        return ()
+
     def motion(self, frame: Frame) -> tuple[sp.Expr, ...]:
         """The velocity along the line."""
         return (self.along(frame)[1],)

@@ -41,6 +41,15 @@ class EndStop(AlongLine):
         if (self.damping is None) == (self.restitution is None):
             raise ValueError("restitution", "give either damping or restitution (1: nothing is lost)")
 
+    def doubts_at(self, rest: float) -> tuple[str, ...]:
+        """A stop that is closed before anything moves."""
+        moved = rest - self.rest
+        depth = (moved if self.sides == "one" else abs(moved)) - self.gap
+        if depth <= 0:
+            return ()
+        at = f"the carrier's springs hold it at {rest:.4g} m along this line, and the gap counts from rest = {self.rest:.4g} m"
+        return (f"the end stop {self.name!r} is closed by {depth:.4g} m from the start: {at}",)
+
     def energies(self, frame: Frame) -> Energies:
         """While the gap is closed: V = c d^2/2 and R = b d'^2/2, or the law of the class."""
         gap, rest = self.symbols("gap", "rest")
