@@ -147,3 +147,7 @@ def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[floa
         spline = PchipInterpolator(x, y) if kind == "monotone" else CubicSpline(x, y, bc_type="clamped")
         inside = [tuple(row[::-1]) for row in spline.c.T]
     return Pieces(name, x.tolist(), [(y[0], 0, 0, 0), *inside, (y[-1], 0, 0, 0)])
+
+
+# The argument, held within -1 and 1.
+WITHIN_1 = Pieces("within", (-1.0, 1.0), ((-1, 0, 0, 0), (-1, 1, 0, 0), (1, 0, 0, 0)))

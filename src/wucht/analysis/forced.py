@@ -36,6 +36,9 @@ class Forced:
     @classmethod
     def of(cls, machine: Machine, angles: np.ndarray) -> Forced:
         """The vibration with the bodies at absolute angles (n,). Raises ``InputError`` where the carrier is not linear."""
+        if machine.nonlinear:
+            why = f"has no steady vibration in closed form: {machine.nonlinear} is not linear"
+            raise InputError("machine", None, f"{why}; study.kind = 'run-up' or 'sweep' runs it")
         try:
             vibration = Vibration.of(machine)
         except WuchtError as error:

@@ -32,7 +32,8 @@ def figure(result: xr.Dataset) -> Figure:
         _ordinate(axes[0], result, drive)
     axes[-1].plot(speed, net, color=COLOURS[1], linewidth=1.2, label="drive less load" if loaded else "drive")
     _resistance(axes[-1], result, vibration, "vibration")
-    _points(axes[-1], result, np.interp(result.point_speed.values, speed, net))
+    # Not of the net torque, which jumps at the set speed of a controlled drive.
+    _points(axes[-1], result, result.point_torque.values - np.interp(result.point_speed.values, speed, load))
     _ordinate(axes[-1], result, net)
     free = (float(result.free_speed), "speed without vibration")
     mark_speeds(axes, result, ("natural frequency", "natural frequencies"), free, -1)

@@ -20,8 +20,12 @@ def report(result: xr.Dataset) -> list[str]:
     for p in s["working_points"]:
         kind = "stable" if p["stable"] else "touching" if p["tangential"] else "unstable"
         slip = "" if p["slip"] is None else f", slip {100 * p['slip']:.3g} %"
-        line = f"drive there like {p['slope']:.4g}{slope} from {speed(p['no_load_speed'])}"
-        line = "drive of constant torque there" if p["no_load_speed"] is None else line
+        if p["slope"] is None:
+            line = "held by the drive's controller"
+        elif p["no_load_speed"] is None:
+            line = "drive of constant torque there"
+        else:
+            line = f"drive there like {p['slope']:.4g}{slope} from {speed(p['no_load_speed'])}"
         lines.append(f"  {kind:12} {speed(p['speed'])}: {p['torque']:.4g}{torque}{slip}; {line}")
     if s["free_speed"] is not None:
         lines.append(f"  free         {speed(s['free_speed'])} without vibration")
