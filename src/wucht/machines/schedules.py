@@ -55,7 +55,8 @@ class Schedule:
 def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequence[Part], time: str) -> tuple[Schedule, ...]:
     """The schedules of a machine, from tables with the keys ``parameter``, ``points``, ``interpolation``, or those of another.
 
-    time: the unit of time. Raises ``InputError``, located from ``schedules`` on, also for values that the parts do not allow.
+    Interpolations: see ``piecewise.interpolated``; ``"smooth"`` is the cubic 3 s^2 - 2 s^3 from value to value. time: the unit
+    of time. Raises ``InputError``, located from ``schedules`` on, also for values that the parts do not allow.
     """
     if not isinstance(tables, list | tuple) or not all(isinstance(t, Mapping | Schedule) for t in tables):
         raise InputError("schedules", tables, "must be tables: [[machine.schedules]]")
