@@ -128,7 +128,7 @@ def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[floa
     """A function through points, constant before the first and after the last.
 
     abscissae, ordinates: (n,), the first increasing. kind: ``"steps"`` (each value holds until the next point), ``"linear"``,
-    ``"smooth"`` (from value to value with zero slope at each point, as a machine's control does), ``"monotone"``
+    ``"smooth"`` (a + (b - a)(3 s^2 - 2 s^3): zero slope at each point, as a machine's control does), ``"monotone"``
     (F. N. Fritsch, R. E. Carlson, SIAM J. Numer. Anal. 17 (1980) 238-246: no overshoot between measured points), ``"spline"``
     (continuous curvature).
     """

@@ -38,7 +38,7 @@ class Machine(Mechanism):
         What is fastened to the carrier: dampers, stops, material on it.
     schedules
         Tables ``{"parameter": PATH, "points": [[time, value], ...], "interpolation": "linear" | "steps" | "smooth"}``,
-        or the schedules of another machine.
+        or the schedules of another machine. ``"smooth"`` is the cubic 3 s^2 - 2 s^3 from value to value, at rest at each point.
     tracks
         Tables ``{"contact_frequency": ...}`` by the name of a track that bodies share.
     title

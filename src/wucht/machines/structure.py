@@ -111,7 +111,7 @@ class Structure(Bodies):
         inertial = alone.mass * sp.Matrix([lagrange.acceleration(c) for c in self.carrier]) if self.carrier else []
         for label, inertia, force in zip(self.labels, inertial, alone.forces, strict=True):
             # The bodies push the carrier with what its own equation of motion leaves open.
-            long_name = f"bearing moment in {label}" if label == "r" else f"bearing force in {label}"
+            long_name = f"bearing {'moment' if label == 'r' else 'force'} on the carrier in {label}"
             outputs.append(Output(f"bearing_force_{label}", inertia - force, u.force, long_name))
         for name, (position, velocity) in self.orbit.items():
             outputs += [Output(f"orbit.{name}", position, u.length), Output(f"orbit.v{name}", velocity, "")]

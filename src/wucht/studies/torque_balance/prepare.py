@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+from wucht.analysis.time_constants import highest_speed
 from wucht.analysis.working_points import TorqueCurves
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, natural_frequencies
+from wucht.machines.operation import free_speed, natural_frequencies, net_torque
 from wucht.machines.tree import RotatingBody
 from wucht.studies.steady_phases import SteadyPhases
 from wucht.studies.torque_balance.spec import TorqueBalance
+
+_FAR, _POINTS = 20.0, 1200  # times the highest natural frequency; speeds at which working points are looked for
 
 
 @dataclass(frozen=True)
@@ -34,12 +38,21 @@ def prepare(spec: TorqueBalance, machine: Machine) -> Plan:
     turning = {b.name for b in machine.group(rotor)}
     if not machine.dimensionless and not any(d.on in turning for d in machine.drives):
         raise InputError("machine.drive", None, f"nothing drives {rotor.name!r}: there is no torque to balance")
-    speeds = spec.range or _speed_range(steady.machine, rotor)
+    speeds = spec.range or _speed_range(steady, rotor)
     return Plan(steady, TorqueCurves(steady.machine, rotor, steady.forced, speeds, spec.points))
 
 
-def _speed_range(machine: Machine, rotor: RotatingBody) -> tuple[float, float]:
-    """The default of ``range``; three times the highest natural frequency where the drive reaches no speed of its own."""
-    free = free_speed(machine, rotor)
-    end = 1.2 * free if free else 3 * max([f for f in natural_frequencies(machine).values() if f > 0], default=100.0)
+def _speed_range(steady: SteadyPhases, rotor: RotatingBody) -> tuple[float, float]:
+    """The default of ``range``: up to what the drive reaches, or where that is out of reach, up to all working points."""
+    machine = steady.machine
+    free, torque = free_speed(machine, rotor), net_torque(machine, rotor)(0.0)
+    natural = max([f for f in natural_frequencies(machine).values() if f > 0], default=100.0)
+    reach = min(highest_speed(machine), _FAR * natural) if machine.dimensionless else highest_speed(machine)
+    if free and abs(free) <= reach:
+        end = 1.2 * free
+    else:  # the vibration may hold the rotor far beyond all resonances
+        sense = math.copysign(1.0, free or torque)
+        limits = (0.0, reach) if sense > 0 else (-reach, 0.0)
+        points = TorqueCurves(machine, rotor, steady.forced, limits, _POINTS).working_points
+        end = sense * max([3 * natural, *(1.2 * abs(p.speed) for p in points)])
     return min(0.0, end), max(0.0, end)

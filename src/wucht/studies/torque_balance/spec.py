@@ -13,7 +13,9 @@ from wucht.studies.spec import Interval, Spec, Start, Whole
 class TorqueBalance(Spec):
     """The drive's characteristic, the load line and the vibration torque over the speed, and the working points.
 
-    range: of the speed, signed; by default from 0 to 1.2 times the speed that the drive reaches without vibration. on: the
+    range: of the speed, signed; by default from 0 to 1.2 times the speed that the drive reaches without vibration; where it
+    reaches none, or one beyond 20 times the highest natural frequency (and 3000 rad/s), to 3 times that frequency, and to 1.2
+    times the fastest working point up to there. on: the
     rotor whose shaft is looked at, by default the main one; other rotors turn with it at the same speed. start: the phases at
     which bodies stay, as in ``initial_state``. points: evenly spaced over the range, to which those are added that resolve
     resonances and breakdown.
