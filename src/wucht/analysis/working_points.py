@@ -47,8 +47,8 @@ class WorkingPoint:
 class TorqueCurves:
     """The torques on a rotor's shaft over its speed, signed.
 
-    forced: the vibration, of all bodies turning as fast as the rotor. range: of the speed, in rad/s. points: evenly spaced
-    over it.
+    forced: the vibration, of all bodies turning as fast as the rotor, not numbers where there is none. range: of the speed, in
+    rad/s. points: evenly spaced over it.
     """
 
     machine: Machine
@@ -131,8 +131,8 @@ class TorqueCurves:
         low, high = grid[np.maximum(at - 2, 0)], grid[np.minimum(at + 2, last)]
         touching = touching[~((crossing >= low[:, None]) & (crossing <= high[:, None])).any(axis=1)]
         points = [*((w, False) for w in crossing.tolist()), *((w, True) for w in touching.tolist())]
-        found = [*(self._point(w, tangential) for w, tangential in points), *map(self._held_point, self._held)]
-        return sorted(found, key=lambda point: point.speed)
+        found = [self.point(w, float(self.surplus(np.array([w]))[1][0]) < 0, tangential) for w, tangential in points]
+        return sorted([*found, *map(self._held_point, self._held)], key=lambda point: point.speed)
 
     def _share(self, speeds: np.ndarray) -> np.ndarray:
         """The magnitude (N,) of the surplus, of the torques around there of which it is the difference."""
@@ -141,13 +141,13 @@ class TorqueCurves:
         left, scale = np.abs(self.surplus(speeds)[0]), np.abs(torques).max(axis=(0, 2))
         return np.asarray(np.divide(left, scale, out=np.zeros_like(left), where=scale > 0))
 
-    def _point(self, speed: float, tangential: bool) -> WorkingPoint:
-        at = np.array([speed])
-        (torque, rise), surplus_slope = (float(x[0, 0]) for x in self._shaft(at)), float(self.surplus(at)[1][0])
+    def point(self, speed: float, stable: bool, tangential: bool = False) -> WorkingPoint:
+        """That at a speed which is known to be one."""
+        torque, rise = (float(x[0, 0]) for x in self._shaft(np.array([speed])))
         synchronous = next((w for d in self.drives if (w := d.reduced_synchronous_speed()) is not None), None)
         no_load = speed - torque / rise if rise else math.copysign(math.inf, torque)
         slip = None if synchronous is None else 1 - speed / synchronous
-        return WorkingPoint(speed, torque, surplus_slope < 0 and not tangential, tangential, -rise, no_load, slip)
+        return WorkingPoint(speed, torque, stable and not tangential, tangential, -rise, no_load, slip)
 
     def _held_point(self, speed: float) -> WorkingPoint:
         """At a set speed: the torque is what load and vibration take, and the characteristic an upright line."""
