@@ -7,6 +7,7 @@ What the catalogue's files answer is computed where it was not yet; those that t
 from __future__ import annotations
 
 import argparse
+import logging
 import shutil
 from pathlib import Path
 from typing import Any
@@ -25,11 +26,11 @@ NAVIGATION: list[Any] = [
         "Guide": [
             "machine-files.md", "outcomes.md", "slow-equations.md", "switchable-pendulums.md", "load-spectra.md",
             "cam-files.md", "continuation.md", "how-the-rotating-orbit-disappears.md", "several-machines.md",
-            {"Machines to try": "practice/*"},
+            "*", {"Machines to try": "practice/*"},
         ]
     },
     {"Reference": ["study-files.md", {"Studies": "studies/*"}, {"Parts": "parts/*"}, "symbols.md", "sources.md", "api.md"]},
-    {"Gallery": ["gallery/index.md", {"Files": "gallery/*"}]},
+    {"Gallery": "gallery/*"},
     {"Theory": ["theory.md", "errata.md", "design.md"]},
 ]  # fmt: skip
 
@@ -71,7 +72,8 @@ def _file(name: str) -> Path:
 
 
 def build() -> None:
-    """HTML of the pages. Raises ``mkdocs.exceptions.Abort`` for a link that leads nowhere."""
+    """HTML of the pages. Raises ``mkdocs.exceptions.Abort`` for a link that leads nowhere, after a line that says which."""
+    logging.basicConfig(level=logging.WARNING, format="%(message)s")
     from mkdocs.commands.build import build as make
     from mkdocs.config import load_config
 
@@ -80,7 +82,7 @@ def build() -> None:
 
 
 def _expanded(item: Any) -> Any:
-    """Navigation with ``folder/*`` replaced by the pages there, a section for each folder inside."""
+    """Navigation with ``folder/*`` replaced by the pages there, a section for each folder inside, and ``*`` by all others."""
     if isinstance(item, dict):
         return {title: _listed(inner) for title, inner in item.items()}
     return item
@@ -89,9 +91,11 @@ def _expanded(item: Any) -> Any:
 def _listed(inner: Any) -> Any:
     listed: list[Any] = []
     for item in inner if isinstance(inner, list) else [inner]:
-        if isinstance(item, str) and item.endswith("/*"):
+        if item == "*":
+            listed += [p.name for p in sorted(PAGES.glob("*.md")) if f"'{p.name}'" not in repr(NAVIGATION)]
+        elif isinstance(item, str) and item.endswith("/*"):
             folder = PAGES / item.removesuffix("/*")
-            listed += [p for p in (*_own(folder), *_of_folder(folder)) if p not in (inner if isinstance(inner, list) else [])]
+            listed += [*_own(folder), *_of_folder(folder)]
         else:
             listed.append(_expanded(item))
     return listed

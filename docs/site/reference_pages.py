@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from wucht.cams.tables.follower import FOLLOWERS
 from wucht.cams.tables.kinds_of_law import LAWS
 from wucht.cams.tables.linkage import LINKAGES
+from wucht.checking import models_in
 from wucht.files.catalogue import FOLDER
+from wucht.keys import Key, keys_of
 from wucht.machines.models import Model
 from wucht.machines.parts import known
 from wucht.machines.parts.base import Body, Drive, Load, Part
@@ -18,7 +21,6 @@ from wucht.studies.registry import Study, studies
 
 from .gallery import Entry
 from .markdown import table, toml_block
-from .schema_rows import Row, about, rows_of
 
 # What a file calls them: the table where they stand, and the key that names one of them.
 FAMILIES: dict[str, tuple[type[Part], str]] = {
@@ -29,7 +31,7 @@ FAMILIES: dict[str, tuple[type[Part], str]] = {
     "dimensionless": (Model, "`[machine.parameters]`, beside `model` in `[machine]`"),
 }
 CAMS = {"laws": (LAWS, "`[law]`"), "followers": (FOLLOWERS, "`[follower]`"), "linkages": (LINKAGES, "`[linkage]`")}
-HEADS = ("key", "what", "unit", "default", "allowed")
+HEADS = ("key", "what", "unit", "default", "what it may be")
 
 
 def pages(entries: Sequence[Entry]) -> dict[str, str]:
@@ -99,31 +101,31 @@ def _part(kind: str, cls: type[Any], where: str, used: Sequence[Entry]) -> str:
 
 
 def _keys(cls: type[Any]) -> list[str]:
-    told, said = about(cls), _said(cls)
-    lines: list[str] = []
-    for name, rows in rows_of(cls).items():
-        if name:
-            lines += [f"### Table {name}", "", *_prose(told.get(name)), ""]
-        lines += [*table(HEADS, [_cells(row, {} if name else said) for row in rows]), ""]
-    return lines
+    said = _said(cls)
+    return [*table(HEADS, [_cells(key, said.get(key.name, key.what)) for key in keys_of(cls)]), ""]
 
 
-def _cells(row: Row, said: Mapping[str, str]) -> tuple[str, ...]:
-    default = "**needed**" if row.default is None else row.default
-    return f"`{row.key}`", said.get(row.key) or row.what, row.unit, default, row.allowed
+def _cells(key: Key, what: str) -> tuple[str, ...]:
+    default = "**needed**" if key.needed else "" if key.default is None else f"`{json.dumps(key.default)}`"
+    value = f"{key.type} {key.allowed}" if key.allowed and not key.type.startswith("word") else key.allowed or key.type
+    return f"`{key.name}`", what, key.unit or "", default, value
 
 
 def _of_keys(cls: type[Any]) -> re.Pattern[str]:
     """Finds "start: the initial state." in a docstring: a key, or several, and what is said up to the next."""
     key = "|".join(sorted(map(re.escape, cls.model_fields), key=len, reverse=True))
     keys = f"(?:{key})(?:, (?:{key}))*"
-    return re.compile(rf"(?:^|(?<=[.;:,] ))({keys}): (.*?)(?:[.;,] (?={keys}: )|$)")
+    return re.compile(rf"(?:^|(?<=[.;:,] ))({keys}): (.*?)(?:[.;:,] (?={keys}: )|$)")
 
 
-def _said(cls: type[Any]) -> dict[str, str]:
-    """What the docstring says of single keys."""
+def _said(cls: type[Any], path: str = "") -> dict[str, str]:
+    """What docstrings say of single keys, those of tables inside too, by their names in ``keys_of``."""
     text = " ".join((cls.__doc__ or "").split())
-    return {key: _plain(what).rstrip(".") for keys, what in _of_keys(cls).findall(text) for key in keys.split(", ")}
+    found = {path + key: _plain(what).rstrip(".") for keys, what in _of_keys(cls).findall(text) for key in keys.split(", ")}
+    for name, field in cls.model_fields.items():
+        for inner in models_in(field.annotation):
+            found = _said(inner, f"{path}{name}.") | _said(inner, f"{path}{name}[].") | found
+    return found
 
 
 def _first(cls: type[Any]) -> str:
@@ -134,7 +136,7 @@ def _prose(doc: str | None, cls: type[Any] | None = None) -> list[str]:
     """A docstring as paragraphs of Markdown, without what it says of a class's single keys: that stands in their table."""
     paragraphs = [" ".join(p.split()) for p in re.split(r"\n\s*\n", (doc or "").strip())]
     kept = paragraphs if cls is None else [_of_keys(cls).sub("", p).strip() for p in paragraphs]
-    return "\n\n".join(_plain(p) for p in kept).splitlines()
+    return "\n\n".join(_plain(p) for p in kept if p and not p.endswith(":")).splitlines()
 
 
 def _plain(text: str) -> str:

@@ -25,7 +25,7 @@ from wucht.studies.study_file import read_study
 
 # Their blocks are run by tests of their own, which check what they compute by other means.
 ELSEWHERE = {"docs/continuation.md": "test_continuation_page"}
-LANGUAGES = ("sh", "toml", "csv", "python", "text", "")
+LANGUAGES = ("sh", "toml", "csv", "json", "python", "text", "")
 TABLES = ("title", "machine", "study", "system", "law", "follower", "linkage", "speed", "shaft")
 
 
@@ -69,18 +69,17 @@ def _wucht(words: list[str]) -> None:
         return
     given = command.make_context(words[0], words[1:]).params
     if words[0] in ("run", "equations"):
-        made_before = str(given["study"]).startswith("my-") and not Path(given["study"]).is_file()
-        if made_before:
-            Path(given["study"]).write_text(studies()[_kind_of(given["study"])].template or "", encoding="utf-8")
+        _provide(given["study"])
         read_study(given["study"], parse_settings(given.get("set_") or []))
     if words[0] == "new":
         assert given["name"] in (*studies(), *names())
 
 
-def _kind_of(file: str) -> str:
-    """The study that a page's ``wucht new KIND my-KIND.toml`` is about; a rotor is run up."""
-    kind = Path(file).stem.removeprefix("my-")
-    return {"rotor": "run-up", "cam": "cam-contour"}.get(kind, kind)
+def _provide(study: str) -> None:
+    """A file of the reader's own, my-rotor.toml or my-cam.toml, that the page does not have: from a template."""
+    kind = {"my-rotor.toml": "run-up", "my-cam.toml": "cam-contour"}.get(study)
+    if kind is not None and not Path(study).is_file():
+        Path(study).write_text(studies()[kind].template or "", encoding="utf-8")
 
 
 def _make(words: list[str]) -> None:
@@ -163,6 +162,7 @@ def test_pages_run_as_they_are_read(name: str, wucht: Any, here: Path, monkeypat
         if block.said and block.language in ("sh", "python"):
             assert missing(block.said, printed) == [], printed
     for words in inline_commands(page):
+        _provide(words[2])
         done = wucht(*words[1:])
         assert done.code == 0, (words, done.err)
 

@@ -1,0 +1,101 @@
+"""The keys of a table of a file, from its JSON schema: what each one is, its unit, default and limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel
+
+from wucht.checking import fields_of
+
+Schema = Mapping[str, Any]  # or a part of one
+_TYPES = {"boolean": "true or false", "integer": "whole number", "string": "text", "array": "list", "object": "table"}
+_LIMITS = (
+    (("exclusiveMinimum", "gt"), ">"), (("minimum", "ge"), ">="), (("exclusiveMaximum", "lt"), "<"), (("maximum", "le"), "<="),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key. name: with the tables it is in, as ``motion.amplitude``; ``mounts[].at`` of each table of a list.
+
+    unit: SI; None where it is no quantity. needed: whether it must be given; default: else, None where it may be left out.
+    allowed: limits in SI, or the words that are known. what: it is, in words.
+    """
+
+    name: str
+    type: str
+    unit: str | None
+    needed: bool
+    default: Any
+    allowed: str
+    what: str
+
+
+def keys_of(cls: type[BaseModel]) -> tuple[Key, ...]:
+    """The keys that may be given in a table, those of tables inside after them."""
+    schema, given = cls.model_json_schema(), fields_of(cls, given=True)
+    own = {name: described for name, described in schema.get("properties", {}).items() if name in given}
+    return tuple(_keys(schema | {"properties": own}, schema.get("$defs", {}), "", ()))
+
+
+def _keys(table: Schema, defs: Schema, path: str, seen: tuple[str, ...]) -> Iterator[Key]:
+    """seen: the tables that this one is in, which may be in each other."""
+    for name, described in table.get("properties", {}).items():
+        pairs = list(_forms(described))
+        forms, default = [described, *(form for form, _ in pairs)], described.get("default")
+        yield Key(
+            path + name, _type([form for form, _ in pairs]), next((f["unit"] for f in forms if "unit" in f), None),
+            name in table.get("required", ()), None if default in ([], {}) else default, _allowed(forms), _what(forms),
+        )  # fmt: skip
+        for form, listed in pairs:
+            title = form.get("$ref", "").rpartition("/")[2]
+            if title and title not in seen:
+                yield from _keys(defs[title], defs, f"{path}{name}{'[]' if listed else ''}.", (*seen, title))
+
+
+def _forms(described: Schema) -> Iterator[tuple[Schema, bool]]:
+    """The ways in which a value may be given, without none at all; and whether it is a table in a list."""
+    if several := described.get("anyOf") or described.get("oneOf") or described.get("allOf"):
+        for form in several:
+            yield from _forms(form)
+    elif described.get("type") == "array" and "$ref" in described.get("items", {}):
+        yield described["items"], True
+    elif described.get("type") != "null":
+        yield described, False
+
+
+def _type(forms: Sequence[Schema]) -> str:
+    """In words, such as ``number or pair``."""
+    words: dict[str, None] = {}
+    numeric = any(form.get("type") == "number" for form in forms)
+    for form in forms:
+        if numeric and form.get("type") == "string" and "enum" not in form and "const" not in form:
+            continue  # the number with its unit
+        if "$ref" in form:
+            words["table"] = None
+        elif form.get("type") == "array" and form.get("maxItems") == form.get("minItems") == 2:
+            words["pair"] = None
+        elif "enum" in form or "const" in form:
+            words["word"] = None
+        else:
+            words[_TYPES.get(form.get("type", ""), "number" if form.get("type") == "number" else "value")] = None
+    return " or ".join(words)
+
+
+def _allowed(forms: Sequence[Schema]) -> str:
+    """Limits, or the words that are known."""
+    words = [str(w) for form in forms for w in (*form.get("enum", ()), *([form["const"]] if "const" in form else []))]
+    if words:
+        return ", ".join(dict.fromkeys(words))
+    found = {sign: form[name] for names, sign in _LIMITS for name in names for form in forms if name in form}
+    return ", ".join(f"{sign} {limit:g}" for sign, limit in found.items())
+
+
+def _what(forms: Sequence[Schema]) -> str:
+    """In words, empty where the schema has none."""
+    return next(
+        (str(f["description"]) for f in forms if "description" in f and not f["description"].startswith("a number with")), ""
+    )
