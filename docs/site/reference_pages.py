@@ -37,7 +37,7 @@ HEADS = ("key", "what", "unit", "default", "what it may be")
 def pages(entries: Sequence[Entry]) -> dict[str, str]:
     """All of them by file name, and a list of each."""
     asked = {kind: [e for e in entries if e.asked.spec.kind == kind] for kind in studies()}
-    written = {f"studies/{kind}.md": _study(study, asked[kind]) for kind, study in studies().items()}
+    written = {f"studies/{kind}.md": _linking(_study(study, asked[kind])) for kind, study in studies().items()}
     rows = [(f"[`{kind}`]({kind}.md)", study.line) for kind, study in studies().items()]
     written["studies/index.md"] = _list("Studies", "What can be asked. `wucht new STUDY` writes a file to start from.", rows)
     texts = {e.name: (FOLDER / f"{e.name}.toml").read_text(encoding="utf-8") for e in entries}
@@ -49,10 +49,11 @@ def pages(entries: Sequence[Entry]) -> dict[str, str]:
 
 
 def parts() -> Iterator[tuple[str, tuple[str, type[Any], str]]]:
-    """Place of the page, and kind, class, table of each part; a family that is not known here is called others."""
-    for kind, cls in known(Part).items():
-        family = next((f for f, (base, _) in FAMILIES.items() if issubclass(cls, base)), "others")
-        yield f"{family}/{kind}", (kind, cls, FAMILIES[family][1] if family in FAMILIES else "")
+    """Place of the page, and kind, class, table of each part; those of a family that is not known here are others."""
+    for family, (base, where) in FAMILIES.items():
+        yield from ((f"{family}/{kind}", (kind, cls, where)) for kind, cls in known(base).items())
+    bases = tuple(base for base, _ in FAMILIES.values())
+    yield from ((f"others/{kind}", (kind, cls, "")) for kind, cls in known(Part).items() if not issubclass(cls, bases))
     for family, (kinds, where) in CAMS.items():
         yield from ((f"{family}/{kind}", (kind, cls, where)) for kind, cls in kinds.items())
 
@@ -77,6 +78,12 @@ def _study(study: Study, asked: Sequence[Entry]) -> str:
     if study.template:
         lines += ["## A file to start from", "", *toml_block(study.template), ""]
     return "\n".join(lines)
+
+
+def _linking(page: str) -> str:
+    """A page of a study in which the classes of other studies are links to their pages."""
+    pages = {study.spec.__name__: kind for kind, study in studies().items()}
+    return re.sub(r"see `(\w+)`", lambda m: f"see [{pages[m[1]]}]({pages[m[1]]}.md)" if m[1] in pages else m[0], page)
 
 
 _TILED = "Several machines can compute it: [`--scheduler`](../several-machines.md)."
