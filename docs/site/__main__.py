@@ -9,14 +9,17 @@ from __future__ import annotations
 import argparse
 import logging
 import shutil
+import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from . import api_page, citing, gallery_pages, reference_pages
+from . import api_page, citing_page, gallery_pages, reference_pages
 from .gallery import EXPENSIVE, ROOT, Entry, entry, names
 from .markdown import naturally
 from .printed_equations import with_equations
 
+NEEDED = ("mkdocs", "material", "mkdocstrings", "latex2mathml", "yaml")
 _OWN = ("README.md", "index.md")  # the page of a folder itself
 HERE, PAGES, SITE = Path(__file__).parent, ROOT / "build" / "docs", ROOT / "build" / "site"
 NAVIGATION: list[Any] = [
@@ -42,6 +45,8 @@ def main() -> None:
         "--gallery", choices=("quick", "all", "kept"), default="quick", help="what is computed if it is not kept"
     )
     wanted = asked.parse_args().gallery
+    if missing := [name for name in NEEDED if find_spec(name) is None]:
+        sys.exit(f"needed is {', '.join(missing)}: pip install 'wucht[docs]', or make docs")
     entries = []
     for i, name in enumerate(sorted(names(), key=naturally), 1):
         print(f"[{i}/{len(names())}] {name}", flush=True)
@@ -56,7 +61,8 @@ def write(entries: list[Entry]) -> None:
     shutil.rmtree(PAGES, ignore_errors=True)
     shutil.copytree(HERE.parent, PAGES, ignore=shutil.ignore_patterns("site", "__pycache__"))
     shutil.copytree(HERE / "assets", PAGES / "assets", dirs_exist_ok=True)
-    pages = gallery_pages.pages(entries) | reference_pages.pages(entries) | citing.pages() | {"api.md": api_page.page()}
+    pages = gallery_pages.pages(entries) | reference_pages.pages(entries)
+    pages |= {"api.md": api_page.page(), "citing.md": citing_page.page()}
     pages["changes.md"] = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     for name, text in pages.items():
         _file(name).write_text(text, encoding="utf-8")

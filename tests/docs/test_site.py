@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from docs.site import __main__ as site
 from docs.site import gallery, pictures, reference_pages
 from docs.site.gallery import Entry
 from docs.site.published import at, compared, contradicted, published
@@ -24,7 +25,6 @@ from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
 FEW = ("drozdetskaya-2020/figure-2.7", "sperling-rollers/figure-8", "practice/grinder-2-balls")
-NEEDED = ("mkdocs", "material", "mkdocstrings", "latex2mathml")
 
 
 @pytest.fixture(scope="module")
@@ -112,11 +112,9 @@ def test_an_answer_is_kept_until_question_or_code_change(tmp_path: Path, monkeyp
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(any(find_spec(n) is None for n in NEEDED), reason="needs the extra docs: pip install 'wucht[docs]'")
+@pytest.mark.skipif(any(find_spec(n) is None for n in site.NEEDED), reason="needs the extra docs: pip install 'wucht[docs]'")
 def test_the_site_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With a few files of the catalogue. A link that leads nowhere, a reference to nothing, is an error."""
-    from docs.site import __main__ as site
-
     for module, name in ((gallery, "KEPT"), (site, "PAGES"), (site, "SITE")):
         monkeypatch.setattr(module, name, tmp_path / name)
     entries = [gallery.entry(n) for n in FEW]

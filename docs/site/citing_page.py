@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import yaml
-
 from .gallery import ROOT
 
 _AFTER = """
@@ -17,12 +15,11 @@ papers are listed under [sources](sources.md), with what is wrong in print under
 """
 
 
-def pages() -> dict[str, str]:
-    """The page on citing."""
-    return {"citing.md": _citing(yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8")))}
+def page() -> str:
+    """How to cite the program, and what was computed with it."""
+    import yaml
 
-
-def _citing(about: dict[str, Any]) -> str:
+    about: dict[str, Any] = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     authors = " and ".join(a.get("name") or f"{a['family-names']}, {a['given-names']}" for a in about["authors"])
     title, version, year = about["title"], about["version"], about["date-released"].year
     entry = {"author": authors, "title": title, "version": version, "year": year}
