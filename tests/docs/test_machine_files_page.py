@@ -25,6 +25,7 @@ def test_its_files_run(wucht, here, number, outcome, speed):
     assert summary["final_speed"] == pytest.approx(speed, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_what_the_page_on_the_fan_prints(wucht, here):
     page = (DOCS / "practice" / "fan.md").read_text(encoding="utf-8")
     said = re.search(r"```text\n(.*?)```", page, re.DOTALL).group(1)

@@ -48,6 +48,34 @@ def test_a_vibration_decays_by_a_straight_line() -> None:
     assert energy_gap(rows) < 1e-9
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("ratio", "friction"), [(1.5, 0.3), (0.7, 0.4)])
+def test_forced_vibration_with_dry_friction(ratio: float, friction: float) -> None:
+    """J. P. Den Hartog, Trans. ASME 53 (1931) APM-53-9, 107-115: x_0 = (P/k) sqrt(V^2 - (F/P)^2 H^2) of steady motion
+    without stops, V = 1/(1 - b^2), H = sin(pi/b)/(b (1 + cos(pi/b))), b the frequency by the natural one.
+
+    The force turns over late by a time that goes with the square root of the build-up, and so does what is missing.
+    """
+    natural = np.sqrt(2e4 / 5.0)
+    load = 2.0 * 1e-3 * (ratio * natural) ** 2
+    v, angle = 1 / (1 - ratio**2), np.pi / ratio
+    h = np.sin(angle) / (ratio * (1 + np.cos(angle)))
+
+    def amplitude(build_up: float) -> float:
+        document = {
+            "carrier": {"mass": 3.0, "directions": "x", "stiffness": 2e4},
+            "bodies": [ROTOR | {"eccentricity": 1e-3}],
+            "drive": {"kind": "constant-speed", "speed": ratio * natural},
+            "attachments": [DAMPER | {"force": friction * load, "build_up": build_up}],
+        }
+        return float(np.abs(moved(document, grid=np.linspace(0.0, 12.0, 12001))["carrier.x"][-2000:]).max())
+
+    coarse, fine = amplitude(1e-6), amplitude(1e-7)
+    expected = load / 2e4 * np.sqrt(v**2 - friction**2 * h**2)
+    assert fine == pytest.approx(expected, rel=1.5e-2)
+    assert fine + (fine - coarse) / (np.sqrt(10) - 1) == pytest.approx(expected, rel=3e-3)
+
+
 def test_it_holds_what_pulls_with_less_than_its_force() -> None:
     """A spring pulls with half of it: the carrier gives way by a few d, and stays."""
     carrier = {"mass": 3.0, "directions": "x", "stiffness": 2e4, "damping": 60.0}

@@ -228,7 +228,8 @@ DRIVES = {
 
 
 def test_every_drive_of_the_package_is_tried():
-    assert set(wucht.parts.drives()) == set(DRIVES)
+    refused = {"inverter"}  # its torque does not follow from the speed: test_cam_prediction_verdict.py
+    assert set(wucht.parts.drives()) == {*DRIVES, *refused}
 
 
 @pytest.mark.parametrize("kind", [k for k in DRIVES if k not in ("constant-speed", "synchronous")])
