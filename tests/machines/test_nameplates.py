@@ -25,7 +25,7 @@ KRAUSE = {
     500: (2300, 1773, 0.262, 0.187, 1.206, 54.02),
     2250: (2300, 1786, 0.029, 0.022, 0.226, 13.04),
 }
-# What a catalogue says of a common four-pole cage motor of 4 kW.
+# Values usual for a four-pole cage motor of 4 kW.
 CAGE = {
     "power": "4 kW", "speed": "1435 rpm", "voltage": "400 V", "connection": "delta", "frequency": "50 Hz",
     "efficiency": "86.6 %", "power_factor": 0.81, "breakdown_torque_ratio": 3.0, "starting_torque_ratio": 2.3,
@@ -162,7 +162,7 @@ def test_klosss_formula_where_the_data_allow_no_circuit():
     assert made.doubts() == ()
 
 
-def test_a_cage_motor_of_a_catalogue():
+def test_a_usual_cage_motor():
     """Rated point, breakdown torque and power factor are met; the winding takes half of what is lost outside the cage."""
     made, rated = Induction(nameplate=CAGE), 4000 / (1435 * math.pi / 30)
     assert made.torque_at(1435 * math.pi / 30) == pytest.approx(rated, rel=1e-9)

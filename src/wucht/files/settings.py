@@ -97,7 +97,8 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str)
             below["xy".index(inner[1])] = value
             return
         elif len(inner) == 2 and inner[1] in ("x", "y") and name in target:
-            raise InputError(where, value, f"{key}.{name} is one number here; set both at once: {key}.{name} = [X, Y]")
+            both = where.removeprefix("machine.set.").rpartition(".")[0]
+            raise InputError(where, value, f"{both} is one number here; set both at once: {both} = [X, Y]")
         else:
             break
     if len(inner) != 1 or not isinstance(target, dict):

@@ -35,7 +35,7 @@ class Induction(Drive):
 
     kind = "induction"
 
-    nameplate: InductionNameplate | None = Field(None, description="nameplate")
+    nameplate: InductionNameplate | None = Field(None, description="what is printed on the motor, instead of its circuit")
     voltage: float = si("V", "voltage of a phase", "U_1")
     frequency: float = si("Hz", "frequency of the mains", "f", ge=0)
     pole_pairs: float = si("", "number of pole pairs", "p", ge=1)
