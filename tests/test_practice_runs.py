@@ -140,7 +140,7 @@ def test_the_fan_on_a_belt_is_driven_by_the_motor_of_its_nameplate() -> None:
 
 
 def test_the_balls_of_the_ring_stand_where_their_seed_says() -> None:
-    machine = read_study("practice/fan-ball-ring", {"b.count": 5, "b3.mass": "3 g"}).subject
+    machine = read_study("practice/fan-ball-ring", {"b3.mass": "3 g", "b.count": 5}).subject
     assert [b.name for b in machine.bodies] == ["impeller", *(f"b{k}" for k in range(1, 6))]
     assert [machine.values[f"b{k}.mass"] for k in (2, 3)] == pytest.approx([2.1e-3, 3e-3])
     assert machine.drives[0].torque_at(6940 * math.pi / 30) == pytest.approx(0.177)

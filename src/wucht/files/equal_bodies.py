@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
@@ -69,7 +70,19 @@ def keys_in_files(cls: type[BaseModel]) -> tuple[Key, ...]:
     return (*(k for k in keys_of(cls) if k.name not in {m.name for m in more}), *more)
 
 
-def groups(document: Document) -> list[str]:
+def of_all_first(document: Document, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings by path, first those of all bodies of a ``count``: what is set of one of them counts before it."""
+    several = _groups(document)
+    return dict(sorted(settings.items(), key=lambda setting: setting[0].partition(".")[0] not in several))
+
+
+def is_of_one(document: Document, path: str) -> bool:
+    """Whether a path is that of one of the bodies that a table stands for."""
+    head = path.partition(".")[0]
+    return any(head.startswith(name) and head.removeprefix(name).isdigit() for name in _groups(document))
+
+
+def _groups(document: Document) -> list[str]:
     """The names of the tables that stand for several bodies."""
     tables = document.get("bodies")
     return [str(t["name"]) for t in tables if _is_group(t) and "name" in t] if isinstance(tables, list) else []
