@@ -161,4 +161,4 @@ def test_a_second_process_derives_nothing_and_computes_the_same(folder):
 def test_by_default_it_lies_in_the_users_cache_folder(monkeypatch):
     monkeypatch.delenv("WUCHT_CACHE_DIR")
     monkeypatch.setenv("XDG_CACHE_HOME", str(Path("/somewhere")))
-    assert disk_cache._top().name == "wucht"
+    assert disk_cache.cache_folder().name == "wucht"

@@ -7,7 +7,7 @@ from typing import Literal
 import pytest
 from pydantic import Field
 
-from wucht.cli.list import _kinds
+from wucht.cli.list import kinds
 from wucht.fields import Described, si
 from wucht.keys import Key, keys_of
 from wucht.studies.registry import studies
@@ -54,7 +54,7 @@ def test_what_a_key_is() -> None:
     assert keys["many[].@"] == Key("many[].@", "pair", "m", True, None, "", "place")
 
 
-EVERY = {name: cls for of_kind in _kinds().values() for name, cls in of_kind.items()}
+EVERY = {name: cls for of_kind in kinds().values() for name, cls in of_kind.items()}
 EVERY |= {kind: study.spec for kind, study in studies().items()}
 
 

@@ -90,7 +90,7 @@ def _folder() -> Path:
     files = [os.path.join(folder, name) for folder, _, names in os.walk(Path(__file__).parent) for name in names]  # noqa: PTH118
     states = sorted((path, os.stat(path).st_mtime_ns) for path in files if path.endswith(".py"))  # noqa: PTH116
     state = sha256(repr((sys.version, sympy.__version__, states)).encode()).hexdigest()[:16]
-    folder = _top() / f"derived-{state}"
+    folder = cache_folder() / f"derived-{state}"
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
@@ -99,7 +99,8 @@ def _folder() -> Path:
     return folder
 
 
-def _top() -> Path:
+def cache_folder() -> Path:
+    """The folder of all that is kept between processes: the user's own, or ``WUCHT_CACHE_DIR``."""
     given = os.environ.get("WUCHT_CACHE_DIR")
     if given:
         return Path(given)

@@ -508,7 +508,7 @@ USAGE = {
     "no result": (("plot",), "result"),
     "unknown format": (("plot", "a", "--format", "gif"), "gif"),
     "no name": (("new",), "name"),
-    "list of something": (("list", "x"), "x"),
+    "list of something": (("list", "x", "y"), "y"),
     "no machine": (("equations",), "study"),
     "app": (("app",), "not yet"),
 }
@@ -558,7 +558,7 @@ def test_plot_of_a_file_that_is_no_result(refused: Refused, here: Path, content:
 def test_plot_of_nothing(refused: Refused, here: Path) -> None:
     Path("folder").mkdir()
     refused("plot", "nowhere.nc", says=("nowhere.nc: ", "there is no such file"))
-    refused("plot", "folder", says=("folder: ",))
+    refused("plot", "folder", says=("folder/result.nc: ", "there is no such file"))
     refused("plot", "")
 
 

@@ -260,6 +260,14 @@ def test_a_value_that_is_not_allowed_beside_another_is_the_fault_of_the_one_that
         machine_with(voltage, reactance, drive=INDUCTION | {"rotor_reactance": 0.0})
 
 
+def test_smooth_is_the_cubic_that_the_docs_say():
+    points = [["0 s", "10 rad/s"], ["4 s", "50 rad/s"]]
+    machine = machine_with({"parameter": "drive.no_load_speed", "points": points, "interpolation": "smooth"})
+    s = np.array([0.0, 0.1, 0.5, 0.8, 1.0])
+    at = [machine.at(4 * x).values["drive.no_load_speed"] for x in s]
+    assert at == pytest.approx(10 + 40 * (3 * s**2 - 2 * s**3))
+
+
 def test_one_schedule_a_parameter():
     with pytest.raises(
         InputError, match=r"schedules\[1\].parameter: given 'drive.slope'; this parameter has a schedule already"

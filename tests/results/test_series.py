@@ -25,6 +25,7 @@ def test_each_file_runs_over_one_thing(tmp_path: Path) -> None:
         "power": variable("time", [1.0, -np.inf], "power", "W"),
         "outcome": variable("y x", np.array([["a", "b", "c"]]), "outcome"),
         "mass": variable("body", [9.0, 0.125], "mass", "kg"),
+        "state": variable("state x", [[1, 2, 3]], "state"),
         "free": variable("", 200.0, "no-load speed", "rad/s"),
     }
     coordinates = {
@@ -35,11 +36,12 @@ def test_each_file_runs_over_one_thing(tmp_path: Path) -> None:
     }
     result = xr.Dataset(data, coordinates, {"study": "run-up"})
     written = save_csv(result, tmp_path)
-    names = ["run-up-time.csv", "run-up-y-x.csv", "run-up-body.csv", "run-up-numbers.csv"]
+    names = ["run-up-time.csv", "run-up-y-x.csv", "run-up-body.csv", "run-up-state-x.csv", "run-up-numbers.csv"]
     assert [path.name for path in written] == names
-    over_time, over_both, by_body, numbers = map(rows, written)
+    over_time, over_both, by_body, states, numbers = map(rows, written)
     assert over_time[0] == ["time [s]", "speed drum [rad/s]", "speed p, 1 [rad/s]", "phase p, 1 [rad]", "power [W]"]
     assert over_time[1:] == [["0.0", "0.1", "", "0.0", "1.0"], ["0.5", repr(1 / 3), "1e-300", "1.0", "-inf"]]
     assert over_both == [["y", "x [N m s]", "outcome"], ["0", "1.0", "a"], ["0", "2.0", "b"], ["0", "3.0", "c"]]
     assert by_body == [["body", "mass [kg]", "kind"], ["drum", "9.0", "rotor"], ["p, 1", "0.125", "ball"]]
+    assert states == [["state index", "x [N m s]", "state"], ["0", "1.0", "1"], ["0", "2.0", "2"], ["0", "3.0", "3"]]
     assert numbers == [["name", "value", "unit"], ["free", "200.0", "rad/s"]]

@@ -22,6 +22,7 @@ DescribedT = TypeVar("DescribedT", bound=Described)
 TOUCHING = 1e-9  # of the torques: where the difference of drive and resistance has an extremum so small, they touch
 _CROSSING = 1e-6  # of the torques: what is left at a root; more is left at a pole of the vibration
 _AROUND = 1e-3  # of the largest speed: how far around a working point torques are compared with
+_BESIDE = 1e-9  # of the largest speed: how near to a jump of the drive's torque is looked
 _FAST = 1e9  # rad/s: a torque left at all speeds up to this meets no load
 
 
@@ -30,7 +31,7 @@ class WorkingPoint:
     """A steady speed. torque: of the drive there. slope, no_load_speed: of the straight line that replaces its characteristic.
 
     stable: the resistance grows faster with the speed than the drive's torque. tangential: they touch, and do not cross: from
-    one side the speed leaves. slip: of an induction motor.
+    one side the speed leaves. slip: of an induction motor. At the set speed of a controlled drive the slope is infinite.
     """
 
     speed: float
@@ -46,8 +47,8 @@ class WorkingPoint:
 class TorqueCurves:
     """The torques on a rotor's shaft over its speed, signed.
 
-    forced: the vibration, of all bodies turning as fast as the rotor. range: of the speed, in rad/s. points: evenly spaced
-    over it.
+    forced: the vibration, of all bodies turning as fast as the rotor, not numbers where there is none. range: of the speed, in
+    rad/s. points: evenly spaced over it.
     """
 
     machine: Machine
@@ -96,15 +97,33 @@ class TorqueCurves:
             synchronous, breakdown = d.reduced_synchronous_speed(), d.reduced_breakdown()
             if synchronous is not None and breakdown is not None:
                 pieces += [synchronous * (1 + breakdown[0] * near * k) for k in (2, 20)]
+        pieces += [self._beside(held) for held in self._set_speeds]
         speeds = np.unique(np.concatenate(pieces))
         speeds = speeds[(speeds >= low) & (speeds <= high)]
         return np.unique(np.concatenate([speeds, self._extremes(speeds)]))
+
+    @property
+    def _set_speeds(self) -> list[float]:
+        """The speeds at which a controlled drive on the shaft gives any torque within its limits."""
+        return [w for d in self.drives if (w := d.held_speed()) is not None]
+
+    def _beside(self, speed: float) -> np.ndarray:
+        """Speeds just below and above one at which the drive's torque jumps."""
+        return speed + np.array([-_BESIDE, _BESIDE]) * max(map(abs, self.range))
+
+    @cached_property
+    def _held(self) -> list[float]:
+        """The set speeds in the range at which the torque that is needed is within the drive's limits."""
+        low, high = self.range
+        inside = [w for w in self._set_speeds if low < w < high]
+        return [w for w in inside if (np.sign(self.surplus(self._beside(w))[0]) == (1, -1)).all()]
 
     @cached_property
     def working_points(self) -> list[WorkingPoint]:
         """All of them, in increasing order of the speed."""
         grid, ends = self.grid, self.grid[[0, -1]]
         roots = np.unique([*crossings(lambda w: self.surplus(w)[0], grid), *ends[self.surplus(ends)[0] == 0]])
+        roots = roots[~np.isin(roots, self._set_speeds)]
         crossing, extremes = roots[self._share(roots) < _CROSSING], self._extremes(grid)
         touching = extremes[self._share(extremes) < TOUCHING]
         # Where the curves cross between an extremum's two neighbours on the grid they do not merely touch.
@@ -112,7 +131,8 @@ class TorqueCurves:
         low, high = grid[np.maximum(at - 2, 0)], grid[np.minimum(at + 2, last)]
         touching = touching[~((crossing >= low[:, None]) & (crossing <= high[:, None])).any(axis=1)]
         points = [*((w, False) for w in crossing.tolist()), *((w, True) for w in touching.tolist())]
-        return [self._point(w, tangential) for w, tangential in sorted(points)]
+        found = [self.point(w, float(self.surplus(np.array([w]))[1][0]) < 0, tangential) for w, tangential in points]
+        return sorted([*found, *map(self._held_point, self._held)], key=lambda point: point.speed)
 
     def _share(self, speeds: np.ndarray) -> np.ndarray:
         """The magnitude (N,) of the surplus, of the torques around there of which it is the difference."""
@@ -121,13 +141,18 @@ class TorqueCurves:
         left, scale = np.abs(self.surplus(speeds)[0]), np.abs(torques).max(axis=(0, 2))
         return np.asarray(np.divide(left, scale, out=np.zeros_like(left), where=scale > 0))
 
-    def _point(self, speed: float, tangential: bool) -> WorkingPoint:
-        at = np.array([speed])
-        (torque, rise), surplus_slope = (float(x[0, 0]) for x in self._shaft(at)), float(self.surplus(at)[1][0])
+    def point(self, speed: float, stable: bool, tangential: bool = False) -> WorkingPoint:
+        """That at a speed which is known to be one."""
+        torque, rise = (float(x[0, 0]) for x in self._shaft(np.array([speed])))
         synchronous = next((w for d in self.drives if (w := d.reduced_synchronous_speed()) is not None), None)
         no_load = speed - torque / rise if rise else math.copysign(math.inf, torque)
         slip = None if synchronous is None else 1 - speed / synchronous
-        return WorkingPoint(speed, torque, surplus_slope < 0 and not tangential, tangential, -rise, no_load, slip)
+        return WorkingPoint(speed, torque, stable and not tangential, tangential, -rise, no_load, slip)
+
+    def _held_point(self, speed: float) -> WorkingPoint:
+        """At a set speed: the torque is what load and vibration take, and the characteristic an upright line."""
+        _, load, vibration = self.torques(np.array([speed]))[0][:, 0].tolist()
+        return WorkingPoint(speed, load + vibration, True, False, math.inf, speed, None)
 
     @property
     def breakdown(self) -> tuple[float, float, float] | None:

@@ -12,6 +12,11 @@ _OBJECTS = 200_000  # more between two collections: what libraries and formulas 
 
 def main() -> None:
     """Entry point of ``wucht``."""
+    if sys.argv[1:2] == ["complete-words"]:  # a shell asks, as the scripts of ``completion`` do
+        from wucht.cli.completing import words
+
+        sys.stdout.write("".join(f"{word}\n" for word in words(" ".join(sys.argv[2:]))))
+        _leave(0)
     gc.set_threshold(_OBJECTS)
     from wucht.cli.app import run_app
 

@@ -45,8 +45,10 @@ def explorer() -> None:
     raise InputError("app", None, "not yet: the explorer comes with a later version")
 
 
-def _register() -> None:
+def register() -> None:
+    """Give the app its commands."""
     from wucht.cli.compare import compare
+    from wucht.cli.completion import completion
     from wucht.cli.equations import equations
     from wucht.cli.export import export
     from wucht.cli.list import list_all
@@ -57,6 +59,7 @@ def _register() -> None:
     app.registered_commands.clear()
     commands: dict[str, Callable[..., None]] = {
         "run": run, "compare": compare, "list": list_all, "new": new, "equations": equations, "plot": plot, "export": export,
+        "completion": completion,
     }  # fmt: skip
     for name, command in (commands | {"app": explorer}).items():
         app.command(name, hidden=command is explorer)(_saying(command))
@@ -77,7 +80,7 @@ def _saying(command: Callable[..., None]) -> Callable[..., None]:
 
 def run_app() -> int:
     """Run the command line; its exit code: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted."""
-    _register()
+    register()
     try:
         code = app(standalone_mode=False)
         sys.stdout.flush()  # while it can still be said that this does not work

@@ -40,7 +40,7 @@ def compare(
 
         return read_comparison(of, parse_settings(set_ or []), parse_lists(vary or []))
 
-    tell("comparison", read, out or _folder([*of, *(v.partition("=")[0] for v in vary or [])]), as_json, csv, resume)
+    tell(", ".join(of), read, out or _folder([*of, *(v.partition("=")[0] for v in vary or [])]), as_json, csv, resume)
 
 
 def _folder(names: list[str]) -> Path:

@@ -88,11 +88,11 @@ def _print(lines: list[str], latex: bool) -> None:
 
 def _full(machine: Machine, notation: Notation, latex: bool) -> list[str]:
     from wucht.mechanics.lagrange import equations_of_motion
-    from wucht.mechanics.notation import written
+    from wucht.mechanics.notation import written, written_own
 
     motion = equations_of_motion(machine.energies, machine.coordinates)
-    zero = _left_out(machine)
-    return written(motion, machine.coordinates, notation, zero, latex, normalise=not machine.units.time)
+    lines = written(motion, machine.coordinates, notation, _left_out(machine), latex, normalise=not machine.units.time)
+    return [*lines, *written_own(machine.internal, machine.coordinates, notation, latex)]
 
 
 def _left_out(machine: Machine) -> list[Symbol]:

@@ -33,7 +33,7 @@ def list_all(
     from wucht.files.documents import read_toml
     from wucht.studies.registry import studies
 
-    listed = {title: _first(of_kind) for title, of_kind in _kinds().items()}
+    listed = {title: _first(of_kind) for title, of_kind in kinds().items()}
     listed["studies"] = {kind: study.line for kind, study in studies().items()}
     listed["catalogue"] = {n: str(read_toml(FOLDER / f"{n}.toml").get("title", "")) for n in names()}
     for title, entries in listed.items():
@@ -43,16 +43,17 @@ def list_all(
             typer.echo(f"  {entry:{width}}  {line}")
 
 
-def _kinds() -> dict[str, Mapping[str, type]]:
+def kinds() -> dict[str, Mapping[str, type]]:
     """All that a file can name, but for studies, by what it is."""
     from wucht.cams.tables.follower import FOLLOWERS
     from wucht.cams.tables.kinds_of_law import LAWS
     from wucht.cams.tables.linkage import LINKAGES
     from wucht.machines.models import models
-    from wucht.machines.parts import bodies, carriers, drives, loads
+    from wucht.machines.parts import attachments, bodies, carriers, drives, loads
 
-    kinds: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
-    return kinds | {"dimensionless machines": models(), "laws of cams": LAWS, "followers": FOLLOWERS, "linkages": LINKAGES}
+    parts: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
+    parts["attachments"] = attachments()
+    return parts | {"dimensionless machines": models(), "laws of cams": LAWS, "followers": FOLLOWERS, "linkages": LINKAGES}
 
 
 def _first(kinds: Mapping[str, type]) -> dict[str, str]:
@@ -62,6 +63,7 @@ def _first(kinds: Mapping[str, type]) -> dict[str, str]:
 _TABLES = {
     "carriers": '[machine.carrier] directions = "{}"', "bodies": '[[machine.bodies]] kind = "{}"',
     "drives": '[machine.drive] kind = "{}"', "loads": '[[machine.loads]] kind = "{}"',
+    "attachments": '[[machine.attachments]] kind = "{}"',
     "dimensionless machines": '[machine] model = "{}", keys of [machine.parameters]', "laws of cams": '[law] kind = "{}"',
     "followers": '[follower] kind = "{}"', "linkages": '[linkage] kind = "{}"', "studies": '[study] kind = "{}"',
 }  # fmt: skip
@@ -74,7 +76,7 @@ def _list_one(name: str, as_json: bool) -> None:
     from wucht.files.equal_bodies import keys_in_files
     from wucht.studies.registry import studies
 
-    known: dict[str, Mapping[str, Any]] = {**_kinds(), "studies": studies()}
+    known: dict[str, Mapping[str, Any]] = {**kinds(), "studies": studies()}
     found = {title: of_kind[name] for title, of_kind in known.items() if name in of_kind}
     if not found:
         raise InputError("NAME", name, f"neither a study nor a part; {nearest(name, {n for k in known.values() for n in k})}")

@@ -36,7 +36,7 @@ def shaft_tables(document: Document, group: str) -> list[Document]:
     if not isinstance(several, list) or not all(isinstance(d, dict) for d in several):
         raise InputError(f"machine.{group}s", several, f"must be tables: [[machine.{group}s]]")
     tables = [single] if single is not None else several
-    rotors = [b["name"] for b in _bodies(document) if "about" not in b and "name" in b]
+    rotors = [b["name"] for b in _tables(document, "bodies") if "about" not in b and "name" in b]
     if len(rotors) == 1:
         for described in tables:
             described.setdefault("on", rotors[0])
@@ -48,10 +48,10 @@ def shaft_paths(group: str, shafts: Sequence[tuple[str, str]]) -> list[str]:
     return [f"{group}s.{label}" if label else group for label in shaft_labels(shafts)]
 
 
-def _bodies(document: Document) -> list[Document]:
-    """The tables of bodies, as far as they are tables: what is wrong in them is reported when they are read."""
-    bodies = document.get("bodies")
-    return [b for b in bodies if isinstance(b, dict)] if isinstance(bodies, list) else []
+def _tables(document: Document, key: str) -> list[Document]:
+    """The tables of bodies or attachments, as far as they are tables: what is wrong in them is reported when they are read."""
+    tables = document.get(key)
+    return [t for t in tables if isinstance(t, dict)] if isinstance(tables, list) else []
 
 
 def _set(document: Document, path: str, value: Any) -> None:
@@ -104,9 +104,9 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str)
 
 def _addressable(document: Document) -> dict[str, Document]:
     """The tables of all parts by their paths."""
-    bodies = _bodies(document)
+    bodies = _tables(document, "bodies")
     parts = {"carrier": document["carrier"]} if isinstance(document.get("carrier"), dict) else {}
-    parts |= {str(b["name"]): b for b in bodies if "name" in b}
+    parts |= {str(b["name"]): b for b in (*bodies, *_tables(document, "attachments")) if "name" in b}
     for group in ("drive", "load"):
         shafts = shaft_tables(document, group)
         paths = shaft_paths(group, [(str(t.get("on", "")), str(t.get("kind", ""))) for t in shafts])

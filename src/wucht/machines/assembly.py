@@ -16,8 +16,10 @@ import sympy as sp
 from wucht.checking import read_quantity, refuse_unknown
 from wucht.errors import InputError, WuchtError, nearest
 from wucht.fields import Parameter
+from wucht.machines.attaching import check_attachments, place_of
 from wucht.machines.models import Model
 from wucht.machines.operation import operating_speed
+from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, OnShaft, Part
 from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import Tracked
@@ -30,18 +32,21 @@ from wucht.mechanics.lagrange import Coordinate
 from wucht.quantities import Unit
 
 RESERVED = (
-    "carrier", "drive", "drives", "load", "loads", "track", "tracks", "schedules", "study", "foundation", "machine", "psi",
-    "delta",
+    "attachments", "carrier", "drive", "drives", "load", "loads", "track", "tracks", "schedules", "study", "foundation",
+    "machine", "psi", "delta",
 )  # fmt: skip
 BESIDE_A_MODEL = "not allowed beside model = {!r}, which brings its own parts"
 
 ShaftT = TypeVar("ShaftT", bound=OnShaft)
 
 
-def assembled(carrier: Any, bodies: Any, drives: Any, loads: Any, schedules: Any, tracks: Any, title: str) -> dict[str, Any]:
+def assembled(
+    carrier: Any, bodies: Any, drives: Any, loads: Any, attachments: Any, schedules: Any, tracks: Any, title: str
+) -> dict[str, Any]:
     """The fields of a ``Machine`` without contacts, from its parts. See there. Raises ``InputError``."""
     if isinstance(carrier, Model):
-        for key, given in {"bodies": bodies, "drives": drives, "loads": loads, "tracks": tracks}.items():
+        others = {"bodies": bodies, "drives": drives, "loads": loads, "attachments": attachments, "tracks": tracks}
+        for key, given in others.items():
             if given:
                 raise InputError(key, None, BESIDE_A_MODEL.format(carrier.kind))
         return _of_model(carrier, schedules, title)
@@ -56,7 +61,9 @@ def assembled(carrier: Any, bodies: Any, drives: Any, loads: Any, schedules: Any
     loads = _on_shafts(_parts_of(Load, loads, "loads"), bodies)
     if load := _repeated((x.on, x.kind) for x in loads):
         raise InputError("loads", load[0], f"two {load[1]} loads act on this body; there must be at most one of each kind")
-    return _of_parts(carrier.bearing(bodies), bodies, drives, loads, schedules, title)
+    attachments, bearing = _parts_of(Attachment, attachments, "attachments"), carrier.bearing(bodies)
+    check_attachments(attachments, bearing, (*RESERVED, *(b.name for b in bodies)))
+    return _of_parts(bearing, bodies, drives, loads, attachments, schedules, title)
 
 
 def _repeated(names: Iterable[Any]) -> Any:
@@ -164,12 +171,13 @@ def _of_model(model: Model, schedules: Any, title: str) -> dict[str, Any]:
 
 
 def _of_parts(
-    carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load], schedules: Any, title: str
-) -> dict[str, Any]:
+    carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load],
+    attachments: Sequence[Attachment], schedules: Any, title: str,
+) -> dict[str, Any]:  # fmt: skip
     carrier, tuning = carrier.tuned(partial(_moving_mass, carrier, bodies))
     prescribed = {d.on: speed for d in drives if (speed := d.prescribed_on_body()) is not None}
     _check_releases(bodies, prescribed)
-    parts: tuple[Part, ...] = (carrier, *bodies, *drives, *loads)
+    parts: tuple[Part, ...] = (carrier, *bodies, *drives, *loads, *attachments)
     parameters = {p.path: p for part in parts for p in part.parameters()}
     for b in (b for b in bodies if b.release is not None):
         parameters[f"{b.path}.locked"] = Parameter(f"{b.path}.locked", 1.0, "", "lambda", "1 while the body is locked")
@@ -183,6 +191,7 @@ def _of_parts(
     turning = {b.name: scheduled(b.coordinates()[0], prescribed.get(b.name)) for b in bodies if b.turns()}
     by_name, tree = {b.name: b for b in bodies}, Tree({b.name: b.reference for b in bodies})
     axes = {b.name: carrier.axis_at(by_name[tree.root(b.name)].place() or (sp.S.Zero, sp.S.Zero)) for b in bodies}
+    axes |= {a.name: place_of(a, carrier) for a in attachments}
     frame = replace(carrier.placed(), bodies=turning, axes=axes)
     changed = any(s.parameter.startswith(f"{b.name}.") for s in over_time for b in bodies)
     return {

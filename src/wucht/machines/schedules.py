@@ -58,7 +58,8 @@ def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequen
 
     With ``voltage = "proportional"``, and a ``boost``, a motor's voltage goes with its frequency: two schedules from one table.
 
-    time: the unit of time. Raises ``InputError``, located from ``schedules`` on, also for values that the parts do not allow.
+    Interpolations: see ``piecewise.interpolated``; ``"smooth"`` is the cubic 3 s^2 - 2 s^3 from value to value. time: the unit
+    of time. Raises ``InputError``, located from ``schedules`` on, also for values that the parts do not allow.
     """
     if not isinstance(tables, list | tuple) or not all(isinstance(t, Mapping | Schedule) for t in tables):
         raise InputError("schedules", tables, "must be tables: [[machine.schedules]]")

@@ -29,9 +29,7 @@ def save_csv(result: xr.Dataset, folder: Path) -> list[Path]:
     files. Raises ``RunError`` where they cannot be written.
     """
     tables: dict[tuple[str, ...], list[str]] = {}
-    for name, variable in result.data_vars.items():
-        tables.setdefault(_rows(result, tuple(map(str, variable.dims))), []).append(str(name))
-    for name in set(result.coords) - set(result.dims):
+    for name in [*result.data_vars, *(c for c in result.coords if not _is_scale(result, str(c)))]:
         tables.setdefault(_rows(result, tuple(map(str, result[name].dims))), []).append(str(name))
     written = []
     for rows, names in sorted(tables.items(), key=lambda item: len(item[0]) == 0):
@@ -47,7 +45,12 @@ def _rows(result: xr.Dataset, dims: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _is_names(result: xr.Dataset, dim: str) -> bool:
-    return dim in result.coords and result[dim].dtype.kind in _TEXT
+    return _is_scale(result, dim) and result[dim].dtype.kind in _TEXT
+
+
+def _is_scale(result: xr.Dataset, name: str) -> bool:
+    """Whether it is the coordinate of the dimension of that name: other variables may bear it too."""
+    return name in result.coords and result[name].dims == (name,)
 
 
 def _table(result: xr.Dataset, rows: tuple[str, ...], names: list[str]) -> list[list[Any]]:
@@ -55,15 +58,15 @@ def _table(result: xr.Dataset, rows: tuple[str, ...], names: list[str]) -> list[
     shape = tuple(result.sizes[d] for d in rows)
     columns: dict[str, np.ndarray] = {}
     for dim, index in zip(rows, np.indices(shape), strict=True):
-        if dim in result.coords:
+        if _is_scale(result, dim):
             columns[_header(result, dim)] = result[dim].values[index].ravel()
         elif len(rows) > 1:
-            columns[dim] = index.ravel()
+            columns[f"{dim} index" if dim in result.variables else dim] = index.ravel()
     for name in names:
         variable = result[name].transpose(*rows, ...)
-        values = variable.values.reshape(int(np.prod(shape)), -1)
         others = [result[d].values for d in variable.dims[len(rows) :]]
         labels = [" ".join(map(str, label)) for label in _each(others)]
+        values = variable.values.reshape(int(np.prod(shape)), len(labels))
         columns |= {_header(result, name, label): values[:, k] for k, label in enumerate(labels) if _any(values[:, k], label)}
     written = [_written(values) for values in columns.values()]
     return [list(columns), *map(list, zip(*written, strict=True))]

@@ -52,6 +52,7 @@ def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "stud
         stated = both[x.name] if x.name in both else _quantities(start.get(x.name, {}), guided, f"{where}.{x.name}")
         values[x.coordinate.position.name] = stated.get("displacement", 0.0)
         values[x.coordinate.velocity.name] = stated.get("velocity", 0.0)
+    values |= {own.state.name: 0.0 for own in machine.internal}
     return np.array([values[name] for name in machine.state_names])
 
 

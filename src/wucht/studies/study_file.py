@@ -20,7 +20,7 @@ from wucht.studies.work import Report
 if TYPE_CHECKING:
     import xarray as xr
 
-_BY_DEFAULT = {"kind": "run-up"}  # what is asked of a file without a table [study]
+DEFAULT_KIND = "run-up"  # of a file without a question
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any]
     spec = asked_study(asked).spec
     of_subject = {k: v for k, v in settings.items() if not k.startswith("study.")}
     subject, described = subject_of(spec).read(document | {"study": asked}, path, name, of_subject)
-    other = asked["kind"] != document.get("study", _BY_DEFAULT).get("kind")
+    other = asked["kind"] != document.get("study", {"kind": DEFAULT_KIND}).get("kind")
     return StudyFile(path, spec.read(asked), subject, {"study": asked, **described}, other)
 
 
@@ -173,7 +173,7 @@ def _asked(document: Document, settings: Mapping[str, Any]) -> tuple[Document, l
 
     Of a file written for another kind only what this kind knows too.
     """
-    asked = dict(table(document, "study", "study")) if "study" in document else dict(_BY_DEFAULT)
+    asked = dict(table(document, "study", "study")) if "study" in document else {"kind": DEFAULT_KIND}
     kind, known = settings.get("study.kind", asked.get("kind")), studies()
     written = asked
     spec = known[kind].spec if isinstance(kind, str) and kind in known else Spec

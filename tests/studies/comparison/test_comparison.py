@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -157,5 +156,7 @@ def test_every_study_has_the_curves_and_numbers_that_it_names(here: Path, kind: 
     spec = studies()[kind].spec
     drawn = {n for n in one.data_vars if str(n).startswith("curve_")}
     assert len(drawn) == 2 * len(spec.curves)
-    assert {n for n in spec.headline if n not in one} == set(), json.dumps(result.wucht.summary)[:3000]
+    for name in spec.headline:  # of a table one of its names, none of which need be there
+        first, _, rest = name.partition(".")
+        assert first in result.wucht.summary and (name in one or not rest or first == "fractions"), name
     assert package.draw(one) is not None

@@ -188,6 +188,10 @@ class ShaftTable(Described):
                 raise InputError("shaft.mean_speed", None, "needed is the mean speed of the eigenmotion, or [shaft.drive]")
             return None
         machine = self._machine(folder)
+        if machine.internal:
+            kind, instead = self.drive.get("kind"), "'linear' with its gain as slope, or 'constant-speed'"
+            sentence = f"not allowed on a camshaft: a controller's torque does not follow from the speed alone; take {instead}"
+            raise InputError("shaft.drive.kind", kind, sentence)
         enforced = machine.rotor.coordinate.prescribed is not None
         if enforced and self.mean_speed is not None:
             raise InputError("shaft.mean_speed", self.mean_speed, "this drive enforces a speed: give none beside it")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import ClassVar, Literal, Self
 
 import sympy as sp
@@ -12,24 +12,12 @@ from pydantic import Field, model_validator
 
 from wucht.fields import Described, Parameter, si, unit_of
 from wucht.machines.parts.frame import Frame, Point
+from wucht.machines.parts.release import Release
 from wucht.machines.parts.transmission import Transmission
 from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import Coordinate
 
 __all__ = ["Body", "Described", "Drive", "Frame", "Load", "OnShaft", "Parameter", "Part", "Point", "Release", "si", "unit_of"]
-
-
-class Release(Described):
-    """Until a time, or until the body it turns about has reached a speed for the first time, a body turns with that body."""
-
-    time: float | None = si("s", "time of release", "t_0", None, gt=0)
-    speed: float | None = si("rad/s", "speed of release", "w_0", None, gt=0)
-
-    @model_validator(mode="after")
-    def _one_of_both(self) -> Release:
-        if (self.time is None) == (self.speed is None):
-            raise ValueError("must be { time = ... } or { speed = ... }, one of both")
-        return self
 
 
 class Part(Described, ABC):
@@ -214,6 +202,10 @@ class Drive(OnShaft):
         """The synchronous speed in rad/s, None where the drive has no slip."""
         return None
 
+    def held_speed(self) -> float | None:
+        """The speed of the body in rad/s at which any torque within limits is given, None where it follows from the speed."""
+        return None
+
     def breakdown(self) -> tuple[float, float, float] | None:
         """Slip, speed in rad/s and torque in N m at which it pulls out, None where it does not."""
         return None
@@ -232,11 +224,15 @@ class Drive(OnShaft):
         speed = self.prescribed()
         return speed if speed is None or self.transmission is None else speed / self.ratio
 
-    def reduced(self, speed: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-        """The motor's torque on the body at a speed of the body, and what the transmission takes of it, against the speed."""
+    def reduced(self, speed: sp.Expr, law: Callable[[sp.Expr], sp.Expr] | None = None) -> tuple[sp.Expr, sp.Expr]:
+        """The motor's torque on the body at a speed of the body, and what the transmission takes of it, against the speed.
+
+        law: its torque at its own speed, by default that of steady operation.
+        """
+        law = law or self.torque
         if self.transmission is None:
-            return self.torque(speed), sp.S.Zero
-        torque = self.ratio * self.torque(self.ratio * speed)
+            return law(speed), sp.S.Zero
+        torque = self.ratio * law(self.ratio * speed)
         return torque, self.transmission.lost(self.path, torque, speed)
 
     def on_body(self, speed: sp.Expr) -> sp.Expr:
@@ -263,9 +259,13 @@ class Drive(OnShaft):
 
     def energies(self, frame: Frame) -> Energies:
         """The torque, on the speed of the body against the stator; through a transmission with what that loses and stores."""
+        return self.acting(frame, self.torque)
+
+    def acting(self, frame: Frame, law: Callable[[sp.Expr], sp.Expr]) -> Energies:
+        """The same with a law of the motor's torque at its own speed."""
         base = frame.rotation if self.stator == "carrier" else sp.S.Zero
         speed = frame.speed(self.on) - base
-        torque, lost = self.reduced(speed)
+        torque, lost = self.reduced(speed, law)
         motor = Applied(torque, speed, name=self.path)
         if self.transmission is None:
             return Energies(applied=(motor,))

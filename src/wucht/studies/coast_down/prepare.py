@@ -87,10 +87,11 @@ def _without_drives(machine: Machine) -> Machine:
     So does the inertia of a motor behind a gear, which without a torque of the motor loses nothing.
     """
     drives = machine.drives
-    undriven = (tuple(a for a in e.applied if a.booked != "supplied" and not a.of_drive) for e in machine.energies)
+    undriven = [tuple(a for a in e.applied if a.booked != "supplied" and not a.of_drive) for e in machine.energies]
+    own = [e.internal if len(e.applied) == len(rest) else () for e, rest in zip(machine.energies, undriven, strict=True)]
     return machine.changed(
         bodies=tuple(replace(b, coordinate=replace(b.coordinate, prescribed=None)) for b in machine.bodies),
-        energies=tuple(replace(e, applied=applied) for e, applied in zip(machine.energies, undriven, strict=True)),
+        energies=tuple(replace(e, applied=a, internal=x) for e, a, x in zip(machine.energies, undriven, own, strict=True)),
         parts=tuple(p for p in machine.parts if p not in drives),
         start_angles={},
         schedules=tuple(s for s in machine.schedules if not any(s.parameter.startswith(f"{d.path}.") for d in drives)),

@@ -17,6 +17,7 @@ from wucht.results.outcomes import Outcome
 from wucht.studies.motion.observation import motion_of
 from wucht.studies.motion.verdict import Verdict
 from wucht.studies.run_up.both_models import joined
+from wucht.studies.run_up.felt import felt
 from wucht.studies.run_up.many_runs import gathered
 from wucht.studies.run_up.prepare import Plan
 from wucht.studies.run_up.run import Findings, Motion
@@ -46,7 +47,7 @@ def _of_motion(motion: Motion) -> xr.Dataset:
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
     coordinates, data = variables(machine, motion.rows, motion.seen, motion.observation.largest)
     result = xr_.Dataset(dict(data.items()), coords=coordinates)
-    summary = _summary(machine, result, verdict)
+    summary = _summary(machine, result, verdict, motion.model.name == "full", motion.case.deck)
     flow = {"engine": motion.compiled.engine.name, "tolerance": motion.compiled.tolerance, "model": motion.model.name}
     end = {"outcome": str(verdict.outcome), "end_time": trajectory.end_time, "end_state": trajectory.end_state}
     warnings = _warnings(motion, summary["energy_residual"])
@@ -87,7 +88,7 @@ def _coarse(motion: Motion) -> tuple[str, ...]:
     )
 
 
-def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict) -> dict[str, Any]:
+def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, full: bool, deck: float | None) -> dict[str, Any]:
     time, evidence, modulation = result.time.values, verdict.evidence, verdict.modulation
     inside = (time >= verdict.window[0]) & (time <= verdict.window[1])
     inside[-1] |= not inside.any()
@@ -115,6 +116,7 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict) -> dict[str
         "max_amplitude": greatest,
         "peak_amplitude": float(result.peak_amplitude),
         "amplitude_unit": machine.orbit_unit,
+        **(felt(machine, result, inside, deck) if full else {}),
         "final_phases": verdict.phases,
         "final_residual_unbalance": verdict.residual,
         "settling_time": verdict.settling_time,

@@ -24,7 +24,10 @@ _NO_ACCELERATION = 1e-12
 
 @dataclass(frozen=True)
 class Case:
-    """One run. value: of the parameter ``along``, if there is one. models: the equations to integrate, the full ones first."""
+    """One run. value: of the parameter ``along``, if there is one. models: the equations to integrate, the full ones first.
+
+    deck: its inclination, if it is known.
+    """
 
     label: str
     start: Mapping[str, Any]
@@ -32,6 +35,7 @@ class Case:
     machine: Machine
     horizon: Horizon
     models: tuple[FullModel, ...]
+    deck: float | None = None
 
     @property
     def watch(self) -> Watch:
@@ -68,11 +72,13 @@ def numbers(plan: Plan) -> float:
 
 def prepare_case(spec: RunUp, machine: Machine, start: Mapping[str, Any], value: float | None = None) -> Case:
     """One run of a question. Raises ``InputError``."""
+    if spec.deck is not None and (machine.dimensionless or "y" not in machine.labels):
+        raise InputError("study.deck", spec.deck, "allowed only for a machine with units whose carrier moves up and down (y)")
     machine, initial = placed_at_start(machine, start, spec.until or 0.0, spec.speed_limit)
     models = () if spec.model == "slow" else (FullModel(machine, initial),)
     if spec.model != "full":
         models = (*models, slow_model(machine, initial, spec.inertia, spec.order))
-    return Case(_label(spec, start, value), start, value, machine, Horizon.of(machine, spec, initial), models)
+    return Case(_label(spec, start, value), start, value, machine, Horizon.of(machine, spec, initial), models, spec.deck)
 
 
 def _label(spec: RunUp, start: Mapping[str, Any], value: float | None) -> str:

@@ -31,6 +31,7 @@ def report(result: xr.Dataset) -> list[str]:
     if s["natural_frequencies"]:
         lines["resonance"] = ", ".join(f"{d}: {speed(f)}" for d, f in s["natural_frequencies"].items())
     lines["amplitude"] = f"{length(s['final_amplitude'])} at the end, {length(s['peak_amplitude'])} at most"
+    lines |= _felt(s, length)
     if s["final_phases"]:
         lines["phases"] = _angles(s["final_phases"])
     if s["final_residual_unbalance"] is not None:
@@ -54,6 +55,29 @@ def report(result: xr.Dataset) -> list[str]:
         if d is not None
     ]
     return in_lines(result, f"{s['outcome'].upper()}: {s['sentence']}", [*lines.items(), *apart])
+
+
+_LINE, _CIRCLE = 0.5, 0.98  # of the motion across over that along: below it throws in a direction, above all are alike
+_GENTLE = 0.05  # machine number below which the vibration is nothing to speak of
+
+
+def _felt(s: dict[str, Any], length: Format) -> dict[str, str]:
+    """What the vibration at the end is to the machine, and to what lies on it."""
+    if s.get("stroke") is None or (s["machine_number"] < _GENTLE and "deck" not in s):
+        return {}
+    along, across = length(s["stroke"]), length(s["stroke"] * s["throw_ratio"])
+    way = "" if s["throw_direction"] is None else f" at {math.degrees(s['throw_direction']):.1f}\u00b0"
+    shape = f"{way}, {across} across" if s["throw_ratio"] < _CIRCLE else " on a circle"
+    thrown = f"; throw number {s['throw_number']:.3g} of a deck at {math.degrees(s['deck']):.3g}\u00b0" if "deck" in s else ""
+    return {
+        "throw" if s["throw_ratio"] < _LINE else "stroke": f"{along} peak to peak{shape}",
+        "acceleration": f"{s['acceleration']:.4g} m/s\u00b2, machine number {s['machine_number']:.3g}{thrown}",
+        "force": f"{_force(s['bearing_force'])} at most, of the bodies on the carrier",
+    }
+
+
+def _force(value: float) -> str:
+    return f"{value / 1e3:.4g} kN" if value >= 1e3 else f"{value:.4g} N"
 
 
 def _settled(s: dict[str, Any], time_unit: str) -> str:

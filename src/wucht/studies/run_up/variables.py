@@ -25,7 +25,8 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
     """Coordinates and data of a run. row: the states and outputs of the machine's System, (N,) each. largest: amplitude.
 
     Coordinates: time (N), body, direction. Variables: angle, speed, phase (of bodies that turn about another), rotor_phase (of
-    rotors that may be entrained) (body, time); displacement, velocity, bearing_force (direction, time); radius, amplitude,
+    rotors that may be entrained) (body, time); displacement, velocity, bearing_force (of the bodies on the carrier, not of it
+    on them) (direction, time); radius, amplitude,
     motor_torque, motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time);
     peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time).
     """
@@ -93,7 +94,7 @@ def _vibration(machine: Machine, row: Rows, time: np.ndarray, largest: float) ->
     return {
         "displacement": variable("direction time", displacement, "displacement of the carrier (r: rad)", units.length),
         "velocity": variable("direction time", velocity, "velocity of the carrier (r: rad/s)", per_time),
-        "bearing_force": variable("direction time", force, "bearing force (r: moment)", units.force),
+        "bearing_force": variable("direction time", force, "bearing force on the carrier (r: moment)", units.force),
         "radius": variable("time", orbit.distance, "distance of the axis from its static position", machine.orbit_unit),
         "amplitude": variable("time", amplitude, "amplitude of the axis", machine.orbit_unit),
         "peak_amplitude": variable("", largest, "largest amplitude of the axis", machine.orbit_unit),

@@ -1,0 +1,128 @@
+"""How a carrier throws what lies on it: stroke, direction, acceleration, and the numbers by which vibratory machines are named.
+
+The machine number K = a omega^2/g is the largest acceleration over that of gravity; the throw number Gamma is that normal to
+the deck, over the part of gravity that presses on it: where it exceeds 1, loose material leaves the deck.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.numerics.peaks import between_samples, extremes
+
+GRAVITY = 9.80665  # m/s^2, standard: 3rd CGPM (1901)
+
+
+@dataclass(frozen=True)
+class Throw:
+    """The motion of a point in its plane. SI.
+
+    stroke: peak to peak in the direction of the largest motion; direction: its angle from +x, counter-clockwise, in (-pi/2,
+    pi/2]; across: peak to peak normal to it. acceleration: the largest. normal: the largest normal to the deck, None without.
+    """
+
+    stroke: float
+    across: float
+    direction: float
+    acceleration: float
+    normal: float | None = None
+
+    @classmethod
+    def harmonic(cls, z: np.ndarray, speed: float, deck: float | None = None) -> Throw:
+        """Of the ellipse x, y = Re[z exp(i speed t)], z complex (2,). deck: its inclination to +x in rad."""
+        forward, backward = (z[0] + 1j * z[1]) / 2, (z[0] - 1j * z[1]) / 2
+        major, minor = abs(forward) + abs(backward), abs(abs(forward) - abs(backward))
+        direction = (np.angle(forward) - np.angle(backward)) / 2
+        normal = None if deck is None else float(abs(z @ _normal(deck))) * speed**2
+        return cls(2 * float(major), 2 * float(minor), _line(float(direction)), float(major) * speed**2, normal)
+
+    @classmethod
+    def sampled(cls, time: np.ndarray, place: np.ndarray, velocity: np.ndarray, deck: float | None = None) -> Throw:
+        """Of a motion by samples: time (N,), at least three; place and velocity (2, N).
+
+        Between samples it is found to the fourth order of their distance.
+        """
+        along = _main_axis(place)
+        acceleration, jerk = _second_and_third(time, place, velocity)
+        inner = time[1:-1]
+        largest = max(_either(inner, way @ acceleration, way @ jerk) for way in _ways(acceleration))
+        normal = None
+        if deck is not None:
+            normal = _either(inner, _normal(deck) @ acceleration, _normal(deck) @ jerk)
+        stroke, across = (_span(time, way @ place, way @ velocity) for way in (along, np.array([-along[1], along[0]])))
+        return cls(stroke, across, _line(math.atan2(along[1], along[0])), largest, normal)
+
+    @property
+    def machine_number(self) -> float:
+        """K, the largest acceleration over that of gravity."""
+        return self.acceleration / GRAVITY
+
+    @property
+    def ratio(self) -> float:
+        """The motion across over that along: 0 on a line, 1 on a circle."""
+        return self.across / self.stroke if self.stroke else 0.0
+
+    def throw_number(self, deck: float) -> float | None:
+        """Gamma, the largest acceleration normal to the deck over the part of gravity that holds the material on it."""
+        return None if self.normal is None else self.normal / (GRAVITY * math.cos(deck))
+
+
+def _normal(deck: float) -> np.ndarray:
+    return np.array([-math.sin(deck), math.cos(deck)])
+
+
+def _line(angle: float) -> float:
+    """The angle of a line, which has no sense, in (-pi/2, pi/2]."""
+    return math.pi / 2 - (math.pi / 2 - angle) % math.pi
+
+
+def largest_of(vector: np.ndarray) -> float:
+    """The largest magnitude of a vector (2, N) that is sampled evenly, between samples too."""
+    return max(extremes(sign * (way @ vector))[1] for way in _ways(vector) for sign in (1.0, -1.0))
+
+
+def _ways(vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions along which a vector (2, N) is the largest: its main axis, and that of the largest sample.
+
+    Its components there swing half as fast as its magnitude does, so that as many samples show more of them.
+    """
+    most = vector[:, int((vector**2).sum(axis=0).argmax())]
+    size = float(np.hypot(*most))
+    return _main_axis(vector), most / size if size else np.array([1.0, 0.0])
+
+
+def _main_axis(vector: np.ndarray) -> np.ndarray:
+    """The direction (2,) in which a vector (2, N) varies the most."""
+    x, y = vector - vector.mean(axis=1, keepdims=True)
+    angle = math.atan2(2 * float(x @ y), float(x @ x - y @ y)) / 2
+    return np.array([math.cos(angle), math.sin(angle)])
+
+
+def _either(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
+    return max(_largest(time, signal, rate), _largest(time, -signal, -rate))
+
+
+def _span(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
+    return _largest(time, signal, rate) + _largest(time, -signal, -rate)
+
+
+def _largest(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
+    return float(between_samples(time, signal, rate).max()) if len(time) > 1 else float(signal.max())
+
+
+def _second_and_third(time: np.ndarray, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The second and third derivatives (n, N - 2) at the inner samples: of the polynomial of fifth degree that has the values
+    and velocities of a sample and its neighbours."""
+    before, after = time[:-2] - time[1:-1], time[2:] - time[1:-1]
+    own, rate = q[:, 1:-1], v[:, 1:-1]
+    rows, known = [], []
+    for h, place, speed in ((before, q[:, :-2], v[:, :-2]), (after, q[:, 2:], v[:, 2:])):
+        s = h / after  # of the order of 1, so that the equations are well scaled
+        rows += [np.array([s**k for k in range(2, 6)]), np.array([k * s ** (k - 1) for k in range(2, 6)])]
+        known += [place - own - rate * h, (speed - rate) * after]
+    matrix, right = np.array(rows).transpose(2, 0, 1), np.array(known).transpose(2, 0, 1)
+    coefficients = np.linalg.solve(matrix, right)
+    return 2 * coefficients[:, 0].T / after**2, 6 * coefficients[:, 1].T / after**3

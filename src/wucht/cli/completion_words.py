@@ -1,0 +1,52 @@
+"""All that can be completed but for files and the catalogue: gathered from the commands, the studies and the parts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def gathered() -> dict[str, Any]:
+    """What ``completing`` asks for.
+
+    commands: of each its options, and whether they take a value; values: words of an option; names: what a command names;
+    default: kind of study; studies: of each its keys and what they allow; parts: the quantities of each kind.
+    """
+    from wucht.cli.completion import Shell
+    from wucht.cli.list import kinds
+    from wucht.cli.plot import Format
+    from wucht.keys import keys_of
+    from wucht.studies.registry import studies
+    from wucht.studies.study_file import DEFAULT_KIND
+
+    parts = {
+        title: {
+            kind: [key.name for key in keys_of(cls) if key.unit is not None and "[]" not in key.name]
+            for kind, cls in of_kind.items()
+        }
+        for title, of_kind in kinds().items()
+    }
+    named = sorted({kind for of_kind in parts.values() for kind in of_kind} | set(studies()))
+    return {
+        "commands": _commands(),
+        "values": {"--format": [f.value for f in Format]},
+        "names": {"list": named, "new": list(studies()), "completion": [shell.value for shell in Shell]},
+        "default": DEFAULT_KIND,
+        "studies": {kind: {key.name: key.allowed for key in keys_of(s.spec)} for kind, s in studies().items()},
+        "parts": parts,
+    }
+
+
+def _commands() -> dict[str, dict[str, bool]]:
+    """The options of each command that is shown, and whether they take a value."""
+    from typer.main import get_command
+
+    from wucht.cli.app import app, register
+
+    register()
+    whole: Any = get_command(app)  # a group of Typer's own click
+    return {
+        name: {o: not p.is_flag for p in command.params if hasattr(p, "is_flag") for o in (*p.opts, *p.secondary_opts)}
+        | {"--help": False}
+        for name, command in whole.commands.items()
+        if not command.hidden
+    }

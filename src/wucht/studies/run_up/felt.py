@@ -1,0 +1,46 @@
+"""What the vibration at the end of a run is to the machine and to what lies on it: force, stroke, acceleration, throw."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wucht.analysis.throw import Throw, largest_of
+from wucht.machines.machine import Machine
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_FEWEST = 8  # samples
+
+
+def felt(machine: Machine, result: xr.Dataset, inside: np.ndarray, deck: float | None) -> dict[str, Any]:
+    """Numbers for a summary, of the samples inside (N,); of a carrier with units that translates, else none.
+
+    bearing_force: the largest that the bodies together exert on the carrier. stroke (peak to peak), throw_direction,
+    throw_ratio (the motion across over that along), acceleration, machine_number, and with a deck throw_number: of the
+    carrier's centre of mass.
+    """
+    ways = [d for d in "xy" if d in machine.labels]
+    if not ways or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
+        return {}
+    shown = result.isel(time=inside)
+    place, velocity = (_plane(shown[name]) for name in ("displacement", "velocity"))
+    throw = Throw.sampled(shown.time.values, place, velocity, deck)
+    numbers = {
+        "bearing_force": largest_of(_plane(shown.bearing_force)),
+        "stroke": throw.stroke,
+        "throw_direction": throw.direction if throw.stroke else None,
+        "throw_ratio": throw.ratio,
+        "acceleration": throw.acceleration,
+        "machine_number": throw.machine_number,
+    }
+    return numbers if deck is None else numbers | {"deck": deck, "throw_number": throw.throw_number(deck)}
+
+
+def _plane(of: xr.DataArray) -> np.ndarray:
+    """Its components in x and y (2, N), zero where the carrier cannot move."""
+    there = [str(d) for d in of.direction.values]
+    zero = np.zeros(of.sizes["time"])
+    return np.array([of.values[there.index(d)] if d in there else zero for d in "xy"])

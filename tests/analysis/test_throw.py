@@ -1,0 +1,56 @@
+"""Stroke, direction and acceleration of a throw: of ellipses known by pencil, harmonic and sampled."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.analysis.throw import GRAVITY, Throw
+
+MAJOR, MINOR, SPEED = 3e-3, 0.4e-3, 150.0
+
+
+def ellipse(angle: float, sense: float, phase: float = 0.7) -> np.ndarray:
+    """z (2,) of an ellipse with its major axis at an angle, run through counter-clockwise (sense 1) or clockwise."""
+    own = np.array([MAJOR, -1j * sense * MINOR]) * np.exp(1j * phase)
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    return np.asarray(turn @ own)
+
+
+def sampled(z: np.ndarray, a_turn: float, deck: float | None) -> Throw:
+    """From samples in uneven steps."""
+    steps = np.where(np.arange(int(40 * a_turn)) % 7 == 3, 0.8, 1.0)
+    time = np.cumsum(steps) * 2 * math.pi / SPEED / a_turn
+    turning = np.exp(1j * SPEED * time)
+    return Throw.sampled(time, (z[:, None] * turning).real, (1j * SPEED * z[:, None] * turning).real, deck)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("angle", [-1.2, 0.0, 0.78, math.pi / 2])
+def test_an_ellipse(angle: float, sense: float) -> None:
+    z, deck = ellipse(angle, sense), -0.1
+    own = math.hypot(MAJOR * math.sin(angle - deck), MINOR * math.cos(angle - deck))  # half its height over the deck
+    for throw, exact in ((Throw.harmonic(z, SPEED, deck), 1e-12), (sampled(z, 24.3, deck), 1e-4)):
+        assert (throw.stroke, throw.across) == pytest.approx((2 * MAJOR, 2 * MINOR), rel=max(exact, 2e-3))
+        assert math.sin(throw.direction - angle) == pytest.approx(0.0, abs=max(exact, 3e-3)), "a line has no sense"
+        assert throw.acceleration == pytest.approx(MAJOR * SPEED**2, rel=exact)
+        assert throw.machine_number == pytest.approx(MAJOR * SPEED**2 / GRAVITY, rel=exact)
+        assert throw.throw_number(deck) == pytest.approx(own * SPEED**2 / GRAVITY / math.cos(deck), rel=exact)
+
+
+def test_few_samples_a_turn_do() -> None:
+    throw = sampled(ellipse(0.78, 1.0), 8.0, None)
+    assert throw.acceleration == pytest.approx(MAJOR * SPEED**2, rel=2e-3)
+    assert throw.stroke == pytest.approx(2 * MAJOR, rel=2e-3)
+    assert throw.throw_number(0.0) is None
+
+
+def test_a_line_a_circle_and_rest() -> None:
+    line = Throw.harmonic(np.array([0.0, 1e-3]), 100.0, 0.0)
+    assert (line.direction, line.ratio) == (pytest.approx(math.pi / 2), pytest.approx(0.0, abs=1e-12))
+    assert line.throw_number(0.0) == pytest.approx(line.machine_number)
+    assert Throw.harmonic(np.array([1e-3, -1e-3j]), 100.0).ratio == pytest.approx(1.0)
+    rest = Throw.sampled(np.arange(5.0), np.zeros((2, 5)), np.zeros((2, 5)))
+    assert (rest.stroke, rest.ratio, rest.acceleration) == (0.0, 0.0, 0.0)
