@@ -64,6 +64,8 @@ def test_of_all_that_a_file_can_name(name: str) -> None:
     own = [key for key in keys if "." not in key.name]
     fields = {f.alias or n: f for n, f in EVERY[name].model_fields.items() if not f.exclude}
     assert [key.name for key in own] == list(fields)
+    # A nameplate and a circuit are two ways to give the same: neither alone is needed.
+    either = {key for way in EVERY[name].model_json_schema().get("anyOf", ()) for key in way["required"]}
     for key in own:
         assert "value" not in key.type, key
-        assert key.needed == fields[key.name].is_required()
+        assert key.needed == (fields[key.name].is_required() and key.name not in either)

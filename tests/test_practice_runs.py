@@ -142,12 +142,12 @@ def test_the_fan_on_a_belt_is_driven_by_the_motor_of_its_nameplate() -> None:
     s = summary_of(run(TorqueBalance(), machine))
     (point,) = s["working_points"]
     assert (point["speed"], point["slip"], point["torque"]) == pytest.approx((211.997, 0.0364, 15.39), rel=2e-3)
-    assert machine.notes[0].startswith("drive: circuit of the nameplate, ohm a phase: stator 3.231, rotor 4.197")
-    assert ["starting torque 46.21 N m for 61.22 N m (-25 %)" in w for w in machine.warnings] == [True]
+    assert machine.notes[0].startswith("drive: circuit of the nameplate, ohm a phase: stator 3.231, rotor 4.188 (6.328 at")
+    assert machine.warnings == ()
 
 
 def test_the_balls_of_the_ring_stand_where_their_seed_says() -> None:
-    machine = read_study("practice/fan-ball-ring", {"b.count": 5, "b3.mass": "3 g"}).subject
+    machine = read_study("practice/fan-ball-ring", {"b3.mass": "3 g", "b.count": 5}).subject
     assert [b.name for b in machine.bodies] == ["impeller", *(f"b{k}" for k in range(1, 6))]
     assert [machine.values[f"b{k}.mass"] for k in (2, 3)] == pytest.approx([2.1e-3, 3e-3])
     assert machine.drives[0].torque_at(6940 * math.pi / 30) == pytest.approx(0.177)

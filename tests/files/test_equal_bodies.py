@@ -7,7 +7,8 @@ import pytest
 
 from wucht.errors import InputError
 from wucht.files.building import machine_from
-from wucht.files.equal_bodies import EqualBodies
+from wucht.files.equal_bodies import EqualBodies, keys_in_files
+from wucht.machines.parts import Roller, Rotor
 from wucht.studies.initial_state import angles_in, initial_state
 
 RING = {"kind": "rotor", "name": "ring", "mass": 2.0, "unbalance": 1e-3, "inertia": 0.02}
@@ -95,7 +96,7 @@ def test_all_are_set_by_their_common_name_and_one_by_its_own():
     ("changes", "sentence"),
     [
         ({"count": 0}, r"machine.bodies\[1\] \(b\).count: given 0; must be a whole number from 1 to 100"),
-        ({"count": 2.5}, r"\(b\).count: given 2.5; must be the number of equal bodies"),
+        ({"count": 2.5}, r"\(b\).count: given 2.5; must be the number of equal bodies, named"),
         ({"count": "many"}, r"\(b\).count: given 'many'"),
         ({"count": 30}, r"\(b\).count: given 30; must be at most 20: more do not fit on the track"),
         ({"count": 3, "start": "odd"}, r"\(b\).start: given 'odd'; must be .*'even', 'random', or an angle"),
@@ -119,3 +120,11 @@ def test_what_is_no_count_is_refused(changes, sentence):
 def test_balls_that_would_overlap_at_the_start_are_refused():
     with pytest.raises(InputError, match="'b1' and 'b2' of the track 't' overlap"):
         machine_with(BALL | {"name": "b1", "start": 0.0}, BALL | {"name": "b2", "start": 0.1})
+
+
+def test_the_keys_of_several_bodies_are_listed_with_those_of_one():
+    keys = {k.name: k for k in keys_in_files(Roller)}
+    assert (keys["count"].allowed, keys["count"].needed) == (">= 1, <= 100", False)
+    assert keys["start"].default == "even"
+    assert {"seed", "mass", "track_radius"} <= keys.keys()
+    assert "count" not in {k.name for k in keys_in_files(Rotor)}

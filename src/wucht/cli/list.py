@@ -73,7 +73,7 @@ def _list_one(name: str, as_json: bool) -> None:
     """All keys of what bears the name: several things may, as a table of a drive and of a load do."""
     from inspect import getdoc
 
-    from wucht.keys import keys_of
+    from wucht.files.equal_bodies import keys_in_files
     from wucht.studies.registry import studies
 
     known: dict[str, Mapping[str, Any]] = {**kinds(), "studies": studies()}
@@ -83,7 +83,7 @@ def _list_one(name: str, as_json: bool) -> None:
     described = []
     for title, one in found.items():
         cls = one.spec if title == "studies" else one
-        described.append((_TABLES[title].format(name), getdoc(cls) or "", keys_of(cls)))
+        described.append((_TABLES[title].format(name), getdoc(cls) or "", keys_in_files(cls)))
     if as_json:
         tables = [{"table": table, "description": text, "keys": [asdict(k) for k in keys]} for table, text, keys in described]
         typer.echo(json.dumps({"name": name, "tables": tables}, indent=2, ensure_ascii=False))

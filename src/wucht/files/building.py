@@ -9,6 +9,7 @@ from typing import Any
 from wucht.checking import checked, choice, refuse_unknown, table, text
 from wucht.errors import InputError
 from wucht.files.documents import Document, settings_in
+from wucht.files.equal_bodies import with_equal_bodies
 from wucht.files.settings import shaft_paths, shaft_tables, with_settings
 from wucht.machines.assembly import BESIDE_A_MODEL
 from wucht.machines.machine import Machine
@@ -28,7 +29,7 @@ def machine_from(document: Document, title: str = "") -> Machine:
     document = copy.deepcopy(document)
     settings = settings_in(document)
     refuse_unknown(document, _KEYS, "machine")
-    document = with_settings(document, settings)
+    document = with_equal_bodies(with_settings(document, settings))
     title = text(document, "title", "machine") or title
     document.pop("title", None)
     return _from_model(document, title) if "model" in document else _from_parts(document, title)

@@ -11,6 +11,7 @@ from wucht.errors import InputError, nearest
 from wucht.files.building import machine_from
 from wucht.files.changed_title import changed_title
 from wucht.files.documents import Document, flatten, read_toml, refuse_bare_frequencies, settings_in
+from wucht.files.equal_bodies import of_all_first
 from wucht.files.own_equations import OwnEquations, equations_from, with_values
 from wucht.files.settings import with_settings
 from wucht.files.tables import with_tables
@@ -124,7 +125,7 @@ def described_machine(document: Document, path: Path, name: str, settings: Mappi
     described, changes = used_table(document, path, "machine")
     described.setdefault("title", Path(name).stem)
     described = with_settings(described, settings_in(described))
-    chosen = _with_changes(described, changes | flatten(settings), with_settings)
+    chosen = _with_changes(described, of_all_first(described, changes | flatten(settings)), with_settings)
     refuse_bare_frequencies(chosen, "machine")
     return with_tables(chosen, path.parent)
 

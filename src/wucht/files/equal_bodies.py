@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from wucht.checking import checked, choice
 from wucht.errors import InputError
 from wucht.fields import Described
 from wucht.files.documents import Document
+from wucht.keys import Key, keys_of
 from wucht.machines.parts import bodies as body_kinds
 from wucht.machines.parts.track import Tracked
 from wucht.machines.tracks import angular_width
@@ -29,9 +32,9 @@ def _place(given: Any) -> Any:
 class EqualBodies(Described):
     """How many equal bodies a table stands for, and where they start, about the body that they turn about."""
 
-    count: int = Field(ge=1, le=100, description="number of equal bodies")
+    count: int = Field(ge=1, le=100, description="number of equal bodies, named NAME1, NAME2 and so on")
     start: Annotated[Literal["even", "random"] | float, BeforeValidator(_place)] = Field(
-        "even", description="place of the start"
+        "even", description="place of the start: even, random, or an angle in rad from the body turned about"
     )
     seed: int | None = Field(None, ge=0, description="seed of the random places")
 
@@ -59,7 +62,27 @@ class EqualBodies(Described):
         return [float(a) for a in angles]
 
 
-def groups(document: Document) -> list[str]:
+def keys_in_files(cls: type[BaseModel]) -> tuple[Key, ...]:
+    """The keys of a part in a file: those of its class, and of bodies that may be several also those of ``EqualBodies``."""
+    if not issubclass(cls, Tracked):
+        return keys_of(cls)
+    more = tuple(replace(k, needed=False) for k in keys_of(EqualBodies))
+    return (*(k for k in keys_of(cls) if k.name not in {m.name for m in more}), *more)
+
+
+def of_all_first(document: Document, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings by path, first those of all bodies of a ``count``: what is set of one of them counts before it."""
+    several = _groups(document)
+    return dict(sorted(settings.items(), key=lambda setting: setting[0].partition(".")[0] not in several))
+
+
+def is_of_one(document: Document, path: str) -> bool:
+    """Whether a path is that of one of the bodies that a table stands for."""
+    head = path.partition(".")[0]
+    return any(head.startswith(name) and head.removeprefix(name).isdigit() for name in _groups(document))
+
+
+def _groups(document: Document) -> list[str]:
     """The names of the tables that stand for several bodies."""
     tables = document.get("bodies")
     return [str(t["name"]) for t in tables if _is_group(t) and "name" in t] if isinstance(tables, list) else []

@@ -9,26 +9,20 @@ from typing import Any
 from wucht.checking import choice, fields_of, table
 from wucht.errors import InputError, nearest
 from wucht.files.documents import Document, flatten
-from wucht.files.equal_bodies import groups, with_equal_bodies
+from wucht.files.equal_bodies import is_of_one, of_all_first, with_equal_bodies
 from wucht.machines.assembly import shaft_labels
 from wucht.machines.models import models
 
 
 def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
-    """A copy of the machine's table with parameters set by path, and a table for each of several equal bodies.
+    """A copy of the machine's table with parameters set by path. Raises ``InputError`` for a path that leads nowhere.
 
-    The name of equal bodies sets all of them, and their ``count``; that of one then sets it alone. Raises ``InputError`` for a
-    path that leads nowhere.
+    The name of several equal bodies sets all of them, and their ``count``; that of one sets it alone, in a table of its own.
     """
-    document, flat = copy.deepcopy(document), flatten(settings)
-    several = groups(document)
-    of_groups = {path: value for path, value in flat.items() if path.split(".")[0] in several}
-    for path, value in of_groups.items():
+    document = copy.deepcopy(document)
+    for path, value in of_all_first(document, flatten(settings)).items():
+        document = with_equal_bodies(document) if is_of_one(document, path) else document
         _set(document, path, value)
-    document = with_equal_bodies(document)
-    for path, value in flat.items():
-        if path not in of_groups:
-            _set(document, path, value)
     return document
 
 
@@ -97,7 +91,8 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str)
             below["xy".index(inner[1])] = value
             return
         elif len(inner) == 2 and inner[1] in ("x", "y") and name in target:
-            raise InputError(where, value, f"{key}.{name} is one number here; set both at once: {key}.{name} = [X, Y]")
+            both = where.removeprefix("machine.set.").rpartition(".")[0]
+            raise InputError(where, value, f"{both} is one number here; set both at once: {both} = [X, Y]")
         else:
             break
     if len(inner) != 1 or not isinstance(target, dict):

@@ -121,6 +121,17 @@ def test_the_period_of_the_eigenmotion_of_the_cases(driven):
     assert corrected["eigenmotion"]["energy"] == pytest.approx(energy, rel=1e-9)
 
 
+@pytest.mark.slow
+def test_a_geared_motor_turns_with_the_camshaft():
+    """Its inertia counts by the square of the ratio: as the reduced motor on a heavier shaft."""
+    gear = {"ratio": 4.0, "inertia": 0.25}
+    motor = {"kind": "linear", "slope": 12.5, "no_load_speed": "2040 rpm", "transmission": gear}
+    geared = wucht.run(wucht.CamPrediction(**BRIEF), drive(drive=motor, loads=[COULOMB])).wucht.summary
+    reduced = wucht.run(wucht.CamPrediction(**BRIEF), drive(drive=LINEAR, loads=[COULOMB], inertia=24.0)).wucht.summary
+    for key in ("mean_speed", "fluctuation", "mean_power"):
+        assert geared[key] == pytest.approx(reduced[key], rel=1e-9)
+
+
 def _energy_with_the_corrected_cam(J0, J1, mean):
     """2 E = J0 phi'^2 + J1 (mean cos tau)^2, so that phi' has that mean."""
     from scipy.optimize import brentq

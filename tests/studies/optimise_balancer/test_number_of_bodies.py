@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from wucht.errors import InputError
+from wucht.machines.parts.track import Tracked
 from wucht.machines.tracks import angular_width
 from wucht.studies.optimise_balancer.candidates import least_residual, phases
 from wucht.studies.optimise_balancer.number_of_bodies import with_bodies
@@ -63,3 +64,10 @@ def test_one_body_that_is_too_heavy_leaves_the_difference() -> None:
     lone = with_bodies(CENTRIFUGE, 1)
     moment = lone.values["b1.mass"] * 0.11
     assert least_residual(lone.with_values({"rotor.unbalance": 0.25 * moment})) == pytest.approx(0.75 * moment)
+
+
+def test_another_number_of_bodies_that_stand_at_random_stands_elsewhere():
+    """Their places are those of their own number: copies of one would lie in each other."""
+    made = with_bodies(read_study("practice/fan-ball-ring").subject, 10)
+    assert len([b for b in made.bodies if b.about]) == 10
+    assert all(p.start is None for p in made.parts if isinstance(p, Tracked))

@@ -3,9 +3,10 @@
 Rated torque at rated speed and breakdown torque are met exactly: for a resistance R_1 of the stator both give R_2 and X in
 closed form, from T_b = 3 V^2/(2 w_s (R_1 + sqrt(R_1^2 + X^2))) and T_n = 3 V^2 (R_2/s)/(w_s ((R_1 + R_2/s)^2 + X^2)), with
 voltage and impedance as the rotor sees them. With R_1 = 0 that is the formula of M. Kloss, Archiv fuer
-Elektrotechnik 5 (1916) 59-87. R_1 is the one with which the starting torque comes out, as far as the losses allow it; the
-reactive power at the rated point gives X_m. The leakage is shared equally by stator and rotor (IEEE Std 112, motors of
-design A and D).
+Elektrotechnik 5 (1916) 59-87.
+R_1 is the one with which the starting torque comes out, as far as the losses allow it; where that is
+not enough, the rotor's bars displace the current: its resistance at standstill does the rest. The reactive power at the rated
+point gives X_m. The leakage is shared equally by stator and rotor (IEEE Std 112, motors of design A and D).
 
 Assumptions. The torque on the shaft is the circuit's: friction and windage are counted among the losses that the efficiency
 has besides the windings'. The cage takes s/(1 - s) of the shaft's power. Of all other losses (stator winding, iron, friction,
@@ -16,7 +17,7 @@ windage, stray) the winding takes at most half: of all losses the winding takes 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from wucht.machines.parts.equivalent_circuit import EquivalentCircuit
@@ -29,13 +30,17 @@ _MOST = 0.9  # of the largest resistance of the stator: up to there one is looke
 
 def fitted_circuit(plate: InductionNameplate, stator_resistance: float | None = None) -> EquivalentCircuit:
     """The circuit at rated voltage and frequency. stator_resistance: of a phase in ohm, where it was measured."""
-    if stator_resistance is not None:
-        return _with_resistance(plate, stator_resistance)
     most = _bound(plate)
     if plate.starting_torque_ratio is None:
-        return _with_resistance(plate, most if plate.other_losses is not None else 0.0)
+        r1 = stator_resistance if stator_resistance is not None else most if plate.other_losses is not None else 0.0
+        return _with_resistance(plate, r1)
     starting = plate.starting_torque_ratio * plate.torque
-    return _with_resistance(plate, _nearest_zero(lambda r1: _with_resistance(plate, r1).torque(1.0) - starting, most))
+
+    def missing(r1: float) -> float:
+        return _with_resistance(plate, r1).torque(1.0) - starting
+
+    single = _with_resistance(plate, _nearest_zero(missing, most) if stator_resistance is None else stator_resistance)
+    return single if single.torque(1.0) > (1 - 1e-9) * starting else _with_deep_bars(plate, single)
 
 
 def largest_resistance(plate: InductionNameplate) -> float:
@@ -103,6 +108,44 @@ def _with_resistance(plate: InductionNameplate, r1: float) -> EquivalentCircuit:
     return replace(_rotor_of(plate, replace(bare, stator_reactance=x1, magnetising=xm)), rotor_reactance=x1)
 
 
+def _with_deep_bars(plate: InductionNameplate, single: EquivalentCircuit) -> EquivalentCircuit:
+    """The circuit with this resistance of the stator whose rotor displaces the current, so that it starts as the plate says.
+
+    The single cage where there is none.
+    """
+    from scipy.optimize import root
+
+    target = _targets(plate)
+    has_magnetising = not math.isinf(single.magnetising)
+    reactive = single.drawn(plate.slip).imag / single.drawn(plate.slip).real if plate.input_power is None else None
+
+    def of(logarithms: Sequence[float]) -> EquivalentCircuit:
+        r2, x, more, *xm = (math.exp(min(max(v, -50.0), 50.0)) for v in logarithms)
+        return replace(
+            single, rotor_resistance=r2, stator_reactance=x, rotor_reactance=x, standstill=r2 * (1 + more),
+            magnetising=xm[0] if xm else math.inf,
+        )  # fmt: skip
+
+    def misfit(logarithms: Sequence[float]) -> list[float]:
+        c = of(logarithms)
+        found = (c.torque(plate.slip), c.breakdown()[1], c.torque(1.0))
+        errors = [f / t - 1 for f, t in zip(found, target, strict=True)]
+        if has_magnetising:
+            drawn = c.drawn(plate.slip)
+            wanted = drawn.real * reactive if reactive is not None else single.drawn(plate.slip).imag
+            errors.append(drawn.imag / wanted - 1)
+        return errors
+
+    begin = [single.rotor_resistance, single.stator_reactance, 1.0, *([single.magnetising] if has_magnetising else [])]
+    found = root(misfit, [math.log(v) for v in begin], options={"xtol": 1e-12})
+    return of(found.x) if max(map(abs, misfit(found.x))) < 1e-7 else single
+
+
+def _targets(plate: InductionNameplate) -> tuple[float, float, float]:
+    """Rated, breakdown and starting torque in N m."""
+    return plate.torque, plate.breakdown_torque_ratio * plate.torque, (plate.starting_torque_ratio or 0.0) * plate.torque
+
+
 def _rotor_of(plate: InductionNameplate, c: EquivalentCircuit) -> EquivalentCircuit:
     """The circuit with the R_2 and X_2 that give rated and breakdown torque, whatever the stator's branch is."""
     voltage, inner = c.source
@@ -134,7 +177,8 @@ def fit_in_words(plate: InductionNameplate, c: EquivalentCircuit) -> str:
     """The circuit, and by how much it misses what is printed."""
     leakage = f"leakage {c.stator_reactance:.4g} + {c.rotor_reactance:.4g}"
     magnetising = "no magnetising current" if math.isinf(c.magnetising) else f"magnetising {c.magnetising:.4g}"
-    values = f"stator {c.stator_resistance:.4g}, rotor {c.rotor_resistance:.4g}, {leakage}, {magnetising}"
+    bars = "" if c.standstill is None else f" ({c.standstill:.4g} at standstill: deep bars)"
+    values = f"stator {c.stator_resistance:.4g}, rotor {c.rotor_resistance:.4g}{bars}, {leakage}, {magnetising}"
     name = "circuit" if c.stator_resistance else "circuit without stator resistance (Kloss)"
     return f"{name} of the nameplate, ohm a phase: {values}; {'; '.join(words for _, words in _errors(plate, c).values())}"
 
@@ -143,8 +187,6 @@ def doubts(plate: InductionNameplate, c: EquivalentCircuit) -> tuple[str, ...]:
     """What of the plate the circuit misses by more than a tenth, and what that means."""
     errors = _errors(plate, c)
     found = [words for error, words in errors.values() if abs(error) > LARGE]
-    if errors.get("starting torque", (0.0, ""))[0] < -LARGE:
-        found[-1] += ": real cages displace the current at standstill, the circuit does not; it is too weak at low speed"
     if plate.cosine is not None and math.isinf(c.magnetising):
         found.append(f"the leakage alone draws more reactive power than a power factor of {plate.cosine:.3g} leaves")
     return tuple(found)

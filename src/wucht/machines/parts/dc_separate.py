@@ -24,7 +24,7 @@ class DCSeparate(Drive):
 
     kind = "dc-separate"
 
-    nameplate: DCNameplate | None = Field(None, description="nameplate")
+    nameplate: DCNameplate | None = Field(None, description="what is printed on the motor, instead of its constants")
     voltage: float = si("V", "voltage of the armature", "U")
     armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)
     motor_constant: float = si("", "motor constant", "k_M", gt=0)

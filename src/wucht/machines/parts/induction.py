@@ -11,13 +11,21 @@ from pydantic_core import CoreSchema
 
 from wucht.machines.parts.base import Drive, si
 from wucht.machines.parts.circuit_fit import doubts, fit_in_words, fitted_circuit, largest_resistance
-from wucht.machines.parts.equivalent_circuit import EquivalentCircuit
+from wucht.machines.parts.equivalent_circuit import EquivalentCircuit, displacement
 from wucht.machines.parts.induction_nameplate import InductionNameplate
 from wucht.machines.parts.nameplate import read_nameplate, required_without
 from wucht.quantities import Unit
 
 # What a nameplate says, and what may be given beside it: where the motor is run, and a resistance that was measured.
-_CIRCUIT = ("rotor_resistance", "stator_reactance", "rotor_reactance", "magnetising_reactance", "pole_pairs", "rated_frequency")
+_CIRCUIT = (
+    "rotor_resistance",
+    "stator_reactance",
+    "rotor_reactance",
+    "magnetising_reactance",
+    "standstill_resistance",
+    "pole_pairs",
+    "rated_frequency",
+)
 _TURNING = "must be a frequency of the mains greater than 0 Hz"
 _BESIDE = ("voltage", "frequency", "stator_resistance")
 
@@ -30,12 +38,14 @@ class Induction(Drive):
     given ``frequency``. Without ``magnetising_reactance`` its current is left out, as in 002, and a schedule of the frequency
     begins a little above zero: without a field that turns there is no slip. With it, and a resistance of the stator, the
     frequency may be 0: the motor then brakes as one fed with direct current does. ``sense`` = -1 is the motor with two phases
-    exchanged: it turns backwards. ``nameplate``: the circuit follows from what is printed on the motor.
+    exchanged: it turns backwards. ``standstill_resistance``: of a rotor whose deep bars displace the current, at standstill and
+    the rated frequency; between that and ``rotor_resistance`` it follows ``displacement``. ``nameplate``: the circuit follows
+    from what is printed on the motor.
     """
 
     kind = "induction"
 
-    nameplate: InductionNameplate | None = Field(None, description="nameplate")
+    nameplate: InductionNameplate | None = Field(None, description="what is printed on the motor, instead of its circuit")
     voltage: float = si("V", "voltage of a phase", "U_1")
     frequency: float = si("Hz", "frequency of the mains", "f", ge=0)
     pole_pairs: float = si("", "number of pole pairs", "p", ge=1)
@@ -43,6 +53,7 @@ class Induction(Drive):
     rotor_resistance: float = si("ohm", "resistance of the rotor", "R_2", gt=0)
     stator_reactance: float = si("ohm", "leakage reactance of the stator", "X_1", ge=0)
     rotor_reactance: float = si("ohm", "leakage reactance of the rotor", "X_2", ge=0)
+    standstill_resistance: float | None = si("ohm", "resistance of the rotor at standstill", "R_2s", None, gt=0)
     magnetising_reactance: float | None = si("ohm", "magnetising reactance", "X_m", None, gt=0)
     rated_frequency: float = si("Hz", "frequency at which the reactances hold", "f_r", gt=0)
     sense: Literal[1, -1] = 1
@@ -92,10 +103,13 @@ class Induction(Drive):
         )  # fmt: skip
         synchronous = self.sense * 2 * sp.pi * f / p
         slip_speed = synchronous - speed
+        of_field = 2 * sp.pi * rated / p
+        if self.standstill_resistance is not None:
+            R2 += (self.symbol("standstill_resistance") - R2) * displacement(slip_speed / of_field)
         if self.magnetising_reactance is None:
             X = (X1 + X2) * f / rated
             return 3 * R2 * U**2 * slip_speed / ((R1 * slip_speed + R2 * synchronous) ** 2 + (X * slip_speed) ** 2)
-        Xm, of_field = self.symbol("magnetising_reactance"), 2 * sp.pi * rated / p
+        Xm = self.symbol("magnetising_reactance")
         a, b = self.sense * f / rated, slip_speed / of_field
         real, imaginary = R1 * R2 - a * b * (X1 * X2 + Xm * (X1 + X2)), R1 * b * (X2 + Xm) + R2 * a * (X1 + Xm)
         return 3 / of_field * R2 * b * Xm**2 * U**2 / (real**2 + imaginary**2)
@@ -121,7 +135,8 @@ class Induction(Drive):
         magnetising = math.inf if self.magnetising_reactance is None else self.magnetising_reactance * share
         synchronous, reactances = 2 * math.pi * frequency / self.pole_pairs, (self.stator_reactance, self.rotor_reactance)
         x1, x2 = (share * x for x in reactances)
-        return EquivalentCircuit(voltage, synchronous, self.stator_resistance, self.rotor_resistance, x1, x2, magnetising)
+        r1, r2, standstill = self.stator_resistance, self.rotor_resistance, self.standstill_resistance
+        return EquivalentCircuit(voltage, synchronous, r1, r2, x1, x2, magnetising, standstill, share)
 
     def made_of(self) -> tuple[str, ...]:
         """The circuit that was fitted to the nameplate, and how well it meets it."""
@@ -164,5 +179,6 @@ def _parameters(plate: InductionNameplate, c: EquivalentCircuit) -> dict[str, fl
         "rotor_resistance": c.rotor_resistance,
         "stator_reactance": c.stator_reactance,
         "rotor_reactance": c.rotor_reactance,
+        "standstill_resistance": c.standstill,
         "magnetising_reactance": None if math.isinf(c.magnetising) else c.magnetising,
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from wucht.fields import si
 from wucht.machines.parts.nameplate import Nameplate
@@ -24,7 +24,7 @@ class InductionNameplate(Nameplate):
     power: float = si("W", "rated power on the shaft", "P_n", gt=0)
     speed: float = si("rad/s", "rated speed", "n_n", gt=0)
     voltage: float = si("V", "rated voltage between two lines", "U_n", gt=0)
-    connection: Literal["star", "delta"] = "star"
+    connection: Literal["star", "delta"] = Field("star", description="connection of the windings")
     frequency: float = si("Hz", "rated frequency", "f_n", gt=0)
     poles: float | None = si("", "number of poles", "2p", None, ge=2)
     breakdown_torque_ratio: float = si("", "breakdown torque over rated torque", "T_b/T_n", gt=1)

@@ -30,7 +30,7 @@ class Tracked(Body):
     track: str | None = Field(None, description="name of the track", pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")
     diameter: float | None = si("m", "diameter", "d", None, gt=0)
     restitution: float | None = si("", "coefficient of restitution", "e", None, ge=0.01, le=1)
-    start: Start = Field(None, description="angle at the start, from the body turned about; that of the study counts before it")
+    start: Start = Field(None, description="angle at the start in rad, from the body turned about")
     about: str = Field(description="name of the body turned about")
     mass: float = si("kg", "mass", "m", gt=0)
 

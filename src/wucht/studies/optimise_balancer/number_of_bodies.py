@@ -8,6 +8,7 @@ from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body, Drive, Load
 from wucht.machines.parts.support import Support
+from wucht.machines.parts.track import Tracked
 from wucht.studies.searching.search_variables import balancing
 
 _SAME = 1e-9
@@ -33,7 +34,7 @@ def with_bodies(machine: Machine, count: int) -> Machine:
     carrier = next(p for p in machine.parts if isinstance(p, Support))
     made = Machine(
         carrier,
-        [*others, *kept, *(first.model_copy(update={"name": n}) for n in more)],
+        [*others, *map(_anywhere, kept), *(_anywhere(first.model_copy(update={"name": n})) for n in more)],
         [p for p in machine.parts if isinstance(p, Drive)],
         [p for p in machine.parts if isinstance(p, Load)],
         tracks={t.name: {"contact_frequency": t.frequency} for t in machine.tracks if t.given},
@@ -43,6 +44,11 @@ def with_bodies(machine: Machine, count: int) -> Machine:
     own = {path: value for path, value in machine.values.items() if path in made.parameters and ".offset" not in path}
     own |= {f"{n}.{key}": machine.values[f"{names[0]}.{key}"] for n in more for key in _keys(machine, names[0])}
     return made.with_unchecked(own)
+
+
+def _anywhere(body: Body) -> Body:
+    """The body without a place of its own at the start: that of another number of them is another."""
+    return body.model_copy(update={"start": None}) if isinstance(body, Tracked) else body
 
 
 def _keys(machine: Machine, body: str) -> list[str]:
