@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.analysis.forced import Forced
+from wucht.machines.machine import Machine
 from wucht.numerics.peaks import between_samples, extremes
 
 GRAVITY = 9.80665  # m/s^2, standard: 3rd CGPM (1901)
@@ -65,6 +67,17 @@ class Throw:
         """The motion across over that along: 0 on a line, 1 on a circle."""
         return self.across / self.stroke if self.stroke else 0.0
 
+    @property
+    def numbers(self) -> dict[str, float | None]:
+        """As a summary has them."""
+        return {
+            "stroke": self.stroke,
+            "throw_direction": self.direction if self.stroke else None,
+            "throw_ratio": self.ratio,
+            "acceleration": self.acceleration,
+            "machine_number": self.machine_number,
+        }
+
     def throw_number(self, deck: float) -> float | None:
         """Gamma, the largest acceleration normal to the deck over the part of gravity that holds the material on it."""
         return None if self.normal is None else self.normal / (GRAVITY * math.cos(deck))
@@ -77,6 +90,17 @@ def _normal(deck: float) -> np.ndarray:
 def _line(angle: float) -> float:
     """The angle of a line, which has no sense, in (-pi/2, pi/2]."""
     return math.pi / 2 - (math.pi / 2 - angle) % math.pi
+
+
+def steady_throw(machine: Machine, forced: Forced, speed: float) -> Throw | None:
+    """Of the carrier's centre of mass in the forced vibration at a speed; None for a carrier without units, that does not
+    translate, or at a resonance that nothing damps."""
+    if machine.dimensionless or not {"x", "y"} & set(machine.free_labels):
+        return None
+    with np.errstate(all="ignore"):
+        z = dict(zip(machine.free_labels, forced.displacement(np.array([abs(speed)]))[0][0], strict=True))
+        plane = np.array([z.get(d, 0.0) for d in "xy"])
+    return Throw.harmonic(plane, abs(speed)) if np.isfinite(plane).all() else None
 
 
 def largest_of(vector: np.ndarray) -> float:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wucht.analysis.throw import steady_throw
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.results.conventions import answered, variable
 from wucht.studies.response.prepare import Plan
@@ -67,6 +68,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "peak_speed": variable("peak", f.peaks, "speed of a largest amplitude", units.speed),
         "peak_amplitude": variable("peak", peaks, "largest amplitude", length),
     }
+    in_operation = None if free is None else amplitude_at(forced, f.undamped, abs(free))
+    throw = steady_throw(machine, forced, free) if free is not None and math.isfinite(in_operation or 0.0) else None
     inside = sorted(x for x in natural.values() if x > 0 and plan.range[0] <= x <= plan.range[1])
     critical = [x for x, below in zip(inside, [0.0, *inside], strict=False) if not math.isclose(x, below, rel_tol=1e-9)]
     sentence, hardest, infinite = _sentence(excited, critical, free), vibration.argmax(), f.peaks[np.isinf(peaks)]
@@ -82,7 +85,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "peak_torque_speed": float(w[hardest]) if vibration[hardest] > 0 else None,
         "torque_peaks": _pairs("torque", f.torque_peaks, forced.torque(f.torque_peaks)[0]),
         "free_speed": free,
-        "amplitude_at_free_speed": None if free is None else amplitude_at(forced, f.undamped, abs(free)),
+        "amplitude_at_free_speed": in_operation,
+        "throw_at_free_speed": None if throw is None else throw.numbers,
         "eccentricity": eccentricity,
         "self_centring_speed": self_centring_speed(plan.steady, eccentricity, w) if excited else None,
     }
