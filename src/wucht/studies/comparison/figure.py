@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 _MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED, _LONG = 2, 2, 14, 38
 _PANEL, _LINE = 2.5, 0.17  # inches: of a row of panels, of a line of the legend
+_LETTERS = 32  # of a name along a panel
 _MARKS = "os^Dv"
 
 
@@ -74,16 +76,17 @@ def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> No
         name = names[k] if k < len(names) else None
         axis.plot(x_scale * x.values[k], y_scale * y.values[k], label=name, **style.line_style(k))
     axis.set_xlabel(style.label(result, str(x.name), x_unit))
-    axis.set_ylabel(style.label(result, str(y.name), y_unit))
+    axis.set_ylabel(textwrap.fill(style.label(result, str(y.name), y_unit), _LETTERS))
 
 
 def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
     """A number over the first key that is varied, a line for each file and value of the second; else a mark a variant."""
     scale, unit = style.printed_unit(result, name)
     values, paths = scale * result[name].values, list(summary_of(result)["vary"])
-    axis.set_ylabel(style.label(result, name, unit))
+    axis.set_ylabel(textwrap.fill(style.label(result, name, unit), _LETTERS))
     if not paths or result[paths[0]].dtype.kind != "f":
         axis.plot(np.arange(len(values)), values, linestyle="", marker="o", color=style.COLOURS[0])
+        axis.set_xlim(-0.5, len(values) - 0.5)
         axis.set_xticks(np.arange(len(values)), [str(v) for v in result.variant.values], rotation=25, ha="right", fontsize=7)
         return
     x_scale, x_unit = style.printed_unit(result, paths[0])
