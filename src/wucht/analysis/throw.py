@@ -15,6 +15,7 @@ from wucht.analysis.forced import Forced
 from wucht.machines.machine import Machine
 from wucht.numerics.peaks import between_samples, extremes
 
+_SHORT = 1e-2  # of the median step of samples
 GRAVITY = 9.80665  # m/s^2, standard: 3rd CGPM (1901)
 
 
@@ -47,6 +48,7 @@ class Throw:
 
         Between samples it is found to the fourth order of their distance.
         """
+        time, place, velocity = _apart(time, place, velocity)
         along = _main_axis(place)
         acceleration, jerk = _second_and_third(time, place, velocity)
         inner = time[1:-1]
@@ -135,6 +137,13 @@ def _span(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
 
 def _largest(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
     return float(between_samples(time, signal, rate).max()) if len(time) > 1 else float(signal.max())
+
+
+def _apart(time: np.ndarray, place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Without samples that follow one another at once, as at the end of a leg: their difference is rounding."""
+    steps = np.diff(time)
+    keep = np.concatenate([[True], steps > _SHORT * np.median(steps)])
+    return time[keep], place[:, keep], velocity[:, keep]
 
 
 def _second_and_third(time: np.ndarray, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
