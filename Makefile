@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 WORKERS ?= 2
 PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
 
-.PHONY: demo test test-slow lint bench errata clean
+.PHONY: demo test test-slow lint docs pictures bench errata clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit("wucht needs Python 3.11 or newer; give one: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else None'
@@ -31,8 +31,21 @@ lint: $(STAMP)
 errata: $(STAMP)  # docs/errata.md from the checks
 	$(BIN)/python -m tests.validation.errata
 
+# What the catalogue answers is kept in build/gallery. GALLERY=all: also what takes minutes; GALLERY=kept: nothing is computed.
+GALLERY ?= quick
+
+$(VENV)/.docs: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	touch $@
+
+docs: $(VENV)/.docs
+	$(BIN)/python -m docs.site --gallery $(GALLERY)
+
+pictures: $(STAMP)  # docs/pictures from the gallery
+	$(BIN)/python -m docs.site.pictures
+
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks
 
 clean:
-	rm -rf $(VENV) demo results .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build demo results .pytest_cache .mypy_cache .ruff_cache .hypothesis

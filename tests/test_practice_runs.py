@@ -12,6 +12,7 @@ from wucht.results.conventions import summary_of
 from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
+from wucht.studies.torque_balance.spec import TorqueBalance
 
 # name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places are chance; these
 # do not.
@@ -19,13 +20,18 @@ EXPECTED = {
     "practice/angle-grinder": ("compensated", 1130.183, 1.3135e-4),
     "practice/balls-at-resonance": ("balancer-captured", 418.38, 6.83e-4),
     "practice/balls-at-resonance-thick-oil": ("compensated", 418.46, 8.12e-4),
+    "practice/fan-ball-ring": ("compensated", 760.893, 2.032e-4),
+    "practice/fan-on-belt": ("passed", 211.997, 2.0786e-3),
+    "practice/fan-on-inverter": ("passed", 151.8436, 0.010047),
     "practice/grinder-10-balls": ("compensated", 1130.183, 1.42e-4),
     "practice/grinder-2-balls": ("passed", 1130.168, 1.3169e-4),
     "practice/grinder-4-balls": ("compensated", 1130.183, 1.3150e-4),
     "practice/grinder-6-balls": ("compensated", 1130.183, 1.3135e-4),
     "practice/laundry-drum": ("compensated", 126.14, 0.01067),
+    "practice/laundry-drum-friction": ("passed", 125.6647, 0.011891),
     "practice/laundry-drum-tumbling": ("compensated", 126.166, 0.00892),
     "practice/screen": ("synchronised", 155.1556, 0.00601),
+    "practice/screen-loaded": ("synchronised", 154.7105, 0.004035),
     "practice/screen-unsynchronised": ("not-synchronised", 155.232, 0.00467),
 }
 
@@ -82,7 +88,11 @@ def ran(results: dict[str, xr.Dataset]):
 
 
 # The other numbers of balls of the grinder lie between those of 2, 6 and 10.
-LONG = ("practice/balls-at-resonance", "practice/grinder-4-balls", "practice/laundry-drum-tumbling")
+LONG = (
+    "practice/balls-at-resonance", "practice/fan-ball-ring", "practice/fan-on-belt", "practice/grinder-4-balls",
+    "practice/laundry-drum-friction", "practice/laundry-drum-tumbling", "practice/screen-loaded",
+)  # fmt: skip
+WITHOUT_BALLS = ("fan-on", "friction", "screen")
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in sorted(EXPECTED)])
@@ -98,7 +108,11 @@ def test_runs_and_gives_its_numbers(name: str, ran) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in sorted(EXPECTED) if "screen" not in n],
+    [
+        pytest.param(n, marks=pytest.mark.slow) if n in LONG else n
+        for n in sorted(EXPECTED)
+        if not any(word in n for word in WITHOUT_BALLS)
+    ],
 )
 def test_no_ball_passes_another(name: str, ran) -> None:
     """The balls keep their order on the track, and are pressed into each other by less than a hundredth of a radian."""
@@ -114,6 +128,29 @@ def test_two_balls_side_by_side_leave_the_rest_of_the_unbalance(ran) -> None:
     """1 - (2 m eps/U) cos(beta/2), beta = 2 asin(r/eps) between balls that touch: 2 m eps = 105, U = 150 g mm, eps = 25 mm."""
     left = 1 - 105 / 150 * math.sqrt(1 - (4 / 25) ** 2)
     assert summary_of(ran("practice/grinder-2-balls"))["final_residual_unbalance"] == pytest.approx(left, abs=1e-3)
+
+
+def test_the_fan_on_a_belt_is_driven_by_the_motor_of_its_nameplate() -> None:
+    """4 kW, three times the rated torque, through the belt; at the end V/f control has the rated voltage and frequency."""
+    study = read_study("practice/fan-on-belt")
+    machine = study.subject
+    motor, rated = machine.drives[0], 4000 / (1435 * math.pi / 30)
+    assert motor.torque_at(1435 * math.pi / 30 / 0.714) == pytest.approx(0.95 * 0.714 * rated, rel=1e-9)
+    assert motor.reduced_breakdown()[2] == pytest.approx(0.95 * 0.714 * 3 * rated, rel=1e-9)
+    assert machine.at(6.0).values["drive.voltage"] == pytest.approx(400.0)
+    assert machine.at(3.0).values["drive.voltage"] == pytest.approx((400 + 12) / 2)
+    s = summary_of(run(TorqueBalance(), machine))
+    (point,) = s["working_points"]
+    assert (point["speed"], point["slip"], point["torque"]) == pytest.approx((211.997, 0.0364, 15.39), rel=2e-3)
+    assert machine.notes[0].startswith("drive: circuit of the nameplate, ohm a phase: stator 3.231, rotor 4.197")
+    assert ["starting torque 46.21 N m for 61.22 N m (-25 %)" in w for w in machine.warnings] == [True]
+
+
+def test_the_balls_of_the_ring_stand_where_their_seed_says() -> None:
+    machine = read_study("practice/fan-ball-ring", {"b.count": 5, "b3.mass": "3 g"}).subject
+    assert [b.name for b in machine.bodies] == ["impeller", *(f"b{k}" for k in range(1, 6))]
+    assert [machine.values[f"b{k}.mass"] for k in (2, 3)] == pytest.approx([2.1e-3, 3e-3])
+    assert machine.drives[0].torque_at(6940 * math.pi / 30) == pytest.approx(0.177)
 
 
 @pytest.mark.slow
@@ -153,3 +190,39 @@ def test_laundry_that_loses_water_is_followed_without_vibration(ran) -> None:
     water = float(result.amplitude.sel(time=slice(62.0, 80.0)).max())
     assert 4e-4 < blow < 7e-4
     assert water < 2e-5
+
+
+@pytest.mark.slow
+def test_free_travel_saves_power_at_full_speed(ran) -> None:
+    """What docs/practice/washing-machine.md says: 4 F (a - d) a cycle and damper less; without dampers it hits its buffers."""
+
+    def changed(**values: float) -> tuple[float, float, float]:
+        study = read_study(
+            "practice/laundry-drum-friction", {f"{n}.{key}": v for key, v in values.items() for n in ("left", "right")}
+        )
+        result = run(study.spec, study.subject)
+        power = float(result.motor_power.isel(time=result.time > 19).mean())
+        return summary_of(result)["peak_amplitude"], power, float(np.abs(result.displacement.sel(direction="x")).max())
+
+    usual = ran("practice/laundry-drum-friction")
+    assert summary_of(usual)["final_amplitude"] == pytest.approx(2.362e-3, rel=1e-3)
+    assert float(usual.speed.max()) < 1.006 * 125.664
+    assert float(usual.motor_power.max()) == pytest.approx(500.0, rel=1e-9)
+    power = float(usual.motor_power.isel(time=usual.time > 19).mean())
+    peak, tight, _ = changed(free_travel=0.0)
+    assert peak == pytest.approx(3.736e-3, rel=1e-2)
+    assert tight - power == pytest.approx(2 * 4 * 60.0 * (2.42e-3 - 2e-4) * 20.0, rel=2e-2)
+    peak, free, aside = changed(force=0.0)
+    assert peak == pytest.approx(20.03e-3, rel=1e-2)
+    assert free == pytest.approx(power, rel=1e-4)
+    assert aside > 12e-3
+
+
+@pytest.mark.slow
+def test_the_material_slows_the_screen_down(ran) -> None:
+    """Throw number 2.58, and 170 W: what the damper takes at the amplitudes of its place."""
+    result = ran("practice/screen-loaded")
+    last = result.displacement.isel(time=slice(-300, None))
+    across = np.ptp(last.sel(direction="y").values) / 2
+    assert across * 154.71**2 / 9.81 == pytest.approx(2.58, abs=0.02)
+    assert summary_of(result)["final_amplitude"] == pytest.approx(1.483e-3, rel=1e-3)

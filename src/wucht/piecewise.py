@@ -121,11 +121,14 @@ def step(name: str, at: float, before: float, after: float) -> Pieces:
     return Pieces(name, (at,), ((before, 0, 0, 0), (after, 0, 0, 0)))
 
 
+ABSOLUTE = Pieces("abs", (0.0,), ((0, -1, 0, 0), (0, 1, 0, 0)))
+
+
 def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[float], kind: str) -> Pieces:
     """A function through points, constant before the first and after the last.
 
     abscissae, ordinates: (n,), the first increasing. kind: ``"steps"`` (each value holds until the next point), ``"linear"``,
-    ``"smooth"`` (from value to value with zero slope at each point, as a machine's control does), ``"monotone"``
+    ``"smooth"`` (a + (b - a)(3 s^2 - 2 s^3): zero slope at each point, as a machine's control does), ``"monotone"``
     (F. N. Fritsch, R. E. Carlson, SIAM J. Numer. Anal. 17 (1980) 238-246: no overshoot between measured points), ``"spline"``
     (continuous curvature).
     """
@@ -144,3 +147,7 @@ def interpolated(name: str, abscissae: Sequence[float], ordinates: Sequence[floa
         spline = PchipInterpolator(x, y) if kind == "monotone" else CubicSpline(x, y, bc_type="clamped")
         inside = [tuple(row[::-1]) for row in spline.c.T]
     return Pieces(name, x.tolist(), [(y[0], 0, 0, 0), *inside, (y[-1], 0, 0, 0)])
+
+
+# The argument, held within -1 and 1.
+WITHIN_1 = Pieces("within", (-1.0, 1.0), ((-1, 0, 0, 0), (-1, 1, 0, 0), (1, 0, 0, 0)))

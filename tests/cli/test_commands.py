@@ -8,12 +8,14 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import wucht as package
+from wucht.results.output_folder import claimed
 
 Command = Callable[..., Any]
 Study = Callable[..., Path]
@@ -119,7 +121,40 @@ def test_the_default_folder(wucht: Command, study: Study) -> None:
     assert wucht("run", study()).code == 0
     assert Path("results/study/result.nc").is_file()
     assert wucht("run", "drozdetskaya-2020/table-3.1-carrier", "--set", "study.until=100").code == 0
-    assert Path("results/table-3.1-carrier/result.nc").is_file()
+    assert Path("results/drozdetskaya-2020/table-3.1-carrier/result.nc").is_file()
+    assert wucht("run", "study.toml", "--set", "study.kind=response").code == 0
+    assert Path("results/study/response/response.png").is_file()
+    assert Path("results/study/run-up.png").is_file()
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_nothing_of_an_earlier_result_stays_but_what_is_the_users(wucht: Command, study: Study) -> None:
+    file = study()
+    assert wucht("run", file, "-o", "out").code == 0
+    assert wucht("plot", "out/result.nc", "--format", "svg").code == 0
+    assert wucht("plot", "out/result.nc", "--format", "pdf").code == 0
+    Path("out/run-up.pdf").write_bytes(b"drawn over by hand")
+    Path("out/my-run-up.png").write_bytes(Path("out/run-up.png").read_bytes())
+    assert wucht("run", file, "-o", "out", "--set", "study.kind=response", "--set", "study.range=[300, 200]").code == 2
+    assert Path("out/run-up.png").is_file(), "a question that is refused removes nothing"
+    response = wucht("run", file, "-o", "out", "--set", "study.kind=response", "--json").document
+    files = sorted(p.name for p in Path("out").iterdir())
+    assert files == ["my-run-up.png", "response.png", "result.nc", "run-up.pdf", "summary.json"]
+    assert json.loads(Path("out/summary.json").read_text("utf-8")) == response
+
+
+def test_a_second_run_into_one_folder_is_refused(wucht: Command, study: Study) -> None:
+    file, claim = study(), claimed(Path("out"))
+    with ThreadPoolExecutor(1) as other:
+        other.submit(claim.__enter__).result()
+        refused = wucht("run", file, "-o", "out")
+        elsewhere = wucht("run", file, "-o", "other")
+        assert not list(Path("out").glob("result.nc"))
+        other.submit(claim.__exit__, None, None, None).result()
+    assert refused.code == 2
+    assert "-o: given 'out'; another run is writing a result there: wait until it has ended" in refused.err
+    assert elsewhere.code == 0
+    assert wucht("run", file, "-o", "out").code == 0
 
 
 @pytest.mark.usefixtures("unpainted")
@@ -255,7 +290,7 @@ def test_the_last_setting_wins(wucht: Command, here: Path) -> None:
         "--set",
         "study.until=1e-2",
     )
-    assert completed.document["machine"] == "top"
+    assert completed.document["machine"] == "top (changed: drive.slope = 4 N m s)"
     stored = _stored(Path("out/result.nc"))
     assert stored["drive.slope"] == 4.0
     assert stored["p2.damping"] == 2.0

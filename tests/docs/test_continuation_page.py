@@ -122,7 +122,7 @@ def test_where_the_symmetry_breaks(names: Mapping[str, Any]) -> None:
 
 
 def test_the_study_file_is_read(tmp_path: Path) -> None:
-    (code,) = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)
+    (code,) = re.findall(r"```toml title=\"tank.toml\"\n(.*?)```", TEXT, re.DOTALL)
     path = tmp_path / "tank.toml"
     path.write_text(code, encoding="utf-8")
     study = read_study(path)

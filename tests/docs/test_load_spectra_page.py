@@ -5,17 +5,16 @@ from __future__ import annotations
 import contextlib
 import io
 import re
-from pathlib import Path
 
-TEXT = (Path(__file__).parents[2] / "docs" / "load-spectra.md").read_text(encoding="utf-8")
-FORCES = (-2, 1, -3, 5, -1, 3, -4, 4, -2)
+from page_blocks import PAGES, blocks, write_files
+
+PAGE = PAGES["docs/load-spectra.md"]
+TEXT = PAGE.read_text(encoding="utf-8")
 
 
 def test_the_record_of_the_standard(wucht, here):
-    file, said = re.search(r"```toml\n(.*?)```.*?```text\n(.*?)```", TEXT, re.DOTALL).groups()
-    (here / "specimen.toml").write_text(file, encoding="utf-8")
-    rows = "\n".join(f"{i},{force}" for i, force in enumerate(FORCES))
-    (here / "record.csv").write_text(f"time [s], force [kN]\n{rows}\n", encoding="utf-8")
+    said = next(b.said for b in blocks(PAGE) if b.text == "wucht run specimen.toml -o results\n")
+    write_files(PAGE)
     out = wucht("run", "specimen.toml", "-o", "results").out
     assert out.startswith(said)
 

@@ -111,7 +111,8 @@ def test_wrong_settings_are_refused(path, value, sentence):
 
 
 def test_a_long_chain_of_files_that_use_each_other(here):
-    """Far beyond what Python calls within a call: the values that are set nearest hold, and the nearest title."""
+    """Far beyond what Python calls within a call: the values that are set nearest hold, and the nearest title,
+    with what is set beyond it."""
     links = 1500
     for i in range(links):
         own = f"set = {{ u = {i}.0 }}" if i in (2, 3) else 'title = "The tenth"' if i == 10 else ""
@@ -119,7 +120,7 @@ def test_a_long_chain_of_files_that_use_each_other(here):
     Path(f"{links}.toml").write_text('[machine]\nuse = "drozdetskaya-2020/table-5.1"\n', encoding="utf-8")
     machine = load_machine("0.toml")
     assert machine.values["u"] == 2.0
-    assert machine.title == "The tenth"
+    assert machine.title == "The tenth (changed: u = 2)"
     Path(f"{links}.toml").write_text('[machine]\nuse = "none-5.1"\n', encoding="utf-8")
     with pytest.raises(InputError, match=rf"^0\.toml: {links}\.toml: machine\.use: given 'none-5\.1'; neither"):
         load_machine("0.toml")

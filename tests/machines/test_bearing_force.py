@@ -34,6 +34,7 @@ def test_bodies_at_rest_push_with_their_weight():
     values = flow.outputs(run.time, run.states, run.parameters)
     assert values["bearing_force_x"] == pytest.approx(0, abs=1e-10)
     assert values["bearing_force_y"] == pytest.approx(-2.5 * 9.81, rel=1e-12)
+    assert machine.system.output("bearing_force_y").long_name == "bearing force on the carrier in y"
 
 
 @pytest.mark.parametrize("speed", [30.0, 62.0, 200.0])

@@ -359,3 +359,60 @@ def test_gravity_beyond_that_of_any_centrifuge_is_refused():
         else:
             with pytest.raises(InputError, match=r"carrier\.gravity: given .*; must be between -1e\+07 and 1e\+07 m/s\^2"):
                 machine_from(described)
+
+
+def test_one_value_of_a_mount_holds_for_both_directions():
+    """The same matrices as of a pair of equal ones; and it is one parameter."""
+    one = [m | {"stiffness": 4e3, "damping": "3 N s/m"} for m in MOUNTS]
+    pairs = [m | {"stiffness": [4e3, 4e3], "damping": [3.0, 3.0]} for m in MOUNTS]
+    first, second = (machine_from(SCREEN | {"carrier": SCREEN["carrier"] | {"mounts": m}}) for m in (one, pairs))
+    for a, b in zip(first.matrices, second.matrices, strict=True):
+        assert a == pytest.approx(b, rel=1e-14)
+    assert first.values["carrier.mounts.1.stiffness"] == 4e3
+    softer = first.with_values({"carrier.mounts.1.stiffness": "2e3 N/m"})
+    assert softer.matrices[2][0, 0] == pytest.approx(1e4)
+    for wrong in (-1.0, [1.0], "4 N"):
+        with pytest.raises(InputError, match="mounts"):
+            machine_from(SCREEN | {"carrier": SCREEN["carrier"] | {"mounts": [MOUNTS[0] | {"stiffness": wrong}]}})
+
+
+@pytest.mark.parametrize("frequency", ["5 Hz", ["5 Hz", "7 Hz"]])
+def test_a_carrier_by_its_natural_frequency(frequency):
+    """One value holds for x and y; the mass is that of all that moves, masses in guides too."""
+    bodies = [
+        ROTOR,
+        {"kind": "pendulum", "name": "p", "about": "drum", "mass": 0.125, "length": 0.1, "damping": 0.01},
+        {
+            "kind": "slider",
+            "name": "s",
+            "about": "drum",
+            "mass": 0.3,
+            "angle": 0.0,
+            "radius": 0.1,
+            "stiffness": 1e4,
+            "damping": 1.0,
+        },
+    ]
+    carrier = {"mass": 3.0, "frequency": frequency, "damping_ratio": 0.1}
+    machine = machine_from({"carrier": carrier, "bodies": bodies, "drive": DRIVE})
+    hertz = np.array([5.0, 5.0] if isinstance(frequency, str) else [5.0, 7.0])
+    mass, damping, stiffness = machine.matrices
+    assert mass[0, 0] == pytest.approx(3 + 2 + 0.125 + 0.3)
+    assert np.diag(stiffness) == pytest.approx(mass[0, 0] * (2 * math.pi * hertz) ** 2)
+    assert np.diag(damping) == pytest.approx(2 * 0.1 * mass[0, 0] * 2 * math.pi * hertz)
+    assert not {"carrier.frequency", "carrier.damping_ratio"} & set(machine.values)
+    assert machine.notes[0].startswith("carrier: stiffness 535")
+
+
+def test_a_frequency_and_a_stiffness_replace_each_other():
+    document = {"carrier": {"stiffness": 1e4, "damping": 3.0}, "bodies": [ROTOR], "drive": DRIVE}
+    machine = machine_from(document | {"set": {"carrier.frequency": "5 Hz", "carrier.damping_ratio": 0.1}})
+    assert machine.values["carrier.stiffness"] == pytest.approx(2 * (10 * math.pi) ** 2)
+    for wrong, sentence in (
+        ({"frequency": "5 Hz"}, "carrier.frequency: .*either stiffness or frequency"),
+        ({"damping_ratio": 0.1}, "carrier.damping_ratio: .*either damping or damping_ratio"),
+        ({"stiffness": None, "frequency": -3.0}, "carrier.frequency: given -3.0; must be a frequency of at least 0"),
+    ):
+        given = {k: v for k, v in (document["carrier"] | wrong).items() if v is not None}
+        with pytest.raises(InputError, match=sentence):
+            machine_from(document | {"carrier": given})

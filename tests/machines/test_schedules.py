@@ -244,6 +244,30 @@ def test_a_value_that_is_not_allowed_is_the_fault_of_its_own_schedule(first):
         machine_with(*(ramps[name] for name in order), drive=INDUCTION)
 
 
+def test_the_point_that_is_not_allowed_is_named_even_if_another_schedule_begins_before():
+    voltage = schedule("drive.voltage", ["0 s", "0 V"], ["5 s", "230 V"])
+    frequency = schedule("drive.frequency", ["1 s", "0 Hz"], ["5 s", "50 Hz"])
+    with pytest.raises(InputError, match=r"^machine\.schedules\[1\]\.points \(t = 1\): given 0"):
+        machine_with(voltage, frequency, drive=INDUCTION)
+
+
+def test_a_value_that_is_not_allowed_beside_another_is_the_fault_of_the_one_that_changes():
+    """Without leakage of the rotor that of the stator may not be 0: the rotor's is at fault by name, but has no schedule."""
+    voltage = schedule("drive.voltage", ["0 s", "0 V"], ["5 s", "230 V"])
+    reactance = schedule("drive.stator_reactance", ["0 s", "1 ohm"], ["5 s", "0 ohm"])
+    place = r"^machine\.schedules\[1\]\.points \(t = 5\): given 0"
+    with pytest.raises(InputError, match=place + ".*where the stator's reactance is 0"):
+        machine_with(voltage, reactance, drive=INDUCTION | {"rotor_reactance": 0.0})
+
+
+def test_smooth_is_the_cubic_that_the_docs_say():
+    points = [["0 s", "10 rad/s"], ["4 s", "50 rad/s"]]
+    machine = machine_with({"parameter": "drive.no_load_speed", "points": points, "interpolation": "smooth"})
+    s = np.array([0.0, 0.1, 0.5, 0.8, 1.0])
+    at = [machine.at(4 * x).values["drive.no_load_speed"] for x in s]
+    assert at == pytest.approx(10 + 40 * (3 * s**2 - 2 * s**3))
+
+
 def test_one_schedule_a_parameter():
     with pytest.raises(
         InputError, match=r"schedules\[1\].parameter: given 'drive.slope'; this parameter has a schedule already"

@@ -49,13 +49,39 @@ def test_the_envelope_of_a_modulated_vibration():
     assert (line >= np.abs(slow * np.cos(w * t)) - 1e-15).all()
 
 
+@pytest.mark.parametrize("phase", np.linspace(0, np.pi, 9))
+def test_the_envelope_is_right_to_both_ends_wherever_they_cut_the_vibration(phase):
+    t = np.linspace(0, 10, 2001)
+    line = envelope(t, np.abs(np.cos(30 * t + phase)), np.full_like(t, np.pi / 30))
+    assert line.min() > 1 - (30 * 0.005) ** 2 / 8
+
+
+def test_the_envelope_of_what_begins_at_rest_begins_there():
+    """And rises with it, instead of being as high as its first peak from the start."""
+    t = np.linspace(0, 10, 2001)
+    radius = 1 - np.cos(t)
+    rising = envelope(t, radius, np.full_like(t, 2.0), before=0.0)
+    assert np.array_equal(rising[t < 3], radius[t < 3])
+    swinging = np.abs(np.sin(30 * t))
+    line = envelope(t, swinging, np.full_like(t, np.pi / 30), before=0.0)
+    assert np.array_equal(line[:10], swinging[:10])
+    assert line[11:].min() > 0.99
+
+
+@pytest.mark.parametrize("turned", [1, -1])
+def test_the_envelope_of_a_growing_or_decaying_vibration_goes_on_as_high_as_its_outermost_peak(turned):
+    t, step = np.linspace(0, 10, 2001), np.pi / 30
+    slow = np.exp(turned * 0.05 * t)
+    line = envelope(t, slow * np.abs(np.cos(30 * t + 1)), np.full_like(t, step))
+    assert np.abs(line / slow - 1).max() < 0.05 * 2 * step + (30 * 0.005) ** 2 / 8
+
+
 def test_the_envelope_of_a_smooth_line_is_the_line():
-    """But for the last half window, where what follows is not known."""
+    """To its very end."""
     t = np.linspace(0, 10, 1001)
     decay = np.exp(-t)
-    line = envelope(t, decay, np.full_like(t, 0.5))
-    assert np.array_equal(line[:-25], decay[:-25])
-    assert (line[-25:] == decay[-26]).all()
+    assert np.array_equal(envelope(t, decay, np.full_like(t, 0.5)), decay)
+    assert np.array_equal(envelope(t, decay[::-1], np.full_like(t, 0.5)), decay[::-1])
 
 
 def test_a_valley_longer_than_the_window_stays():
@@ -76,7 +102,14 @@ def test_the_envelope_against_a_direct_search():
 
     highest = np.array([radius[reach(i)].max() for i in range(200)])
     lowest = np.array([highest[reach(i)].min() for i in range(200)])
-    assert np.array_equal(envelope(t, radius, window), lowest)
+    inside = slice(2 * half.max(), -2 * half.max())  # beyond it the ends are seen
+    assert np.array_equal(envelope(t, radius, window)[inside], lowest[inside])
+
+
+def test_the_envelope_of_a_vibration_that_is_sampled_more_densely_later():
+    t = np.concatenate([np.arange(0, 5, 0.04), np.arange(5, 10, 0.005)])
+    line = envelope(t, np.abs(np.cos(10 * t)), np.full_like(t, np.pi / 10))
+    assert line.min() > 1 - (10 * 0.04) ** 2 / 8
 
 
 @pytest.mark.parametrize("n", [0, 1])

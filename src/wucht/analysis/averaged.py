@@ -152,6 +152,12 @@ def _refuse_others(machine: Machine) -> None:
         reasons.append("the speed of a rotor and the motion of the carrier are both prescribed: there is no common speed")
     if others:
         reasons.append(f"the speed of {others[0]} is prescribed, which is not the main rotor: there is no common speed")
+    if machine.nonlinear:
+        reasons.append(f"{machine.nonlinear} is not linear, and the averaged equations need a linear carrier")
+    if machine.internal:
+        own = machine.internal[0].state.name
+        held = "a drive of kind 'constant-speed' has the speed that it holds"
+        reasons.append(f"{own} is a state of a controller's own, and they know those of bodies alone: {held}")
     if not machine.free_carrier and not shaken:
         reasons.append("nothing vibrates: the carrier is fixed")
     if reasons:

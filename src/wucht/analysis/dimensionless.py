@@ -27,12 +27,13 @@ def numbers(machine: Machine) -> dict[str, float]:
     arm, inertia = rotor.arms().get(rotor.name), rotor.about_axis()
     if arm is None or inertia is None or frequency is None or len(machine.rotors) > 1 or machine.sliders:
         return {}
+    inertia += sp.Add(*(d.reduced_inertia() for d in machine.drives if d.on == rotor.name))
     own, e, j = map(float, machine.evaluate(rotor.moment(), arm, inertia))
     if not own:
         return {}
     mass, damping = (float(m[0, 0]) for m in machine.matrices[:2])
     results = {"epsilon": own * e / j, "sigma": damping / (2 * mass * frequency)}
-    for torque in (d.torque(SPEED) for d in machine.drives if d.on == rotor.name):
+    for torque in (d.on_body(SPEED) for d in machine.drives if d.on == rotor.name):
         symbolic = slopes((torque,))[0].xreplace(machine.numbers)
         slope = -float(symbolic) if symbolic.is_number else 0.0
         if slope > 0:

@@ -1,6 +1,7 @@
-"""Forced vibration at a steady speed, the unbalance fixed, in closed form: 002 (2.74)-(2.79) for any linear carrier.
+"""Forced vibration at a steady speed in closed form: 002 (2.74)-(2.79) for any linear carrier.
 
-All bodies turn with the speed w, each in its sense: phi_k = sigma_k (w t + alpha_k).
+All bodies turn with the speed w, each in its sense: phi_k = sigma_k (w t + alpha_k), at fixed phases or at those that belong to
+the speed.
 """
 
 from __future__ import annotations
@@ -17,25 +18,31 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 
 UNDAMPED = 1e-10  # damping ratio below which a resonance counts as undamped
+Placed = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray | None]]
 _EQUAL = 1e-9  # relative difference of poles that are one, as those of x and y on an isotropic carrier
 
 
 @dataclass(frozen=True)
 class Forced:
-    """The vibration of a machine at ``phases`` alpha_k (n,).
+    """The vibration of a machine at phases alpha_k.
 
-    axis: (2, m), x and y of the main rotor's axis for each free coordinate of the carrier (of a carrier that only turns its
-    angle and nothing). sense: of the main rotor. Functions of the speed take (N,) and return values with their slopes.
+    placed: these (n, N) and their derivatives as a function of speeds (N,), not numbers where there are none; or the same (n,)
+    at all speeds. axis: (2, m), x and y of the main rotor's axis for each free coordinate of the carrier (of a carrier that
+    only turns its angle and nothing). sense: of the main rotor. Functions of the speed take (N,) and return values with their
+    slopes.
     """
 
     vibration: Vibration
-    phases: np.ndarray
+    placed: Placed | np.ndarray
     axis: np.ndarray
     sense: float
 
     @classmethod
     def of(cls, machine: Machine, angles: np.ndarray) -> Forced:
         """The vibration with the bodies at absolute angles (n,). Raises ``InputError`` where the carrier is not linear."""
+        if machine.nonlinear:
+            why = f"has no steady vibration in closed form: {machine.nonlinear} is not linear"
+            raise InputError("machine", None, f"{why}; study.kind = 'run-up' or 'sweep' runs it")
         try:
             vibration = Vibration.of(machine)
         except WuchtError as error:
@@ -45,14 +52,18 @@ class Forced:
         axis, main = np.array(machine.evaluate(*shape), float).reshape(shape.shape), machine.bodies.index(machine.rotor)
         return cls(vibration, senses * angles, axis, float(senses[main]))
 
-    @cached_property
-    def force(self) -> np.ndarray:
-        """F (m,), zero where the bodies' unbalances cancel."""
-        return self.vibration.force(self.phases)
+    def phases(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """alpha (n,) or (n, N), and by what they change with the speed."""
+        return (self.placed, None) if isinstance(self.placed, np.ndarray) else self.placed(speeds)
+
+    def force(self, speeds: np.ndarray) -> np.ndarray:
+        """F (N, m), zero where the bodies' unbalances cancel."""
+        force = self.vibration.force(self.phases(speeds)[0])
+        return np.broadcast_to(force, (len(speeds), force.shape[-1]))
 
     def displacement(self, speeds: np.ndarray) -> WithSlope:
         """z (N, m), complex."""
-        return self.vibration.response(speeds, self.phases)
+        return self.vibration.response(speeds, *self.phases(speeds))
 
     def _circles(self, z: np.ndarray, offset: np.ndarray | float = 0.0) -> np.ndarray:
         """The circles (2, N) of an orbit x, y = axis z + offset: run through counter-clockwise, and clockwise."""
@@ -82,16 +93,20 @@ class Forced:
 
     def torque(self, speeds: np.ndarray) -> WithSlope:
         """The vibration torque on all bodies together, positive where it brakes."""
-        return self.vibration.torque(speeds, self.phases)
+        return self.vibration.torque(speeds, *self.phases(speeds))
 
     def torque_on(self, speeds: np.ndarray, members: Sequence[int]) -> WithSlope:
         """That on some of the bodies, positive where it brakes: -w^2/2 sum Im[conj(U_i e_i exp(i alpha_i)) z]."""
         e = self.vibration.excitation
         if not np.delete(e, list(members), axis=0).any():
             return self.torque(speeds)  # the same, without the difference of large numbers
-        w, (z, dz) = np.asarray(speeds, float), self.displacement(speeds)
-        own = (e * np.exp(1j * self.phases)[:, None])[list(members)].sum(axis=0).conj()
-        return -(w**2) / 2 * (z @ own).imag, -w * (z @ own).imag - w**2 / 2 * (dz @ own).imag
+        w, (z, dz), (phases, turning) = np.asarray(speeds, float), self.displacement(speeds), self.phases(speeds)
+        own, at = self.vibration.only(members), list(members)
+        conjugate = own.force(phases[at]).conj()
+        work, slope = (z * conjugate).sum(axis=-1).imag, (dz * conjugate).sum(axis=-1).imag
+        if turning is not None:
+            slope = slope + (z * own.turned(phases[at], turning[at]).conj()).sum(axis=-1).imag
+        return -(w**2) / 2 * work, -w * work - w**2 / 2 * slope
 
     @cached_property
     def poles(self) -> np.ndarray:

@@ -136,6 +136,7 @@ class RelativeEquilibria:
             away = max(away, float(np.hypot(*self.fixed(state, 0.0)[[x[0], y[0]]])))
         size = [1.0 if c.angle else away for c in self.machine.coordinates]
         size += [speed * (1.0 if c.angle else away) for c in self.machine.coordinates if c.prescribed is None]
+        size += self.machine.evaluate(*(own.size for own in self.machine.internal))
         return np.delete(np.array(size), main)
 
     def linear(self) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:

@@ -9,10 +9,8 @@ from wucht.numerics.flow.program import number_function
 
 
 def static_position(machine: Machine) -> np.ndarray:
-    """Where the carrier rests under its load (m,): K x = load; zero where its motion is prescribed."""
-    load = np.array(machine.evaluate(*machine.linear_carrier.load), float)
-    rest = iter(np.linalg.lstsq(machine.matrices[2], load, rcond=None)[0] if load.any() else np.zeros(len(load)))
-    return np.array([0.0 if q.prescribed is not None else float(next(rest)) for q in machine.carrier])
+    """Where the carrier rests under its load (m,)."""
+    return machine.rest
 
 
 def axis_at_rest(machine: Machine) -> dict[str, float]:

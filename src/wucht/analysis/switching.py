@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.machines.machine import Machine
+from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Load
 from wucht.machines.parts.pendulum import Pendulum
 from wucht.machines.parts.rotor import Rotor
@@ -116,7 +117,10 @@ def _rebuilt(machine: Machine, bodies: Sequence[Body]) -> Machine:
     gone = changed | (before.keys() - same)
     kept = [s for s in machine.schedules if s.parameter.split(".")[0] not in gone]
     tracks = {t.name: {"contact_frequency": t.frequency} for t in machine.tracks if t.given}
-    made = Machine(carrier, bodies, machine.drives, loads, schedules=kept, tracks=tracks, title=machine.title)
+    attached = [p for p in machine.parts if isinstance(p, Attachment)]
+    made = Machine(
+        carrier, bodies, machine.drives, loads, attachments=attached, schedules=kept, tracks=tracks, title=machine.title
+    )
     return made.with_unchecked(_shared(machine.values, made.values, changed))
 
 

@@ -71,20 +71,43 @@ class Vibration:
         return z, np.linalg.solve(dynamic, rise - (1j * self.damping - 2 * w * self.mass) @ z)
 
     def force(self, phases: np.ndarray) -> np.ndarray:
-        """F (m,) with the bodies at phases (n,), zero where their unbalances cancel."""
-        each = self.excitation * np.exp(1j * phases)[:, None]
-        total = each.sum(axis=0)
-        return np.asarray(np.where(np.abs(total) > CANCELLED * np.abs(each).sum(axis=0), total, 0.0))
+        """F (m,) or (N, m) with the bodies at phases (n,) or (n, N), zero where their unbalances cancel."""
+        each = np.moveaxis(self._pushing(phases), 0, -2)
+        total = each.sum(axis=-2)
+        return np.asarray(np.where(np.abs(total) > CANCELLED * np.abs(each).sum(axis=-2), total, 0.0))
 
-    def response(self, speeds: np.ndarray, phases: np.ndarray) -> WithSlope:
-        """The complex displacements z (N, m) at speeds (N,) with the bodies at phases (n,): q = Re[z exp(i w t)]."""
-        w, force = np.reshape(np.asarray(speeds, float), (-1, 1, 1)), self.force(phases)[None, :, None]
-        z, slope = self.solved(w, w**2 * force, 2 * w * force)
+    def _pushing(self, phases: np.ndarray) -> np.ndarray:
+        """The force of each body (n, m) or (n, N, m)."""
+        shapes = self.excitation if phases.ndim == 1 else self.excitation[:, None]
+        return np.asarray(shapes * np.exp(1j * phases)[..., None])
+
+    def turned(self, phases: np.ndarray, turning: np.ndarray) -> np.ndarray:
+        """The derivative of F (N, m) where phases (n, N) change by ``turning`` (n, N)."""
+        return np.asarray((1j * turning[..., None] * self._pushing(phases)).sum(axis=0))
+
+    def response(self, speeds: np.ndarray, phases: np.ndarray, turning: np.ndarray | None = None) -> WithSlope:
+        """The complex displacements z (N, m) at speeds (N,) with the bodies at phases (n,) or (n, N): q = Re[z exp(i w t)].
+
+        turning: the derivatives (n, N) of the phases by the speed, if they change with it.
+        """
+        w, force = np.reshape(np.asarray(speeds, float), (-1, 1, 1)), self.force(phases)[..., None]
+        rise = 2 * w * force
+        if turning is not None:
+            rise = rise + w**2 * self.turned(phases, turning)[..., None]
+        z, slope = self.solved(w, w**2 * force, rise)
         return z[..., 0], slope[..., 0]
 
-    def torque(self, speeds: np.ndarray, phases: np.ndarray) -> WithSlope:
+    def at_once(self, speeds: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Displacements and velocities (m,) of the steady vibration at one moment.
+
+        speeds, phases: of the bodies (n,) then, counted in their senses; each keeps a speed of its own.
+        """
+        each = np.array([self.only([k]).response(speeds[[k]], phases[[k]])[0][0] for k in range(len(phases))])
+        return each.sum(axis=0).real, (1j * speeds @ each).real
+
+    def torque(self, speeds: np.ndarray, phases: np.ndarray, turning: np.ndarray | None = None) -> WithSlope:
         """The vibration torque on all bodies together, positive where it brakes, w z^H C z/2: 002 (2.79) with its factor M."""
-        w, (z, dz) = np.asarray(speeds, float), self.response(speeds, phases)
+        w, (z, dz) = np.asarray(speeds, float), self.response(speeds, phases, turning)
         square, cross = (np.einsum("ni,ij,nj->n", z.conj(), self.damping, other).real for other in (z, dz))
         return w * square / 2, square / 2 + w * cross
 

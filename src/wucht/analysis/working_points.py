@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,13 +14,15 @@ from wucht.analysis.forced import Forced
 from wucht.analysis.shaft import Curve, curves
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of, shaft_torques
-from wucht.machines.parts.base import Drive
+from wucht.machines.parts.base import Described, Drive
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.zeros import crossings
 
+DescribedT = TypeVar("DescribedT", bound=Described)
 TOUCHING = 1e-9  # of the torques: where the difference of drive and resistance has an extremum so small, they touch
 _CROSSING = 1e-6  # of the torques: what is left at a root; more is left at a pole of the vibration
 _AROUND = 1e-3  # of the largest speed: how far around a working point torques are compared with
+_BESIDE = 1e-9  # of the largest speed: how near to a jump of the drive's torque is looked
 _FAST = 1e9  # rad/s: a torque left at all speeds up to this meets no load
 
 
@@ -27,7 +31,7 @@ class WorkingPoint:
     """A steady speed. torque: of the drive there. slope, no_load_speed: of the straight line that replaces its characteristic.
 
     stable: the resistance grows faster with the speed than the drive's torque. tangential: they touch, and do not cross: from
-    one side the speed leaves. slip: of an induction motor.
+    one side the speed leaves. slip: of an induction motor. At the set speed of a controlled drive the slope is infinite.
     """
 
     speed: float
@@ -43,8 +47,8 @@ class WorkingPoint:
 class TorqueCurves:
     """The torques on a rotor's shaft over its speed, signed.
 
-    forced: the vibration, of all bodies turning as fast as the rotor. range: of the speed, in rad/s. points: evenly spaced
-    over it.
+    forced: the vibration, of all bodies turning as fast as the rotor, not numbers where there is none. range: of the speed, in
+    rad/s. points: evenly spaced over it.
     """
 
     machine: Machine
@@ -61,9 +65,8 @@ class TorqueCurves:
     @cached_property
     def drives(self) -> list[Drive]:
         """On the rotor and what turns with it, with the parameters' present values."""
-        names, present = {b.name for b in self.machine.group(self.rotor)}, self.machine.values
-        drives = [d for d in self.machine.drives if d.on in names]
-        return [d.model_copy(update={key: present.get(f"{d.path}.{key}", given) for key, given in d}) for d in drives]
+        names = {b.name for b in self.machine.group(self.rotor)}
+        return [_present(d, d.path, self.machine.values) for d in self.machine.drives if d.on in names]
 
     def torques(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of the drives, of loads and bearings, and of the vibration (3, N), and their slopes.
@@ -91,18 +94,36 @@ class TorqueCurves:
         resonances = self.forced.grid(0.0, size, 2)
         pieces = [np.linspace(low, high, self.points), size * near, resonances, -resonances]
         for d in self.drives:
-            synchronous, breakdown = d.synchronous_speed(), d.breakdown()
+            synchronous, breakdown = d.reduced_synchronous_speed(), d.reduced_breakdown()
             if synchronous is not None and breakdown is not None:
                 pieces += [synchronous * (1 + breakdown[0] * near * k) for k in (2, 20)]
+        pieces += [self._beside(held) for held in self._set_speeds]
         speeds = np.unique(np.concatenate(pieces))
         speeds = speeds[(speeds >= low) & (speeds <= high)]
         return np.unique(np.concatenate([speeds, self._extremes(speeds)]))
+
+    @property
+    def _set_speeds(self) -> list[float]:
+        """The speeds at which a controlled drive on the shaft gives any torque within its limits."""
+        return [w for d in self.drives if (w := d.held_speed()) is not None]
+
+    def _beside(self, speed: float) -> np.ndarray:
+        """Speeds just below and above one at which the drive's torque jumps."""
+        return speed + np.array([-_BESIDE, _BESIDE]) * max(map(abs, self.range))
+
+    @cached_property
+    def _held(self) -> list[float]:
+        """The set speeds in the range at which the torque that is needed is within the drive's limits."""
+        low, high = self.range
+        inside = [w for w in self._set_speeds if low < w < high]
+        return [w for w in inside if (np.sign(self.surplus(self._beside(w))[0]) == (1, -1)).all()]
 
     @cached_property
     def working_points(self) -> list[WorkingPoint]:
         """All of them, in increasing order of the speed."""
         grid, ends = self.grid, self.grid[[0, -1]]
         roots = np.unique([*crossings(lambda w: self.surplus(w)[0], grid), *ends[self.surplus(ends)[0] == 0]])
+        roots = roots[~np.isin(roots, self._set_speeds)]
         crossing, extremes = roots[self._share(roots) < _CROSSING], self._extremes(grid)
         touching = extremes[self._share(extremes) < TOUCHING]
         # Where the curves cross between an extremum's two neighbours on the grid they do not merely touch.
@@ -110,7 +131,8 @@ class TorqueCurves:
         low, high = grid[np.maximum(at - 2, 0)], grid[np.minimum(at + 2, last)]
         touching = touching[~((crossing >= low[:, None]) & (crossing <= high[:, None])).any(axis=1)]
         points = [*((w, False) for w in crossing.tolist()), *((w, True) for w in touching.tolist())]
-        return [self._point(w, tangential) for w, tangential in sorted(points)]
+        found = [self.point(w, float(self.surplus(np.array([w]))[1][0]) < 0, tangential) for w, tangential in points]
+        return sorted([*found, *map(self._held_point, self._held)], key=lambda point: point.speed)
 
     def _share(self, speeds: np.ndarray) -> np.ndarray:
         """The magnitude (N,) of the surplus, of the torques around there of which it is the difference."""
@@ -119,18 +141,23 @@ class TorqueCurves:
         left, scale = np.abs(self.surplus(speeds)[0]), np.abs(torques).max(axis=(0, 2))
         return np.asarray(np.divide(left, scale, out=np.zeros_like(left), where=scale > 0))
 
-    def _point(self, speed: float, tangential: bool) -> WorkingPoint:
-        at = np.array([speed])
-        (torque, rise), surplus_slope = (float(x[0, 0]) for x in self._shaft(at)), float(self.surplus(at)[1][0])
-        synchronous = next((w for d in self.drives if (w := d.synchronous_speed()) is not None), None)
+    def point(self, speed: float, stable: bool, tangential: bool = False) -> WorkingPoint:
+        """That at a speed which is known to be one."""
+        torque, rise = (float(x[0, 0]) for x in self._shaft(np.array([speed])))
+        synchronous = next((w for d in self.drives if (w := d.reduced_synchronous_speed()) is not None), None)
         no_load = speed - torque / rise if rise else math.copysign(math.inf, torque)
         slip = None if synchronous is None else 1 - speed / synchronous
-        return WorkingPoint(speed, torque, surplus_slope < 0 and not tangential, tangential, -rise, no_load, slip)
+        return WorkingPoint(speed, torque, stable and not tangential, tangential, -rise, no_load, slip)
+
+    def _held_point(self, speed: float) -> WorkingPoint:
+        """At a set speed: the torque is what load and vibration take, and the characteristic an upright line."""
+        _, load, vibration = self.torques(np.array([speed]))[0][:, 0].tolist()
+        return WorkingPoint(speed, load + vibration, True, False, math.inf, speed, None)
 
     @property
     def breakdown(self) -> tuple[float, float, float] | None:
         """Slip, speed and torque of the breakdown of an induction motor on the shaft, None where there is none."""
-        return next((b for d in self.drives if (b := d.breakdown()) is not None), None)
+        return next((b for d in self.drives if (b := d.reduced_breakdown()) is not None), None)
 
     @property
     def runaway(self) -> bool:
@@ -139,3 +166,10 @@ class TorqueCurves:
         torques = (sense * self._shaft(sense * fast)[0] for sense in (1, -1))
         exceeds = any(bool((drive - losses > 0).all()) for drive, losses in torques)
         return exceeds and free_speed(self.machine, self.rotor) is None
+
+
+def _present(described: DescribedT, path: str, values: Mapping[str, float]) -> DescribedT:
+    """A part, or a table in one, with the values that its parameters have."""
+    pairs = [(key, f"{path}.{key}", given) for key, given in described]
+    changed = {k: _present(x, p, values) if isinstance(x, Described) else values.get(p, x) for k, p, x in pairs}
+    return described.model_copy(update=changed)

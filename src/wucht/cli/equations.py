@@ -10,6 +10,8 @@ from wucht.cli.importing import Imports
 from wucht.errors import InputError
 
 if TYPE_CHECKING:
+    from sympy import Symbol
+
     from wucht.machines.machine import Machine
     from wucht.mechanics.notation import Notation
 
@@ -49,9 +51,13 @@ def equations(
         if heading:
             typer.echo(f"{comment}{heading}")
         _print(lines, latex)
+    over_time = {s.parameter for s in machine.schedules}
     for path, p in machine.parameters.items():
         value = f"{notation.names[path]} = {p.value:g} {p.unit}".rstrip()
-        typer.echo(f"{comment}{value}   {path}: {p.what}{'' if p.value else ', left out'}")
+        scheduled = ", at t = 0: it has a schedule" if path in over_time else ", left out" if p.value == 0 else ""
+        typer.echo(f"{comment}{value}   {path}: {p.what}{scheduled}")
+    for note in machine.notes:
+        typer.echo(f"{comment}{note}")
 
 
 def _print_own(study: str, settings: dict[str, Any], latex: bool) -> None:
@@ -82,11 +88,17 @@ def _print(lines: list[str], latex: bool) -> None:
 
 def _full(machine: Machine, notation: Notation, latex: bool) -> list[str]:
     from wucht.mechanics.lagrange import equations_of_motion
-    from wucht.mechanics.notation import written
+    from wucht.mechanics.notation import written, written_own
 
     motion = equations_of_motion(machine.energies, machine.coordinates)
-    zero = [s for s, value in machine.numbers.items() if value == 0]
-    return written(motion, machine.coordinates, notation, zero, latex, normalise=not machine.units.time)
+    lines = written(motion, machine.coordinates, notation, _left_out(machine), latex, normalise=not machine.units.time)
+    return [*lines, *written_own(machine.internal, machine.coordinates, notation, latex)]
+
+
+def _left_out(machine: Machine) -> list[Symbol]:
+    """The parameters that are 0 and stay so: what they stand in is not printed."""
+    over_time = {s.symbol for s in machine.schedules}
+    return [s for s, value in machine.numbers.items() if value == 0 and s not in over_time]
 
 
 def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | None, order: int) -> list[tuple[str, list[str]]]:
@@ -97,7 +109,7 @@ def _slow(machine: Machine, notation: Notation, latex: bool, inertia: bool | Non
     kept = not damped(machine) if inertia is None else inertia
     if not kept and not damped(machine):
         raise InputError("--no-inertia", None, "not allowed here: a balancing body is not damped against its rotor")
-    zero = [s for s, value in machine.numbers.items() if value == 0]
+    zero = _left_out(machine)
     rows, definitions = written_averaged(averaged_machine(machine, kept, order).equations, notation, zero, latex)
     what = f"{'with' if kept else 'without'} the inertia of the balancing bodies"
     return [(f"averaged equations of order {order}, {what}:", rows), ("with", definitions)]

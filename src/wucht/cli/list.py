@@ -49,9 +49,10 @@ def kinds() -> dict[str, Mapping[str, type]]:
     from wucht.cams.tables.kinds_of_law import LAWS
     from wucht.cams.tables.linkage import LINKAGES
     from wucht.machines.models import models
-    from wucht.machines.parts import bodies, carriers, drives, loads
+    from wucht.machines.parts import attachments, bodies, carriers, drives, loads
 
     parts: dict[str, Mapping[str, type]] = {"carriers": carriers(), "bodies": bodies(), "drives": drives(), "loads": loads()}
+    parts["attachments"] = attachments()
     return parts | {"dimensionless machines": models(), "laws of cams": LAWS, "followers": FOLLOWERS, "linkages": LINKAGES}
 
 
@@ -62,6 +63,7 @@ def _first(kinds: Mapping[str, type]) -> dict[str, str]:
 _TABLES = {
     "carriers": '[machine.carrier] directions = "{}"', "bodies": '[[machine.bodies]] kind = "{}"',
     "drives": '[machine.drive] kind = "{}"', "loads": '[[machine.loads]] kind = "{}"',
+    "attachments": '[[machine.attachments]] kind = "{}"',
     "dimensionless machines": '[machine] model = "{}", keys of [machine.parameters]', "laws of cams": '[law] kind = "{}"',
     "followers": '[follower] kind = "{}"', "linkages": '[linkage] kind = "{}"', "studies": '[study] kind = "{}"',
 }  # fmt: skip

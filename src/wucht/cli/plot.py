@@ -27,6 +27,7 @@ def plot(
     import_: Imports = None,
 ) -> None:
     """Draw the figures of a result again."""
+    from wucht.results.output_folder import note_figure
     from wucht.results.store import load, prepare_folder, result_file, save_figure
     from wucht.studies.runner import draw
 
@@ -37,4 +38,6 @@ def plot(
     except InputError as error:
         raise error.in_file(file) from None
     for ending in dict.fromkeys(format_ or [Format.PNG]):
-        typer.echo(str(save_figure(figure, folder / f"{dataset.attrs['study']}.{ending.value}")))
+        drawn = save_figure(figure, folder / f"{dataset.attrs['study']}.{ending.value}")
+        note_figure(drawn)
+        typer.echo(str(drawn))

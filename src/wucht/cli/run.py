@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
 def run(
     study: Annotated[str, typer.Argument(help="A study file, or a name from `wucht list`.")],
     set_: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; repeatable.")] = None,
-    out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default results/NAME.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="Output folder; default results/NAME, or results/NAME/KIND.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="Write the result's variables as CSV too, with units.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run found in the output folder.")] = False,
@@ -34,22 +37,22 @@ def run(
     from wucht.cli.set_option import parse_settings
     from wucht.studies.study_file import read_study
 
-    folder = out or Path("results") / Path(study).name.removesuffix(".toml")
-    tell(study, lambda: read_study(study, parse_settings(set_ or [])), folder, as_json, csv, resume, scheduler)
+    tell(study, lambda: read_study(study, parse_settings(set_ or [])), out, as_json, csv, resume, scheduler)
 
 
 def tell(
     study: str,
     read: Callable[[], StudyFile],
-    folder: Path,
+    out: Path | None,
     as_json: bool = False,
     csv: bool = False,
     resume: bool = False,
     scheduler: str | None = None,
 ) -> None:
-    """Answer what is read, write the files, and say what was found. study: its name."""
+    """Answer what is read, write the files, and say what was found. study: its name; out: the folder, if one is given."""
     from wucht.cli.interruption import interruptible
     from wucht.cli.progress import Progress
+    from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum, claimed
     from wucht.results.series import save_csv
     from wucht.results.store import RESULT, save_figure, save_summary, to_json
     from wucht.studies.runner import draw
@@ -57,36 +60,42 @@ def tell(
     from wucht.studies.study_file import answer
 
     begun = time.perf_counter()
-    with Progress(study) as progress, interruptible() as check:
+    with ExitStack() as kept:
+        with Progress(study) as progress, interruptible() as check:
 
-        def report(share: float, what: str) -> None:
-            progress.update(share, what)
-            check()
+            def report(share: float, what: str) -> None:
+                progress.update(share, what)
+                check()
 
-        asked = read()
-        names = _, figure, summary = RESULT, f"{asked.spec.kind}.png", "summary.json"
-        result = answer(asked, folder=folder, files=names, resume=resume, progress=report, scheduler=scheduler)
-    save_figure(draw(result), folder / figure)
-    tables = [path.name for path in save_csv(result, folder)] if csv else []
-    answered = result.wucht
-    document = {
-        "study": answered.study,
-        "machine": result.attrs["title"],
-        "summary": answered.summary,
-        "warnings": answered.warnings,
-        "files": [str(folder / name) for name in (*names, *tables)],
-        "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
-        "version": wucht.__version__,
-        "elapsed_s": round(time.perf_counter() - begun, 3),
-    }
-    if result.attrs["failure"]:
-        document |= {"error": result.attrs["failure"], "exit_code": 1}
-    save_summary(document, folder / summary)
+            asked = read()
+            folder = kept.enter_context(claimed(out or Path("results") / asked.name))
+            names = _, figure, summary = RESULT, f"{asked.spec.kind}.png", SUMMARY
+            result = answer(asked, folder=folder, files=names, resume=resume, progress=report, scheduler=scheduler)
+        drawn = [save_figure(draw(result), folder / figure), *(save_csv(result, folder) if csv else [])]
+        tables = [path.name for path in drawn[1:]]
+        answered = result.wucht
+        document = {
+            "study": answered.study,
+            "machine": result.attrs["title"],
+            "summary": answered.summary,
+            "warnings": answered.warnings,
+            "notes": answered.notes,
+            "files": [str(folder / name) for name in (*names, *tables)],
+            CHECKSUMS: {path.name: checksum(path) for path in drawn},
+            "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
+            "version": wucht.__version__,
+            "elapsed_s": round(time.perf_counter() - begun, 3),
+        }
+        if result.attrs["failure"]:
+            document |= {"error": result.attrs["failure"], "exit_code": 1}
+        save_summary(document, folder / summary)
     if as_json:
         sys.stdout.write(to_json(document) + "\n")
     else:
         for line in report_of(result):
             typer.echo(line)
+        for note in answered.notes:
+            typer.echo(f"note: {note}")
         for warning in answered.warnings:
             typer.echo(f"warning: {warning}", err=True)
         typer.echo(f"files: {folder}/{', '.join((*names, *tables))}")

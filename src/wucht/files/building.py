@@ -13,11 +13,10 @@ from wucht.files.settings import shaft_paths, shaft_tables, with_settings
 from wucht.machines.assembly import BESIDE_A_MODEL
 from wucht.machines.machine import Machine
 from wucht.machines.models import models
+from wucht.machines.parts import attachments, carriers, drives, loads
 from wucht.machines.parts import bodies as body_kinds
-from wucht.machines.parts import carriers, drives, loads
-from wucht.machines.parts.base import Body
 
-_PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "tracks")
+_PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "attachments", "tracks")
 _KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")
 
 
@@ -49,24 +48,28 @@ def _from_parts(document: Document, title: str) -> Machine:
     described, kinds = table(document, "carrier", "machine.carrier"), carriers()
     directions = choice({"directions": "xy"} | described, "directions", "machine.carrier", kinds)
     carrier = checked(kinds[directions], described, "machine.carrier")
-    bodies, places = _bodies(document)
+    bodies, places = _named(document, "bodies", body_kinds())
+    attached, at_attached = _named(document, "attachments", attachments())
     of_drives, at_drives = _shafts(document, "drive", drives())
     of_loads, at_loads = _shafts(document, "load", loads())
-    places |= at_drives | at_loads
-    return _built(document, carrier, bodies, of_drives, of_loads, tracks=document.get("tracks"), title=title, places=places)
+    places |= at_drives | at_loads | at_attached
+    return _built(
+        document, carrier, bodies, of_drives, of_loads, attachments=attached, tracks=document.get("tracks"), title=title,
+        places=places,
+    )  # fmt: skip
 
 
-def _bodies(document: Document) -> tuple[list[Body], dict[str, str]]:
-    """The bodies in ``[[machine.bodies]]``, and the places of all by path, seen from ``machine``."""
-    tables = document.get("bodies", [])
-    if not isinstance(tables, list) or not all(isinstance(b, dict) for b in tables):
-        raise InputError("machine.bodies", tables, "must be tables: [[machine.bodies]]")
-    bodies: list[Body] = []
+def _named(document: Document, key: str, kinds: Mapping[str, type[Any]]) -> tuple[list[Any], dict[str, str]]:
+    """The bodies or attachments in ``[[machine.KEY]]``, and the places of all by path, seen from ``machine``."""
+    tables = document.get(key, [])
+    if not isinstance(tables, list) or not all(isinstance(described, dict) for described in tables):
+        raise InputError(f"machine.{key}", tables, f"must be tables: [[machine.{key}]]")
+    parts = []
     for i, described in enumerate(tables):
         name = str(described.get("name", ""))
-        where = f"machine.bodies[{i}]" + (f" ({name})" if name.replace("-", "_").isidentifier() else "")
-        bodies.append(_of_kind(body_kinds(), described, where))
-    return bodies, {b.path: f"bodies[{i}] ({b.name})" for i, b in enumerate(bodies)}
+        where = f"machine.{key}[{i}]" + (f" ({name})" if name.replace("-", "_").isidentifier() else "")
+        parts.append(_of_kind(kinds, described, where))
+    return parts, {part.path: f"{key}[{i}] ({part.name})" for i, part in enumerate(parts)}
 
 
 def _shafts(document: Document, group: str, kinds: dict[str, type[Any]]) -> tuple[list[Any], dict[str, str]]:
@@ -77,7 +80,7 @@ def _shafts(document: Document, group: str, kinds: dict[str, type[Any]]) -> tupl
     return shafts, dict(zip(shaft_paths(group, [(s.on, s.kind) for s in shafts]), places, strict=True))
 
 
-def _of_kind(kinds: dict[str, type[Any]], described: Document, where: str) -> Any:
+def _of_kind(kinds: Mapping[str, type[Any]], described: Document, where: str) -> Any:
     """A part from its table, which names its kind."""
     kind = choice(described, "kind", where, kinds)
     return checked(kinds[kind], {k: v for k, v in described.items() if k != "kind"}, where)

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from wucht.checking import refuse_unknown, table, text
 from wucht.errors import InputError, nearest
 from wucht.files.building import machine_from
+from wucht.files.changed_title import changed_title
 from wucht.files.documents import Document, flatten, read_toml, refuse_bare_frequencies, settings_in
 from wucht.files.own_equations import OwnEquations, equations_from, with_values
 from wucht.files.settings import with_settings
@@ -24,6 +25,12 @@ TOP_LEVEL = (*ABOUT, "machine", "system", "law", "follower", "linkage", "speed",
 def names() -> list[str]:
     """All catalogue names, such as ``drozdetskaya-2020/table-5.1``."""
     return sorted(str(p.relative_to(FOLDER).with_suffix("")) for p in FOLDER.rglob("*.toml"))
+
+
+def short_name(path: Path) -> Path:
+    """What a file is called where it is not needed where it lies: its catalogue name, else its own without the ending."""
+    own = path.resolve()
+    return own.relative_to(FOLDER).with_suffix("") if own.is_relative_to(FOLDER) else Path(path.name.removesuffix(".toml"))
 
 
 def locate(name: str, beside: Path | None = None) -> Path:
@@ -57,11 +64,12 @@ def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path
     return document, path
 
 
-def used_table(document: Document, path: Path, key: str) -> Document:
-    """The table ``[machine]`` or ``[system]`` of a document with ``use`` resolved and ``set`` merged into one.
+def used_table(document: Document, path: Path, key: str) -> tuple[Document, Document]:
+    """The table ``[machine]`` or ``[system]`` of a document with ``use`` resolved, and what is set beyond its title.
 
-    Its title is its own, else that of its file, else that of what it uses; none where none of them has one. Raises
-    ``InputError``, which names the file if it is not this one.
+    Its title is its own, else that of its file, else that of what it uses; none where none of them has one. What tables set
+    up to that which has the title is merged into its ``set``; the rest, which the title does not know, is given beside it.
+    Raises ``InputError``, which names the file if it is not this one.
     """
     seen, settings, titles = [path.resolve()], list[Document](), list[Any]()
     used: Path | None = path
@@ -77,9 +85,23 @@ def used_table(document: Document, path: Path, key: str) -> Document:
         if used is not None:
             document, path = load_document(str(used))
             seen.append(path.resolve())
-    title = next(filter(None, titles), None)
-    merged = {name: value for level in reversed(settings) for name, value in level.items()}
-    return described | ({"title": title} if title else {}) | {"set": merged}
+    titled = next((k for k, title in enumerate(titles) if title), None)
+    title = {} if titled is None else {"title": titles[titled]}
+    return described | title | {"set": _merged(settings[titled:])}, _merged(settings[:titled] if titled else [])
+
+
+def _merged(settings: Sequence[Document]) -> Document:
+    """The settings of tables that use each other, the first of which counts most."""
+    return {name: value for level in reversed(settings) for name, value in level.items()}
+
+
+def _with_changes(described: Document, changes: Document, change: Callable[[Document, Document], Document]) -> Document:
+    """The table with values changed, and a title that says so. Raises ``InputError``."""
+    changed, differing = described, Document()
+    for path, value in changes.items():
+        before, changed = changed, change(changed, {path: value})
+        differing |= {path: value} if changed != before else {}
+    return changed | {"title": changed_title(str(described["title"]), differing)}
 
 
 def _used(described: Document, path: Path, key: str, seen: Sequence[Path]) -> Path:
@@ -99,18 +121,20 @@ def _used(described: Document, path: Path, key: str, seen: Sequence[Path]) -> Pa
 
 def described_machine(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[machine]`` as it is to be built: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
-    described = used_table(document, path, "machine")
+    described, changes = used_table(document, path, "machine")
     described.setdefault("title", Path(name).stem)
-    chosen = with_settings(described, settings_in(described) | flatten(settings))
+    described = with_settings(described, settings_in(described))
+    chosen = _with_changes(described, changes | flatten(settings), with_settings)
     refuse_bare_frequencies(chosen, "machine")
     return with_tables(chosen, path.parent)
 
 
 def described_equations(document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> Document:
     """The table ``[system]`` as it is to be read: ``use`` resolved, settings applied, titled. Raises ``InputError``."""
-    described = used_table(document, path, "system")
+    described, changes = used_table(document, path, "system")
     described.setdefault("title", Path(name).stem)
-    return with_values(described, settings_in(described, "system") | flatten(settings))
+    described = with_values(described, settings_in(described, "system"))
+    return _with_changes(described, changes | flatten(settings), with_values)
 
 
 def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> OwnEquations:

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.errors import InputError, nearest
-from wucht.piecewise import Pieces, PiecewiseCubic, step
+from wucht.piecewise import ABSOLUTE, PiecewiseCubic, step
 
 _LONGEST, _DEEPEST = 5000, 60  # characters of a formula, brackets in one another
 _TOKEN = re.compile(r"\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|([^\W\d]\w*)|(\*\*|[-+*/^(),])|(\S))")
 _EXACT = 18  # digits of a number that is kept as a fraction, and largest exponent with which a fraction is raised exactly
-_ABSOLUTE = Pieces("abs", (0.0,), ((0, -1, 0, 0), (0, 1, 0, 0)))
 _SIGN = step("sign", 0.0, -1.0, 1.0)
 
 FUNCTIONS: dict[str, tuple[int, Callable[..., sp.Expr]]] = {
@@ -64,9 +63,7 @@ def formula(text: object, known: Mapping[str, sp.Symbol], where: str, constant: 
         return bool(e.free_symbols - constant)
 
     # SymPy makes |x| of sqrt(x^2) too.
-    expression = expression.replace(
-        lambda e: isinstance(e, sp.Abs) and moves(e), lambda e: PiecewiseCubic(e.args[0], _ABSOLUTE)
-    )
+    expression = expression.replace(lambda e: isinstance(e, sp.Abs) and moves(e), lambda e: PiecewiseCubic(e.args[0], ABSOLUTE))
     return expression.replace(lambda e: isinstance(e, sp.sign) and moves(e), lambda e: PiecewiseCubic(e.args[0], _SIGN))
 
 

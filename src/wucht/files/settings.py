@@ -9,15 +9,26 @@ from typing import Any
 from wucht.checking import choice, fields_of, table
 from wucht.errors import InputError, nearest
 from wucht.files.documents import Document, flatten
+from wucht.files.equal_bodies import groups, with_equal_bodies
 from wucht.machines.assembly import shaft_labels
 from wucht.machines.models import models
 
 
 def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
-    """A copy of the machine's table with parameters set by path. Raises ``InputError`` for a path that leads nowhere."""
-    document = copy.deepcopy(document)
-    for path, value in flatten(settings).items():
+    """A copy of the machine's table with parameters set by path, and a table for each of several equal bodies.
+
+    The name of equal bodies sets all of them, and their ``count``; that of one then sets it alone. Raises ``InputError`` for a
+    path that leads nowhere.
+    """
+    document, flat = copy.deepcopy(document), flatten(settings)
+    several = groups(document)
+    of_groups = {path: value for path, value in flat.items() if path.split(".")[0] in several}
+    for path, value in of_groups.items():
         _set(document, path, value)
+    document = with_equal_bodies(document)
+    for path, value in flat.items():
+        if path not in of_groups:
+            _set(document, path, value)
     return document
 
 
@@ -31,7 +42,7 @@ def shaft_tables(document: Document, group: str) -> list[Document]:
     if not isinstance(several, list) or not all(isinstance(d, dict) for d in several):
         raise InputError(f"machine.{group}s", several, f"must be tables: [[machine.{group}s]]")
     tables = [single] if single is not None else several
-    rotors = [b["name"] for b in _bodies(document) if "about" not in b and "name" in b]
+    rotors = [b["name"] for b in _tables(document, "bodies") if "about" not in b and "name" in b]
     if len(rotors) == 1:
         for described in tables:
             described.setdefault("on", rotors[0])
@@ -43,10 +54,10 @@ def shaft_paths(group: str, shafts: Sequence[tuple[str, str]]) -> list[str]:
     return [f"{group}s.{label}" if label else group for label in shaft_labels(shafts)]
 
 
-def _bodies(document: Document) -> list[Document]:
-    """The tables of bodies, as far as they are tables: what is wrong in them is reported when they are read."""
-    bodies = document.get("bodies")
-    return [b for b in bodies if isinstance(b, dict)] if isinstance(bodies, list) else []
+def _tables(document: Document, key: str) -> list[Document]:
+    """The tables of bodies or attachments, as far as they are tables: what is wrong in them is reported when they are read."""
+    tables = document.get(key)
+    return [t for t in tables if isinstance(t, dict)] if isinstance(tables, list) else []
 
 
 def _set(document: Document, path: str, value: Any) -> None:
@@ -68,6 +79,12 @@ def _set(document: Document, path: str, value: Any) -> None:
     _set_inside(parts[key], path[len(key) + 1 :].split("."), value, where, key)
 
 
+_INSTEAD = {
+    "file": ("points",), "table": ("points",), "points": ("file", "table"), "frequency": ("stiffness",),
+    "stiffness": ("frequency",), "damping_ratio": ("damping",), "damping": ("damping_ratio",),
+}  # fmt: skip
+
+
 def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str) -> None:
     """Walk down tables, numbered lists of tables and pairs, and set the last key."""
     while len(inner) > 1 and isinstance(target, dict):
@@ -85,16 +102,16 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str)
             break
     if len(inner) != 1 or not isinstance(target, dict):
         raise InputError(where, value, f"unknown parameter; {nearest(inner[0] if inner else '', target)} in {key}")
-    for other in {"file": ("points",), "table": ("points",), "points": ("file", "table")}.get(inner[0], ()):
-        target.pop(other, None)  # two ways to give one curve: the one that is set replaces the other
+    for other in _INSTEAD.get(inner[0], ()):
+        target.pop(other, None)  # two ways to give one thing: the one that is set replaces the other
     target[inner[0]] = value
 
 
 def _addressable(document: Document) -> dict[str, Document]:
     """The tables of all parts by their paths."""
-    bodies = _bodies(document)
+    bodies = _tables(document, "bodies")
     parts = {"carrier": document["carrier"]} if isinstance(document.get("carrier"), dict) else {}
-    parts |= {str(b["name"]): b for b in bodies if "name" in b}
+    parts |= {str(b["name"]): b for b in (*bodies, *_tables(document, "attachments")) if "name" in b}
     for group in ("drive", "load"):
         shafts = shaft_tables(document, group)
         paths = shaft_paths(group, [(str(t.get("on", "")), str(t.get("kind", ""))) for t in shafts])

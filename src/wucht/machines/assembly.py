@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeVar
 
 import sympy as sp
@@ -15,32 +16,37 @@ import sympy as sp
 from wucht.checking import read_quantity, refuse_unknown
 from wucht.errors import InputError, WuchtError, nearest
 from wucht.fields import Parameter
+from wucht.machines.attaching import check_attachments, place_of
 from wucht.machines.models import Model
 from wucht.machines.operation import operating_speed
+from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, OnShaft, Part
 from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import Tracked
 from wucht.machines.schedules import Schedule, schedules_of
 from wucht.machines.structure import Units
-from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arranged, evenly, tracks_of
+from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arranged, starts, tracks_of
 from wucht.machines.tree import RotatingBody, SlidingBody, Tree
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.quantities import Unit
 
 RESERVED = (
-    "carrier", "drive", "drives", "load", "loads", "track", "tracks", "schedules", "study", "foundation", "machine", "psi",
-    "delta",
+    "attachments", "carrier", "drive", "drives", "load", "loads", "track", "tracks", "schedules", "study", "foundation",
+    "machine", "psi", "delta",
 )  # fmt: skip
 BESIDE_A_MODEL = "not allowed beside model = {!r}, which brings its own parts"
 
 ShaftT = TypeVar("ShaftT", bound=OnShaft)
 
 
-def assembled(carrier: Any, bodies: Any, drives: Any, loads: Any, schedules: Any, tracks: Any, title: str) -> dict[str, Any]:
+def assembled(
+    carrier: Any, bodies: Any, drives: Any, loads: Any, attachments: Any, schedules: Any, tracks: Any, title: str
+) -> dict[str, Any]:
     """The fields of a ``Machine`` without contacts, from its parts. See there. Raises ``InputError``."""
     if isinstance(carrier, Model):
-        for key, given in {"bodies": bodies, "drives": drives, "loads": loads, "tracks": tracks}.items():
+        others = {"bodies": bodies, "drives": drives, "loads": loads, "attachments": attachments, "tracks": tracks}
+        for key, given in others.items():
             if given:
                 raise InputError(key, None, BESIDE_A_MODEL.format(carrier.kind))
         return _of_model(carrier, schedules, title)
@@ -55,7 +61,9 @@ def assembled(carrier: Any, bodies: Any, drives: Any, loads: Any, schedules: Any
     loads = _on_shafts(_parts_of(Load, loads, "loads"), bodies)
     if load := _repeated((x.on, x.kind) for x in loads):
         raise InputError("loads", load[0], f"two {load[1]} loads act on this body; there must be at most one of each kind")
-    return _of_parts(carrier.bearing(bodies), bodies, drives, loads, schedules, title)
+    attachments, bearing = _parts_of(Attachment, attachments, "attachments"), carrier.bearing(bodies)
+    check_attachments(attachments, bearing, (*RESERVED, *(b.name for b in bodies)))
+    return _of_parts(bearing, bodies, drives, loads, attachments, schedules, title)
 
 
 def _repeated(names: Iterable[Any]) -> Any:
@@ -163,11 +171,13 @@ def _of_model(model: Model, schedules: Any, title: str) -> dict[str, Any]:
 
 
 def _of_parts(
-    carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load], schedules: Any, title: str
-) -> dict[str, Any]:
-    prescribed = {d.on: speed for d in drives if (speed := d.prescribed()) is not None}
+    carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load],
+    attachments: Sequence[Attachment], schedules: Any, title: str,
+) -> dict[str, Any]:  # fmt: skip
+    carrier, tuning = carrier.tuned(partial(_moving_mass, carrier, bodies))
+    prescribed = {d.on: speed for d in drives if (speed := d.prescribed_on_body()) is not None}
     _check_releases(bodies, prescribed)
-    parts: tuple[Part, ...] = (carrier, *bodies, *drives, *loads)
+    parts: tuple[Part, ...] = (carrier, *bodies, *drives, *loads, *attachments)
     parameters = {p.path: p for part in parts for p in part.parameters()}
     for b in (b for b in bodies if b.release is not None):
         parameters[f"{b.path}.locked"] = Parameter(f"{b.path}.locked", 1.0, "", "lambda", "1 while the body is locked")
@@ -181,6 +191,7 @@ def _of_parts(
     turning = {b.name: scheduled(b.coordinates()[0], prescribed.get(b.name)) for b in bodies if b.turns()}
     by_name, tree = {b.name: b for b in bodies}, Tree({b.name: b.reference for b in bodies})
     axes = {b.name: carrier.axis_at(by_name[tree.root(b.name)].place() or (sp.S.Zero, sp.S.Zero)) for b in bodies}
+    axes |= {a.name: place_of(a, carrier) for a in attachments}
     frame = replace(carrier.placed(), bodies=turning, axes=axes)
     changed = any(s.parameter.startswith(f"{b.name}.") for s in over_time for b in bodies)
     return {
@@ -197,8 +208,19 @@ def _of_parts(
         "start_angles": {d.on: d.start_angle() for d in drives if d.on in prescribed},
         "start_positions": carrier.start_positions(),
         "schedules": over_time,
-        "warnings": () if changed else (*_doubts(bodies), *(doubt for b in bodies for doubt in b.doubts())),
+        "warnings": (*(doubt for d in drives for doubt in d.doubts()), *(() if changed else _doubts(bodies))),
+        "notes": (*([tuning] if tuning else []), *(note for d in drives for note in d.made_of())),
     }
+
+
+def _moving_mass(carrier: Support, bodies: Sequence[Body]) -> float:
+    """The mass in kg that moves with the carrier: of the kinetic energy of all with its velocity; 0 where it cannot move."""
+    own = {b.name: c for b in bodies for c in b.coordinates() if c.angle}
+    frame = replace(carrier.placed(), bodies=own, axes={b.name: carrier.axis_at((sp.S.Zero, sp.S.Zero)) for b in bodies})
+    velocity = frame.centre.vx if frame.centre.vx != 0 else frame.centre.vy
+    if velocity == 0:
+        return 0.0
+    return sum(p.number(sp.diff(p.energies(frame).kinetic, velocity, 2)) for p in (carrier, *bodies))
 
 
 def _sliding(body: Body) -> list[SlidingBody]:
@@ -225,12 +247,12 @@ def _no_jump(schedules: tuple[Schedule, ...], prescribed: Mapping[str, sp.Expr])
 
 
 def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
-    """Warnings about rotors that their balancers cannot balance."""
+    """Warnings about rotors that their balancers cannot balance, and those of the bodies' own."""
     warnings = []
-    bodies = [b for b in bodies if b.turns()]
-    for rotor in (b for b in bodies if b.reference is None):
+    turning = [b for b in bodies if b.turns()]
+    for rotor in (b for b in turning if b.reference is None):
         own = rotor.number(rotor.moment())
-        balancers = [b.number(b.largest_moment()) for b in bodies if b.reference == rotor.name]
+        balancers = [b.number(b.largest_moment()) for b in turning if b.reference == rotor.name]
         if balancers and own > sum(balancers):
             together = f"the {sum(balancers):.4g} kg m that its balancers can compensate together; they can only reduce it"
             warnings.append(f"the unbalance of {rotor.name!r} is {own:.4g} kg m, more than {together}")
@@ -241,7 +263,7 @@ def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
         if len(balancers) == 1 and own > 0 and abs(largest - own) > 0.01 * own:
             only = f"one body compensates only an unbalance equal to its own, and the rotor's is {own:.4g} kg m"
             warnings.append(f"{rotor.name!r} has one balancer, of {largest:.4g} kg m: {only}")
-    return tuple(warnings)
+    return (*warnings, *(doubt for b in bodies for doubt in b.doubts()))
 
 
 def with_tracks(machine: MechanismT, given: Any) -> MechanismT:
@@ -268,4 +290,5 @@ def with_tracks(machine: MechanismT, given: Any) -> MechanismT:
     if not tracks:
         return machine
     blank = machine.changed(tracks=tracks, energies=(*machine.energies, *(Energies() for _ in tracks)))
-    return arranged(blank, {b.name: 0.0 for b in machine.bodies} | {n: a for t in tracks for n, a in evenly(t.bodies).items()})
+    angles = {b.name: 0.0 for b in machine.bodies} | {n: a for t in tracks for n, a in starts(t.bodies).items()}
+    return arranged(blank, angles, where="bodies")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 from wucht.checking import checked, fields_of
@@ -23,20 +24,31 @@ def check_values(
     """
     for part in parts:
         prefix = f"{part.path}." if part.path else ""
-        described = part.model_dump(mode="json", by_alias=True)
-        changed = _changed(part, described, values, prefix)
+        changed = _changed(part, part.model_dump(mode="json", by_alias=True), values, prefix)
         if not changed:
             continue
-        _changed(part, described, {**(present or {}), **changed}, prefix)
-        try:
-            checked(type(part), described, "")
-        except InputError as error:
+        if (error := _fault(part, {**(present or {}), **changed}, prefix)) is not None:
             key, sentence = error.where.removeprefix("."), error.allowed
-            path = next((p for p in changed if f"{p}.".startswith(f"{prefix}{key}.")), next(iter(changed)))
+            others = {p: {k: v for k, v in {**(present or {}), **changed}.items() if k != p} for p in changed}
+            named = (p for p in changed if f"{p}.".startswith(f"{prefix}{key}."))
+            # A fault may be that of a value beside the one that is named: without its change there is none.
+            causes = (p for p in changed if _fault(part, others[p], prefix) is None)
+            path = next(chain(named, causes, changed))
             if where is None and path.startswith(f"{prefix}{key}"):
                 raise InputError(path, changed[path], sentence) from None
             place = where[path] if isinstance(where, Mapping) else where
             raise InputError(place or path, changed[path], f"{prefix}{key}: {sentence}") from None
+
+
+def _fault(part: Part, values: Mapping[str, float], prefix: str) -> InputError | None:
+    """What is wrong with a part that has these values, None if nothing is."""
+    described = part.model_dump(mode="json", by_alias=True)
+    _changed(part, described, values, prefix)
+    try:
+        checked(type(part), described, "")
+    except InputError as error:
+        return error
+    return None
 
 
 def _changed(part: Part, described: Any, values: Mapping[str, float], prefix: str) -> dict[str, float]:

@@ -8,8 +8,10 @@ from html import escape
 from typing import Any
 
 from wucht.machines.assembly import assembled, with_tracks
+from wucht.machines.attaching import doubts_at_rest
 from wucht.machines.mechanism import Mechanism
 from wucht.machines.models import Model
+from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load
 from wucht.machines.parts.support import Support
 from wucht.machines.schedules import Schedule
@@ -32,9 +34,11 @@ class Machine(Mechanism):
     bodies, drives, loads
         The other parts. Quantities are numbers in SI or strings with a unit. A drive or load acts ``on`` the only rotor if it
         does not say otherwise; a body has one drive, and one load of each kind.
+    attachments
+        What is fastened to the carrier: dampers, stops, material on it.
     schedules
         Tables ``{"parameter": PATH, "points": [[time, value], ...], "interpolation": "linear" | "steps" | "smooth"}``,
-        or the schedules of another machine.
+        or the schedules of another machine. ``"smooth"`` is the cubic 3 s^2 - 2 s^3 from value to value, at rest at each point.
     tracks
         Tables ``{"contact_frequency": ...}`` by the name of a track that bodies share.
     title
@@ -53,8 +57,8 @@ class Machine(Mechanism):
         which dampers that are not reciprocal violate action = reaction, or None.
     start_angles, start_positions
         At t = 0, in rad by body and in m (rad) by label, of what has a prescribed motion.
-    warnings
-        What runs but is doubtful.
+    warnings, notes
+        What runs but is doubtful; what parameters were made of, such as the circuit of a motor of its nameplate.
 
     Raises
     ------
@@ -79,14 +83,16 @@ class Machine(Mechanism):
         drives: Sequence[Drive] = (),
         loads: Sequence[Load] = (),
         *,
+        attachments: Sequence[Attachment] = (),
         schedules: Sequence[Mapping[str, Any] | Schedule] = (),
         tracks: Mapping[str, Mapping[str, Any]] | None = None,
         title: str = "",
     ) -> None:
         given = {} if tracks is None else tracks
         # A frozen class sets its fields past its own lock.
-        self.__dict__.update(assembled(carrier, bodies, drives, loads, schedules, given, title))
+        self.__dict__.update(assembled(carrier, bodies, drives, loads, attachments, schedules, given, title))
         self.__dict__.update(vars(with_tracks(self.changed().at(0.0), given)))
+        self.__dict__["warnings"] = (*self.warnings, *doubts_at_rest(self))
 
     @property
     def _everything(self) -> tuple[RotatingBody | SlidingBody, ...]:

@@ -41,6 +41,7 @@ class Mechanism(Bodies):
     tracks: tuple[Track, ...] = ()
     mismatch: sp.Expr | None = None
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def changed(self, **given: Any) -> Self:
         """The machine with other fields, such as ``energies``; what follows from them is derived anew."""
@@ -52,9 +53,9 @@ class Mechanism(Bodies):
 
     @cached_property
     def state_names(self) -> tuple[str, ...]:
-        """The names of the System's states, in order: positions, then the velocities that are free."""
+        """The names of the System's states, in order: positions, then the velocities that are free, then the parts' own."""
         free = (c.velocity.name for c in self.coordinates if c.prescribed is None)
-        return (*(c.position.name for c in self.coordinates), *free)
+        return (*(c.position.name for c in self.coordinates), *free, *(x.state.name for x in self.internal))
 
     @property
     def dimensionless(self) -> bool:
@@ -75,6 +76,11 @@ class Mechanism(Bodies):
     def numbers(self) -> dict[sp.Symbol, float]:
         """Parameter values by symbol, to be put into expressions."""
         return {sp.Symbol(path, real=True): value for path, value in self.values.items()}
+
+    @property
+    def nonlinear(self) -> str:
+        """The first part whose forces on the carrier are not linear, in words; empty where there is none."""
+        return next((e.nonlinear for e in self.energies if e.nonlinear), "")
 
     @cached_property
     def drives(self) -> tuple[Drive, ...]:
@@ -149,7 +155,7 @@ class Mechanism(Bodies):
 
     @property
     def linear_carrier(self) -> LinearCarrier:
-        """M, C, K of the free carrier and its coupling to the bodies, symbolic; sliders in the middle of their guides."""
+        """M, C, K of the free carrier and its coupling to the bodies, symbolic; see ``Structure``."""
         return self.structure.linear_carrier
 
     def evaluate(self, *expressions: sp.Expr) -> list[Any]:
@@ -170,6 +176,13 @@ class Mechanism(Bodies):
         c, size = self.linear_carrier, len(self.free_carrier)
         every = np.array(self.evaluate(*c.mass, *c.damping, *c.stiffness), float).reshape(3, size, size)
         return every[0], every[1], every[2]
+
+    @cached_property
+    def rest(self) -> np.ndarray:
+        """Where the carrier rests under its load (m,): K x = load; zero where its motion is prescribed."""
+        load = np.array(self.evaluate(*self.linear_carrier.load), float)
+        free = iter(np.linalg.lstsq(self.matrices[2], load, rcond=None)[0] if load.any() else np.zeros(len(load)))
+        return np.array([0.0 if q.prescribed is not None else float(next(free)) for q in self.carrier])
 
     @property
     def orbit_unit(self) -> str:

@@ -19,12 +19,13 @@ from wucht.errors import InputError, nearest
 from wucht.fields import Parameter
 from wucht.machines.limits import check_values
 from wucht.machines.parts.base import Part
+from wucht.machines.volts_per_hertz import proportional_voltage
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated
 from wucht.quantities import Unit
 from wucht.system import TIME, Output, System
 
 SCHEDULED = "schedule_work"
-_KEYS = ("parameter", "points", "interpolation")
+_KEYS = ("parameter", "points", "interpolation", "voltage", "boost")
 _INTERPOLATIONS = ("linear", "steps", "smooth")
 _MOMENTS = (".locked", ".release.time", ".release.speed")
 
@@ -46,25 +47,59 @@ class Schedule:
         """The value over time."""
         return PiecewiseCubic(TIME, self.pieces)
 
+    def holds_since(self, time: float) -> float:
+        """The time of the point whose value there is at a time before the first or after the last; between them the time."""
+        first, *_, last = (*self.pieces.breakpoints[:1], *self.pieces.breakpoints)
+        return min(max(time, first), last)
+
 
 def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequence[Part], time: str) -> tuple[Schedule, ...]:
     """The schedules of a machine, from tables with the keys ``parameter``, ``points``, ``interpolation``, or those of another.
 
-    time: the unit of time. Raises ``InputError``, located from ``schedules`` on, also for values that the parts do not allow.
+    With ``voltage = "proportional"``, and a ``boost``, a motor's voltage goes with its frequency: two schedules from one table.
+
+    Interpolations: see ``piecewise.interpolated``; ``"smooth"`` is the cubic 3 s^2 - 2 s^3 from value to value. time: the unit
+    of time. Raises ``InputError``, located from ``schedules`` on, also for values that the parts do not allow.
     """
     if not isinstance(tables, list | tuple) or not all(isinstance(t, Mapping | Schedule) for t in tables):
         raise InputError("schedules", tables, "must be tables: [[machine.schedules]]")
     schedules: dict[str, Schedule] = {}
+    table_of: dict[str, int] = {}
     for i, described in enumerate(tables):
         made = isinstance(described, Schedule)
-        schedule = described if made else _schedule(described, parameters, time, f"schedules[{i}]")
-        if schedule.parameter in schedules:
-            raise InputError(f"schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
-        schedules[schedule.parameter] = schedule
+        for schedule in (described,) if made else _schedules(described, parameters, time, f"schedules[{i}]"):
+            if schedule.parameter in schedules:
+                raise InputError(f"schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
+            schedules[schedule.parameter], table_of[schedule.parameter] = schedule, i
     for at in sorted({t for s in schedules.values() for t in s.pieces.breakpoints}):
-        places = {path: f"schedules[{i}].points (t = {at:g})" for i, path in enumerate(schedules)}
+        places = {path: f"schedules[{i}].points (t = {schedules[path].holds_since(at):g})" for path, i in table_of.items()}
         check_values(parts, {path: float(s.pieces(at)) for path, s in schedules.items()}, places)
     return tuple(schedules.values())
+
+
+def _schedules(
+    described: Mapping[str, Any], parameters: Mapping[str, Parameter], time: str, where: str
+) -> tuple[Schedule, ...]:
+    """The schedule of a table, and that of the voltage which goes with the frequency of a motor."""
+    frequency = _schedule(described, parameters, time, where)
+    if "voltage" not in described:
+        if "boost" in described:
+            raise InputError(f"{where}.boost", described["boost"], 'allowed only with voltage = "proportional"')
+        return (frequency,)
+    choice(described, "voltage", where, ("proportional",))
+    drive, _, key = frequency.parameter.rpartition(".")
+    voltage, rated = f"{drive}.voltage", f"{drive}.rated_frequency"
+    if key != "frequency" or voltage not in parameters or rated not in parameters:
+        allowed = (
+            "allowed only for the frequency of a motor that has a voltage and a rated_frequency, such as an induction motor"
+        )
+        raise InputError(f"{where}.voltage", described["voltage"], allowed)
+    full = parameters[voltage].value
+    boost = read_quantity(Unit("V", "boost, the voltage at 0 Hz"), described.get("boost", 0.0), f"{where}.boost")
+    if not 0 <= boost <= full:
+        raise InputError(f"{where}.boost", described["boost"], f"must be a voltage of a phase from 0 to {full:.6g} V")
+    pieces = proportional_voltage(voltage, frequency.pieces, (parameters[rated].value, full), boost)
+    return frequency, Schedule(voltage, pieces)
 
 
 def _schedule(described: Mapping[str, Any], parameters: Mapping[str, Parameter], time: str, where: str) -> Schedule:

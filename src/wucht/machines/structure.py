@@ -58,9 +58,13 @@ class Structure(Bodies):
 
     @cached_property
     def linear_carrier(self) -> LinearCarrier:
-        """M, C, K of the free carrier and its coupling to the bodies, symbolic; sliders in the middle of their guides."""
+        """M, C, K of the free carrier and its coupling to the bodies, symbolic; sliders in the middle of their guides.
+
+        Parts whose forces on the carrier are not linear are left out.
+        """
         still = [s.coordinate for s in self.sliders] + [c for c in self.carrier if c.prescribed is not None]
-        return linear_carrier(self.energies, self.free_carrier, [b.coordinate for b in self.bodies], still)
+        linear = tuple(e for e in self.energies if not e.nonlinear)
+        return linear_carrier(linear, self.free_carrier, [b.coordinate for b in self.bodies], still)
 
     @cached_property
     @derived_once
@@ -74,7 +78,9 @@ class Structure(Bodies):
         if self.mismatch is not None:
             quadratures.append(Output(MISMATCH, self.mismatch, unit, "work created by dampers that are not reciprocal"))
         motion = lagrange.equations_of_motion(energies, coordinates)
-        system = lagrange.first_order(motion, coordinates, self.symbols, self.outputs(), quadratures, self.locks())
+        system = lagrange.first_order(
+            motion, coordinates, self.symbols, self.outputs(), quadratures, self.locks(), self.internal
+        )
         return with_schedules(system, self.schedules, self.stored, unit)
 
     def locks(self) -> list[lagrange.Lock]:
@@ -100,11 +106,12 @@ class Structure(Bodies):
             Output("motor_power", lagrange.supplied_power(self.energies, self.coordinates), u.power, "motor power"),
             *(Output(c.velocity.name, c.velocity, u.speed, "speed") for c in self.coordinates if c.prescribed is not None),
         ]
-        alone = lagrange.equations_of_motion(self.energies[:1], self.carrier)
+        turning = {s for c in self.coordinates[len(self.carrier) :] for s in (c.position, c.velocity)}
+        alone = lagrange.equations_of_motion([e for e in self.energies if not e.symbols & turning], self.carrier)
         inertial = alone.mass * sp.Matrix([lagrange.acceleration(c) for c in self.carrier]) if self.carrier else []
         for label, inertia, force in zip(self.labels, inertial, alone.forces, strict=True):
             # The bodies push the carrier with what its own equation of motion leaves open.
-            long_name = f"bearing moment in {label}" if label == "r" else f"bearing force in {label}"
+            long_name = f"bearing {'moment' if label == 'r' else 'force'} on the carrier in {label}"
             outputs.append(Output(f"bearing_force_{label}", inertia - force, u.force, long_name))
         for name, (position, velocity) in self.orbit.items():
             outputs += [Output(f"orbit.{name}", position, u.length), Output(f"orbit.v{name}", velocity, "")]
@@ -131,9 +138,13 @@ def shared(structure: Structure) -> Structure:
     return structure
 
 
-def torques_on(energies: Sequence[Energies], velocity: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
-    """The torques of drives on a body of this velocity, and against them those of loads and dampers."""
-    applied = [(a.booked == "supplied", a.force * sp.diff(a.rate, velocity)) for e in energies for a in e.applied]
+def torques_on(energies: Sequence[Energies], velocity: sp.Symbol, arriving: bool = False) -> tuple[sp.Expr, sp.Expr]:
+    """The torques of drives on a body of this velocity, and against them those of loads and dampers.
+
+    arriving: the losses of gears between motor and body are the drive's, not the loads'.
+    """
+    every = [a for e in energies for a in e.applied]
+    applied = [(a.booked == "supplied" or (arriving and a.of_drive), a.force * sp.diff(a.rate, velocity)) for a in every]
     losses = [*(sp.diff(e.dissipation, velocity) for e in energies), *(-t for supplied, t in applied if not supplied)]
     return sp.Add(*(t for supplied, t in applied if supplied)), sp.Add(*losses)
 
@@ -143,10 +154,12 @@ def torques_on(energies: Sequence[Energies], velocity: sp.Symbol) -> tuple[sp.Ex
 def shaft_torques(structure: Structure, velocities: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, sp.Expr]:
     """What drives bodies of these velocities that turn with ``SPEED``, and what brakes them, the carrier at rest.
 
-    Of all drives, in the direction of positive speeds; of loads and bearings, against it.
+    Of all drives, in the direction of positive speeds, what arrives through their gears; of loads and bearings, against it.
     """
     resting = (*structure.carrier, *(x.coordinate for x in structure.sliders))
     still = dict.fromkeys((s for c in resting for s in (c.position, c.velocity)), sp.S.Zero)
     still |= {b.coordinate.velocity: SPEED for b in structure.bodies}
-    drive, losses = zip(*(torques_on(structure.energies, v) for v in velocities), strict=True)
-    return sp.sympify(sp.Add(*drive).xreplace(still)), sp.sympify(sp.Add(*losses).xreplace(still))
+    steady = {own.state: own.steady for own in structure.internal}
+    drive, losses = zip(*(torques_on(structure.energies, v, arriving=True) for v in velocities), strict=True)
+    driving, braking = (sp.sympify(sp.Add(*torques).xreplace(steady).xreplace(still)) for torques in (drive, losses))
+    return driving, braking

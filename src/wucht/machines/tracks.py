@@ -129,6 +129,13 @@ def _offsets(track: Track, order: Sequence[Tracked], angles: Mapping[str, float]
     return offsets
 
 
+def starts(bodies: Sequence[Tracked]) -> dict[str, float]:
+    """Angles from the body turned about at which the bodies of a track start: their own, evenly spaced where none has one."""
+    if any(b.start is not None for b in bodies):
+        return {b.name: b.start or 0.0 for b in bodies}
+    return evenly(bodies)
+
+
 def evenly(bodies: Sequence[Tracked]) -> dict[str, float]:
     """Angles at which the bodies of a track stand evenly spaced, in the order given."""
     return {b.name: k * 2 * math.pi / len(bodies) for k, b in enumerate(bodies)}

@@ -10,7 +10,7 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.machines.parts.base import Frame, Point, Release
-from wucht.mechanics.energies import Energies
+from wucht.mechanics.energies import Energies, Internal
 from wucht.mechanics.lagrange import Coordinate
 
 
@@ -89,6 +89,11 @@ class Bodies:
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The carrier's coordinates, then the bodies' angles, then the sliders' displacements."""
         return (*self.carrier, *(b.coordinate for b in self.bodies), *(s.coordinate for s in self.sliders))
+
+    @cached_property
+    def internal(self) -> tuple[Internal, ...]:
+        """The states of the parts' own, such as a controller's."""
+        return tuple(own for e in self.energies for own in e.internal)
 
     @cached_property
     def free_carrier(self) -> tuple[Coordinate, ...]:

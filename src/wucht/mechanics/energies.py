@@ -12,13 +12,15 @@ class Applied:
     """A force or torque and the rate on which it works: the applied power is ``force * rate``.
 
     ``booked`` says on which side of the energy balance its work stands: ``"supplied"`` (a motor) or ``"lost"`` (a damper that
-    has no dissipation function because it is not reciprocal).
+    has no dissipation function because it is not reciprocal). ``of_drive``: a loss on the way from a motor to its body, which
+    ends when the motor is switched off.
     """
 
     force: sp.Expr
     rate: sp.Expr
     name: str = ""
     booked: str = "supplied"
+    of_drive: bool = False
 
     @property
     def power(self) -> sp.Expr:
@@ -27,17 +29,46 @@ class Applied:
 
 
 @dataclass(frozen=True)
+class Internal:
+    """A state of a part's own, of first order, that begins at zero: the integrator of a controller, what a friction has drawn.
+
+    rate: d state/dt, in coordinates, velocities, parameters and internal states. letter: its symbol in equations. size: how
+    large it becomes, in parameters. steady: what it is in steady rotation while the carrier rests.
+    """
+
+    state: sp.Symbol
+    rate: sp.Expr
+    letter: str
+    size: sp.Expr
+    steady: sp.Expr = sp.S.Zero
+
+    @property
+    def change(self) -> sp.Symbol:
+        """What stands for the rate in formulas: a power at which the part itself works moves no coordinate."""
+        return sp.Symbol(f"{self.state.name}.rate", real=True)
+
+
+@dataclass(frozen=True)
 class Energies:
     """The four formulas of a part, as on paper, in coordinates, velocities and parameters.
 
     kinetic: T. potential: V. dissipation: Rayleigh's function R, half the power lost in linear dampers.
-    applied: forces with the rates on which they work.
+    applied: forces with the rates on which they work. internal: the part's own states. nonlinear: what of its forces on the
+    carrier is not proportional to displacements and velocities, in words; where the carrier is taken as linear it is left out.
     """
 
     kinetic: sp.Expr = sp.S.Zero
     potential: sp.Expr = sp.S.Zero
     dissipation: sp.Expr = sp.S.Zero
     applied: tuple[Applied, ...] = ()
+    internal: tuple[Internal, ...] = ()
+    nonlinear: str = ""
+
+    @property
+    def symbols(self) -> set[sp.Symbol]:
+        """All that occurs in the formulas of energies and forces."""
+        formulas = [self.kinetic, self.potential, self.dissipation, *(e for a in self.applied for e in (a.force, a.rate))]
+        return set().union(*(sp.sympify(e).free_symbols for e in formulas))
 
     def __add__(self, other: Energies) -> Energies:
         """The energies of both."""

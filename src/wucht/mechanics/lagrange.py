@@ -12,7 +12,7 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.mechanics.elimination import solve_by_elimination
-from wucht.mechanics.energies import Energies
+from wucht.mechanics.energies import Energies, Internal
 from wucht.mechanics.phasors import Lines
 from wucht.system import TIME, Output, SecondOrder, System
 
@@ -85,8 +85,9 @@ def first_order(
     outputs: Sequence[Output] = (),
     quadratures: Sequence[Output] = (),
     locks: Sequence[Lock] = (),
+    internal: Sequence[Internal] = (),
 ) -> System:
-    """The System of a mechanism: positions, then the velocities of the free coordinates, as states.
+    """The System of a mechanism: positions, then the velocities of the free coordinates, as states; then internal ones.
 
     Outputs and quadratures may use ``acceleration(c)`` of any coordinate, the velocity of any, and ``reaction(c)``, the force
     that enforces a prescribed motion. locks: those on other coordinates' followers first.
@@ -97,6 +98,7 @@ def first_order(
     for i, a in accelerations.items():
         c = coordinates[i]
         lines.pairs += [(c.velocity, c.prescribed), (acceleration(c), a)]
+    lines.pairs += [(own.change, own.rate) for own in internal]
     if free:
         mass = sp.Matrix(motion.mass)
         given = sp.Matrix([accelerations.get(i, 0) for i in range(len(coordinates))])
@@ -116,8 +118,12 @@ def first_order(
             rest[lock.about] += lock.locked * rest[lock.index]
     lines.pairs += [(reaction(c), rest[i]) for i, c in enumerate(coordinates) if c.prescribed is not None]
     return System(
-        states=(*(c.position for c in coordinates), *(coordinates[i].velocity for i in free)),
-        derivatives=(*(c.velocity for c in coordinates), *(acceleration(coordinates[i]) for i in free)),
+        states=(*(c.position for c in coordinates), *(coordinates[i].velocity for i in free), *(own.state for own in internal)),
+        derivatives=(
+            *(c.velocity for c in coordinates),
+            *(acceleration(coordinates[i]) for i in free),
+            *(own.change for own in internal),
+        ),
         parameters=tuple(parameters),
         definitions=tuple(lines.pairs),
         outputs=tuple(outputs),

@@ -40,7 +40,7 @@ def linear_carrier(
     """Read the carrier's matrices off the energies.
 
     carrier: m coordinates; bodies: the turning ones; at_rest: all others, taken as zero. Raises ``WuchtError`` where the
-    carrier is not linear, or a coupling is no first harmonic of the body's angle.
+    carrier is not linear, or a coupling is no first harmonic of the body's angle and a constant.
     """
     still = {s: sp.S.Zero for c in at_rest for s in (c.position, c.velocity)}
     q, v = [c.position for c in carrier], [c.velocity for c in carrier]
@@ -56,7 +56,10 @@ def linear_carrier(
     origin = dict.fromkeys(q, sp.S.Zero)
     load = sp.ImmutableMatrix(len(q), 1, [-f.xreplace(origin) for f in forces])
     coupling = tuple(sp.ImmutableMatrix(len(v), 1, [sp.diff(p, b.velocity) for p in momenta]) for b in bodies)
-    excitation = tuple(g.applyfunc(lambda e, b=b: first_harmonic(e, b.position)) for g, b in zip(coupling, bodies, strict=True))
+    excitation = tuple(
+        g.applyfunc(lambda e, b=b: first_harmonic(e - _mean(e, b.position), b.position))
+        for g, b in zip(coupling, bodies, strict=True)
+    )
     return LinearCarrier(mass, damping, stiffness, coupling, excitation, load)
 
 
@@ -64,6 +67,11 @@ def _slopes(gradient: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> sp.Imm
     """The second derivatives of a function with this gradient: a symmetric matrix."""
     size = len(symbols)
     return sp.ImmutableMatrix(size, size, lambda i, j: sp.diff(gradient[min(i, j)], symbols[max(i, j)]))
+
+
+def _mean(coupling: sp.Expr, angle: sp.Symbol) -> sp.Expr:
+    """What of a coupling does not depend on the angle: a body that turns steadily does not excite through it."""
+    return sp.expand(coupling.xreplace({angle: sp.S.Zero}) + coupling.xreplace({angle: sp.pi})) / 2
 
 
 def first_harmonic(coupling: sp.Expr, angle: sp.Symbol) -> sp.Expr:

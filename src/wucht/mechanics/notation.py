@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from wucht.mechanics.energies import Internal
 from wucht.mechanics.lagrange import Coordinate
 from wucht.system import TIME, SecondOrder
 
@@ -92,6 +93,14 @@ def written(
             right = right + sp.Symbol(latex_name(f"{name}_{index}") if latex else f"{name}_{index}")
         lines.append(equation(left, right, latex))
     return lines
+
+
+def written_own(internal: Sequence[Internal], coordinates: Sequence[Coordinate], notation: Notation, latex: bool) -> list[str]:
+    """The rates of the parts' own states, one equation each."""
+    symbols = notation.symbols(coordinates, latex)
+    bases = [notation.names[own.state.name] for own in internal]
+    rates = [sp.Symbol(latex_name(base, 1) if latex else f"{base}'") for base in bases]
+    return [equation(rate, own.rate.xreplace(symbols), latex) for rate, own in zip(rates, internal, strict=True)]
 
 
 def equation(left: sp.Expr, right: sp.Expr, latex: bool) -> str:

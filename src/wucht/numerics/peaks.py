@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+_ROUNDING = 1e-6  # of a sampling interval
+
 
 def interval_peaks(time: np.ndarray, signal: np.ndarray, slope: np.ndarray) -> np.ndarray:
     """The largest value that a signal reaches between each sample and its neighbours, all (N,)."""
@@ -57,24 +59,39 @@ def _vertex(signal: np.ndarray, i: int) -> float:
     return centre - (after - before) ** 2 / (8 * curvature) if curvature < 0 else centre
 
 
-def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray) -> np.ndarray:
+def envelope(time: np.ndarray, radius: np.ndarray, window: np.ndarray, before: float | None = None) -> np.ndarray:
     """The line through the peaks of ``radius``: valleys shorter than ``window`` are filled, slower changes are kept.
 
-    All (N,); time is evenly spaced. This is the morphological closing, the largest value within +-window/2 of each
-    sample and then the smallest of those. It would also fill the lowest part of a slow, smooth minimum: such a one is
-    distinguished from a valley between peaks by the slopes at its ends, and kept.
+    All (N,); time is evenly spaced but for a few places. This is the morphological closing, the largest value within
+    +-window/2 of each sample and then the smallest of those. It would also fill the lowest part of a slow, smooth minimum: such
+    a one is distinguished from a valley between peaks by the slopes at its ends, and kept. Of a valley that an end of the
+    record cuts only one peak is known: the line goes on from it as high as it is. before: what the radius was before the
+    record, if that is known (0 of a motion that begins from rest): the line begins there.
     """
     n = len(time)
     if n < 4:
         return radius.copy()
-    half = np.ceil(np.minimum(window / 2 / (time[1] - time[0]), n - 1)).astype(int)
-    # Mirrored at both ends, so that a valley which the record cuts is filled as well.
-    beyond = int(half.max())
-    mirrored, reach = np.pad(radius, beyond, mode="reflect"), np.pad(half, beyond, mode="edge")
-    places = np.arange(len(mirrored))
-    low, high = np.maximum(places - reach, 0), np.minimum(places + reach, len(mirrored) - 1)
-    closed = -_largest_within(-_largest_within(mirrored, low, high), low, high)
-    return np.where(_smooth_minima(mirrored, closed > mirrored), mirrored, closed)[beyond : beyond + n]
+    steps = time[1] - time[0], time[-1] - time[-2]
+    beyond = int(min(np.ceil(window.max() / 2 / min(steps)), n - 1))
+    first = _outermost(time[0] - time[::-1], radius[::-1], window[0]) if before is None else before
+    ends = first, _outermost(time - time[-1], radius, window[-1])
+    padded, reach = np.pad(radius, beyond, constant_values=ends), np.pad(window / 2, beyond, mode="edge")
+    past, future = (step * np.arange(1, beyond + 1) for step in steps)
+    times = np.concatenate([time[0] - past[::-1], time, time[-1] + future])
+    rounding = _ROUNDING * min(steps)
+    low = np.maximum(np.searchsorted(times, times - reach + rounding, side="right") - 1, 0)
+    high = np.minimum(np.searchsorted(times, times + reach - rounding), len(times) - 1)
+    closed = -_largest_within(-_largest_within(padded, low, high), low, high)
+    return np.where(_smooth_minima(padded, closed > padded), padded, closed)[beyond : beyond + n]
+
+
+def _outermost(time: np.ndarray, radius: np.ndarray, window: float) -> float:
+    """How high the line is at the end of a record (N,), at time 0: its highest peak within a window of it, or it itself."""
+    steps = np.flatnonzero(np.diff(radius))
+    rises = radius[steps + 1] > radius[steps]
+    peaks = steps[1:][rises[:-1] & ~rises[1:]]  # the last sample of each, which may be as high as those before
+    late = peaks[time[np.minimum(peaks + 1, len(time) - 1)] > -window]
+    return float(radius[late].max(initial=float(radius[-1])))
 
 
 def _smooth_minima(radius: np.ndarray, filled: np.ndarray) -> np.ndarray:

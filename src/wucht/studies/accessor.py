@@ -31,7 +31,8 @@ class ResultAccessor:
         The numbers of the contract, SI floats, None where there is none.
     sentence : str
         The answer in words.
-    warnings : list of str
+    warnings, notes : list of str
+        What is doubtful; what parameters were made of, such as the circuit of a motor of its nameplate.
     failure : str
         Why the result is not complete, empty if nothing failed.
     finished : bool
@@ -55,18 +56,19 @@ class ResultAccessor:
         self.summary = summary_of(result)
         self.sentence: str = result.attrs["sentence"]
         self.warnings: list[str] = json.loads(result.attrs["warnings"])
+        self.notes: list[str] = json.loads(result.attrs.get("notes", "[]"))
         self.failure: str = result.attrs["failure"]
         self.finished = bool(result.attrs["finished"])
 
     def __repr__(self) -> str:
         lines = [f"{self.study} of {self._result.attrs['title']}: {self.sentence}"]
         lines += [] if self.finished else [f"not finished{f': {self.failure}' if self.failure else ''}"]
-        return "\n".join([*lines, *(f"warning: {w}" for w in self.warnings)])
+        return "\n".join([*lines, *(f"note: {n}" for n in self.notes), *(f"warning: {w}" for w in self.warnings)])
 
     def _repr_html_(self) -> str:
         shown = [(k, v if isinstance(v, str) else f"{v:.6g}") for k, v in self.summary.items() if type(v) in (int, float, str)]
         rows = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in shown[:_FEW])
-        notes = "".join(f"<li>{escape(w)}</li>" for w in self.warnings)
+        notes = "".join(f"<li>{escape(w)}</li>" for w in (*self.notes, *self.warnings))
         heading = f"{escape(self.study)} of {escape(str(self._result.attrs['title']))}"
         return f"<b>{heading}</b><p>{escape(self.sentence)}</p><table>{rows}</table><ul>{notes}</ul>"
 

@@ -12,6 +12,7 @@ from wucht.cams.drive import TABLES, CamDrive, drive_from
 from wucht.checking import refuse_unknown
 from wucht.errors import InputError, nearest
 from wucht.files.catalogue import ABOUT
+from wucht.files.changed_title import changed_title
 from wucht.files.documents import Document, refuse_bare_frequencies
 from wucht.studies.subjects import Description
 
@@ -23,10 +24,14 @@ class OfCamDrive:
         """See ``Subject``."""
         refuse_unknown(document, (*ABOUT, *TABLES), "")
         described = {key: copy.deepcopy(document[key]) for key in TABLES if key in document}
+        differing = Document()
         for key, value in settings.items():
+            before = copy.deepcopy(described)
             _set(described, key, value)
+            differing |= {key: value} if described != before else {}
         refuse_bare_frequencies(described)
-        return drive_from(described, document.get("title", path.stem), path.parent), described
+        title = changed_title(str(document.get("title", path.stem)), differing)
+        return drive_from(described, title, path.parent), described
 
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""

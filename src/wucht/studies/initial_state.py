@@ -11,7 +11,8 @@ from wucht.analysis.static import static_position
 from wucht.checking import read_quantity, refuse_unknown
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.tracks import arranged, evenly
+from wucht.machines.parts.track import Tracked
+from wucht.machines.tracks import arranged, starts
 from wucht.mechanics.lagrange import Coordinate
 from wucht.quantities import Unit
 from wucht.studies.release_events import leader_of
@@ -22,8 +23,9 @@ _NOT_ALLOWED = "not allowed: the drive prescribes this body's motion (its angle 
 def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "study.start") -> np.ndarray:
     """The initial state (n,) of ``machine.system``.
 
-    Angles are relative to the body turned about, speeds absolute. Bodies not named start at rest at angle 0, those of a track
-    of which none is named evenly spaced; those about a body whose speed is prescribed start with that speed. The carrier
+    Angles are relative to the body turned about, speeds absolute. Bodies not named start at rest at the angle that the machine
+    gives them, else at 0; those of a track of which none is named or has an angle evenly spaced; those about a body whose
+    speed is prescribed start with that speed. The carrier
     starts at its static position, from which ``carrier = {x, y, vx, vy}`` is measured. ``psi`` and ``delta`` set two bodies
     about one rotor: angles psi +- delta/2. Raises ``InputError``.
     """
@@ -50,6 +52,7 @@ def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "stud
         stated = both[x.name] if x.name in both else _quantities(start.get(x.name, {}), guided, f"{where}.{x.name}")
         values[x.coordinate.position.name] = stated.get("displacement", 0.0)
         values[x.coordinate.velocity.name] = stated.get("velocity", 0.0)
+    values |= {own.state.name: 0.0 for own in machine.internal}
     return np.array([values[name] for name in machine.state_names])
 
 
@@ -107,7 +110,10 @@ def _given(machine: Machine, start: Mapping[str, Any], where: str) -> dict[str, 
         given |= {name: psi + sign * delta / 2 for name, sign in zip(pair, (1, -1), strict=True)}
     for track in machine.tracks:
         if not any(b.name in given for b in track.bodies):
-            given |= evenly(track.bodies)
+            given |= starts(track.bodies)
+    for body in (p for p in machine.parts if isinstance(p, Tracked) and p.start is not None):
+        stated = given.get(body.name, {})
+        given[body.name] = {"angle": body.start, **stated} if isinstance(stated, Mapping) else stated
     return given
 
 

@@ -15,6 +15,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.peaks import interval_peaks
 
+_AT_REST = 1e-9  # of the largest: rounding
 Rows = Mapping[str, np.ndarray]
 
 
@@ -52,6 +53,12 @@ class Orbit:
     def square_rate(self) -> np.ndarray:
         """Its derivative (N,)."""
         return np.asarray(2 * (self.offset * self.velocity).sum(axis=0))
+
+    @property
+    def begins_at_rest(self) -> bool:
+        """Whether the axis rests in the first sample."""
+        both = (self.offset, self.velocity)
+        return all(bool((np.abs(x[:, 0]) <= _AT_REST * np.abs(x).max(initial=0.0)).all()) for x in both)
 
     @property
     def peaks(self) -> np.ndarray:

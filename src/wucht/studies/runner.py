@@ -9,12 +9,14 @@ from __future__ import annotations
 import json
 import time as clock
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.errors import InputError, WuchtError
+from wucht.results.output_folder import claimed, remove_earlier
 from wucht.results.provenance import provenance
 from wucht.results.store import RESULT, prepare_folder, save, to_json
 from wucht.results.store import load as read_result
@@ -22,8 +24,8 @@ from wucht.results.style import SETTINGS
 from wucht.studies.accessor import register
 from wucht.studies.cluster import Cluster, cluster_at
 from wucht.studies.memory import Memory, questions_of
-from wucht.studies.question_differences import differences
 from wucht.studies.registry import Study, studies, study_of
+from wucht.studies.resuming import earlier
 from wucht.studies.room import out_of_memory, refuse_numbers, refuse_turns
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import subject_of
@@ -34,7 +36,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SAVE_EVERY_S = 5.0  # a result that is not complete, so that it can be looked at; at most a tenth of the time goes into it
-_MOST_DIFFERENCES = 3
 
 
 @np.errstate(all="ignore")  # a run that fails says so in a sentence, not by warnings about overflow
@@ -78,8 +79,8 @@ def run(
     Raises
     ------
     InputError
-        Where the question does not fit the subject, or the machine that computes; where the folder has the units of another
-        question, or no scheduler answers.
+        Where the question does not fit the subject, or the machine that computes; where another run writes into the folder, or
+        it has the units of another question, or no scheduler answers.
     RunError
         Where the memory is full, workers are of another version, or the scheduler goes away.
     """
@@ -88,7 +89,7 @@ def run(
     if scheduler is not None and not spec.tiled:
         tiled = ", ".join(kind for kind, study in studies().items() if study.tiled)
         raise InputError("--scheduler", scheduler, f"{spec.kind} is computed by one process; studies with tiles are {tiled}")
-    with cluster_at(scheduler) as cluster:
+    with cluster_at(scheduler) as cluster, nullcontext() if folder is None else claimed(folder):
         try:
             return _answered(spec, subject, folder, files, resume, progress, document, cluster)
         except MemoryError as error:
@@ -105,6 +106,7 @@ def _answered(
     document: Mapping[str, Any] | None,
     cluster: Cluster | None,
 ) -> xr.Dataset:
+    register()
     begun, study = clock.perf_counter(), study_of(spec.kind)
     subject_is = subject_of(spec).describe(subject)
     if subject_is.dimensionless:
@@ -118,7 +120,7 @@ def _answered(
     if folder is not None:
         folder = prepare_folder(folder, files)
         if resume:
-            finished, notes = _resumable(folder, spec, question)
+            finished, notes = earlier(folder / RESULT, spec, question)
             if finished is not None:
                 return finished
         resumed = resume and question in questions_of(folder)
@@ -135,18 +137,23 @@ def _answered(
             "dimensionless": int(subject_is.dimensionless),
             "finished": int(finished and not made.attrs["failure"]),
             "warnings": to_json([*subject_is.warnings, *own, *notes], indent=None),
+            "notes": to_json(list(subject_is.notes), indent=None),
             **provenance(question, clock.perf_counter() - begun),
         }
         return made if document is None else made.assign_attrs(document=json.dumps(document, default=str))
 
-    register()
+    def keep(made: xr.Dataset, into: Path) -> None:
+        """Save what there is now, in the place of an earlier result and of what was drawn of it."""
+        remove_earlier(into)
+        save(made, into / RESULT)
+
     findings, interrupted = None, False
     saved, pause = clock.perf_counter(), _SAVE_EVERY_S
     try:
         for findings in solve(plan, Work(memory, progress, cluster)):
             if folder is not None and clock.perf_counter() - saved > pause:
                 looked = clock.perf_counter()
-                save(result(findings, False), folder / RESULT)
+                keep(result(findings, False), folder)
                 saved = clock.perf_counter()
                 pause = max(_SAVE_EVERY_S, 9 * (saved - looked))
     except KeyboardInterrupt:
@@ -160,34 +167,10 @@ def _answered(
         raise
     final = result(findings, not interrupted)
     if folder is not None:
-        save(final, folder / RESULT)
+        keep(final, folder)
         if not interrupted:
             memory.forget()
     return final
-
-
-def _resumable(folder: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
-    """The finished result of the same question, if the folder has it; and a note on one of another horizon.
-
-    Raises ``InputError`` where the folder has another question's.
-    """
-    earlier = load(folder / RESULT) if (folder / RESULT).exists() else None
-    kept = questions_of(folder) or ([json.loads(earlier.attrs["input"])] if earlier is not None else [])
-    if not kept:
-        return None, []
-    asked = question if question in kept else kept[0]
-    if asked == question:
-        done = earlier is not None and earlier.attrs["finished"] and json.loads(earlier.attrs["input"]) == question
-        return (earlier if done else None), []
-    before, now = asked["study"].get("kind"), spec.kind
-    if before != now:
-        raise InputError("--resume", None, f"the result in {folder} answers study.kind = {before!r}, not {now!r}")
-    differing = differences(asked, question)
-    if all(key.removeprefix("study.").split(".")[0] in spec.horizon for key in differing):
-        return None, [f"{', '.join(differing)}: another than that of the result in the folder; it was begun anew"]
-    shown = "; ".join(list(differing.values())[:_MOST_DIFFERENCES])
-    more = f" and {len(differing) - _MOST_DIFFERENCES} more" if len(differing) > _MOST_DIFFERENCES else ""
-    raise InputError("--resume", None, f"the result in {folder} answers another question: {shown}{more}")
 
 
 def load(path: Path | str) -> xr.Dataset:

@@ -159,6 +159,10 @@ Interval = Annotated[tuple[float, float], _pair, AfterValidator(_low_below_high)
 Whole = Annotated[int, _whole]
 Order = Annotated[Literal[1, 2], _order, Field(description="order of the averaged equations")]
 Inertia = Annotated[bool, _inertia, Field(description="whether the averaged equations keep the bodies' inertia")]
+BalancingBodies = Annotated[
+    Literal["steady", "held"] | None,
+    Field(description="where balancing bodies are: in their steady phases at each speed, or held at the start"),
+]
 TrueOrFalse = Annotated[bool, _must(_is_bool, "must be true or false")]
 Tolerance = Annotated[
     float, BeforeValidator(Unit("", "tolerance").parse), Field(ge=1e-16, le=1e-2, description="tolerance of the integration")
@@ -166,6 +170,6 @@ Tolerance = Annotated[
 Engine = Annotated[Literal["heyoka", "scipy", "scipy-radau"], Field(description="engine of the integration")]
 
 __all__ = [
-    "DEFAULT_TOLERANCE", "Engine", "Inertia", "Interval", "Order", "Pair", "Path", "Quantity", "Spec", "Start", "Starts",
-    "Tolerance", "Values", "Whole",
+    "DEFAULT_TOLERANCE", "BalancingBodies", "Engine", "Inertia", "Interval", "Order", "Pair", "Path", "Quantity", "Spec",
+    "Start", "Starts", "Tolerance", "Values", "Whole",
 ]  # fmt: skip

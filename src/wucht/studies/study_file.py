@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wucht.checking import table
 from wucht.errors import InputError
-from wucht.files.catalogue import load_document
+from wucht.files.catalogue import load_document, short_name
 from wucht.files.documents import Document, flatten
 from wucht.studies.registry import asked_study, studies
 from wucht.studies.runner import run
@@ -25,12 +25,22 @@ DEFAULT_KIND = "run-up"  # of a file without a question
 
 @dataclass(frozen=True)
 class StudyFile:
-    """A study file read: the question, its subject, and the whole input as written."""
+    """A study file read: the question, its subject, and the whole input as written.
+
+    other: whether another kind of study is asked than the file itself asks.
+    """
 
     path: Path
     spec: Spec
     subject: Any
     document: Document
+    other: bool
+
+    @property
+    def name(self) -> Path:
+        """By which its result is kept: the catalogue or file name, and below it a kind of study that is not the file's."""
+        own = short_name(self.path)
+        return own / self.spec.kind if self.other else own
 
 
 def read_study(name: str, settings: Mapping[str, Any] | None = None) -> StudyFile:
@@ -62,7 +72,8 @@ def _read(document: Document, path: Path, name: str, settings: Mapping[str, Any]
     spec = asked_study(asked).spec
     of_subject = {k: v for k, v in settings.items() if not k.startswith("study.")}
     subject, described = subject_of(spec).read(document | {"study": asked}, path, name, of_subject)
-    return StudyFile(path, spec.read(asked), subject, {"study": asked, **described})
+    other = asked["kind"] != document.get("study", {"kind": DEFAULT_KIND}).get("kind")
+    return StudyFile(path, spec.read(asked), subject, {"study": asked, **described}, other)
 
 
 def run_file(

@@ -23,12 +23,16 @@ from wucht.system import System
 
 @dataclass(frozen=True)
 class Description:
-    """What a result says of its subject. facts: as JSON; two subjects with the same facts are the same to a study."""
+    """What a result says of its subject. facts: as JSON; two subjects with the same facts are the same to a study.
+
+    notes: what the parameters were made of, where they are not as given.
+    """
 
     title: str
     dimensionless: bool
     facts: Mapping[str, Any]
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 class Subject(Protocol):
@@ -64,7 +68,7 @@ class OfMachine:
             "parameters": subject.values,
             "bodies": [[b.name, b.kind, b.about] for b in subject.bodies],
         }
-        return Description(subject.title, not subject.units.time, facts, subject.warnings)
+        return Description(subject.title, not subject.units.time, facts, subject.warnings, subject.notes)
 
 
 class OfMachineOrSystem:

@@ -221,3 +221,20 @@ def test_times_must_increase(engine, grid):
 def test_times_must_be_numbers(engine):
     with pytest.raises(RunError):
         integrate(compile_system(PENDULUM, engine=engine), [1.0, 0.0], [], np.array([0.0, math.nan, 1.0]))
+
+
+@pytest.mark.parametrize(
+    ("system", "start", "end", "says"),
+    [
+        (System((x, v), (v, -x)), [1.0, 0.0], 1e8, "not stiff, the time between samples is long"),
+        (System((x,), (sp.S.One,), angles=frozenset({x})), [0.0], 1e8, None),
+        (System((x, v), (v, -1e9 * (v - sp.cos(x))), angles=frozenset({x})), [0.0, 1.0], 100.0, "The machine is stiff"),
+    ],
+)
+def test_where_steps_run_out_it_says_whether_the_machine_is_stiff_or_the_run_only_long(system, start, end, says):
+    run = integrate(compile_system(system, engine="heyoka"), start, [], np.array([0.0, end]))
+    if says is None:
+        assert run.failure is None
+    else:
+        assert "500000 steps were not enough" in run.failure
+        assert says in run.failure

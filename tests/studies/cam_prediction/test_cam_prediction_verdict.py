@@ -56,6 +56,13 @@ def test_a_drive_that_does_not_move_its_dry_friction_is_refused(kind, expected):
     assert "mean_speed" not in error.value.allowed  # which would not help
 
 
+def test_a_controlled_drive_has_no_torque_over_the_speed():
+    controlled = {"kind": "inverter", "set_speed": 50.0, "gain": 10.0, "integral_time": 1.0, "torque_limit": 100.0}
+    with pytest.raises(InputError, match=r"take 'linear' with its gain as slope, or 'constant-speed'") as error:
+        prepare(wucht.CamPrediction(), drive(drive=controlled))
+    assert error.value.where == "shaft.drive.kind"
+
+
 def test_the_dry_friction_with_which_a_measured_load_begins_counts_too():
     loads = [{"kind": "table", "points": [[0, 80], [100, 200]]}, {"kind": "coulomb", "torque": 70.0}]
     with pytest.raises(InputError, match="120 N m at standstill does not carry the load of 150 N m"):

@@ -15,6 +15,7 @@ import pytest
 import xarray as xr
 
 from interrupting import stop_at
+from wucht.analysis.forced import Forced
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -249,3 +250,54 @@ def test_scipy_agrees() -> None:
 def test_bad_questions(table: dict[str, Any], says: str) -> None:
     with pytest.raises(InputError, match=says):
         prepare(CoastDown.read({"kind": "coast-down"} | table), disc())
+
+
+# How the carrier starts
+
+SHAKEN = {
+    "carrier": {"mass": 20.0, "directions": "xy", "stiffness": [8e4, 2e5], "damping": [60.0, 90.0], "gravity": 9.81},
+    "bodies": [
+        {"kind": "rotor", "name": "r", "mass": 2.0, "unbalance": 0.01, "inertia": 2.0, "bearing_damping": 1e-4},
+        {"kind": "pendulum", "name": "p", "about": "r", "mass": 0.05, "length": 0.1, "damping": 10.0},
+    ],
+}
+
+
+@pytest.mark.parametrize("speed", [300.0, -300.0])
+def test_it_starts_in_the_steady_vibration_of_its_speed(speed: float) -> None:
+    """As heavy as this rotor is, it goes on turning like that; from rest a free vibration is added, which decays."""
+    machine, start = machine_from(SHAKEN), {"r": {"angle": 0.4, "speed": speed}, "p": 1.1}
+    steady = run(CoastDown(until=0.5, start=start), machine)
+    expected = float(Forced.of(machine, np.array([0.4, 1.5])).amplitude(np.array([abs(speed)]))[0][0])
+    late = steady.amplitude.values[steady.sizes["time"] // 2 :]
+    assert [float(steady.amplitude[0]), late.max()] == pytest.approx([expected] * 2, rel=5e-3)
+    assert summary_of(steady)["peak_amplitude"] == pytest.approx(expected, rel=5e-3)
+    assert summary_of(steady)["carrier_start"] == "steady"
+    rest = run(CoastDown(until=0.5, start=start, vibration="none"), machine)
+    assert summary_of(rest)["peak_amplitude"] > 1.5 * expected
+    assert "starts at rest" in rest.attrs["warnings"]
+    assert "starts at rest" not in steady.attrs["warnings"]
+
+
+def test_the_largest_amplitude_is_that_of_the_resonance() -> None:
+    summary = summary_of(run(CoastDown(), load_machine("drozdetskaya-2020/table-3.1-laval")))
+    assert summary["peak_speed"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_start_of_the_carrier_that_is_given_stays() -> None:
+    machine, start = machine_from(SHAKEN), {"r": {"speed": 300.0}, "carrier": {"x": 1e-3}}
+    plan = prepare(CoastDown(start=start), machine)
+    rest = prepare(CoastDown(start={"r": {"speed": 300.0}}, vibration="none"), machine)
+    assert plan.initial - rest.initial == pytest.approx([1e-3 * (n == "carrier.x") for n in machine.state_names], abs=1e-15)
+
+
+def test_at_a_resonance_without_damping_it_says_so() -> None:
+    machine = machine_from(SHAKEN | {"carrier": {"mass": 17.95, "directions": "x", "stiffness": 2e5}})
+    with pytest.raises(InputError, match="resonance without damping"):
+        prepare(CoastDown(start={"r": {"speed": 100.0}}), machine)
+    prepare(CoastDown(start={"r": {"speed": 100.0}}, vibration="none"), machine)
+
+
+def test_two_ways_to_start_the_carrier_are_refused() -> None:
+    with pytest.raises(InputError, match=r"study\.start\.carrier says how"):
+        CoastDown(start={"carrier": {"x": 1e-3}}, vibration="steady")

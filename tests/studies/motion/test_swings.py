@@ -142,3 +142,20 @@ def test_a_rotor_that_turns_back_in_each_turn_is_judged_by_its_mean_speed_if_tha
     found = judged(beyond(), angle)
     assert found.outcome == outcome
     assert found.standing is None
+
+
+@pytest.mark.parametrize(("until", "told"), [(60_000.0, False), (3000.0, True)])
+def test_of_what_turns_over_for_ever_nothing_more_is_told_by_a_longer_run(until, told):
+    """To and fro by more than a turn, for tens of thousands of spans of time."""
+    found = judged(machine(FIXED, [ROTOR]), lambda t: 1.2 * np.pi * np.sin(np.pi * t / 100), until=until, free=None, step=0.5)
+    assert found.outcome == "unidentified"
+    assert (found.needed is not None) is told
+    assert ("to run longer would not tell more" in found.advice) is not told
+    assert ("too short" in found.sentence) is told
+
+
+def test_what_turns_over_ever_less_is_given_several_times_its_time_until_it_only_swings():
+    found = judged(shaken(), swinging(lambda t: 8 * np.exp(-t / 600)), until=100.0, free=None)
+    assert found.outcome == "unidentified"
+    last = math.exp(-90 / 600)
+    assert found.needed == pytest.approx(ALLOWANCE * (100 + 600 * math.log(last / 0.45)), rel=0.015)

@@ -105,6 +105,12 @@ def averaged_matrices(torques: SteadyTorques, speeds: np.ndarray, phases: np.nda
     return matrices
 
 
+def held_stability(held: SteadyTorques, speeds: np.ndarray, phases: np.ndarray, dimension: int) -> np.ndarray:
+    """Whether steady phases (n, N) at speeds (N,), at which the main rotor is held, are stable across their family (N,)."""
+    exponents = transverse(np.linalg.eigvals(averaged_matrices(held, speeds, phases)), dimension)
+    return np.asarray(exponents.real.max(axis=1) < -NEUTRAL * np.abs(exponents).max(axis=1))
+
+
 def transverse(eigenvalues: np.ndarray, dimension: int) -> np.ndarray:
     """Eigenvalues (N, k) without the ``dimension`` smallest, the fastest growing first."""
     others = np.take_along_axis(eigenvalues, np.argsort(np.abs(eigenvalues), axis=-1)[..., dimension:], -1)
@@ -137,9 +143,7 @@ def regions(torques: SteadyTorques, speeds: np.ndarray, ratios: np.ndarray) -> R
         held = torques.held(float(speeds[0])).with_ratio(ratio)
         for region, phases, valid, dimension in _states(held, speeds):
             exists[region, row] |= valid
-            eigenvalues = np.linalg.eigvals(averaged_matrices(held, speeds[valid], phases[:, valid]))
-            exponents = transverse(eigenvalues, dimension)
-            stable[region, row, valid] |= exponents.real.max(axis=1) < -NEUTRAL * np.abs(exponents).max(axis=1)
+            stable[region, row, valid] |= held_stability(held, speeds[valid], phases[:, valid], dimension)
     return Regions(speeds, ratios, stable, exists)
 
 

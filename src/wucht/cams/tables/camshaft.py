@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
+import sympy as sp
 from pydantic import BeforeValidator, Field, model_validator
 
 from wucht.analysis.shaft import Curve, curves, dry_friction
@@ -48,13 +49,15 @@ _OfOutput = Annotated[float | str, BeforeValidator(_is_quantity)]  # its unit de
 class Driving:
     """What acts on a camshaft. torques: of the drive, and of all loads against it. speed: that the drive reaches with an output
     that rests, in rad/s. enforced: the drive holds this speed, whatever torque that takes. friction: of dry loads, N m, and
-    transition: the speed of their smooth transition at standstill, rad/s."""
+    transition: the speed of their smooth transition at standstill, rad/s. inertia: of a motor behind a gear, as the shaft feels
+    it, kg m^2."""
 
     torques: Curve
     speed: float
     enforced: bool
     friction: float = 0.0
     transition: float = 0.0
+    inertia: float = 0.0
 
     def net(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """See ``prediction.Torque``."""
@@ -185,6 +188,10 @@ class ShaftTable(Described):
                 raise InputError("shaft.mean_speed", None, "needed is the mean speed of the eigenmotion, or [shaft.drive]")
             return None
         machine = self._machine(folder)
+        if machine.internal:
+            kind, instead = self.drive.get("kind"), "'linear' with its gain as slope, or 'constant-speed'"
+            sentence = f"not allowed on a camshaft: a controller's torque does not follow from the speed alone; take {instead}"
+            raise InputError("shaft.drive.kind", kind, sentence)
         enforced = machine.rotor.coordinate.prescribed is not None
         if enforced and self.mean_speed is not None:
             raise InputError("shaft.mean_speed", self.mean_speed, "this drive enforces a speed: give none beside it")
@@ -197,7 +204,9 @@ class ShaftTable(Described):
                 f"it would turn the shaft at {reached:.4g} rad/s: the cam angle counts in the sense of the shaft, above zero"
             )
             raise InputError("shaft.drive", self.drive.get("kind"), allowed)
-        driving = Driving(curves(machine, shaft_torques(machine, machine.rotor)), reached, enforced, *dry_friction(machine))
+        (inertia,) = machine.evaluate(sp.Add(*(d.reduced_inertia() for d in machine.drives)))
+        torques = curves(machine, shaft_torques(machine, machine.rotor))
+        driving = Driving(torques, reached, enforced, *dry_friction(machine), float(inertia))
         if not enforced and self.mean_speed is not None and (stands := driving.never_carrying(reached)):
             raise InputError("shaft.drive", self.drive.get("kind"), stands)
         if not enforced and self.mean_speed is None and (stands := driving.standing(reached)):
@@ -224,7 +233,8 @@ class ShaftTable(Described):
         """The shaft with an output that moves in rad or m. Raises ``InputError`` where what moves with it has another unit."""
         torque = None if driving is None or driving.enforced else driving.net
         speed = driving.speed if driving is not None else self.mean_speed or 0.0
-        return CamShaft(self.inertia, self.moved(unit), speed, torque)
+        turning = self.inertia + (0.0 if driving is None else driving.inertia)
+        return CamShaft(turning, self.moved(unit), speed, torque)
 
     def moved(self, unit: str) -> float:
         """What moves with an output that turns (rad) or slides (m). Raises ``InputError``."""

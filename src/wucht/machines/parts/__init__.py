@@ -18,6 +18,7 @@ from typing import Any, get_args
 
 from wucht.checking import models_in
 from wucht.errors import WuchtError, nearest
+from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
 
@@ -72,6 +73,11 @@ def loads() -> dict[str, type[Load]]:
     return known(Load)
 
 
+def attachments() -> dict[str, type[Attachment]]:
+    """The kinds of attachments by name."""
+    return known(Attachment)
+
+
 def _classes() -> dict[str, type[Any]]:
     """Parts of every kind, and the tables inside them (``Mount``, ``Release``), by the name of their class."""
     parts = list(_kinds(Part))
@@ -89,4 +95,4 @@ def __getattr__(name: str) -> type[Any]:
 
 
 def __dir__() -> list[str]:
-    return sorted({*_classes(), "bodies", "carriers", "drives", "known", "loads"})
+    return sorted({*_classes(), "attachments", "bodies", "carriers", "drives", "known", "loads"})

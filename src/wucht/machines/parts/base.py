@@ -4,88 +4,20 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
 from typing import ClassVar, Literal, Self
 
 import sympy as sp
 from pydantic import Field, model_validator
 
 from wucht.fields import Described, Parameter, si, unit_of
+from wucht.machines.parts.frame import Frame, Point
+from wucht.machines.parts.release import Release
+from wucht.machines.parts.transmission import Transmission
 from wucht.mechanics.energies import Applied, Energies
 from wucht.mechanics.lagrange import Coordinate
 
 __all__ = ["Body", "Described", "Drive", "Frame", "Load", "OnShaft", "Parameter", "Part", "Point", "Release", "si", "unit_of"]
-
-
-@dataclass(frozen=True)
-class Point:
-    """Position and velocity of a point of the carrier; zero where it is blocked."""
-
-    x: sp.Expr = sp.S.Zero
-    y: sp.Expr = sp.S.Zero
-    vx: sp.Expr = sp.S.Zero
-    vy: sp.Expr = sp.S.Zero
-
-    @classmethod
-    def of(cls, coordinates: Mapping[str, Coordinate]) -> Point:
-        """The point with the coordinates x and y, those that there are."""
-        named = {d: c for d, c in coordinates.items() if d in ("x", "y")}
-        return cls(**{d: c.position for d, c in named.items()}, **{f"v{d}": c.velocity for d, c in named.items()})
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Where bodies live: the carrier, the axes on it, gravity, and all turning bodies.
-
-    centre: the carrier's own centre of mass. rotation: the velocity of its turning about the plane's normal (zero where it does
-    not turn). tilt: the velocity of its turning about an axis in the plane (a couple unbalance excites it). axes: the axis of
-    each body.
-    """
-
-    centre: Point = field(default_factory=Point)
-    rotation: sp.Expr = sp.S.Zero
-    tilt: sp.Expr = sp.S.Zero
-    gravity: sp.Expr = sp.S.Zero
-    bodies: Mapping[str, Coordinate] = field(default_factory=dict)
-    axes: Mapping[str, Point] = field(default_factory=dict)
-
-    def angle(self, body: str) -> sp.Symbol:
-        """The absolute angle of a body."""
-        return self.bodies[body].position
-
-    def speed(self, body: str) -> sp.Symbol:
-        """The absolute angular velocity of a body."""
-        return self.bodies[body].velocity
-
-    def axis(self, body: str) -> Point:
-        """The axis about which a body turns."""
-        return self.axes.get(body, self.centre)
-
-    def carried(self, mass: sp.Expr, unbalance: sp.Expr, body: str) -> Energies:
-        """Energies of a mass carried by a body's axis, its centre off the axis: unbalance = mass times distance.
-
-        T = m (x'^2 + y'^2)/2 + U phi' (-x' sin phi + y' cos phi), V = m g y + U g sin phi; the part of T that is
-        quadratic in phi' belongs to the body's inertia about the axis.
-        """
-        phi, speed, at = self.angle(body), self.speed(body), self.axis(body)
-        return Energies(
-            kinetic=mass * (at.vx**2 + at.vy**2) / 2 + unbalance * speed * (-at.vx * sp.sin(phi) + at.vy * sp.cos(phi)),
-            potential=self.gravity * (mass * at.y + unbalance * sp.sin(phi)),
-        )
-
-
-class Release(Described):
-    """Until a time, or until the body it turns about has reached a speed for the first time, a body turns with that body."""
-
-    time: float | None = si("s", "time of release", "t_0", None, gt=0)
-    speed: float | None = si("rad/s", "speed of release", "w_0", None, gt=0)
-
-    @model_validator(mode="after")
-    def _one_of_both(self) -> Release:
-        if (self.time is None) == (self.speed is None):
-            raise ValueError("must be { time = ... } or { speed = ... }, one of both")
-        return self
 
 
 class Part(Described, ABC):
@@ -225,10 +157,22 @@ class OnShaft(Part):
         """The torque at a speed: of a drive in the direction of positive speeds, of a load against it; zero if not given."""
         return sp.S.Zero
 
+    def on_body(self, speed: sp.Expr) -> sp.Expr:
+        """The torque on the body at its speed: that of ``torque``, but for a drive with a transmission."""
+        return self.torque(speed)
+
     def torque_at(self, speed: float) -> float:
-        """The torque in N m at a speed in rad/s, in numbers."""
+        """The torque on the body in N m at a speed in rad/s, in numbers."""
         w = sp.Symbol("speed", real=True)
-        return self.number(self.torque(w).subs(w, speed))
+        return self.number(self.on_body(w).subs(w, speed))
+
+    def made_of(self) -> tuple[str, ...]:
+        """What its parameters were made of, in words, where they are not as given."""
+        return ()
+
+    def doubts(self) -> tuple[str, ...]:
+        """Warnings: what runs but is doubtful."""
+        return ()
 
 
 class Drive(OnShaft):
@@ -236,9 +180,18 @@ class Drive(OnShaft):
 
     group: ClassVar[str] = "drive"
     stator: Literal["foundation", "carrier"] = "foundation"
+    transmission: Transmission | None = Field(
+        None, description="gear or belt, { ratio = ..., inertia = ..., efficiency = ... }"
+    )
+
+    @model_validator(mode="after")
+    def _loses_what_it_gives(self) -> Self:
+        if self.transmission is not None and self.transmission.efficiency is not None and self.prescribed() is not None:
+            raise ValueError("transmission", "must be one without efficiency: this drive enforces a speed, whatever that takes")
+        return self
 
     def prescribed(self) -> sp.Expr | None:
-        """The speed it enforces, or None if it applies a torque."""
+        """The speed it enforces on its own side of a transmission, or None if it applies a torque."""
         return None
 
     def no_load_path(self) -> str | None:
@@ -249,6 +202,10 @@ class Drive(OnShaft):
         """The synchronous speed in rad/s, None where the drive has no slip."""
         return None
 
+    def held_speed(self) -> float | None:
+        """The speed of the body in rad/s at which any torque within limits is given, None where it follows from the speed."""
+        return None
+
     def breakdown(self) -> tuple[float, float, float] | None:
         """Slip, speed in rad/s and torque in N m at which it pulls out, None where it does not."""
         return None
@@ -257,19 +214,73 @@ class Drive(OnShaft):
         """The angle at t = 0 of a body whose motion is prescribed: the field ``angle``, if there is one."""
         return float(getattr(self, "angle", 0.0))
 
+    @property
+    def ratio(self) -> sp.Expr:
+        """The speed of the motor over that of the body."""
+        return sp.S.One if self.transmission is None else self.transmission.symbol(self.path, "ratio")
+
+    def prescribed_on_body(self) -> sp.Expr | None:
+        """The speed of the body that it enforces."""
+        speed = self.prescribed()
+        return speed if speed is None or self.transmission is None else speed / self.ratio
+
+    def reduced(self, speed: sp.Expr, law: Callable[[sp.Expr], sp.Expr] | None = None) -> tuple[sp.Expr, sp.Expr]:
+        """The motor's torque on the body at a speed of the body, and what the transmission takes of it, against the speed.
+
+        law: its torque at its own speed, by default that of steady operation.
+        """
+        law = law or self.torque
+        if self.transmission is None:
+            return law(speed), sp.S.Zero
+        torque = self.ratio * law(self.ratio * speed)
+        return torque, self.transmission.lost(self.path, torque, speed)
+
+    def on_body(self, speed: sp.Expr) -> sp.Expr:
+        """What arrives at the body."""
+        torque, lost = self.reduced(speed)
+        return torque - lost
+
+    def reduced_synchronous_speed(self) -> float | None:
+        """The speed of the body in rad/s at which there is no slip."""
+        synchronous = self.synchronous_speed()
+        return synchronous if synchronous is None or self.transmission is None else synchronous / self.transmission.ratio
+
+    def reduced_breakdown(self) -> tuple[float, float, float] | None:
+        """Slip, speed of the body in rad/s and torque on it in N m at which the drive pulls out."""
+        found = self.breakdown()
+        if found is None or self.transmission is None:
+            return found
+        slip, speed = found[0], found[1] / self.transmission.ratio
+        return slip, speed, self.torque_at(speed)
+
+    def reduced_inertia(self) -> sp.Expr:
+        """The inertia on the motor's side, as the body feels it."""
+        return sp.S.Zero if self.transmission is None else self.transmission.symbol(self.path, "inertia") * self.ratio**2
+
     def energies(self, frame: Frame) -> Energies:
-        """The torque, on the speed of the body against the stator."""
-        speed = frame.speed(self.on) - (frame.rotation if self.stator == "carrier" else 0)
-        return Energies(applied=(Applied(self.torque(speed), speed, name=self.path),))
+        """The torque, on the speed of the body against the stator; through a transmission with what that loses and stores."""
+        return self.acting(frame, self.torque)
+
+    def acting(self, frame: Frame, law: Callable[[sp.Expr], sp.Expr]) -> Energies:
+        """The same with a law of the motor's torque at its own speed."""
+        base = frame.rotation if self.stator == "carrier" else sp.S.Zero
+        speed = frame.speed(self.on) - base
+        torque, lost = self.reduced(speed, law)
+        motor = Applied(torque, speed, name=self.path)
+        if self.transmission is None:
+            return Energies(applied=(motor,))
+        taken = () if lost == 0 else (Applied(-lost, speed, f"{self.path}.transmission", "lost", of_drive=True),)
+        turning = base + self.ratio * speed
+        return Energies(kinetic=self.transmission.symbol(self.path, "inertia") * turning**2 / 2, applied=(motor, *taken))
 
     def linearised(self, speed: float) -> tuple[float, float]:
         """Slope and no-load speed of the straight line through a working point: torque = slope (no_load_speed - speed).
 
-        speed: in rad/s. Returns slope in N m s, positive where the torque falls, and the no-load speed in rad/s, infinite
-        where the torque does not depend on the speed.
+        speed: of the body, in rad/s. Returns slope in N m s, positive where the torque falls, and the no-load speed in rad/s,
+        infinite where the torque does not depend on the speed.
         """
         w = sp.Symbol("speed", real=True)
-        torque, slope = self.torque_at(speed), -self.number(sp.diff(self.torque(w), w).subs(w, speed))
+        torque, slope = self.torque_at(speed), -self.number(sp.diff(self.on_body(w), w).subs(w, speed))
         return slope, speed + torque / slope if slope else math.copysign(math.inf, torque)
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Literal
+import math
+from collections.abc import Callable, Mapping
+from typing import Literal, Self
 
 import sympy as sp
 from pydantic import Field
@@ -13,6 +14,8 @@ from wucht.machines.parts.base import Frame, si
 from wucht.machines.parts.support import Support, is_negative
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
+
+Values = float | tuple[float, float] | None
 
 
 class Foundation(Described):
@@ -33,7 +36,8 @@ class Foundation(Described):
 class Carrier(Support):
     """A mass that moves in x, y or both, held by linear springs and dampers; y points up, against gravity.
 
-    Stiffness and damping are one number (isotropic) or a pair [x, y]. Bodies add their own mass. ``motion`` prescribes the
+    Stiffness and damping are one number (isotropic) or a pair [x, y], or follow from ``frequency``, the natural frequency with
+    all bodies on the carrier, and ``damping_ratio``. Bodies add their own mass. ``motion`` prescribes the
     displacement in one direction; ``foundation`` is a mass on springs under one direction. ``directions = "fixed"``: the axis
     does not move.
     """
@@ -44,6 +48,8 @@ class Carrier(Support):
     directions: Literal["x", "y", "xy", "fixed"] = "xy"
     stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None)
     damping: float | tuple[float, float] = si("N s/m", "damping", "b", 0.0)
+    frequency: float | tuple[float, float] | None = si("rad/s", "natural frequency with all bodies on it", "omega_0", None)
+    damping_ratio: float | tuple[float, float] | None = si("", "damping ratio with all bodies on it", "D", None)
     foundation: Foundation | None = Field(None, description="foundation")
 
     @property
@@ -67,19 +73,39 @@ class Carrier(Support):
         """Stiffness and damping are not negative; a pair needs both directions; something must hold the weight."""
         self.check_motion()
         free = [d for d in self.labels if self.prescribed(d) is None and d != "foundation"]
-        if self.stiffness is None and free:
+        if self.stiffness is None and self.frequency is None and free:
             raise ValueError("stiffness", "this key is missing; needed is the stiffness in N/m")
-        for name, value in (("stiffness", self.stiffness), ("damping", self.damping)):
+        if self.stiffness is not None and self.frequency is not None:
+            raise ValueError("frequency", "give either stiffness or frequency")
+        if self.damping_ratio is not None and "damping" in self.model_fields_set:
+            raise ValueError("damping_ratio", "give either damping or damping_ratio")
+        given = ("stiffness", "damping", "frequency", "damping_ratio")
+        for name, value in ((name, getattr(self, name)) for name in given):
             if isinstance(value, tuple) and self.directions != "xy":
                 raise ValueError(name, f"must be one number, because directions = {self.directions!r}")
             if is_negative(value):
-                raise ValueError(name, f"must be a {name} of at least 0")
+                raise ValueError(name, f"must be a {name.replace('_', ' ')} of at least 0")
         if self.foundation and self.foundation.direction not in free:
             sentence = f"must be a foundation under one of the free directions: {', '.join(free) or 'none'}"
             raise ValueError("foundation", sentence)
-        vertical = self.stiffness[1] if isinstance(self.stiffness, tuple) else self.stiffness
+        spring = self.stiffness if self.frequency is None else self.frequency
+        vertical = spring[1] if isinstance(spring, tuple) else spring
         if self.gravity and "y" in free and not vertical:
             raise ValueError("stiffness", "must be a positive stiffness in y, because gravity would make the carrier fall")
+
+    def tuned(self, mass: Callable[[], float]) -> tuple[Self, str]:
+        """c = M omega_0^2 and b = 2 D sqrt(c M)."""
+        if self.frequency is None and self.damping_ratio is None:
+            return self, ""
+        whole = mass()
+        stiffness: Values = self.stiffness if self.frequency is None else _each(lambda w: whole * w**2, self.frequency)
+        found: dict[str, Values] = {"stiffness": stiffness}
+        if self.damping_ratio is not None:
+            found["damping"] = _each(lambda c, ratio: 2 * ratio * math.sqrt(c * whole), stiffness or 0.0, self.damping_ratio)
+        made = self.model_copy(update=found | {"frequency": None, "damping_ratio": None})
+        units = {"stiffness": "N/m", "damping": "N s/m"}
+        shown = [f"{name} {_shown(value)} {units[name]}" for name, value in found.items() if getattr(self, name) != value]
+        return made, f"carrier: {', '.join(shown)}, by frequency or damping ratio with {whole:.6g} kg"
 
     def energies(self, frame: Frame) -> Energies:
         """T = m v^2/2, V = sum c x^2/2 + m g y, R = sum b x'^2/2; on a foundation, x against it and its own energies."""
@@ -95,3 +121,15 @@ class Carrier(Support):
             dissipation.append(self.component("damping", d) * v**2 / 2)
         own = Energies(m * (at.vx**2 + at.vy**2) / 2, sp.Add(*potential), sp.Add(*dissipation))
         return own + self.foundation.energies(base, frame.gravity) if base and self.foundation else own
+
+
+def _each(function: Callable[..., float], *values: float | tuple[float, float]) -> float | tuple[float, float]:
+    """A function of values of both directions: one number where all are."""
+    if not any(isinstance(v, tuple) for v in values):
+        return function(*values)
+    pairs = [v if isinstance(v, tuple) else (v, v) for v in values]
+    return function(*(x for x, _ in pairs)), function(*(y for _, y in pairs))
+
+
+def _shown(value: Values) -> str:
+    return " and ".join(f"{v:.6g}" for v in (value if isinstance(value, tuple) else (value or 0.0,)))

@@ -2,25 +2,59 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import sympy as sp
+from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic_core import CoreSchema
 
 from wucht.machines.parts.base import Drive, si
+from wucht.machines.parts.dc_nameplate import DCNameplate
+from wucht.machines.parts.nameplate import read_nameplate, required_without
+
+_LINE = ("armature_resistance", "motor_constant", "flux")  # what follows from a nameplate
 
 
 class DCSeparate(Drive):
     """A DC motor whose flux does not depend on the armature's current: 002 (2.85)-(2.92). A negative voltage reverses it.
 
-    Only k_M times the flux matters, in V s or N m/A; where a data sheet gives that product, motor_constant is 1.
+    Only k_M times the flux matters, in V s or N m/A; where a data sheet gives that product, motor_constant is 1. ``nameplate``:
+    the parameters follow from what is printed on the motor; a ``voltage`` beside it is the one with which it is run.
     """
 
     kind = "dc-separate"
 
+    nameplate: DCNameplate | None = Field(None, description="nameplate")
     voltage: float = si("V", "voltage of the armature", "U")
     armature_resistance: float = si("ohm", "resistance of the armature", "R_A", gt=0)
     motor_constant: float = si("", "motor constant", "k_M", gt=0)
     flux: float = si("Wb", "magnetic flux of the field", "Phi_E", ge=0)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _line_of_the_nameplate(cls, given: Any) -> Any:
+        given, plate = read_nameplate(given, DCNameplate, _LINE)
+        if plate is None:
+            return given
+        flux, resistance = plate.line()
+        found = {"voltage": plate.voltage, "armature_resistance": resistance, "motor_constant": 1.0, "flux": flux}
+        return found | given
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return required_without(super().__get_pydantic_json_schema__(schema, handler), ("voltage", *_LINE))
+
     def torque(self, speed: sp.Expr) -> sp.Expr:
         """002 (2.92), with k_M for the printed K_M, and without dividing by the flux, which may be zero."""
         U, R, k, flux = self.symbols("voltage", "armature_resistance", "motor_constant", "flux")
         return k * flux * (U - k * flux * speed) / R
+
+    def made_of(self) -> tuple[str, ...]:
+        """The line that follows from the nameplate, and how well it meets it."""
+        plate, line = self.nameplate, (self.motor_constant * self.flux, self.armature_resistance)
+        return () if plate is None else (f"{self.path}: {plate.fit_in_words(*line)}",)
+
+    def doubts(self) -> tuple[str, ...]:
+        """What the line misses of the nameplate by more than a tenth."""
+        plate, line = self.nameplate, (self.motor_constant * self.flux, self.armature_resistance)
+        return () if plate is None else tuple(f"{self.path}.nameplate: {d}" for d in plate.doubts(*line))

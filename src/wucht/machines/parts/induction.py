@@ -6,50 +6,85 @@ import math
 from typing import Any, Literal
 
 import sympy as sp
-from pydantic import model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic_core import CoreSchema
 
 from wucht.machines.parts.base import Drive, si
+from wucht.machines.parts.circuit_fit import doubts, fit_in_words, fitted_circuit, largest_resistance
+from wucht.machines.parts.equivalent_circuit import EquivalentCircuit
+from wucht.machines.parts.induction_nameplate import InductionNameplate
+from wucht.machines.parts.nameplate import read_nameplate, required_without
+from wucht.quantities import Unit
+
+# What a nameplate says, and what may be given beside it: where the motor is run, and a resistance that was measured.
+_CIRCUIT = ("rotor_resistance", "stator_reactance", "rotor_reactance", "magnetising_reactance", "pole_pairs", "rated_frequency")
+_TURNING = "must be a frequency of the mains greater than 0 Hz"
+_BESIDE = ("voltage", "frequency", "stator_resistance")
 
 
 class Induction(Drive):
-    """A three-phase induction motor by its equivalent circuit without the magnetising current: 002 (2.106)-(2.121).
+    """A three-phase induction motor by its equivalent circuit: 002 (2.106)-(2.121), or with the magnetising current.
 
     The voltage is that of a phase. Rotor quantities refer to the stator. Reactances are those at ``rated_frequency`` and grow
     in proportion to the frequency, so that it may be changed while the motor runs; without that key they are those at the
-    given ``frequency``. A schedule of the frequency begins a little above zero: without a field that turns there is no slip.
-    ``sense`` = -1 is the motor with two phases exchanged: it turns backwards.
+    given ``frequency``. Without ``magnetising_reactance`` its current is left out, as in 002, and a schedule of the frequency
+    begins a little above zero: without a field that turns there is no slip. With it, and a resistance of the stator, the
+    frequency may be 0: the motor then brakes as one fed with direct current does. ``sense`` = -1 is the motor with two phases
+    exchanged: it turns backwards. ``nameplate``: the circuit follows from what is printed on the motor.
     """
 
     kind = "induction"
 
+    nameplate: InductionNameplate | None = Field(None, description="nameplate")
     voltage: float = si("V", "voltage of a phase", "U_1")
-    frequency: float = si("Hz", "frequency of the mains", "f", gt=0)
+    frequency: float = si("Hz", "frequency of the mains", "f", ge=0)
     pole_pairs: float = si("", "number of pole pairs", "p", ge=1)
     stator_resistance: float = si("ohm", "resistance of the stator", "R_1", ge=0)
     rotor_resistance: float = si("ohm", "resistance of the rotor", "R_2", gt=0)
     stator_reactance: float = si("ohm", "leakage reactance of the stator", "X_1", ge=0)
     rotor_reactance: float = si("ohm", "leakage reactance of the rotor", "X_2", ge=0)
+    magnetising_reactance: float | None = si("ohm", "magnetising reactance", "X_m", None, gt=0)
     rated_frequency: float = si("Hz", "frequency at which the reactances hold", "f_r", gt=0)
     sense: Literal[1, -1] = 1
 
     @model_validator(mode="before")
     @classmethod
-    def _reactances_hold_at_the_frequency(cls, given: Any) -> Any:
-        if isinstance(given, dict) and given.get("rated_frequency") is None and "frequency" in given:
-            return {**given, "rated_frequency": given["frequency"]}
-        return given
+    def _circuit_of_the_nameplate(cls, given: Any) -> Any:
+        given, plate = read_nameplate(given, InductionNameplate, _CIRCUIT)
+        if plate is not None:
+            return {**_parameters(plate, fitted_circuit(plate, _measured(given.get("stator_resistance"), plate))), **given}
+        if not isinstance(given, dict) or given.get("rated_frequency") is not None or "frequency" not in given:
+            return given
+        try:
+            turns = Unit("Hz", "frequency").parse(given["frequency"]) > 0
+        except ValueError:  # which the field reports
+            return given
+        if not turns:
+            raise ValueError("frequency", f"{_TURNING}, or rated_frequency beside it")
+        return {**given, "rated_frequency": given["frequency"]}
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return required_without(super().__get_pydantic_json_schema__(schema, handler), (*_CIRCUIT, *_BESIDE))
 
     def check(self) -> None:
-        """A whole number of pole pairs; a leakage, without which a torque would grow without bound."""
+        """A whole number of pole pairs; a leakage, without which a torque would grow without bound; a field that turns."""
         if self.pole_pairs != round(self.pole_pairs):
             raise ValueError("pole_pairs", "must be a whole number of pole pairs")
         if self.stator_reactance + self.rotor_reactance == 0:
             raise ValueError("rotor_reactance", "must be more than 0 ohm where the stator's reactance is 0")
+        if not self.frequency and not (self.magnetising_reactance and self.stator_resistance):
+            needed = "at 0 Hz a motor needs magnetising_reactance and stator_resistance (a nameplate: efficiency, power_factor)"
+            raise ValueError("frequency", f"{_TURNING}: {needed}")
 
     def torque(self, speed: sp.Expr) -> sp.Expr:
-        """002 (2.119), multiplied out by the slip and the synchronous speed, neither of which it then divides by.
+        """The torque at a speed, multiplied out by the slip and the synchronous speed, neither of which it then divides by.
 
-        With the slip speed d = w_s - w, s = d/w_s and T = 3 R_2 U^2 d/((R_1 d + R_2 w_s)^2 + (X d)^2).
+        Without the magnetising current 002 (2.119): with the slip speed d = w_s - w, s = d/w_s and
+        T = 3 R_2 U^2 d/((R_1 d + R_2 w_s)^2 + (X d)^2). With it, of f/f_r and the rotor's frequency p d/(2 pi f_r), both over
+        the rated one, a and b, T = 3 p/(2 pi f_r) R_2 b X_m^2 U^2/|D|^2 with
+        D = (R_1 + j a (X_1 + X_m)) (R_2 + j b (X_2 + X_m)) + a b X_m^2: the voltage equations of stator and rotor solved for
+        the rotor's current (W. Leonhard, Control of Electrical Drives, chapter 10).
         """
         U, f, p, R1, R2, X1, X2, rated = self.symbols(
             "voltage", "frequency", "pole_pairs", "stator_resistance", "rotor_resistance", "stator_reactance",
@@ -57,20 +92,77 @@ class Induction(Drive):
         )  # fmt: skip
         synchronous = self.sense * 2 * sp.pi * f / p
         slip_speed = synchronous - speed
-        X = (X1 + X2) * f / rated
-        return 3 * R2 * U**2 * slip_speed / ((R1 * slip_speed + R2 * synchronous) ** 2 + (X * slip_speed) ** 2)
+        if self.magnetising_reactance is None:
+            X = (X1 + X2) * f / rated
+            return 3 * R2 * U**2 * slip_speed / ((R1 * slip_speed + R2 * synchronous) ** 2 + (X * slip_speed) ** 2)
+        Xm, of_field = self.symbol("magnetising_reactance"), 2 * sp.pi * rated / p
+        a, b = self.sense * f / rated, slip_speed / of_field
+        real, imaginary = R1 * R2 - a * b * (X1 * X2 + Xm * (X1 + X2)), R1 * b * (X2 + Xm) + R2 * a * (X1 + Xm)
+        return 3 / of_field * R2 * b * Xm**2 * U**2 / (real**2 + imaginary**2)
 
-    def synchronous_speed(self) -> float:
-        """The speed of the field in rad/s, 2 pi f/p; negative with ``sense`` = -1."""
-        return self.sense * 2 * math.pi * self.frequency / self.pole_pairs
+    def synchronous_speed(self) -> float | None:
+        """The speed of the field in rad/s, 2 pi f/p; negative with ``sense`` = -1; None at 0 Hz, where there is no slip."""
+        return self.sense * 2 * math.pi * self.frequency / self.pole_pairs if self.frequency else None
 
-    def breakdown(self) -> tuple[float, float, float]:
-        """Slip, speed in rad/s and torque in N m at which the motor pulls out: 002 (2.121) and (2.120).
+    def breakdown(self) -> tuple[float, float, float] | None:
+        """Slip, speed in rad/s and torque in N m at which the motor pulls out: 002 (2.121) and (2.120); None at 0 Hz.
 
         The printed (2.120) has a factor R_2 too many; it is 3 U^2/(2 w_s (R_1 + sqrt(R_1^2 + X^2))).
         """
-        X = (self.stator_reactance + self.rotor_reactance) * self.frequency / self.rated_frequency
-        impedance = math.hypot(self.stator_resistance, X)
-        slip, synchronous = self.rotor_resistance / impedance, self.synchronous_speed()
-        torque = 3 * self.voltage**2 / (2 * synchronous * (self.stator_resistance + impedance))
-        return slip, synchronous * (1 - slip), torque
+        synchronous = self.synchronous_speed()
+        if synchronous is None:
+            return None
+        slip, torque = self.circuit_at(self.voltage, self.frequency).breakdown()
+        return slip, synchronous * (1 - slip), self.sense * torque
+
+    def circuit_at(self, voltage: float, frequency: float) -> EquivalentCircuit:
+        """The circuit at a voltage of a phase in V and a frequency in Hz, for a field that turns forwards."""
+        share = frequency / self.rated_frequency
+        magnetising = math.inf if self.magnetising_reactance is None else self.magnetising_reactance * share
+        synchronous, reactances = 2 * math.pi * frequency / self.pole_pairs, (self.stator_reactance, self.rotor_reactance)
+        x1, x2 = (share * x for x in reactances)
+        return EquivalentCircuit(voltage, synchronous, self.stator_resistance, self.rotor_resistance, x1, x2, magnetising)
+
+    def made_of(self) -> tuple[str, ...]:
+        """The circuit that was fitted to the nameplate, and how well it meets it."""
+        plate = self.nameplate
+        return () if plate is None else (f"{self.path}: {fit_in_words(plate, self._as_rated())}",)
+
+    def doubts(self) -> tuple[str, ...]:
+        """What the circuit misses of the nameplate by more than a tenth."""
+        plate = self.nameplate
+        return () if plate is None else tuple(f"{self.path}.nameplate: {d}" for d in doubts(plate, self._as_rated()))
+
+    def _as_rated(self) -> EquivalentCircuit:
+        assert self.nameplate is not None
+        return self.circuit_at(self.nameplate.phase_voltage, self.nameplate.frequency)
+
+
+def _measured(given: Any, plate: InductionNameplate) -> float | None:
+    """The resistance of a phase in ohm that is given beside a nameplate. Raises ``ValueError(key, sentence)``."""
+    if given is None:
+        return None
+    most = largest_resistance(plate)
+    try:
+        measured = Unit("ohm", "resistance of the stator").parse(given)
+    except ValueError as error:
+        raise ValueError("stator_resistance", str(error)) from None
+    if not 0 <= measured < most:
+        allowed = f"must be from 0 to {most:.4g} ohm: with more there is no such breakdown torque"
+        raise ValueError("stator_resistance", allowed)
+    return measured
+
+
+def _parameters(plate: InductionNameplate, c: EquivalentCircuit) -> dict[str, float | None]:
+    """The motor of a nameplate at its rated voltage and frequency."""
+    return {
+        "voltage": plate.phase_voltage,
+        "frequency": plate.frequency,
+        "rated_frequency": plate.frequency,
+        "pole_pairs": plate.pole_pairs,
+        "stator_resistance": c.stator_resistance,
+        "rotor_resistance": c.rotor_resistance,
+        "stator_reactance": c.stator_reactance,
+        "rotor_reactance": c.rotor_reactance,
+        "magnetising_reactance": None if math.isinf(c.magnetising) else c.magnetising,
+    }

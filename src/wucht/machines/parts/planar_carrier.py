@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+import numpy as np
 import sympy as sp
 from pydantic import Field
 
@@ -14,11 +15,11 @@ from wucht.mechanics.energies import Energies
 
 
 class Mount(Described):
-    """A spring and damper in x and y at a place on the carrier, measured from its centre of mass."""
+    """A spring and damper at a place on the carrier, measured from its centre of mass: one value for x and y, or a pair."""
 
     at: tuple[float, float] = si("m", "place", "a")
-    stiffness: tuple[float, float] = si("N/m", "stiffness", "c")
-    damping: tuple[float, float] = si("N s/m", "damping", "b", (0.0, 0.0))
+    stiffness: float | tuple[float, float] = si("N/m", "stiffness", "c")
+    damping: float | tuple[float, float] = si("N s/m", "damping", "b", (0.0, 0.0))
 
 
 class PlanarCarrier(Support):
@@ -50,7 +51,7 @@ class PlanarCarrier(Support):
         for key, value in pairs:
             if is_negative(value):
                 raise ValueError(key, "must be a stiffness or damping of at least 0")
-        if self.mounts and all(m.stiffness == (0.0, 0.0) for m in self.mounts):
+        if self.mounts and not any(np.any(m.stiffness) for m in self.mounts):
             raise ValueError("mounts", "there must be at least one mount with stiffness")
 
     def check_body(self, body: Body) -> None:
@@ -78,7 +79,13 @@ class PlanarCarrier(Support):
             c, b = (tuple(self.component(name, d) for d in "xy") for name in ("stiffness", "damping"))
             return [((sp.S.Zero, sp.S.Zero), c, b)]
         springs = []
-        for i in range(1, len(self.mounts) + 1):
-            place, c, b = (self.symbols(f"mounts.{i}.{n}.x", f"mounts.{i}.{n}.y") for n in ("at", "stiffness", "damping"))
+        for i, mount in enumerate(self.mounts, 1):
+            place = self.symbols(f"mounts.{i}.at.x", f"mounts.{i}.at.y")
+            c, b = (self._both(f"mounts.{i}.{name}", getattr(mount, name)) for name in ("stiffness", "damping"))
             springs.append((place, c, b))
         return springs
+
+    def _both(self, path: str, value: float | tuple[float, float]) -> tuple[sp.Expr, sp.Expr]:
+        """The symbols of x and y; the same where one value holds for both."""
+        x, y = self.symbols(f"{path}.x", f"{path}.y") if isinstance(value, tuple) else 2 * self.symbols(path)
+        return x, y

@@ -17,6 +17,16 @@ def stop(gap: sp.Expr, rate: sp.Expr, inertia: sp.Expr, frequency: sp.Expr, log_
     gap: of a coordinate of the reduced inertia J, in its unit; rate: its derivative. frequency: omega, in rad/s: an impact
     takes half a period. log_restitution: ln e; half a damped period multiplies the speed by e = exp(-pi zeta/sqrt(1 - zeta^2)).
     """
-    on = PiecewiseCubic(gap, step("contact", 0.0, 1.0, 0.0))
     zeta = -log_restitution / sp.sqrt(sp.pi**2 + log_restitution**2)
-    return Energies(potential=on * inertia * frequency**2 * gap**2 / 2, dissipation=on * zeta * inertia * frequency * rate**2)
+    return buffer(gap, rate, inertia * frequency**2, 2 * zeta * inertia * frequency)
+
+
+def buffer(gap: sp.Expr, rate: sp.Expr, stiffness: sp.Expr, damping: sp.Expr) -> Energies:
+    """V = c gap^2/2 and R = d rate^2/2 while gap < 0."""
+    on = closed(gap)
+    return Energies(potential=on * stiffness * gap**2 / 2, dissipation=on * damping * rate**2 / 2)
+
+
+def closed(gap: sp.Expr) -> sp.Expr:
+    """1 while gap < 0, else 0."""
+    return PiecewiseCubic(gap, step("contact", 0.0, 1.0, 0.0))

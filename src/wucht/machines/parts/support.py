@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Self
 
 import sympy as sp
@@ -74,6 +74,10 @@ class Support(Part):
     def bearing(self, bodies: Iterable[Body]) -> Self:
         """The carrier as it is with these bodies on it."""
         return self
+
+    def tuned(self, mass: Callable[[], float]) -> tuple[Self, str]:
+        """The carrier with what follows from the mass in kg that moves with it, and that in words, empty where nothing does."""
+        return self, ""
 
     def prescribed(self, label: str) -> sp.Expr | None:
         """The velocity of a coordinate whose motion is given, None if it is free."""

@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import Annotated, Any
 
 import sympy as sp
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from wucht.fields import si
 from wucht.machines.parts.base import Body
+from wucht.quantities import Unit
 
 RESTITUTION = 0.5
+
+
+def _angle(given: Any) -> float | None:
+    return None if given is None else Unit("rad", "angle at the start").parse(given)
+
+
+# Where a motion begins is no parameter of the machine.
+Start = Annotated[float | None, BeforeValidator(_angle)]
 
 
 class Tracked(Body):
@@ -20,6 +30,7 @@ class Tracked(Body):
     track: str | None = Field(None, description="name of the track", pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")
     diameter: float | None = si("m", "diameter", "d", None, gt=0)
     restitution: float | None = si("", "coefficient of restitution", "e", None, ge=0.01, le=1)
+    start: Start = Field(None, description="angle at the start, from the body turned about; that of the study counts before it")
     about: str = Field(description="name of the body turned about")
     mass: float = si("kg", "mass", "m", gt=0)
 

@@ -30,7 +30,9 @@ from wucht.piecewise import PiecewiseCubic
 from wucht.system import System, needed_definitions
 
 R = TypeVar("R")
-TILE = 512  # members: enough for NumPy to watch them together at little cost, few enough to stay in the processor's cache
+# Members: enough for NumPy to watch them together at little cost, few enough to stay in the processor's cache; no power of two,
+# so that successive samples of a member do not fall into the same few lines of it.
+TILE = 248
 _TILES_A_THREAD = 4  # that are under way, or done and not yet asked for
 _TICK_S = 0.1  # between two reports
 Report = Callable[[float], None]  # the share that is done, 0 to 1

@@ -64,7 +64,8 @@ class ArrayFunction:
             points = block[0] * members
             if points != known:
                 known, width = points, -(-points // _REGISTERS) * _REGISTERS
-                x, fixed, found = (np.ones((n, width)) for n in (len(states), len(constants), results))
+                x, fixed, found = (np.empty((n, width)) for n in (len(states), len(constants), results))
+                x[:, points:] = fixed[:, points:] = 1.0
                 fixed[:, :points].reshape(-1, *block)[:] = constants[:, None]
             for row, state in zip(x, states, strict=True):
                 row[:points].reshape(block)[:] = state[part]

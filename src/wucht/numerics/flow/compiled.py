@@ -12,7 +12,7 @@ import sympy as sp
 
 from wucht.errors import WuchtError
 from wucht.numerics.flow.events import Event, LegResult
-from wucht.numerics.flow.program import Evaluator, Numbers, lower
+from wucht.numerics.flow.program import Evaluator, Numbers, Program, lower
 from wucht.numerics.flow.segments import Lookahead, Segmentations, SegmentLocator, compile_lookahead
 from wucht.system import System
 
@@ -40,6 +40,8 @@ class Engine(Protocol):
 
     @property
     def name(self) -> str: ...  # noqa: D102
+    @property
+    def program(self) -> Program: ...  # noqa: D102
     def lend(self) -> Integrator: ...  # noqa: D102
     def give_back(self, integrator: Any) -> None: ...  # noqa: D102
 

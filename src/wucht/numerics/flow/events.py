@@ -77,11 +77,14 @@ class LegResult:
 
 
 class LegError(RunError):
-    """An engine could not continue. ``samples`` (n, m) are those it still reached; ``remedy`` is what to try."""
+    """An engine could not continue. ``samples`` (n, m) are those it still reached; ``remedy`` is what to try.
 
-    def __init__(self, reason: str, remedy: str, samples: np.ndarray) -> None:
+    step: the mean one, where they ran out.
+    """
+
+    def __init__(self, reason: str, remedy: str, samples: np.ndarray, step: float | None = None) -> None:
         super().__init__(reason)
-        self.samples, self.remedy = samples, remedy
+        self.samples, self.remedy, self.step = samples, remedy, step
 
     def sentence(self, time: float, names: Sequence[str], state: np.ndarray) -> str:
         """What the user reads. time: reached; state (n,): sampled last, its numbers by these names."""

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from wucht.numerics.flow.events import LegError
-from wucht.numerics.flow.heyoka_engine import COMPACT_ABOVE, MAX_STEPS, NOT_FINITE, TOO_STIFF, translation
+from wucht.numerics.flow.heyoka_engine import COMPACT_ABOVE, MAX_STEPS, NOT_FINITE, out_of_steps, translation
 from wucht.numerics.flow.program import Program
 
 _IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once
@@ -141,8 +141,9 @@ class BatchIntegrator:
             broken = [i for i, outcome in enumerate(outcomes) if outcome == self._bad_state]
             for lane in broken or np.flatnonzero(self._time != end).tolist():
                 if good[lane]:
-                    error = LegError(*(NOT_FINITE if broken else TOO_STIFF), _finite(sampled[1:, :, lane]).T.copy())
-                    failures[lane] = LaneFailure(float(self._time[lane]), error)
+                    samples, time = _finite(sampled[1:, :, lane]).T.copy(), float(self._time[lane])
+                    error = LegError(*NOT_FINITE, samples) if broken else out_of_steps(samples, grid[0, lane], time)
+                    failures[lane] = LaneFailure(time, error)
             good[list(failures)] = False
             if not broken or not good.any():
                 return sampled, failures

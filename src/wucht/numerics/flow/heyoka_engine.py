@@ -17,6 +17,7 @@ import sympy as sp
 
 from wucht.errors import RunError
 from wucht.numerics.flow.events import Event, Hit, LegError, LegResult
+from wucht.numerics.flow.many_steps import UNKNOWN
 from wucht.numerics.flow.program import Assignments, Numbers, Program
 from wucht.system import TIME
 
@@ -26,10 +27,12 @@ COMPACT_ABOVE = 80
 _IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once
 MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
 NOT_FINITE = ("the state ceases to be finite", "Look for a parameter that is off by a factor of thousands")
-TOO_STIFF = (
-    f"{MAX_STEPS} steps were not enough for one leg",
-    "The machine is stiff: try engine = 'scipy-radau', or look for a parameter that is off by a factor of thousands",
-)
+
+
+def out_of_steps(samples: np.ndarray, begin: float, time: float) -> LegError:
+    """The error of a leg that has come from one time to another when its steps ran out."""
+    step = (time - begin) / MAX_STEPS
+    return LegError(f"{MAX_STEPS} steps were not enough for one leg (of {step:.2g} on average)", UNKNOWN, samples, step)
 
 
 class Translator:
@@ -200,7 +203,7 @@ class HeyokaIntegrator:
         ta, interrupting = self._adaptive, self._engine.interrupting
         for recorder in self._recorders:
             recorder.hits.clear()
-        ahead = grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
+        begin, ahead = float(ta.time), grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
         result = ta.propagate_grid(np.concatenate([[ta.time], grid]) if ahead else grid, max_steps=MAX_STEPS)
         outcome, samples = result[0], np.asarray(result[-1][int(ahead) :]).T.reshape(len(ta.state), -1)
         hits = sorted((h for recorder in self._recorders for h in recorder.hits), key=lambda h: h.time)
@@ -210,7 +213,7 @@ class HeyokaIntegrator:
             code = int(outcome)
             index = -code - 1 if -len(interrupting) <= code <= -1 else code
             if not 0 <= index < len(interrupting):
-                raise LegError(*(NOT_FINITE if outcome == self._bad_state else TOO_STIFF), samples)
+                raise LegError(*NOT_FINITE, samples) if outcome == self._bad_state else out_of_steps(samples, begin, ta.time)
             stopped_by = interrupting[index]
             hits.append(Hit(self._engine.events[stopped_by].name, float(ta.time), state))
         return LegResult(samples, float(ta.time), state, tuple(hits), stopped_by)

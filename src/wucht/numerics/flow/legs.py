@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from wucht.numerics.flow.compiled import CompiledSystem, Integrator
 from wucht.numerics.flow.events import Hit, LegError, LegResult
+from wucht.numerics.flow.many_steps import UNKNOWN, advice
 from wucht.numerics.flow.segments import ROUNDING
 from wucht.numerics.flow.trajectory import Trajectory
 
@@ -174,7 +176,24 @@ class Integration:
         time = self.time
         reached = time if np.isfinite(time) else float(self.grid[max(0, self.done - 1)])
         last = next((block[:, -1] for block in reversed(self.states) if block.shape[1]), self.state)
+        if error.step is not None:
+            error.remedy = self._advice(error.step)
         return error.sentence(reached, self.compiled.system.state_names, last)
+
+    def _advice(self, step: float) -> str:
+        """What to try where steps ran out, in the state reached."""
+        system, program, state = self.compiled.system, self.compiled.engine.program, self.integrator.state
+        function, n = program.function("math"), len(system.states)
+        constants = program.constant_values(np.concatenate([self._own, self.segments])).tolist()
+
+        def rates(x: np.ndarray) -> Sequence[float]:
+            derivatives: Sequence[float] = function([*x.tolist(), *state[n:].tolist()], self.time, constants)
+            return derivatives[:n]
+
+        try:
+            return advice(rates, state[:n], [i for i, x in enumerate(system.states) if x in system.angles], step)
+        except (OverflowError, ValueError, ZeroDivisionError):
+            return UNKNOWN
 
     def trajectory(self, failure: str | None, interrupted: bool) -> Trajectory:
         """What has been computed so far."""

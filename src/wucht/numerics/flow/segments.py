@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import sympy as sp
@@ -24,6 +25,8 @@ _LOOKAHEAD = (1e-9, 1e-5)  # relative to the time: how far ahead where an argume
 BEHIND = 2e-15  # of the largest number that occurs: how far beyond its argument a segment's end is watched at least
 ROUNDING = 1000 * np.finfo(float).eps  # of the largest number that occurs: so near an argument is on its breakpoint
 
+Place = Callable[[float, np.ndarray, Numbers], list[float]]
+Result = TypeVar("Result")
 Lookahead = Callable[[float, np.ndarray, Numbers], tuple[list[float], list[float]]]
 
 
@@ -149,10 +152,11 @@ class Segmentations:
 
 @dataclass(frozen=True)
 class SegmentLocator:
-    """Which segments are in use at a time and state. lookahead: where the arguments are, and where they go. used: by each
-    argument, the indices of the states (the time last) from which it is computed."""
+    """Which segments are in use at a time and state. place: where the arguments are. lookahead: the same, and where they go.
+    used: by each argument, the indices of the states (the time last) from which it is computed."""
 
     segmentations: tuple[Segmentation, ...]
+    place: Place
     lookahead: Lookahead
     used: tuple[tuple[int, ...], ...]
 
@@ -162,15 +166,16 @@ class SegmentLocator:
         arguments, numbers = [s.argument for s in segmentations.segmentations], (*smooth.states, TIME)
         explicit = [smooth.explicit(argument) for argument in arguments]
         used = tuple(tuple(i for i, s in enumerate(numbers) if s in e.free_symbols) for e in explicit)
-        return cls(segmentations.segmentations, compile_lookahead(smooth, arguments), used)
+        return cls(segmentations.segmentations, compile_place(smooth, arguments), compile_lookahead(smooth, arguments), used)
 
     def start(self, time: float, state: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """The values of the additional parameters at the start of a run. parameters: the System's own."""
-        segments = [0] * len(self.segmentations)
-        for _ in range(len(self.segmentations) + 1):  # an argument may depend on another segmentation's segment
-            values = self._values(segments)
-            arguments, ahead = self._lookahead(time, state, np.concatenate([parameters, values]))
-            sizes = self._sizes(time, state)
+        segments, sizes = [0] * len(self.segmentations), self._sizes(time, state)
+        for _ in self.segmentations:  # an argument may depend on another one's segment; rates may be infinite on wrong ones
+            arguments = self._finite(self.place, time, state, np.concatenate([parameters, self._values(segments)]))
+            segments = [x.locate(h, h, size) for x, h, size in zip(self.segmentations, arguments, sizes, strict=True)]
+        for _ in range(len(self.segmentations) + 1):
+            arguments, ahead = self._lookahead(time, state, np.concatenate([parameters, self._values(segments)]))
             segments = [x.locate(*at) for x, *at in zip(self.segmentations, arguments, ahead, sizes, strict=True)]
         return self._values(segments, arguments, sizes)
 
@@ -200,8 +205,12 @@ class SegmentLocator:
         )
 
     def _lookahead(self, time: float, state: np.ndarray, parameters: np.ndarray) -> tuple[list[float], list[float]]:
+        return self._finite(self.lookahead, time, state, parameters)
+
+    @staticmethod
+    def _finite(function: Callable[..., Result], time: float, state: np.ndarray, parameters: np.ndarray) -> Result:
         try:
-            return self.lookahead(time, state, parameters)
+            return function(time, state, parameters)
         except (OverflowError, ValueError, ZeroDivisionError):
             remedy = "Look for a parameter that is off by a factor of thousands"
             raise LegError("the state ceases to be finite", remedy, np.empty((len(state), 0))) from None
@@ -225,6 +234,13 @@ class SegmentLocator:
             segments.append(int(np.abs(segmentation.breakpoints - low).argmin()) + 1 if has_low else 0)
             at += len(segmentation.symbols)
         return segments
+
+
+def compile_place(smooth: System, expressions: Sequence[sp.Expr]) -> Place:
+    """A function of time, state and parameters: the values of expressions there."""
+    position = lower(smooth, expressions)
+    where = position.function("math")
+    return lambda time, state, parameters: list(where(state.tolist(), time, position.constant_values(parameters).tolist()))
 
 
 def compile_lookahead(smooth: System, expressions: Sequence[sp.Expr]) -> Lookahead:

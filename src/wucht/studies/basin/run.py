@@ -11,13 +11,14 @@ import numpy as np
 
 from wucht.studies.basin.prepare import Plan
 from wucht.studies.basin.refinement import cells_to_halve, halved, left_at_border
+from wucht.studies.ensembles.ensemble_equations import why_one_by_one
 from wucht.studies.ensembles.ensemble_run import outcomes_of
 from wucht.studies.ensembles.member_outcomes import MemberOutcomes
 from wucht.studies.ensembles.placed_members import where_possible
 from wucht.studies.work import Work
 
 MISSING = -1  # the label of a cell that was not run yet
-_TILE = 1024  # runs: a unit of work
+_TILE, _ALONE = 3968, 256  # runs: a unit of work, where they are integrated in batches and one by one
 _FIRST_ROUND = 0.9  # of the runs on one level, so far as can be told before
 
 
@@ -148,7 +149,8 @@ def _completed(plan: Plan, level: Level, work: Work) -> Iterator[Level]:
     """The level after each tile of the cells that were asked and not run yet, in whatever order they come."""
     left = level.asked[level.runs :]
     what = f"borders, level {level.halvings} of {plan.spec.refine}" if level.halvings else "all cells"
-    cells = {f"tile {number}": left[begin : begin + _TILE] for number, begin in enumerate(range(0, len(left), _TILE))}
+    size = _TILE if why_one_by_one(plan.question) is None else _ALONE
+    cells = {f"tile {number}": left[begin : begin + size] for number, begin in enumerate(range(0, len(left), size))}
     tasks = {name: partial(run_cells, plan, level.halvings, own) for name, own in cells.items()}
     found: dict[str, Tile] = {}
     for name, members in work.units(tasks, what):

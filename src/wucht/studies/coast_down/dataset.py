@@ -10,7 +10,7 @@ import numpy as np
 from wucht.machines.operation import natural_frequencies
 from wucht.results.conventions import answered, variable
 from wucht.results.outcomes import Outcome
-from wucht.studies.coast_down.prepare import Plan
+from wucht.studies.coast_down.prepare import CarrierStart, Plan
 from wucht.studies.coast_down.record import Record
 from wucht.studies.coast_down.run import Findings
 
@@ -31,7 +31,11 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     import xarray as xr_
 
     record, compiled = findings
-    machine, failure, rows = plan.machine, record.end.failure, record.rows
+    machine, failure, rows = plan.machine, record.end.failure, dict(record.rows)
+    if plan.carrier is CarrierStart.STEADY:  # as large before the run as in its first turn
+        first = rows["time"] <= 2 * math.pi / abs(plan.start_speed)
+        rows["amplitude"] = np.append(rows["amplitude"][first].max(), rows["amplitude"][1:])
+    largest = int(rows["amplitude"].argmax())
     units, natural = machine.units, natural_frequencies(machine)
     of_rows = {
         "angle": ("angle of the rotor", "rad"),
@@ -61,12 +65,19 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "reversal_time": reversal_time,
         "end_time": float(rows["time"][-1]),
         "turns": float(rows["angle"][-1] - rows["angle"][0]) / (2 * math.pi),
-        "peak_amplitude": float(rows["amplitude"].max()),
+        "carrier_start": str(plan.carrier),
+        "peak_amplitude": float(rows["amplitude"][largest]),
+        "peak_speed": float(rows["speed"][largest]) if rows["amplitude"][largest] else None,
         "energy_residual": float(rows["energy_residual"].max()),
     }
     half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
     back = "" if reversal_time is None else f"; it turns back at {reversal_time:.5g}{unit}"
     sentence, warnings = f"{summary['sentence']}{half}{back}", [failure] if failure else []
+    if plan.carrier is CarrierStart.REST:
+        warnings.append(
+            "the carrier starts at rest, although the rotor turns: its vibration at first, perhaps the largest, is a transient "
+            "of this start; vibration = 'steady' starts with the vibration of that speed"
+        )
     more = {"outcome": summary["outcome"] or "", "engine": compiled.engine.name, "tolerance": compiled.tolerance}
     return answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings, failure, **more)
 

@@ -5,38 +5,51 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
+from wucht.analysis.forced import Forced
 from wucht.analysis.shaft import energy_scale
 from wucht.analysis.static import axis_at_rest
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, natural_frequencies
+from wucht.machines.operation import free_speed, natural_frequencies, sense_of
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.events import Event
 from wucht.studies.coast_down.spec import CoastDown
-from wucht.studies.initial_state import initial_state, placed
+from wucht.studies.initial_state import angles_in, initial_state, placed, speeds_in
 from wucht.studies.release_events import release_events
 
 REVERSAL = "reversal"
 SAMPLES_PER_TURN, _FEWEST_SAMPLES, _ROWS = 24, 64, 4000
 _MOST_TURNS = 50_000
+_RESONANT = 1e-6  # of an undamped resonance: so near it the steady vibration has no bound
+
+
+class CarrierStart(StrEnum):
+    """How the carrier of a coast-down starts."""
+
+    FIXED = "fixed"  # it has no free coordinate
+    STEADY = "steady"  # vibrating as at the speeds of the start
+    REST = "rest"
+    GIVEN = "given"  # as the user says
 
 
 @dataclass(frozen=True)
 class Plan:
     """What is to be integrated.
 
-    machine: without its drives. initial: the state (n,) to start from. start_speed: of the main rotor. limit: the latest end.
-    step: between samples. stride: between rows of the result, at first. energy: the size of the works. at_rest: where the axis
-    rests. events: the rotor turns back, and locked bodies are released.
+    machine: without its drives. initial: the state (n,) to start from. carrier: how it starts. start_speed: of the main rotor.
+    limit: the latest end. step: between samples. stride: between rows of the result, at first. energy: the size of the works.
+    at_rest: where the axis rests. events: the rotor turns back, and locked bodies are released.
     """
 
     spec: CoastDown
     machine: Machine
     initial: np.ndarray
+    carrier: CarrierStart
     start_speed: float
     limit: float
     step: float
@@ -51,13 +64,16 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     coasting = _without_drives(machine)
     initial = _initial(spec, machine, coasting)
     coasting, velocity = placed(coasting, initial), coasting.rotor.coordinate.velocity
+    carrier = _carrier_start(spec, coasting)
+    if carrier is CarrierStart.STEADY:
+        initial = _vibrating(coasting, initial)
     start_speed = float(initial[coasting.row(velocity)])
     turn = 2 * math.pi / max([abs(start_speed), *(f for f in natural_frequencies(coasting).values() if f > 0)])
     limit = spec.until or _MOST_TURNS * turn
     step = limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn))  # a whole number of them until the end
     stride, energy, at_rest = turn if spec.until is None else limit / _ROWS, energy_scale(coasting), axis_at_rest(coasting)
     events = (Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting))
-    return Plan(spec, coasting, initial, start_speed, limit, step, stride, energy, at_rest, events)
+    return Plan(spec, coasting, initial, carrier, start_speed, limit, step, stride, energy, at_rest, events)
 
 
 def numbers(plan: Plan) -> float:
@@ -66,12 +82,16 @@ def numbers(plan: Plan) -> float:
 
 
 def _without_drives(machine: Machine) -> Machine:
-    """The machine with its drives switched off: no torque, no prescribed speed. What dampers and loads take stays."""
+    """The machine with its drives switched off: no torque, no prescribed speed. What dampers and loads take stays.
+
+    So does the inertia of a motor behind a gear, which without a torque of the motor loses nothing.
+    """
     drives = machine.drives
-    undriven = (tuple(a for a in e.applied if a.booked != "supplied") for e in machine.energies)
+    undriven = [tuple(a for a in e.applied if a.booked != "supplied" and not a.of_drive) for e in machine.energies]
+    own = [e.internal if len(e.applied) == len(rest) else () for e, rest in zip(machine.energies, undriven, strict=True)]
     return machine.changed(
         bodies=tuple(replace(b, coordinate=replace(b.coordinate, prescribed=None)) for b in machine.bodies),
-        energies=tuple(replace(e, applied=applied) for e, applied in zip(machine.energies, undriven, strict=True)),
+        energies=tuple(replace(e, applied=a, internal=x) for e, a, x in zip(machine.energies, undriven, own, strict=True)),
         parts=tuple(p for p in machine.parts if p not in drives),
         start_angles={},
         schedules=tuple(s for s in machine.schedules if not any(s.parameter.startswith(f"{d.path}.") for d in drives)),
@@ -97,6 +117,34 @@ def _initial(spec: CoastDown, machine: Machine, coasting: Machine) -> np.ndarray
             f'needed is start = {{ {machine.rotor.name} = {{ speed = "100 rad/s" }} }}',
         )  # fmt: skip
     return state
+
+
+def _carrier_start(spec: CoastDown, machine: Machine) -> CarrierStart:
+    if not machine.free_carrier:
+        return CarrierStart.FIXED
+    if "carrier" in spec.start:
+        return CarrierStart.GIVEN
+    return CarrierStart.REST if spec.vibration == "none" else CarrierStart.STEADY
+
+
+def _vibrating(machine: Machine, state: np.ndarray) -> np.ndarray:
+    """A state (n,) in which the carrier rests, with its steady vibration. Raises ``InputError`` where that has no bound."""
+    at = machine.at(0.0)
+    senses = np.array([sense_of(at, body) for body in at.bodies])
+    angles, speeds = (senses * np.array(list(of(at, state).values())) for of in (angles_in, speeds_in))
+    forced = Forced.of(at, senses * angles)
+    if any(math.isclose(w, abs(w0), rel_tol=_RESONANT) for w in forced.undamped(0.0, math.inf) for w0 in speeds):
+        raise InputError(
+            "study.vibration", None,
+            "the machine starts at a resonance without damping, where its steady vibration has no bound; needed is another "
+            "speed in study.start, damping, or vibration = 'none' to start with the carrier at rest",
+        )  # fmt: skip
+    displacements, velocities = forced.vibration.at_once(speeds, angles)
+    moved = state.copy()
+    for c, x, v in zip(at.free_carrier, displacements, velocities, strict=True):
+        moved[at.row(c.position)] += x
+        moved[at.row(c.velocity)] = v
+    return moved
 
 
 def _gives(start: Mapping[str, Any], body: str, key: str) -> bool:

@@ -11,6 +11,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+_STARTS = {
+    "steady": "it starts in the steady vibration of its speed",
+    "rest": "the carrier starts at rest",
+    "given": "the carrier starts as study.start says",
+    "fixed": "the carrier moves as prescribed",
+}
+
+
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a coast-down."""
     s = summary_of(result)
@@ -26,6 +34,7 @@ def report(result: xr.Dataset) -> list[str]:
         lines["turns back"] = f"at {s['reversal_time']:.6g}{second}"
     lines["turned"] = f"{s['turns']:.5g} times in {s['end_time']:.5g}{second}"
     if s["peak_amplitude"]:
-        lines["amplitude"] = f"{length(s['peak_amplitude'])} at most"
+        largest = f"{length(s['peak_amplitude'])} at most, at {speed(s['peak_speed'])}"
+        lines["amplitude"] = f"{largest}; {_STARTS[s['carrier_start']]}"
     lines["energy"] = f"balance closed to {s['energy_residual']:.1e}"
     return in_lines(result, f"{label}{s['sentence']}", lines.items())

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from wucht.errors import InputError
 from wucht.fields import si
 from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Spec, Start, Tolerance
 
@@ -14,8 +15,10 @@ class CoastDown(Spec):
     """Let the machine run without its drives; loads, bearings and dampers stay.
 
     until: a time; None: until it has stopped, swings, or turns at a hundredth of its speed. start: the initial state; rotors
-    for which it gives no speed start with the speed that their drive reaches, and the bodies about them turn along. tolerance:
-    of the integration. engine: see ``RunUp``.
+    for which it gives no speed start with the speed that their drive reaches, and the bodies about them turn along. vibration:
+    with which the carrier starts: ``"steady"``, as it vibrates while all bodies turn with their speeds at the start, in the
+    phases of the start; or ``"none"``, at rest, so that what it does at first is a transient. Where ``start`` says how the
+    carrier moves, it starts like that. tolerance: of the integration. engine: see ``RunUp``.
     """
 
     kind: ClassVar[str] = "coast-down"
@@ -24,5 +27,13 @@ class CoastDown(Spec):
 
     until: float | None = si("s", "time", default=None, gt=0)
     start: Start = Field(default_factory=dict)
+    vibration: Literal["steady", "none"] | None = Field(
+        None, description="of the carrier at the start: 'steady', that of the speed and phases there (default), or 'none'"
+    )
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
+
+    def check(self) -> None:
+        """See ``Spec``."""
+        if self.vibration is not None and "carrier" in self.start:
+            raise InputError("study.vibration", self.vibration, "not allowed: study.start.carrier says how the carrier starts")

@@ -62,21 +62,22 @@ class Attractor:
     period: float
     square: float
 
-    def held(self, equations: Equations, samples: np.ndarray, speed: np.ndarray, duration: float) -> np.ndarray:
-        """Which members (M,) stay near it and move along it, by samples (K, k, M) and speeds (K, M) over a duration.
-
-        What merely rests near one of its points does not.
+    def held(
+        self, equations: Equations, samples: np.ndarray, speeds: np.ndarray, duration: float, among: np.ndarray
+    ) -> np.ndarray:
+        """Which of some members (m,), by their numbers, stay near it and move along it: by samples (K, k, M) over a duration,
+        and the least and the largest speed (2, M) in it. What merely rests near one of its points does not.
         """
-        low, high = np.abs(speed).min(axis=0), np.abs(speed).max(axis=0)
+        low, high = np.sort(self.sense * speeds[:, among], axis=0)
         full, share = self.high - self.low, _WHOLE if duration >= self.period else _HALF
         within = (low >= self.low - _OUTSIDE * full) & (high <= self.high + _OUTSIDE * full) & (high - low >= share * full)
-        held = np.flatnonzero(within & (np.sign(speed[-1]) == self.sense))
+        held: np.ndarray = among[within]
         at = np.linspace(0, len(samples) - 1, _PLACES).astype(int)
         few = at[:: _PLACES // _FIRST_PLACES]
         for rows in (few, np.setdiff1d(at, few)):
             if len(held):
                 held = held[self.near(places(equations.system, samples[rows][:, :, held]))]
-        return np.isin(np.arange(speed.shape[1]), held)
+        return held
 
     @property
     def places(self) -> np.ndarray:

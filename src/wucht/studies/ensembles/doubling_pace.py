@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -38,13 +39,20 @@ class DoublingPace:
 
     def times(self, index: int) -> np.ndarray:
         """See ``Pace``."""
-        end = self.first * 2.0**index
-        begin, ends = (end / 2, np.arange(1, SAMPLES + 1)) if index else (0.0, np.arange(1, PARTS + 1))
-        ends = ends + np.tile(_SHIFTS, len(ends) // WINDOW)
-        parts = np.append(0.0, ends) / len(ends)
-        if not index:
-            each = zip(parts[:-1], parts[1:], FINER, strict=True)
-            parts = np.append(0.0, np.concatenate([b + (e - b) * np.arange(1, n + 1) / n for b, e, n in each]))
-        times = begin + (end - begin) * parts
-        times[-1] = end
-        return np.asarray(times)
+        return _times(self.first, index)
+
+
+@lru_cache(maxsize=64)  # every tile asks
+def _times(first: float, index: int) -> np.ndarray:
+    """See ``Pace``; not to be written to."""
+    end = first * 2.0**index
+    begin, ends = (end / 2, np.arange(1, SAMPLES + 1)) if index else (0.0, np.arange(1, PARTS + 1))
+    ends = ends + np.tile(_SHIFTS, len(ends) // WINDOW)
+    parts = np.append(0.0, ends) / len(ends)
+    if not index:
+        each = zip(parts[:-1], parts[1:], FINER, strict=True)
+        parts = np.append(0.0, np.concatenate([b + (e - b) * np.arange(1, n + 1) / n for b, e, n in each]))
+    times = begin + (end - begin) * parts
+    times[-1] = end
+    times.setflags(write=False)
+    return np.asarray(times)

@@ -28,6 +28,7 @@ _FOLLOWED = 0.5  # of the differences of samples: a cubic that misses more of th
 UNDECIDED = -1
 _LONG, _LONGER = 3, 5  # chunks, after which members that do not come to rest deserve a closer look; to an attractor either
 _ROUND = 1e-3  # rad: resonances are those of phases rounded so
+_ENDS = np.cumsum(FINER) - 1  # samples at the ends of the parts of the first chunk
 _CODE = {outcome: OUTCOMES.index(outcome) for outcome in OUTCOMES}
 
 
@@ -74,7 +75,8 @@ class FirstLook:
     def after(self, record: MemberRecord, times: np.ndarray, samples: np.ndarray) -> tuple[MemberRecord, np.ndarray]:
         """See ``Observer``."""
         index, variants = round(math.log2(times[-1] / self.pace.first)), self.variants.taken(record.number)
-        sight = self._view.seen(samples, variants.of)
+        ends = slice(None) if index else _ENDS
+        sight = self._view.seen(samples, variants.of, ends)
         whole, signal = np.append(self.pace.times(index)[0], times), np.concatenate([record.end[:1], sight.square])
         if sight.rate is None:
             peak, rate = self._peak(whole, signal, record, samples), self._rate(sight, samples[-1:], record.number)
@@ -82,8 +84,7 @@ class FirstLook:
             slope, rate = np.concatenate([record.end[1:], sight.rate]), sight.rate[-1:]
             peak = _peaks(whole[:, None], signal, slope, WINDOW)
         square, end = np.maximum(record.square, peak), np.concatenate([signal[-1:], rate])
-        ends = slice(None) if index else np.cumsum(FINER) - 1
-        samples, speed, phases = samples[ends], sight.speed[ends], sight.phases[:, ends]
+        speed, phases = sight.speed, sight.phases
         left = self._left(phases, variants.of)[0]
         course = _lengthened(record.course if index else None, speed, left)
         half = slice(-SAMPLES, None)
@@ -124,14 +125,14 @@ class FirstLook:
         """Fill in outcome, settling time and square (M,) of those that stay near an attractor, by samples (K, k, M)."""
         outcome, settling, square = filled
         left = self.pace.end - end if self.final else math.inf
+        speeds = np.array([course[0, SAMPLES:].min(axis=0), course[1, SAMPLES:].max(axis=0)])
         for one in self.attractors:
             if 0 < left < one.period:  # what it reaches until the end is not known yet
                 continue
             open_ = np.flatnonzero(outcome == UNDECIDED)
             if not len(open_):
                 return
-            speed = course[0, SAMPLES:]
-            arrived = open_[one.held(self.equations, samples, speed, end / 2)[open_]]
+            arrived = one.held(self.equations, samples, speeds, end / 2, open_)
             outcome[arrived] = one.outcome
             settled = _arrival(course[..., arrived], end, one, free[arrived])
             settling[arrived] = np.where(settled <= end + left, settled, np.nan)

@@ -16,13 +16,15 @@ from wucht.numerics.flow.array_function import ArrayFunction
 from wucht.numerics.flow.program import lower
 from wucht.system import System
 
+_ALL = slice(None)
 _STEP = 1e-4  # of the unit of time: over which the amplitude's change is taken
 
 
 @dataclass(frozen=True)
 class View:
-    """Samples (K, M) of M members. speed: of the main rotor. phases: of the bodies about it (b, K, M), as they turn. square,
-    rate: of the distance of its axis from where it rests, its square and the derivative of that, None where it is dear."""
+    """Of M members at K samples. square, rate (K, M): of the distance of the main rotor's axis from where it rests, its square
+    and the derivative of that, None where it is dear. speed (k, M), phases (b, k, M): of the main rotor and of the bodies about
+    it, as they turn, at those k of the samples that were asked for."""
 
     speed: np.ndarray
     phases: np.ndarray
@@ -77,16 +79,16 @@ class FullView:
     at_rest: np.ndarray
     orbit: Bound
 
-    def seen(self, samples: np.ndarray, of: np.ndarray) -> View:
-        """Samples (K, k, M) of members of these variants (M,)."""
+    def seen(self, samples: np.ndarray, of: np.ndarray, ends: slice | np.ndarray = _ALL) -> View:
+        """Samples (K, n, M) of members of these variants (M,). ends: at which of them speed and phases are asked for."""
         zero = np.zeros(samples[:, 0].shape)
         whole = [zero if i is None else samples[:, i] for i in self.rows]
         machine, row = self.machine, self.machine.row
         rotor, about = machine.rotor.coordinate, machine.group(machine.rotor)[1:]
-        phases = np.empty((len(about), *zero.shape))
+        phases = np.empty((len(about), *zero[ends].shape))
         for i, body in enumerate(about):
-            phases[i] = whole[row(body.coordinate.position)] - whole[row(rotor.position)]
-        speed = whole[row(rotor.velocity)] if self.prescribed is None else self.prescribed[of] + zero
+            np.subtract(whole[row(body.coordinate.position)][ends], whole[row(rotor.position)][ends], out=phases[i])
+        speed = whole[row(rotor.velocity)][ends] if self.prescribed is None else self.prescribed[of] + zero[ends]
         values, square, change = self.orbit(whole, of), zero, zero
         for rest, place, velocity in zip(self.at_rest, values[::2], values[1::2], strict=True):
             offset = place - rest[of]
@@ -112,8 +114,10 @@ class SlowView:
         later, before = (self.outputs(states + way * _STEP * rates, of)[1] for way in (1, -1))
         return np.asarray((later + before) * (later - before) / (2 * _STEP))
 
-    def seen(self, samples: np.ndarray, of: np.ndarray) -> View:
-        """Samples (K, k, M) of members of these variants (M,)."""
+    def seen(self, samples: np.ndarray, of: np.ndarray, ends: slice | np.ndarray = _ALL) -> View:
+        """Samples (K, n, M) of members of these variants (M,). ends: at which of them speed and phases are asked for."""
         speed, amplitude = self.outputs(np.moveaxis(samples, 1, 0), of)
-        phases = self.sense * np.moveaxis(samples[:, list(self.about)], 1, 0)
-        return View(self.sense * speed, phases, amplitude * amplitude, None)
+        phases = np.empty((len(self.about), *speed[ends].shape))
+        for phase, row in zip(phases, self.about, strict=True):
+            np.multiply(samples[ends, row], self.sense, out=phase)
+        return View(self.sense * speed[ends], phases, amplitude * amplitude, None)

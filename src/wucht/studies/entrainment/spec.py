@@ -17,7 +17,8 @@ _FEWEST, _MOST = 5, 2000
 class Entrainment(Spec):
     """In which band of a parameter rotors are entrained by a vibration or by each other, and with which phase.
 
-    along: a parameter, or ``"detuning"``, the difference of two motors' no-load speeds; None: see ``swept_parameter``. range:
+    along: a parameter, or ``"detuning"``, the no-load speed of the second rotor's motor less that of the first, each counted in
+    its sense of rotation, at the same mean: positive where the second would be faster; None: see ``swept_parameter``. range:
     of it; None: the band of existence and a margin. points: runs from the start, evenly over the range. resolution: of the
     edges, in the parameter's unit. start: see ``initial_state``. until: how long a run lasts at least; None: as the averaged
     equations ask.
@@ -25,7 +26,9 @@ class Entrainment(Spec):
 
     kind: ClassVar[str] = "entrainment"
 
-    along: Path | None = None
+    along: Path | None = Field(
+        None, description="path of a parameter, or 'detuning': no-load speed of the second motor less the first"
+    )
     range: Pair | None = None
     points: Whole = DEFAULT_POINTS
     resolution: Quantity | None = None

@@ -82,8 +82,8 @@ def swept_parameter(machine: Machine, name: str | None = None) -> SweptParameter
 
 
 def no_load_speed(machine: Machine, rotor: RotatingBody) -> str | None:
-    """The path of the no-load speed of a rotor's drive, None where it has no such key."""
-    paths = [d.no_load_path() for d in machine.drives if d.on == rotor.name]
+    """The path of the no-load speed of a rotor's drive, None where it has no such key, or where a gear lies between."""
+    paths = [d.no_load_path() for d in machine.drives if d.on == rotor.name and d.transmission is None]
     scheduled = {s.parameter for s in machine.schedules}
     return next((p for p in paths if p is not None and p not in scheduled), None)
 

@@ -78,11 +78,12 @@ def woehler_at(where: str) -> BeforeValidator:
 class LoadSpectrum(SingleRun):
     """Count the cycles of a load, in a machine's run-up or in a record: spectrum, range-mean matrix, damage.
 
-    signal: ``"displacement"`` of the carrier, ``"spring-force"``, ``"bearing-force"`` or ``"acceleration"`` in a ``direction``
-    (by default the first that the machine has), or a record, with its file and column. after: the time from which on is
-    counted, so that the run-up itself can be left out. counting: ``"rainflow"``, ``"range-pair"``, ``"level-crossing"`` or
-    ``"peaks"`` (ASTM E1049). residue: what becomes of ranges that close no cycle: ``"half-cycles"``, ``"repeat"`` (the history
-    comes again and again) or ``"drop"``. reference: of level crossings and peaks; without one all rising crossings and all
+    signal: ``"displacement"`` of the carrier, ``"spring-force"``, ``"bearing-force"`` (of the bodies on it) or
+    ``"acceleration"`` in a ``direction`` (by default the first that the machine has), or a record, with its file and column.
+    after: the time from which on is counted, so that the run-up itself can be left out. counting: ``"rainflow"``,
+    ``"range-pair"``, ``"level-crossing"`` or ``"peaks"`` (ASTM E1049). residue: what becomes of ranges that close no cycle:
+    ``"half-cycles"``, ``"repeat"`` (the history comes again and again) or ``"drop"``. reference: of level crossings and
+    peaks; without one all rising crossings and all
     peaks count. class_width: of the classes of range and level; by default each range stands for itself, as far as they are
     few. woehler: a Woehler line, for the damage. until, turns, settled, start, model, inertia, order, tolerance, speed_limit,
     engine: of the run-up, see ``RunUp``.

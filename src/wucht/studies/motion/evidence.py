@@ -26,7 +26,14 @@ from wucht.numerics.observers.projection import (
 )
 from wucht.numerics.observers.turn_record import Blocks, TurnRecord
 from wucht.results.conventions import wrapped
-from wucht.results.outcomes import LAG_TOLERANCE, MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Evidence
+from wucht.results.outcomes import (
+    LAG_TOLERANCE,
+    MODULATION_THRESHOLD,
+    SPEED_TOLERANCE,
+    UNBALANCE_TOLERANCE,
+    Evidence,
+)
+from wucht.studies.motion.coasting import COASTS, windows_to_rest
 from wucht.studies.motion.lags import Lag, lag_of, undecided
 
 FEWEST_TURNS = 6  # of a rotor that turns
@@ -39,6 +46,7 @@ _FEWEST_IRREGULAR = 30  # cycles: fewer that are not alike may be the long way t
 _FEWEST_UNEVEN = 10  # cycles that take the same time: fewer, if their ranges differ, may fade unseen
 _TENTHS, _TENTHS_IRREGULAR = 20.0, 2.0  # cycles in a tenth of the record: more need not be whole ones
 _COMPENSATED = 1e-7  # of the unbalance: how it changes below is rounding
+WAVERS = "the motion goes to and fro about the border between outcomes, and nothing of that is seen to decay"
 _LASTING, _FADING = 0.15, 0.02  # of its range: a modulation lasts that is going to change, or to fall, by no more
 
 
@@ -52,7 +60,7 @@ class Standing:
     with that of the rotor, 0 where a body lags. vibration: what they excite. projections: of mean speed and residual. growing:
     a modulation grows, or bodies leave where they are. drifting: the lag of a body drifts. unrest: by how much the residual
     goes to and fro, as a share of it. needed: for how many more times the length of the record it must be watched; inf where
-    nothing says so.
+    nothing says so. endless: why it will never be known, as far as is seen; else empty.
     """
 
     evidence: Evidence
@@ -69,6 +77,7 @@ class Standing:
     drifting: bool
     unrest: float
     needed: float
+    endless: str
 
 
 @dataclass(frozen=True)
@@ -141,6 +150,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         lags=tuple(lag.bounds for lag in p.lags),
         modulation=lasting,
     )
+    waits = _waits(p, evidence, reference, whole, series)
     window = observed.window if evidence.modulated and observed is not None else last
     return Standing(
         evidence,
@@ -156,7 +166,8 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         p.growing,
         p.drifting,
         0.0 if p.left is None else _unrest(whole.last(WINDOWS * SHARE)),
-        _needed(_waits(p, evidence, reference), p.varied, None if evidence.modulated else observed, series.ahead, end),
+        _needed(waits, p.varied, None if evidence.modulated else observed, series.ahead, end),
+        _endless(p, evidence, waits),
     )
 
 
@@ -180,11 +191,30 @@ def _projections(
     return _Projections(mean, lowest, varied, lags, _left(whole, AHEAD * longer) if balancing else None)
 
 
-def _waits(p: _Projections, e: Evidence, reference: float) -> list[float]:
+def _endless(p: _Projections, e: Evidence, waits: list[float]) -> str:
+    """Why what is not known will never be known; empty where it may be."""
+    if e.free_speed == 0 and not e.settled and waits == [math.inf] and p.mean.low < p.mean.last:
+        return COASTS
+    wavers = not p.growing and max(waits, default=0.0) == math.inf
+    return WAVERS if wavers and all(x.course is Course.STATIONARY for x in _untold(p, e)) else ""
+
+
+def _untold(p: _Projections, e: Evidence) -> list[Projection]:
+    """The numbers by which it cannot be told what becomes of the rotor."""
+    untold = [] if e.settled and e.at_speed is not None else [p.mean, p.lowest]
+    untold += [] if p.left is None or e.balanced is not None else [p.left]
+    untold += [] if e.beyond is not None else [p.lowest]
+    untold += [] if e.modulated is not None else [p.varied]
+    return untold + [lag for lag in p.lags if undecided(lag)]
+
+
+def _waits(p: _Projections, e: Evidence, reference: float, whole: Blocks, series: _Series) -> list[float]:
     """In how many windows each number will be known that is not."""
     beats = p.varied.last > MODULATION_THRESHOLD and p.mean.course is not Course.DRIFTING
     dies_out = beats and p.varied.course is Course.APPROACHING
     even = p.varied.windows_until(1e-3) if dies_out else math.inf  # mean and lowest speed settle with it
+    if e.free_speed == 0 and not e.settled:  # it coasts: nothing else is to be known
+        return [windows_to_rest(whole, series.means)]
     waits = [] if e.settled else [min(p.mean.windows_until(0.5 * SPEED_TOLERANCE * reference), even)]
     waits += [] if p.left is None or e.balanced is not None else [p.left.windows_until(0.5 * UNBALANCE_TOLERANCE)]
     waits += [] if e.beyond is not None else [min(p.lowest.windows_until(1e-3 * reference), even)]

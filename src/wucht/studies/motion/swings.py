@@ -50,6 +50,15 @@ def swing_of(machine: Machine, seen: Observation) -> Swing | None:
     return Swing(bounds, _longer(sizes, _SMALL * _FALLS if braked else AT_REST))
 
 
+def longer_until_no_turning(seen: Observation) -> float:
+    """How many times as long a main rotor that turns over now and then must be watched until it only swings, as its largest
+    speeds fall; 0: they do not."""
+    whole = seen.main.last(1.0)
+    speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
+    each = windows_of(speeds)
+    return _longer(each.max(axis=1) / speeds.max(), _SMALL * _FALLS) if each.size and trend(each.max(axis=1)) < 0 else 0.0
+
+
 def turning_on_the_whole(machine: Machine, seen: Observation, free: float | None) -> Evidence | None:
     """The evidence of a main rotor that turns, but back again in each turn: by its mean speeds over tenths of the run.
 

@@ -21,15 +21,17 @@ from wucht.results.outcomes import (
     Outcome,
     classify,
 )
+from wucht.studies.motion.coasting import COASTS
 from wucht.studies.motion.drive_and_vibration import as_it_rises, faster_branch
 from wucht.studies.motion.evidence import FEWEST_TURNS, UNREST, Standing, standing
 from wucht.studies.motion.locking import Locked, is_locking, locked
 from wucht.studies.motion.observation import Observation
 from wucht.studies.motion.several_rotors import rotor_outcomes
-from wucht.studies.motion.swings import swing_of, turning_on_the_whole
+from wucht.studies.motion.swings import longer_until_no_turning, swing_of, turning_on_the_whole
 from wucht.studies.release_events import last_change
 
 _LONGER, _LONGEST, _MANY_TURNS = 40.0, 200.0, 4000  # times the run, and turns in all: where nothing says how long
+_VERY_MANY_TURNS = 40_000  # after which what goes to and fro, and neither falls nor drifts, goes on like that
 _LEAST, _ALLOWANCE = 8.0, 4.0  # times the run at least, and for an approach that slows down
 _RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
 _FLOAT = 1e-9  # share that is rounding
@@ -71,6 +73,8 @@ class Verdict:
         if self.outcome is Outcome.BALANCER_CAPTURED and (free is None or self.speed < (1 - SPEED_TOLERANCE) * abs(free)):
             below = "" if free is None else f" to {100 * self.speed / abs(free):.0f} % of its speed without vibration"
             return f"the rotor gets through its resonance, but bodies lag behind it, captured there, and brake it{below}"
+        if self.outcome is Outcome.UNIDENTIFIED and self.needed is None:
+            return "the motion goes on without coming to anything that can be told"
         held = [name for name, o in self.rotors.items() if o in (Outcome.CAPTURED, Outcome.CAPTURED_MODULATED)]
         return self.outcome.sentence + (f"; captured at the resonance: {', '.join(held)}" if held else "")
 
@@ -191,12 +195,19 @@ def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Ve
     return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed=needed)
 
 
+def _without_end(verdict: Verdict, why: str) -> Verdict:
+    advice = f"{why}: to run longer would not tell more"
+    return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed=None)
+
+
 def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
     record = seen.rotors[machine.rotor.name]
     stands = standing(machine, machine.rotor, record, free, seen.end_time)
     evidence, window = as_it_rises(machine, stands), stands.window
     verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), stands, stands.speed)
     if verdict.outcome is Outcome.UNIDENTIFIED:
+        if stands.endless == COASTS or (stands.endless and _long(machine, seen.end_time, record.turns, stands)):
+            return _without_end(verdict, stands.endless)
         return _undecided(machine, verdict, *_advice(machine, seen.end_time, stands))
     passed = verdict.outcome is Outcome.PASSED
     return replace(
@@ -243,15 +254,22 @@ def _never_again(whole: Blocks, off: np.ndarray, period: float) -> float:
     return min(float(whole.middle[min(first, len(whole) - 1)]) + period, float(whole.time[-1]))
 
 
+def _long(machine: Machine, end: float, turns: float, stands: Standing | None = None) -> bool:
+    """Whether all that decays has decayed long ago, and what goes on has been seen many times."""
+    speed = (free_speed(machine, machine.rotor) or 0.0) if stands is None else stands.sense * stands.speed
+    return turns >= _VERY_MANY_TURNS and end >= _DECAYS * slowest_decay(machine, speed)
+
+
 def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]:
     """Why nothing can be told yet, and when it can."""
     known = math.isfinite(stands.needed)
     why = "the motion still approaches its end" if known else "the motion is still under way"
     until = max(_LEAST * end, _ALLOWANCE * (1 + stands.needed) * end) if known else _unknown(end, stands.speed)
     speed = stands.sense * stands.speed
-    # Before a resonance it is the vibration that decides how long a run-up takes.
-    run_up = run_up_time(machine, speed) if stands.evidence.beyond and runaway_limit(machine) is None else 0.0
-    return why, max(until, _RUN_UPS * run_up + _DECAYS * slowest_decay(machine, speed))
+    # Before a resonance it is the vibration that decides how long a run-up takes, and that holds the rotor.
+    beyond = stands.evidence.beyond
+    run_up = run_up_time(machine, speed) if beyond and runaway_limit(machine) is None else 0.0
+    return why, max(until, _RUN_UPS * run_up + _DECAYS * slowest_decay(machine, speed, held=beyond is not True))
 
 
 def _without_turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
@@ -263,8 +281,10 @@ def _without_turning(machine: Machine, seen: Observation, free: float | None) ->
     verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))
     if verdict.outcome is not Outcome.UNIDENTIFIED:
         return replace(verdict, settling_time=end)
-    if swing is not None and swing.longer:
-        needed = max(_LEAST, _ALLOWANCE * swing.longer) * end
+    if longer := longer_until_no_turning(seen) if swing is None else swing.longer:
+        needed = max(_LEAST, _ALLOWANCE * longer) * end
+    elif _long(machine, end, end / seen.main.span):
+        return _without_end(verdict, "the rotor swings and turns over irregularly, and nothing of that is seen to decay")
     else:
         needed = max(_LONGER * end, _DECAYS * slowest_decay(machine, free_speed(machine, machine.rotor) or 0.0), 1e-9)
     return _undecided(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made", needed)

@@ -9,13 +9,13 @@ import numpy as np
 from wucht.analysis.averaged import averaged_machine
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
+from wucht.analysis.configurations.configuration import Configuration, Describer
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import all_states
 from wucht.analysis.configurations.steady_machine import driven_speeds, turning
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import Vibration
 from wucht.machines.machine import Machine
-from wucht.studies.synchronous_states.configuration import Configuration, Describer
 
 
 def states_at_speed(machine: Machine) -> tuple[State, ...]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wucht.results import style
+from wucht.results.configuration_lines import draw_configurations
 from wucht.results.style import COLOURS, GREY, label, line_style, thinned
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_NAMES = 7  # bodies named one by one in a legend
+_BELOW = 0.04  # of the panel: its part below zero
 _CLIPPED = 7.5  # times the median: there an infinite amplitude is cut
 
 
@@ -34,12 +36,23 @@ def figure(result: xr.Dataset) -> Figure:
 def _limit(axis: Axes, result: xr.Dataset, scale: float) -> None:
     """From zero up to the largest value that is finite at a resonance."""
     peaks = scale * result.peak_amplitude.values
-    clipped = _CLIPPED * float(np.median(scale * result.amplitude.values))
+    clipped = _CLIPPED * float(np.nanmedian(scale * result.amplitude.values))
     axis.set_ylim(0, 1.1 * max([*peaks[np.isfinite(peaks)], clipped]) if np.isinf(peaks).any() else None)
+
+
+def _several(result: xr.Dataset) -> bool:
+    """Whether there is a curve for each configuration of the balancing bodies."""
+    return "configuration" in result.amplitude.dims
 
 
 def _amplitude(axis: Axes, result: xr.Dataset) -> None:
     scale, unit = style.printed_unit(result, "amplitude")
+    if _several(result):
+        draw_configurations(axis, result, scale * result.amplitude.values)
+        axis.set_ylabel(label(result, "amplitude", unit))
+        _limit(axis, result, scale)
+        axis.set_ylim(-_BELOW * axis.get_ylim()[1], None)  # where bodies compensate the line is at zero
+        return
     speed, amplitude = result.speed.values, result.amplitude.values
     axis.plot(*thinned(speed, scale * amplitude), color=COLOURS[0], linewidth=1.4, label="axis")
     for i, name in enumerate(map(str, result.direction.values)):
@@ -54,6 +67,13 @@ def _amplitude(axis: Axes, result: xr.Dataset) -> None:
 def _phase(axis: Axes, result: xr.Dataset) -> None:
     """From -90 to 270 degrees, so that what is in phase or in opposition does not lie on an edge."""
     directions, drawn = list(map(str, result.direction.values)), list[np.ndarray]()
+    if _several(result):
+        lags = np.mod(np.degrees(result.lag.values[:, 0]) + 90, 360) - 90
+        draw_configurations(axis, result, np.array([style.without_jumps(lag, 360.0) for lag in lags]))
+        axis.set_yticks([-90, 0, 90, 180, 270])
+        axis.set_ylim(-10, 190 if np.nanmax(lags, initial=0.0) <= 190 else 270)
+        axis.set_ylabel(f"phase lag of {directions[0]} (°)")
+        return
     for i, lag in enumerate(result.lag.values):  # those of what does not move are NaN, and equal to none
         equal = [name for name, other in zip(directions, result.lag.values, strict=True) if np.abs(other - lag).max() < 1e-6]
         if equal[:1] == [directions[i]]:
@@ -70,8 +90,15 @@ def _phase(axis: Axes, result: xr.Dataset) -> None:
 def _centre(axis: Axes, result: xr.Dataset) -> None:
     scale, unit = style.printed_unit(result, "centre_distance")
     speed = result.speed.values
-    axis.plot(*thinned(speed, scale * result.centre_distance.values), color=COLOURS[1], linewidth=1.1, label="centre of mass")
-    axis.plot(*thinned(speed, scale * result.amplitude.values), color=COLOURS[0], linewidth=0.9, linestyle="--", label="axis")
+    if _several(result):
+        draw_configurations(axis, result, scale * result.centre_distance.values)
+    else:
+        axis.plot(
+            *thinned(speed, scale * result.centre_distance.values), color=COLOURS[1], linewidth=1.1, label="centre of mass"
+        )
+        axis.plot(
+            *thinned(speed, scale * result.amplitude.values), color=COLOURS[0], linewidth=0.9, linestyle="--", label="axis"
+        )
     axis.axhline(scale * float(result.eccentricity), color=GREY, linestyle="-.", linewidth=0.8, label="eccentricity")
     axis.set_ylabel(style.with_unit("distance from rest", unit))
     _limit(axis, result, scale)
@@ -79,6 +106,12 @@ def _centre(axis: Axes, result: xr.Dataset) -> None:
 
 def _torque(axis: Axes, result: xr.Dataset) -> None:
     speed, required, losses = result.speed.values, result.required_torque.values, result.loss_torque.values
+    if _several(result):
+        if np.abs(losses).any():
+            axis.plot(*thinned(speed, losses), color=COLOURS[2], linewidth=1.0, linestyle="-.", label="loads and bearings")
+        draw_configurations(axis, result, result.vibration_torque.values)
+        axis.set_ylabel(style.with_unit("vibration torque", result.vibration_torque.attrs["units"]))
+        return
     if np.abs(losses).any():
         axis.plot(*thinned(speed, required), color=COLOURS[6], linewidth=1.1, linestyle="--", label="with losses")
         axis.plot(*thinned(speed, losses), color=COLOURS[2], linewidth=1.0, linestyle="-.", label="loads and bearings")

@@ -1,4 +1,4 @@
-"""Question and machine -> plan: the phases of the bodies, and the speeds to look at."""
+"""Question and machine -> plan: where the bodies are, and the speeds to look at."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def prepare(spec: Response, machine: Machine) -> Plan:
     if not machine.free_carrier:
         needed = "nothing here is free to vibrate: a response needs a carrier on springs, and this one is"
         raise InputError("machine.carrier", None, f"{needed} {'fixed' if machine.shaken is None else 'moved as prescribed'}")
-    steady = SteadyPhases.of(machine, spec.start)
+    steady = SteadyPhases.of(machine, spec.start, spec.bodies)
     return Plan(steady, spec.range or _speed_range(steady.machine), spec.points)
 
 

@@ -22,33 +22,43 @@ _NO_MOTION = 1e-9  # of the largest displacement: what moves less has no phase
 
 
 @dataclass(frozen=True)
-class Findings:
-    """speeds: (N,), the maxima among them, without those at which the amplitude is infinite.
+class Peaks:
+    """Of one curve. peaks, torque_peaks: speeds of local maxima of the amplitude and of the vibration torque.
 
-    peaks, torque_peaks: speeds of local maxima of the amplitude and of the vibration torque. undamped: resonances in the range
-    that nothing damps.
+    undamped: resonances in the range that nothing damps.
     """
 
-    speeds: np.ndarray
     peaks: np.ndarray
     torque_peaks: np.ndarray
     undamped: tuple[float, ...]
 
 
+@dataclass(frozen=True)
+class Findings:
+    """speeds: (N,), the maxima among them, without those at which the amplitude is infinite. curves: as of ``SteadyPhases``."""
+
+    speeds: np.ndarray
+    curves: tuple[Peaks, ...]
+
+
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """The speeds that matter; the vibration at them takes milliseconds, and comes at once."""
     work.report(0.0, "steady vibration")
-    forced = plan.steady.forced
-    grid, undamped = forced.grid(*plan.range, plan.points), forced.undamped(*plan.range)
-    peaks, torque_peaks = (_maxima(curve, grid) for curve in (forced.amplitude, forced.torque))
-    speeds = np.unique(np.concatenate([grid, peaks, torque_peaks]))
-    for infinite in undamped:
+    grid = plan.steady.grid(plan.steady.forced.grid(*plan.range, plan.points))
+    curves = tuple(_peaks(forced, grid, plan.range) for forced in plan.steady.curves)
+    speeds = np.unique(np.concatenate([grid, *(x for c in curves for x in (c.peaks, c.torque_peaks))]))
+    for infinite in {w for c in curves for w in c.undamped}:
         speeds = speeds[np.abs(speeds - infinite) > 1e-9 * infinite]
-    yield Findings(speeds, peaks, torque_peaks, tuple(undamped))
+    yield Findings(speeds, curves)
+
+
+def _peaks(forced: Forced, grid: np.ndarray, over: tuple[float, float]) -> Peaks:
+    return Peaks(_maxima(forced.amplitude, grid), _maxima(forced.torque, grid), tuple(forced.undamped(*over)))
 
 
 def _maxima(curve: Callable[[np.ndarray], WithSlope], grid: np.ndarray) -> np.ndarray:
-    return crossings(lambda w: curve(w)[1], grid, -1)
+    found = crossings(lambda w: curve(w)[1], grid, -1)
+    return found[np.isfinite(curve(found)[0])] if len(found) else found  # not beyond the end of a branch
 
 
 def amplitude_at(forced: Forced, undamped: tuple[float, ...], speed: float) -> float:
@@ -58,20 +68,21 @@ def amplitude_at(forced: Forced, undamped: tuple[float, ...], speed: float) -> f
     return float(forced.amplitude(np.array([speed]))[0][0])
 
 
-def lag_of(machine: Machine, forced: Forced, z: np.ndarray) -> np.ndarray:
-    """By which angle (m, N) each displacement (m, N) comes after the force of the unbalance in its direction.
+def lag_of(machine: Machine, forced: Forced, speeds: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """By which angle (m, N) at speeds (N,) each displacement (m, N) comes after the force of the unbalance in its direction.
 
     A foundation, on which no unbalance acts, after that of the direction which it carries; anything else on which the
     unbalances exert no force after the main rotor's angle. NaN for what does not move.
     """
-    main = np.exp(1j * forced.phases[machine.bodies.index(machine.rotor)])
-    force = dict(zip(machine.free_labels, forced.force, strict=True))
+    at = machine.bodies.index(machine.rotor)
+    main = np.exp(1j * np.broadcast_to(forced.phases(speeds)[0][at], speeds.shape))
+    force = dict(zip(machine.free_labels, forced.force(speeds).T, strict=True))
     for label, above in (pair for p in machine.parts for pair in p.standing().items()):
-        force[label] = force.get(above, 0.0)
-    excitation = np.array([force[label] or main for label in machine.free_labels])
-    lag: np.ndarray = np.mod(-np.angle(z / excitation[:, None]), 2 * math.pi)
+        force[label] = force.get(above, np.zeros_like(main))
+    excitation = np.array([np.where(force[label] != 0, force[label], main) for label in machine.free_labels])
+    lag: np.ndarray = np.mod(-np.angle(z / excitation), 2 * math.pi)
     lag[lag > 2 * math.pi - 1e-9] = 0.0
-    size = np.abs(z).max(axis=1)
+    size = np.nan_to_num(np.abs(z)).max(axis=1, initial=0.0)
     lag[size <= _NO_MOTION * size.max(initial=0.0)] = math.nan
     return lag
 
@@ -82,20 +93,23 @@ def eccentricity_of(machine: Machine) -> float:
     return next((float(arm.xreplace(machine.numbers)) for arm in arms if arm is not None), math.nan)
 
 
-def centre_distance(steady: SteadyPhases, eccentricity: float, speeds: np.ndarray) -> np.ndarray:
+def centre_distance(steady: SteadyPhases, forced: Forced, eccentricity: float, speeds: np.ndarray) -> np.ndarray:
     """Of the main rotor's centre of mass from the axis' static position (N,), NaN where it has none."""
     main = steady.machine.bodies.index(steady.machine.rotor)
-    return steady.forced.centre(speeds, eccentricity, float(steady.angles[main]))
+    return forced.centre(speeds, eccentricity, float(steady.angles[main]))
 
 
 def self_centring_speed(steady: SteadyPhases, eccentricity: float, speeds: np.ndarray) -> float | None:
     """From where to the end of the speeds the centre of mass stays nearer to the static position than the axis does.
 
-    002, below (2.78). None where it never does, or where nothing is eccentric.
+    002, below (2.78). None where it never does, where nothing is eccentric, and for bodies in steady phases: what they do
+    depends on the branch.
     """
+    if steady.branches:
+        return None
 
     def outside(w: np.ndarray) -> np.ndarray:
-        return np.asarray(centre_distance(steady, eccentricity, w) - steady.forced.amplitude(w)[0])
+        return np.asarray(centre_distance(steady, steady.forced, eccentricity, w) - steady.forced.amplitude(w)[0])
 
     if not eccentricity > 0 or not outside(speeds[-1:])[0] < 0:
         return None

@@ -8,16 +8,19 @@ from pydantic import Field
 
 from wucht.errors import InputError
 from wucht.fields import si
-from wucht.studies.spec import Interval, Spec, Start, Whole
+from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
 
 
 class Response(Spec):
-    """Amplitude, phase, self-centring and torque demand over the speed, at a steady speed with the unbalance fixed.
+    """Amplitude, phase, self-centring and torque demand over the speed, at a steady speed.
 
     range: lowest and highest speed, not negative; by default from 0.02 to 3 times the highest natural frequency, or to 1.5
     times the speed that the drive reaches without vibration where that is more. points: evenly spaced over it, to which those
-    that resolve the resonances are added. start: the phases at which bodies stay, as in ``initial_state``; its speeds and the
-    carrier's start do not matter. Every body turns in the sense of the drive of its rotor.
+    that resolve the resonances are added. Every body turns in the sense of the drive of its rotor.
+
+    bodies: ``"steady"``: balancing bodies are in the steady phases that belong to each speed, a curve for each configuration,
+    as ``synchronous-states`` has them; ``"held"``: at the phases of ``start``, as in ``initial_state``, at all speeds. By
+    default steady where these phases are known, else held with a warning. Other rotors are at the phases of ``start``.
     """
 
     kind: ClassVar[str] = "response"
@@ -26,6 +29,7 @@ class Response(Spec):
 
     range: Interval | None = si("rad/s", "speed", default=None)
     points: Whole = Field(600, ge=2, le=100_000, description="number of speeds")
+    bodies: BalancingBodies = None
     start: Start = Field(default_factory=dict)
 
     def check(self) -> None:

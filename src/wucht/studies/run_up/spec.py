@@ -67,7 +67,8 @@ class RunUp(SingleRun):
     state, see ``initial_state``. starts: many of them, or ``values`` of the parameter ``along``: a run each, in one result.
     over: the abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle) or ``"psi"`` (mean phase of its bodies). model:
     the ``"full"`` equations, the averaged ones (``"slow"``), or ``"both"``; inertia: whether the averaged ones keep that of the
-    balancing bodies (None: where one of them is not damped), order: theirs, 1 or 2. tolerance: of the integration.
+    balancing bodies (None: where one of them is not damped), order: theirs, 1 or 2; they hold over times 1/epsilon, where
+    rotors or bodies librate undamped over a few librations only (docs/slow-equations.md). tolerance: of the integration.
     speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``, ``"scipy"``, ``"scipy-radau"`` or None for the
     best installed. deck: the inclination of a screen's deck, counter-clockwise from +x, for its throw number.
     """

@@ -25,7 +25,8 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
     """Coordinates and data of a run. row: the states and outputs of the machine's System, (N,) each. largest: amplitude.
 
     Coordinates: time (N), body, direction. Variables: angle, speed, phase (of bodies that turn about another), rotor_phase (of
-    rotors that may be entrained) (body, time); displacement, velocity, bearing_force (direction, time); radius, amplitude,
+    rotors that may be entrained) (body, time); displacement, velocity, bearing_force (of the bodies on the carrier, not of it
+    on them) (direction, time); radius, amplitude,
     motor_torque, motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time);
     peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time).
     """
@@ -87,12 +88,13 @@ def _vibration(machine: Machine, row: Rows, time: np.ndarray, largest: float) ->
     displacement, velocity = _motion(machine.carrier, row, time)
     force, peaks = np.array([row[f"bearing_force_{d}"] for d in machine.labels]).reshape(displacement.shape), orbit.peaks
     natural = natural_frequencies(machine.at(float(time[-1])))
-    amplitude = _envelope(time, peaks, row[machine.rotor.coordinate.velocity.name], natural, machine.shaking_frequency)
+    before = 0.0 if orbit.begins_at_rest else None
+    amplitude = _envelope(time, peaks, row[machine.rotor.coordinate.velocity.name], natural, machine.shaking_frequency, before)
     per_time = f"{units.length}/{units.time}" if units.time else ""
     return {
         "displacement": variable("direction time", displacement, "displacement of the carrier (r: rad)", units.length),
         "velocity": variable("direction time", velocity, "velocity of the carrier (r: rad/s)", per_time),
-        "bearing_force": variable("direction time", force, "bearing force (r: moment)", units.force),
+        "bearing_force": variable("direction time", force, "bearing force on the carrier (r: moment)", units.force),
         "radius": variable("time", orbit.distance, "distance of the axis from its static position", machine.orbit_unit),
         "amplitude": variable("time", amplitude, "amplitude of the axis", machine.orbit_unit),
         "peak_amplitude": variable("", largest, "largest amplitude of the axis", machine.orbit_unit),
@@ -100,18 +102,23 @@ def _vibration(machine: Machine, row: Rows, time: np.ndarray, largest: float) ->
 
 
 def _envelope(
-    time: np.ndarray, peaks: np.ndarray, speed: np.ndarray, natural: Mapping[str, float], shaken: float | None
+    time: np.ndarray,
+    peaks: np.ndarray,
+    speed: np.ndarray,
+    natural: Mapping[str, float],
+    shaken: float | None,
+    before: float | None,
 ) -> np.ndarray:
     """The amplitude (N,): the line through the peaks of the axis' distance from where it rests.
 
     A valley counts as part of the orbit if it is shorter than half a turn, or half a free vibration while the rotor is slower
-    than that; or half a period of a prescribed vibration.
+    than that; or half a period of a prescribed vibration. before: what the distance was before the run, if that is known.
     """
     if not peaks.any():
         return peaks
     rate = np.maximum(np.abs(speed), min((f for f in natural.values() if f > 0), default=0.0))
     rate = rate if shaken is None else np.minimum(rate, abs(shaken))
-    return envelope(time, peaks, np.divide(math.pi, rate, out=np.zeros_like(rate), where=rate > 0))
+    return envelope(time, peaks, np.divide(math.pi, rate, out=np.zeros_like(rate), where=rate > 0), before)
 
 
 def _residual(machine: Machine, row: Rows, angle: Mapping[str, np.ndarray], end: float) -> np.ndarray:

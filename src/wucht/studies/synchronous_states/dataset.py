@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.analysis.configurations.averaged_stability import REGIONS, Regions
+from wucht.analysis.configurations.configuration import STABLE, STABLE_SLOW, UNDECIDED, Configuration
 from wucht.analysis.configurations.state_names import NAMES
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies
 from wucht.results.conventions import Variable, answered, variable
-from wucht.studies.synchronous_states.configuration import STABLE, STABLE_SLOW, UNDECIDED, Configuration
 from wucht.studies.synchronous_states.prepare import Plan
 from wucht.studies.synchronous_states.run import Findings
 

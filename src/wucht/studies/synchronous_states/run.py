@@ -10,11 +10,11 @@ import numpy as np
 
 from wucht.analysis.configurations.averaged_stability import AveragedStability, Regions, Stability, regions
 from wucht.analysis.configurations.closed_form import State
+from wucht.analysis.configurations.configuration import Configuration, Describer
 from wucht.analysis.configurations.force_balance import members
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import Search, all_states
 from wucht.analysis.configurations.torques import SteadyTorques
-from wucht.studies.synchronous_states.configuration import Configuration, Describer
 from wucht.studies.synchronous_states.prepare import Plan
 from wucht.studies.work import Work
 

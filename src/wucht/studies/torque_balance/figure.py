@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wucht.results.configuration_lines import draw_configurations
 from wucht.results.style import COLOURS, GREY, mark_speeds, new_figure, with_unit
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TALLEST, _BRAKING = 2.5, 0.5  # of the drive's largest torque: resonances are cut above, and its braking below this share
+_STARTING = 8.0  # times all torques that it has to meet: the torque of a motor at standstill is cut above
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -32,7 +34,8 @@ def figure(result: xr.Dataset) -> Figure:
         _ordinate(axes[0], result, drive)
     axes[-1].plot(speed, net, color=COLOURS[1], linewidth=1.2, label="drive less load" if loaded else "drive")
     _resistance(axes[-1], result, vibration, "vibration")
-    _points(axes[-1], result, np.interp(result.point_speed.values, speed, net))
+    # Not of the net torque, which jumps at the set speed of a controlled drive.
+    _points(axes[-1], result, result.point_torque.values - np.interp(result.point_speed.values, speed, load))
     _ordinate(axes[-1], result, net)
     free = (float(result.free_speed), "speed without vibration")
     mark_speeds(axes, result, ("natural frequency", "natural frequencies"), free, -1)
@@ -40,7 +43,10 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str) -> None:
-    """A line, dashed where a working point on it would not be stable."""
+    """A line, dashed where a working point on it would not be stable; one for each configuration of the balancing bodies."""
+    if torque.ndim > 1:
+        draw_configurations(axis, result, torque)
+        return
     speed, stable = result.speed.values, result.stable.values.astype(bool)
     unstable = ~stable
     unstable[1:] |= ~stable[:-1]  # so that the two kinds of line meet
@@ -51,9 +57,13 @@ def _resistance(axis: Axes, result: xr.Dataset, torque: np.ndarray, name: str) -
 
 
 def _points(axis: Axes, result: xr.Dataset, torque: np.ndarray) -> None:
-    """Filled where stable, open where not."""
+    """Filled where stable, open where not; crosses where bodies would be in each other's place."""
+    over = np.zeros(len(torque), bool)
+    if "point_overlapping" in result:
+        over = result.point_overlapping.values.astype(bool)
+        axis.plot(result.point_speed.values[over], torque[over], "x", color=GREY, markersize=4, zorder=5)
     for stable, face, name in ((True, COLOURS[6], "working point, stable"), (False, "white", "working point, not stable")):
-        at = result.point_speed.values[chosen := result.point_stable.values.astype(bool) == stable]
+        at = result.point_speed.values[chosen := (result.point_stable.values.astype(bool) == stable) & ~over]
         if len(at):
             axis.plot(at, torque[chosen], "o", color=COLOURS[6], markersize=6, markerfacecolor=face, label=name, zorder=5)
 
@@ -63,11 +73,14 @@ def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray) -> None:
     vibration = result.vibration_torque.values + result.load_torque.values
     driving = drive[drive * result.speed.values >= 0]
     largest = float(np.abs(driving).max(initial=0.0))
-    shown = np.concatenate([[0.0], drive, vibration])
+    shown = np.concatenate([[0.0], drive, vibration[np.isfinite(vibration)]])
     low, high = float(shown.min()), float(shown.max())
     if largest > 0:
         above, below = (_TALLEST if driving[np.abs(driving).argmax()] * s > 0 else _BRAKING for s in (1, -1))
         low, high = max(low, -below * largest), min(high, above * largest)
+        met = np.concatenate([np.abs(vibration[np.isfinite(vibration)]), np.abs(result.point_torque.values)])
+        most = _STARTING * float(met.max(initial=0.0)) or largest
+        low, high = max(low, -most), min(high, most)
     if high > low:
         axis.set_ylim(low - 0.05 * (high - low), high + 0.08 * (high - low))
     axis.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import formats
@@ -20,9 +20,13 @@ def report(result: xr.Dataset) -> list[str]:
     for p in s["working_points"]:
         kind = "stable" if p["stable"] else "touching" if p["tangential"] else "unstable"
         slip = "" if p["slip"] is None else f", slip {100 * p['slip']:.3g} %"
-        line = f"drive there like {p['slope']:.4g}{slope} from {speed(p['no_load_speed'])}"
-        line = "drive of constant torque there" if p["no_load_speed"] is None else line
-        lines.append(f"  {kind:12} {speed(p['speed'])}: {p['torque']:.4g}{torque}{slip}; {line}")
+        if p["slope"] is None:
+            line = "held by the drive's controller"
+        elif p["no_load_speed"] is None:
+            line = "drive of constant torque there"
+        else:
+            line = f"drive there like {p['slope']:.4g}{slope} from {speed(p['no_load_speed'])}"
+        lines.append(f"  {kind:12} {speed(p['speed'])}{_bodies(p)}: {p['torque']:.4g}{torque}{slip}; {line}")
     if s["free_speed"] is not None:
         lines.append(f"  free         {speed(s['free_speed'])} without vibration")
     if s["breakdown"] is not None:
@@ -30,3 +34,11 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append(f"  breakdown    {b['torque']:.4g}{torque} at {speed(b['speed'])}, slip {100 * b['slip']:.3g} %")
     lines.append(f"  resonance    {', '.join(f'{d}: {speed(f)}' for d, f in s['natural_frequencies'].items()) or 'none'}")
     return lines
+
+
+def _bodies(point: dict[str, Any]) -> str:
+    """The configuration of bodies in steady phases."""
+    if "configuration" not in point:
+        return ""
+    place = ", but bodies of a track in each other's place" if point["overlapping"] else ""
+    return f", {point['configuration']}{place}"

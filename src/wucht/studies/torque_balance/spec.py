@@ -7,16 +7,21 @@ from typing import ClassVar
 from pydantic import Field
 
 from wucht.fields import si
-from wucht.studies.spec import Interval, Spec, Start, Whole
+from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
 
 
 class TorqueBalance(Spec):
     """The drive's characteristic, the load line and the vibration torque over the speed, and the working points.
 
-    range: of the speed, signed; by default from 0 to 1.2 times the speed that the drive reaches without vibration. on: the
-    rotor whose shaft is looked at, by default the main one; other rotors turn with it at the same speed. start: the phases at
-    which bodies stay, as in ``initial_state``. points: evenly spaced over the range, to which those are added that resolve
-    resonances and breakdown.
+    range: of the speed, signed; by default from 0 to 1.2 times the speed that the drive reaches without vibration; where it
+    reaches none, or one beyond 20 times the highest natural frequency (and 3000 rad/s), to 3 times that frequency, and to 1.2
+    times the fastest working point up to there. on: the rotor whose shaft is looked at, by default the main one; other rotors
+    turn with it at the same speed. points: evenly spaced over the range, to which those are added that resolve resonances and
+    breakdown.
+
+    bodies: ``"steady"``: balancing bodies are in the steady phases that belong to each speed, a curve for each configuration,
+    as ``synchronous-states`` has them; ``"held"``: at the phases of ``start``, as in ``initial_state``, at all speeds. By
+    default steady where these phases are known, else held with a warning. Other rotors are at the phases of ``start``.
     """
 
     kind: ClassVar[str] = "torque-balance"
@@ -26,4 +31,5 @@ class TorqueBalance(Spec):
     range: Interval | None = si("rad/s", "speed", default=None)
     on: str | None = Field(None, description="rotor")
     points: Whole = Field(1200, ge=2, le=100_000, description="number of speeds")
+    bodies: BalancingBodies = None
     start: Start = Field(default_factory=dict)

@@ -10,11 +10,10 @@ from wucht.analysis.configurations.averaged_stability import AveragedStability, 
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.force_balance import members
 from wucht.analysis.configurations.state_names import NAMES, name_of, residual_unbalance, type_of
+from wucht.analysis.configurations.steady_branches import overlapping
 from wucht.analysis.forced import Forced
 from wucht.analysis.throw import Throw, steady_throw
 from wucht.analysis.vibration import unbalances
-from wucht.errors import InputError
-from wucht.machines.tracks import arranged
 from wucht.results.conventions import wrapped
 
 _SAMPLES = 64  # members of a family
@@ -83,13 +82,13 @@ class Describer:
         t, (slow, share) = self.torques, self._stability(state)
         left = residual_unbalance(t, self.own, state.phases)
         name = name_of(t, state, left)
-        forced = replace(self.forced, phases=state.phases[self.order])
+        forced = replace(self.forced, placed=state.phases[self.order])
         return Configuration(
             state=state, slow=slow, full=full, stable_share=share, name=name,
             type=type_of(t, name),
             speed=float(t.senses[0]) * state.speed, phases=self._phases(state), residual=left,
             share=float(left / abs(self.own[0])) if left is not None and self.own[0] else None,
-            amplitude=float(forced.amplitude(np.array([state.speed]))[0][0]), overlapping=self._overlapping(state),
+            amplitude=float(forced.amplitude(np.array([state.speed]))[0][0]), overlapping=overlapping(t, state.phases),
             throw=steady_throw(self.machine, forced, state.speed),
         )  # fmt: skip
 
@@ -115,11 +114,3 @@ class Describer:
             for b, i in zip(self.machine.bodies, self.order, strict=True)
             if i
         }
-
-    def _overlapping(self, state: State) -> bool:
-        t = self.torques
-        try:  # a machine without tracks is returned as it is
-            arranged(self.machine, dict(zip(t.names, (t.senses * state.phases).tolist(), strict=True)))
-        except InputError:
-            return True
-        return False

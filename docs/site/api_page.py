@@ -1,0 +1,28 @@
+"""The public names, from their docstrings."""
+
+from __future__ import annotations
+
+import wucht
+from wucht.studies.registry import studies
+
+_RUNNING = ("run", "run_file", "load", "draw", "report", "export")
+
+
+def page() -> str:
+    """Every name of ``wucht.__all__`` once, by what it is for."""
+    questions = [study.spec.__name__ for study in studies().values() if study.package.startswith("wucht.")]
+    public = {name: f"{where.replace(':', '.')}" for name, where in wucht._LAZY.items()}
+    groups = {
+        "Ask and answer": [n for n in _RUNNING if n in public],
+        "Machines and equations": ["load_machine", "Machine", "parts", "load_equations", "OwnEquations", "CamDrive", "Records"],
+        "Questions": sorted(n for n in questions if n in public),
+    }
+    told = {n for names in groups.values() for n in names}
+    groups["Any ordinary differential equation"] = [n for n in public if n not in told]
+    lines = ["# Python", "", "```python", "import wucht", "```", ""]
+    lines += ["All that stands here is `wucht.NAME`. Quantities are numbers in SI, or text with a unit.", ""]
+    for title, names in groups.items():
+        lines += [f"## {title}", ""]
+        for name in names:
+            lines += [f"::: {public[name]}", "    options:", "      heading_level: 3", ""]
+    return "\n".join(lines)

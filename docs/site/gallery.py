@@ -1,0 +1,90 @@
+"""What the catalogue's files answer, computed once: results and figures are kept in a folder that git ignores.
+
+A result is taken from there as long as the file's question and the code that answers it are the same; its figure as long as
+the code that draws it is, too.
+"""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import wucht
+from wucht.files.catalogue import names
+from wucht.results.store import save_figure
+from wucht.studies.study_file import StudyFile, answer, read_study
+
+ROOT = Path(__file__).parents[2]
+KEPT = ROOT / "build" / "gallery"
+_SOURCE = Path(wucht.__file__).parent
+# Longer than half a minute on two cores: computed when all are asked for.
+EXPENSIVE = frozenset(
+    {
+        "drozdetskaya-2020/figure-5.9a",
+        "drozdetskaya-2020/how-likely-it-compensates",
+        "drozdetskaya-2020/how-the-rotating-orbit-disappears",
+        "practice/exciter-design",
+        "sperling-rollers/damping-optimum",
+    }
+)
+_WORDS = ("cli", "figure", "keys", "report")  # code on which no number depends
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file of the catalogue with its answer. result: None where it was not computed."""
+
+    name: str
+    asked: StudyFile
+    about: dict[str, Any]
+    result: Any | None
+    figure: Path
+
+
+@cache
+def _digest(numbers_alone: bool) -> str:
+    """Of the code, or of that on which numbers depend."""
+    made = sha256(wucht.__version__.encode())
+    for file in sorted(_SOURCE.rglob("*.py")):
+        place = file.relative_to(_SOURCE)
+        if not (numbers_alone and (place.parts[0] == "cli" or place.stem.startswith(_WORDS))):
+            made.update(place.as_posix().encode() + file.read_bytes())
+    return made.hexdigest()
+
+
+def _key(*told: str) -> str:
+    return sha256("\n".join(told).encode()).hexdigest()
+
+
+def entry(name: str, compute: bool = True) -> Entry:
+    """The answer of a file of the catalogue: kept from an earlier call, or computed now, if that is wanted."""
+    from wucht.files.catalogue import load_document
+
+    asked, folder = read_study(name), KEPT / name
+    about, _ = load_document(name)
+    question = _key(repr(asked.document), _digest(True))
+    figure = folder / f"{asked.spec.kind}.png"
+    if _told(folder / "question") == question:
+        result = wucht.load(folder / "result.nc")
+    elif compute:
+        shutil.rmtree(folder, ignore_errors=True)
+        result = answer(asked, folder=folder)
+        (folder / "question").write_text(question, encoding="utf-8")
+    else:
+        return Entry(name, asked, about, None, figure)
+    drawn = _key(question, _digest(False))
+    if _told(folder / "drawn") != drawn:
+        save_figure(wucht.draw(result), figure)
+        (folder / "drawn").write_text(drawn, encoding="utf-8")
+    return Entry(name, asked, about, result, figure)
+
+
+def _told(file: Path) -> str:
+    return file.read_text(encoding="utf-8") if file.is_file() else ""
+
+
+__all__ = ["EXPENSIVE", "KEPT", "ROOT", "Entry", "entry", "names"]

@@ -1,0 +1,150 @@
+"""A page for every study and every part, from the schemas: those of other packages that are installed, too."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from wucht.cams.tables.follower import FOLLOWERS
+from wucht.cams.tables.kinds_of_law import LAWS
+from wucht.cams.tables.linkage import LINKAGES
+from wucht.checking import models_in
+from wucht.files.catalogue import FOLDER
+from wucht.keys import Key, keys_of
+from wucht.machines.models import Model
+from wucht.machines.parts import known
+from wucht.machines.parts.base import Body, Drive, Load, Part
+from wucht.machines.parts.support import Support
+from wucht.studies.registry import Study, studies
+
+from .gallery import Entry
+from .markdown import table, toml_block
+
+# What a file calls them: the table where they stand, and the key that names one of them.
+FAMILIES: dict[str, tuple[type[Part], str]] = {
+    "carriers": (Support, "`[machine.carrier]`"),
+    "bodies": (Body, "`[[machine.bodies]]`"),
+    "drives": (Drive, "`[machine.drive]`, or `[[machine.drives]]` with `on`"),
+    "loads": (Load, "`[machine.load]`, or `[[machine.loads]]` with `on`"),
+    "dimensionless": (Model, "`[machine.parameters]`, beside `model` in `[machine]`"),
+}
+CAMS = {"laws": (LAWS, "`[law]`"), "followers": (FOLLOWERS, "`[follower]`"), "linkages": (LINKAGES, "`[linkage]`")}
+HEADS = ("key", "what", "unit", "default", "what it may be")
+
+
+def pages(entries: Sequence[Entry]) -> dict[str, str]:
+    """All of them by file name, and a list of each."""
+    asked = {kind: [e for e in entries if e.asked.spec.kind == kind] for kind in studies()}
+    written = {f"studies/{kind}.md": _linking(_study(study, asked[kind])) for kind, study in studies().items()}
+    rows = [(f"[`{kind}`]({kind}.md)", study.line) for kind, study in studies().items()]
+    written["studies/index.md"] = _list("Studies", "What can be asked. `wucht new STUDY` writes a file to start from.", rows)
+    texts = {e.name: (FOLDER / f"{e.name}.toml").read_text(encoding="utf-8") for e in entries}
+    all_parts = dict(parts())
+    for place, (kind, cls, where) in all_parts.items():
+        written[f"parts/{place}.md"] = _part(kind, cls, where, [e for e in entries if f'"{kind}"' in texts[e.name]])
+    listed = [(f"[`{kind}`]({place}.md)", place.partition("/")[0], _first(cls)) for place, (kind, cls, _) in all_parts.items()]
+    return written | {"parts/index.md": _list("Parts", "What machines and cams are made of.", listed)}
+
+
+def parts() -> Iterator[tuple[str, tuple[str, type[Any], str]]]:
+    """Place of the page, and kind, class, table of each part; those of a family that is not known here are others."""
+    for family, (base, where) in FAMILIES.items():
+        yield from ((f"{family}/{kind}", (kind, cls, where)) for kind, cls in known(base).items())
+    bases = tuple(base for base, _ in FAMILIES.values())
+    yield from ((f"others/{kind}", (kind, cls, "")) for kind, cls in known(Part).items() if not issubclass(cls, bases))
+    for family, (kinds, where) in CAMS.items():
+        yield from ((f"{family}/{kind}", (kind, cls, where)) for kind, cls in kinds.items())
+
+
+def _list(title: str, text: str, rows: Sequence[tuple[str, ...]]) -> str:
+    return "\n".join([f"# {title}", "", text, "", *table([""] * len(rows[0]), rows), ""])
+
+
+def _linked(entries: Sequence[Entry], up: str) -> list[str]:
+    lines = [f"- [{e.name}]({up}gallery/{e.name}.md): {e.about.get('title', '')}" for e in entries]
+    return ["## In the gallery", "", *lines, ""] if lines else []
+
+
+def _study(study: Study, asked: Sequence[Entry]) -> str:
+    spec = study.spec
+    lines = [f"# {study.kind}", "", *_prose(spec.__doc__, spec), ""]
+    lines += [f"In Python `wucht.{spec.__name__}(...)`. " + (_TILED if spec.tiled else ""), ""]
+    lines += ["```sh", f"wucht new {study.kind} my-{study.kind}.toml", f"wucht run my-{study.kind}.toml", "```", ""]
+    lines += ["## Keys", "", "In `[study]`, beside `kind`:", "", *_keys(spec)]
+    lines += _linked(asked, "../")
+    lines += _answers(asked)
+    if study.template:
+        lines += ["## A file to start from", "", *toml_block(study.template), ""]
+    return "\n".join(lines)
+
+
+def _linking(page: str) -> str:
+    """A page of a study in which the classes of other studies are links to their pages."""
+    pages = {study.spec.__name__: kind for kind, study in studies().items()}
+    return re.sub(r"see `(\w+)`", lambda m: f"see [{pages[m[1]]}]({pages[m[1]]}.md)" if m[1] in pages else m[0], page)
+
+
+_TILED = "Several machines can compute it: [`--scheduler`](../several-machines.md)."
+
+
+def _answers(asked: Sequence[Entry]) -> list[str]:
+    """The keys of a summary, as an answer in the gallery has them."""
+    answered = next((e for e in asked if e.result is not None), None)
+    if answered is None:
+        return []
+    keys = ", ".join(f"`{key}`" for key in answered.result.wucht.summary)
+    return ["## Its summary", "", f"`summary.json` of [{answered.name}](../gallery/{answered.name}.md) has {keys}.", ""]
+
+
+def _part(kind: str, cls: type[Any], where: str, used: Sequence[Entry]) -> str:
+    lines = [f"# {kind}", "", *_prose(cls.__doc__, cls), ""]
+    if where:
+        lines += [f"Stands in {where}.", ""]
+    if issubclass(cls, Part):
+        lines += [f"In Python `wucht.parts.{cls.__name__}(...)`.", ""]
+    return "\n".join([*lines, "## Keys", "", *_keys(cls), *_linked(used, "../../")])
+
+
+def _keys(cls: type[Any]) -> list[str]:
+    said = _said(cls)
+    return [*table(HEADS, [_cells(key, said.get(key.name, key.what)) for key in keys_of(cls)]), ""]
+
+
+def _cells(key: Key, what: str) -> tuple[str, ...]:
+    default = "**needed**" if key.needed else "" if key.default is None else f"`{json.dumps(key.default)}`"
+    value = f"{key.type} {key.allowed}" if key.allowed and not key.type.startswith("word") else key.allowed or key.type
+    return f"`{key.name}`", what, key.unit or "", default, value
+
+
+def _of_keys(cls: type[Any]) -> re.Pattern[str]:
+    """Finds "start: the initial state." in a docstring: a key, or several, and what is said up to the next."""
+    key = "|".join(sorted(map(re.escape, cls.model_fields), key=len, reverse=True))
+    keys = f"(?:{key})(?:, (?:{key}))*"
+    return re.compile(rf"(?:^|(?<=[.;:,] ))({keys}): (.*?)(?:[.;:,] (?={keys}: )|$)")
+
+
+def _said(cls: type[Any], path: str = "") -> dict[str, str]:
+    """What docstrings say of single keys, those of tables inside too, by their names in ``keys_of``."""
+    text = " ".join((cls.__doc__ or "").split())
+    found = {path + key: _plain(what).rstrip(".") for keys, what in _of_keys(cls).findall(text) for key in keys.split(", ")}
+    for name, field in cls.model_fields.items():
+        for inner in models_in(field.annotation):
+            found = _said(inner, f"{path}{name}.") | _said(inner, f"{path}{name}[].") | found
+    return found
+
+
+def _first(cls: type[Any]) -> str:
+    return (cls.__doc__ or "").strip().partition("\n")[0]
+
+
+def _prose(doc: str | None, cls: type[Any] | None = None) -> list[str]:
+    """A docstring as paragraphs of Markdown, without what it says of a class's single keys: that stands in their table."""
+    paragraphs = [" ".join(p.split()) for p in re.split(r"\n\s*\n", (doc or "").strip())]
+    kept = paragraphs if cls is None else [_of_keys(cls).sub("", p).strip() for p in paragraphs]
+    return "\n\n".join(_plain(p) for p in kept if p and not p.endswith(":")).splitlines()
+
+
+def _plain(text: str) -> str:
+    return text.replace("``", "`")

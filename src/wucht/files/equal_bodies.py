@@ -1,0 +1,103 @@
+"""Equal bodies: one table with a ``count`` stands for several, named by numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from wucht.checking import checked, choice
+from wucht.errors import InputError
+from wucht.fields import Described
+from wucht.files.documents import Document
+from wucht.machines.parts import bodies as body_kinds
+from wucht.machines.parts.track import Tracked
+from wucht.machines.tracks import angular_width
+from wucht.quantities import Unit
+
+_KEYS = ("count", "start", "seed")
+
+
+def _place(given: Any) -> Any:
+    return (
+        given if given in ("even", "random") else Unit("rad", "place of the start: 'even', 'random', or an angle").parse(given)
+    )
+
+
+class EqualBodies(Described):
+    """How many equal bodies a table stands for, and where they start, about the body that they turn about."""
+
+    count: int = Field(ge=1, le=100, description="number of equal bodies")
+    start: Annotated[Literal["even", "random"] | float, BeforeValidator(_place)] = Field(
+        "even", description="place of the start"
+    )
+    seed: int | None = Field(None, ge=0, description="seed of the random places")
+
+    @model_validator(mode="after")
+    def _seeded(self) -> EqualBodies:
+        if self.seed is not None and "start" not in self.model_fields_set:
+            raise ValueError("seed", 'allowed only with start = "random"')
+        return self
+
+    def angles(self, width: float) -> list[float]:
+        """Where they start, in rad. width: the angle that each needs on its track, 0 where they can pass each other.
+
+        Evenly spaced; at random, each arrangement in which none overlap as likely as any other (the gaps between neighbours
+        are those of points drawn on what the bodies leave free); or side by side about one angle.
+        """
+        count, own = self.count, np.arange(self.count) * width
+        if self.start == "even":
+            angles = np.arange(count) * 2 * math.pi / count
+        elif self.start == "random":
+            rng = np.random.default_rng(self.seed or 0)
+            after_first = np.sort(rng.uniform(0.0, 2 * math.pi - count * width, count - 1))
+            angles = np.append(0.0, after_first) + own + rng.uniform(0.0, 2 * math.pi)
+        else:
+            angles = self.start + own - own.mean()
+        return [float(a) for a in angles]
+
+
+def groups(document: Document) -> list[str]:
+    """The names of the tables that stand for several bodies."""
+    tables = document.get("bodies")
+    return [str(t["name"]) for t in tables if _is_group(t) and "name" in t] if isinstance(tables, list) else []
+
+
+def with_equal_bodies(document: Document) -> Document:
+    """A copy of the machine's table in which each table with a ``count`` is replaced by those of its bodies.
+
+    They are named NAME1, NAME2 and so on. Raises ``InputError`` for a count, start or seed that is none, for bodies that cannot
+    be several, and for what is wrong with the bodies themselves.
+    """
+    tables = document.get("bodies")
+    if not isinstance(tables, list) or not any(map(_is_group, tables)):
+        return document
+    made: list[Any] = []
+    for i, described in enumerate(tables):
+        made += (
+            _several(described, f"machine.bodies[{i}] ({described.get('name', '')})") if _is_group(described) else [described]
+        )
+    return {**document, "bodies": made}
+
+
+def _is_group(described: Any) -> bool:
+    return isinstance(described, dict) and "count" in described
+
+
+def _several(described: Document, where: str) -> list[Document]:
+    one = {key: value for key, value in described.items() if key not in _KEYS}
+    kinds = body_kinds()
+    cls = kinds[choice(described, "kind", where, kinds)]
+    if not issubclass(cls, Tracked):
+        known = ", ".join(kind for kind, of_kind in kinds.items() if issubclass(of_kind, Tracked))
+        raise InputError(f"{where}.count", described["count"], f"not allowed for this kind of body; allowed for: {known}")
+    equal = checked(EqualBodies, {key: described[key] for key in _KEYS if key in described}, where)
+    body = checked(cls, {key: value for key, value in one.items() if key != "kind"}, where)
+    width = 0.0 if body.track is None else angular_width(body, body)
+    if equal.count * width > 2 * math.pi:
+        raise InputError(
+            f"{where}.count", equal.count, f"must be at most {int(2 * math.pi / width)}: more do not fit on the track"
+        )
+    return [one | {"name": f"{body.name}{k}", "start": angle} for k, angle in enumerate(equal.angles(width), 1)]

@@ -1,0 +1,49 @@
+"""What is fastened to the carrier: whether its place moves, where that is, and how it stands at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import sympy as sp
+
+from wucht.errors import InputError
+from wucht.machines.mechanism import Mechanism
+from wucht.machines.parts.attachment import AlongLine, Attachment
+from wucht.machines.parts.base import Point
+from wucht.machines.parts.support import Support
+
+_ACROSS = 1e-9  # cosine of the angle between a line and a motion that are across to each other
+
+
+def check_attachments(attachments: Sequence[Attachment], carrier: Support, taken: Sequence[str]) -> None:
+    """Each has a name of its own, and is where the carrier moves. taken: other names. Raises ``InputError``."""
+    for i, attached in enumerate(attachments):
+        if attached.name in (*taken, *(a.name for a in attachments[:i])):
+            sentence = "this name is taken; each body and attachment needs its own"
+            raise InputError(f"attachments[{i}].name", attached.name, sentence)
+        turns = carrier.placed().rotation != 0
+        if attached.at is not None and not turns:
+            sentence = f"allowed on a carrier that turns in its plane, which this one, {carrier.directions!r}, does not"
+            raise InputError(f"{attached.path}.at", list(attached.at), sentence)
+        velocities = attached.motion(replace(carrier.placed(), axes={attached.name: place_of(attached, carrier)}))
+        moved = [sp.diff(v, c.velocity) for v in velocities for c in carrier.coordinates()]
+        if not any(abs(attached.number(x)) > _ACROSS for x in moved):
+            hint = "; at = [x, y] is its place" if turns and attached.at is None else ""
+            sentence = f"a carrier {carrier.directions!r} does not move in the direction in which this part acts{hint}"
+            raise InputError(f"attachments[{i}]", attached.name, sentence)
+
+
+def doubts_at_rest(machine: Mechanism) -> tuple[str, ...]:
+    """Warnings about what is already pressed where the carrier rests."""
+    lines = [part for part in machine.parts if isinstance(part, AlongLine)]
+    if not lines:
+        return ()
+    at = machine.numbers | {c.position: x for c, x in zip(machine.carrier, machine.rest, strict=True)}
+    along = [float(sp.sympify(part.along(machine.frame)[0]).xreplace(at)) for part in lines]
+    return tuple(doubt for part, s in zip(lines, along, strict=True) for doubt in part.doubts_at(s))
+
+
+def place_of(attached: Attachment, carrier: Support) -> Point:
+    """Where it is on the carrier."""
+    return carrier.axis_at(attached.place() or (sp.S.Zero, sp.S.Zero))

@@ -1,0 +1,67 @@
+"""The end stop: a buffer that the carrier meets after a gap."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import sympy as sp
+from pydantic import Field
+
+from wucht.machines.parts.attachment import AlongLine
+from wucht.machines.parts.base import Frame, si
+from wucht.machines.parts.stop import buffer, closed
+from wucht.mechanics.energies import Applied, Energies
+from wucht.piecewise import WITHIN_1, PiecewiseCubic
+
+TRANSITION = 1e-3  # m/s: below any speed of impact of interest
+
+
+class EndStop(AlongLine):
+    """A spring that the carrier meets after a gap in the direction of its line; ``sides = "both"``: against it, too.
+
+    The gap counts from ``rest``, the carrier's displacement along the line in which it was measured: 0 where the carrier's
+    springs are free of force. Its loss is viscous (``damping``), or of the kind of friction, in proportion to the spring's
+    force (``restitution`` e): c d (1 + e^2)/2 at the depth d, and c d (1 - e^2)/2 against the motion. So whatever mass meets
+    it at whatever speed, far above ``transition_speed``, leaves with e times that speed: the area of that loop is (1 - e^2)
+    c d^2/2. The force always pushes, other than that of a viscous damper at the end of a contact.
+    """
+
+    kind = "end-stop"
+
+    gap: float = si("m", "gap", "s", ge=0)
+    stiffness: float = si("N/m", "stiffness", "c", gt=0)
+    damping: float | None = si("N s/m", "damping", "b", None, ge=0)
+    restitution: float | None = si("", "coefficient of restitution", "e", None, ge=0.01, le=1)
+    sides: Literal["one", "both"] = Field("one", description="sides")
+    rest: float = si("m", "displacement along the line at which the gap is measured", "s_0", 0.0)
+    transition_speed: float = si("m/s", "speed of the transition where the motion turns", "v_c", TRANSITION, gt=0)
+
+    def check(self) -> None:
+        """One of damping and restitution."""
+        if (self.damping is None) == (self.restitution is None):
+            raise ValueError("restitution", "give either damping or restitution (1: nothing is lost)")
+
+    def doubts_at(self, rest: float) -> tuple[str, ...]:
+        """A stop that is closed before anything moves."""
+        moved = rest - self.rest
+        depth = (moved if self.sides == "one" else abs(moved)) - self.gap
+        if depth <= 0:
+            return ()
+        at = f"the carrier's springs hold it at {rest:.4g} m along this line, and the gap counts from rest = {self.rest:.4g} m"
+        return (f"the end stop {self.name!r} is closed by {depth:.4g} m from the start: {at}",)
+
+    def energies(self, frame: Frame) -> Energies:
+        """While the gap is closed: V = c d^2/2 and R = b d'^2/2, or the law of the class."""
+        gap, rest = self.symbols("gap", "rest")
+        s, v = self.along(frame)
+        sides = [(gap - (s - rest), -v), (gap + (s - rest), v)][: 1 if self.sides == "one" else 2]
+        named = Energies(nonlinear=f"the end stop {self.name!r}")
+        return sum((self._side(*side) for side in sides), named)
+
+    def _side(self, gap: sp.Expr, rate: sp.Expr) -> Energies:
+        c, b, e, transition = self.symbols("stiffness", "damping", "restitution", "transition_speed")
+        if self.restitution is None:
+            return buffer(gap, rate, c, b)
+        loss = closed(gap) * (1 - e**2) / 2 * c * gap * PiecewiseCubic(rate / transition, WITHIN_1)
+        kept = buffer(gap, rate, (1 + e**2) / 2 * c, sp.S.Zero)
+        return kept + Energies(applied=(Applied(loss, rate, self.path, booked="lost"),))

@@ -1,0 +1,52 @@
+"""The friction damper between the carrier and the ground, as under the tub of a washing machine."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from wucht.machines.parts.attachment import AlongLine
+from wucht.machines.parts.base import Frame, si
+from wucht.mechanics.energies import Applied, Energies, Internal
+from wucht.piecewise import Pieces, PiecewiseCubic
+
+BUILD_UP = 2e-4  # m: what a lining of foam and its seat give way, small against the strokes that such dampers see
+
+
+class FrictionDamper(AlongLine):
+    """Dry friction along a line, by Dahl's law, with free travel if it has one.
+
+    The lining is drawn along by z, until it slips: z' = v - |v| f/F, where f = F z/d is its force on the carrier, d being
+    ``build_up``. So the force is F against the motion, it holds the carrier where less than F pulls, and turns over within a
+    few d after a reversal, at any frequency: P. R. Dahl, "A solid friction model", Aerospace Corporation, TOR-158 (1968). With
+    ``free_travel`` g the lining moves freely within -g < z < g, and has its force beyond. At a stroke +-a one cycle takes
+    4 F (a - g - d tanh((a - g)/d)): 4 F a where g = 0 and d is small. Before the start the lining is in the middle.
+    """
+
+    kind = "friction-damper"
+
+    force: float = si("N", "friction force", "F", ge=0)
+    build_up: float = si("m", "travel over which the force builds up", "d", BUILD_UP, gt=0)
+    free_travel: float | None = si("m", "free travel to either side", "g", None, ge=0)
+
+    def energies(self, frame: Frame) -> Energies:
+        """V = F y^2/(2 d), the loss f (v - z') = f^2 |v|/F, with f = F y/d; y: what of z is beyond the free travel."""
+        force, build_up, travel = self.symbols("force", "build_up", "free_travel")
+        _, v = self.along(frame)
+        z = sp.Symbol(f"{self.path}.lining", real=True)
+        y = z if self.free_travel is None else _beyond(z - travel) - _beyond(-z - travel)
+        f, size = force * y / build_up, build_up if self.free_travel is None else build_up + travel
+        lining = Internal(z, v - PiecewiseCubic(v, _MAGNITUDE) * y / build_up, "z", size)
+        return Energies(
+            potential=force * y**2 / (2 * build_up),
+            applied=(Applied(-f, v, self.path, booked="lost"), Applied(f, lining.change, self.path, booked="lost")),
+            internal=(lining,),
+            nonlinear=f"the dry friction of {self.name!r}",
+        )
+
+
+_MAGNITUDE = Pieces("abs", (0.0,), ((0, -1, 0, 0), (0, 1, 0, 0)))
+_POSITIVE = Pieces("beyond", (0.0,), ((0, 0, 0, 0), (0, 1, 0, 0)))
+
+
+def _beyond(x: sp.Expr) -> sp.Expr:
+    return PiecewiseCubic(x, _POSITIVE)

@@ -1,0 +1,70 @@
+"""The motor fed by an inverter: a speed controller with a limited torque."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import sympy as sp
+
+from wucht.machines.parts.base import Drive, Frame, si
+from wucht.mechanics.energies import Energies, Internal
+from wucht.piecewise import WITHIN_1, Pieces, PiecewiseCubic, step
+
+
+class Inverter(Drive):
+    """A PI controller of the speed that gives a torque up to a limit; its current control is taken as instantaneous.
+
+    T = gain (set_speed - speed) + x, held within +-torque_limit; the integral part x follows the torque that is really given,
+    integral_time x' = T - x. Below the limit that is x' = gain (set_speed - speed)/integral_time; at the limit x stays within
+    it, so that nothing winds up: the automatic reset of K. J. Astrom, T. Hagglund, "PID Controllers: Theory, Design, and
+    Tuning", 2nd ed., ISA 1995, section 3.5, back-calculation with the integral time. x begins at zero. With ``power_limit`` P
+    the limit is P/|speed| above the speed P/torque_limit: field weakening. A schedule of ``set_speed`` is the ramp.
+    """
+
+    kind = "inverter"
+
+    set_speed: float = si("rad/s", "set speed", "omega_s")
+    gain: float = si("N m s", "gain of the controller", "K", gt=0)
+    integral_time: float = si("s", "integral time", "T_i", gt=0)
+    torque_limit: float = si("N m", "torque limit", "T_m", gt=0)
+    power_limit: float | None = si("W", "power limit", "P", None, gt=0)
+
+    def no_load_path(self) -> str:
+        """That of ``set_speed``."""
+        return f"{self.path}.set_speed"
+
+    def held_speed(self) -> float:
+        """The set speed, as the body turns with it."""
+        return self.set_speed if self.transmission is None else self.set_speed / self.transmission.ratio
+
+    def limit(self, speed: sp.Expr) -> sp.Expr:
+        """The largest torque at a speed, in either direction: torque_limit/max(|speed|/w_b, 1), w_b = P/torque_limit."""
+        most, power = self.symbols("torque_limit", "power_limit")
+        return most if self.power_limit is None else most / PiecewiseCubic(speed * most / power, _AT_LEAST_1)
+
+    def torque(self, speed: sp.Expr) -> sp.Expr:
+        """In steady operation: the limit up to the set speed, beyond it against it; at it any torque within, here zero."""
+        below = self.symbol("set_speed") - speed
+        return self.limit(speed) * (PiecewiseCubic(below, _POSITIVE) - PiecewiseCubic(-below, _POSITIVE))
+
+    def linearised(self, speed: float) -> tuple[float, float]:
+        """At the set speed an upright line."""
+        return (math.inf, speed) if speed == self.held_speed() else super().linearised(speed)
+
+    def energies(self, frame: Frame) -> Energies:
+        """The torque, and the controller's state x."""
+        target, gain, time, most = self.symbols("set_speed", "gain", "integral_time", "torque_limit")
+        x = sp.Symbol(f"{self.path}.integral", real=True)
+
+        def torque(speed: sp.Expr) -> sp.Expr:
+            limit = self.limit(speed)
+            return limit * PiecewiseCubic((gain * (target - speed) + x) / limit, WITHIN_1)
+
+        speed = self.ratio * (frame.speed(self.on) - (frame.rotation if self.stator == "carrier" else 0))
+        controller = Internal(x, (torque(speed) - x) / time, "tau", most, self.torque(speed))
+        return replace(self.acting(frame, torque), internal=(controller,))
+
+
+_POSITIVE = step("positive", 0.0, 0.0, 1.0)
+_AT_LEAST_1 = Pieces("max1", (-1.0, 1.0), ((1, -1, 0, 0), (1, 0, 0, 0), (1, 1, 0, 0)))

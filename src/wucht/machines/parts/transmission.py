@@ -1,0 +1,40 @@
+"""The gear or belt between a motor and the body that it drives."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from wucht.fields import Described, si
+from wucht.piecewise import ABSOLUTE, PiecewiseCubic
+
+TRANSITION = 0.1  # rad/s, as in the load of dry friction
+
+
+class Transmission(Described):
+    """A rigid gear or belt: the motor turns ``ratio`` times as fast as the body. ``inertia`` is what turns with the motor.
+
+    ``efficiency``: the part of the power that arrives on the other side, whichever way it flows; without it nothing is lost.
+    """
+
+    ratio: float = si("", "speed of the motor over that of the body", "i", gt=0)
+    inertia: float = si("kg m^2", "moment of inertia on the motor's side", "J_M", 0.0, ge=0)
+    efficiency: float | None = si("", "efficiency", "eta", None, gt=0, le=1)
+    transition_speed: float = si("rad/s", "speed of the transition at standstill", "w_t", TRANSITION, gt=0)
+
+    def lost(self, path: str, torque: sp.Expr, speed: sp.Expr) -> sp.Expr:
+        """The torque on the body that the transmission takes, against its speed. torque: of the motor, on the body's side.
+
+        A motor that drives brings eta T, one that is driven takes T/eta: in both flows
+        L = (b abs(T) + c T sigma) sigma with b = (1/eta - eta)/2, c = 1 - (1/eta + eta)/2 and sigma = sign(speed), which gives
+        abs(T)(1 - eta) and abs(T)(1/eta - 1). With sigma = tanh(speed/transition_speed) it is smooth at standstill, where it
+        would hold like dry friction; as b >= abs(c), L times the speed is a loss at every speed.
+        """
+        if self.efficiency is None:
+            return sp.S.Zero
+        eta, transition = self.symbol(path, "efficiency"), self.symbol(path, "transition_speed")
+        sigma, b, c = sp.tanh(speed / transition), (1 / eta - eta) / 2, 1 - (1 / eta + eta) / 2
+        return (b * PiecewiseCubic(torque, ABSOLUTE) + c * torque * sigma) * sigma
+
+    def symbol(self, path: str, key: str) -> sp.Symbol:
+        """The symbol of a parameter. path: of the drive."""
+        return sp.Symbol(f"{path}.transmission.{key}", real=True)

@@ -1,0 +1,43 @@
+"""What a folder has of a question that is asked again: its result, its units of work, or those of another question."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wucht.errors import InputError
+from wucht.results.store import load
+from wucht.studies.memory import questions_of
+from wucht.studies.question_differences import differences
+from wucht.studies.spec import Spec
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST_DIFFERENCES = 3
+
+
+def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
+    """The finished result of the same question, if this file has it; and a note on one of another horizon.
+
+    Raises ``InputError`` where the file, or the units of work beside it, are those of another question.
+    """
+    folder, result = file.parent, load(file) if file.exists() else None
+    kept = questions_of(folder) or ([json.loads(result.attrs["input"])] if result is not None else [])
+    if not kept:
+        return None, []
+    asked = question if question in kept else kept[0]
+    if asked == question:
+        done = result is not None and result.attrs["finished"] and json.loads(result.attrs["input"]) == question
+        return (result if done else None), []
+    before, now = asked["study"].get("kind"), spec.kind
+    if before != now:
+        raise InputError("--resume", None, f"the result in {folder} answers study.kind = {before!r}, not {now!r}")
+    differing = differences(asked, question)
+    if all(key.removeprefix("study.").split(".")[0] in spec.horizon for key in differing):
+        return None, [f"{', '.join(differing)}: another than that of the result in the folder; it was begun anew"]
+    shown = "; ".join(list(differing.values())[:_MOST_DIFFERENCES])
+    more = f" and {len(differing) - _MOST_DIFFERENCES} more" if len(differing) > _MOST_DIFFERENCES else ""
+    raise InputError("--resume", None, f"the result in {folder} answers another question: {shown}{more}")

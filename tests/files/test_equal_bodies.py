@@ -1,0 +1,121 @@
+"""Equal bodies by a count: their names, where they start, and how they are set."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wucht.errors import InputError
+from wucht.files.building import machine_from
+from wucht.files.equal_bodies import EqualBodies
+from wucht.studies.initial_state import angles_in, initial_state
+
+RING = {"kind": "rotor", "name": "ring", "mass": 2.0, "unbalance": 1e-3, "inertia": 0.02}
+BALL = {
+    "kind": "roller", "name": "b", "about": "ring", "mass": "2 g", "track_radius": "30 mm", "radius": "4 mm",
+    "shape_factor": 0.4, "damping": 1e-6, "track": "t",
+}  # fmt: skip
+WIDTH = 2 * math.asin(4 / 26)  # of a ball, seen from the axis
+
+
+def machine_with(*bodies, **more):
+    drive = {"kind": "linear", "on": "ring", "slope": 0.01, "no_load_speed": 100.0}
+    return machine_from({"carrier": {"stiffness": 1e4}, "bodies": [RING, *bodies], "drive": drive} | more)
+
+
+def angles(machine, start=None):
+    """At the start, of all but the ring."""
+    return {n: a for n, a in angles_in(machine, initial_state(machine, start or {})).items() if n != "ring"}
+
+
+def test_a_count_stands_for_as_many_tables():
+    """The same machine as written out, evenly placed."""
+    by_count = machine_with(BALL | {"count": 8})
+    written = machine_with(*(BALL | {"name": f"b{k}"} for k in range(1, 9)))
+    assert by_count.values == written.values
+    assert by_count.structure == written.structure
+    assert angles(by_count) == pytest.approx(angles(written))
+    assert list(angles(by_count).values()) == pytest.approx([k * math.pi / 4 for k in range(8)])
+
+
+def test_bodies_that_can_pass_are_spread_too():
+    pendulum = {"kind": "pendulum", "name": "p", "about": "ring", "mass": 0.1, "length": 0.1, "damping": 0.01}
+    assert list(angles(machine_with(pendulum | {"count": 3})).values()) == pytest.approx([0, 2 * math.pi / 3, 4 * math.pi / 3])
+    assert list(angles(machine_with(pendulum | {"count": 2, "start": "30 deg"})).values()) == pytest.approx([math.pi / 6] * 2)
+    assert angles(machine_with(pendulum | {"start": "30 deg"})) == pytest.approx({"p": math.pi / 6})
+
+
+def test_at_an_angle_balls_of_a_track_lie_side_by_side():
+    at = np.array(list(angles(machine_with(BALL | {"count": 5, "start": "200 deg"})).values()))
+    assert np.diff(at) == pytest.approx([WIDTH] * 4)
+    assert at.mean() == pytest.approx(math.radians(200))
+
+
+@pytest.mark.parametrize("count", [1, 2, 8, 20])
+def test_random_places_do_not_overlap_and_are_those_of_their_seed(count):
+    drawn = [EqualBodies(count=count, start="random", seed=seed).angles(WIDTH) for seed in range(20)]
+    for places in drawn:
+        gaps = np.diff(np.sort(np.mod(places, 2 * math.pi)), append=np.min(np.mod(places, 2 * math.pi)) + 2 * math.pi)
+        assert count == 1 or gaps.min() > WIDTH - 1e-12
+    assert EqualBodies(count=count, start="random", seed=3).angles(WIDTH) == drawn[3]
+    assert len({round(p[0], 9) for p in drawn}) == 20
+    assert EqualBodies(count=count, start="random").angles(WIDTH) == drawn[0]
+
+
+def test_random_places_are_where_the_machine_starts():
+    machine = machine_with(BALL | {"count": 4, "start": "random", "seed": 3})
+    assert list(angles(machine).values()) == pytest.approx(EqualBodies(count=4, start="random", seed=3).angles(WIDTH))
+
+
+def test_random_places_are_anywhere():
+    """Of 3000 arrangements: every tenth of the circle is as likely as any other, and each gap has its share of what is free."""
+    drawn = np.array([EqualBodies(count=4, start="random", seed=seed).angles(0.3) for seed in range(3000)])
+    shares = np.histogram(np.mod(drawn, 2 * math.pi), 10, (0, 2 * math.pi))[0] / drawn.size
+    assert shares == pytest.approx([0.1] * 10, abs=0.01)
+    gaps = np.diff(drawn, append=drawn[:, :1] + 2 * math.pi) - 0.3
+    assert gaps.mean(axis=0) == pytest.approx([(2 * math.pi - 1.2) / 4] * 4, rel=0.06)
+    assert gaps.min() > -1e-12
+
+
+def test_the_study_places_them_otherwise():
+    machine = machine_with(BALL | {"count": 3, "start": "90 deg"})
+    assert angles(machine, {"b1": "180 deg"})["b1"] == pytest.approx(math.pi)
+    assert angles(machine, {"b1": {"speed": 3.0}})["b1"] == pytest.approx(math.pi / 2 - WIDTH)
+    assert initial_state(machine, {"b1": {"speed": 3.0}})[machine.row(machine.body("b1").coordinate.velocity)] == 3.0
+
+
+def test_all_are_set_by_their_common_name_and_one_by_its_own():
+    machine = machine_with(BALL | {"count": 8}, set={"b.mass": "3 g", "b2.mass": "5 g", "b.count": 3.0, "b.start": "random"})
+    assert [machine.values[f"b{k}.mass"] for k in (1, 2, 3)] == [0.003, 0.005, 0.003]
+    assert "b4.mass" not in machine.values
+    assert len(set(np.round(np.diff(list(angles(machine).values())), 6))) == 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"count": 0}, r"machine.bodies\[1\] \(b\).count: given 0; must be a whole number from 1 to 100"),
+        ({"count": 2.5}, r"\(b\).count: given 2.5; must be the number of equal bodies"),
+        ({"count": "many"}, r"\(b\).count: given 'many'"),
+        ({"count": 30}, r"\(b\).count: given 30; must be at most 20: more do not fit on the track"),
+        ({"count": 3, "start": "odd"}, r"\(b\).start: given 'odd'; must be .*'even', 'random', or an angle"),
+        ({"count": 3, "start": "3 kg"}, "this one is a mass"),
+        ({"count": 3, "seed": 2}, r"\(b\).seed: given 2; allowed only with start = \"random\""),
+        ({"count": 3, "start": "random", "seed": -2}, r"\(b\).seed: given -2"),
+        ({"count": 3, "mass": "2 mm"}, r"\(b\).mass: given '2 mm'; .*this one is a length"),
+        (
+            {"count": 3, "kind": "slider"},
+            r"\(b\).count: given 3; not allowed for this kind of body; allowed for: pendulum, roller",
+        ),
+        ({"seed": 3}, "unknown key"),
+        ({"start": "even"}, "angle at the start"),
+    ],
+)
+def test_what_is_no_count_is_refused(changes, sentence):
+    with pytest.raises(InputError, match=sentence):
+        machine_with(BALL | changes)
+
+
+def test_balls_that_would_overlap_at_the_start_are_refused():
+    with pytest.raises(InputError, match="'b1' and 'b2' of the track 't' overlap"):
+        machine_with(BALL | {"name": "b1", "start": 0.0}, BALL | {"name": "b2", "start": 0.1})

@@ -1,0 +1,78 @@
+"""Friction dampers: the loss of a cycle and the decay of a vibration in closed form, sticking, free travel, both engines."""
+
+import numpy as np
+import pytest
+
+from witness import energy_gap, moved
+from wucht.files.building import machine_from
+from wucht.results.conventions import summary_of
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import run
+
+ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.03}
+DAMPER = {"kind": "friction-damper", "name": "damper", "angle": 0.0, "force": 40.0}
+
+
+@pytest.mark.parametrize("frequency", [3.0, 70.0])
+@pytest.mark.parametrize(("travel", "build_up"), [(None, 1e-3), (None, 2e-5), (0.0, 1e-3), (3e-3, 1e-3), (3e-3, 2e-5)])
+def test_the_loss_of_a_cycle(travel: float | None, build_up: float, frequency: float) -> None:
+    """4 F (a - g - d tanh((a - g)/d)) at any frequency; a is the stroke along the line, which lies at 60 degrees."""
+    a = 0.01 * np.cos(np.pi / 3)
+    motion = {"direction": "x", "amplitude": 0.01, "frequency": frequency}
+    damper = DAMPER | {"angle": "60 deg", "build_up": build_up} | ({} if travel is None else {"free_travel": travel})
+    machine = {"carrier": {"directions": "x", "motion": motion}, "bodies": [ROTOR], "attachments": [damper]}
+    rows = moved(machine, grid=np.arange(5) * 2 * np.pi / frequency)
+    left = a - (travel or 0.0)
+    loss = 4 * 40.0 * (left - build_up * np.tanh(left / build_up))
+    assert np.diff(rows["dissipated_work"])[1:] == pytest.approx([loss] * 3, rel=1e-7)
+    assert energy_gap(rows) < 1e-9
+
+
+def test_within_its_free_travel_it_does_nothing() -> None:
+    motion = {"direction": "x", "amplitude": 0.01, "frequency": 20.0}
+    document = {"carrier": {"directions": "x", "motion": motion}, "bodies": [ROTOR]}
+    rows = moved(document | {"attachments": [DAMPER | {"free_travel": 0.011}]}, grid=np.linspace(0.0, 2.0, 21))
+    # The cosine begins at its peak, where the lining lies in the middle: it is first pushed aside, then left alone.
+    lost = rows["dissipated_work"]
+    assert lost[2] == pytest.approx(40.0 * (0.02 - 0.011), rel=0.05)
+    assert lost[-1] - lost[2] < 5e-3 * lost[2]
+
+
+def test_a_vibration_decays_by_a_straight_line() -> None:
+    """By 4 F/k a cycle, the amplitudes of a mass on a spring with dry friction; every half cycle at zero speed."""
+    carrier = {"mass": 3.0, "directions": "x", "stiffness": 2e4}
+    document = {"carrier": carrier, "bodies": [ROTOR], "attachments": [DAMPER | {"force": 10.0, "build_up": 1e-6}]}
+    cycle = 2 * np.pi * np.sqrt(5.0 / 2e4)
+    rows = moved(document, {"carrier": {"x": 0.02}}, np.arange(8) * cycle)
+    assert rows["carrier.x"] == pytest.approx(0.02 - 4 * 10.0 / 2e4 * np.arange(8), abs=3e-6)
+    assert energy_gap(rows) < 1e-9
+
+
+def test_it_holds_what_pulls_with_less_than_its_force() -> None:
+    """A spring pulls with half of it: the carrier gives way by a few d, and stays."""
+    carrier = {"mass": 3.0, "directions": "x", "stiffness": 2e4, "damping": 60.0}
+    document = {"carrier": carrier, "bodies": [ROTOR], "attachments": [DAMPER | {"build_up": 1e-5}]}
+    rows = moved(document, {"carrier": {"x": 1e-3}}, np.linspace(0.0, 4.0, 41))
+    assert np.ptp(rows["carrier.x"][20:]) < 1e-9
+    assert 0 < 1e-3 - rows["carrier.x"][-1] < 5e-5
+    assert -40.0 * rows["damper.lining"][-1] / 1e-5 == pytest.approx(2e4 * rows["carrier.x"][-1], rel=1e-6)
+
+
+WASHER = {
+    "carrier": {"mass": 37.0, "stiffness": [10e3, 14e3], "damping": 20.0, "gravity": 9.81},
+    "bodies": [{"kind": "rotor", "name": "drum", "mass": 15.0, "unbalance": 0.12, "inertia": 0.55}],
+    "drive": {"kind": "linear", "slope": 0.5, "no_load_speed": 60.0},
+    "attachments": [
+        DAMPER | {"name": "left", "angle": "60 deg", "free_travel": "3 mm"},
+        DAMPER | {"name": "right", "angle": "120 deg", "build_up": "1 mm"},
+    ],
+}
+
+
+@pytest.mark.slow
+def test_both_engines_run_it() -> None:
+    results = [run(RunUp(until=2.0, tolerance=1e-11, engine=engine), machine_from(WASHER)) for engine in ("heyoka", "scipy")]
+    first, second = (r.displacement.isel(time=-1).values for r in results)
+    assert first == pytest.approx(second, rel=1e-6)
+    for result in results:
+        assert summary_of(result)["energy_residual"] < 1e-9

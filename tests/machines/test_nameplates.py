@@ -1,0 +1,322 @@
+"""Motors by their nameplates: known circuits are found again, the rated point is met, and what is missed is told."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from wucht.errors import InputError
+from wucht.machines.parts import DCSeparate, Induction
+from wucht.machines.parts.circuit_fit import fitted_circuit
+from wucht.machines.parts.equivalent_circuit import EquivalentCircuit
+from wucht.machines.parts.induction_nameplate import InductionNameplate
+
+few = settings(max_examples=25, deadline=None, derandomize=True)
+SLIPS = (-1.0, -0.3, -0.02, 0.001, 0.02, 0.1, 0.3, 0.7, 1.0, 1.8)
+
+# P. C. Krause, Analysis of Electric Machinery, table 4.10-1: 60 Hz, four poles. Horse power: line voltage, rated rpm, R_1, R_2,
+# X_1 = X_2, X_m in ohm.
+KRAUSE = {
+    3: (220, 1710, 0.435, 0.816, 0.754, 26.13),
+    50: (460, 1705, 0.087, 0.228, 0.302, 13.08),
+    500: (2300, 1773, 0.262, 0.187, 1.206, 54.02),
+    2250: (2300, 1786, 0.029, 0.022, 0.226, 13.04),
+}
+# What a catalogue says of a common four-pole cage motor of 4 kW.
+CAGE = {
+    "power": "4 kW", "speed": "1435 rpm", "voltage": "400 V", "connection": "delta", "frequency": "50 Hz",
+    "efficiency": "86.6 %", "power_factor": 0.81, "breakdown_torque_ratio": 3.0, "starting_torque_ratio": 2.3,
+}  # fmt: skip
+# maxon RE 40, 148867, by its data sheet; its torque constant is 30.2 mN m/A.
+RE40 = {
+    "voltage": "24 V", "speed": "6940 rpm", "torque": "177 mN m", "current": "6 A", "no_load_speed": "7580 rpm",
+    "no_load_current": "137 mA",
+}  # fmt: skip
+
+
+def krause(power):
+    """The circuit of one of Krause's motors, and its rated slip."""
+    voltage, rpm, r1, r2, x, xm = KRAUSE[power]
+    return EquivalentCircuit(voltage / math.sqrt(3), 2 * math.pi * 30, r1, r2, x, x, xm), 1 - rpm / 1800
+
+
+def plate_of(c, slip, **more):
+    """What would be printed on the motor of a circuit."""
+    rated, speed = c.torque(slip), c.synchronous * (1 - slip)
+    ratios = {"breakdown_torque_ratio": c.breakdown()[1] / rated, "starting_torque_ratio": c.torque(1.0) / rated}
+    named = {"power": rated * speed, "speed": speed, "voltage": math.sqrt(3) * c.voltage, "frequency": 60, "poles": 4}
+    return InductionNameplate(**named, **ratios, **more)
+
+
+def numbers(c):
+    return (c.stator_resistance, c.rotor_resistance, c.stator_reactance, c.rotor_reactance, c.magnetising)
+
+
+def with_circuit(c, **more):
+    """The part of a circuit at 60 Hz."""
+    named = ("stator_resistance", "rotor_resistance", "stator_reactance", "rotor_reactance")
+    xm = {} if math.isinf(c.magnetising) else {"magnetising_reactance": c.magnetising}
+    given = {"voltage": c.voltage, "frequency": 60, "pole_pairs": 2} | {n: getattr(c, n) for n in named} | xm
+    return Induction(**given | more)
+
+
+def solved(part, speed):
+    """The torque by the voltage equations of stator and rotor, solved as they stand for both currents: another formulation."""
+    rated, field = 2 * math.pi * part.rated_frequency, 2 * math.pi * part.frequency * part.sense
+    rotor = field - part.pole_pairs * speed
+    lm, l1, l2 = (x / rated for x in (part.magnetising_reactance, part.stator_reactance, part.rotor_reactance))
+    equations = [
+        [part.stator_resistance + 1j * field * (l1 + lm), 1j * field * lm],
+        [1j * rotor * lm, part.rotor_resistance + 1j * rotor * (l2 + lm)],
+    ]
+    stator, induced = np.linalg.solve(equations, [part.voltage, 0.0])
+    return 3 * part.pole_pairs * lm * (stator * np.conj(induced)).imag
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("frequency", [0.0, 3.0, 60.0, 90.0])
+def test_the_torque_with_magnetising_current_is_that_of_the_voltage_equations(frequency, sense):
+    c, _ = krause(3)
+    part = with_circuit(c, frequency=frequency, rated_frequency=60, voltage=40, sense=sense)
+    speeds = (-250.0, -40.0, 0.0, 3.0, 60.0, 180.0)
+    actual = [part.torque_at(w) for w in speeds]
+    assert actual == pytest.approx([solved(part, w) for w in speeds], rel=1e-11, abs=1e-12)
+    if frequency == 0:  # a field that stands brakes
+        assert all(t * w <= 0 for t, w in zip(actual, speeds, strict=True))
+        assert part.synchronous_speed() is None
+        assert part.breakdown() is None
+
+
+@pytest.mark.parametrize("magnetising", [26.13, math.inf])
+def test_circuit_and_part_agree(magnetising):
+    c = EquivalentCircuit(127.0, 2 * math.pi * 30, 0.435, 0.816, 0.754, 0.6, magnetising)
+    part = with_circuit(c)
+    assert [part.torque_at(c.synchronous * (1 - s)) for s in SLIPS] == pytest.approx([c.torque(s) for s in SLIPS], rel=1e-11)
+    slip, speed, torque = part.breakdown()
+    assert (slip, torque) == pytest.approx(c.breakdown(), rel=1e-12)
+    around = [part.torque_at(speed + d) for d in (-0.5, 0.0, 0.5)]
+    assert torque == pytest.approx(around[1], rel=1e-12)
+    assert max(around[0], around[2]) < torque
+    # What is drawn and not lost in resistances crosses the air gap.
+    s, rotor = 0.05, c.torque(0.05) * c.synchronous
+    lost = 3 * c.current(s) ** 2 * c.stator_resistance
+    assert c.drawn(s).real == pytest.approx(rotor + lost, rel=1e-12)
+
+
+@pytest.mark.parametrize("power", KRAUSE)
+def test_krauses_circuits_are_found_again(power):
+    """From rated point, breakdown and starting torque and power factor: all five elements of the circuit."""
+    c, slip = krause(power)
+    found = fitted_circuit(plate_of(c, slip, power_factor=c.power_factor(slip)))
+    assert numbers(found) == pytest.approx(numbers(c), rel=1e-8)
+
+
+@pytest.mark.parametrize("power", KRAUSE)
+def test_without_the_power_factor_the_torque_is_found_again(power):
+    """A circuit without magnetising current, and the same torque at every slip: what a Thevenin source says."""
+    c, slip = krause(power)
+    found = fitted_circuit(plate_of(c, slip))
+    assert math.isinf(found.magnetising)
+    assert [found.torque(s) for s in SLIPS] == pytest.approx([c.torque(s) for s in SLIPS], rel=1e-9)
+
+
+def test_krauses_500_horse_power_are_500():
+    c, slip = krause(500)
+    assert c.torque(slip) * c.synchronous * (1 - slip) / 745.7 == pytest.approx(500, rel=0.01)
+
+
+@few
+@given(
+    r1=st.floats(0.01, 0.05), slip=st.floats(0.01, 0.05), x=st.floats(0.06, 0.12), xm=st.floats(1.5, 4.0),
+    r2=st.floats(0.01, 0.06),
+)  # fmt: skip
+def test_any_circuit_is_found_again(r1, slip, x, xm, r2):
+    """Of usual motors, in ohm of a motor of 1 ohm rated impedance. Iron losses change nothing."""
+    c = EquivalentCircuit(230.0, 2 * math.pi * 30, r1, r2, x, x, xm)
+    assume(slip < 0.6 * c.breakdown()[0] and c.breakdown()[1] > 1.1 * c.torque(slip))
+    drawn = c.drawn(slip) + 1.5 * 3 * c.current(slip) ** 2 * r1  # the iron takes more than the winding
+    shaft = c.torque(slip) * c.synchronous * (1 - slip)
+    given_ = {"efficiency": shaft / drawn.real, "current": abs(drawn) / (3 * c.voltage)}
+    found = fitted_circuit(plate_of(c, slip, **given_))
+    assert [found.torque(s) for s in SLIPS] == pytest.approx([c.torque(s) for s in SLIPS], rel=1e-6)
+    assert found.torque(slip) == pytest.approx(c.torque(slip), rel=1e-9)
+    exact = fitted_circuit(plate_of(c, slip, power_factor=c.power_factor(slip)))
+    assert numbers(exact) == pytest.approx(numbers(c), rel=1e-5)
+
+
+def test_klosss_formula_where_the_data_allow_no_circuit():
+    """With neither losses nor a starting torque: T/T_b = 2/(s/s_b + s_b/s), through the rated point."""
+    plate = {k: CAGE[k] for k in ("power", "speed", "voltage", "frequency", "breakdown_torque_ratio")}
+    made = Induction(nameplate=plate)
+    assert made.stator_resistance == 0
+    assert made.magnetising_reactance is None
+    rated, slip = 4000 / (1435 * math.pi / 30), 65 / 1500
+    breakdown = slip * (3 + math.sqrt(8))
+    synchronous = 50 * math.pi
+    kloss = [6 * rated / (s / breakdown + breakdown / s) for s in SLIPS]
+    assert [made.torque_at(synchronous * (1 - s)) for s in SLIPS] == pytest.approx(kloss, rel=1e-9)
+    assert "(Kloss)" in made.made_of()[0]
+    assert made.doubts() == ()
+
+
+def test_a_cage_motor_of_a_catalogue():
+    """Rated point, breakdown torque and power factor are met; the winding takes half of what is lost outside the cage."""
+    made, rated = Induction(nameplate=CAGE), 4000 / (1435 * math.pi / 30)
+    assert made.torque_at(1435 * math.pi / 30) == pytest.approx(rated, rel=1e-9)
+    assert made.breakdown()[2] == pytest.approx(3 * rated, rel=1e-9)
+    c, slip = made.circuit_at(400.0, 50.0), 65 / 1500
+    active = 4000 / 0.866
+    assert c.drawn(slip).imag == pytest.approx(active * math.tan(math.acos(0.81)), rel=1e-8)
+    current = active / (3 * 400 * 0.81)
+    assert 3 * current**2 * made.stator_resistance == pytest.approx(0.5 * (active - 4000 / (1 - slip)), rel=1e-9)
+    assert made.torque_at(0.0) == pytest.approx(46.21, abs=0.01)
+    assert "starting torque 46.21 N m for 61.22 N m (-25 %)" in made.made_of()[0]
+    assert made.doubts()[0].startswith("drive.nameplate: starting torque 46.21 N m for 61.22 N m (-25 %): real cages")
+    assert len(made.doubts()) == 1
+
+
+def test_star_and_delta_are_the_same_motor():
+    """What the lines see: the impedance of a phase in delta is three times that in star."""
+    star, delta = (Induction(nameplate=CAGE | {"connection": c}) for c in ("star", "delta"))
+    assert delta.voltage == 400
+    assert star.voltage == pytest.approx(400 / math.sqrt(3))
+    for key in ("stator_resistance", "rotor_resistance", "stator_reactance", "magnetising_reactance"):
+        assert getattr(delta, key) == pytest.approx(3 * getattr(star, key), rel=1e-7)
+    assert [star.torque_at(w) for w in (0.0, 90.0, 170.0)] == pytest.approx([delta.torque_at(w) for w in (0.0, 90.0, 170.0)])
+
+
+def test_the_poles_follow_from_the_speed():
+    for rpm, pairs in ((2880, 1), (1435, 2), (950, 3), (705, 4)):
+        without = {k: v for k, v in CAGE.items() if k not in ("efficiency", "power_factor")}
+        assert Induction(nameplate=without | {"speed": f"{rpm} rpm"}).pole_pairs == pairs
+
+
+def test_a_measured_resistance_and_another_voltage_beside_the_nameplate():
+    made = Induction(nameplate=CAGE, stator_resistance="2 ohm", voltage="200 V", frequency="25 Hz")
+    assert (made.stator_resistance, made.voltage, made.frequency, made.rated_frequency) == (2.0, 200.0, 25.0, 50.0)
+    assert Induction(nameplate=CAGE, stator_resistance=2).torque_at(1435 * math.pi / 30) == pytest.approx(26.618, abs=1e-3)
+    assert "torque at rated speed 26.62 N m met" in made.made_of()[0]
+
+
+def test_a_nameplate_has_no_parameters_and_is_fitted_once():
+    """Only what follows from it can be changed; a motor built again from all its values keeps them."""
+    made = Induction(nameplate=CAGE)
+    assert not [p.path for p in made.parameters() if "nameplate" in p.path]
+    again = Induction(**made.model_dump(mode="json", exclude={"label"}) | {"rotor_resistance": 5.0})
+    assert again.rotor_resistance == 5.0
+    assert again.stator_reactance == made.stator_reactance
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"speed": "1500 rpm"}, "nameplate.speed: given '1500 rpm'; must be less than the synchronous speed 1500 rpm"),
+        ({"speed": "1505 rpm"}, "nameplate.speed: .*with 2 poles the rated slip would be 50%"),
+        ({"poles": 3}, "nameplate.poles: given 3; must be an even number"),
+        ({"poles": 2}, "nameplate.poles: given 2; with 2 poles the rated slip would be 52%"),
+        ({"efficiency": 0.97}, "nameplate.efficiency: given 0.97; must be below 0.9567"),
+        ({"efficiency": 86.6}, "less than 1"),
+        ({"efficiency": None, "current": "6 A", "power_factor": 0.9}, "nameplate.power_factor: given 0.9; must be above 1.006"),
+        ({"power_factor": None, "current": "5 A"}, "nameplate.current: given '5 A'; must be more than 6.667 A"),
+        ({"breakdown_torque_ratio": None}, "nameplate.breakdown_torque_ratio: this key is missing"),
+        ({"breakdown_torque_ratio": 0.9}, "greater than 1"),
+        ({"power": "4 kN"}, "this one is a force"),
+        ({"connection": "Y"}, "must be 'star' or 'delta'"),
+        ({"power_factr": 0.8}, "did you mean 'power_factor'"),
+    ],
+)
+def test_what_no_motor_has_is_refused(changes, sentence):
+    with pytest.raises(InputError, match=sentence):
+        Induction(nameplate={k: v for k, v in (CAGE | changes).items() if v is not None})
+
+
+@pytest.mark.parametrize(
+    ("beside", "sentence"),
+    [
+        ({"rotor_resistance": 3}, "induction.rotor_resistance: given 3; not allowed beside nameplate"),
+        ({"stator_resistance": 30}, "induction.stator_resistance: given 30; must be from 0 to 9.567 ohm"),
+        ({"stator_resistance": "1 V"}, "induction.stator_resistance: given '1 V'; must be a resistance"),
+        ({"frequency": 0, "nameplate": {k: v for k, v in CAGE.items() if k != "power_factor"}}, "at 0 Hz a motor needs magn"),
+    ],
+)
+def test_what_does_not_go_beside_a_nameplate(beside, sentence):
+    with pytest.raises(InputError, match=sentence):
+        Induction(**{"nameplate": CAGE} | beside)
+
+
+def test_currents_that_contradict_the_efficiency_are_told():
+    doubts = Induction(nameplate=CAGE | {"current": "5 A"}).doubts()
+    assert any("input power by current 2806 W for 4619 W (-39 %)" in d for d in doubts)
+
+
+def test_a_power_factor_that_the_leakage_alone_undercuts_is_told():
+    made = Induction(nameplate=CAGE | {"power_factor": 0.995})
+    assert made.magnetising_reactance is None
+    assert any("the leakage alone draws more" in d for d in made.doubts())
+
+
+@pytest.mark.parametrize("cls", [Induction, DCSeparate])
+def test_the_schema_asks_for_a_nameplate_or_a_circuit(cls):
+    schema = cls.model_json_schema()
+    assert json.dumps(schema)
+    plate, circuit = (set(c["required"]) for c in schema["anyOf"])
+    assert plate == {"nameplate"}
+    assert circuit >= {"voltage", "frequency", "rotor_resistance"} if cls is Induction else circuit >= {"voltage", "flux"}
+    assert "required" not in schema
+    name = "InductionNameplate" if cls is Induction else "DCNameplate"
+    assert schema["$defs"][name]["properties"]["voltage"]["unit"] == "V"
+
+
+def test_a_dc_motor_by_its_data_sheet():
+    """The rated and the no-load point are met; k Phi is the torque constant of the data sheet, and the current comes out."""
+    made = DCSeparate(nameplate=RE40)
+    assert made.torque_at(6940 * math.pi / 30) == pytest.approx(0.177, rel=1e-12)
+    assert made.torque_at(7580 * math.pi / 30) == pytest.approx(0.0, abs=1e-15)
+    assert made.flux * made.motor_constant == pytest.approx(30.2e-3, rel=2e-3)
+    assert "rated current 5.991 A for 6 A (-0.15 %)" in made.made_of()[0]
+    assert made.doubts() == ()
+    # The 0.299 ohm of the data sheet are those of a cold winding.
+    doubts = DCSeparate(nameplate=RE40 | {"armature_resistance": "0.299 ohm"}).doubts()
+    assert doubts == ("drive.nameplate: armature resistance 0.3461 ohm for 0.299 ohm (+16 %)",)
+
+
+@few
+@given(flux=st.floats(0.02, 2.0), share=st.floats(0.02, 0.3), friction=st.floats(0.0, 0.1))
+def test_any_dc_motor_is_found_again(flux, share, friction):
+    """A motor with dry friction, by its no-load speed, by its resistance, or by its losses: the same torque on the shaft."""
+    voltage, current = 100.0, 10.0
+    resistance, idle = share * voltage / current, friction * current
+    speed, no_load = (voltage - resistance * current) / flux, (voltage - resistance * idle) / flux
+    rated = flux * (current - idle)
+    plate = {"voltage": voltage, "speed": speed, "power": rated * speed}
+    ways = (
+        {"no_load_speed": no_load},
+        {"current": current, "armature_resistance": resistance},
+        {"current": current, "no_load_current": idle},
+    )
+    for way in ways:
+        made = DCSeparate(nameplate=plate | way)
+        for w in (0.0, 0.5 * speed, speed, no_load):
+            exact = flux * ((voltage - flux * w) / resistance - idle)
+            assert made.torque_at(w) == pytest.approx(exact, rel=1e-7, abs=1e-9 * flux * current)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"torque": None}, "nameplate.power: needed is the rated power on the shaft or the rated torque"),
+        ({"power": "130 W"}, "one of both"),
+        ({"no_load_speed": "6900 rpm"}, "nameplate.no_load_speed: given '6900 rpm'; must be above the rated speed"),
+        ({"no_load_current": "7 A"}, "must be below the rated current"),
+        ({"current": "5 A"}, "nameplate.current: given '5 A'; must be above 5.36 A"),
+        ({"no_load_speed": None, "no_load_current": None}, "needed is one of these: no_load_speed, or current with armature"),
+        ({"no_load_speed": None, "armature_resistance": "9 ohm"}, "nameplate.armature_resistance: given '9 ohm'; does not fit"),
+        ({"no_load_speed": None, "no_load_current": "1 A"}, "nameplate.no_load_current: given '1 A'; does not fit"),
+    ],
+)
+def test_what_no_dc_motor_has_is_refused(changes, sentence):
+    with pytest.raises(InputError, match=sentence):
+        DCSeparate(nameplate={k: v for k, v in (RE40 | changes).items() if v is not None})

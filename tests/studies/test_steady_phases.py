@@ -1,0 +1,153 @@
+"""Torque balance and response with balancing bodies in their steady phases: what the machine does, and not what it cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from wucht.errors import InputError
+from wucht.files.catalogue import load_machine
+from wucht.results.conventions import summary_of
+from wucht.studies.response.spec import Response
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import draw, report, run
+from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.torque_balance.spec import TorqueBalance
+
+
+@pytest.fixture(scope="module")
+def drum() -> xr.Dataset:
+    return run(TorqueBalance(), load_machine("practice/laundry-drum"))
+
+
+@pytest.fixture(scope="module")
+def r1() -> xr.Dataset:
+    return run(TorqueBalance(), load_machine("drozdetskaya-2020/r1"))
+
+
+def stable_speeds(balance: xr.Dataset) -> list[float]:
+    return [p["speed"] for p in summary_of(balance)["working_points"] if p["stable"] and not p["overlapping"]]
+
+
+@pytest.mark.slow
+def test_the_laundry_drum_runs_where_it_runs_up_to(drum: xr.Dataset) -> None:
+    """126.1 rad/s, and not the 115.8 rad/s of balls that are all in the place where they add up."""
+    assert stable_speeds(drum) == pytest.approx([126.1687], rel=1e-6)
+    assert summary_of(drum)["sentence"].startswith("one working point, stable: compensating")
+
+
+@pytest.mark.slow
+def test_the_run_up_of_the_laundry_drum_settles_there(drum: xr.Dataset) -> None:
+    machine = load_machine("practice/laundry-drum")
+    start = {f"b{i + 1}": angle for i, angle in enumerate(np.radians([0, 60, 120, 180, 240, 300]))}
+    final = summary_of(run(RunUp(settled=True, start=start), machine))
+    assert final["outcome"] == "compensated"
+    assert stable_speeds(drum) == pytest.approx([final["final_speed"]], rel=1e-3)
+
+
+def test_the_run_up_of_r1_settles_there(r1: xr.Dataset) -> None:
+    machine = load_machine("drozdetskaya-2020/r1-u80")
+    final = summary_of(run(RunUp(until=10.0, start={"p1": 2.5, "p2": -2.3}), machine))
+    assert final["outcome"] == "compensated"
+    assert stable_speeds(r1) == pytest.approx([final["final_speed"]], rel=1e-4)
+
+
+def test_working_points_are_the_synchronous_states(r1: xr.Dataset) -> None:
+    states = summary_of(run(SynchronousStates(full=False), load_machine("drozdetskaya-2020/r1")))["states"]
+    points = summary_of(r1)["working_points"]
+    assert [p["speed"] for p in points] == pytest.approx(sorted(s["speed"] for s in states), rel=1e-12)
+    by_speed = sorted(states, key=lambda s: s["speed"])
+    assert [p["stable"] for p in points] == [s["stable_slow"] for s in by_speed]
+    for point, state in zip(points, by_speed, strict=True):
+        assert point["phases"] == pytest.approx(state["phases"], abs=1e-9)
+    assert [p["configuration"] for p in points] == ["together, heavy side", "together, light side", "opposed", "compensating"]
+
+
+def test_each_point_lies_on_the_curve_of_its_configuration(r1: xr.Dataset) -> None:
+    for p in summary_of(r1)["working_points"]:
+        on = r1.surplus_torque.values[r1.configuration_name.values == p["configuration"]]
+        change = [np.diff(np.sign(curve)) for curve in on]
+        crossing = [r1.speed.values[np.flatnonzero(np.nan_to_num(c))] for c in change]
+        nearest = np.abs(np.concatenate(crossing) - p["speed"]).min()
+        assert nearest < 0.5, p["configuration"]
+
+
+def test_figure_and_report(r1: xr.Dataset) -> None:
+    (axis,) = draw(r1).axes
+    lines = {line.get_label(): line for line in axis.get_lines()}
+    assert lines["compensating"].get_linestyle() == "-"
+    assert lines["opposed"].get_linestyle() == "--"
+    assert {"together, heavy side", "working point, stable", "working point, not stable", "not stable"} <= set(lines)
+    assert "stable       200 rad/s (1910 rpm), compensating: 0 N m" in "\n".join(report(r1))
+
+
+@pytest.mark.slow
+def test_the_figure_where_bodies_would_overlap(drum: xr.Dataset) -> None:
+    above, _ = draw(drum).axes
+    assert any(line.get_label() == "bodies overlapping" and line.get_linestyle() == ":" for line in above.get_lines())
+    assert above.get_ylim()[1] < 100, "not as high as the motor's torque at standstill"
+
+
+def test_the_response_of_stable_bodies() -> None:
+    result = run(Response(), load_machine("drozdetskaya-2020/r1"))
+    s = summary_of(result)
+    assert s["amplitude_at_free_speed"] == 0.0
+    assert s["configurations_at_free_speed"] == ["compensating"]
+    assert "bodies stable there: compensating" in s["sentence"]
+    stable = np.where(result.stable.values, result.amplitude.values, 0.0)
+    assert s["peak_amplitude"] == np.nanmax(stable)
+    at = np.unravel_index(np.nanargmax(stable), stable.shape)[1]
+    assert (s["peak_speed"], s["peak_speed"]) == (result.speed.values[at], pytest.approx(77.345, abs=1e-2))
+    held = summary_of(run(Response(bodies="held"), load_machine("drozdetskaya-2020/r1")))
+    assert held["peak_amplitude"] > 2 * s["peak_amplitude"]
+    assert len(draw(result).axes) == 4
+    assert "where balancing bodies are in stable steady phases" in "\n".join(report(result))
+
+
+def test_the_torque_on_bodies_in_steady_phases_is_zero() -> None:
+    """It is what makes them stay: the rotor alone feels the vibration."""
+    machine = load_machine("practice/exciter")
+    result = run(Response(), machine)
+    exists = np.isfinite(result.vibration_torque.values)
+    on = dict(zip(map(str, result.body.values), np.moveaxis(result.torque_on_body.values, 1, 0), strict=True))
+    whole = np.nanmax(result.vibration_torque.values)
+    assert on["pendulum" if "pendulum" in on else list(on)[1]][exists] == pytest.approx(0, abs=1e-9 * whole)
+    assert on[machine.rotor.name][exists] == pytest.approx(result.vibration_torque.values[exists], abs=1e-9 * whole)
+
+
+def test_machines_without_known_phases_are_held_and_it_is_said() -> None:
+    switchable = load_machine("practice/laundry-drum-switchable")
+    result = run(TorqueBalance(), switchable)
+    assert summary_of(result)["bodies"] == "held"
+    assert "balancing bodies are held, as their steady phases are not computed" in result.attrs["warnings"]
+    with pytest.raises(InputError, match=r"study\.bodies: given 'steady'; not known here: .*study.bodies = 'held'"):
+        run(TorqueBalance(bodies="steady"), switchable)
+
+
+@pytest.mark.parametrize(
+    ("question", "sentence"),
+    [
+        ({"bodies": "free"}, r"study\.bodies"),
+        ({"range": (-100.0, 200.0)}, "in the sense in which the drive turns"),
+        ({"start": {"p3": 0.1}}, "unknown key"),
+    ],
+)
+def test_refused(question: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        run(TorqueBalance(**question), load_machine("drozdetskaya-2020/r1"))
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_the_start_of_a_run_up_holds_nothing(wucht: Callable[..., Any], study: Callable[..., Path]) -> None:
+    """The study file is one of a run-up: its start is none of the phases of a torque balance."""
+    file, words = study(), ("--set", "study.kind=torque-balance", "--json")
+    points = wucht("run", file, *words).document["summary"]["working_points"]
+    assert [p["configuration"] for p in points if p["stable"]] == ["compensating"]
+    held = wucht("run", file, *words, "--set", "study.bodies=held").document["summary"]
+    assert held["bodies"] == "held"
+    assert "configuration" not in held["working_points"][0]
