@@ -62,7 +62,7 @@ def _wucht(words: list[str]) -> None:
 
     from wucht.cli import app as cli
 
-    cli._register()
+    cli.register()
     command = typer.main.get_command(cli.app).commands[words[0]]  # type: ignore[attr-defined]
     if "--import" in words:  # what is loaded stays loaded: only a process of its own may do it
         assert (ROOT / words[words.index("--import") + 1]).is_file()

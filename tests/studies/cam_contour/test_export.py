@@ -61,7 +61,7 @@ def test_without_the_shaft_there_is_no_correction(file):
 
 @pytest.mark.slow
 def test_from_the_command_line(file, tmp_path):
-    command_line._register()
+    command_line.register()
     result = tmp_path / "out"
     run_file(file, folder=result)
     done = CliRunner().invoke(command_line.app, ["export", str(result / "result.nc"), "-o", str(tmp_path / "mill")])
