@@ -116,7 +116,7 @@ def test_in_bash(here: Path) -> None:
     script = SCRIPT.format(python=sys.executable)
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True, env=dict(os.environ))
     first, second, third = done.stdout.splitlines()
-    assert first == "practice/screen practice/screen-unsynchronised"
+    assert first == "practice/screen practice/screen-loaded practice/screen-unsynchronised"
     assert second == "slow", "what stands before the sign is a word of its own to readline"
     assert third == "complete -o default -F _wucht_complete wucht"
 

@@ -20,7 +20,7 @@ def gathered() -> dict[str, Any]:
 
     parts = {
         title: {
-            kind: [key.name for key in keys_of(cls) if key.unit is not None and "[]" not in key.name]
+            kind: [key.name for key in keys_of(cls) if key.unit is not None and not set(key.name) & {"[", "."}]
             for kind, cls in of_kind.items()
         }
         for title, of_kind in kinds().items()
