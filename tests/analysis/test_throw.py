@@ -47,6 +47,16 @@ def test_few_samples_a_turn_do() -> None:
     assert throw.throw_number(0.0) is None
 
 
+def test_samples_that_follow_one_another_at_once() -> None:
+    """The last one of a run may lie just behind the last of its grid."""
+    time = np.append(np.linspace(0.0, 1.0, 401), 1.0 + 1e-13)
+    turning = ellipse(0.78, 1.0)[:, None] * np.exp(1j * SPEED * time)
+    throw = Throw.sampled(
+        np.append(time, time[-1]), *(np.hstack([q, q[:, -1:]]) for q in (turning.real, (1j * SPEED * turning).real))
+    )
+    assert throw.acceleration == pytest.approx(MAJOR * SPEED**2, rel=2e-3)
+
+
 def test_a_line_a_circle_and_rest() -> None:
     line = Throw.harmonic(np.array([0.0, 1e-3]), 100.0, 0.0)
     assert (line.direction, line.ratio) == (pytest.approx(math.pi / 2), pytest.approx(0.0, abs=1e-12))

@@ -11,8 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.analysis.forced import Forced
+from wucht.machines.machine import Machine
 from wucht.numerics.peaks import between_samples, extremes
 
+_SHORT = 1e-2  # of the median step of samples
 GRAVITY = 9.80665  # m/s^2, standard: 3rd CGPM (1901)
 
 
@@ -45,6 +48,7 @@ class Throw:
 
         Between samples it is found to the fourth order of their distance.
         """
+        time, place, velocity = _apart(time, place, velocity)
         along = _main_axis(place)
         acceleration, jerk = _second_and_third(time, place, velocity)
         inner = time[1:-1]
@@ -65,6 +69,17 @@ class Throw:
         """The motion across over that along: 0 on a line, 1 on a circle."""
         return self.across / self.stroke if self.stroke else 0.0
 
+    @property
+    def numbers(self) -> dict[str, float | None]:
+        """As a summary has them."""
+        return {
+            "stroke": self.stroke,
+            "throw_direction": self.direction if self.stroke else None,
+            "throw_ratio": self.ratio,
+            "acceleration": self.acceleration,
+            "machine_number": self.machine_number,
+        }
+
     def throw_number(self, deck: float) -> float | None:
         """Gamma, the largest acceleration normal to the deck over the part of gravity that holds the material on it."""
         return None if self.normal is None else self.normal / (GRAVITY * math.cos(deck))
@@ -77,6 +92,17 @@ def _normal(deck: float) -> np.ndarray:
 def _line(angle: float) -> float:
     """The angle of a line, which has no sense, in (-pi/2, pi/2]."""
     return math.pi / 2 - (math.pi / 2 - angle) % math.pi
+
+
+def steady_throw(machine: Machine, forced: Forced, speed: float) -> Throw | None:
+    """Of the carrier's centre of mass in the forced vibration at a speed; None for a carrier without units, that does not
+    translate, or at a resonance that nothing damps."""
+    if machine.dimensionless or not {"x", "y"} & set(machine.free_labels):
+        return None
+    with np.errstate(all="ignore"):
+        z = dict(zip(machine.free_labels, forced.displacement(np.array([abs(speed)]))[0][0], strict=True))
+        plane = np.array([z.get(d, 0.0) for d in "xy"])
+    return Throw.harmonic(plane, abs(speed)) if np.isfinite(plane).all() else None
 
 
 def largest_of(vector: np.ndarray) -> float:
@@ -111,6 +137,13 @@ def _span(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
 
 def _largest(time: np.ndarray, signal: np.ndarray, rate: np.ndarray) -> float:
     return float(between_samples(time, signal, rate).max()) if len(time) > 1 else float(signal.max())
+
+
+def _apart(time: np.ndarray, place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Without samples that follow one another at once, as at the end of a leg: their difference is rounding."""
+    steps = np.diff(time)
+    keep = np.concatenate([[True], steps > _SHORT * np.median(steps)])
+    return time[keep], place[:, keep], velocity[:, keep]
 
 
 def _second_and_third(time: np.ndarray, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -178,7 +178,17 @@ def test_undamped_in_one_direction() -> None:
 
 def test_at_an_undamped_resonance_in_operation() -> None:
     at_resonance = machine(drive={"kind": "constant-speed", "speed": K}, damping=0.0)
-    assert summary(run(Response(), at_resonance))["amplitude_at_free_speed"] is None
+    s = summary(run(Response(), at_resonance))
+    assert (s["amplitude_at_free_speed"], s["throw_at_free_speed"]) == (None, None)
+
+
+def test_the_throw_in_operation() -> None:
+    s = summary(run(Response(), machine()))
+    throw, w = s["throw_at_free_speed"], s["free_speed"]
+    assert throw["stroke"] == pytest.approx(2 * s["amplitude_at_free_speed"], rel=1e-9), "the rotor is in the centre of mass"
+    assert throw["machine_number"] == pytest.approx(s["amplitude_at_free_speed"] * w**2 / 9.80665, rel=1e-9)
+    assert throw["throw_ratio"] == pytest.approx(1.0)
+    assert summary(run(Response(), load_machine("drozdetskaya-2020/table-5.1")))["throw_at_free_speed"] is None
 
 
 def test_an_undamped_mode_that_nothing_excites() -> None:

@@ -12,6 +12,7 @@ from wucht.analysis.configurations.force_balance import members
 from wucht.analysis.configurations.state_names import NAMES, name_of, residual_unbalance, type_of
 from wucht.analysis.configurations.steady_branches import overlapping
 from wucht.analysis.forced import Forced
+from wucht.analysis.throw import Throw, steady_throw
 from wucht.analysis.vibration import unbalances
 from wucht.results.conventions import wrapped
 
@@ -27,7 +28,7 @@ class Configuration:
     """A state, described and judged. phases: by body, as in the contract.
 
     share: of the rotor's unbalance that is left. stable_share: of the family. overlapping: bodies of one track are in each
-    other's place. disagreement: why the slow and the full equations disagree.
+    other's place. throw: of the carrier. disagreement: why the slow and the full equations disagree.
     """
 
     state: State
@@ -42,6 +43,7 @@ class Configuration:
     slow: Stability
     full: Stability
     stable_share: float | None
+    throw: Throw | None
     disagreement: str | None = None
 
     @property
@@ -87,6 +89,7 @@ class Describer:
             speed=float(t.senses[0]) * state.speed, phases=self._phases(state), residual=left,
             share=float(left / abs(self.own[0])) if left is not None and self.own[0] else None,
             amplitude=float(forced.amplitude(np.array([state.speed]))[0][0]), overlapping=overlapping(t, state.phases),
+            throw=steady_throw(self.machine, forced, state.speed),
         )  # fmt: skip
 
     def _stability(self, state: State) -> tuple[Stability, float | None]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,18 +18,20 @@ if TYPE_CHECKING:
 
 _MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED, _LONG = 2, 2, 14, 38
 _PANEL, _LINE = 2.5, 0.17  # inches: of a row of panels, of a line of the legend
+_LETTERS = 32  # of a name along a panel
 _MARKS = "os^Dv"
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Up to two panels of curves, and up to two of numbers where something is varied or no study has curves."""
-    count = sum(str(name).endswith("_x") for name in result.data_vars if str(name).startswith("curve_"))
+    abscissae = _abscissae(result)
+    count, alike = len(abscissae), len({tuple(x.attrs.values()) for x in abscissae}) == 1
     curves, numbers = range(1, min(count, _MOST_CURVES) + 1), shown_numbers(result)[:_MOST_NUMBERS]
     numbers = numbers if summary_of(result)["vary"] or not count else []
     panels = len(curves) + len(numbers)
     if not panels:
         return style.new_figure(1, 2.0, result.attrs["title"], result.attrs["sentence"])[0]
-    columns = 1 if panels == 1 or (not numbers and _alike(result)) else 2
+    columns = 1 if panels == 1 or (not numbers and alike) else 2
     rows, named = -(-panels // columns), _names(result)
     lines = -(-len(named) // _columns_of(named)) if curves else 0
     height = rows * _PANEL + 1.2 + _LINE * lines
@@ -46,14 +49,8 @@ def figure(result: xr.Dataset) -> Figure:
     return drawn
 
 
-def _alike(result: xr.Dataset) -> bool:
-    """Whether all curves are over one abscissa."""
-    return (
-        len(
-            {tuple(result[n].attrs.values()) for n in result.data_vars if str(n).startswith("curve_") and str(n).endswith("_x")}
-        )
-        == 1
-    )
+def _abscissae(result: xr.Dataset) -> list[xr.DataArray]:
+    return [result[n] for n in result.data_vars if str(n).startswith("curve_") and str(n).endswith("_x")]
 
 
 def _names(result: xr.Dataset) -> list[str]:
@@ -74,16 +71,17 @@ def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> No
         name = names[k] if k < len(names) else None
         axis.plot(x_scale * x.values[k], y_scale * y.values[k], label=name, **style.line_style(k))
     axis.set_xlabel(style.label(result, str(x.name), x_unit))
-    axis.set_ylabel(style.label(result, str(y.name), y_unit))
+    axis.set_ylabel(textwrap.fill(style.label(result, str(y.name), y_unit), _LETTERS))
 
 
 def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
     """A number over the first key that is varied, a line for each file and value of the second; else a mark a variant."""
     scale, unit = style.printed_unit(result, name)
     values, paths = scale * result[name].values, list(summary_of(result)["vary"])
-    axis.set_ylabel(style.label(result, name, unit))
+    axis.set_ylabel(textwrap.fill(style.label(result, name, unit), _LETTERS))
     if not paths or result[paths[0]].dtype.kind != "f":
         axis.plot(np.arange(len(values)), values, linestyle="", marker="o", color=style.COLOURS[0])
+        axis.set_xlim(-0.5, len(values) - 0.5)
         axis.set_xticks(np.arange(len(values)), [str(v) for v in result.variant.values], rotation=25, ha="right", fontsize=7)
         return
     x_scale, x_unit = style.printed_unit(result, paths[0])
@@ -97,7 +95,7 @@ def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
         line = style.line_style(j) | {"marker": _MARKS[j % len(_MARKS)], "markersize": 4}
         axis.plot(x_scale * result[paths[0]].values[members][at], values[members][at], label=label or None, **line)
     axis.set_xlabel(style.label(result, paths[0], x_unit))
-    if len(groups) > 1:
+    if 1 < len(groups) <= _MOST_NAMED:
         axis.legend(fontsize=7, frameon=False)
 
 

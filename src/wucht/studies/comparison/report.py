@@ -24,6 +24,8 @@ def report(result: xr.Dataset) -> list[str]:
         [_cut(str(v)), str(result.outcome.values[k]), *(_number(float(result[name].values[k])) for name in names)]
         for k, v in enumerate(result.variant.values[:_MOST_LINES])
     ]
+    if not names:  # nothing to put into columns: each one's answer in words
+        header, rows = [*header, ""], [[*row, str(result.sentence.values[k])] for k, row in enumerate(rows)]
     if not any(row[1] for row in rows):
         header, rows = header[:1] + header[2:], [row[:1] + row[2:] for row in rows]
     widths = [max(len(line[k]) for line in (header, *rows)) for k in range(len(header))]

@@ -79,6 +79,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "free_speed": free,
         "amplitude_at_free_speed": max((m.value for m in maxima.at_free), default=None),
         "configurations_at_free_speed": [m.label for m in maxima.at_free if m.label],
+        "throw_at_free_speed": None if maxima.throw is None else maxima.throw.numbers,
         "eccentricity": eccentricity,
         "self_centring_speed": self_centring_speed(steady, eccentricity, w) if excited else None,
     }

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.analysis.forced import Forced
+from wucht.analysis.throw import Throw, steady_throw
 from wucht.machines.operation import free_speed
 from wucht.studies.response.prepare import Plan
 from wucht.studies.response.run import Findings, amplitude_at
@@ -37,7 +38,8 @@ class Curve:
 class Maxima:
     """amplitudes, torques: local maxima. largest, hardest: the greatest of all where bodies are stable, None without such.
 
-    at_free: at the speed that the drive reaches without vibration, of each stable configuration there.
+    at_free: at the speed that the drive reaches without vibration, of each stable configuration there. throw: of the carrier
+    in that of them with the largest amplitude.
     """
 
     amplitudes: list[Maximum]
@@ -45,6 +47,7 @@ class Maxima:
     largest: Maximum | None
     hardest: Maximum | None
     at_free: list[Maximum]
+    throw: Throw | None
 
 
 def found_maxima(plan: Plan, findings: Findings, curves_there: Sequence[Curve]) -> Maxima:
@@ -52,7 +55,7 @@ def found_maxima(plan: Plan, findings: Findings, curves_there: Sequence[Curve]) 
     machine, curves = plan.steady.machine, plan.steady.curves
     free = free_speed(machine, machine.rotor)
     amplitudes, torques = list[Maximum](), list[Maximum]()
-    largest, hardest, at_free = list[Maximum](), list[Maximum](), list[Maximum]()
+    largest, hardest, at_free = list[Maximum](), list[Maximum](), list[tuple[Maximum, Forced]]()
     for k, (forced, peaks, curve) in enumerate(zip(curves, findings.curves, curves_there, strict=True)):
         judged = _judge(plan, k)
         amplitude = _amplitude(forced, peaks.undamped)
@@ -61,9 +64,13 @@ def found_maxima(plan: Plan, findings: Findings, curves_there: Sequence[Curve]) 
         largest += _greatest(findings.speeds, curve.amplitude, curve.stable)
         hardest += _greatest(findings.speeds, curve.torque, curve.stable)
         at = np.array([] if free is None else [abs(free)])
-        at_free += [m for m in judged(at, amplitude(at)) if (m.stable and math.isfinite(m.value)) or math.isinf(m.value)]
+        standing = (m for m in judged(at, amplitude(at)) if (m.stable and math.isfinite(m.value)) or math.isinf(m.value))
+        at_free += [(m, forced) for m in standing]
     largest += [m for m in amplitudes if math.isinf(m.value) and m.stable]
-    return Maxima(amplitudes, torques, _last_of(largest), _last_of(hardest), at_free)
+    widest = max(at_free, key=lambda pair: pair[0].value, default=None)
+    bounded = widest if widest is not None and math.isfinite(widest[0].value) else None
+    throw = None if bounded is None else steady_throw(machine, bounded[1], bounded[0].speed)
+    return Maxima(amplitudes, torques, _last_of(largest), _last_of(hardest), [m for m, _ in at_free], throw)
 
 
 def _amplitude(forced: Forced, undamped: tuple[float, ...]) -> Callable[[np.ndarray], np.ndarray]:

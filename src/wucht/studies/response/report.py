@@ -38,6 +38,11 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append(f"  also         {', '.join(others[:_MOST])}{more}")
     if s["free_speed"] is not None and s["amplitude_at_free_speed"] is not None:
         lines.append(f"  in operation {amplitude(s['amplitude_at_free_speed'], s['free_speed'])}")
+        if (t := s["throw_at_free_speed"]) is not None:
+            stroke = f"stroke {length(t['stroke'])} peak to peak"
+            lines.append(
+                f"               {stroke}, {t['acceleration']:.4g} m/s\u00b2, machine number {t['machine_number']:.3g}"
+            )
     if s["peak_torque_speed"] is not None:
         unit = "" if result.attrs["dimensionless"] else " N m"
         at = [(p["speed"], p["torque"]) for p in _stable(s["torque_peaks"])[:_MOST] if p["speed"] != s["peak_torque_speed"]]

@@ -28,14 +28,7 @@ def felt(machine: Machine, result: xr.Dataset, inside: np.ndarray, deck: float |
     shown = result.isel(time=inside)
     place, velocity = (_plane(shown[name]) for name in ("displacement", "velocity"))
     throw = Throw.sampled(shown.time.values, place, velocity, deck)
-    numbers = {
-        "bearing_force": largest_of(_plane(shown.bearing_force)),
-        "stroke": throw.stroke,
-        "throw_direction": throw.direction if throw.stroke else None,
-        "throw_ratio": throw.ratio,
-        "acceleration": throw.acceleration,
-        "machine_number": throw.machine_number,
-    }
+    numbers = {"bearing_force": largest_of(_plane(shown.bearing_force))} | throw.numbers
     return numbers if deck is None else numbers | {"deck": deck, "throw_number": throw.throw_number(deck)}
 
 

@@ -81,6 +81,7 @@ class RunUp(SingleRun):
         "peak_amplitude",
         "final_residual_unbalance",
         "settling_time",
+        "machine_number",
     )
 
     starts: common.Starts = ()

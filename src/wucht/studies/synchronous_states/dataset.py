@@ -126,7 +126,7 @@ def _entry(c: Configuration) -> dict[str, Any]:
         "verdict": c.verdict, "overlapping": c.overlapping, "indifferent": c.state.indifferent,
         "growth_slow": None if c.slow.leading is None else c.slow.leading.real,
         "growth_full": None if c.full.leading is None else c.full.leading.real,
-        "why": c.why,
+        "why": c.why, **({} if c.throw is None else c.throw.numbers),
     }  # fmt: skip
 
 

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST = 24  # states named one by one
+_LINE = 0.5  # of the motion across over that along, below which it throws in a direction
+_GENTLE = 0.05  # machine number below which the vibration is nothing to speak of
 
 
 def report(result: xr.Dataset) -> list[str]:
@@ -25,6 +27,8 @@ def report(result: xr.Dataset) -> list[str]:
         lines.append("  " + _line(state, None if s["speed"] is not None else speed(state["speed"]), s["full"]))
         if state["why"] and s["full"]:
             lines.append(f"               {state['why']}")
+        if state.get("machine_number", 0.0) >= _GENTLE and not state["verdict"].startswith("unstable"):
+            lines.append(f"               {_throw(state)}")
     if len(s["states"]) > _MOST:
         lines.append(f"  and {len(s['states']) - _MOST} more: see the Dataset")
     lines.append(f"  complete     {'yes' if s['complete'] else 'not shown'}: {s['shown']}")
@@ -48,6 +52,12 @@ def _line(state: dict[str, Any], speed: str | None, full: bool) -> str:
     overlap = ", but bodies of a track would lie in each other's place" if state["overlapping"] else ""
     at = "" if speed is None else f" at {speed}"
     return f"{name:18} {_stability(state, full)}{at}: {angles}{left}{family}{several}{overlap}"
+
+
+def _throw(state: dict[str, Any]) -> str:
+    """What it does to the carrier, and to what lies on it."""
+    way = f" at {math.degrees(state['throw_direction']):.1f}\u00b0" if state["throw_ratio"] < _LINE else ""
+    return f"stroke {1e3 * state['stroke']:.4g} mm peak to peak{way}, machine number {state['machine_number']:.3g}"
 
 
 def _degrees(phase: float) -> str:

@@ -1,0 +1,93 @@
+"""Force, stroke, throw and machine number at the end of a run: against the forced vibration by pencil and by other studies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import wucht as package
+from wucht import Machine, RunUp, parts
+from wucht.analysis.throw import GRAVITY
+from wucht.errors import InputError
+
+CARRIER, DRUM, STIFFNESS, DAMPING, UNBALANCE, SPEED = 5.0, 4.0, (1e5, 3e5), (400.0, 400.0), 4e-3, 210.0
+
+
+def machine(directions: str = "xy") -> Machine:
+    first = 0 if "x" in directions else 1
+    both = (STIFFNESS, DAMPING) if directions == "xy" else (STIFFNESS[first], DAMPING[first])
+    carrier = parts.Carrier(mass=CARRIER, stiffness=both[0], damping=both[1], directions=directions)
+    drum = parts.Rotor(name="drum", mass=DRUM, eccentricity=UNBALANCE / DRUM, inertia=0.01)
+    return Machine(carrier, [drum], [parts.ConstantSpeed(speed=SPEED)], title="M")
+
+
+def by_pencil(k: float, c: float) -> complex:
+    return UNBALANCE * SPEED**2 / (k - (CARRIER + DRUM) * SPEED**2 + 1j * c * SPEED)
+
+
+def ended(m: Machine, **more: Any) -> dict[str, Any]:
+    summary: dict[str, Any] = package.run(RunUp(until=1.5, **more), m).wucht.summary
+    return summary
+
+
+def test_an_ellipse_by_pencil() -> None:
+    """x = Re[z_x e^(i w t)], y = Re[-i z_y e^(i w t)]: the ellipse's axes, and the force by which the carrier is driven."""
+    x, y = by_pencil(STIFFNESS[0], DAMPING[0]), -1j * by_pencil(STIFFNESS[1], DAMPING[1])
+    forward, backward = abs(x + 1j * y) / 2, abs(x - 1j * y) / 2
+    actual = ended(machine(), deck="10 deg")
+    assert actual["stroke"] == pytest.approx(2 * (forward + backward), rel=1e-4)
+    assert actual["throw_ratio"] == pytest.approx(abs(forward - backward) / (forward + backward), rel=1e-3)
+    assert actual["acceleration"] == pytest.approx((forward + backward) * SPEED**2, rel=1e-3)
+    assert actual["machine_number"] == actual["acceleration"] / GRAVITY
+    normal = abs(y * math.cos(math.radians(10)) - x * math.sin(math.radians(10))) * SPEED**2
+    assert actual["throw_number"] == pytest.approx(normal / GRAVITY / math.cos(math.radians(10)), rel=1e-3)
+    fx, fy = (z * (k - CARRIER * SPEED**2 + 1j * c * SPEED) for z, k, c in zip((x, y), STIFFNESS, DAMPING, strict=True))
+    force = abs(fx + 1j * fy) / 2 + abs(fx - 1j * fy) / 2
+    assert actual["bearing_force"] == pytest.approx(force, rel=1e-3)
+
+
+@pytest.mark.parametrize(("direction", "angle"), [("x", 0.0), ("y", math.pi / 2)])
+def test_a_line(direction: str, angle: float) -> None:
+    k = 0 if direction == "x" else 1
+    actual = ended(machine(direction))
+    assert actual["throw_direction"] == pytest.approx(angle)
+    assert actual["stroke"] == pytest.approx(2 * abs(by_pencil(STIFFNESS[k], DAMPING[k])), rel=1e-4)
+    assert actual["throw_ratio"] == pytest.approx(0.0, abs=1e-12)
+    assert "throw_number" not in actual
+
+
+def test_in_words() -> None:
+    lines = package.report(package.run(RunUp(until=1.5, deck="10 deg"), machine("y")))
+    shown = {line.split()[0]: line for line in lines if line.startswith("  ")}
+    assert "mm peak to peak at 90.0\u00b0" in shown["throw"]
+    assert "of a deck at 10\u00b0" in shown["acceleration"]
+    assert "on the carrier" in shown["force"]
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_where_it_makes_no_sense(wucht: Callable[..., Any], refused: Callable[..., str]) -> None:
+    done = wucht("run", "drozdetskaya-2020/table-5.1", "--set", "study.until=20", "-o", "out", "--json")
+    assert "stroke" not in done.document["summary"], "this machine has no units"
+    deck = ("--set", "study.deck=5 deg")
+    refused("run", "drozdetskaya-2020/table-3.1-carrier", *deck, says=("study.deck",))
+    refused("run", "drozdetskaya-2020/r1", "--set", "study.deck=2", says=("study.deck", "inclination"))
+    with pytest.raises(InputError, match=r"study\.deck.*moves up and down"):
+        ended(machine("x"), deck=0.1)
+
+
+@pytest.mark.slow
+def test_a_screen_throws_as_its_steady_configuration_does(wucht: Callable[..., Any]) -> None:
+    run = wucht("run", "practice/screen", "-o", "a", "--json", "--set", "study.deck=-5 deg").document["summary"]
+    words = ("--set", "study.kind=synchronous-states", "--set", f"study.speed={run['final_speed']}")
+    states = wucht("run", "practice/screen", "-o", "b", "--json", *words).document["summary"]["states"]
+    (steady,) = (s for s in states if s["verdict"].startswith("stable"))
+    assert math.degrees(run["throw_direction"]) == pytest.approx(45.4, abs=0.3)
+    assert run["throw_direction"] == pytest.approx(steady["throw_direction"], abs=math.radians(0.5))
+    assert run["stroke"] == pytest.approx(steady["stroke"], rel=5e-3)
+    assert run["machine_number"] == pytest.approx(steady["machine_number"], rel=2e-2)
+    assert run["throw_number"] == pytest.approx(
+        run["machine_number"] * math.sin(math.radians(50.5)) / math.cos(math.radians(5)), rel=1e-2
+    )
