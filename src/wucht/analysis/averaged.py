@@ -22,6 +22,7 @@ from wucht.mechanics.averaged.bodies import RotatingBodies, Shaking
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.linear_carrier import LinearCarrier, first_harmonic, linear_carrier
 from wucht.mechanics.phasors import Phasor
+from wucht.numerics.flow.program import Evaluator
 from wucht.system import System
 
 
@@ -73,6 +74,12 @@ class AveragedMachine:
         names = self.equations.bodies.names
         theta, turning = (np.array([self.senses[n] * given[n] for n in names]) for given in (angles, speeds))
         return self._state(*((theta, turning) if self.inertia else self._landed(theta, turning)))
+
+    def defined_at(self, state: np.ndarray) -> bool:
+        """Whether the equations have a value in a slow state (n,); those of second order have none at rest."""
+        with np.errstate(all="ignore"):
+            rates = Evaluator.of_rates(self.system).array(np.zeros(1), state[:, None], self.values())
+        return bool(np.isfinite(rates).all())
 
     def steady_state(self, speed: float, phases: np.ndarray) -> np.ndarray:
         """The slow state (n,) of bodies that all turn at one speed, with phases in the order of the equations' bodies."""

@@ -263,3 +263,12 @@ def test_a_slower_time_scale_slows_the_verdict_down() -> None:
     assert one["outcome"] == other["outcome"]
     assert other["settling_time"] == pytest.approx(10 * one["settling_time"], rel=1e-6)
     assert other["final_speed"] == pytest.approx(one["final_speed"] / 10, rel=1e-9)
+
+
+@pytest.mark.parametrize("until", [10_000.0, 20_000.0])
+def test_a_modulation_is_known_again_in_a_longer_run(until: float) -> None:
+    """From cycle to cycle the lag of the pendulums changes by some millionths, which is how well cycles are told apart."""
+    machine = load_machine("drozdetskaya-2020/table-5.1").with_values({"u": 3.15})
+    summary = summary_of(run(RunUp(until=until, start={"psi": 3.241, "delta": 0.364}), machine))
+    assert summary["outcome"] == "captured-modulated"
+    assert summary["advice"] is None

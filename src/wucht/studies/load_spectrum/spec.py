@@ -83,10 +83,9 @@ class LoadSpectrum(SingleRun):
     after: the time from which on is counted, so that the run-up itself can be left out. counting: ``"rainflow"``,
     ``"range-pair"``, ``"level-crossing"`` or ``"peaks"`` (ASTM E1049). residue: what becomes of ranges that close no cycle:
     ``"half-cycles"``, ``"repeat"`` (the history comes again and again) or ``"drop"``. reference: of level crossings and
-    peaks; without one all rising crossings and all
-    peaks count. class_width: of the classes of range and level; by default each range stands for itself, as far as they are
-    few. woehler: a Woehler line, for the damage. until, turns, settled, start, model, inertia, order, tolerance, speed_limit,
-    engine: of the run-up, see ``RunUp``.
+    peaks; without one all rising crossings and all peaks count. class_width: of the classes of range and level; by default
+    each range stands for itself, as far as they are few. woehler: a Woehler line, for the damage. until, turns, settled,
+    start, model, inertia, order, tolerance, speed_limit, engine: of the run-up, see ``RunUp``.
     """
 
     kind: ClassVar[str] = "load-spectrum"

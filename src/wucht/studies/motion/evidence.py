@@ -26,15 +26,10 @@ from wucht.numerics.observers.projection import (
 )
 from wucht.numerics.observers.turn_record import Blocks, TurnRecord
 from wucht.results.conventions import wrapped
-from wucht.results.outcomes import (
-    LAG_TOLERANCE,
-    MODULATION_THRESHOLD,
-    SPEED_TOLERANCE,
-    UNBALANCE_TOLERANCE,
-    Evidence,
-)
+from wucht.results.outcomes import LAG_TOLERANCE, MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Evidence
 from wucht.studies.motion.coasting import COASTS, windows_to_rest
 from wucht.studies.motion.lags import Lag, lag_of, undecided
+from wucht.studies.motion.parting import windows_until_apart
 
 FEWEST_TURNS = 6  # of a rotor that turns
 UNREST = 0.1  # of the residual unbalance: bodies are at rest that change it by less
@@ -83,13 +78,14 @@ class Standing:
 @dataclass(frozen=True)
 class _Projections:
     """Where the numbers go that the criteria need. varied: the range of the speed, as a share of it. lags: of the bodies about
-    the rotor. left: the residual unbalance, None where there is nothing that could compensate."""
+    the rotor. left: the residual unbalance, None where there is nothing that could compensate. parted: see ``parting``."""
 
     mean: Projection
     lowest: Projection
     varied: Projection
     lags: tuple[Lag, ...]
     left: Projection | None
+    parted: float
 
     @property
     def asynchronous(self) -> bool:
@@ -112,7 +108,7 @@ class _Projections:
         modulated = self.varied.course is Course.DRIFTING and self.varied.high > max(2 * self.varied.last, MODULATION_THRESHOLD)
         left = self.left
         leaving = left is not None and left.course is Course.DRIFTING and left.high > max(2 * left.last, UNBALANCE_TOLERANCE)
-        return modulated or leaving or any(lag.growing for lag in self.lags)
+        return modulated or leaving or self.parted < math.inf or any(lag.growing for lag in self.lags)
 
 
 def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: float | None, end: float) -> Standing:
@@ -188,15 +184,17 @@ def _projections(
     varied = falling((series.highs - series.lows) / series.means, ahead, max(rounding / last, _ROUNDING))
     borders = observed.borders if observed is not None and _by_cycles(whole, observed) else None
     lags = tuple(lag_of(whole, i, last, ahead, borders) for i in about)
-    return _Projections(mean, lowest, varied, lags, _left(whole, AHEAD * longer) if balancing else None)
+    apart = math.inf if borders is None else windows_until_apart(whole, about, borders)
+    parted = apart if apart < ahead else math.inf
+    return _Projections(mean, lowest, varied, lags, _left(whole, AHEAD * longer) if balancing else None, parted)
 
 
 def _endless(p: _Projections, e: Evidence, waits: list[float]) -> str:
     """Why what is not known will never be known; empty where it may be."""
     if e.free_speed == 0 and not e.settled and waits == [math.inf] and p.mean.low < p.mean.last:
         return COASTS
-    wavers = not p.growing and max(waits, default=0.0) == math.inf
-    return WAVERS if wavers and all(x.course is Course.STATIONARY for x in _untold(p, e)) else ""
+    known = p.growing or math.inf not in waits or any(x.course is not Course.STATIONARY for x in _untold(p, e))
+    return "" if known else WAVERS
 
 
 def _untold(p: _Projections, e: Evidence) -> list[Projection]:
@@ -219,6 +217,8 @@ def _waits(p: _Projections, e: Evidence, reference: float, whole: Blocks, series
     waits += [] if p.left is None or e.balanced is not None else [p.left.windows_until(0.5 * UNBALANCE_TOLERANCE)]
     waits += [] if e.beyond is not None else [min(p.lowest.windows_until(1e-3 * reference), even)]
     waits += [] if e.modulated is not None else [p.varied.windows_until(0.5 * MODULATION_THRESHOLD)]
+    if p.parted < math.inf:
+        return [p.parted]
     waits += [p.varied.windows * math.log(1 / p.varied.last)] if p.growing and 0 < p.varied.last < 1 else []
     return waits + [lag.windows for lag in p.lags if e.asynchronous is None and undecided(lag)]
 

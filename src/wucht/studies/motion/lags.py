@@ -13,6 +13,7 @@ from wucht.numerics.observers.turns import PER_TURN
 from wucht.results.outcomes import LAG_TOLERANCE
 
 _ROUNDING = 1e-10  # of the speed
+_CYCLES_ROUNDING = 1e-3  # of the lag: where cycles of a modulation begin and end is not known better
 _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
 _LIBRATION = math.pi / 2  # rad: a body that swings by less about where it rests on the rotor keeps doing so
 _TUMBLING, _EVENLY = 1.5 * math.pi, 0.1  # rad, and share by which the halves of a swing differ at most
@@ -42,11 +43,13 @@ def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarra
     half = slip[len(slip) // 2 :]
     if _librates(half) and place.width < 2 * math.pi:
         return Lag(0.0, 0.0, 0.0, Course.STATIONARY, growing=_grows(half))
+    rounding = _ROUNDING
     if borders is not None:
         means = np.diff(np.interp(borders, whole.time, slip)) / np.diff(borders) / speed
+        rounding = max(rounding, _CYCLES_ROUNDING * abs(float(means[-1])))
     else:
         means = windows_of(lag * durations).sum(axis=1) / windows_of(durations).sum(axis=1) / speed
-    p = projected(means, ahead, _ROUNDING, _WIDER)
+    p = projected(means, ahead, rounding, _WIDER)
     if abs(p.last) <= LAG_TOLERANCE:
         if p.course is Course.DRIFTING and p.low < 0 < p.high:  # one that catches up does not overtake
             p = replace(p, low=min(p.last, 0.0), high=max(p.last, 0.0))

@@ -131,6 +131,9 @@ def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order:
     senses = {name: int(np.sign(speeds[name])) for name in undriven if speeds[name]}
     slow = averaged_machine(machine, with_inertia, order, turning=senses)
     initial = np.append(slow.state(angles, speeds), slow.senses[main] * angles[main])
+    if order > 1 and not speeds[main] and not slow.defined_at(initial[:-1]):
+        needed = f"needed is a speed of {main!r} in study.start, however small, or order = 1"
+        raise InputError("study.order", order, f"the averaged equations of second order are not defined at rest; {needed}")
     positions = zip(machine.carrier, static_position(machine), strict=True)
     at_rest = {s: x for c, rest in positions if c.prescribed is None for s, x in ((c.position, rest), (c.velocity, 0.0))}
     moved = any(abs(start[machine.row(s)] - x) > _AT_REST for s, x in at_rest.items())
