@@ -56,6 +56,7 @@ def run(
             "study": answered.study,
             "machine": result.attrs["title"],
             "summary": answered.summary,
+            "assumed": answered.assumed,
             "warnings": answered.warnings,
             "files": [str(folder / name) for name in names],
             CHECKSUMS: {figure: checksum(drawn)},

@@ -16,6 +16,8 @@ from wucht.fields import Described, unit_of
 from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
 from wucht.quantities import Unit
 
+FULL, AVERAGED = "full equations of motion", "averaged equations"  # as ``assumptions`` words them
+
 
 class Spec(Described):
     """A question.
@@ -24,6 +26,8 @@ class Spec(Described):
     choice: setting one from the command line replaces the others. horizon: keys that only say how far the study goes.
     meaning: keys that mean something else in each study, so that a file written for another study does not answer them.
     tiled: whether the study has independent units of work (``Work.units``), which can be computed by several machines.
+    without_inertia: whether averaged equations leave out that of balancing bodies by default, where all of them are damped.
+    solves: which equations, where the study itself decides that: see ``equations``.
     """
 
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE"
@@ -31,6 +35,8 @@ class Spec(Described):
     horizon: ClassVar[tuple[str, ...]] = ()
     meaning: ClassVar[tuple[str, ...]] = ("range", "along", "values", "rate", "points")
     tiled: ClassVar[bool] = False
+    without_inertia: ClassVar[bool] = False
+    solves: ClassVar[str] = ""
 
     _written: dict[str, Any] = PrivateAttr(default_factory=dict)
 
@@ -65,6 +71,14 @@ class Spec(Described):
 
     def check(self) -> None:
         """Raises ``InputError`` where keys do not fit each other."""
+
+    def equations(self) -> str:
+        """Which equations it solves, in words made of ``FULL`` and ``AVERAGED``; empty: those of its key ``model``."""
+        return self.solves
+
+    def turning(self) -> str:
+        """How fast the machine turns, in words, where the study decides that; empty: as its drives turn it."""
+        return ""
 
     def asked(self) -> dict[str, Any]:
         """What was asked, for a result: the keys that are given or have a default."""

@@ -17,6 +17,7 @@ from wucht.machines.operation import sense_of
 from wucht.machines.tracks import arranged
 from wucht.studies.initial_state import angles_in, initial_state
 
+_MOST_HELD = 6  # told one by one
 _HELD = "study.bodies = 'held' holds them at the phases of study.start"
 
 
@@ -94,6 +95,17 @@ class SteadyPhases:
                 inside = labels == label
                 pieces.append(Piece(k, label, inside, stable & inside, branch.overlapping))
         return pieces
+
+    @property
+    def assumed(self) -> list[str]:
+        """Where the balancing bodies are, as a statement; none where there are none."""
+        if self.branches:
+            return ["balancing bodies in the steady phases of each speed, stable or not by the averaged equations"]
+        angles = dict(zip((b.name for b in self.machine.bodies), np.degrees(self.angles).tolist(), strict=True))
+        phases = {b.name: angles[b.name] - angles[b.about] for b in self.machine.bodies if b.about is not None}
+        held = [f"{name} {(phase + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]
+        more = f" and {len(held) - _MOST_HELD} more" if len(held) > _MOST_HELD else ""
+        return [f"balancing bodies held at {', '.join(held[:_MOST_HELD])}{more} to their rotor"] if held else []
 
     @property
     def warnings(self) -> list[str]:

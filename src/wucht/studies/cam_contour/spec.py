@@ -77,6 +77,7 @@ class CamContour(Spec):
     """
 
     kind: ClassVar[str] = "cam-contour"
+    solves: ClassVar[str] = "rigid parts; forces at the speed of study.speed, or of the table [speed]"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
 
     points: Whole = Field(720, ge=16, le=1_000_000, description="number of cam angles")

@@ -41,6 +41,7 @@ class CamCorrection(Spec):
     """
 
     kind: ClassVar[str] = "cam-correction"
+    solves: ClassVar[str] = "rigid parts; the camshaft turns as its table [speed] says"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
 
     points: Whole = Field(1440, ge=36, le=20_000, description="number of cam angles")

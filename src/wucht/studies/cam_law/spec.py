@@ -17,6 +17,7 @@ class CamLaw(Spec):
     """
 
     kind: ClassVar[str] = "cam-law"
+    solves: ClassVar[str] = "motion over the cam angle: no speed is assumed"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
 
     points: Whole = Field(720, ge=16, le=1_000_000, description="number of cam angles")

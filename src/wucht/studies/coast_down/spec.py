@@ -7,7 +7,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from wucht.fields import si
-from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Spec, Start, Tolerance
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Spec, Start, Tolerance
 
 
 class CoastDown(Spec):
@@ -19,8 +19,13 @@ class CoastDown(Spec):
     """
 
     kind: ClassVar[str] = "coast-down"
+    solves: ClassVar[str] = FULL
 
     until: float | None = si("s", "time", default=None, gt=0)
     start: Start = Field(default_factory=dict)
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
+
+    def turning(self) -> str:
+        """See ``Spec``."""
+        return "without its drives"

@@ -73,6 +73,7 @@ class RunUp(SingleRun):
     """
 
     kind: ClassVar[str] = "run-up"
+    without_inertia: ClassVar[bool] = True
 
     starts: common.Starts = ()
     along: common.Path | None = None

@@ -23,9 +23,14 @@ class TorqueBalance(Spec):
     """
 
     kind: ClassVar[str] = "torque-balance"
+    solves: ClassVar[str] = "steady vibration of a linear carrier, in closed form"
 
     range: Interval | None = si("rad/s", "speed", default=None)
     on: str | None = Field(None, description="rotor")
     points: Whole = Field(1200, ge=2, le=100_000, description="number of speeds")
     bodies: BalancingBodies = None
     start: Start = Field(default_factory=dict)
+
+    def turning(self) -> str:
+        """See ``Spec``."""
+        return "all bodies turn at one speed; the drive as its characteristic says"
