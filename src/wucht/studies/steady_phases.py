@@ -117,5 +117,6 @@ class SteadyPhases:
         inside = [x.name == x.about for x in self.machine.sliders]
         left_out = {prescribed: self.machine.shaken is not None, sliders: not all(inside), switchable: any(inside)}
         left_out[held] = bool(self.why_held)
-        contacts = [f"contacts on the track {t.name} are left out" for t in self.machine.tracks if self.branches]
-        return [*(sentence for sentence, applies in left_out.items() if applies), *contacts]
+        of_steady = [f"contacts on the track {t.name} are left out" for t in self.machine.tracks]
+        of_steady += [f"{b.name} is taken as released" for b in self.machine.bodies if b.release is not None]
+        return [*(sentence for sentence, applies in left_out.items() if applies), *(of_steady if self.branches else [])]
