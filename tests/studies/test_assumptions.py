@@ -45,7 +45,7 @@ SAYS_BY_ITS_DATASET = {"phase-portrait", "cam-prediction"}
         (R1, SpeedCurve(along="drive.slope", range=(0.01, 0.1)), [KEPT, MOTOR]),
         (R1, SynchronousStates(), [f"{KEPT} for the states, {FULL} for their stability", MOTOR]),
         (R1, SynchronousStates(full=False, speed=150.0), [KEPT, "the main rotor held at study.speed"]),
-        (R1, Response(), [CLOSED, "all bodies held at each speed of the range"]),
+        (R1, Response(), [CLOSED, "all bodies turn at each speed of the range"]),
         (DIMENSIONLESS, RunUp(until=1.0, model="slow"), [WITHOUT, "rotor driven with limited power"]),
         (DIMENSIONLESS, SpeedCurve(along="u", range=(1, 2)), [WITHOUT, "rotor driven with limited power"]),
         ("sperling-rollers/table-2", RunUp(until=1.0), [FULL, "drum at its given speed"]),

@@ -39,4 +39,4 @@ class Response(Spec):
 
     def turning(self) -> str:
         """See ``Spec``."""
-        return "all bodies held at each speed of the range"
+        return "all bodies turn at each speed of the range"
