@@ -114,14 +114,12 @@ def _points(findings: Findings, labels: list[str]) -> list[dict[str, Any]]:
 
 
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
-    warnings, search, machine = [], findings.search, plan.steady.machine
+    warnings, machine = list[str](), plan.steady.machine
     if any(p.tangential for p in findings.points):
         warnings.append("at a working point the curves only touch: the least change makes two of it or none")
     if len(machine.rotors) > 1:
         name = plan.curves[0].rotor.name
         warnings.append(f"all rotors are taken to turn as fast as {name!r}, in the phases of the start")
-    if search is not None and not search.complete:
-        warnings.append(f"it is not shown that these are all working points: {search.shown}")
     return warnings
 
 
