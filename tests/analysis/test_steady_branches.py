@@ -95,5 +95,8 @@ def test_refused() -> None:
         steady_branches(load_machine("practice/laundry-drum-switchable"))
     rotor = {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.03}
     pair = [rotor, rotor | {"name": "other"}, {"kind": "pendulum", "name": "p", "about": "drum", "mass": 0.1, "length": 0.1}]
+    balanced = [rotor | {"eccentricity": 0.0}, pair[2]]
+    with pytest.raises(InputError, match="the rotor has no unbalance"):
+        steady_branches(machine_from({"carrier": {"stiffness": 1e5}, "bodies": balanced}))
     with pytest.raises(InputError, match="several rotors"):
         steady_branches(machine_from({"carrier": {"stiffness": 1e5}, "bodies": pair}))

@@ -78,6 +78,7 @@ def tell(
             "study": answered.study,
             "machine": result.attrs["title"],
             "summary": answered.summary,
+            "assumed": answered.assumed,
             "warnings": answered.warnings,
             "notes": answered.notes,
             "files": [str(folder / name) for name in (*names, *tables)],

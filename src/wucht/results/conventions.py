@@ -53,6 +53,18 @@ def answered(
     return dataset
 
 
+def assuming(result: xr.Dataset, statements: Sequence[str]) -> xr.Dataset:
+    """The result with statements of what it assumes, beside those that it has."""
+    result.attrs["assumed"] = to_json([*assumed_of(result), *statements], indent=None)
+    return result
+
+
+def assumed_of(result: xr.Dataset) -> list[str]:
+    """What a result assumes, in statements; nothing of one that was written before they were."""
+    statements: list[str] = json.loads(result.attrs.get("assumed", "[]"))
+    return statements
+
+
 def summary_of(result: xr.Dataset) -> dict[str, Any]:
     """The summary of a result, as in the contract."""
     summary: dict[str, Any] = json.loads(result.attrs["summary"])

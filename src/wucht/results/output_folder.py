@@ -22,6 +22,7 @@ else:
     import fcntl
 
 SUMMARY, CHECKSUMS = "summary.json", "checksums"  # the latter: of the figures, by name
+_TRIES = 10
 _LOCK = ".wucht.lock"
 _ours: ContextVar[frozenset[Path]] = ContextVar("folders that this run has claimed", default=frozenset())
 
@@ -55,19 +56,20 @@ def claimed(folder: Path) -> Iterator[Path]:
 
 def _locked(path: Path) -> FileIO:
     """The file at this path, locked. Raises ``InputError`` where another has it."""
-    while True:
+    allowed = "another run is writing a result there: wait until it has ended, or give another folder with -o"
+    for _ in range(_TRIES):
         try:
             file = FileIO(path, "a+")
         except OSError as error:
             raise InputError("-o", str(path.parent), f"nothing can be written there: {error.strerror}") from None
         if _taken(file):
             file.close()
-            allowed = "another run is writing a result there: wait until it has ended, or give another folder with -o"
-            raise InputError("-o", str(path.parent), allowed)
+            break
         with suppress(OSError):
             if os.path.samestat(path.stat(), os.fstat(file.fileno())):
                 return file
         file.close()  # it was removed by the run that ended meanwhile
+    raise InputError("-o", str(path.parent), allowed)
 
 
 def _taken(file: FileIO) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ _SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machi
 _WIDTH, _MOST_POINTS = 8.0, 4000
 # What matplotlib takes from its settings while a figure is made, and, of ticks, when it is written.
 SETTINGS: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7}
+_SMALL_LETTERS, _SMALL_LINE, _HEADING_LINE = 17, 0.13, 0.167  # per inch of width; inches a line
 _NEAR_ZERO = 45.0  # degrees: angles that end so near to 0 are not drawn at the edge of the panel
 _STRIPS, _PALE, _FEW = 100, 0.15, 2
 
@@ -56,6 +58,24 @@ def _panels(rows: int, columns: int, height: float, heading: str, margins: dict[
         axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
         axis.yaxis.get_offset_text().set(x=0.01, verticalalignment="top")  # inside: above it would be in the next panel
     return figure, axes
+
+
+def state_below_heading(figure: Figure, statements: Sequence[str]) -> None:
+    """Write what a result assumes in small type below the heading, for which the figure becomes a little higher."""
+    if not statements:
+        return
+    width, height = figure.get_size_inches()
+    words = textwrap.wrap(f"assumed: {'; '.join(statements)}", int(_SMALL_LETTERS * width))
+    added = _SMALL_LINE * len(words)
+    whole, heading = height + added, figure._suptitle  # type: ignore[attr-defined]
+    figure.set_size_inches(width, whole)
+    for axis in figure.axes:
+        place = axis.get_position()
+        axis.set_position((place.x0, place.y0 * height / whole, place.width, place.height * height / whole))
+    lines = 0 if heading is None else heading.get_text().count("\n") + 1
+    top = (0.02 * whole if lines else 0.05) + _HEADING_LINE * lines
+    stated = figure.text(0.5, 1 - top / whole, "\n".join(words), ha="center", va="top", fontsize=7, color=GREY)
+    stated.set_parse_math(False)
 
 
 def plain_decades(axis: Axis) -> None:

@@ -8,7 +8,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from wucht.errors import WuchtError
-from wucht.results.conventions import summary_of
+from wucht.results.conventions import assumed_of, summary_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,6 +31,8 @@ class ResultAccessor:
         The numbers of the contract, SI floats, None where there is none.
     sentence : str
         The answer in words.
+    assumed : list of str
+        What the answer assumes: which equations, how fast what turns, where bodies are held.
     warnings, notes : list of str
         What is doubtful; what parameters were made of, such as the circuit of a motor of its nameplate.
     failure : str
@@ -55,6 +57,7 @@ class ResultAccessor:
         self.machine: dict[str, Any] = asked["machine"]
         self.summary = summary_of(result)
         self.sentence: str = result.attrs["sentence"]
+        self.assumed = assumed_of(result)
         self.warnings: list[str] = json.loads(result.attrs["warnings"])
         self.notes: list[str] = json.loads(result.attrs.get("notes", "[]"))
         self.failure: str = result.attrs["failure"]

@@ -16,12 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.errors import InputError, WuchtError
+from wucht.results.conventions import assumed_of
 from wucht.results.output_folder import claimed, remove_earlier
 from wucht.results.provenance import provenance
 from wucht.results.store import RESULT, prepare_folder, save, to_json
 from wucht.results.store import load as read_result
-from wucht.results.style import SETTINGS
+from wucht.results.style import SETTINGS, state_below_heading
 from wucht.studies.accessor import register
+from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import Cluster, cluster_at
 from wucht.studies.memory import Memory, questions_of
 from wucht.studies.registry import Study, studies, study_of
@@ -136,6 +138,7 @@ def _answered(
             "title": subject_is.title,
             "dimensionless": int(subject_is.dimensionless),
             "finished": int(finished and not made.attrs["failure"]),
+            "assumed": to_json([*assumptions(spec, subject), *assumed_of(made)], indent=None),
             "warnings": to_json([*subject_is.warnings, *own, *notes], indent=None),
             "notes": to_json(list(subject_is.notes), indent=None),
             **provenance(question, clock.perf_counter() - begun),
@@ -215,6 +218,7 @@ def draw(result: xr.Dataset) -> Figure:
     study = _study_of_result(result)
     with rc_context(SETTINGS):
         drawn: Figure = study.figure(result)
+        state_below_heading(drawn, assumed_of(result))
     return drawn
 
 
@@ -236,7 +240,8 @@ def report(result: xr.Dataset) -> list[str]:
         As ``draw`` does.
     """
     lines: list[str] = _study_of_result(result).report(result)
-    return lines
+    assumed = "; ".join(assumed_of(result))
+    return [*lines, f"  assumed      {assumed}"] if assumed else lines
 
 
 def export(result: xr.Dataset, folder: Path | str) -> list[str]:

@@ -16,6 +16,8 @@ from wucht.fields import Described, unit_of
 from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE
 from wucht.quantities import Unit
 
+FULL, AVERAGED = "full equations of motion", "averaged equations"  # as ``assumptions`` words them
+
 
 class Spec(Described):
     """A question.
@@ -26,6 +28,8 @@ class Spec(Described):
     tiled: whether the study has independent units of work (``Work.units``), which can be computed by several machines.
     curves, headline: what is looked at first where several results are compared: variables of the result, x and y of each
     curve, and numbers of its summary, those in tables by path.
+    without_inertia: whether averaged equations leave out that of balancing bodies by default, where all of them are damped.
+    solves: which equations, where the study itself decides that: see ``equations``.
     """
 
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE"
@@ -35,6 +39,8 @@ class Spec(Described):
     tiled: ClassVar[bool] = False
     curves: ClassVar[tuple[tuple[str, str], ...]] = ()
     headline: ClassVar[tuple[str, ...]] = ()
+    without_inertia: ClassVar[bool] = False
+    solves: ClassVar[str] = ""
 
     _written: dict[str, Any] = PrivateAttr(default_factory=dict)
 
@@ -69,6 +75,14 @@ class Spec(Described):
 
     def check(self) -> None:
         """Raises ``InputError`` where keys do not fit each other."""
+
+    def equations(self) -> str:
+        """Which equations it solves, in words made of ``FULL`` and ``AVERAGED``; empty: those of its key ``model``."""
+        return self.solves
+
+    def turning(self) -> str:
+        """How fast the machine turns, in words, where the study decides that; empty: as its drives turn it."""
+        return ""
 
     def asked(self) -> dict[str, Any]:
         """What was asked, for a result: the keys that are given or have a default."""

@@ -17,6 +17,7 @@ from wucht.machines.operation import sense_of
 from wucht.machines.tracks import arranged
 from wucht.studies.initial_state import angles_in, initial_state
 
+_MOST_HELD = 6  # told one by one
 _HELD = "study.bodies = 'held' holds them at the phases of study.start"
 
 
@@ -96,6 +97,17 @@ class SteadyPhases:
         return pieces
 
     @property
+    def assumed(self) -> list[str]:
+        """Where the balancing bodies are, as a statement; none where there are none."""
+        if self.branches:
+            return ["balancing bodies in the steady phases of each speed, stable or not by the averaged equations"]
+        angles = dict(zip((b.name for b in self.machine.bodies), np.degrees(self.angles).tolist(), strict=True))
+        phases = {b.name: angles[b.name] - angles[b.about] for b in self.machine.bodies if b.about is not None}
+        held = [f"{name} {(phase + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]
+        more = f" and {len(held) - _MOST_HELD} more" if len(held) > _MOST_HELD else ""
+        return [f"balancing bodies held at {', '.join(held[:_MOST_HELD])}{more} to their rotor"] if held else []
+
+    @property
     def warnings(self) -> list[str]:
         """What the steady vibration of a linear carrier leaves out, in sentences."""
         prescribed = "the prescribed motion of the carrier is left out: only what the unbalance causes is computed"
@@ -105,5 +117,6 @@ class SteadyPhases:
         inside = [x.name == x.about for x in self.machine.sliders]
         left_out = {prescribed: self.machine.shaken is not None, sliders: not all(inside), switchable: any(inside)}
         left_out[held] = bool(self.why_held)
-        contacts = [f"contacts on the track {t.name} are left out" for t in self.machine.tracks if self.branches]
-        return [*(sentence for sentence, applies in left_out.items() if applies), *contacts]
+        of_steady = [f"contacts on the track {t.name} are left out" for t in self.machine.tracks]
+        of_steady += [f"{b.name} is taken as released" for b in self.machine.bodies if b.release is not None]
+        return [*(sentence for sentence, applies in left_out.items() if applies), *(of_steady if self.branches else [])]

@@ -135,4 +135,8 @@ def steady_branches(machine: Machine) -> tuple[SteadyTorques, tuple[SteadyBranch
     held = torques.held(top)
     found: list[SteadyBranch] = [SteadyBranch(held, phases, dimension) for phases, dimension, _ in compensating(held)]
     found += [SteadyBranch(held, branch) for branch in branches(held, top * _PROBES)]
+    if not found:
+        raise InputError(
+            "machine.bodies", None, "the rotor has no unbalance, and the bodies cannot balance each other: none stays"
+        )
     return torques, tuple(found)

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.fields import si
-from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Spec, Start, Tolerance, Whole
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Spec, Start, Tolerance, Whole
 
 MOST_RUNS = 5000
 Variant = Literal["switchable", "balanced", "rigid", "none"]
@@ -38,6 +38,7 @@ class Activation(Spec):
 
     kind: ClassVar[str] = "activation"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("curve_speed", "curve_amplitude"),)
+    solves: ClassVar[str] = FULL
 
     until: float = si("s", "time", gt=0)
     orientations: Several = si("rad", "orientation", default=_ORIENTATIONS)

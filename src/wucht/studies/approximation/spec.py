@@ -9,7 +9,20 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from wucht.errors import InputError
 from wucht.fields import si
 from wucht.studies.run_up.spec import RunUp
-from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Inertia, Order, Pair, Spec, Start, Tolerance, Values, Whole
+from wucht.studies.spec import (
+    AVERAGED,
+    DEFAULT_TOLERANCE,
+    FULL,
+    Engine,
+    Inertia,
+    Order,
+    Pair,
+    Spec,
+    Start,
+    Tolerance,
+    Values,
+    Whole,
+)
 
 DEFAULT_POINTS, MOST_POINTS = 7, 200
 UNTIL_PHI = 100.0  # rad: 1/epsilon of Table 5.1, over which 002, 5.6.1 expects the averaged equations to hold
@@ -36,6 +49,8 @@ class Approximation(Spec):
     kind: ClassVar[str] = "approximation"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed_deviation"), ("value", "amplitude_deviation"))
     headline: ClassVar[tuple[str, ...]] = ("order_of_error",)
+    solves: ClassVar[str] = f"{FULL}, compared with {AVERAGED}"
+    without_inertia: ClassVar[bool] = True
 
     along: Annotated[tuple[str, ...], BeforeValidator(_paths), WithJsonSchema(_PATHS)] = Field(
         (), description="path of a parameter, or of several"

@@ -77,6 +77,7 @@ class CamContour(Spec):
     """
 
     kind: ClassVar[str] = "cam-contour"
+    solves: ClassVar[str] = "rigid parts; forces at the speed of study.speed, or of the table [speed]"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "curvature"), ("cam_angle", "pressure_angle"))
     headline: ClassVar[tuple[str, ...]] = ("min_curvature_radius", "max_pressure_angle", "base_radius", "largest_radius")

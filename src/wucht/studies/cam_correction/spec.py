@@ -41,6 +41,7 @@ class CamCorrection(Spec):
     """
 
     kind: ClassVar[str] = "cam-correction"
+    solves: ClassVar[str] = "rigid parts; the camshaft turns as its table [speed] says"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "moved"), ("cam_angle", "pressure_angle"))
     headline: ClassVar[tuple[str, ...]] = ("min_curvature_radius", "max_pressure_angle")

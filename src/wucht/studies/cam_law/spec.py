@@ -17,6 +17,7 @@ class CamLaw(Spec):
     """
 
     kind: ClassVar[str] = "cam-law"
+    solves: ClassVar[str] = "motion over the cam angle: no speed is assumed"
     subject: ClassVar[str] = "wucht.studies.cam_drives:CAM_DRIVE"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("cam_angle", "position"), ("cam_angle", "acceleration"))
     headline: ClassVar[tuple[str, ...]] = ("ripple", "peaks.velocity", "peaks.acceleration", "peaks.jerk")

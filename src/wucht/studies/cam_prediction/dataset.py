@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.numerics.harmonics import even_angles
-from wucht.results.conventions import Variable, answered, variable
+from wucht.results.conventions import Variable, answered, assuming, variable
 from wucht.studies.cam_prediction.prepare import Plan
 from wucht.studies.cam_prediction.run import Findings, Turning
 from wucht.studies.cam_prediction.summary_of_prediction import summary, verdict, warnings
@@ -64,7 +64,10 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     }
     answer = {"sentence": "", "verdict": "", **summary(plan, f)}
     answer["verdict"], answer["sentence"] = verdict(plan, answer)
-    return answered(xr_.Dataset(dict(data), coords=coordinates), answer, answer["sentence"], warnings(plan, f, answer))
+    made = answered(xr_.Dataset(dict(data), coords=coordinates), answer, answer["sentence"], warnings(plan, f, answer))
+    parts = "rigid parts" if plan.output is None and plan.twisting is None else "elastic parts where stiffnesses are given"
+    turned = "the camshaft held at its drive's speed" if plan.enforced else "the camshaft as inertia and drive move it"
+    return assuming(made, [parts, turned])
 
 
 def _amplitudes(one: Turning, count: int) -> np.ndarray:

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from wucht.errors import InputError
 from wucht.fields import si
-from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Spec, Start, Tolerance
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Spec, Start, Tolerance
 
 
 class CoastDown(Spec):
@@ -24,6 +24,7 @@ class CoastDown(Spec):
     kind: ClassVar[str] = "coast-down"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("time", "speed"), ("speed", "amplitude"))
     headline: ClassVar[tuple[str, ...]] = ("start_speed", "half_time", "reversal_time", "end_time", "peak_amplitude")
+    solves: ClassVar[str] = FULL
 
     until: float | None = si("s", "time", default=None, gt=0)
     start: Start = Field(default_factory=dict)
@@ -37,3 +38,7 @@ class CoastDown(Spec):
         """See ``Spec``."""
         if self.vibration is not None and "carrier" in self.start:
             raise InputError("study.vibration", self.vibration, "not allowed: study.start.carrier says how the carrier starts")
+
+    def turning(self) -> str:
+        """See ``Spec``."""
+        return "without its drives"

@@ -23,6 +23,7 @@ class EnsembleSpec(common.Spec):
 
     horizon: ClassVar[tuple[str, ...]] = ("until",)
     tiled: ClassVar[bool] = True
+    without_inertia: ClassVar[bool] = True
 
     start: common.Start = Field(default_factory=dict)
     model: Literal["full", "slow"] = Field("full", description="equations")

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from wucht.errors import InputError
 from wucht.fields import si
-from wucht.studies.spec import Pair, Path, Quantity, Spec, Start, Whole
+from wucht.studies.spec import AVERAGED, FULL, Pair, Path, Quantity, Spec, Start, Whole
 
 DEFAULT_POINTS = 25
 _FEWEST, _MOST = 5, 2000
@@ -25,6 +25,7 @@ class Entrainment(Spec):
     """
 
     kind: ClassVar[str] = "entrainment"
+    solves: ClassVar[str] = f"{FULL} for the runs, {AVERAGED} for the band of existence"
 
     along: Path | None = Field(
         None, description="path of a parameter, or 'detuning': no-load speed of the second motor less the first"

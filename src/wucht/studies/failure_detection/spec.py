@@ -11,7 +11,7 @@ from wucht.checking import checked
 from wucht.errors import InputError
 from wucht.fields import Described, si
 from wucht.studies.load_spectrum.spec import MachineSignalName, Woehler, woehler_at
-from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Pair, Path, Spec, Start, Tolerance, Whole
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Pair, Path, Spec, Start, Tolerance, Whole
 
 STIFFNESS = "carrier.stiffness"
 MOST_POINTS, MOST_READINGS = 200, 20_000
@@ -80,6 +80,7 @@ class FailureDetection(Spec):
 
     kind: ClassVar[str] = "failure-detection"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("reading_time", "speed"), ("alarm_time", "seen"))
+    solves: ClassVar[str] = FULL
 
     until: float = si("s", "time", gt=0)
     start: Start = Field(default_factory=dict)

@@ -67,6 +67,7 @@ class OptimiseBalancer(EnsembleSpec):
     """
 
     kind: ClassVar[str] = "optimise-balancer"
+    without_inertia: ClassVar[bool] = False
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "vary", "objectives")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("damping", "settling_time"),)
 
@@ -98,3 +99,8 @@ class OptimiseBalancer(EnsembleSpec):
             )
         if self.unbalance is not None and self.unbalance[0] <= 0:
             raise InputError("study.unbalance", list(self.unbalance), "must be unbalances greater than 0")
+
+    def equations(self) -> str:
+        """See ``Spec``."""
+        searched = common.FULL if self.model == "full" else common.AVERAGED
+        return f"{searched} for the search, {common.FULL} for the front"

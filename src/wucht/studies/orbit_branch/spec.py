@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.fields import si
-from wucht.studies.spec import Inertia, Pair, Path, Spec, Start, TrueOrFalse, Values
+from wucht.studies.spec import AVERAGED, Inertia, Pair, Path, Spec, Start, TrueOrFalse, Values
 from wucht.studies.speed_curve.spec import Ranges
 
 
@@ -31,6 +31,7 @@ class OrbitBranch(Spec):
     """
 
     kind: ClassVar[str] = "orbit-branch"
+    solves: ClassVar[str] = AVERAGED
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "at", "show", "ranges", "together", "until", "longest", "switch")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "period"), ("value", "mean_speed"))

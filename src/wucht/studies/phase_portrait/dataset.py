@@ -12,7 +12,7 @@ import numpy as np
 from wucht.numerics.phase_plane.fixed_points import DEGENERATE, SADDLE, STABLE, FixedPoint
 from wucht.numerics.phase_plane.manifolds import Manifold
 from wucht.numerics.phase_plane.phase_curves import CLOSED, FAILED, FIXED_POINT, KINKS, LENGTH, PhaseCurve
-from wucht.results.conventions import Variable, answered, variable, within_half_a_turn
+from wucht.results.conventions import Variable, answered, assuming, variable, within_half_a_turn
 from wucht.studies.phase_portrait.prepare import Case, Plan
 from wucht.studies.phase_portrait.run import Findings, Found
 
@@ -62,7 +62,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     warnings = [*plan.warnings, *(w for case, found in pairs for w in _warnings(plan, case, found))]
     if len(pairs) < len(plan.cases):
         warnings.append(f"{len(pairs)} of {len(plan.cases)} portraits are finished")
-    return answered(result, summary, sentence, warnings, abscissa=abscissa, section=int(bool(plan.model)), model=plan.model)
+    portrait = answered(result, summary, sentence, warnings, abscissa=abscissa, section=int(bool(plan.model)), model=plan.model)
+    return assuming(portrait, [plan.model] if plan.model else [])
 
 
 def _abscissa(plan: Plan) -> int:

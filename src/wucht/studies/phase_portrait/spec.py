@@ -81,3 +81,7 @@ class PhasePortrait(common.Spec):
         many = self.trajectories if isinstance(self.trajectories, int) else len(self.trajectories)
         if many > MOST_TRAJECTORIES:
             raise InputError("study.trajectories", many, f"there must be at most {MOST_TRAJECTORIES}")
+
+    def turning(self) -> str:
+        """See ``Spec``."""
+        return "" if self.speed is None else "the main rotor held at study.speed"

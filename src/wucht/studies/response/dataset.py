@@ -10,7 +10,7 @@ import numpy as np
 
 from wucht.analysis.forced import Forced
 from wucht.machines.operation import free_speed, natural_frequencies
-from wucht.results.conventions import Variable, answered, variable
+from wucht.results.conventions import Variable, answered, assuming, variable
 from wucht.studies.response.maxima import Curve, Maximum, found_maxima
 from wucht.studies.response.prepare import Plan
 from wucht.studies.response.run import Findings, centre_distance, eccentricity_of, lag_of, losses_of, self_centring_speed
@@ -86,7 +86,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     undamped = sorted({x for c in findings.curves for x in c.undamped})
     resonances = [f"{x:.6g} {units.speed}".rstrip() for x in undamped]
     warnings = [f"nothing damps the resonance at {at}: there the amplitude is infinite" for at in resonances]
-    return answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings + steady.warnings)
+    result = answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings + steady.warnings)
+    return assuming(result, steady.assumed)
 
 
 def _over_speed(plan: Plan, forced: Forced, eccentricity: float, w: np.ndarray, losses: np.ndarray) -> dict[str, Variable]:

@@ -26,6 +26,7 @@ class Response(Spec):
     kind: ClassVar[str] = "response"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("speed", "amplitude"), ("speed", "required_torque"))
     headline: ClassVar[tuple[str, ...]] = ("peak_amplitude", "peak_torque")
+    solves: ClassVar[str] = "steady vibration of a linear carrier, in closed form"
 
     range: Interval | None = si("rad/s", "speed", default=None)
     points: Whole = Field(600, ge=2, le=100_000, description="number of speeds")
@@ -37,3 +38,7 @@ class Response(Spec):
         if self.range is not None and self.range[0] < 0:
             allowed = "must be a pair [low, high] of speeds of at least 0; bodies turn in the sense of their drives"
             raise InputError("study.range", list(self.range), allowed)
+
+    def turning(self) -> str:
+        """See ``Spec``."""
+        return "all bodies turn at each speed of the range"

@@ -83,6 +83,7 @@ class RunUp(SingleRun):
         "settling_time",
         "machine_number",
     )
+    without_inertia: ClassVar[bool] = True
 
     starts: common.Starts = ()
     along: common.Path | None = None

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError
 from wucht.quantities import Unit
-from wucht.studies.spec import Inertia, Pair, Path, Spec, Values, Whole
+from wucht.studies.spec import AVERAGED, Inertia, Pair, Path, Spec, Values, Whole
 
 NAMES = ("compensating", "together", "opposed")
 _FEWEST, _MOST = 1, 200
@@ -55,6 +55,7 @@ class SpeedCurve(Spec):
     """
 
     kind: ClassVar[str] = "speed-curve"
+    solves: ClassVar[str] = AVERAGED
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("second_values", "second_range"),)
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "second", "second_range", "second_values", "show", "ranges")

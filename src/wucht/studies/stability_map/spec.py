@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from wucht.errors import InputError
-from wucht.studies.spec import Inertia, Pair, Path, Spec, TrueOrFalse, Whole
+from wucht.studies.spec import AVERAGED, Inertia, Pair, Path, Spec, TrueOrFalse, Whole
 from wucht.studies.speed_curve.spec import Names, Ranges
 
 _FEWEST, _MOST = 2, 64
@@ -28,6 +28,7 @@ class StabilityMap(Spec):
     """
 
     kind: ClassVar[str] = "stability-map"
+    solves: ClassVar[str] = AVERAGED
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     meaning: ClassVar[tuple[str, ...]] = (
         *Spec.meaning, "second", "second_range", "cells", "ranges", "together", "eliminate", "eliminate_range",

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from wucht.studies.spec import DEFAULT_TOLERANCE, Engine, Pair, Path, Quantity, Spec, Start, Tolerance
+from wucht.studies.spec import DEFAULT_TOLERANCE, FULL, Engine, Pair, Path, Quantity, Spec, Start, Tolerance
 
 JUMP_TOLERANCE = 1e-4
 
@@ -23,6 +23,7 @@ class Sweep(Spec):
     kind: ClassVar[str] = "sweep"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
     headline: ClassVar[tuple[str, ...]] = ("peak_amplitude",)
+    solves: ClassVar[str] = FULL
 
     along: Path
     range: Pair

@@ -11,7 +11,7 @@ from wucht.checking import read_quantity, refuse_unknown
 from wucht.errors import InputError
 from wucht.fields import si
 from wucht.quantities import Unit
-from wucht.studies.spec import Inertia, Interval, Quantity, Spec, TrueOrFalse
+from wucht.studies.spec import AVERAGED, FULL, Inertia, Interval, Quantity, Spec, TrueOrFalse
 
 MOST_CELLS = 400
 _MOST_RATIO = 1e6
@@ -81,3 +81,11 @@ class SynchronousStates(Spec):
             unit, where = Unit(speed_unit if name == "speed" else "", _AXES[name].what), f"study.axes.{name}"
             axes[name] = (read_quantity(unit, low, f"{where}[0]"), read_quantity(unit, high, f"{where}[1]"), cells)
         return axes
+
+    def equations(self) -> str:
+        """See ``Spec``."""
+        return f"{AVERAGED} for the states, {FULL} for their stability" if self.full else AVERAGED
+
+    def turning(self) -> str:
+        """See ``Spec``."""
+        return "" if self.speed is None else "the main rotor held at study.speed"

@@ -11,7 +11,7 @@ import numpy as np
 from wucht.analysis.configurations.configuration import Configuration
 from wucht.analysis.configurations.steady_branches import labels_of
 from wucht.machines.operation import free_speed, natural_frequencies, sense_of
-from wucht.results.conventions import Variable, answered, variable
+from wucht.results.conventions import Variable, answered, assuming, variable
 from wucht.studies.steady_phases import Piece
 from wucht.studies.torque_balance.prepare import Plan
 from wucht.studies.torque_balance.run import Findings
@@ -70,7 +70,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "runaway": runaway,
         "natural_frequencies": natural,
     }
-    return answered(xr_.Dataset(data, coords=coordinates), summary, sentence, _warnings(plan, findings) + plan.steady.warnings)
+    warnings = _warnings(plan, findings) + plan.steady.warnings
+    return assuming(answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings), plan.steady.assumed)
 
 
 def _of_curves(plan: Plan, pieces: list[Piece], grid: np.ndarray) -> dict[str, Variable]:
@@ -113,14 +114,12 @@ def _points(findings: Findings, labels: list[str]) -> list[dict[str, Any]]:
 
 
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
-    warnings, search, machine = [], findings.search, plan.steady.machine
+    warnings, machine = list[str](), plan.steady.machine
     if any(p.tangential for p in findings.points):
         warnings.append("at a working point the curves only touch: the least change makes two of it or none")
     if len(machine.rotors) > 1:
         name = plan.curves[0].rotor.name
         warnings.append(f"all rotors are taken to turn as fast as {name!r}, in the phases of the start")
-    if search is not None and not search.complete:
-        warnings.append(f"it is not shown that these are all working points: {search.shown}")
     return warnings
 
 

@@ -33,7 +33,9 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     if torques is None:
         yield Findings(tuple(plan.curves[0].working_points))
         return
-    search = work.unit("search", lambda: all_states(torques, *plan.searched, partial(work.report, 0.0, "working points")))
+    search = work.unit(
+        "search", lambda: all_states(torques, *plan.searched, partial(work.report, 0.0, "working points"), prove=False)
+    )
     describer = Describer(AveragedStability(torques, averaged_machine(torques.machine)))
     found = sorted((describer.described(state, _NOT_ASKED) for state in search.states), key=lambda c: c.speed)
     points = (plan.curves[0].point(c.speed, c.slow.stable is True) for c in found)

@@ -27,9 +27,14 @@ class TorqueBalance(Spec):
     kind: ClassVar[str] = "torque-balance"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("speed", "drive_torque"), ("speed", "surplus_torque"))
     headline: ClassVar[tuple[str, ...]] = ("free_speed",)
+    solves: ClassVar[str] = "steady vibration of a linear carrier, in closed form"
 
     range: Interval | None = si("rad/s", "speed", default=None)
     on: str | None = Field(None, description="rotor")
     points: Whole = Field(1200, ge=2, le=100_000, description="number of speeds")
     bodies: BalancingBodies = None
     start: Start = Field(default_factory=dict)
+
+    def turning(self) -> str:
+        """See ``Spec``."""
+        return "all bodies turn at one speed; the drive as its characteristic says"

@@ -1,0 +1,57 @@
+"""What every answer assumes, in words: which equations, how fast what turns, and where bodies are held. Said here alone.
+
+A study says by its spec which equations it solves (``Spec.equations``) and whether it holds the speed (``Spec.turning``); what
+depends on more than that it gives beside its warnings (``results.conventions.answered``).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from wucht.analysis.averaged import keeps_inertia
+from wucht.files.own_equations import OwnEquations
+from wucht.machines.machine import Machine
+from wucht.machines.operation import damped
+from wucht.machines.tree import RotatingBody
+from wucht.studies.spec import AVERAGED, FULL, Spec
+
+_MODELS = {"full": FULL, "slow": AVERAGED, "both": f"{FULL} and {AVERAGED}"}
+_MOST_ROTORS = 3
+
+
+def assumptions(spec: Spec, subject: Any) -> list[str]:
+    """What a study of a subject assumes, a statement each."""
+    if isinstance(subject, OwnEquations):
+        return ["the equations as the file gives them"]
+    equations = spec.equations() or _MODELS.get(getattr(spec, "model", ""), "")
+    if not isinstance(subject, Machine):
+        return [equations] if equations else []
+    said = [equations.replace(AVERAGED, f"{AVERAGED}{_kind_of_averaging(spec, subject)}")] if equations else []
+    return [*said, spec.turning() or _turning(subject)]
+
+
+def _kind_of_averaging(spec: Spec, machine: Machine) -> str:
+    order = " of second order" if getattr(spec, "order", 1) == 2 else ""
+    if all(b.about is None for b in machine.bodies):
+        return order
+    given = getattr(spec, "inertia", None)
+    by_default = not damped(machine) if spec.without_inertia else keeps_inertia(machine, None)
+    kept = by_default if given is None else given
+    return f"{order} {'with' if kept else 'without'} the inertia of the balancing bodies"
+
+
+def _turning(machine: Machine) -> str:
+    """How fast the rotors turn."""
+    rotors = machine.rotors
+    said = [f"{r.name} {_turned(machine, r)}" for r in rotors[:_MOST_ROTORS]]
+    return "; ".join([*said, *(["other rotors likewise"] if len(rotors) > _MOST_ROTORS else [])])
+
+
+def _turned(machine: Machine, rotor: RotatingBody) -> str:
+    if rotor.coordinate.prescribed is not None:
+        return "at its given speed"
+    group = {b.name for b in machine.group(rotor)}
+    kinds = [d.kind for d in machine.drives if d.on in group]
+    if kinds:
+        return f"driven by its motor ({', '.join(kinds)})"
+    return "driven with limited power" if machine.dimensionless else "without a drive"

@@ -1,0 +1,104 @@
+"""Every answer says what it assumed, in its Dataset, its report, its JSON and its figure."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from matplotlib.figure import Figure
+
+from wucht.files.catalogue import load_equations, load_machine
+from wucht.results.style import new_figure, state_below_heading
+from wucht.studies.approximation.spec import Approximation
+from wucht.studies.assumptions import assumptions
+from wucht.studies.basin.spec import Basin
+from wucht.studies.optimise_balancer.spec import OptimiseBalancer
+from wucht.studies.registry import studies
+from wucht.studies.response.spec import Response
+from wucht.studies.run_up.spec import RunUp
+from wucht.studies.runner import draw, report, run
+from wucht.studies.spec import AVERAGED, FULL, Spec
+from wucht.studies.speed_curve.spec import SpeedCurve
+from wucht.studies.synchronous_states.spec import SynchronousStates
+
+R1, DIMENSIONLESS = "drozdetskaya-2020/r1", "drozdetskaya-2020/table-5.1"
+WITHOUT, KEPT = (f"averaged equations {word} the inertia of the balancing bodies" for word in ("without", "with"))
+MOTOR = "drum driven by its motor (linear)"
+SECOND = KEPT.replace(AVERAGED, f"{AVERAGED} of second order")
+CLOSED, DAMPING = "steady vibration of a linear carrier, in closed form", {"damping": (0.1, 1)}
+SAYS_BY_ITS_DATASET = {"phase-portrait", "cam-prediction"}
+
+
+@pytest.mark.parametrize(
+    ("name", "spec", "statements"),
+    [
+        (R1, RunUp(until=1.0), [FULL, MOTOR]),
+        (R1, RunUp(until=1.0, model="slow"), [WITHOUT, MOTOR]),
+        (R1, RunUp(until=1.0, model="slow", inertia=True, order=2), [SECOND, MOTOR]),
+        (R1, RunUp(until=1.0, model="both"), [f"{FULL} and {WITHOUT}", MOTOR]),
+        (R1, Approximation(), [f"{FULL}, compared with {WITHOUT}", MOTOR]),
+        (R1, Basin(axes={"p1": (0, 6, 3), "p2": (0, 6, 3)}, model="slow"), [WITHOUT, MOTOR]),
+        (R1, OptimiseBalancer(vary=DAMPING, model="slow"), [f"{KEPT} for the search, {FULL} for the front", MOTOR]),
+        (R1, SpeedCurve(along="drive.slope", range=(0.01, 0.1)), [KEPT, MOTOR]),
+        (R1, SynchronousStates(), [f"{KEPT} for the states, {FULL} for their stability", MOTOR]),
+        (R1, SynchronousStates(full=False, speed=150.0), [KEPT, "the main rotor held at study.speed"]),
+        (R1, Response(), [CLOSED, "all bodies turn at each speed of the range"]),
+        (DIMENSIONLESS, RunUp(until=1.0, model="slow"), [WITHOUT, "rotor driven with limited power"]),
+        (DIMENSIONLESS, SpeedCurve(along="u", range=(1, 2)), [WITHOUT, "rotor driven with limited power"]),
+        ("sperling-rollers/table-2", RunUp(until=1.0), [FULL, "drum at its given speed"]),
+        ("sperling-vibration/figure-2a", RunUp(until=1.0, model="slow"), [AVERAGED, "rotor driven by its motor (linear)"]),
+    ],
+)  # fmt: skip
+def test_what_follows_from_question_and_machine(name: str, spec: Spec, statements: list[str]) -> None:
+    assert assumptions(spec, load_machine(name)) == statements
+
+
+def test_own_equations() -> None:
+    equations = load_equations("drozdetskaya-2020/figure-2.13")
+    assert assumptions(SpeedCurve(along="mu", range=(0, 1)), equations) == ["the equations as the file gives them"]
+
+
+@pytest.mark.parametrize("kind", [kind for kind, study in studies().items() if study.package.startswith("wucht.")])
+def test_no_study_keeps_its_equations_to_itself(kind: str) -> None:
+    spec = studies()[kind].spec
+    assert spec.solves or "model" in spec.model_fields or "equations" in vars(spec) or kind in SAYS_BY_ITS_DATASET
+
+
+def test_it_is_said_everywhere(wucht: Callable[..., Any], study: Callable[..., Path]) -> None:
+    words = ("run", study(), "-o", "out", "--set", "study.kind=response", "--set", "study.bodies=held")
+    spoken = wucht(*words).out
+    document = wucht(*words, "--json").document
+    assert document["assumed"][-1] == "balancing bodies held at p1 17.19°, p2 -28.65° to their rotor"
+    assert f"  assumed      {'; '.join(document['assumed'])}\n" in spoken
+    assert json.loads(Path("out/summary.json").read_text("utf-8"))["assumed"] == document["assumed"]
+
+
+def test_the_figure_says_it_below_its_heading() -> None:
+    result = run(RunUp(until=0.05), load_machine(R1))
+    assert result.wucht.assumed == [FULL, MOTOR]
+    assert f"  assumed      {FULL}; {MOTOR}" in report(result)
+    drawn = draw(result)
+    (small,) = drawn.texts[1:] if drawn.texts[0] is drawn._suptitle else drawn.texts  # type: ignore[attr-defined]
+    assert small.get_text() == f"assumed: {FULL}; {MOTOR}"
+    del result.attrs["assumed"]  # one that an earlier version wrote
+    assert all("assumed" not in text.get_text() for text in draw(result).texts)
+
+
+@pytest.mark.parametrize("statements", [["short"], ["long " * 30, "and more " * 30]])
+def test_panels_keep_their_height_and_their_distance_from_the_statements(statements: list[str]) -> None:
+    def inches(figure: Figure, height: float) -> list[tuple[float, float]]:
+        return [(round(a.get_position().y0 * height, 6), round(a.get_position().height * height, 6)) for a in figure.axes]
+
+    figure, axes = new_figure(2, 5.0, "Title", "sentence")
+    before = inches(figure, 5.0)
+    state_below_heading(figure, statements)
+    assert inches(figure, figure.get_figheight()) == before
+    figure.canvas.draw()
+    stated, renderer = figure.texts[-1], figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    box = stated.get_window_extent(renderer)
+    assert box.y0 > axes[0].get_window_extent(renderer).y1
+    assert box.y1 <= figure._suptitle.get_window_extent(renderer).y0 + 2  # type: ignore[attr-defined]
+    assert (box.x0 > 0, box.x1 < figure.bbox.x1) == (True, True)
