@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 import wucht
+from wucht.cli.figure_options import PNG, PRINTED, Formatted, Styled, write_figure
 from wucht.cli.importing import Imports
 
 
@@ -23,14 +24,16 @@ def run(
         str | None,
         typer.Option("--scheduler", metavar="ADDRESS", help="Compute on the workers of a scheduler of dask.distributed."),
     ] = None,
+    style: Styled = PRINTED,
+    format_: Formatted = PNG,
     import_: Imports = None,
 ) -> None:
     """Run a study and say what becomes of the machine."""
     from wucht.cli.interruption import interruptible
     from wucht.cli.progress import Progress
     from wucht.cli.set_option import parse_settings
-    from wucht.results.store import save_figure, save_summary, to_json
-    from wucht.studies.runner import RESULT, draw
+    from wucht.results.store import save_summary, to_json
+    from wucht.studies.runner import RESULT
     from wucht.studies.runner import report as report_of
     from wucht.studies.study_file import answer, read_study
 
@@ -43,9 +46,9 @@ def run(
             check()
 
         asked = read_study(study, parse_settings(set_ or []))
-        names = _, figure, summary = RESULT, f"{asked.spec.kind}.png", "summary.json"
+        names = _, _, summary = RESULT, f"{asked.spec.kind}.{format_.value}", "summary.json"
         result = answer(asked, folder=folder, files=names, resume=resume, progress=report, scheduler=scheduler)
-    save_figure(draw(result), folder / figure)
+    write_figure(result, folder, style, format_)
     answered = result.wucht
     document = {
         "study": answered.study,

@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.errors import InputError, WuchtError
+from wucht.results.arranging import arrange
+from wucht.results.page import PRINT, Page, made_for
 from wucht.results.provenance import provenance
 from wucht.results.store import load as read_result
 from wucht.results.store import prepare_folder, save, to_json
-from wucht.results.style import SETTINGS
 from wucht.studies.accessor import register
 from wucht.studies.cluster import Cluster, cluster_at
 from wucht.studies.memory import Memory, questions_of
@@ -212,12 +213,14 @@ def load(path: Path | str) -> xr.Dataset:
     return read_result(Path(path))
 
 
-def draw(result: xr.Dataset) -> Figure:
+def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
     """The figure of a result, from the Dataset alone.
 
     Parameters
     ----------
     result : xarray.Dataset
+    page : Page
+        On what it is printed: ``PRINT``, or ``JOURNAL``, a column of 88 mm without a title.
 
     Returns
     -------
@@ -228,12 +231,10 @@ def draw(result: xr.Dataset) -> Figure:
     InputError
         For a study that is not known here, or a Dataset that lacks variables which the result had.
     """
-    from matplotlib import rc_context
-
     study = _study_of_result(result)
-    with rc_context(SETTINGS):
+    with made_for(page):
         drawn: Figure = study.figure(result)
-    return drawn
+    return arrange(drawn)
 
 
 def report(result: xr.Dataset) -> list[str]:

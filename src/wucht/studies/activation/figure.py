@@ -6,27 +6,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import style
+from wucht.results import sheet, style
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_HEIGHT, RIGID = 5.2, "rigid"  # as the runs are called in the Dataset
+RIGID = "rigid"  # as the runs are called in the Dataset
 _OPENING = ("switchable", "balanced")  # runs in which pendulums open
 
 
 def figure(result: xr.Dataset) -> Figure:
     """From an activation's Dataset alone: two panels, one where there is but one orientation and one activation speed."""
     panels = 1 + (result.peak.sizes["orientation"] * result.peak.sizes["activation_speed"] > 1)
-    drawn, axes = style.new_grid(1, panels, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
+    drawn, axes = sheet.new_grid(panels, result.attrs["title"], result.attrs["sentence"], columns=1, heights=2.5)
     for draw, axis in zip((_curves, _peaks), axes, strict=False):
         draw(axis, result)
-    drawn.subplots_adjust(bottom=0.36)
-    for axis, left in zip(axes, (0.06, 0.56), strict=False):
-        handles = axis.get_legend_handles_labels()
-        drawn.legend(*handles, loc="upper left", bbox_to_anchor=(left, 0.25), ncol=1, frameon=False, fontsize=7)
+        sheet.legend_beside(axis)
     return drawn
 
 
@@ -46,6 +43,7 @@ def _curves(axis: Axes, result: xr.Dataset) -> None:
             first, color=style.GREY, linestyle="--", linewidth=0.9, label=f"pendulums open at {first:.4g} rad/s of their own"
         )
     axis.set_xlabel(style.label(result, "curve_speed"))
+    sheet.rpm_axis(axis, str(result.curve_speed.attrs["units"]), "x")
     axis.set_ylabel(style.label(result, "curve_amplitude", unit))
     axis.set_ylim(bottom=0)
 

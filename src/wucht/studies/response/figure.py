@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import style
-from wucht.results.style import COLOURS, GREY, label, line_style, thinned
+from wucht.results import sheet, style
+from wucht.results.curves import thinned, without_jumps
+from wucht.results.style import COLOURS, GREY, label, line_style
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +24,7 @@ def figure(result: xr.Dataset) -> Figure:
     panels = [_amplitude, _phase, _centre, _torque]
     if not (np.isfinite(result.centre_distance.values).any() and float(result.eccentricity) > 0):
         panels.remove(_centre)
-    drawn, axes = style.new_figure(len(panels), 1.8 * len(panels) + 1, result.attrs["title"], result.attrs["sentence"])
+    drawn, axes = sheet.new_figure(len(panels), result.attrs["title"], result.attrs["sentence"])
     for panel, axis in zip(panels, axes, strict=True):
         panel(axis, result)
     free = abs(float(result.free_speed))
@@ -59,7 +60,7 @@ def _phase(axis: Axes, result: xr.Dataset) -> None:
         if equal[:1] == [directions[i]]:
             drawn.append(np.mod(np.degrees(lag) + 90, 360) - 90)
             appearance = line_style(0 if equal == directions else i + 1)
-            axis.plot(result.speed.values, style.without_jumps(drawn[-1], 360.0), label=" and ".join(equal), **appearance)
+            axis.plot(result.speed.values, without_jumps(drawn[-1], 360.0), label=" and ".join(equal), **appearance)
     angles = np.concatenate([[0.0], *drawn])
     low, high = -90 if angles.min() < -10 else -10, 270 if angles.max() > 190 else 190
     axis.set_ylim(low, high)

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.style import COLOURS, GREY, new_figure, with_unit
+from wucht.results.page import small
+from wucht.results.sheet import legend_beside, new_figure
+from wucht.results.style import COLOURS, GREY, named, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
 
 _TONES = ("#FFFFFF", "#F3D9C0", "#8FB8D6", "#BFDDD0")  # of falling lightness where it matters: white, 0.87, 0.70
 _HATCHES = ("", "///", "...", "\\\\\\", "xxx", "ooo")
-_HEIGHT, _LINE, _HEADING_LINE = 5.4, 105, 0.17
+_HEIGHT = 4.2  # inches
 _DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 3)))
 _MARKERS = ("*", "D", "P", "X", "v", "h")
 _LABELLED = 0.012  # of the plane: a region that is large enough for its name
@@ -25,9 +27,7 @@ _WRAPPED, _CHARACTERS = 20, 65  # characters of a region's name in a line at mos
 
 def figure(result: xr.Dataset) -> Figure:
     """The plane of both parameters, from a stability map's Dataset alone."""
-    heading = textwrap.fill(result.attrs["sentence"], _LINE)
-    drawn, (axis,) = new_figure(1, _HEIGHT, result.attrs["title"], heading)
-    drawn.subplots_adjust(top=1 - (0.55 + _HEADING_LINE * heading.count("\n")) / _HEIGHT, right=0.66)
+    drawn, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
     axis.grid(visible=False)
     handles = [*_regions(axis, result), *_boundaries(axis, result), *_marks(axis, result)]
     handles += _places(axis, result)
@@ -35,24 +35,12 @@ def figure(result: xr.Dataset) -> Figure:
     axis.set_ylim(result.attrs["second_low"], result.attrs["second_high"])
     axis.set_xlabel(with_unit(_what(result, "along"), result.attrs["along_unit"]))
     axis.set_ylabel(with_unit(_what(result, "second"), result.attrs["second_unit"]))
-    axis.legend(
-        handles=handles,
-        loc="upper left",
-        bbox_to_anchor=(1.01, 1.02),
-        frameon=False,
-        fontsize=8,
-        handlelength=3.2,
-        labelspacing=0.7,
-        title=f"besides {result.attrs['everywhere']}:" if result.attrs["everywhere"] else None,
-        title_fontsize=8,
-        alignment="left",
-    )
+    legend_beside(axis, handles, f"besides {result.attrs['everywhere']}:" if result.attrs["everywhere"] else None)
     return drawn
 
 
 def _what(result: xr.Dataset, of: str) -> str:
-    path, what = str(result.attrs[of]), str(result.attrs[f"{of}_what"])
-    return path if what in (path, f"parameter {path}") else f"{path}: {what}"
+    return named(str(result.attrs[of]), str(result.attrs[f"{of}_what"]))
 
 
 def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
@@ -85,7 +73,7 @@ def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
         at = float(result.region_x[k]), float(result.region_y[k])
         row = index[np.abs(y - at[1]).argmin()] == k
         room = int(np.clip(_CHARACTERS * row.mean(), 9, _WRAPPED))
-        axis.text(*at, textwrap.fill(label, room), ha="center", va="center", fontsize=8, bbox=box, zorder=6)
+        axis.text(*at, textwrap.fill(label, room), ha="center", va="center", fontsize=small(), bbox=box, zorder=6)
     return list(handles.values())
 
 

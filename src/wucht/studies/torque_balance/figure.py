@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results.style import COLOURS, GREY, mark_speeds, new_figure, with_unit
+from wucht.results.sheet import new_figure
+from wucht.results.style import COLOURS, GREY, mark_speeds, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +24,8 @@ def figure(result: xr.Dataset) -> Figure:
     """
     speed, drive, load, vibration = (result[n].values for n in ("speed", "drive_torque", "load_torque", "vibration_torque"))
     loaded, net = bool(np.abs(load).any()), drive - load
-    drawn, axes = new_figure(2 if loaded else 1, 6.8 if loaded else 4.6, result.attrs["title"], result.attrs["sentence"])
+    heights = 2.5 if loaded else 3.4
+    drawn, axes = new_figure(2 if loaded else 1, result.attrs["title"], result.attrs["sentence"], heights)
     if loaded:
         axes[0].plot(speed, drive, color=COLOURS[1], linewidth=1.2, label="drive")
         axes[0].plot(speed, load, color=COLOURS[2], linewidth=1.0, linestyle="-.", label="load and bearings")
