@@ -6,6 +6,7 @@ measured in sizes of the text, and legends by their words; the figure becomes as
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
@@ -20,10 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend
 
 # In sizes of the text: the numbers of a scale, the edge of the page, between panels over one abscissa, and about a name.
-_NUMBERS, _EDGE, _GAP, _ABOUT = 4.1, 1.7, 0.7, 0.5
+_NUMBERS, _EDGE, _GAP, _ABOUT = 4.1, 1.7, 1.2, 0.5
 _HANDLE, _BETWEEN = 3.2, 1.5  # of a legend: the line with its distance, and between columns
 _WIDEST, _TALL = 28, 10  # of a legend beside a panel: letters in a line, and entries; more of them stand in two columns
-_ROOM = 1.15  # of a panel's side: so long a name may be
+_ROOM = 1.15  # of a panel's height: so long the name of its scale may be
 _AT_END, _SHARE = 0.02, 0.3  # of the panel: a line that ends so near to its right; of the page: the widest name there
 
 
@@ -64,6 +65,7 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
         depth += height + em * _below(row, number == len(sheet.rows) - 1, inner / em)
     if sheet.below is not None:
         depth += _size(_legend(figure, sheet.below, page.width - 2 * em))[1] + 0.4 * em
+    depth = math.ceil(depth * figure.dpi) / figure.dpi  # whole points of a picture
     figure.set_size_inches(page.width, depth)
     for p in places:
         p.axis.set_position((p.x / page.width, 1 - (p.y + p.height) / depth, p.width / page.width, p.height / depth))
@@ -83,7 +85,7 @@ def _margins(sheet: Sheet, beside: dict[Axes, Legend]) -> dict[int, tuple[float,
     for row, room, height in zip(sheet.rows, sheet.columns, sheet.heights, strict=True):
         for axis in row:
             numbered = axis.axison and axis.get_yticks().size > 0
-            left = (_NUMBERS * numbered + LINE * _name_lines(axis.yaxis, height / em) + _ABOUT) * em
+            left = (_NUMBERS * numbered + LINE * _name_lines(axis.yaxis, _ROOM * height / em) + _ABOUT) * em
             right = max(sheet.right.get(axis, 0.0), 0.0 if axis in beside else _EDGE) * em
             right += _size(beside[axis])[0] + 0.8 * em if axis in beside else 0.0
             known = margins.get(room, (0.0, 0.0))
@@ -95,7 +97,7 @@ def _above(axis: Axes, sheet: Sheet, room: float, height: float) -> float:
     """Place what stands above a panel: its second scale, its legend, its title. How much that is, in inches."""
     em, scale = sheet.page.em, sheet.top.get(axis, 0.0) * sheet.page.em
     lines = axis.get_title().count("\n") + 1 if axis.get_title() else 0
-    title = (LINE * lines + _ABOUT) * em if lines else 0.3 * em
+    title = (LINE * lines + 2 * _ABOUT) * em if lines else 0.3 * em
     if axis not in sheet.above:
         return title + scale
     legend = _legend(axis, sheet.above[axis], room)
@@ -117,7 +119,7 @@ def _below(row: list[Axes], last: bool, room: float) -> float:
 def _name_lines(scale: Any, room: float) -> int:
     """Break the name of a scale into lines that fit along it; how many. room: in sizes of the text."""
     text = scale.get_label_text()
-    letters = max(int(_ROOM * room / LETTER), 8)
+    letters = max(int(room / LETTER), 8)
     if "\n" not in text and "$" not in text and len(text) > letters:
         scale.set_label_text("\n".join(wrapped(text, letters)))
     return int(scale.get_label_text().count("\n") + 1) if text else 0
@@ -145,6 +147,7 @@ def _name_ends(figure: Figure, sheet: Sheet) -> None:
 
 def _ends(axis: Axes, lines: list[Any]) -> np.ndarray:
     """How high in the panel (n,) lines end at its right; NaN for those that do not."""
+    axis.get_xlim(), axis.get_ylim()  # matplotlib finds them only when asked
     to_panel = axis.transScale + axis.transLimits
     ends = np.full(len(lines), np.nan)
     for k, line in enumerate(lines):

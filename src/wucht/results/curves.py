@@ -123,7 +123,8 @@ def _swinging(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.zeros(len(x), bool), np.zeros(len(x), int)
     strip = np.minimum(((x - x[0]) / (span / _STRIPS)).astype(int), _STRIPS - 1)
     steps = np.diff(y)
-    turns = np.flatnonzero(steps[1:] * steps[:-1] < 0) + 1
+    moving = np.flatnonzero(steps)
+    turns = moving[1:][steps[moving[1:]] * steps[moving[:-1]] < 0]
     count = np.bincount(strip[turns], minlength=_STRIPS)
     low, high = _extremes(strip, y)
     dense = (count >= _DENSE) & (high - low > _SEEN * float(np.ptp(y)))

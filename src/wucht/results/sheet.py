@@ -146,9 +146,11 @@ def legend_below(figure: Figure, handles: Iterable[Any]) -> None:
     SHEETS[figure].below = _once(handles)
 
 
-def legend_over(figure: Figure, handles: Iterable[Any]) -> None:
+def legend_over(figure: Figure, handles: Iterable[Any], title: str | None = None) -> None:
     """One legend for all panels, over them, likewise."""
-    SHEETS[figure].over = _once(handles)
+    if (named := _once(handles)) is not None:
+        named.title = title
+    SHEETS[figure].over = named
 
 
 def _once(handles: Iterable[Any]) -> Named | None:
@@ -210,7 +212,7 @@ def colour_bar(axis: Axes, image: Any, name: str) -> Colorbar:
 
 def wrapped(text: str, letters: int) -> list[str]:
     """A text in lines of so many letters, if that can be; a unit in brackets stays whole."""
-    whole = re.sub(r"\([^()]*\)$", lambda unit: unit[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
+    whole = re.sub(r"\([^()]{1,12}\)$", lambda unit: unit[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
     return [
         part
         for line in whole.split("\n")

@@ -18,7 +18,9 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#0
 DASHES = ("-", "--", "-.", ":")
 MOST_LOOKS = 28  # lines that can be told from each other, in grey too
 GREY = "#666666"
-SLOW: dict[str, Any] = {"color": "#000000", "linestyle": (0, (6, 2)), "linewidth": 0.8, "zorder": 4}  # averaged equations
+# What a drive reaches without vibration: with dashes that no line has.
+FREE: dict[str, Any] = {"color": GREY, "linestyle": (0, (10, 3)), "linewidth": 0.9}
+SLOW: dict[str, Any] = {"color": "#000000", "linestyle": (0, (3, 4)), "linewidth": 1.0, "zorder": 4}  # averaged equations
 _MARKS, _MARK_EVERY = "osv", 0.12  # of lines whose colours come again; of the panel's diagonal
 _SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machine
 
@@ -76,8 +78,10 @@ def mark_speeds(axes: Sequence[Axes], result: Any, natural: tuple[str, str], fre
     low, high = float(result.speed[0]), float(result.speed[-1])
     frequencies = np.round(result.natural_frequency.values, 9)
     shown = sorted(f for f in {*frequencies, *-frequencies} if low <= f <= high)
-    marks = [(f, ":", natural[len(shown) > 1] if k == 0 else None) for k, f in enumerate(shown)]
-    marks += [(free[0], "--", free[1])] if low <= free[0] <= high else []
+    marks: list[tuple[float, Any, str | None]] = [
+        (f, ":", natural[len(shown) > 1] if k == 0 else None) for k, f in enumerate(shown)
+    ]
+    marks += [(free[0], FREE["linestyle"], free[1])] if low <= free[0] <= high else []
     for axis in axes:
         for speed, dashes, name in marks:
             shown_name = name if axis is axes[named] else None

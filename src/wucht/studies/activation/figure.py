@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,12 @@ if TYPE_CHECKING:
 
 RIGID = "rigid"  # as the runs are called in the Dataset
 _OPENING = ("switchable", "balanced")  # runs in which pendulums open
+
+# By the kind of run; orientations differ by their dashes.
+_MARKS: dict[str, dict[str, Any]] = {
+    RIGID: {"marker": "x", "markersize": 4, "markevery": 0.06, "alpha": 0.7},
+    "balanced": {"marker": "o", "markersize": 3, "markerfacecolor": "white", "markevery": 0.06},
+}
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -34,14 +40,13 @@ def _curves(axis: Axes, result: xr.Dataset) -> None:
     for i, name in enumerate(names):
         kind, _, angle = name.partition(", ")
         colour = style.COLOURS[apart.index(angle) % (len(style.COLOURS) - 1)] if angle else style.COLOURS[-1]
-        dashes, width = {RIGID: (":", 0.9), "balanced": ("--", 1.0)}.get(kind, ("-", 1.2))
+        dashes = style.DASHES[apart.index(angle) % len(style.DASHES)] if angle else "-"
+        marks = _MARKS.get(kind, {})
         speed, amplitude = result.curve_speed.values[i], scale * result.curve_amplitude.values[i]
-        axis.plot(speed, amplitude, label=name, color=colour, linestyle=dashes, linewidth=width)
+        axis.plot(speed, amplitude, label=name, color=colour, linestyle=dashes, linewidth=1.2, **marks)
     first = float(result.activation_speed.values[0])
     if any(name.startswith(_OPENING) for name in names):
-        axis.axvline(
-            first, color=style.GREY, linestyle="--", linewidth=0.9, label=f"pendulums open at {first:.4g} rad/s of their own"
-        )
+        axis.axvline(first, **style.FREE, label=f"pendulums open at {first:.4g} rad/s of their own")
     axis.set_xlabel(style.label(result, "curve_speed"))
     sheet.rpm_axis(axis, str(result.curve_speed.attrs["units"]), "x")
     axis.set_ylabel(style.label(result, "curve_amplitude", unit))

@@ -42,7 +42,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     speed, length = machine.units.speed, machine.orbit_unit
     name, unit = f"factor of {' and '.join(along)}" if along else "value", ""
     if len(along) == 1:
-        name, unit = machine.parameters[along[0]].words, machine.parameters[along[0]].unit
+        name, unit = machine.parameters[along[0]].called, machine.parameters[along[0]].unit
     shown = [*findings.compared[1:], *findings.compared[:1]]
     factors, error = ([], []) if findings.measured is None else (findings.measured.factors, findings.measured.speed)
     curves = np.array([c.curves for c in shown]).reshape(-1, 2, CURVE)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,10 +13,12 @@ from wucht.results.style import COLOURS, GREY, label, line_style, printed_unit, 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 _SMALLEST = 1e-6  # of the largest deviation: nothing below is shown
-_MOST_NAMED, _LIMIT = 9, COLOURS[1]
+_MOST_NAMED = 9
+_LIMIT: dict[str, Any] = {"color": GREY, "linestyle": (0, (9, 2)), "linewidth": 1.6, "zorder": 1}
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -54,10 +56,11 @@ def _over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
 def _criterion(axis: Axes, result: xr.Dataset, of: str) -> None:
     """What the averaged equations may miss at most, for this machine: the last value."""
     share = result.attrs.get(f"trusted_{of}", 0.0)
-    limit = share * _largest(result, of)[-1]
-    if limit > 0:
+    for limit in share * _largest(result, of)[-1:]:  # none before the first run
+        if not limit > 0:
+            continue
         scale, _ = printed_unit(result, f"{of}_deviation")
-        axis.axhline(scale * limit, color=_LIMIT, linestyle=(0, (8, 2)), linewidth=1.2, label=_share_of(share, of))
+        axis.axhline(scale * limit, **_LIMIT, label=_share_of(share, of))
 
 
 def _share_of(share: float, of: str) -> str:
@@ -81,18 +84,17 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
             axis.plot(at[chosen], deviation[chosen], "o", color=COLOURS[0], markersize=6, markerfacecolor=face, label=name)
     share = result.attrs.get("trusted_speed")
     if share and np.isfinite(limit := share * _largest(varied, "speed")).any():
-        axis.plot(
-            at, limit, color=_LIMIT, linestyle=(0, (8, 2)), linewidth=1.2, label=f"{100 * share:g} % of the largest speed"
-        )
+        axis.plot(at, limit, **_LIMIT, label=f"{100 * share:g} % of the largest speed")
     if (deviation > 0).any():
         axis.set_yscale("log")
+        _numbers(axis.yaxis)
     if at[0] > 0 and at[-1] / at[0] >= 10:
         axis.set_xscale("log")
     legend_above(axis)
 
 
 def _order(axis: Axes, result: xr.Dataset) -> None:
-    from matplotlib.ticker import LogFormatterSciNotation, NullLocator
+    from matplotlib.ticker import NullLocator
 
     factor, error, summary = result.factor.values, result.error.values, summary_of(result)
     order, nominal = summary["order_of_error"], summary["nominal_order"]
@@ -102,5 +104,11 @@ def _order(axis: Axes, result: xr.Dataset) -> None:
     axis.loglog(factor, error[-1] * (factor / factor[-1]) ** nominal, color=GREY, linestyle="--", label=f"order {nominal:g}")
     axis.set_xticks(factor, [f"{f:g}" for f in factor])
     axis.xaxis.set_minor_locator(NullLocator())
-    axis.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(1, 0.4)))
+    _numbers(axis.yaxis)
     legend_above(axis)
+
+
+def _numbers(ticks: Axis) -> None:
+    """Of a logarithmic scale that may be shorter than a decade."""
+    ticks.set_major_formatter(lambda value, _position: f"{value:g}")
+    ticks.set_minor_formatter(lambda value, _position: f"{value:g}" if f"{value:e}"[0] in "25" else "")

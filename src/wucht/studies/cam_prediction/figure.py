@@ -184,8 +184,8 @@ def _over_speed(axis: Axes, result: xr.Dataset) -> None:
     scale, unit = _small(result)
     speeds = _RPM * result.swept_speed.values
     for i, name in enumerate(result.lever.values.tolist()):
-        colour = (COLOURS[1], COLOURS[0], COLOURS[2])[i]
-        axis.plot(speeds, scale * result.residual_deviation.values[i], color=colour, linewidth=1.2, label=name)
+        colour, dashes = ((COLOURS[1], "--"), (COLOURS[0], "-"), (COLOURS[2], "-."))[i]
+        axis.plot(speeds, scale * result.residual_deviation.values[i], dashes, color=colour, linewidth=1.2, label=name)
     marks = zip(result.resonance_order.values.tolist(), _RPM * result.resonance_speed.values, strict=True)
     named = math.inf
     for k, at in marks:  # from the fastest on
@@ -199,7 +199,7 @@ def _over_speed(axis: Axes, result: xr.Dataset) -> None:
         )  # fmt: skip
     mean = _RPM * summary_of(result)["corrected"]["mean_speed"]
     if speeds[0] <= mean <= speeds[-1]:
-        axis.axvline(mean, color=GREY, linewidth=0.9, label="mean speed")
+        axis.axvline(mean, label="mean speed", **style.FREE)
     axis.set_yscale("log")
     low, high = _decades(scale * result.residual_deviation.values)
     axis.set_ylim(low, high)

@@ -42,13 +42,15 @@ def _probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
             x, counted, counted + open_, facecolor="none", edgecolor=GREY, hatch="xxx", linewidth=0, label="no verdict"
         )
     axis.plot(x, estimate, color=COLOURS[0], linewidth=1.1)
-    for chosen, size, name in ((~searched, 4.0, "estimate"), (searched, 2.2, "of the search")):
+    for chosen, mark, name in ((~searched, "o", "estimate"), (searched, "D", "of the search")):
         if chosen.any():
-            axis.plot(x[chosen], estimate[chosen], "o", color=COLOURS[0], markersize=size, label=name)
+            face = COLOURS[0] if mark == "o" else "white"
+            axis.plot(x[chosen], estimate[chosen], mark, color=COLOURS[0], markerfacecolor=face, markersize=3.5, label=name)
     if s["wanted"] is not None:
         axis.axhline(s["wanted"], color=GREY, linestyle=":", linewidth=1.1, label=f"wanted: {s['wanted']:g}")
     if s["smallest"] is not None:
-        shown = f"{s['smallest']:.4g} {s['unit']}".rstrip()
+        symbol = "" if "." in s["along"] else f"{s['along']} = "
+        shown = f"{symbol}{s['smallest']:.4g} {s['unit']}".rstrip()
         axis.axvline(s["smallest"], color=COLOURS[1], linestyle="--", linewidth=1.1, label=f"reached from {shown} on")
     axis.set(ylim=(-0.03, 1.03), ylabel="probability of\n" + " or ".join(s["outcome"]))
     axis.set_xlim(*s["range"])

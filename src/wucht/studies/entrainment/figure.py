@@ -11,7 +11,7 @@ import numpy as np
 from wucht.results.conventions import summary_of
 from wucht.results.page import small
 from wucht.results.sheet import legend_beside, new_figure, rpm_axis
-from wucht.results.style import COLOURS, GREY, label, line_style, named, with_unit
+from wucht.results.style import COLOURS, FREE, GREY, label, line_style, named, with_unit
 from wucht.studies.entrainment.report import band_in_words
 
 if TYPE_CHECKING:
@@ -138,6 +138,6 @@ def _speeds(axis: Axes, result: xr.Dataset, own: int | None) -> None:
     if frequency is not None:
         axis.axhline(frequency, color=COLOURS[0], linewidth=1.0, label="frequency of the vibration", zorder=1)
     if np.isfinite(free).any() and np.ptp(free[np.isfinite(free)]) > 0:
-        axis.plot(x, free, color=GREY, linestyle="--", linewidth=0.9, label="speed without vibration", zorder=1)
+        axis.plot(x, free, label="speed without vibration", zorder=1, **FREE)
     axis.set_ylabel(label(result, "run_speed"))
     rpm_axis(axis, str(result.run_speed.attrs["units"]))

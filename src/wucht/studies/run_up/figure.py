@@ -95,7 +95,7 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | 
         axis.plot(*thinned(slow, result.slow_speed.values[0]), label=f"{bodies[0]}, averaged equations", **style.SLOW)
     free = float(result.free_speed)
     if np.isfinite(free):
-        axis.axhline(free, color=style.GREY, linestyle="--", linewidth=0.9, label="no-load speed")
+        axis.axhline(free, label="no-load speed", **style.FREE)
     if "vibration_frequency" in result and np.isfinite(float(result.vibration_frequency)):
         driven = float(result.vibration_frequency)
         axis.axhline(driven, color=style.COLOURS[3], linestyle="-.", linewidth=0.9, label="frequency of the vibration")
@@ -191,7 +191,9 @@ def _figure_of_many(result: xr.Dataset) -> Figure:
     amplitude.set_ylim(bottom=0)
     amplitude.set_xlabel(style.label(result, "abscissa") if over else style.abscissa_label(result, "time"))
     sheet.rpm_axis(speed, str(result.speed.attrs["units"]))
-    amplitude.margins(x=0)
+    ends = [np.asarray(line.get_xdata())[[0, -1]] for line in amplitude.get_lines() if np.size(line.get_xdata())]
+    if ends and np.ptp(ends) > 0:
+        speed.set_xlim(np.min(ends), np.max(ends))
     sheet.name_at_ends(amplitude)
     sheet.legend_below(drawn, sheet.named_in([speed]))
     return drawn

@@ -62,7 +62,7 @@ def figure(result: xr.Dataset) -> Figure:
     colours, used = _colours(result), set[int]()
     ratio = _ratio(result)
     _branches(axes[0], result, "speed", ratio, colours, used)
-    axes[0].set_ylabel(label(result, "speed") if ratio is None else f"{result.speed.attrs['long_name']} / {_symbol(result)}")
+    axes[0].set_ylabel(label(result, "speed") if ratio is None else f"{result.speed.attrs['long_name']} / {_what(result)}")
     _types(axes[0], result, ratio)
     if vibrates:
         scale, unit = printed_unit(result, "amplitude")
@@ -214,7 +214,9 @@ def _key(result: xr.Dataset, branch: int) -> str:
     second = float(result.second_value[branch])
     if np.isnan(second):
         return str(result.branch_label.values[branch])
-    return f"{result.attrs['second_symbol']} = {_with_its_unit(f'{second:.6g}', result.attrs['second_unit'])}"
+    path = str(result.attrs["second"])
+    name = named(path, str(result.attrs["second_what"])) if "." in path else result.attrs["second_symbol"]
+    return f"{name} = {_with_its_unit(f'{second:.6g}', result.attrs['second_unit'])}"
 
 
 def _colours(result: xr.Dataset) -> dict[str, str]:
@@ -287,5 +289,6 @@ def _legend(colours: dict[str, str], used: set[int], result: xr.Dataset) -> list
         handles.append(Line2D([], [], color="black", linestyle="", **style))
     if result.sizes["own"]:
         own = _with_its_unit(f"{summary_of(result)['value']:.5g}", result.attrs["along_unit"])
-        handles.append(Line2D([], [], color=GREY, linestyle=":", linewidth=0.9, label=f"as it is: {own}"))
+        value = f"as it is: {own}" if "." in result.attrs["along"] else f"as it is:\n{_symbol(result)} = {own}"
+        handles.append(Line2D([], [], color=GREY, linestyle=":", linewidth=0.9, label=value))
     return handles

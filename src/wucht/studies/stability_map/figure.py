@@ -57,8 +57,7 @@ def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
         inside = index == k
         if inside.any():
             axis.contourf(*edges, inside.astype(float), levels=[0.5, 1.5], colors=[tone], hatches=[hatch], zorder=0)
-        shown = textwrap.fill(labels[k], 34)
-        handles.setdefault(labels[k], Patch(facecolor=tone, hatch=hatch, edgecolor=GREY, linewidth=0.5, label=shown))
+        handles.setdefault(labels[k], Patch(facecolor=tone, hatch=hatch, edgecolor=GREY, linewidth=0.5, label=labels[k]))
     for collection in axis.collections:
         collection.set_edgecolor("#FFFFFF00" if not getattr(collection, "hatches", None) else "#9A9A9A")
         collection.set_linewidth(0.0)
@@ -92,7 +91,7 @@ def _boundaries(axis: Axes, result: xr.Dataset) -> list[Any]:
             at = number == k
             (line,) = axis.plot(result.boundary_x.values[at], result.boundary_y.values[at], **style)
         if line is not None:
-            line.set_label(textwrap.fill(group, 34))
+            line.set_label(group)
             handles.append(line)
     return handles
 
@@ -104,7 +103,7 @@ def _marks(axis: Axes, result: xr.Dataset) -> list[Any]:
         at = labels == label
         (points,) = axis.plot(
             result.mark_x.values[at], result.mark_y.values[at], _MARKERS[i % len(_MARKERS)], color="black",
-            markerfacecolor="white", markersize=9, markeredgewidth=1.1, linestyle="", zorder=7, label=textwrap.fill(label, 34),
+            markerfacecolor="white", markersize=9, markeredgewidth=1.1, linestyle="", zorder=7, label=label,
         )  # fmt: skip
         handles.append(points)
     return handles

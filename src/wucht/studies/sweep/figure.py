@@ -9,7 +9,7 @@ import numpy as np
 from wucht.results.conventions import summary_of
 from wucht.results.outcomes import MODULATION_THRESHOLD
 from wucht.results.sheet import legend_beside, new_figure, rpm_axis
-from wucht.results.style import COLOURS, GREY, label, line_style, named, printed_unit, with_unit
+from wucht.results.style import COLOURS, FREE, label, line_style, named, printed_unit, with_unit
 from wucht.studies.sweep.report import SENSE
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def figure(result: xr.Dataset) -> Figure:
     _jumps(amplitude, result, scale * result.jump_from_amplitude.values, scale * result.jump_to_amplitude.values)
     low, high = speed.get_ylim()
     if np.isfinite(result.free_speed).any():
-        speed.plot(result.grid, result.free_speed, color=GREY, linestyle="--", linewidth=0.9, label="no-load speed", zorder=1)
+        speed.plot(result.grid, result.free_speed, label="no-load speed", zorder=1, **FREE)
         speed.set_ylim(low, max(high, min(high * 1.1, float(np.nanmax(result.free_speed)))))
     speed.set_ylabel(label(result, "speed"))
     amplitude.set_ylabel(label(result, "amplitude", unit))

@@ -49,7 +49,8 @@ def figure(result: xr.Dataset) -> Figure:
     for axis, k in zip(axes, shown, strict=False):
         _force_balance(axis, result, k)
     if shown:
-        legend_over(drawn, _legend(result, {_framed(result, k) for k in shown}))
+        title = "centrifugal forces" if result.attrs["comparable"] else "centrifugal forces, each turned in its body's sense"
+        legend_over(drawn, _legend(result, {_framed(result, k) for k in shown}), title)
     if mapped:
         _draw_map(axes[-1], result)
     return drawn
@@ -156,9 +157,8 @@ def _legend(result: xr.Dataset, frames: set[str]) -> list[Any]:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    force = "force of " if result.attrs["comparable"] else "force, turned in its sense, of "
     names = map(str, result.body_name.values)
-    handles: list[Any] = [Line2D([], [], linewidth=2, label=f"{force}{n}", **_appearance(i)) for i, n in enumerate(names)]
+    handles: list[Any] = [Line2D([], [], linewidth=2, label=n, **_appearance(i)) for i, n in enumerate(names)]
     if result.attrs["comparable"]:
         handles.append(Line2D([], [], color=_LEFT, linewidth=2, linestyle=_DASHED, label="what is left"))
     for colour, line, width, words in (frame for name, frame in _FRAMES.items() if name in frames):

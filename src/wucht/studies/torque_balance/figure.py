@@ -31,13 +31,16 @@ def figure(result: xr.Dataset) -> Figure:
         axes[0].plot(speed, load, color=COLOURS[2], linewidth=1.0, linestyle="-.", label="load and bearings")
         _resistance(axes[0], result, load + vibration, "load and vibration")
         _points(axes[0], result, result.point_torque.values)
-        _ordinate(axes[0], result, drive)
+        _ordinate(axes[0], result, drive, result.point_torque.values)
     axes[-1].plot(speed, net, color=COLOURS[1], linewidth=1.2, label="drive less load" if loaded else "drive")
     _resistance(axes[-1], result, vibration, "vibration")
-    _points(axes[-1], result, np.interp(result.point_speed.values, speed, net))
-    _ordinate(axes[-1], result, net)
+    net_points = np.interp(result.point_speed.values, speed, net)
+    _points(axes[-1], result, net_points)
+    _ordinate(axes[-1], result, net, net_points)
     free = (float(result.free_speed), "speed without vibration")
     mark_speeds(axes, result, ("natural frequency", "natural frequencies"), free, -1)
+    at = result.point_speed.values
+    axes[-1].set_xlim(min(speed[0], at.min(initial=speed[0])), max(speed[-1], at.max(initial=speed[-1])))
     return drawn
 
 
@@ -60,7 +63,7 @@ def _points(axis: Axes, result: xr.Dataset, torque: np.ndarray) -> None:
             axis.plot(at, torque[chosen], "o", color=COLOURS[6], markersize=6, markerfacecolor=face, label=name, zorder=5)
 
 
-def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray) -> None:
+def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray, shown_points: np.ndarray) -> None:
     """The line of zero, the name of the axis, and limits so that the drive is seen, however high the resonance."""
     vibration = result.vibration_torque.values + result.load_torque.values
     driving = drive[drive * result.speed.values >= 0]
@@ -70,6 +73,8 @@ def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray) -> None:
     if largest > 0:
         above, below = (_TALLEST if driving[np.abs(driving).argmax()] * s > 0 else _BRAKING for s in (1, -1))
         low, high = max(low, -below * largest), min(high, above * largest)
+    points = shown_points[np.isfinite(shown_points)]
+    low, high = min(low, points.min(initial=low)), max(high, points.max(initial=high))  # wherever the machine works is shown
     if high > low:
         axis.set_ylim(low - 0.05 * (high - low), high + 0.08 * (high - low))
     axis.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
