@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import figure_checks
 import pytest
-from conftest import Command
 
+import figure_checks
+from conftest import Command
 from wucht.results.page import JOURNAL, PRINT
 from wucht.results.store import load
 from wucht.studies.registry import studies

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend
 
 # In sizes of the text: the numbers of a scale, the edge of the page, between panels over one abscissa, and about a name.
-_NUMBERS, _EDGE, _GAP, _ABOUT = 4.1, 1.7, 1.2, 0.5
+_NUMBERS, _EDGE, _GAP, _ABOUT = 4.1, 1.7, 1.4, 0.7
 _HANDLE, _BETWEEN = 3.2, 1.5  # of a legend: the line with its distance, and between columns
 _WIDEST, _TALL = 28, 10  # of a legend beside a panel: letters in a line, and entries; more of them stand in two columns
 _ROOM = 1.15  # of a panel's height: so long the name of its scale may be
@@ -97,7 +97,7 @@ def _above(axis: Axes, sheet: Sheet, room: float, height: float) -> float:
     """Place what stands above a panel: its second scale, its legend, its title. How much that is, in inches."""
     em, scale = sheet.page.em, sheet.top.get(axis, 0.0) * sheet.page.em
     lines = axis.get_title().count("\n") + 1 if axis.get_title() else 0
-    title = (LINE * lines + 2 * _ABOUT) * em if lines else 0.3 * em
+    title = (LINE * lines + 2 * _ABOUT) * em if lines else 0.5 * em
     if axis not in sheet.above:
         return title + scale
     legend = _legend(axis, sheet.above[axis], room)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-SCALE, TICKS, LINE = 5.6, 1.7, 1.25  # in sizes of the text: a scale with its name beside a panel, its numbers, a line
+SCALE, TICKS, LINE = 5.6, 1.8, 1.25  # in sizes of the text: a scale with its name beside a panel, its numbers, a line
 _BAR = 1.0  # a bar of colours beside a panel
 LETTER, TITLE = 0.53, 10.0  # the mean width of a letter; the size of the title, in points
 
@@ -110,6 +110,7 @@ def _panel(drawn: Figure) -> Axes:
     axis: Axes = drawn.add_axes((0.1, 0.1, 0.8, 0.8), label=str(len(drawn.axes)))
     axis.grid(visible=True, linewidth=0.4, color="#DDDDDD")
     axis.set_axisbelow(True)
+    axis.tick_params(labelsize=current_page().font)  # ticks are made when the figure is written
     axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
     axis.yaxis.get_offset_text().set(x=0.01, verticalalignment="top")  # inside: above it would be in the next panel
     return axis
@@ -190,6 +191,7 @@ def rpm_axis(axis: Axes, unit: str, of: str = "y") -> None:
     functions = (lambda x: np.asarray(x) * per), (lambda x: np.asarray(x) / per)
     make: Any = axis.secondary_yaxis if of == "y" else axis.secondary_xaxis
     second = make("right" if of == "y" else "top", functions=functions)
+    second.tick_params(labelsize=sheet.page.font)
     second.spines["right" if of == "y" else "top"].set_visible(True)
     if of == "y":
         second.set_ylabel("speed (rpm)")
@@ -206,6 +208,7 @@ def colour_bar(axis: Axes, image: Any, name: str) -> Colorbar:
     figure = figure_of(axis)
     bar = figure.colorbar(image, cax=axis.inset_axes((1.03, 0.0, 0.045, 1.0)))
     bar.set_label(name)
+    bar.ax.tick_params(labelsize=current_page().small)
     SHEETS[figure].right[axis] = SCALE + _BAR
     return bar
 
