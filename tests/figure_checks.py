@@ -98,9 +98,10 @@ def _of_scales(axis: Axes) -> Iterator[Any]:
     for scale in (axis.xaxis, axis.yaxis):
         if scale.get_visible():
             yield scale.label
-            low, high = sorted(scale.get_view_interval())
+            low, high = sorted(scale.get_transform().transform(np.asarray(scale.get_view_interval(), float)))
             for tick in scale.get_major_ticks():
-                inside = low - 1e-9 * (high - low) <= tick.get_loc() <= high + 1e-9 * (high - low)
+                at = float(scale.get_transform().transform(np.array([float(tick.get_loc())]))[0])
+                inside = low - 1e-9 * (high - low) <= at <= high + 1e-9 * (high - low)
                 yield from (label for label in (tick.label1, tick.label2) if inside and label.get_visible())
 
 

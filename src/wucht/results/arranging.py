@@ -60,7 +60,7 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
     for number, (row, room, height) in enumerate(zip(sheet.rows, sheet.columns, sheet.heights, strict=True)):
         (left, right), width = margins[room], page.width / room
         inner = width - left - right
-        depth += max(_above(axis, sheet, inner + right, height) for axis in row)
+        depth += max(_above(axis, sheet, inner + (0.0 if axis in sheet.right else right), height) for axis in row)
         places += [_Place(axis, k * width + left, depth, inner, height) for k, axis in enumerate(row)]
         depth += height + em * _below(row, number == len(sheet.rows) - 1, inner / em)
     if sheet.below is not None:

@@ -23,9 +23,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-SCALE, TICKS, LINE = 5.6, 1.8, 1.25  # in sizes of the text: a scale with its name beside a panel, its numbers, a line
+SCALE, TICKS, LINE = 6.2, 1.8, 1.25  # in sizes of the text: a scale with its name beside a panel, its numbers, a line
 _BAR = 1.0  # a bar of colours beside a panel
 LETTER, TITLE = 0.53, 10.0  # the mean width of a letter; the size of the title, in points
+_WIDE = 0.58  # that of a letter in a sentence with many numbers
 
 
 @dataclass
@@ -118,7 +119,7 @@ def _panel(drawn: Figure) -> Axes:
 
 def _lines(text: str, page: Page) -> list[str]:
     """A text in lines that fit on the page."""
-    letters = int(page.width * 72 / (LETTER * TITLE))
+    letters = int(page.width * 72 / (_WIDE * TITLE))
     return wrapped(text, letters) if text else []
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # Of each outcome colour (Okabe and Ito's, lightened or darkened so that those that are often neighbours differ in grey too)
 # and hatch.
 _LOOKS = {
-    "compensated": ("#8CC7EE", "//"),
+    "compensated": ("#5FAEDF", "//"),
     "passed": ("#D9EFC9", ".."),
     "captured": ("#F5C04A", ""),
     "captured-modulated": ("#C24E00", "\\\\"),
