@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _MOST_POINTS = 4000
 _NEAR_ZERO = 45.0  # degrees: angles that end so near to 0 are not drawn at the edge of the panel
 _STRIPS, _PALE, _FEW = 100, 0.15, 2
-_DENSE, _SEEN = 6, 0.01  # turning points in a strip, and the share of the panel's height that a swing must have to be seen
+_DENSE, _SEEN = 3, 0.01  # turning points in a strip, and the share of the panel's height that a swing must have to be seen
 _BAND: dict[str, Any] = {"alpha": 0.35, "linewidth": 0.6, "zorder": 2}
 
 
@@ -89,7 +89,7 @@ def draw_swings(axis: Axes, x: np.ndarray, y: np.ndarray, **look: Any) -> None:
 
     look: of the line, with its ``label``.
     """
-    fast, strip = _swinging(x, y)
+    fast, strip = _swinging(x, y, axis.get_yscale() == "log")
     name = look.pop("label", None)
     at, line = thinned(x, np.where(fast, np.nan, y)) if fast.any() else thinned(x, y)
     if not fast.all():
@@ -116,16 +116,20 @@ def _extremes(strip: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return low, high
 
 
-def _swinging(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _swinging(x: np.ndarray, y: np.ndarray, logarithmic: bool) -> tuple[np.ndarray, np.ndarray]:
     """Where (N,) a curve swings faster than can be drawn; and in which strip of the panel (N,) each point lies."""
     span = float(x[-1] - x[0]) if len(x) > 1 else 0.0
     if not span > 0 or not np.isfinite(span) or not np.isfinite(y).all() or (np.diff(x) < 0).any():
         return np.zeros(len(x), bool), np.zeros(len(x), int)
     strip = np.minimum(((x - x[0]) / (span / _STRIPS)).astype(int), _STRIPS - 1)
+    height = np.log10(np.maximum(y, y[y > 0].min(initial=1.0))) if logarithmic else y
     steps = np.diff(y)
     moving = np.flatnonzero(steps)
     turns = moving[1:][steps[moving[1:]] * steps[moving[:-1]] < 0]
     count = np.bincount(strip[turns], minlength=_STRIPS)
-    low, high = _extremes(strip, y)
-    dense = (count >= _DENSE) & (high - low > _SEEN * float(np.ptp(y)))
+    swung = np.bincount(strip[turns[1:]], np.abs(np.diff(height[turns])), minlength=_STRIPS)
+    seen = swung > _SEEN * float(np.ptp(height)) * count
+    dense = (count >= _DENSE) & seen
+    beside = np.r_[False, dense[:-1]] | np.r_[dense[1:], False]
+    dense |= (count >= _DENSE - 1) & beside & seen  # so that band and line do not take turns
     return dense[strip], strip

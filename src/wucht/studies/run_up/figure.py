@@ -117,6 +117,8 @@ def _look(i: int, name: str, count: int) -> dict[str, Any]:
 def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None, decades: bool = False) -> None:
     scale, unit = style.printed_unit(result, "amplitude")
     amplitude = scale * result.amplitude.values
+    if decades:
+        axis.set_yscale("log")
     if not decades and (np.abs(result.amplitude - result.radius) > 2e-2 * result.peak_amplitude).any():
         draw_swings(axis, time, scale * result.radius.values, color=style.COLOURS[4], linewidth=0.5, label="distance")
     draw_swings(axis, time, amplitude, color=style.COLOURS[0], linewidth=1.1, label="amplitude")
@@ -126,7 +128,6 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
     if not decades:
         axis.set_ylim(bottom=0)
         return
-    axis.set_yscale("log")
     seen = amplitude[np.isfinite(amplitude) & (amplitude > 0)]
     axis.set_ylim(max(0.7 * float(seen.min()), _LOWEST * float(seen.max())), 1.5 * float(seen.max()))
     style.plain_decades(axis.yaxis)
