@@ -205,7 +205,7 @@ def test_any_title_can_be_drawn(balanced: xr.Dataset, title: str, tmp_path: Path
     assert figure.get_suptitle() == f"{title}\n{balanced.attrs['outcome']}: {balanced.attrs['sentence']}"
     assert not figure._suptitle.get_parse_math()
     image = imread(save_figure(figure, tmp_path / "figure.png"))
-    assert image.shape[:2] == tuple(float(v) * figure.dpi for v in figure.get_size_inches())[::-1]
+    assert image.shape[:2] == pytest.approx(tuple(float(v) * figure.dpi for v in figure.get_size_inches())[::-1], abs=1e-6)
     heading = image[: int(0.5 * figure.dpi), :, :3]
     assert heading.min() < 0.5, "the heading is written in black"
     drawn = save_figure(figure, tmp_path / "figure.svg").read_text(encoding="utf-8")
