@@ -17,7 +17,8 @@ from wucht.fields import si
 from wucht.machines.machine import Machine
 from wucht.results.conventions import answered, summary_of, variable
 from wucht.results.formatting import formats
-from wucht.results.style import COLOURS, label, new_figure
+from wucht.results.sheet import legend_beside, new_figure
+from wucht.results.style import COLOURS, label
 from wucht.studies.spec import Spec
 from wucht.studies.work import Work
 
@@ -115,12 +116,12 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
 def figure(result: xr.Dataset) -> Figure:
     """The poles in the complex plane."""
-    drawn, (axis,) = new_figure(1, 4.0, result.attrs["title"], result.attrs["sentence"])
+    drawn, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], 3.0)
     rate, frequency = result.rate.values, result.frequency.values
     axis.plot(rate, np.sqrt(frequency**2 - rate**2), "x", color=COLOURS[0], label="poles")
     axis.set_xlabel(label(result, "rate"))
     axis.set_ylabel(label(result, "frequency"))
-    axis.legend(frameon=False)
+    legend_beside(axis)
     return drawn
 
 

@@ -12,10 +12,10 @@ Questions: ``RunUp``, ``CoastDown``, ``Sweep``, ``Response``, ``TorqueBalance``,
 ``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``, ``StabilityMap``, ``Basin``,
 ``CaptureProbability``, ``OptimiseBalancer``, ``Activation``, ``LoadSpectrum`` (also of ``Records``), ``FailureDetection``,
 ``ExciterDesign``; of a ``CamDrive``: ``CamLaw``, ``CamContour``, ``CamCorrection``, ``CamPrediction``.
-Several side by side: ``compare`` (``Comparison``). Results: ``run``, ``run_file``, ``load``, ``draw``, ``report``,
-``export``, and ``result.wucht``. Any other ordinary differential equation: ``OwnEquations`` (``load_equations``),
-``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged: ``averaged``, ``strongly_damped``,
-``separated``.
+Several side by side: ``compare`` (``Comparison``). Results: ``run``, ``run_file``, ``load``, ``draw`` (for a page,
+``PRINT``, or a column, ``JOURNAL``), ``report``, ``export``, and ``result.wucht``. Any other ordinary differential equation:
+``OwnEquations`` (``load_equations``), ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged:
+``averaged``, ``strongly_damped``, ``separated``.
 
 The floors of the house, each of which knows only those before it: ``errors``, ``quantities``, ``piecewise``, ``system``,
 ``checking``, ``fields``, ``keys``, ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``,
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from wucht.numerics.flow.compiled import compile_system as compile_system
     from wucht.numerics.flow.integrate import integrate as integrate
     from wucht.numerics.orbits import periodic_orbit as periodic_orbit
+    from wucht.results.page import JOURNAL as JOURNAL
+    from wucht.results.page import PRINT as PRINT
     from wucht.studies.activation.spec import Activation as Activation
     from wucht.studies.approximation.spec import Approximation as Approximation
     from wucht.studies.basin.spec import Basin as Basin
@@ -110,6 +112,8 @@ _LAZY = {
     "averaged": "wucht.mechanics.averaging:averaged",
     "compile_system": "wucht.numerics.flow.compiled:compile_system",
     "draw": "wucht.studies.runner:draw",
+    "JOURNAL": "wucht.results.page:JOURNAL",
+    "PRINT": "wucht.results.page:PRINT",
     "export": "wucht.studies.runner:export",
     "integrate": "wucht.numerics.flow.integrate:integrate",
     "load": "wucht.studies.runner:load",

@@ -39,6 +39,48 @@ class Parameter:
     symbol: str
     what: str
 
+    @property
+    def words(self) -> str:
+        """What it is and whose: ``no-load speed of the drive`` for ``drive.no_load_speed``; of a bare name ``what`` alone."""
+        *owners, name = self.path.split(".")
+        along = ""
+        if owners and name in _AXES:
+            along, (*owners, name) = f" in {name}", owners
+        whose = _whose(owners)
+        if not whose or name == "gravity" or whose.removeprefix("the ") in self.what:
+            return self.what + along
+        long = any(f" {word} " in self.what for word in _LONG)
+        return f"{self.what}{along}, {whose.removeprefix('the ')}" if long else f"{self.what}{along} of {whose}"
+
+    @property
+    def called(self) -> str:
+        """In a sentence: in words; one of a single name by that, which is a symbol."""
+        return self.words if "." in self.path else self.path
+
+    def at(self, value: float, digits: int = 6) -> str:
+        """A value of it in a sentence: ``no-load speed of the drive = 143.7 rad/s``."""
+        return f"{self.called} = {value:.{digits}g} {self.unit}".rstrip()
+
+
+_AXES = ("x", "y")
+_LONG = ("of", "at", "to")  # words after which another ``of`` would belong to something else
+_PARTS = ("carrier", "drive", "load", "foundation")  # of which a machine has one
+
+
+def _whose(owners: list[str]) -> str:
+    """The part to which a parameter belongs, in words: ``drives.e1`` is the drive of e1."""
+    match owners:
+        case ["tracks" | "mounts" as parts, of] | ["carrier", "mounts" as parts, of]:
+            return f"{parts.removesuffix('s')} {of}"
+        case ["carrier", "motion"]:
+            return "the motion of the carrier"
+        case [*_, part] if part in _PARTS:
+            return f"the {part}"
+        case [parts, of] if parts.removesuffix("s") in _PARTS:
+            return f"the {parts.removesuffix('s')} of {of}"
+        case _:
+            return " ".join(owners)
+
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as _Metaclass

@@ -624,3 +624,18 @@ def test_a_table_is_set_from_the_command_line(text: str) -> None:
     from wucht.cli.set_option import parse_settings
 
     assert parse_settings([f"study.start={text}"]) == {"study.start": {"drum": {"speed": "5 rad/s"}, "p1": 0.3}}
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_styles_and_formats_of_figures(wucht, study):
+    """Both commands take them; what they are drawn on is the page that is asked for, and no second figure is left."""
+    assert wucht("run", study(), "-o", "out", "--style", "journal", "--format", "svg").code == 0
+    assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "run-up.svg", "summary.json"]
+    assert 'width="249.4' in Path("out/run-up.svg").read_text()
+    assert wucht("plot", "out/result.nc", "--style", "print", "--format", "pdf").out.strip() == "out/run-up.pdf"
+    assert Path("out/run-up.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(("option", "value", "allowed"), [("--style", "poster", "journal"), ("--format", "gif", "svg")])
+def test_unknown_styles_and_formats_are_refused(refused, study, option, value, allowed):
+    refused("run", study(), option, value, says=(value, allowed))

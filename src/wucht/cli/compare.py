@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from wucht.cli.figure_options import PRINTED, Formatted, Styled
 from wucht.cli.importing import Imports
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="Write the table and the curves as CSV too, with units.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run found in the output folder.")] = False,
+    style: Styled = PRINTED,
+    format_: Formatted = None,
     import_: Imports = None,
 ) -> None:
     """Set several machines, variants or results side by side: a table of their summaries, and one figure."""
@@ -40,7 +43,8 @@ def compare(
 
         return read_comparison(of, parse_settings(set_ or []), parse_lists(vary or []))
 
-    tell(", ".join(of), read, out or _folder([*of, *(v.partition("=")[0] for v in vary or [])]), as_json, csv, resume)
+    folder = out or _folder([*of, *(v.partition("=")[0] for v in vary or [])])
+    tell(", ".join(of), read, folder, as_json, csv, resume, style=style, format_=format_)
 
 
 def _folder(names: list[str]) -> Path:

@@ -12,8 +12,8 @@ def gathered() -> dict[str, Any]:
     default: kind of study; studies: of each its keys and what they allow; parts: the quantities of each kind.
     """
     from wucht.cli.completion import Shell
+    from wucht.cli.figure_options import Format, Style
     from wucht.cli.list import kinds
-    from wucht.cli.plot import Format
     from wucht.keys import keys_of
     from wucht.studies.registry import studies
     from wucht.studies.study_file import DEFAULT_KIND
@@ -28,7 +28,7 @@ def gathered() -> dict[str, Any]:
     named = sorted({kind for of_kind in parts.values() for kind in of_kind} | set(studies()))
     return {
         "commands": _commands(),
-        "values": {"--format": [f.value for f in Format]},
+        "values": {"--format": [f.value for f in Format], "--style": [s.value for s in Style]},
         "names": {"list": named, "new": list(studies()), "completion": [shell.value for shell in Shell]},
         "default": DEFAULT_KIND,
         "studies": {kind: {key.name: key.allowed for key in keys_of(s.spec)} for kind, s in studies().items()},

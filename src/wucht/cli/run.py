@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import wucht
+from wucht.cli.figure_options import PRINTED, Format, Formatted, Style, Styled, formats_of, write_figure
 from wucht.cli.importing import Imports
 
 if TYPE_CHECKING:
@@ -31,13 +32,15 @@ def run(
         str | None,
         typer.Option("--scheduler", metavar="ADDRESS", help="Compute on the workers of a scheduler of dask.distributed."),
     ] = None,
+    style: Styled = PRINTED,
+    format_: Formatted = None,
     import_: Imports = None,
 ) -> None:
     """Run a study and say what becomes of the machine."""
     from wucht.cli.set_option import parse_settings
     from wucht.studies.study_file import read_study
 
-    tell(study, lambda: read_study(study, parse_settings(set_ or [])), out, as_json, csv, resume, scheduler)
+    tell(study, lambda: read_study(study, parse_settings(set_ or [])), out, as_json, csv, resume, scheduler, style, format_)
 
 
 def tell(
@@ -48,14 +51,15 @@ def tell(
     csv: bool = False,
     resume: bool = False,
     scheduler: str | None = None,
+    style: Style = PRINTED,
+    format_: list[Format] | None = None,
 ) -> None:
     """Answer what is read, write the files, and say what was found. study: its name; out: the folder, if one is given."""
     from wucht.cli.interruption import interruptible
     from wucht.cli.progress import Progress
     from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum, claimed
     from wucht.results.series import save_csv
-    from wucht.results.store import RESULT, save_figure, save_summary, to_json
-    from wucht.studies.runner import draw
+    from wucht.results.store import RESULT, save_summary, to_json
     from wucht.studies.runner import report as report_of
     from wucht.studies.study_file import answer
 
@@ -69,10 +73,10 @@ def tell(
 
             asked = read()
             folder = kept.enter_context(claimed(out or Path("results") / asked.name))
-            names = _, figure, summary = RESULT, f"{asked.spec.kind}.png", SUMMARY
-            result = answer(asked, folder=folder, files=names, resume=resume, progress=report, scheduler=scheduler)
-        drawn = [save_figure(draw(result), folder / figure), *(save_csv(result, folder) if csv else [])]
-        tables = [path.name for path in drawn[1:]]
+            names = [RESULT, *(f"{asked.spec.kind}.{f.value}" for f in formats_of(format_)), SUMMARY]
+            result = answer(asked, folder=folder, files=tuple(names), resume=resume, progress=report, scheduler=scheduler)
+        tables = save_csv(result, folder) if csv else []
+        drawn, names = [*write_figure(result, folder, style, format_), *tables], [*names, *(t.name for t in tables)]
         answered = result.wucht
         document = {
             "study": answered.study,
@@ -81,7 +85,7 @@ def tell(
             "assumed": answered.assumed,
             "warnings": answered.warnings,
             "notes": answered.notes,
-            "files": [str(folder / name) for name in (*names, *tables)],
+            "files": [str(folder / name) for name in names],
             CHECKSUMS: {path.name: checksum(path) for path in drawn},
             "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
             "version": wucht.__version__,
@@ -89,7 +93,7 @@ def tell(
         }
         if result.attrs["failure"]:
             document |= {"error": result.attrs["failure"], "exit_code": 1}
-        save_summary(document, folder / summary)
+        save_summary(document, folder / SUMMARY)
     if as_json:
         sys.stdout.write(to_json(document) + "\n")
     else:
@@ -99,7 +103,7 @@ def tell(
             typer.echo(f"note: {note}")
         for warning in answered.warnings:
             typer.echo(f"warning: {warning}", err=True)
-        typer.echo(f"files: {folder}/{', '.join((*names, *tables))}")
+        typer.echo(f"files: {folder}/{', '.join(names)}")
     if result.attrs["failure"]:
         sys.stderr.write(f"wucht: {result.attrs['failure']}. What was computed is kept in {folder}\n")
         raise typer.Exit(1)

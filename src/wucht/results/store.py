@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from wucht.errors import InputError, RunError
-from wucht.results.style import SETTINGS
+from wucht.results.page import made_for
+from wucht.results.sheet import page_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,9 +59,7 @@ def save_figure(figure: Figure, path: Path) -> Path:
     """Write a figure in the format of the path's ending."""
     # Packed a third faster than by default, and a tenth larger.
     packing: dict[str, Any] = {"pil_kwargs": {"compress_level": 1}} if path.suffix == ".png" else {}
-    from matplotlib import rc_context
-
-    with warnings.catch_warnings(), rc_context(SETTINGS):
+    with warnings.catch_warnings(), made_for(page_of(figure)):
         warnings.filterwarnings("ignore", "Glyph", UserWarning)  # a title in a script that the font lacks
         return replacing(path, lambda beside: figure.savefig(beside, format=path.suffix[1:], **packing))
 

@@ -16,12 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.errors import InputError, WuchtError
+from wucht.results.arranging import arrange
 from wucht.results.conventions import assumed_of
 from wucht.results.output_folder import claimed, remove_earlier
+from wucht.results.page import PRINT, Page, made_for
 from wucht.results.provenance import provenance
+from wucht.results.sheet import state
 from wucht.results.store import RESULT, prepare_folder, save, to_json
 from wucht.results.store import load as read_result
-from wucht.results.style import SETTINGS, state_below_heading
 from wucht.studies.accessor import register
 from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import Cluster, cluster_at
@@ -197,12 +199,14 @@ def load(path: Path | str) -> xr.Dataset:
     return read_result(Path(path))
 
 
-def draw(result: xr.Dataset) -> Figure:
+def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
     """The figure of a result, from the Dataset alone.
 
     Parameters
     ----------
     result : xarray.Dataset
+    page : Page
+        On what it is printed: ``PRINT``, or ``JOURNAL``, a column of 88 mm without a title.
 
     Returns
     -------
@@ -213,13 +217,11 @@ def draw(result: xr.Dataset) -> Figure:
     InputError
         For a study that is not known here, or a Dataset that lacks variables which the result had.
     """
-    from matplotlib import rc_context
-
     study = _study_of_result(result)
-    with rc_context(SETTINGS):
+    with made_for(page):
         drawn: Figure = study.figure(result)
-        state_below_heading(drawn, assumed_of(result))
-    return drawn
+        state(drawn, assumed_of(result))
+    return arrange(drawn)
 
 
 def report(result: xr.Dataset) -> list[str]:

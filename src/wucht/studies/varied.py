@@ -91,7 +91,7 @@ def varied_of(machine: Machine, name: str, key: str) -> Varied:
         state = states[name]
         return Varied(name, state, state.what, state.unit.si)
     parameter = parameter_of(machine, name, key)
-    return Varied(name, None, parameter.what, parameter.unit)
+    return Varied(name, None, parameter.words, parameter.unit)
 
 
 def check_together(varied: Sequence[Varied], start: Mapping[str, Any], key: str, other: str) -> None:

@@ -141,7 +141,7 @@ def test_figure_and_report_tell_what_was_run(tmp_path: Path) -> None:
     assert left.get_xlabel() == "speed of the rotor (rad/s)"
     assert left.get_ylabel() == "amplitude of the axis (mm)"
     assert right.get_xlabel() == "orientation at the start (°)"
-    names = [t.get_text() for legend in drawn.legends for t in legend.get_texts()]
+    names = [t.get_text() for axis in drawn.axes for t in axis.get_legend().get_texts()]
     assert {"without pendulums", "switchable, 180°", "balanced, 45°", "rigid, 45°", "switchable", "rigid"} <= set(names)
     curve = next(line for line in left.get_lines() if line.get_label() == "rigid, 45°")
     assert 1e-3 * max(curve.get_ydata()) == pytest.approx(summary_of(result)["rigid"][0]["peak_amplitude"], rel=0.05)

@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from wucht.files.catalogue import load_machine
+from wucht.results.conventions import summary_of
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.runner import draw, run
 
@@ -59,14 +60,19 @@ def test_four_panels(sigma: xr.Dataset) -> None:
     assert [a.get_yscale() for a in figure.axes] == ["log"] * 4
     assert along.get_xscale() == order.get_xscale() == "log"
     [legend] = figure.legends
-    assert [t.get_text() for t in legend.get_texts()] == ["0.01", "0.05", "0.2", "as it is"]
+    assert [t.get_text() for t in legend.get_texts()] == [
+        "0.01", "0.05", "0.2", "as it is", "5 % of the largest speed", "25 % of the largest amplitude",
+    ]  # fmt: skip
 
 
 def test_what_is_drawn_is_what_was_computed(sigma: xr.Dataset) -> None:
     speed, _, along, order = draw(sigma).axes
-    assert [np.asarray(line.get_ydata()) for line in speed.get_lines()] == [
+    *curves, criterion = speed.get_lines()
+    assert [np.asarray(line.get_ydata()) for line in curves] == [
         pytest.approx(values, nan_ok=True) for values in sigma.speed_over_angle.values
     ]
+    reached = float(sigma.speed_deviation[-1] / sigma.relative_speed_deviation[-1])
+    assert criterion.get_ydata()[0] == pytest.approx(0.05 * reached)
     line = along.get_lines()[0]
     assert line.get_xdata() == pytest.approx([0.01, 0.05, 0.2])
     assert line.get_ydata() == pytest.approx(sigma.speed_deviation.values[:-1])
@@ -86,7 +92,7 @@ def test_points_that_end_differently_are_open(sigma: xr.Dataset) -> None:
     shown = sigma.copy(deep=True)
     shown["same_outcome"].values[:] = [0, 1, -1, 1]
     along = draw(shown).axes[2]
-    faces = {line.get_label(): line.get_markerfacecolor() for line in along.get_lines()[1:]}
+    faces = {line.get_label(): line.get_markerfacecolor() for line in along.get_lines()[1:-1]}
     assert set(faces) == {"outcomes differ", "same outcome", "no outcome yet"}
     assert faces["outcomes differ"] == "white"
     assert len(set(faces.values())) == 3
@@ -94,9 +100,8 @@ def test_points_that_end_differently_are_open(sigma: xr.Dataset) -> None:
 
 def test_no_parameter_and_no_order() -> None:
     result = answer().isel(factor=slice(0, 0))
-    along, order = draw(result).axes[2:]
-    assert [t.get_text() for t in along.texts] == ["no parameter was varied"]
-    assert [t.get_text() for t in order.texts] == ["not measured"]
+    summary = summary_of(result) | {"order_of_error": None}
+    assert len(draw(result.assign_attrs(summary=json.dumps(summary))).axes) == 2, "no panels of what there is not"
 
 
 def test_a_run_without_deviations(sigma: xr.Dataset) -> None:

@@ -50,7 +50,7 @@ def test_panels_and_units(shaken: xr.Dataset) -> None:
     phase, speed = figure.axes
     assert phase.get_ylabel() == "phase to the vibration (\u00b0)"
     assert speed.get_ylabel() == "mean speed (rad/s)"
-    assert speed.get_xlabel() == "drive.no_load_speed (rad/s)"
+    assert speed.get_xlabel() == "no-load speed of the drive (rad/s)"
     assert phase.get_ylim() == pytest.approx((-180, 180))
     assert labels(phase) == [
         "averaged equations, stable", "averaged equations, unstable", "full equations, periodic", "band of existence",
@@ -85,7 +85,7 @@ def test_exciters_are_cut_where_they_are_not_and_others_are_grey(exciters: xr.Da
     phase, speed = draw(exciters).axes
     assert phase.get_ylim() == pytest.approx((0, 360))  # around 180 degrees, above the resonance
     assert phase.get_ylabel() == "phase (\u00b0)"
-    assert speed.get_xlabel() == "detuning (rad/s)"
+    assert speed.get_xlabel() == "detuning: difference of the no-load speeds (rad/s)"
     colours = {x.get_color() for x in lines(phase, "-")}
     assert len(colours) == 2
     assert "others, stable" in labels(phase)

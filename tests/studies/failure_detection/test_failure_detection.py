@@ -182,10 +182,10 @@ def test_other_values_over_two_parameters_resumed(tmp_path):
 
 def test_figure_and_report(catalogue):
     drawn = draw(catalogue)
-    assert [axis.get_xlabel() for axis in drawn.axes] == [
+    assert [" ".join(axis.get_xlabel().split()) for axis in drawn.axes] == [
         "time (s)", "time (s)", "time since the failure (s)", "time (s)",
     ]  # fmt: skip
-    assert [axis.get_ylabel() for axis in drawn.axes] == [
+    assert [" ".join(axis.get_ylabel().split()) for axis in drawn.axes] == [
         "mean speed of the main rotor (rad/s)", "displacement of the carrier in x (mm)", "probability (1)",
         "share of the stiffness, damage (1)",
     ]  # fmt: skip

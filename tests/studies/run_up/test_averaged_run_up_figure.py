@@ -25,7 +25,9 @@ def answer(name: str = "drozdetskaya-2020/table-5.1", **keys: Any) -> xr.Dataset
 
 
 def slow_lines(axis: Axes) -> list[Line2D]:
-    return [line for line in axis.get_lines() if line.get_linestyle() == "--" and line.get_color() == SLOW["color"]]
+    return [
+        line for line in axis.get_lines() if line.get_color() == SLOW["color"] and line.get_linewidth() == SLOW["linewidth"]
+    ]
 
 
 @pytest.fixture(scope="module")

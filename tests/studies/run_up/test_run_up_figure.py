@@ -13,17 +13,28 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import imread
+from matplotlib.lines import Line2D
 
+import figure_checks
+from figure_checks import alike
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.results.conventions import summary_of
+from wucht.results.curves import angle_panel, draw_angles, draw_swings, thinned, without_jumps
+from wucht.results.page import JOURNAL, PRINT
 from wucht.results.store import save_figure
-from wucht.results.style import COLOURS, DASHES, angle_panel, draw_angles, line_style, thinned, without_jumps
+from wucht.results.style import COLOURS, DASHES, MOST_LOOKS, line_style
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, run
 
 Study = Callable[..., Path]
 START = {"p1": 0.3, "p2": -0.5}
+
+
+PANELS = [
+    "speed (rad/s)", "amplitude of the axis (mm)", "the same, in decades", "phase to the rotor (\u00b0)", "motor power (W)",
+    "energy\nresidual",
+]  # fmt: skip
 
 
 def _panels(figure: Figure) -> list[Axes]:
@@ -50,33 +61,38 @@ def alone() -> xr.Dataset:
     return run(RunUp(until=200.0), load_machine("drozdetskaya-2020/table-3.1-laval"))
 
 
-def test_four_panels_with_units(balanced: xr.Dataset) -> None:
+def test_panels_with_units(balanced: xr.Dataset) -> None:
     figure = draw(balanced)
     panels = _panels(figure)
-    assert len(panels) == 4
-    assert [p.get_ylabel() for p in panels] == [
-        "speed (rad/s)", "amplitude of the axis (mm)", "phase to the rotor (\u00b0)", "motor power (W)",
-    ]  # fmt: skip
-    assert [p.get_xlabel() for p in panels] == ["", "", "", "time (s)"]
+    assert [p.get_ylabel() for p in panels] == PANELS
+    assert [p.get_xlabel() for p in panels] == ["", "", "", "", "", "time (s)"]
     assert all(p.get_xlim() == (0.0, pytest.approx(2.0)) for p in panels)
-    twins = [a for a in figure.axes if a not in panels]
-    assert [a.get_ylabel() for a in twins] == ["energy residual (1)"]
-    assert [a.get_yscale() for a in twins] == ["log"]
+    assert [p.get_yscale() for p in panels] == ["linear", "linear", "log", "linear", "linear", "log"]
+    heights = [p.get_position().height for p in panels]
+    assert heights[-1] < 0.3 * heights[0], "the energy residual is a check"
+    [rpm] = panels[0].child_axes
+    assert rpm.get_ylabel() == "speed (rpm)"
 
 
-def test_every_panel_has_a_legend(balanced: xr.Dataset) -> None:
-    speed, amplitude, phases, power = (_labels(p) for p in _panels(draw(balanced)))
-    assert speed == ["drum", "p1", "p2", "no-load speed", "natural frequency"]
-    assert "amplitude" in amplitude
-    assert phases == ["p1", "p2"]
-    assert power == ["motor power", "energy residual"]
+def test_only_an_amplitude_that_falls_by_decades_is_drawn_in_decades(balanced: xr.Dataset) -> None:
+    never_less = balanced.assign(amplitude=balanced.amplitude.clip(min=float(balanced.amplitude.max()) / 20))
+    assert "the same, in decades" not in [p.get_ylabel() for p in _panels(draw(never_less))]
 
 
-def test_a_rotor_without_balancers_has_three_panels(alone: xr.Dataset) -> None:
+def test_every_panel_says_what_it_shows(balanced: xr.Dataset) -> None:
+    speed, amplitude, decades, phases, power, residual = _panels(draw(balanced))
+    assert _labels(speed) == ["drum", "p1", "p2", "no-load speed", "natural frequency"]
+    assert _labels(phases) == ["p1", "p2"]
+    assert [p.get_legend() for p in (power, residual)] == [None, None], "the names of the scales say it"
+    assert "amplitude" in [line.get_label() for line in amplitude.get_lines()]
+    assert decades.get_lines()
+
+
+def test_a_rotor_without_balancers_has_no_panel_of_phases(alone: xr.Dataset) -> None:
     panels = _panels(draw(alone))
-    assert [p.get_ylabel() for p in panels] == ["speed", "amplitude of the axis", "motor power"]
+    assert [p.get_ylabel() for p in panels] == ["speed", "amplitude of the axis", "motor power", "energy\nresidual"]
     assert panels[-1].get_xlabel() == "time $\\tau$"
-    assert all(_labels(p) for p in panels)
+    assert panels[0].child_axes == [], "a speed without a unit has no rpm"
 
 
 def test_the_title_says_what_and_how_it_ended(balanced: xr.Dataset) -> None:
@@ -87,7 +103,7 @@ def test_the_title_says_what_and_how_it_ended(balanced: xr.Dataset) -> None:
 
 
 def test_lines_show_the_data(balanced: xr.Dataset) -> None:
-    speed, amplitude, phases, power = _panels(draw(balanced))
+    speed, amplitude, _, phases, power, _ = _panels(draw(balanced))
     line = {str(drawn.get_label()): drawn for drawn in speed.get_lines()}
     assert line["drum"].get_ydata()[-1] == pytest.approx(float(balanced.speed.sel(body="drum")[-1]))
     assert line["no-load speed"].get_ydata()[0] == pytest.approx(200.0)
@@ -106,13 +122,14 @@ def test_lines_differ_in_colour_and_dash(balanced: xr.Dataset) -> None:
     bodies = [x for x in speed.get_lines() if x.get_label() in ("drum", "p1", "p2")]
     assert len({x.get_color() for x in bodies}) == len({x.get_linestyle() for x in bodies}) == 3
     # a body has the colour in every panel
-    phases = {x.get_label(): x.get_color() for x in _panels(draw(balanced))[2].get_lines()}
+    phases = {x.get_label(): x.get_color() for x in _panels(draw(balanced))[3].get_lines()}
     assert {x.get_label(): x.get_color() for x in bodies if x.get_label() != "drum"} == phases
     for i in range(28):
         first, second = line_style(i), line_style(i + 1)
         assert first["color"] != second["color"]
         assert first["linestyle"] != second["linestyle"]
     assert len({(line_style(i)["color"], line_style(i)["linestyle"]) for i in range(28)}) == len(COLOURS) * len(DASHES)
+    assert alike([Line2D([], [], label=str(i), **line_style(i)) for i in range(MOST_LOOKS)]) == [], "in grey too"
 
 
 def test_a_rotor_that_turns_clockwise() -> None:
@@ -131,13 +148,18 @@ def test_two_natural_frequencies(study: Study) -> None:
     assert sorted(dotted)[-2:] == pytest.approx([math.sqrt(1e5 / 10.25), math.sqrt(2e5 / 10.25)])
 
 
-@pytest.mark.slow
-def test_many_balancers_do_not_crowd_the_legend() -> None:
-    machine = load_machine("practice/laboratory-centrifuge")
-    result = run(RunUp(until=0.05), machine)
-    balls = "".join(_labels(_panels(draw(result))[2]))
-    assert balls
-    assert all(len(_labels(p)) <= 10 for p in _panels(draw(result)))
+def test_ten_bodies_stand_in_the_legend(balanced: xr.Dataset) -> None:
+    names = ["drum", *(f"b{k}" for k in range(1, 11))]
+    rows = np.arange(11) % 3
+    several = balanced.isel(body=rows).assign_coords(body=names)
+    for name in ("angle", "speed", "phase"):
+        several[name] = several[name] + (0.1 * np.arange(11))[:, None]
+    for page in (PRINT, JOURNAL):
+        figure = draw(several, page)
+        speed, phases = (p for p in _panels(figure) if p.get_ylabel().startswith(("speed", "phase")))
+        assert _labels(speed)[:11] == names
+        assert [n for n in _labels(phases) if n in names] == [n for k, n in zip(rows, names, strict=True) if k]
+        figure_checks.check(figure)
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
@@ -183,7 +205,7 @@ def test_any_title_can_be_drawn(balanced: xr.Dataset, title: str, tmp_path: Path
     assert figure.get_suptitle() == f"{title}\n{balanced.attrs['outcome']}: {balanced.attrs['sentence']}"
     assert not figure._suptitle.get_parse_math()
     image = imread(save_figure(figure, tmp_path / "figure.png"))
-    assert image.shape[:2] == tuple(float(v) * figure.dpi for v in figure.get_size_inches())[::-1]
+    assert image.shape[:2] == pytest.approx(tuple(float(v) * figure.dpi for v in figure.get_size_inches())[::-1], abs=1e-6)
     heading = image[: int(0.5 * figure.dpi), :, :3]
     assert heading.min() < 0.5, "the heading is written in black"
     drawn = save_figure(figure, tmp_path / "figure.svg").read_text(encoding="utf-8")
@@ -198,11 +220,11 @@ def test_the_shortest_runs_can_be_drawn(study: Study) -> None:
         figure = draw(result)
         figure.savefig(io.BytesIO(), format="png")
         assert figure.get_suptitle().endswith("\nunidentified: the run is too short for a verdict")
-        speed, amplitude, phases, power = _panels(figure)
+        speed, amplitude, phases, power, _ = _panels(figure)
         assert _labels(speed) == ["drum", "p1", "p2", "no-load speed", "natural frequency"]
-        assert _labels(amplitude)[-1] == "amplitude"
+        assert amplitude.get_lines()[-1].get_label() == "amplitude"
         assert _labels(phases) == ["p1", "p2"]
-        assert _labels(power) == ["motor power", "energy residual"]
+        assert power.get_lines()
         for row, line in enumerate(speed.get_lines()[:3]):
             assert np.array_equal(line.get_xdata(), result.time.values)
             assert np.array_equal(line.get_ydata(), result.speed.values[row])
@@ -230,7 +252,21 @@ def test_a_dataset_that_is_no_result_is_refused(balanced: xr.Dataset) -> None:
         draw(xr.Dataset(attrs={"study": "run-up"}))
 
 
-# What lines are thinned to
+# Curves with more in them than is seen
+
+
+def test_what_swings_faster_than_is_drawn_is_a_band() -> None:
+    """Two hundred swings in the first half, one in the second: there it is a line."""
+    axis, x = Figure().subplots(), np.linspace(0.0, 1.0, 20_001)
+    y = np.where(x < 0.5, np.sin(2 * np.pi * 400 * x), 0.5 * np.sin(4 * np.pi * x))
+    draw_swings(axis, x, y, color="#0072B2", label="swing")
+    [line], [band] = axis.get_lines(), axis.collections
+    drawn = np.asarray(line.get_ydata())[np.isfinite(line.get_ydata())]
+    assert np.abs(drawn).max() < 0.51, "nothing of the fast half is in the line"
+    corners = band.get_paths()[0].vertices
+    assert (corners[:, 0].min(), corners[:, 0].max()) == (0.0, pytest.approx(0.5, abs=0.011))
+    assert (corners[:, 1].min(), corners[:, 1].max()) == (pytest.approx(-1, abs=5e-3), pytest.approx(1, abs=5e-3))
+    assert (line.get_label(), str(band.get_label())[0]) == ("swing", "_"), "named once"
 
 
 @pytest.mark.parametrize("count", [10, 3999, 4000, 4001, 9999, 123_457, 400_000])

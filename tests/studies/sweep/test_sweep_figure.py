@@ -25,7 +25,7 @@ def test_a_sweep_shows_both_ways_and_its_jumps(swept: xr.Dataset) -> None:
     speed, amplitude = draw(swept).axes
     assert speed.get_ylabel() == "mean speed (rad/s)"
     assert amplitude.get_ylabel() == "amplitude of the axis (mm)"
-    assert amplitude.get_xlabel() == "drive.no_load_speed (rad/s)"
+    assert amplitude.get_xlabel() == "no-load speed of the drive (rad/s)"
     assert amplitude.get_xlim() == (8.0, 11.0)
     assert _labels(speed) == ["rising", "falling", "end of a branch", "no-load speed"]
     assert _labels(amplitude) == ["rising", "falling", "end of a branch"]

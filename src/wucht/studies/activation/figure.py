@@ -2,31 +2,34 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results import style
+from wucht.results import sheet, style
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_HEIGHT, RIGID = 5.2, "rigid"  # as the runs are called in the Dataset
+RIGID = "rigid"  # as the runs are called in the Dataset
 _OPENING = ("switchable", "balanced")  # runs in which pendulums open
+
+# By the kind of run; orientations differ by their dashes.
+_MARKS: dict[str, dict[str, Any]] = {
+    RIGID: {"marker": "x", "markersize": 4, "markevery": 0.06, "alpha": 0.7},
+    "balanced": {"marker": "o", "markersize": 3, "markerfacecolor": "white", "markevery": 0.06},
+}
 
 
 def figure(result: xr.Dataset) -> Figure:
     """From an activation's Dataset alone: two panels, one where there is but one orientation and one activation speed."""
     panels = 1 + (result.peak.sizes["orientation"] * result.peak.sizes["activation_speed"] > 1)
-    drawn, axes = style.new_grid(1, panels, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
+    drawn, axes = sheet.new_grid(panels, result.attrs["title"], result.attrs["sentence"], columns=1, heights=2.5)
     for draw, axis in zip((_curves, _peaks), axes, strict=False):
         draw(axis, result)
-    drawn.subplots_adjust(bottom=0.36)
-    for axis, left in zip(axes, (0.06, 0.56), strict=False):
-        handles = axis.get_legend_handles_labels()
-        drawn.legend(*handles, loc="upper left", bbox_to_anchor=(left, 0.25), ncol=1, frameon=False, fontsize=7)
+        sheet.legend_beside(axis)
     return drawn
 
 
@@ -37,15 +40,15 @@ def _curves(axis: Axes, result: xr.Dataset) -> None:
     for i, name in enumerate(names):
         kind, _, angle = name.partition(", ")
         colour = style.COLOURS[apart.index(angle) % (len(style.COLOURS) - 1)] if angle else style.COLOURS[-1]
-        dashes, width = {RIGID: (":", 0.9), "balanced": ("--", 1.0)}.get(kind, ("-", 1.2))
+        dashes = style.DASHES[apart.index(angle) % len(style.DASHES)] if angle else "-"
+        marks = _MARKS.get(kind, {})
         speed, amplitude = result.curve_speed.values[i], scale * result.curve_amplitude.values[i]
-        axis.plot(speed, amplitude, label=name, color=colour, linestyle=dashes, linewidth=width)
+        axis.plot(speed, amplitude, label=name, color=colour, linestyle=dashes, linewidth=1.2, **marks)
     first = float(result.activation_speed.values[0])
     if any(name.startswith(_OPENING) for name in names):
-        axis.axvline(
-            first, color=style.GREY, linestyle="--", linewidth=0.9, label=f"pendulums open at {first:.4g} rad/s of their own"
-        )
+        axis.axvline(first, **style.FREE, label=f"pendulums open at {first:.4g} rad/s of their own")
     axis.set_xlabel(style.label(result, "curve_speed"))
+    sheet.rpm_axis(axis, str(result.curve_speed.attrs["units"]), "x")
     axis.set_ylabel(style.label(result, "curve_amplitude", unit))
     axis.set_ylim(bottom=0)
 

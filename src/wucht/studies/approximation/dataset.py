@@ -42,7 +42,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     speed, length = machine.units.speed, machine.orbit_unit
     name, unit = f"factor of {' and '.join(along)}" if along else "value", ""
     if len(along) == 1:
-        name, unit = along[0], machine.parameters[along[0]].unit
+        name, unit = machine.parameters[along[0]].called, machine.parameters[along[0]].unit
     shown = [*findings.compared[1:], *findings.compared[:1]]
     factors, error = ([], []) if findings.measured is None else (findings.measured.factors, findings.measured.speed)
     curves = np.array([c.curves for c in shown]).reshape(-1, 2, CURVE)
@@ -74,7 +74,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         warnings.append(f"{max(len(findings.compared) - 1, 0)} of {len(plan.values) - 1} values are compared")
     summary = _summary(plan, findings)
     sentence = ": ".join(filter(None, (_ANSWERS[summary["trusted"]], "; ".join(summary["reasons"]))))
-    return answered(xr_.Dataset(dict(data), coords=coordinates), summary, sentence, warnings)
+    result = answered(xr_.Dataset(dict(data), coords=coordinates), summary, sentence, warnings)
+    return result.assign_attrs(trusted_speed=TRUSTED, trusted_amplitude=AMPLITUDE_TRUSTED)
 
 
 def _speeds_of(plan: Plan) -> str:

@@ -2,35 +2,37 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, label, line_style, new_grid, printed_unit, with_unit
+from wucht.results.sheet import legend_above, legend_below, named_in, new_grid
+from wucht.results.style import COLOURS, GREY, label, line_style, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 _SMALLEST = 1e-6  # of the largest deviation: nothing below is shown
 _MOST_NAMED = 9
-_LINE = 100  # characters of a heading
-_REASON: dict[str, Any] = {"ha": "center", "va": "center", "color": GREY}  # why a panel is empty
+_LIMIT: dict[str, Any] = {"color": GREY, "linestyle": (0, (9, 2)), "linewidth": 1.6, "zorder": 1}
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Deviations over the rotor's angle, over the parameter, and over epsilon, from the Dataset alone."""
-    sentence = "\n".join(textwrap.wrap(result.attrs["sentence"], _LINE))
-    height = 6.6 + 0.17 * sentence.count("\n")
-    drawn, (speed, amplitude, along, order) = new_grid(2, 2, height, result.attrs["title"], sentence)
+    varied, measured = bool(np.isfinite(result.value.values).any()), summary_of(result)["order_of_error"] is not None
+    panels = 2 + varied + measured
+    drawn, (speed, amplitude, *rest) = new_grid(panels, result.attrs["title"], result.attrs["sentence"])
     _over_angle(speed, result, "speed_over_angle")
     _over_angle(amplitude, result, "amplitude_over_angle")
-    drawn.legend(*speed.get_legend_handles_labels(), loc="lower center", ncol=5, frameon=False, fontsize=8)
-    _along(along, result)
-    _order(order, result)
+    if varied:
+        _along(rest[0], result)
+    if measured:
+        _order(rest[-1], result)
+    legend_below(drawn, named_in([speed, amplitude]))
     return drawn
 
 
@@ -45,9 +47,30 @@ def _over_angle(axis: Axes, result: xr.Dataset, name: str) -> None:
     if largest > 0:
         axis.set_yscale("log")
         axis.set_ylim(max(_SMALLEST * largest, float(np.nanmin(values[values > 0], initial=largest)) / 2), 2 * largest)
+    _criterion(axis, result, name.partition("_")[0])
     axis.set_xlabel("angle of the rotor $\\varphi$ (rad)")
     of = "amplitudes" if name.startswith("amplitude") else f"speeds of {summary_of(result)['speeds_of']}"
     axis.set_ylabel(with_unit(f"{of} differ by", unit))
+
+
+def _criterion(axis: Axes, result: xr.Dataset, of: str) -> None:
+    """What the averaged equations may miss at most, for this machine: the last value."""
+    share = result.attrs.get(f"trusted_{of}", 0.0)
+    for limit in share * _largest(result, of)[-1:]:  # none before the first run
+        if not limit > 0:
+            continue
+        scale, _ = printed_unit(result, f"{of}_deviation")
+        axis.axhline(scale * limit, **_LIMIT, label=_share_of(share, of))
+
+
+def _share_of(share: float, of: str) -> str:
+    return f"{100 * share:g} % of the largest {of}"
+
+
+def _largest(result: xr.Dataset, of: str) -> np.ndarray:
+    """Of the full run at each value: a deviation over its share."""
+    with np.errstate(all="ignore"):
+        return np.asarray(result[f"{of}_deviation"].values / result[f"relative_{of}_deviation"].values)
 
 
 def _along(axis: Axes, result: xr.Dataset) -> None:
@@ -55,33 +78,37 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
     at, same, deviation = (varied[name].values for name in ("value", "same_outcome", "speed_deviation"))
     axis.set_ylabel(with_unit("largest difference of speeds", result.speed_deviation.attrs["units"]))
     axis.set_xlabel(label(result, "value"))
-    if not len(at):
-        axis.text(0.5, 0.5, "no parameter was varied", transform=axis.transAxes, **_REASON)
-        return
     axis.plot(at, deviation, color=COLOURS[0], linewidth=1.0)
     for code, face, name in ((1, COLOURS[0], "same outcome"), (0, "white", "outcomes differ"), (-1, GREY, "no outcome yet")):
         if (chosen := same == code).any():
             axis.plot(at[chosen], deviation[chosen], "o", color=COLOURS[0], markersize=6, markerfacecolor=face, label=name)
+    share = result.attrs.get("trusted_speed")
+    if share and np.isfinite(limit := share * _largest(varied, "speed")).any():
+        axis.plot(at, limit, **_LIMIT, label=f"{100 * share:g} % of the largest speed")
     if (deviation > 0).any():
         axis.set_yscale("log")
+        _numbers(axis.yaxis)
     if at[0] > 0 and at[-1] / at[0] >= 10:
         axis.set_xscale("log")
-    axis.legend(frameon=False, fontsize=8)
+    legend_above(axis)
 
 
 def _order(axis: Axes, result: xr.Dataset) -> None:
-    from matplotlib.ticker import LogFormatterSciNotation, NullLocator
+    from matplotlib.ticker import NullLocator
 
     factor, error, summary = result.factor.values, result.error.values, summary_of(result)
     order, nominal = summary["order_of_error"], summary["nominal_order"]
     axis.set_xlabel("factor of $\\varepsilon$")
     axis.set_ylabel(with_unit("error of the speeds", result.error.attrs["units"]))
-    if not len(factor) or order is None:
-        axis.text(0.5, 0.5, "nothing differs" if len(factor) else "not measured", transform=axis.transAxes, **_REASON)
-        return
     axis.loglog(factor, error, color=COLOURS[1], marker="s", markersize=5, linewidth=1.0, label=f"measured: order {order:.2f}")
     axis.loglog(factor, error[-1] * (factor / factor[-1]) ** nominal, color=GREY, linestyle="--", label=f"order {nominal:g}")
     axis.set_xticks(factor, [f"{f:g}" for f in factor])
     axis.xaxis.set_minor_locator(NullLocator())
-    axis.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(1, 0.4)))
-    axis.legend(frameon=False, fontsize=8)
+    _numbers(axis.yaxis)
+    legend_above(axis)
+
+
+def _numbers(ticks: Axis) -> None:
+    """Of a logarithmic scale that may be shorter than a decade."""
+    ticks.set_major_formatter(lambda value, _position: f"{value:g}")
+    ticks.set_minor_formatter(lambda value, _position: f"{value:g}" if f"{value:e}"[0] in "25" else "")

@@ -9,7 +9,8 @@ import numpy as np
 
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import percent
-from wucht.results.style import GREY, new_grid, printed_unit, with_unit
+from wucht.results.sheet import colour_bar, legend_beside, new_grid
+from wucht.results.style import GREY, named, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 # Of each outcome colour (Okabe and Ito's, lightened or darkened so that those that are often neighbours differ in grey too)
 # and hatch.
 _LOOKS = {
-    "compensated": ("#8CC7EE", "//"),
+    "compensated": ("#5FAEDF", "//"),
     "passed": ("#D9EFC9", ".."),
     "captured": ("#F5C04A", ""),
     "captured-modulated": ("#C24E00", "\\\\"),
@@ -35,7 +36,7 @@ _LOOKS = {
     "failed": ("#000000", ".."),
 }
 _NOT_COMPUTED, _BLANK = "not computed", "#EFEFEF"
-_HEIGHT, _HATCHED = 7.4, 512  # points a side
+_HATCHED = 512  # points a side
 _PARTS_OF_PI = (8, 4, 2, 1)  # ticks of an angle are multiples of pi over one of these, at most so many:
 _MOST_TICKS = 5
 _SCALE = "viridis"
@@ -46,20 +47,21 @@ def figure(result: xr.Dataset) -> Figure:
     prefix = "refined_" if "refined_outcome" in result else ""
     s = summary_of(result)
     cells = " x ".join(map(str, s["levels"][-1]["cells"]))
-    drawn, (outcomes, names, settling, peak) = new_grid(
-        2, 2, _HEIGHT, result.attrs["title"], f"{cells} cells, {s['runs']} runs"
+    maps = [name for name in (f"{prefix}settling_time", f"{prefix}peak_amplitude") if np.isfinite(result[name].values).any()]
+    drawn, (outcomes, *axes) = new_grid(
+        1 + len(maps), result.attrs["title"], f"{cells} cells, {s['runs']} runs", heights=(3.2, 2.2), wide=1
     )
-    drawn.subplots_adjust(bottom=0.55 / _HEIGHT, top=1 - 0.75 / _HEIGHT, hspace=0.3, wspace=0.42, right=0.93)
-    _outcomes(outcomes, names, result, prefix)
-    _values(drawn, settling, result, f"{prefix}settling_time")
-    _values(drawn, peak, result, f"{prefix}peak_amplitude")
-    for axis in (outcomes, settling, peak):
+    handles = _outcomes(outcomes, result, prefix)
+    for axis, name in zip(axes, maps, strict=True):
+        _values(axis, result, name)
+    for axis in (outcomes, *axes):
         _frame(axis, result)
+    legend_beside(outcomes, handles)
     return drawn
 
 
-def _outcomes(axis: Axes, names: Axes, result: xr.Dataset, prefix: str) -> None:
-    """The map of outcomes, and what is what in a panel beside it."""
+def _outcomes(axis: Axes, result: xr.Dataset, prefix: str) -> list[Any]:
+    """The map of outcomes; what is what, with its share of the map."""
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
@@ -74,13 +76,8 @@ def _outcomes(axis: Axes, names: Axes, result: xr.Dataset, prefix: str) -> None:
     _hatches(axis, result, variable.values, looks)
     words = {k: _NOT_COMPUTED if k < 0 else f"{flags[k]}: {percent(fractions[flags[k]], off[flags[k]])}" for k in present}
     order = sorted(present, key=lambda k: -fractions.get(flags[k], -1.0))
-    handles = [Patch(facecolor=looks[k][0], hatch=looks[k][1], edgecolor=GREY, linewidth=0.5, label=words[k]) for k in order]
-    names.set_axis_off()
-    names.legend(
-        handles=handles, loc="upper left", bbox_to_anchor=(-0.12, 1.02), frameon=False, fontsize=9, handlelength=2.6,
-        handleheight=1.6, labelspacing=0.8, title="outcome and share of the map", alignment="left", title_fontsize=9,
-    )  # fmt: skip
-    axis.set_title("outcome", fontsize=9)
+    axis.set_title("outcome and share of the map")
+    return [Patch(facecolor=looks[k][0], hatch=looks[k][1], edgecolor=GREY, linewidth=0.5, label=words[k]) for k in order]
 
 
 def _image(axis: Axes, result: xr.Dataset, values: np.ndarray, **look: Any) -> Any:
@@ -109,7 +106,7 @@ def _hatches(axis: Axes, result: xr.Dataset, outcome: np.ndarray, looks: dict[in
 _DARK = {"#C24E00", "#9A5B84", "#0072B2", "#009E73", "#404040", "#7F7F7F", "#6B1F00", "#000000"}
 
 
-def _values(drawn: Figure, axis: Axes, result: xr.Dataset, name: str) -> None:
+def _values(axis: Axes, result: xr.Dataset, name: str) -> None:
     """A map of numbers with its scale; blank where there is none."""
     from matplotlib import colormaps
 
@@ -117,14 +114,9 @@ def _values(drawn: Figure, axis: Axes, result: xr.Dataset, name: str) -> None:
     values = scale * result[name].values
     seen = values[np.isfinite(values)]
     axis.set_facecolor(_BLANK)
-    if len(seen):
-        image = _image(axis, result, np.ma.masked_invalid(values), cmap=colormaps[_SCALE], vmin=seen.min(), vmax=seen.max())
-        bar = drawn.colorbar(image, ax=axis, fraction=0.05, pad=0.03)
-        bar.ax.tick_params(labelsize=8)
-        bar.set_label(with_unit(str(result[name].long_name), unit), fontsize=8)
-    else:
-        axis.text(0.5, 0.5, "none", transform=axis.transAxes, ha="center", va="center")
-    axis.set_title(str(result[name].long_name) + (" (grey: not settled)" if len(seen) < values.size else ""), fontsize=9)
+    image = _image(axis, result, np.ma.masked_invalid(values), cmap=colormaps[_SCALE], vmin=seen.min(), vmax=seen.max())
+    colour_bar(axis, image, unit)
+    axis.set_title(str(result[name].long_name) + (" (grey: not settled)" if len(seen) < values.size else ""))
 
 
 def _frame(axis: Axes, result: xr.Dataset) -> None:
@@ -132,9 +124,8 @@ def _frame(axis: Axes, result: xr.Dataset) -> None:
     for k in "xy":
         at = result.attrs
         low, high, unit = at[f"{k}_low"], at[f"{k}_high"], str(result[k].attrs["units"])
-        path, what = str(at[f"{k}_axis"]), str(result[k].attrs["long_name"])
-        shown = path if what in (path, f"parameter {path}") else f"{path}: {what}"
-        getattr(axis, f"set_{k}label")(with_unit(shown, unit), fontsize=8)
+        shown = named(str(at[f"{k}_axis"]), str(result[k].attrs["long_name"]))
+        getattr(axis, f"set_{k}label")(with_unit(shown, unit))
         if at[f"{k}_is_angle"] and (ticks := multiples_of_pi(low, high)):
             getattr(axis, f"set_{k}ticks")([t for t, _ in ticks], [word for _, word in ticks])
 

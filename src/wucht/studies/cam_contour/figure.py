@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import style
+from wucht.results import sheet, style
 from wucht.results.conventions import summary_of
+from wucht.results.page import small
 from wucht.results.style import COLOURS, GREY
 from wucht.studies.cam_contour.figure_of_cam import draw_cam, is_missing
 
@@ -17,10 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_ROW, _CAM_ROWS, _MARGINS = 2.1, 2, 1.7  # inches, rows
+_ROW, _CAM = 1.5, 4.0  # inches
 _CLIPPED = 2.5  # of the largest distance from the centre: larger radii of curvature are not drawn
-_LINE_OF_TEXT = 95  # letters that fit on the page
-_NAMES_A_ROW, _ROW_OF_NAMES, _BELOW_PANELS = 4, 0.165, 0.6  # of the legend; inches
 _LINE = {"cam": 0, "counter": 1, "outer": 2}
 _NAMED = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
@@ -34,34 +32,17 @@ def figure(result: xr.Dataset) -> Figure:
         panels += [_force, _pressure, _torque] if np.isfinite(result.contact_pressure.values).any() else [_force, _torque]
     if len(panels) % 2:
         panels.append(_touched if _motion in panels else _motion)
-    rows = _CAM_ROWS + len(panels) // 2
-    heading = "\n".join(wrap(result.attrs["sentence"], _LINE_OF_TEXT))
-    drawn, axes = style.new_grid(rows, 2, _ROW * rows + _MARGINS, result.attrs["title"], heading)
-    whole: Any = axes[0].get_gridspec()
-    for axis in axes[: 2 * _CAM_ROWS]:
-        axis.remove()
-    above = drawn.add_subplot(whole[:_CAM_ROWS, :])
+    drawn, (above, *axes) = sheet.new_grid(
+        1 + len(panels), result.attrs["title"], result.attrs["sentence"], heights=(_CAM, _ROW), wide=1
+    )
     draw_cam(above, result)
-    for panel, axis in zip(panels, axes[2 * _CAM_ROWS :], strict=True):
+    for panel, axis in zip(panels, axes, strict=True):
         panel(axis, result)
         axis.set_xlim(0, 360)
         axis.set_xticks(np.arange(0, 361, 60))
         axis.set_xlabel("cam angle (°)")
-    _legend(drawn, [above, *axes[2 * _CAM_ROWS :]])
+    sheet.legend_below(drawn, sheet.named_in([above, *axes]))
     return drawn
-
-
-def _legend(drawn: Figure, axes: list[Axes]) -> None:
-    """One for all, each name once."""
-    named: dict[str, Any] = {}
-    for axis in axes:
-        for handle, name in zip(*axis.get_legend_handles_labels(), strict=True):
-            named.setdefault(name, handle)
-    drawn.legend(
-        handles=list(named.values()), labels=list(named), loc="lower center", ncols=_NAMES_A_ROW, frameon=False, fontsize=8
-    )
-    rows = -(-len(named) // _NAMES_A_ROW)
-    drawn.subplots_adjust(bottom=(_BELOW_PANELS + _ROW_OF_NAMES * rows) / drawn.get_figheight())
 
 
 def _lines(axis: Axes, result: xr.Dataset, values: np.ndarray) -> None:
@@ -95,7 +76,7 @@ def _radius(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylabel("radius of curvature (mm)")
     if low < 0:
         # Beside the panel: in it the word would lie under a curve.
-        axis.text(1.01, 0.0, "hollow", transform=axis.transAxes, rotation=90, va="bottom", fontsize=8, color=GREY)
+        axis.text(1.01, 0.0, "hollow", transform=axis.transAxes, rotation=90, va="bottom", fontsize=small(), color=GREY)
 
 
 def _pressure_angle(axis: Axes, result: xr.Dataset) -> None:

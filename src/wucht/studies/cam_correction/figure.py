@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results import style
+from wucht.results import sheet, style
 from wucht.results.conventions import summary_of
 from wucht.results.style import COLOURS, GREY
 from wucht.studies.cam_correction.figure_of_contours import LOOKS, draw_contours, draw_table
@@ -22,20 +21,15 @@ _LEAST = 1e-12  # of order 1: what is less is drawn there
 _LEAST_MEASURED, _MOST_MEASURED = 1e-5, 1e-2  # of the largest order: between these the axis begins
 _LEFT_OUT = "#BBBBBB"
 _RPM = 30 / np.pi
-_ROW = 2.45  # inches
+_ROW = 1.8  # inches
 _MOST_TICKS = 15
-_LINE_OF_TEXT = 105  # letters that fit on the page
-_HEADING, _LINE = 0.5, 0.17  # inches: what is above the panels beside the verdict, and a line of text
-_FOOT, _IN_ROW = 0.65, 4  # inches: what is below the panels beside the legend; names in a row of it
-_LONG = 8  # size of names that a panel is just high enough for
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Panels over time and orders, of the cams or of the law, and of a measured acceleration if there is one."""
     cams, measured = bool(result.sizes["cam"]), bool(np.isfinite(result.measured_amplitude.values).any())
-    rows, lines = 3 + cams + measured, wrap(result.attrs["sentence"], _LINE_OF_TEXT)
-    height = _ROW * rows + 1.2
-    drawn, axes = style.new_grid(rows, 2, height, result.attrs["title"], "\n".join(lines))
+    panels = 2 * (3 + cams + measured)
+    drawn, axes = sheet.new_grid(panels, result.attrs["title"], result.attrs["sentence"], heights=_ROW)
     _over_time(axes[0], result)
     _spectrum(axes[1], result)
     _speed(axes[2], result)
@@ -48,10 +42,7 @@ def figure(result: xr.Dataset) -> Figure:
     if measured:
         _measured_time(axes[-2], result)
         _measured_orders(axes[-1], result)
-    named = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-    drawn.legend([*named.values()], [*named], loc="lower center", ncols=_IN_ROW, frameon=False, fontsize=8)
-    foot = _FOOT + _LINE * -(-len(named) // _IN_ROW)
-    drawn.subplots_adjust(top=1 - (_HEADING + _LINE * len(lines)) / height, bottom=foot / height)
+    sheet.legend_below(drawn, sheet.named_in(axes))
     return drawn
 
 
@@ -95,7 +86,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     )
     _decades(axis, floor, float(result.amplitude.max()), 3)
     _order_axis(axis, len(k))
-    axis.set_ylabel(style.with_unit("acceleration, amplitude", _unit(result)), fontsize=_LONG)
+    axis.set_ylabel(style.with_unit("acceleration, amplitude", _unit(result)))
 
 
 def _decades(axis: Axes, floor: float, highest: float, step: int) -> None:
@@ -151,4 +142,4 @@ def _measured_orders(axis: Axes, result: xr.Dataset) -> None:
         axis.bar(k + side, shown - floor / 2, 0.4, bottom=floor / 2, color=of, edgecolor=GREY, linewidth=0.3)
     _decades(axis, floor, highest, 1)
     _order_axis(axis, len(k))
-    axis.set_ylabel(style.with_unit("measured, amplitude", _unit(result)), fontsize=_LONG)
+    axis.set_ylabel(style.with_unit("measured, amplitude", _unit(result)))

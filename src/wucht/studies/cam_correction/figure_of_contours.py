@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wucht.results import style
+from wucht.results.page import small
 from wucht.results.style import COLOURS, GREY
 
 if TYPE_CHECKING:
@@ -121,6 +122,6 @@ def _radius(axis: Axes, result: xr.Dataset) -> None:
             axis.plot(np.degrees(result.cam_angle.values), values, dashes, color=_colour(name, version), linewidth=1.1)
     axis.axhline(0, color=GREY, linewidth=0.8)
     if (shown < 0).any():
-        axis.text(355, 0, "hollow", ha="right", va="top", fontsize=8, color=GREY)
+        axis.text(355, 0, "hollow", ha="right", va="top", fontsize=small(), color=GREY)
     _cam_angle_axis(axis)
     axis.set_ylabel("radius of curvature (mm)")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import style
+from wucht.results import sheet, style
 from wucht.results.style import COLOURS, GREY
 
 if TYPE_CHECKING:
@@ -21,13 +21,12 @@ _SHORT = 2.0  # degrees: arcs that are shorter are drawn as points
 
 def figure(result: xr.Dataset) -> Figure:
     """Four panels over the cam angle, and the orders of motion and acceleration."""
-    drawn, axes = style.new_grid(3, 2, 8.5, result.attrs["title"], result.attrs["sentence"])
+    drawn, axes = sheet.new_grid(6, result.attrs["title"], result.attrs["sentence"])
     for order, (name, axis) in enumerate(zip(_NAMES, axes[:4], strict=True)):
         _derivative(axis, result, name, order)
     _spectrum(axes[4], result, 0, "position")
     _spectrum(axes[5], result, 2, "acceleration")
-    named = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-    drawn.legend([*named.values()], [*named], loc="lower center", ncols=4, frameon=False, fontsize=8)
+    sheet.legend_below(drawn, sheet.named_in(axes))
     return drawn
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from textwrap import wrap
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results import style
+from wucht.results import sheet, style
 from wucht.results.conventions import summary_of
+from wucht.results.page import small
 from wucht.results.style import COLOURS, GREY
 
 if TYPE_CHECKING:
@@ -24,7 +24,6 @@ _COLOURS = {"original": COLOURS[1], "corrected": COLOURS[0]}
 _RPM = 30 / math.pi
 _LOWEST = 1e-8  # of the largest order: what is smaller is not seen
 _MOST_BARS = 24
-_WIDEST = 100  # characters of a heading
 _CLEAN = 1e-6  # of order 1: nothing
 _NOTHING = 1e-12  # of order 1: orders of the law that are rounding
 _APART = 0.13  # of the panel: labels nearer to each other are left out
@@ -43,9 +42,7 @@ def figure(result: xr.Dataset) -> Figure:
     panels += [_twist] if "twist_residual" in result and len(result.twisted) else []
     if len(panels) % 2:
         panels.append(_law if _law not in panels else _travel)
-    rows = len(panels) // 2
-    drawn, axes = style.new_grid(rows, 2, 1.0 + 2.8 * rows, result.attrs["title"], _heading(result))
-    drawn.subplots_adjust(bottom=0.5 / drawn.get_figheight())
+    drawn, axes = sheet.new_grid(len(panels), result.attrs["title"], _heading(result))
     for axis, draw in zip(axes, panels, strict=True):
         draw(axis, result)
     return drawn
@@ -53,7 +50,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _heading(result: xr.Dataset) -> str:
     """The verdict, on lines that fit the page."""
-    return "\n".join(line for part in str(result.attrs["sentence"]).split(": ", 1) for line in wrap(part, _WIDEST))
+    return "\n".join(str(result.attrs["sentence"]).split(": ", 1))
 
 
 def _decades(values: np.ndarray) -> tuple[float, float]:
@@ -76,20 +73,8 @@ def _turn(axis: Axes, name: str) -> None:
 
 
 def _legend(axis: Axes) -> None:
-    """Inside, in a band above the curves that is made for it."""
-    low, high = axis.get_ylim()
-    axis.set_ylim(low, low + 1.24 * (high - low))
-    _legend_in_a_row(axis, "upper center")
-
-
-def _legend_in_a_row(axis: Axes, place: Literal["upper center", "upper right"]) -> None:
-    """The cams first, what is simulated last."""
-    lines, names = axis.get_legend_handles_labels()
-    order = sorted(range(len(names)), key=lambda i: names[i] == _SIMULATED)
-    axis.legend(
-        [lines[i] for i in order], [names[i] for i in order], loc=place, fontsize=7, framealpha=0.9, edgecolor="none",
-        ncols=3, handlelength=1.6, columnspacing=1.2,
-    )  # fmt: skip
+    """Above the panel: the cams first, what is simulated last."""
+    sheet.legend_above(axis, sorted(sheet.named_in([axis]), key=lambda line: line.get_label() == _SIMULATED))
 
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
@@ -123,7 +108,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     if k[0] <= count < k[-1]:
         axis.axvline(count + 0.5, color=GREY, linestyle=":", linewidth=0.9)
     axis.set_yscale("log")
-    axis.set_ylim(lowest, 200 * shown.max())
+    axis.set_ylim(lowest, 3 * shown.max())
     _plain(axis.yaxis)
     axis.set_xlim(0.3, k[-1] + 0.7)
     axis.locator_params(axis="x", integer=True)
@@ -131,7 +116,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylabel(
         style.with_unit("acceleration, amplitude", str(result.output_acceleration.attrs["units"]).replace("^2", "²"))
     )
-    _legend_in_a_row(axis, "upper right")
+    _legend(axis)
 
 
 def _power(axis: Axes, result: xr.Dataset) -> None:
@@ -166,7 +151,7 @@ def _cuts(axis: Axes, result: xr.Dataset) -> None:
     own = summary_of(result)["above"]["law"]
     if own > _NOTHING:
         axis.axhline(own, color=GREY, linestyle=":", linewidth=0.9, label="the law itself")
-        axis.legend(loc="upper right", fontsize=8, framealpha=0.9, edgecolor="none")
+        sheet.legend_above(axis)
     axis.set_yscale("log")
     axis.set_ylim(*_decades(result.cut_residual.values))
     _plain(axis.yaxis)
@@ -199,8 +184,8 @@ def _over_speed(axis: Axes, result: xr.Dataset) -> None:
     scale, unit = _small(result)
     speeds = _RPM * result.swept_speed.values
     for i, name in enumerate(result.lever.values.tolist()):
-        colour = (COLOURS[1], COLOURS[0], COLOURS[2])[i]
-        axis.plot(speeds, scale * result.residual_deviation.values[i], color=colour, linewidth=1.2, label=name)
+        colour, dashes = ((COLOURS[1], "--"), (COLOURS[0], "-"), (COLOURS[2], "-."))[i]
+        axis.plot(speeds, scale * result.residual_deviation.values[i], dashes, color=colour, linewidth=1.2, label=name)
     marks = zip(result.resonance_order.values.tolist(), _RPM * result.resonance_speed.values, strict=True)
     named = math.inf
     for k, at in marks:  # from the fastest on
@@ -209,20 +194,20 @@ def _over_speed(axis: Axes, result: xr.Dataset) -> None:
             continue
         named = at
         axis.annotate(
-            f"k = {k}", (at, 0.0), (0, 4), xycoords=("data", "axes fraction"), textcoords="offset points", fontsize=7,
+            f"k = {k}", (at, 0.0), (0, 4), xycoords=("data", "axes fraction"), textcoords="offset points", fontsize=small(),
             color=GREY, ha="center", bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
         )  # fmt: skip
     mean = _RPM * summary_of(result)["corrected"]["mean_speed"]
     if speeds[0] <= mean <= speeds[-1]:
-        axis.axvline(mean, color=GREY, linewidth=0.9, label="mean speed")
+        axis.axvline(mean, label="mean speed", **style.FREE)
     axis.set_yscale("log")
     low, high = _decades(scale * result.residual_deviation.values)
-    axis.set_ylim(low, high * (high / low) ** 0.3)
+    axis.set_ylim(low, high)
     _plain(axis.yaxis)
     axis.set_xlim(speeds[0], speeds[-1])
     axis.set_xlabel("mean speed (rpm)")
     axis.set_ylabel(style.with_unit("deviation in the dwell", unit))
-    axis.legend(loc="upper left", fontsize=7, framealpha=0.9, edgecolor="none", ncols=2)
+    sheet.legend_above(axis)
 
 
 def _excited(axis: Axes, result: xr.Dataset) -> None:
@@ -246,7 +231,7 @@ def _twist(axis: Axes, result: xr.Dataset) -> None:
     if own > _CLEAN:
         axis.axvline(own, color=GREY, linestyle=":", linewidth=0.9)
         axis.annotate("the law itself", (own, 0.0), (-3, 4), xycoords=("data", "axes fraction"),
-                      textcoords="offset points", fontsize=7, color=GREY, ha="right")  # fmt: skip
+                      textcoords="offset points", fontsize=small(), color=GREY, ha="right")  # fmt: skip
     axis.set_xlabel(f"shaft that twists: above order {summary_of(result)['above']['orders']}, over order 1")
 
 
@@ -258,7 +243,7 @@ def _bars(axis: Axes, size: np.ndarray, colours: list[str], names: list[str], li
     axis.set_xlim(*limits)
     axis.set_ylim(min(len(names) - _FEWEST_ROWS, 0) - 0.5, len(names) - 0.2)
     _plain(axis.xaxis)
-    style_of_name: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "fontsize": 7}
+    style_of_name: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "fontsize": small()}
     for y, name in zip(at, names, strict=True):
         axis.annotate(name, (0.0, y + 0.2), (3, 0), va="bottom", **style_of_name)
     axis.set_yticks([])

@@ -41,7 +41,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "not_identified": variable("parameter", [_open(p) for p in points], "share of runs without a verdict"),
         "searched": variable("parameter", np.array([p.searched for p in points], np.int8), "asked for by the search"),
     }
-    coordinates = {"parameter": variable("parameter", [p.value for p in points], along.what, along.unit)}
+    coordinates = {"parameter": variable("parameter", [p.value for p in points], along.words, along.unit)}
     if (found := findings.indices) is not None:
         coordinates["quantity"] = variable("quantity", [v.name for v in plan.varied], "random quantity")
         for name, values, off in (
@@ -125,7 +125,7 @@ def _sensitivity(plan: Plan, findings: Findings) -> dict[str, Any] | None:
 
 
 def _at(plan: Plan, value: float) -> str:
-    return f"{plan.along.path} = {value:.5g}" + (f" {plan.along.unit}" if plan.along.unit else "")
+    return plan.along.at(value, 5)
 
 
 def _whose(plan: Plan) -> str:
@@ -148,7 +148,7 @@ def _sentence(plan: Plan, findings: Findings, complete: bool) -> str:
             f"{100 * x.low:.3g} to {100 * x.high:.3g} % at {_at(plan, x.value)}" for x in (fall.before, fall.after)
         )
         falls = f"the share that ends as {' or '.join(spec.outcome)} falls from {before} to {after}"
-        return f"no smallest {plan.along.path}: {sure} {falls}"
+        return f"no smallest {plan.along.called}: {sure} {falls}"
     found = smallest(seen, wanted)
     if found is None:
         return f"{wanted:g} is not reached up to {_at(plan, last.value)}: there {sure} {_share(last)} {ends}"
@@ -163,7 +163,7 @@ def _share(point: Point) -> str:
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
     warnings, points = list(plan.warnings), findings.points
     if (missing := len(plan.grid) - sum(not p.searched for p in points)) > 0:
-        warnings.append(f"{missing} of the {len(plan.grid)} values of {plan.along.path} are not computed yet")
+        warnings.append(f"{missing} of the {len(plan.grid)} values of {plan.along.called} are not computed yet")
     if (unknown := [p for p in points if p.open.any()]) != []:
         worst = max(unknown, key=_open)
         longer = "; a longer study.until may tell" if plan.spec.until is not None else ""

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, new_grid, with_unit
+from wucht.results.sheet import legend_above, new_grid
+from wucht.results.style import COLOURS, GREY, named, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_HEIGHT, _BAR = 4.6, 0.36
-_BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.19), "frameon": False, "fontsize": 8}
+_BAR = 0.36
 _LOOKS = (("first_order", -0.5, COLOURS[4], "//", "alone (first order)"), ("total", 0.5, COLOURS[5], "", "with others (total)"))
 
 
@@ -24,8 +24,7 @@ def figure(result: xr.Dataset) -> Figure:
     s = summary_of(result)
     known = s["sensitivity"] is not None and s["sensitivity"]["indices"] is not None
     runs = f"{s['samples']} runs at each value, {s['runs']} in all"
-    drawn, panels = new_grid(1, 2 if known else 1, _HEIGHT, result.attrs["title"], runs)
-    drawn.subplots_adjust(bottom=1.35 / _HEIGHT, top=1 - 0.75 / _HEIGHT, wspace=0.45)
+    drawn, panels = new_grid(1 + known, result.attrs["title"], runs, heights=2.8)
     _probability(panels[0], result, s)
     if known:
         _indices(panels[1], result, s)
@@ -43,20 +42,20 @@ def _probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
             x, counted, counted + open_, facecolor="none", edgecolor=GREY, hatch="xxx", linewidth=0, label="no verdict"
         )
     axis.plot(x, estimate, color=COLOURS[0], linewidth=1.1)
-    for chosen, size, name in ((~searched, 4.0, "estimate"), (searched, 2.2, "of the search")):
+    for chosen, mark, name in ((~searched, "o", "estimate"), (searched, "D", "of the search")):
         if chosen.any():
-            axis.plot(x[chosen], estimate[chosen], "o", color=COLOURS[0], markersize=size, label=name)
+            face = COLOURS[0] if mark == "o" else "white"
+            axis.plot(x[chosen], estimate[chosen], mark, color=COLOURS[0], markerfacecolor=face, markersize=3.5, label=name)
     if s["wanted"] is not None:
         axis.axhline(s["wanted"], color=GREY, linestyle=":", linewidth=1.1, label=f"wanted: {s['wanted']:g}")
     if s["smallest"] is not None:
-        shown = with_unit(f"{s['along']} = {s['smallest']:.4g}", s["unit"])
+        symbol = "" if "." in s["along"] else f"{s['along']} = "
+        shown = f"{symbol}{s['smallest']:.4g} {s['unit']}".rstrip()
         axis.axvline(s["smallest"], color=COLOURS[1], linestyle="--", linewidth=1.1, label=f"reached from {shown} on")
     axis.set(ylim=(-0.03, 1.03), ylabel="probability of\n" + " or ".join(s["outcome"]))
     axis.set_xlim(*s["range"])
-    what = str(result.parameter.attrs["long_name"])
-    named = s["along"] if what in (s["along"], f"parameter {s['along']}") else f"{s['along']}: {what}"
-    axis.set_xlabel(with_unit(named, s["unit"]))
-    axis.legend(**_BELOW, ncols=2)
+    axis.set_xlabel(with_unit(named(s["along"], str(result.parameter.attrs["long_name"])), s["unit"]))
+    legend_above(axis)
 
 
 def _indices(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
@@ -73,5 +72,5 @@ def _indices(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
     axis.set_ylim(len(order) - 0.4, -0.6)
     axis.grid(visible=False, axis="y")
     axis.set_xlabel("Sobol' index")
-    axis.set_title(with_unit(f"what matters at {s['along']} = {s['sensitivity']['at']:.4g}", s["unit"]), fontsize=9)
-    axis.legend(**_BELOW)
+    axis.set_title(f"what matters at {s['sensitivity']['at']:.4g} {s['unit']}".rstrip())
+    legend_above(axis)

@@ -7,18 +7,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, abscissa_label, label, legend_beside, mark_levels, new_figure, printed_unit
+from wucht.results.sheet import legend_beside, new_figure, rpm_axis
+from wucht.results.style import COLOURS, GREY, abscissa_label, label, mark_levels, plain_decades, printed_unit
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_RESIDUAL = 0.45  # inches: a check takes no more room than that
+
 
 def figure(result: xr.Dataset) -> Figure:
     """Two panels (three where the carrier moves) from a coast-down's Dataset alone."""
     moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
-    drawn, axes = new_figure(3 if moves else 2, 6.6 if moves else 5.2, result.attrs["title"], result.attrs["sentence"])
+    heights = [2.0] * (1 + moves) + [_RESIDUAL]
+    drawn, axes = new_figure(len(heights), result.attrs["title"], result.attrs["sentence"], heights)
     _speed(axes[0], result)
     if moves:
         scale, unit = printed_unit(result, "amplitude")
@@ -26,13 +30,16 @@ def figure(result: xr.Dataset) -> Figure:
         axes[1].set_ylabel(label(result, "amplitude", unit))
         axes[1].set_ylim(bottom=0)
     last, residual = axes[-1], result.energy_residual
-    last.semilogy(result.time, np.maximum(residual, 1e-18), color=GREY, linewidth=0.8, label="energy residual")
+    last.semilogy(result.time, np.maximum(residual, 1e-18), color=GREY, linewidth=0.8)
     last.set_ylim(1e-18, max(1e-8, 10 * float(residual.max())))
-    last.set_ylabel("energy residual (1)")
+    last.set_yticks([1e-16, 1e-8])
+    last.minorticks_off()
+    plain_decades(last.yaxis)
+    last.set_ylabel("energy\nresidual")
     if result.sizes["time"] > 1:
         last.set_xlim(float(result.time[0]), float(result.time[-1]))
     last.set_xlabel(abscissa_label(result, "time"))
-    for axis in axes:
+    for axis in axes[:-1]:
         legend_beside(axis)
     return drawn
 
@@ -57,3 +64,4 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
         after = time.values >= reversal_time
         axis.plot(time[after], result.speed[after], color=blue, linewidth=0.5)
     axis.set_ylabel(label(result, "speed"))
+    rpm_axis(axis, str(result.speed.attrs["units"]))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import thinned
+from wucht.results.curves import thinned
 from wucht.studies.comparison.variants import Variant
 from wucht.studies.registry import study_of
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.results import style
 from wucht.results.conventions import summary_of
+from wucht.results.sheet import legend_above, legend_below, new_grid
 from wucht.studies.comparison.report import shown_numbers
 
 if TYPE_CHECKING:
@@ -16,36 +16,25 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED, _LONG = 2, 2, 14, 38
-_PANEL, _LINE = 2.5, 0.17  # inches: of a row of panels, of a line of the legend
-_LETTERS = 32  # of a name along a panel
+_MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED = 2, 2, 14
+_PANEL = 2.1  # inches
 _MARKS = "os^Dv"
 
 
 def figure(result: xr.Dataset) -> Figure:
     """Up to two panels of curves, and up to two of numbers where something is varied or no study has curves."""
-    abscissae = _abscissae(result)
-    count, alike = len(abscissae), len({tuple(x.attrs.values()) for x in abscissae}) == 1
+    count, title, sentence = len(_abscissae(result)), result.attrs["title"], result.attrs["sentence"]
     curves, numbers = range(1, min(count, _MOST_CURVES) + 1), shown_numbers(result)[:_MOST_NUMBERS]
     numbers = numbers if summary_of(result)["vary"] or not count else []
-    panels = len(curves) + len(numbers)
-    if not panels:
-        return style.new_figure(1, 2.0, result.attrs["title"], result.attrs["sentence"])[0]
+    alike, panels = len({tuple(x.attrs.values()) for x in _abscissae(result)}) == 1, len(curves) + len(numbers)
     columns = 1 if panels == 1 or (not numbers and alike) else 2
-    rows, named = -(-panels // columns), _names(result)
-    lines = -(-len(named) // _columns_of(named)) if curves else 0
-    height = rows * _PANEL + 1.2 + _LINE * lines
-    drawn, axes = style.new_grid(rows, columns, height, result.attrs["title"], result.attrs["sentence"])
-    drawn.subplots_adjust(bottom=(0.6 + _LINE * lines) / height, hspace=0.3)
+    drawn, axes = new_grid(max(panels, 1), title, sentence, columns=columns, heights=_PANEL)
     for k, axis in zip(curves, axes, strict=False):
-        _curves(axis, result, k, named)
+        _curves(axis, result, k, _names(result))
     for name, axis in zip(numbers, axes[len(curves) :], strict=False):
         _numbers(axis, result, name)
-    for axis in axes[panels:]:
-        axis.set_axis_off()
     if curves:
-        handles, labels = axes[0].get_legend_handles_labels()
-        drawn.legend(handles, labels, loc="lower center", ncol=_columns_of(named), frameon=False, fontsize=7.5)
+        legend_below(drawn, axes[0].get_legend_handles_labels()[0])
     return drawn
 
 
@@ -60,10 +49,6 @@ def _names(result: xr.Dataset) -> list[str]:
     return names if len(names) <= _MOST_NAMED else [*names[: _MOST_NAMED - 1], f"and {len(names) - _MOST_NAMED + 1} more"]
 
 
-def _columns_of(names: list[str]) -> int:
-    return 1 if max(map(len, names)) > 2 * _LONG else 2 if max(map(len, names)) > _LONG else 3
-
-
 def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> None:
     x, y = (result[f"curve_{number}_{n}"] for n in "xy")
     (x_scale, x_unit), (y_scale, y_unit) = (style.printed_unit(result, str(v.name)) for v in (x, y))
@@ -71,14 +56,14 @@ def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> No
         name = names[k] if k < len(names) else None
         axis.plot(x_scale * x.values[k], y_scale * y.values[k], label=name, **style.line_style(k))
     axis.set_xlabel(style.label(result, str(x.name), x_unit))
-    axis.set_ylabel(textwrap.fill(style.label(result, str(y.name), y_unit), _LETTERS))
+    axis.set_ylabel(style.label(result, str(y.name), y_unit))
 
 
 def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
     """A number over the first key that is varied, a line for each file and value of the second; else a mark a variant."""
     scale, unit = style.printed_unit(result, name)
     values, paths = scale * result[name].values, list(summary_of(result)["vary"])
-    axis.set_ylabel(textwrap.fill(style.label(result, name, unit), _LETTERS))
+    axis.set_ylabel(style.label(result, name, unit))
     if not paths or result[paths[0]].dtype.kind != "f":
         axis.plot(np.arange(len(values)), values, linestyle="", marker="o", color=style.COLOURS[0])
         axis.set_xlim(-0.5, len(values) - 0.5)
@@ -96,7 +81,7 @@ def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
         axis.plot(x_scale * result[paths[0]].values[members][at], values[members][at], label=label or None, **line)
     axis.set_xlabel(style.label(result, paths[0], x_unit))
     if 1 < len(groups) <= _MOST_NAMED:
-        axis.legend(fontsize=7, frameon=False)
+        legend_above(axis)
 
 
 def _group(result: xr.Dataset, first: int, paths: list[str], several: bool) -> str:

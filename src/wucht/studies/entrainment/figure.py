@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, label, legend_beside, line_style, new_figure, with_unit
+from wucht.results.page import small
+from wucht.results.sheet import legend_beside, new_figure, rpm_axis
+from wucht.results.style import COLOURS, FREE, GREY, label, line_style, named, with_unit
 from wucht.studies.entrainment.report import band_in_words
 
 if TYPE_CHECKING:
@@ -29,7 +31,7 @@ def figure(result: xr.Dataset) -> Figure:
     if result.attrs["finished"] and exists is not None:
         start = "not reached from the start" if reached is None else f"reached from the start {band_in_words(reached, unit)}"
         subtitle = f"exists {band_in_words(exists, unit)} (averaged equations); {start}"
-    drawn, (phase, speed) = new_figure(2, 6.4, result.attrs["title"], subtitle)
+    drawn, (phase, speed) = new_figure(2, result.attrs["title"], subtitle, 2.4)
     _phases(phase, result, summary["branch"])
     _speeds(speed, result, summary["branch"])
     low, high = summary["range"] or _limits(result, summary["value"])
@@ -38,9 +40,9 @@ def figure(result: xr.Dataset) -> Figure:
         _bands(axis, summary, low, high, named=axis is phase)
         axis.axvline(summary["value"], color=GREY, linestyle=":", linewidth=1.0, zorder=1)
         legend_beside(axis)
-    speed.annotate("this machine", (summary["value"], 0.02), xycoords=("data", "axes fraction"), color=GREY, fontsize=7,
+    speed.annotate("this machine", (summary["value"], 0.02), xycoords=("data", "axes fraction"), color=GREY, fontsize=small(),
                    rotation=90, ha="right", va="bottom")  # fmt: skip
-    speed.set_xlabel(with_unit(result.attrs["along"], unit))
+    speed.set_xlabel(with_unit(named(result.attrs["along"], result.attrs["along_what"]), unit))
     return drawn
 
 
@@ -136,5 +138,6 @@ def _speeds(axis: Axes, result: xr.Dataset, own: int | None) -> None:
     if frequency is not None:
         axis.axhline(frequency, color=COLOURS[0], linewidth=1.0, label="frequency of the vibration", zorder=1)
     if np.isfinite(free).any() and np.ptp(free[np.isfinite(free)]) > 0:
-        axis.plot(x, free, color=GREY, linestyle="--", linewidth=0.9, label="speed without vibration", zorder=1)
+        axis.plot(x, free, label="speed without vibration", zorder=1, **FREE)
     axis.set_ylabel(label(result, "run_speed"))
+    rpm_axis(axis, str(result.run_speed.attrs["units"]))

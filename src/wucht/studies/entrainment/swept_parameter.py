@@ -78,7 +78,7 @@ def swept_parameter(machine: Machine, name: str | None = None) -> SweptParameter
         needed = "the main rotor's drive has no no_load_speed: needed is the path of a parameter"
         raise InputError("study.along", None, f"this key is missing; {needed}")
     p = parameter_of(machine, name)
-    return SweptParameter(name, p.unit, p.what or name, p.value, {name: (0.0, 1.0)})
+    return SweptParameter(name, p.unit, p.words or name, p.value, {name: (0.0, 1.0)})
 
 
 def no_load_speed(machine: Machine, rotor: RotatingBody) -> str | None:

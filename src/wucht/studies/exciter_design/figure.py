@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results import style
+from wucht.results import sheet, style
 from wucht.results.conventions import summary_of
 
 if TYPE_CHECKING:
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_HEIGHT, _TICKS = 9.6, 5
+_TICKS = 5
 _WANTED: dict[str, Any] = {
     "marker": "*",
     "color": style.COLOURS[1],
@@ -31,16 +33,19 @@ _LINES: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Six panels from a design's Dataset alone."""
-    drawn, axes = style.new_grid(3, 2, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
-    drawn.subplots_adjust(bottom=0.06, top=0.92, hspace=0.42, wspace=0.3)
+    """Up to six panels from a design's Dataset alone."""
     scale, unit = style.printed_unit(result, "amplitude_wanted")
-    _spectra(axes[0], result, scale, unit, True)
-    _spectra(axes[1], result, scale, unit, False)
-    _beat(axes[2], result, scale, unit)
-    _reach(axes[3], result, scale, unit)
-    _search(axes[4], result)
-    _tolerances(axes[5], result)
+    panels: list[Callable[[Axes, xr.Dataset], None]] = [
+        partial(_spectra, scale=scale, unit=unit, by_number=by_number) for by_number in (True, False)
+    ]
+    panels += [partial(_beat, scale=scale, unit=unit)] if len(result["beat_time"]) else []
+    panels += [partial(_reach, scale=scale, unit=unit)]
+    panels += [_search] if np.isfinite(result["tried_distance"].values).any() else []
+    panels += [_tolerances] if np.isfinite(result["tolerance_distance"].values).any() else []
+    drawn, axes = sheet.new_grid(len(panels), result.attrs["title"], result.attrs["sentence"])
+    for panel, axis in zip(panels, axes, strict=True):
+        panel(axis, result)
+        sheet.legend_above(axis)
     return drawn
 
 
@@ -53,32 +58,28 @@ def _spectra(axis: Axes, result: xr.Dataset, scale: float, unit: str, by_number:
     if by_number:
         axis.set_xscale("log")
         style.plain_decades(axis.xaxis)
-    axis.set_title("cumulative spectrum", fontsize=9)
+    axis.set_title("cumulative spectrum")
     axis.set_xlabel("cumulative cycles" if by_number else "share of the cycles that reach the amplitude (1)")
     axis.set_ylabel(style.with_unit("amplitude", unit))
     axis.set_ylim(bottom=0)
-    axis.legend(frameon=False, fontsize=8)
 
 
 def _beat(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
-    axis.set_title("one beat of the design", fontsize=9)
+    axis.set_title("one beat of the design")
     axis.set_xlabel("time $\\tau$" if result.attrs["dimensionless"] else style.label(result, "beat_time"))
     axis.set_ylabel(style.with_unit("amplitude", unit))
     axis.set_ylim(0, None)
-    if not len(result["beat_time"]):
-        return
     time, amplitude = result["beat_time"].values, scale * result["beat_amplitude"].values
     axis.fill_between(
         time, -amplitude, amplitude, color=style.COLOURS[4], alpha=0.5, linewidth=0, label="the vibration lies here"
     )
     axis.plot(time, amplitude, label="amplitude", **style.line_style(0))
-    axis.set_ylim(-1.35 * amplitude.max(), 1.35 * amplitude.max())
-    axis.legend(frameon=False, fontsize=8, loc="upper right", ncols=2)
+    axis.set_ylim(-1.1 * amplitude.max(), 1.1 * amplitude.max())
 
 
 def _reach(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     """Which largest amplitudes and which ratios the exciter can have within the ranges, and how full its spectra are."""
-    axis.set_title("what can be reached", fontsize=9)
+    axis.set_title("what can be reached")
     axis.set_xlabel(style.with_unit("largest amplitude", unit))
     axis.set_ylabel("smallest over largest amplitude (1)")
     x, y = scale * result["tried_upper"].values, result["tried_ratio"].values
@@ -87,25 +88,21 @@ def _reach(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
         colours: Any = axis.scatter(
             x[known], y[known], c=result["tried_fullness"].values[known], s=9, cmap="cividis", label="tried, by fullness"
         )
-        bar = axis.figure.colorbar(colours, ax=axis, pad=0.02)
-        bar.set_label("fullness (1)", fontsize=8)
+        sheet.colour_bar(axis, colours, "fullness (1)")
     axis.plot(scale * float(result["wanted_upper"]), float(result["wanted_ratio"]), label="wanted", **_WANTED)
     if len(result["beat_amplitude"]):
         amplitude = result["beat_amplitude"].values
         axis.plot(scale * amplitude.max(), amplitude.min() / amplitude.max(), label="design, averaged equations", **_DESIGN)
     axis.set_xlim(left=0)
     axis.set_ylim(0, 1)
-    axis.legend(framealpha=0.8, fontsize=8, loc="best")
 
 
 def _search(axis: Axes, result: xr.Dataset) -> None:
-    axis.set_title("search with the averaged equations", fontsize=9)
+    axis.set_title("search with the averaged equations")
     axis.set_xlabel("candidate")
     axis.set_ylabel(f"distance, {summary_of(result)['metric']} (1)")
     far = result["tried_distance"].values
     number, known = np.arange(1, len(far) + 1), np.isfinite(far)
-    if not known.any():
-        return
     axis.plot(number[known], far[known], ".", color="#AAAAAA", markersize=3, label="candidate")
     best = np.minimum.accumulate(np.where(known, far, np.inf))
     axis.plot(number, np.where(np.isfinite(best), best, np.nan), label="best so far", **style.line_style(0))
@@ -123,19 +120,16 @@ def _search(axis: Axes, result: xr.Dataset) -> None:
         )
     axis.set_yscale("log")
     style.plain_decades(axis.yaxis)
-    axis.legend(framealpha=0.8, fontsize=7, loc="upper right", ncols=2)
 
 
 def _tolerances(axis: Axes, result: xr.Dataset) -> None:
     """The share of the exciters within tolerances that are nearer than a distance."""
     s = summary_of(result)
-    axis.set_title("exciters within tolerances", fontsize=9)
+    axis.set_title("exciters within tolerances")
     axis.set_xlabel(f"distance, {s['metric']} (1)")
     axis.set_ylabel("share that is nearer (1)")
     axis.set_ylim(0, 1.02)
     far = result["tolerance_distance"].values
-    if not len(far):
-        return
     near = np.sort(far[np.isfinite(far)])
     if len(near):
         spread = s["tolerances"]["spread"]
@@ -149,4 +143,3 @@ def _tolerances(axis: Axes, result: xr.Dataset) -> None:
     if s["distance"] is not None:
         axis.locator_params(axis="x", nbins=_TICKS)
         axis.axvline(s["distance"], color=style.COLOURS[1], linestyle="--", linewidth=1.0, label="design")
-    axis.legend(frameon=False, fontsize=8, loc="lower right")

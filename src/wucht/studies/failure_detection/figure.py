@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import style
+from wucht.results import sheet, style
 from wucht.results.conventions import summary_of
 
 if TYPE_CHECKING:
@@ -14,31 +14,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_HEIGHT = 7.8
-_ROOM = 0.4  # of what is drawn, above it: for the legend
 _MOST_MARKED = 60  # readings that have a mark each
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Four panels from a failure's Dataset alone."""
-    drawn, (speed, load, seen, last) = style.new_grid(2, 2, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
-    drawn.subplots_adjust(bottom=0.09, top=0.9, hspace=0.34, wspace=0.36)
-    _speed(speed, result)
-    _load(load, result)
-    _seen(seen, result)
-    _signal(last, result) if "signal" in result else _stiffness(last, result)
+    """Three or four panels from a failure's Dataset alone."""
+    panels = [_speed, _load, *([_seen] if "seen" in result else []), _signal if "signal" in result else _stiffness]
+    drawn, axes = sheet.new_grid(len(panels), result.attrs["title"], result.attrs["sentence"])
+    for panel, axis in zip(panels, axes, strict=True):
+        panel(axis, result)
+        sheet.legend_above(axis)
     return drawn
 
 
 def _time_label(result: xr.Dataset, name: str) -> str:
     return style.label(result, name) if result[name].attrs["units"] else "time $\\tau$"
-
-
-def _legend_above(axis: Axes) -> None:
-    """Above what is drawn."""
-    low, high = axis.get_ylim()
-    axis.set_ylim(low, high + _ROOM * (high - low))
-    axis.legend(framealpha=1.0, edgecolor="none", fontsize=7, loc="upper left", ncols=2, columnspacing=1.0, borderaxespad=0.2)
 
 
 def _failed(axis: Axes, result: xr.Dataset) -> None:
@@ -48,7 +38,7 @@ def _failed(axis: Axes, result: xr.Dataset) -> None:
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
     s, time = summary_of(result), result["reading_time"].values
-    axis.set_title("speed that the sensor reads", fontsize=9)
+    axis.set_title("speed that the sensor reads")
     axis.plot(time, result["reading"].values, ".", color=style.COLOURS[4], markersize=2.5, label="readings, with noise")
     axis.plot(time, result["speed"].values, color=style.COLOURS[0], linewidth=1.0, label="without noise")
     levels = [x for x in (s["averaged"]["before"], s["averaged"]["after"]) if x is not None]
@@ -57,7 +47,7 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
     _failed(axis, result)
     axis.set_xlabel(_time_label(result, "reading_time"))
     axis.set_ylabel(style.label(result, "speed"))
-    _legend_above(axis)
+    sheet.rpm_axis(axis, str(result["speed"].attrs["units"]))
 
 
 def _load(axis: Axes, result: xr.Dataset) -> None:
@@ -65,22 +55,17 @@ def _load(axis: Axes, result: xr.Dataset) -> None:
     scale, unit = style.printed_unit(result, "highest")
     time, high, low = result["reading_time"].values, scale * result["highest"].values, scale * result["lowest"].values
     both = np.isfinite(high) & np.isfinite(low)
-    axis.set_title("load of the specimen", fontsize=9)
+    axis.set_title("load of the specimen")
     axis.fill_between(time[both], low[both], high[both], color=style.COLOURS[4], linewidth=0.6, label="between its extremes")
     _failed(axis, result)
     axis.set_xlabel(_time_label(result, "reading_time"))
     axis.set_ylabel(style.with_unit(result.attrs["signal"], unit))
-    _legend_above(axis)
 
 
 def _seen(axis: Axes, result: xr.Dataset) -> None:
-    axis.set_title("probability that it has been seen", fontsize=9)
+    axis.set_title("probability that it has been seen")
     axis.set_ylabel("probability (1)")
     axis.set_ylim(0.0, 1.02)
-    if "seen" not in result:
-        axis.set_xlabel("time since the failure")
-        axis.text(0.5, 0.5, "no failure, or no speed before it", transform=axis.transAxes, ha="center", fontsize=8)
-        return
     at, probability = result["alarm_time"].values, result["seen"].values
     last = max(int(np.searchsorted(probability, 0.999)) + 3, 8)
     axis.step(at[:last], probability[:last], where="post", label="alarm of the chart", **style.line_style(0))
@@ -90,12 +75,11 @@ def _seen(axis: Axes, result: xr.Dataset) -> None:
     if mean is not None:
         axis.axvline(mean, color=style.COLOURS[1], linestyle="--", linewidth=1.0, label="in the mean")
     axis.set_xlabel(style.label(result, "alarm_time"))
-    axis.legend(framealpha=0.9, fontsize=7, loc="upper left")
 
 
 def _stiffness(axis: Axes, result: xr.Dataset) -> None:
     time = result["time"].values
-    axis.set_title("stiffness and damage", fontsize=9)
+    axis.set_title("stiffness and damage")
     axis.plot(time, result["stiffness"].values, label="stiffness, share of the first", **style.line_style(0))
     if np.isfinite(result["damage"].values).any():
         axis.plot(time, result["damage"].values, label="damage", **style.line_style(1))
@@ -103,13 +87,12 @@ def _stiffness(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylim(bottom=0)
     axis.set_xlabel(_time_label(result, "time"))
     axis.set_ylabel("share of the stiffness, damage (1)")
-    _legend_above(axis)
 
 
 def _signal(axis: Axes, result: xr.Dataset) -> None:
     """Over one parameter as a line, over two as lines for each value of the second."""
     signal, along = result["signal"].values, result["along"].values
-    axis.set_title("signal at the failure", fontsize=9)
+    axis.set_title("signal at the failure")
     rows = signal[:, None] if signal.ndim == 1 else signal
     for k in range(rows.shape[1]):
         name = "signal" if signal.ndim == 1 else f"{result['second'].attrs['long_name']} = {float(result['second'][k]):.4g}"
@@ -121,4 +104,3 @@ def _signal(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylabel("change of speed / standard deviation (1)")
     axis.locator_params(axis="x", nbins=5)
     axis.set_ylim(bottom=0)
-    _legend_above(axis)

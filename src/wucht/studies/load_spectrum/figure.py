@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import style
+from wucht.results import sheet, style
+from wucht.results.curves import draw_swings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,37 +15,37 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-_HEIGHT, _BARS = 7.6, 40
+_BARS = 40
 _KNEE = 10.0  # times the cycles at the knee: so far the Woehler line is drawn at most
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Four panels from a load spectrum's Dataset alone."""
-    drawn, (spectrum, matrix, course, last) = style.new_grid(2, 2, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
-    drawn.subplots_adjust(bottom=0.09, top=0.9, hspace=0.34, wspace=0.36)
+    """Up to four panels from a load spectrum's Dataset alone."""
     scale, unit = style.printed_unit(result, "range")
-    _cumulative(spectrum, result, scale, unit)
-    _matrix(matrix, result, scale, unit)
-    _course(course, result, scale, unit)
-    if "crossings" in result:
-        last.plot(result["crossings"].values, scale * result["level"].values, color=style.COLOURS[0], label="crossings")
-        last.set_xlabel("crossings")
-        last.set_ylabel(style.with_unit("level", unit))
-        last.set_title("level crossings", fontsize=9)
-    else:
-        _bars(last, result, scale, unit)
-    last.legend(frameon=False, fontsize=8, loc="upper left")
+    panels = [_cumulative] if len(result["range"]) else []
+    panels += [_matrix] if result["matrix"].values.any() else []
+    panels += [_course]
+    panels += [_crossings] if "crossings" in result else [_bars] if len(result["range"]) else []
+    drawn, axes = sheet.new_grid(len(panels), result.attrs["title"], result.attrs["sentence"])
+    for panel, axis in zip(panels, axes, strict=True):
+        panel(axis, result, scale, unit)
+        sheet.legend_above(axis)
     return drawn
+
+
+def _crossings(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
+    axis.plot(result["crossings"].values, scale * result["level"].values, color=style.COLOURS[0])
+    axis.set_xlabel("crossings")
+    axis.set_ylabel(style.with_unit("level", unit))
+    axis.set_title("level crossings")
 
 
 def _cumulative(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     """Amplitude over cumulative cycles, 002 figure 6.6."""
-    axis.set_title("cumulative spectrum", fontsize=9)
+    axis.set_title("cumulative spectrum")
     axis.set_xlabel("cumulative cycles")
     axis.set_ylabel(style.with_unit("amplitude", unit))
     amplitudes, counts = scale * result["range"].values[::-1] / 2, result["cumulative"].values[::-1]
-    if not len(amplitudes):
-        return
     # A stair: so many cycles have at least this amplitude. It begins at the smallest number that can be.
     least = min(0.5, float(counts[0]) / 2)
     for name, values, line in (
@@ -59,7 +60,6 @@ def _cumulative(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None
     if "woehler_SD" in result:
         _woehler(axis, result, scale, float(amplitudes[0]))
     axis.set_ylim(bottom=0)
-    axis.legend(frameon=False, fontsize=8)
 
 
 def _woehler(axis: Axes, result: xr.Dataset, scale: float, largest: float) -> None:
@@ -76,20 +76,17 @@ def _matrix(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     """Cycles by range and mean, logarithmic; where there are none the paper."""
     from matplotlib.colors import LogNorm
 
-    axis.set_title("range-mean matrix", fontsize=9)
+    axis.set_title("range-mean matrix")
     axis.set_xlabel(style.with_unit("mean", unit))
     axis.set_ylabel(style.with_unit("range", unit))
     counts = result["matrix"].values
-    if not counts.any():
-        return
     inside = counts[counts > 0]
     norm = LogNorm(float(inside.min()), max(float(inside.max()), 10 * float(inside.min())))
     mesh = axis.pcolormesh(
         scale * result["mean_class"].values, scale * result["range_class"].values, np.where(counts > 0, counts, np.nan),
         norm=norm, cmap="cividis_r", shading="nearest",
     )  # fmt: skip
-    bar = axis.figure.colorbar(mesh, ax=axis, pad=0.02)
-    bar.set_label("cycles", fontsize=8)
+    bar = sheet.colour_bar(axis, mesh, "cycles")
     _plain(bar.ax.yaxis)
 
 
@@ -104,17 +101,16 @@ def _plain(axis: Axis) -> None:
 def _course(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     """Between which values the signal went."""
     time = result["course_time"].values
-    axis.set_title("course of the signal", fontsize=9)
+    axis.set_title("course of the signal")
     axis.set_xlabel("time $\\tau$" if result.attrs["dimensionless"] else style.label(result, "course_time"))
     axis.set_ylabel(style.with_unit("signal", unit))
     low, high = scale * result["lowest"].values, scale * result["highest"].values
     if np.array_equal(low, high):
-        axis.plot(time, high, color=style.COLOURS[0], linewidth=0.6, label="turning points")
+        draw_swings(axis, time, high, color=style.COLOURS[0], linewidth=0.6, label="turning points")
     else:
         axis.fill_between(time, low, high, color=style.COLOURS[4], linewidth=0.6, label="between its extremes")
     if np.isfinite(float(result["counted_from"])):
         axis.axvline(float(result["counted_from"]), color="black", linestyle="--", linewidth=0.9, label="counted from here on")
-    axis.legend(loc="lower right", framealpha=1.0, fontsize=8)
 
 
 def _bars(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
@@ -126,8 +122,8 @@ def _bars(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
         amplitudes, bins=_BARS, range=(0.0, float(amplitudes.max(initial=0.0)) or 1.0), weights=shares
     )
     name = "share of the damage" if damage else "cycles"
-    axis.set_title(f"{name}, by amplitude", fontsize=9)
-    axis.bar(edges[:-1], heights, width=np.diff(edges), align="edge", color=style.COLOURS[1], label=name)
+    axis.set_title(f"{name}, by amplitude")
+    axis.bar(edges[:-1], heights, width=np.diff(edges), align="edge", color=style.COLOURS[1])
     axis.set_xlabel(style.with_unit("amplitude", unit))
     axis.set_ylabel(f"{name} (1)")
     axis.set_xlim(left=0)

@@ -10,7 +10,8 @@ import numpy as np
 
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import bodies_in_words
-from wucht.results.style import COLOURS, GREY, new_grid, with_unit
+from wucht.results.sheet import legend_above, legend_below, named_in, new_grid
+from wucht.results.style import COLOURS, GREY, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,26 +40,12 @@ def figure(result: xr.Dataset) -> Figure:
     pairs = list(combinations(shown, 2)) or [(shown[0], shown[0])]
     curve = "damping" in result.coords
     count = len(pairs) + curve
-    rows = math.ceil(count / 2)
-    height = 1.7 + 2.5 * rows
-    drawn, axes = new_grid(rows, min(2, count), height, result.attrs["title"], s["sentence"])
-    drawn.subplots_adjust(hspace=0.36, wspace=0.26)
+    drawn, axes = new_grid(count, result.attrs["title"], s["sentence"], columns=min(2, count))
     for axis, (x, y) in zip(axes, pairs, strict=False):
         _plane(axis, result, s, objectives, x, y)
     if curve:
-        _damping(axes[len(pairs)], result, s)
-    for axis in axes[count:]:
-        axis.set_axis_off()
-    handles, labels = axes[0].get_legend_handles_labels()
-    drawn.legend(
-        handles,
-        labels,
-        loc="lower left",
-        bbox_to_anchor=(0.08, 0.0),
-        ncols=3 if len(handles) < 7 else 4,
-        frameon=False,
-        fontsize=8,
-    )
+        _damping(axes[-1], result, s)
+    legend_below(drawn, named_in(axes[:1]))
     return drawn
 
 
@@ -152,7 +139,7 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
         axis.axvline(s["damping"]["of_rates"], color="black", linewidth=0.8, linestyle=":")
     axis.set_xlabel(with_unit("damping of the bodies", str(result.damping.attrs["units"])))
     axis.set_ylabel(with_unit("settling time of half of the runs", str(result.settling_time.attrs["units"])))
-    axis.legend(framealpha=1.0, edgecolor="none", fontsize=8, loc="upper center")
+    legend_above(axis)
 
 
 def _one_two_five(ticks: Axis) -> None:

@@ -44,7 +44,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     summary = _summary(plan, findings, ends)
     return answered(
         xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings),
-        along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.what, low=plan.bounds[0], high=plan.bounds[1],
+        along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.words, low=plan.bounds[0], high=plan.bounds[1],
         shown=plan.subject.shown, rotor=int(plan.subject.rotor),
     )  # fmt: skip
 
@@ -149,7 +149,7 @@ def _summary(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]]) 
 
 
 def _sentence(plan: Plan, findings: Findings, ends: list[tuple[int, BranchEnd]]) -> str:
-    path = plan.along.path
+    path = plan.along.called
     if not findings.branches:
         if not findings.complete:
             return "the study was interrupted before an orbit was found"

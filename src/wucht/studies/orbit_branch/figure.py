@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.style import COLOURS, GREY, label, line_style, new_grid, printed_unit, with_unit
+from wucht.results.sheet import legend_below, new_grid, rpm_axis
+from wucht.results.style import COLOURS, GREY, label, line_style, named, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,9 +25,7 @@ _ENDS = {
 }  # fmt: skip
 _STEADY, _DRAWN = GREY, 6  # how many orbits are drawn as they run
 _TICKS = 5
-_LINE = 100  # characters of the heading
 _PALE = 0.12
-_HEIGHT, _COLUMNS, _ROW, _ABOVE_LEGEND = 7.0, 4, 0.18, 0.62  # inches, of the figure, a row of the legend, what is above it
 _SHORT = 6  # characters of a parameter's path that is repeated for each orbit
 _SHOWN_GROWTH = 8.0  # times the shortest period: longer ones are beyond the panel
 
@@ -37,8 +35,11 @@ def figure(result: xr.Dataset) -> Figure:
 
     Without orbits the first one alone, with the steady states.
     """
-    heading, found = textwrap.fill(result.attrs["sentence"], _LINE), len(result.value) > 0
-    drawn, axes = new_grid(2 if found else 1, 2 if found else 1, _HEIGHT, result.attrs["title"], heading)
+    found = len(result.value) > 0
+    columns = 2 if found else 1
+    drawn, axes = new_grid(
+        columns**2, result.attrs["title"], result.attrs["sentence"], columns=columns, heights=2.1 if found else 3.4
+    )
     _extremes(axes[0], result)
     chosen = _chosen(result) if found else []
     if found:
@@ -46,16 +47,12 @@ def figure(result: xr.Dataset) -> Figure:
         _runs(axes[1], result, chosen, "orbit_speed")
         vibrates = bool(np.isfinite(result.orbit_amplitude.values).any())
         _runs(axes[3], result, chosen, "orbit_amplitude" if vibrates else "orbit_speed", share=not vibrates)
-    handles = _legend(result, chosen)
-    rows = -(-len(handles) // _COLUMNS)
-    drawn.subplots_adjust(bottom=(_ABOVE_LEGEND + _ROW * rows) / _HEIGHT)
-    drawn.legend(handles=handles, loc="lower center", ncols=_COLUMNS, frameon=False, fontsize=8, bbox_to_anchor=(0.52, 0.0))
+    legend_below(drawn, _legend(result, chosen))
     return drawn
 
 
 def _what(result: xr.Dataset) -> str:
-    path, what = str(result.attrs["along"]), str(result.attrs["along_what"])
-    return with_unit(path if what in (path, f"parameter {path}") else f"{path}: {what}", str(result.attrs["along_unit"]))
+    return with_unit(named(str(result.attrs["along"]), str(result.attrs["along_what"])), str(result.attrs["along_unit"]))
 
 
 def _extremes(axis: Axes, result: xr.Dataset) -> None:
@@ -78,6 +75,7 @@ def _extremes(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylabel(
         str(result.attrs["shown"]) + (f" ({result.min_speed.attrs['units']})" if result.min_speed.attrs["units"] else "")
     )
+    rpm_axis(axis, str(result.min_speed.attrs["units"]))
     _abscissa(axis, result)
 
 

@@ -39,7 +39,7 @@ def of_orbits(plan: Plan, branches: Sequence[OrbitBranchFound]) -> dict[str, Var
     numbers = np.repeat(np.arange(len(branches)), [len(b.kinds) for b in branches])
     rates = np.where(trusted, logarithms, complex(math.nan, math.nan)) / periods
     return {
-        "value": variable("point", values, plan.along.what, plan.along.unit),
+        "value": variable("point", values, plan.along.words, plan.along.unit),
         "period": variable("point", periods, "period", s.time),
         "period_phi": variable("point", phi_of(plan, periods, mean), f"period in the {_ANGLE}"),
         "min_speed": variable("point", low, f"least {s.shown}", s.unit),
@@ -68,7 +68,7 @@ def of_reported(plan: Plan, findings: Findings) -> dict[str, Variable]:
         ("amplitude", [o.amplitude for o in orbits]),
     )}  # fmt: skip
     return {
-        "orbit_value": variable("orbit", [o.value for o in orbits], plan.along.what, plan.along.unit),
+        "orbit_value": variable("orbit", [o.value for o in orbits], plan.along.words, plan.along.unit),
         "orbit_period": variable("orbit", [o.period for o in orbits], "period", s.time),
         "orbit_period_phi": variable("orbit", [o.period_phi for o in orbits], f"period in the {_ANGLE}"),
         "orbit_min_speed": variable("orbit", [o.low for o in orbits], f"least {s.shown}", s.unit),
@@ -92,8 +92,8 @@ def of_ends(plan: Plan, ends: Sequence[tuple[int, BranchEnd]]) -> dict[str, Vari
     seen = [s.seen(e.equilibrium[:, None], e.parameter)[:, 0] if len(e.equilibrium) else np.full(2, math.nan) for _, e in ends]
     shown = np.array(seen).reshape(len(ends), 2)
     return {
-        "end_value": variable("end", [e.parameter for _, e in ends], plan.along.what, plan.along.unit),
-        "end_error": variable("end", [e.error for _, e in ends], f"error of {plan.along.what}", plan.along.unit),
+        "end_value": variable("end", [e.parameter for _, e in ends], plan.along.words, plan.along.unit),
+        "end_error": variable("end", [e.error for _, e in ends], f"error of {plan.along.words}", plan.along.unit),
         "end_kind": variable("end", np.array([e.kind for _, e in ends], "U24"), "kind of the end"),
         "end_branch": variable("end", np.array([k for k, _ in ends], int), "branch"),
         "end_speed": variable("end", shown[:, 0], f"{s.shown} of the equilibrium there", s.unit),

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.style import COLOURS, new_grid, with_unit
+from wucht.results.sheet import legend_below, new_grid
+from wucht.results.style import COLOURS, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,32 +29,24 @@ _POINTS: dict[str, tuple[str, dict[str, Any]]] = {
     "other": ("centre or degenerate", {"marker": "o", "markerfacecolor": "white", "markeredgewidth": 0.8, "fillstyle": "none"}),
 }
 _FEW = 3  # portraits beside each other
-_ABOVE_PANELS = 0.85  # inches: the title, the equations, and the name of each panel
-_BELOW_PANELS, _ROW_OF_LEGEND = 0.62, 0.17  # inches: names and numbers of the abscissae, and each row of the legend
 
 
 def figure(result: xr.Dataset) -> Figure:
     """A panel a portrait, from the Dataset alone."""
     cases = result.sizes.get("case", 1)
     columns = 1 if cases == 1 else 2 if cases in (2, 4) else _FEW
-    rows = math.ceil(cases / columns)
-    height = 5.6 if cases == 1 else 1.6 + (3.0 if columns == 2 else 2.5) * rows
     model = result.attrs["model"]
     subtitle = result.attrs["sentence"].replace(f"{model}: ", f"{model}\n", 1) if cases == 1 else model
-    drawn, axes = new_grid(rows, columns, height, result.attrs["title"], subtitle)
+    heights = 4.2 if cases == 1 else 2.4 if columns == 2 else 1.9
+    drawn, axes = new_grid(cases, result.attrs["title"], subtitle, columns=columns, heights=heights)
     for k, axis in enumerate(axes):
-        if k >= cases:
-            axis.set_visible(False)
-            continue
         _panel(axis, result.isel(case=k) if "case" in result.sizes else result)
-        _scales(axis, result, k % columns == 0, k >= cases - columns)
+        _scales(axis, result)
         if not result.turn.values.any() and np.ptp(result.drawn.values[0]) == np.ptp(result.drawn.values[1]):
             axis.set_aspect("equal", adjustable="box")
         if cases > 1:
-            axis.set_title(str(result.case.values[k]), fontsize=9)
-    if cases > 1:
-        drawn.subplots_adjust(top=1 - _ABOVE_PANELS / height)
-    _legend(drawn, result)
+            axis.set_title(str(result.case.values[k]))
+    legend_below(drawn, _legend(result))
     return drawn
 
 
@@ -140,14 +133,13 @@ def _arrow(axis: Axes, x: np.ndarray, box: np.ndarray, style: dict[str, Any], he
     axis.annotate("", xy=tuple(x[:, ahead]), xytext=tuple(x[:, at]), arrowprops=arrow, zorder=style["zorder"] + 0.5)
 
 
-def _scales(axis: Axes, result: xr.Dataset, left: bool, below: bool) -> None:
+def _scales(axis: Axes, result: xr.Dataset) -> None:
     """Names and ticks of both axes; angles in parts of pi."""
     order = [int(result.attrs["abscissa"]), 1 - int(result.attrs["abscissa"])]
     for i, one in zip(order, (axis.xaxis, axis.yaxis), strict=True):
         name, unit = str(result.state_label.values[i]), str(result.state_unit.values[i])
         shown = {"psi": "$\\psi$", "speed": "$\\omega$"}.get(str(result.state.values[i]), "")
-        if (one is axis.xaxis and below) or (one is axis.yaxis and left):
-            one.set_label_text(with_unit(f"{name} {shown}".strip() if result.attrs["section"] else name, unit))
+        one.set_label_text(with_unit(f"{name} {shown}".strip() if result.attrs["section"] else name, unit))
         if result.turn.values[i]:
             low, high = result.drawn.values[i]
             step = math.pi / 2 if high - low <= 2.1 * math.pi else math.pi
@@ -165,11 +157,11 @@ def _of_pi(count: int, step: float) -> str:
     return f"{sign}{'' if halves == 2 else halves // 2}π"
 
 
-def _legend(drawn: Figure, result: xr.Dataset) -> None:
-    """What is drawn, below all panels."""
+def _legend(result: xr.Dataset) -> list[Any]:
+    """What is drawn."""
     from matplotlib.lines import Line2D
 
-    entries = []
+    entries: list[Any] = []
     panels = [result.isel(case=k) for k in range(result.sizes["case"])] if "case" in result.sizes else [result]
     there = {c for p in panels for c, kind in zip(_classes(p), p.fixed_point_kind.values, strict=True) if kind}
     for what, (name, style) in _POINTS.items():
@@ -192,8 +184,4 @@ def _legend(drawn: Figure, result: xr.Dataset) -> None:
             (int(result.attrs["abscissa"]), 1 - int(result.attrs["abscissa"])), _NULLCLINES, strict=True
         ):
             entries.append(Line2D([], [], color=colour, linestyle=dashes, label=f"nullcline of {result.state.values[i]}"))
-    drawn.legend(
-        handles=entries, loc="lower center", ncols=3, frameon=False, fontsize=8, bbox_to_anchor=(0.5, 0.0), handlelength=2.8
-    )
-    rows = math.ceil(len(entries) / 3)
-    drawn.subplots_adjust(bottom=(_BELOW_PANELS + _ROW_OF_LEGEND * rows) / drawn.get_figheight())
+    return entries

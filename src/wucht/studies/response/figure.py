@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wucht.results import style
+from wucht.results import sheet, style
 from wucht.results.configuration_lines import draw_configurations
-from wucht.results.style import COLOURS, GREY, label, line_style, thinned
+from wucht.results.curves import thinned, without_jumps
+from wucht.results.style import COLOURS, GREY, label, line_style
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,7 +26,7 @@ def figure(result: xr.Dataset) -> Figure:
     panels = [_amplitude, _phase, _centre, _torque]
     if not (np.isfinite(result.centre_distance.values).any() and float(result.eccentricity) > 0):
         panels.remove(_centre)
-    drawn, axes = style.new_figure(len(panels), 1.8 * len(panels) + 1, result.attrs["title"], result.attrs["sentence"])
+    drawn, axes = sheet.new_figure(len(panels), result.attrs["title"], result.attrs["sentence"])
     for panel, axis in zip(panels, axes, strict=True):
         panel(axis, result)
     free = abs(float(result.free_speed))
@@ -69,7 +70,7 @@ def _phase(axis: Axes, result: xr.Dataset) -> None:
     directions, drawn = list(map(str, result.direction.values)), list[np.ndarray]()
     if _several(result):
         lags = np.mod(np.degrees(result.lag.values[:, 0]) + 90, 360) - 90
-        draw_configurations(axis, result, np.array([style.without_jumps(lag, 360.0) for lag in lags]))
+        draw_configurations(axis, result, np.array([without_jumps(lag, 360.0) for lag in lags]))
         axis.set_yticks([-90, 0, 90, 180, 270])
         axis.set_ylim(-10, 190 if np.nanmax(lags, initial=0.0) <= 190 else 270)
         axis.set_ylabel(f"phase lag of {directions[0]} (°)")
@@ -79,7 +80,7 @@ def _phase(axis: Axes, result: xr.Dataset) -> None:
         if equal[:1] == [directions[i]]:
             drawn.append(np.mod(np.degrees(lag) + 90, 360) - 90)
             appearance = line_style(0 if equal == directions else i + 1)
-            axis.plot(result.speed.values, style.without_jumps(drawn[-1], 360.0), label=" and ".join(equal), **appearance)
+            axis.plot(result.speed.values, without_jumps(drawn[-1], 360.0), label=" and ".join(equal), **appearance)
     angles = np.concatenate([[0.0], *drawn])
     low, high = -90 if angles.min() < -10 else -10, 270 if angles.max() > 190 else 190
     axis.set_ylim(low, high)

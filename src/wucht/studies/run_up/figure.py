@@ -3,43 +3,58 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results import style
+from wucht.results import sheet, style
 from wucht.results.conventions import summary_of
+from wucht.results.curves import angle_panel, draw_angles, draw_swings, thinned
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST_NAMES = 7  # bodies with a name each in a legend
-_MOST_NAMED, _LONG, _HEIGHT = 14, 40, 6.4  # of many runs
+_DECADES = 30.0  # times its last value: an amplitude that falls so far is drawn over a logarithmic scale, too
+_RESIDUAL, _PANEL = 0.45, 1.55  # heights in inches: the energy residual is a check, and takes no more room than one
+_LOWEST, _ROUNDING = 1e-12, 1e-18  # of the largest amplitude; a residual: nothing below is drawn
+_MOST_NAMED, _HEIGHT = 14, 2.3  # of many runs
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Four panels (three without balancing bodies) from a run-up's Dataset alone; two for many run-ups."""
+    """Panels of speed, amplitude, phases if there are any, power, and the energy residual; two panels for many run-ups."""
     if "case" in result.dims:
         return _figure_of_many(result)
     angles = [name for name in ("phase", "rotor_phase") if name in result]
-    rows, subtitle = 3 + len(angles), f"{result.attrs['outcome']}: {result.attrs['sentence']}"
-    drawn, axes = style.new_figure(rows, 1.8 * rows + 1.0, result.attrs["title"], subtitle)
+    decays = _falls_by_decades(result)
+    heights = [_PANEL] * (3 + decays + len(angles)) + [_RESIDUAL]
+    subtitle = f"{result.attrs['outcome']}: {result.attrs['sentence']}"
+    drawn, axes = sheet.new_figure(len(heights), result.attrs["title"], subtitle, heights)
     at, name = abscissa(result)
     slow = abscissa(result, "slow_")[0] if "slow_speed" in result else None
     _speed(axes[0], result, at, slow)
     _amplitude(axes[1], result, at, slow)
-    for axis, of in zip(axes[2:], angles, strict=False):
+    if decays:
+        _amplitude(axes[2], result, at, slow, decades=True)
+    for axis, of in zip(axes[2 + decays :], angles, strict=False):
         _phases(axis, result, of, at, slow)
+    _power(axes[-2], result, at)
     for axis in axes[:-1]:
-        style.legend_beside(axis)
-    _power(axes[-1], result, at)
+        sheet.legend_beside(axis)
+    _residual(axes[-1], result, at)
     low, high = float(at.min()), float(at.max())
     for axis in axes if high > low else ():
         axis.set_xlim(low, high)
     axes[-1].set_xlabel(name)
     return drawn
+
+
+def _falls_by_decades(result: xr.Dataset) -> bool:
+    """Whether the amplitude ends so far below its largest that nothing of it is seen there on a linear scale."""
+    amplitude = result.amplitude.values
+    seen = amplitude[np.isfinite(amplitude) & (amplitude > 0)]
+    return len(seen) > 1 and bool(seen.max() > _DECADES * seen[-len(seen) // 10 :].min())
 
 
 def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
@@ -74,13 +89,13 @@ def _with_a_phase(phase: xr.DataArray) -> np.ndarray:
 
 def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
     bodies = [str(b) for b in result.body.values]
-    for i in range(min(len(bodies), _MOST_NAMES)):
-        axis.plot(*style.thinned(time, result.speed.values[i]), label=bodies[i], **style.line_style(i), zorder=3 - 0.1 * i)
+    for i, name in enumerate(bodies):
+        draw_swings(axis, time, result.speed.values[i], **_look(i, name, len(bodies)), zorder=3 - 0.01 * i)
     if slow is not None:
-        axis.plot(*style.thinned(slow, result.slow_speed.values[0]), label=f"{bodies[0]}, averaged equations", **style.SLOW)
+        axis.plot(*thinned(slow, result.slow_speed.values[0]), label=f"{bodies[0]}, averaged equations", **style.SLOW)
     free = float(result.free_speed)
     if np.isfinite(free):
-        axis.axhline(free, color=style.GREY, linestyle="--", linewidth=0.9, label="no-load speed")
+        axis.axhline(free, label="no-load speed", **style.FREE)
     if "vibration_frequency" in result and np.isfinite(float(result.vibration_frequency)):
         driven = float(result.vibration_frequency)
         axis.axhline(driven, color=style.COLOURS[3], linestyle="-.", linewidth=0.9, label="frequency of the vibration")
@@ -88,17 +103,34 @@ def _speed(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | 
     signed = [-f if free < 0 else f for f in natural]
     style.mark_levels(axis, signed, "natural frequencies" if len(natural) > 1 else "natural frequency")
     axis.set_ylabel(style.label(result, "speed"))
+    sheet.rpm_axis(axis, str(result.speed.attrs["units"]))
 
 
-def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None) -> None:
+def _look(i: int, name: str, count: int) -> dict[str, Any]:
+    """Of a body's lines in every panel; those beyond the looks that there are share one, with one name."""
+    if i < style.MOST_LOOKS - 1 or count <= style.MOST_LOOKS:
+        return style.line_style(i) | {"label": name}
+    first = i == style.MOST_LOOKS - 1
+    return {"color": style.GREY, "linewidth": 0.5, "label": f"{name} and {count - i - 1} more" if first else None}
+
+
+def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarray | None, decades: bool = False) -> None:
     scale, unit = style.printed_unit(result, "amplitude")
-    if (np.abs(result.amplitude - result.radius) > 2e-2 * result.peak_amplitude).any():
-        axis.plot(*style.thinned(time, scale * result.radius.values), color=style.COLOURS[4], linewidth=0.4, label="distance")
-    axis.plot(*style.thinned(time, scale * result.amplitude.values), color=style.COLOURS[0], linewidth=1.1, label="amplitude")
+    amplitude = scale * result.amplitude.values
+    if decades:
+        axis.set_yscale("log")
+    if not decades and (np.abs(result.amplitude - result.radius) > 2e-2 * result.peak_amplitude).any():
+        draw_swings(axis, time, scale * result.radius.values, color=style.COLOURS[4], linewidth=0.5, label="distance")
+    draw_swings(axis, time, amplitude, color=style.COLOURS[0], linewidth=1.1, label="amplitude")
     if slow is not None:
-        axis.plot(*style.thinned(slow, scale * result.slow_amplitude.values), label="averaged equations", **style.SLOW)
-    axis.set_ylabel(style.label(result, "amplitude", unit))
-    axis.set_ylim(bottom=0)
+        axis.plot(*thinned(slow, scale * result.slow_amplitude.values), label="averaged equations", **style.SLOW)
+    axis.set_ylabel("the same, in decades" if decades else style.label(result, "amplitude", unit))
+    if not decades:
+        axis.set_ylim(bottom=0)
+        return
+    seen = amplitude[np.isfinite(amplitude) & (amplitude > 0)]
+    axis.set_ylim(max(0.7 * float(seen.min()), _LOWEST * float(seen.max())), 1.5 * float(seen.max()))
+    style.plain_decades(axis.yaxis)
 
 
 def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: np.ndarray | None) -> None:
@@ -107,56 +139,70 @@ def _phases(axis: Axes, result: xr.Dataset, name: str, time: np.ndarray, slow: n
     if name == "rotor_phase":
         shaken = bool(np.isfinite(float(result.vibration_frequency)))
         reference = "the vibration" if shaken else str(result.body.values[0])
-    styles = [style.line_style(i + (reference != "the vibration")) for i in range(np.count_nonzero(bodies))]
-    named = [{"label": str(b)} if i < _MOST_NAMES else {} for i, b in enumerate(result.body.values[bodies])]
+    own = [str(b) for b in result.body.values[bodies]]
+    shift = int(reference != "the vibration")  # a body has one look in all panels, and the first of them may have no phase
+    looks = [_look(i + shift, name, len(own) + shift) for i, name in enumerate(own)]
     degrees = np.degrees(result[name].values[bodies])
-    begin = style.angle_panel(axis, degrees)
-    style.draw_angles(axis, time, degrees, begin, [n | line for n, line in zip(named, styles, strict=True)])
+    begin = angle_panel(axis, degrees)
+    draw_angles(axis, time, degrees, begin, looks)
     if slow is not None:
-        styles = [style.SLOW | ({} if i else {"label": "averaged equations"}) for i in range(len(styles))]
-        style.draw_angles(axis, slow, np.degrees(result[f"slow_{name}"].values[bodies]), begin, styles)
+        looks = [style.SLOW | ({} if i else {"label": "averaged equations"}) for i in range(len(own))]
+        draw_angles(axis, slow, np.degrees(result[f"slow_{name}"].values[bodies]), begin, looks)
     axis.set_ylabel(f"phase to {reference} (°)")
 
 
 def _power(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
-    axis.plot(*style.thinned(time, result.motor_power.values), color=style.COLOURS[1], linewidth=1.0, label="motor power")
+    draw_swings(axis, time, result.motor_power.values, color=style.COLOURS[1], linewidth=1.0, label="motor power")
     axis.set_ylabel(style.label(result, "motor_power"))
-    other = axis.twinx()
-    other.spines["right"].set_visible(True)
-    residual = np.maximum(result.energy_residual.values, 1e-18)
-    other.semilogy(*style.thinned(time, residual), color=style.GREY, linewidth=0.6, linestyle="-", label="energy residual")
-    other.set_ylim(1e-18, max(1e-8, 10 * float(residual.max(initial=0.0))))
-    style.plain_decades(other.yaxis)
-    other.set_ylabel("energy residual (1)")
-    style.legend_beside(axis, [*axis.get_lines(), *other.get_lines()], right=1.14)
+
+
+def _residual(axis: Axes, result: xr.Dataset, time: np.ndarray) -> None:
+    """Of the energy balance, as the largest until then: that it is small is all that is to be seen."""
+    residual = np.maximum.accumulate(np.maximum(np.nan_to_num(result.energy_residual.values), _ROUNDING))
+    axis.semilogy(*thinned(time, residual), color=style.GREY, linewidth=0.8)
+    axis.set_ylim(_ROUNDING, max(1e-8, 10 * float(residual.max(initial=0.0))))
+    axis.set_yticks([1e-16, 1e-8])
+    axis.minorticks_off()
+    style.plain_decades(axis.yaxis)
+    axis.set_ylabel("energy\nresidual")
 
 
 def _figure_of_many(result: xr.Dataset) -> Figure:
-    """Two panels of many run-ups: speed and amplitude of each case."""
-    drawn, (speed, amplitude) = style.new_figure(2, _HEIGHT, result.attrs["title"], result.attrs["sentence"])
+    """Two panels of many run-ups: speed and amplitude of each case, named at the ends of the lines where there is room."""
+    drawn, (speed, amplitude) = sheet.new_figure(2, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
     cases, over, (scale, unit) = summary_of(result)["cases"], "abscissa" in result, style.printed_unit(result, "amplitude")
+    few = len(cases) <= style.MOST_LOOKS
     for k, case in enumerate(cases):
         run = result.isel(case=k)
         inside = np.isfinite(run.time.values)
         at = run["abscissa" if over else "time"].values[inside]
-        name = f"{case['label']}: {case['outcome']}" if k < _MOST_NAMED else None
-        # Runs that end alike lie upon each other: later ones are dashed, so that the earlier stay visible.
-        line = style.line_style(k) | {"linestyle": style.DASHES[k] if len(cases) <= len(style.DASHES) else "-"}
-        speed.plot(*style.thinned(at, run.speed.values[0][inside]), label=name, **line)
-        amplitude.plot(*style.thinned(at, scale * run.amplitude.values[inside]), **line)
+        name = f"{case['label']}: {case['outcome']}" if few or k < _MOST_NAMED else None
+        look = style.line_style(k) if few else {"color": _shade(k, len(cases)), "linewidth": 0.7}
+        speed.plot(*thinned(at, run.speed.values[0][inside]), **look)
+        amplitude.plot(*thinned(at, scale * run.amplitude.values[inside]), label=name, **look)
         if "slow_speed" in result:
             slow = run["slow_abscissa" if over else "time"].values[inside]
             named = "averaged equations" if k == 0 else None
-            speed.plot(*style.thinned(slow, run.slow_speed.values[0][inside]), label=named, **style.SLOW)
-            amplitude.plot(*style.thinned(slow, scale * run.slow_amplitude.values[inside]), **style.SLOW)
+            speed.plot(*thinned(slow, run.slow_speed.values[0][inside]), label=named, **style.SLOW)
+            amplitude.plot(*thinned(slow, scale * run.slow_amplitude.values[inside]), **style.SLOW)
     free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
     style.mark_levels(speed, sorted(free) if len(free) <= 2 else (), "no-load speed")
     speed.set_ylabel(style.label(result, "speed"))
     amplitude.set_ylabel(style.label(result, "amplitude", unit))
     amplitude.set_ylim(bottom=0)
     amplitude.set_xlabel(style.label(result, "abscissa") if over else style.abscissa_label(result, "time"))
-    columns = 1 if max(len(c["label"]) for c in cases) > _LONG else 2
-    rows = -(-min(len(cases) + 1, _MOST_NAMED) // columns)
-    drawn.subplots_adjust(right=0.97, bottom=(0.55 + 0.17 * rows) / _HEIGHT)
-    drawn.legend(loc="lower center", ncol=columns, frameon=False, fontsize=7.5)
+    sheet.rpm_axis(speed, str(result.speed.attrs["units"]))
+    ends = [np.asarray(line.get_xdata())[[0, -1]] for line in amplitude.get_lines() if np.size(line.get_xdata())]
+    if ends and np.ptp(ends) > 0:
+        speed.set_xlim(np.min(ends), np.max(ends))
+    sheet.name_at_ends(amplitude)
+    sheet.legend_below(drawn, sheet.named_in([speed]))
     return drawn
+
+
+def _shade(k: int, count: int) -> str:
+    """Of one of many runs: from dark to light in their order."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    return str(to_hex(colormaps["viridis"](0.9 * k / max(count - 1, 1))))

@@ -18,6 +18,7 @@ from wucht.studies.parameters import parameter_of, values_of
 from wucht.studies.run_up.horizon import Horizon, numbers_a_sample
 from wucht.studies.run_up.model import FullModel, slow_model
 from wucht.studies.run_up.spec import RunUp
+from wucht.studies.varied import start_states
 
 _NO_ACCELERATION = 1e-12
 
@@ -78,21 +79,23 @@ def prepare_case(spec: RunUp, machine: Machine, start: Mapping[str, Any], value:
     models = () if spec.model == "slow" else (FullModel(machine, initial),)
     if spec.model != "full":
         models = (*models, slow_model(machine, initial, spec.inertia, spec.order))
-    return Case(_label(spec, start, value), start, value, machine, Horizon.of(machine, spec, initial), models, spec.deck)
+    label = _label(spec, machine, start, value)
+    return Case(label, start, value, machine, Horizon.of(machine, spec, initial), models, spec.deck)
 
 
-def _label(spec: RunUp, start: Mapping[str, Any], value: float | None) -> str:
+def _label(spec: RunUp, machine: Machine, start: Mapping[str, Any], value: float | None) -> str:
     """What distinguishes a run, for a legend: the value of the parameter, the start, or both."""
-    parts = [] if value is None else [f"{spec.along} = {value:.6g}"]
+    parts = [] if value is None or spec.along is None else [machine.parameters[spec.along].at(value)]
     if spec.starts:
-        parts.append(", ".join(f"{k} = {_shown(v)}" for k, v in start.items()) or "at rest")
+        units = {name: state.unit.si for name, state in start_states(machine).items()}
+        parts.append(", ".join(f"{k} = {_shown(v, units.get(k, ''))}" for k, v in start.items()) or "at rest")
     return "; ".join(parts)
 
 
-def _shown(value: Any) -> str:
+def _shown(value: Any, unit: str = "") -> str:
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{k} {_shown(v)}" for k, v in value.items()) + "}"
-    return f"{value:.6g}" if isinstance(value, int | float) else str(value)
+    return f"{value:.6g} {unit}".rstrip() if isinstance(value, int | float) else str(value)
 
 
 def placed_at_start(

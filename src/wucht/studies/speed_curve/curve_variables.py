@@ -100,7 +100,7 @@ def of_followed(
     shown, unit, length = words
     numbers = np.repeat(np.arange(len(branches)), [b.u.shape[1] for b in branches])
     return {
-        f"{before}value": variable(dimension, joined([b.values for b in branches]), along.what, along.unit),
+        f"{before}value": variable(dimension, joined([b.values for b in branches]), along.words, along.unit),
         f"{before}speed": variable(dimension, joined([s.speed for s in seen]), shown, unit),
         f"{before}amplitude": variable(dimension, joined([s.amplitude for s in seen]), "amplitude of the axis", length),
         f"{before}stable": variable(dimension, joined([b.stable for b in branches]).astype(np.int8), "stable"),
@@ -111,7 +111,7 @@ def of_followed(
 def of_branches(plan: Plan, branches: Sequence[FollowedBranch]) -> dict[str, Variable]:
     """What is known of each branch."""
     kinds = [b.kind for b in branches]
-    what, unit = ("second parameter", "") if plan.second is None else (plan.second.what, plan.second.unit)
+    what, unit = ("second parameter", "") if plan.second is None else (plan.second.words, plan.second.unit)
     many = np.array([k.multiplicity for k in kinds], int)
     return {
         "branch_name": variable("branch", np.array([k.name or "" for k in kinds], "U16"), "name"),
@@ -130,7 +130,7 @@ def of_specials(plan: Plan, found: Sequence[Special]) -> dict[str, Variable]:
     frequency = [math.nan if s.frequency is None else s.frequency for s in found]
     return {
         "special_kind": variable("special", np.array([s.kind for s in found], "U20"), "kind of the special point"),
-        "special_value": variable("special", [float(s.u[-1]) for s in found], plan.along.what, plan.along.unit),
+        "special_value": variable("special", [float(s.u[-1]) for s in found], plan.along.words, plan.along.unit),
         "special_speed": variable("special", [s.speed for s in found], words.shown, words.unit),
         "special_amplitude": variable("special", [s.amplitude for s in found], "amplitude of the axis", words.length),
         "special_branch": variable("special", np.array([s.branch for s in found], int), "branch"),
@@ -170,8 +170,8 @@ def of_curves(plan: Plan, curves: Sequence[FollowedCurve]) -> dict[str, Variable
     speeds = [states.shown(c.u[:-1]).speed for c in curves] if plan.plane is not None else []
     kinds = [kind for c in curves for kind in c.kinds]
     return {
-        "curve_value": variable("curve_point", joined([c.u[-2] for c in curves]), plan.along.what, plan.along.unit),
-        "curve_second": variable("curve_point", joined([c.u[-1] for c in curves]), plan.second.what, plan.second.unit),
+        "curve_value": variable("curve_point", joined([c.u[-2] for c in curves]), plan.along.words, plan.along.unit),
+        "curve_second": variable("curve_point", joined([c.u[-1] for c in curves]), plan.second.words, plan.second.unit),
         "curve_speed": variable("curve_point", joined(speeds), words.shown, words.unit),
         "curve": variable("curve_point", numbers.astype(int), "curve"),
         "curve_kind": variable("curve_point", np.array(kinds, "U20"), "kind of a point where a second condition holds"),

@@ -46,17 +46,17 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     data = of_points(plan, findings.branches) | of_branches(plan, findings.branches) | of_specials(plan, found)
     own = _own(plan, findings)
     data |= of_own(plan, own) | (of_curves(plan, findings.curves) if plan.plane is not None else {})
-    data["searched_value"] = variable("search", [s.value for s in findings.searched], plan.along.what, plan.along.unit)
+    data["searched_value"] = variable("search", [s.value for s in findings.searched], plan.along.words, plan.along.unit)
     data["searched_states"] = variable("search", np.array([s.states for s in findings.searched], int), "states found there")
     coordinates = {"state_name": variable("state", list(states.names), "state of the equations")}
     summary = _summary(plan, findings, found, own)
     second = plan.second
-    more = {} if second is None else {"second": second.path, "second_unit": second.unit, "second_what": second.what,
+    more = {} if second is None else {"second": second.path, "second_unit": second.unit, "second_what": second.words,
         "second_symbol": _symbol(second.path)}  # fmt: skip
     return answered(
         xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings),
         along_symbol=_symbol(plan.along.path),
-        along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.what, low=plan.bounds[0], high=plan.bounds[1],
+        along=plan.along.path, along_unit=plan.along.unit, along_what=plan.along.words, low=plan.bounds[0], high=plan.bounds[1],
         shown=states.words.shown, **more,
     )  # fmt: skip
 
@@ -209,7 +209,7 @@ def _sentence(plan: Plan, findings: Findings, found: Sequence[Special]) -> str:
         if not findings.complete:
             return "the study was interrupted before a branch was found"
         of = f" {' or '.join(plan.spec.only)}," if plan.spec.only else ""
-        return f"no steady states were found,{of} between {plan.along.path} = {low:.5g} and {high:.5g}"
+        return f"no steady states were found,{of} between {plan.along.at(low, 5)} and {high:.5g}"
     stable = sum(bool(b.intervals(Stability.ALL)) for b in branches)
     partly = sum(bool(b.intervals(Stability.SOME)) for b in branches)
     count = counted(len(branches), "branch of steady states", "branches of steady states")
@@ -228,7 +228,7 @@ def _sentence(plan: Plan, findings: Findings, found: Sequence[Special]) -> str:
     if plan.plane is not None:
         second = [kind for c in findings.curves for kind in c.kinds if kind]
         many = counted(len(findings.curves), "curve", "curves")
-        sentence += f"; {many} of them in {plan.along.path} and {plan.plane.path}"
+        sentence += f"; {many} of them in {plan.along.called} and {plan.second.called if plan.second else plan.plane.path}"
         sentence += f" with {in_words(second)}" if second else ""
     return sentence
 

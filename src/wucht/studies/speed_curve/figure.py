@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import COLOURS, GREY, label, legend_beside, new_figure, printed_unit, with_unit
+from wucht.results.page import small
+from wucht.results.sheet import legend_beside, new_figure, rpm_axis
+from wucht.results.style import COLOURS, GREY, label, named, printed_unit, with_unit
 
 Shown = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of the parameter's values and what there is: what is drawn
 
@@ -38,10 +40,8 @@ _SHOWN = {
     "hopf": "Hopf point", "branch-point": "branch point", "some-stable": "first members stable",
     "all-stable": "all members stable", "unresolved": "not resolved",
 }  # fmt: skip
-_HEIGHTS = (4.6, 7.0, 9.4)
 _DECADES = 100.0  # a range over which the abscissa is logarithmic
 _ROOM = 0.06
-_LINE, _HEADING_LINE = 95, 0.17  # of the heading: characters, and height in inches
 _NO_NAME = "steady states"
 _WIDEST = 23  # characters of a line of a legend
 _MOST_NAMED = 7  # values of the second parameter in the legend, if their colours are those of a scale
@@ -56,15 +56,13 @@ def figure(result: xr.Dataset) -> Figure:
     """Panels over the parameter from a speed curve's Dataset alone: speed, amplitude if something vibrates, and the curves of
     special points where there is a second parameter with a range.
     """
-    heading = textwrap.fill(result.attrs["sentence"], _LINE)
     vibrates, plane = bool((result.amplitude.values > 0).any()), "curve_value" in result
-    height = _HEIGHTS[vibrates + plane]
-    drawn, axes = new_figure(1 + vibrates + plane, height, result.attrs["title"], heading)
-    drawn.subplots_adjust(top=1 - (0.55 + _HEADING_LINE * heading.count("\n")) / height)
+    panels = 1 + vibrates + plane
+    drawn, axes = new_figure(panels, result.attrs["title"], result.attrs["sentence"], 2.5 if panels > 1 else 3.4)
     colours, used = _colours(result), set[int]()
     ratio = _ratio(result)
     _branches(axes[0], result, "speed", ratio, colours, used)
-    axes[0].set_ylabel(label(result, "speed") if ratio is None else f"{result.speed.attrs['long_name']} / {_symbol(result)}")
+    axes[0].set_ylabel(label(result, "speed") if ratio is None else f"{result.speed.attrs['long_name']} / {_what(result)}")
     _types(axes[0], result, ratio)
     if vibrates:
         scale, unit = printed_unit(result, "amplitude")
@@ -78,9 +76,9 @@ def figure(result: xr.Dataset) -> Figure:
         axes[-1].set_xscale("log")
     axes[-1].set_xlim(low, high)
     axes[-1].set_xlabel(with_unit(_what(result), result.attrs["along_unit"]))
-    axes[0].legend(
-        handles=_legend(colours, used, result), loc="upper left", bbox_to_anchor=(1.01, 1.02), frameon=False, fontsize=8
-    )
+    if ratio is None:
+        rpm_axis(axes[0], str(result.speed.attrs["units"]))
+    legend_beside(axes[0], _legend(colours, used, result))
     return drawn
 
 
@@ -142,7 +140,7 @@ def _types(axis: Axes, result: xr.Dataset, shown: Shown | None) -> None:
                 (float(result.value.values[inside][best]), float(at[1, inside][best])),
                 {"pad": 0.8, "fc": "white", "ec": "none"},
             )
-            axis.annotate(name, place, ha="center", va="center", fontsize=7.5, zorder=4, bbox=box)
+            axis.annotate(name, place, ha="center", va="center", fontsize=small(), zorder=4, bbox=box)
 
 
 def _logarithmic(result: xr.Dataset) -> bool:
@@ -193,9 +191,8 @@ def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
 
 
 def _what(result: xr.Dataset) -> str:
-    """The parameter's path, with what it is where that says more."""
     path, what = str(result.attrs["along"]), str(result.attrs["along_what"])
-    return _symbol(result) if what in (path, f"parameter {path}") else f"{_symbol(result)}: {what}"
+    return what if "." in path else named(path, what).replace(path, _symbol(result), 1)
 
 
 def _symbol(result: xr.Dataset) -> str:
@@ -217,7 +214,9 @@ def _key(result: xr.Dataset, branch: int) -> str:
     second = float(result.second_value[branch])
     if np.isnan(second):
         return str(result.branch_label.values[branch])
-    return f"{result.attrs['second_symbol']} = {_with_its_unit(f'{second:.6g}', result.attrs['second_unit'])}"
+    path = str(result.attrs["second"])
+    name = named(path, str(result.attrs["second_what"])) if "." in path else result.attrs["second_symbol"]
+    return f"{name} = {_with_its_unit(f'{second:.6g}', result.attrs['second_unit'])}"
 
 
 def _colours(result: xr.Dataset) -> dict[str, str]:
@@ -269,7 +268,7 @@ def _special_points(axis: Axes, result: xr.Dataset, name: str, of: Shown) -> Non
         branch = int(result.special_branch[i])
         if np.isfinite(second := float(result.second_value[branch])) and result.attrs["low"] < x[i] < result.attrs["high"]:
             axis.annotate(
-                f"{second:.4g}", (x[i], y[i]), xytext=(4, 3), textcoords="offset points", fontsize=7.5,
+                f"{second:.4g}", (x[i], y[i]), xytext=(4, 3), textcoords="offset points", fontsize=small(),
                 zorder=6,
             )  # fmt: skip
 
@@ -290,6 +289,6 @@ def _legend(colours: dict[str, str], used: set[int], result: xr.Dataset) -> list
         handles.append(Line2D([], [], color="black", linestyle="", **style))
     if result.sizes["own"]:
         own = _with_its_unit(f"{summary_of(result)['value']:.5g}", result.attrs["along_unit"])
-        value = f"{_symbol(result)} = {own}"
-        handles.append(Line2D([], [], color=GREY, linestyle=":", linewidth=0.9, label=_wrapped(f"as it is:\n{value}")))
+        value = f"as it is: {own}" if "." in result.attrs["along"] else f"as it is:\n{_symbol(result)} = {own}"
+        handles.append(Line2D([], [], color=GREY, linestyle=":", linewidth=0.9, label=value))
     return handles

@@ -34,24 +34,24 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     parts = ending_parts(plan, findings) if isinstance(findings, EndingFindings) else state_parts(plan, findings)
     a, b, third = plan.along, plan.second, plan.third
     unit = third.unit if third is not None else ""
-    what = third.what if third is not None else "third parameter"
+    what = third.words if third is not None else "third parameter"
     numbers = np.repeat(np.arange(len(parts.lines)), [len(line.x) for line in parts.lines]).astype(int)
     x, y, value = (np.concatenate([np.empty(0), *(getattr(line, n) for line in parts.lines)]) for n in ("x", "y", "value"))
     inmost = np.array([parts.areas.inmost(k) for k in range(parts.areas.count)]).T
     data = {
-        "boundary_x": variable("boundary_point", x, a.what, a.unit),
-        "boundary_y": variable("boundary_point", y, b.what, b.unit),
+        "boundary_x": variable("boundary_point", x, a.words, a.unit),
+        "boundary_y": variable("boundary_point", y, b.words, b.unit),
         "boundary_value": variable("boundary_point", value, what, unit),
         "boundary": variable("boundary_point", numbers, "boundary"),
         "boundary_name": variable("boundary_number", np.array([line.name for line in parts.lines], "U96"), "name"),
         "boundary_group": variable("boundary_number", np.array([line.group for line in parts.lines], "U96"), "drawn alike"),
-        "mark_x": variable("mark", [m.x for m in parts.marks], a.what, a.unit),
-        "mark_y": variable("mark", [m.y for m in parts.marks], b.what, b.unit),
+        "mark_x": variable("mark", [m.x for m in parts.marks], a.words, a.unit),
+        "mark_y": variable("mark", [m.y for m in parts.marks], b.words, b.unit),
         "mark_value": variable("mark", [m.value for m in parts.marks], what, unit),
         "mark_kind": variable("mark", np.array([m.kind for m in parts.marks], "U32"), "kind of the point"),
         "mark_label": variable("mark", np.array([m.label for m in parts.marks], "U48"), "point in words"),
-        "place_x": variable("place", [p.x for p in parts.places], a.what, a.unit),
-        "place_y": variable("place", [p.y for p in parts.places], b.what, b.unit),
+        "place_x": variable("place", [p.x for p in parts.places], a.words, a.unit),
+        "place_y": variable("place", [p.y for p in parts.places], b.words, b.unit),
         "place_label": variable("place", np.array([p.label for p in parts.places], "U96"), "what is the case there"),
         "place_begins": variable("place", [p.begins for p in parts.places], f"{what} where the motion begins", unit),
         "place_ends": variable("place", [p.ends for p in parts.places], f"{what} where the motion ends", unit),
@@ -59,14 +59,17 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "region_label": variable("region_number", np.array(parts.labels, "U96"), "what is the case there"),
         "region_tone": variable("region_number", np.array(parts.tones, int), "tone"),
         "region_hatch": variable("region_number", np.array(parts.hatches, int), "hatch"),
-        "region_x": variable("region_number", inmost[0], a.what, a.unit),
-        "region_y": variable("region_number", inmost[1], b.what, b.unit),
+        "region_x": variable("region_number", inmost[0], a.words, a.unit),
+        "region_y": variable("region_number", inmost[1], b.words, b.unit),
     }  # fmt: skip
-    coordinates = {"x": variable("column", parts.areas.x, a.what, a.unit), "y": variable("row", parts.areas.y, b.what, b.unit)}
+    coordinates = {
+        "x": variable("column", parts.areas.x, a.words, a.unit),
+        "y": variable("row", parts.areas.y, b.words, b.unit),
+    }
     summary = _summary(plan, parts)
     return answered(
         xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings, parts),
-        along=a.path, along_unit=a.unit, along_what=a.what, second=b.path, second_unit=b.unit, second_what=b.what,
+        along=a.path, along_unit=a.unit, along_what=a.words, second=b.path, second_unit=b.unit, second_what=b.words,
         eliminated="" if third is None else third.path, everywhere=", ".join(parts.everywhere),
         low=plan.bounds[0][0], high=plan.bounds[0][1], second_low=plan.bounds[1][0], second_high=plan.bounds[1][1],
     )  # fmt: skip
@@ -99,8 +102,8 @@ def _sentence(plan: Plan, parts: MapParts) -> str:
     found = shares(parts.areas, parts.labels)
     if plan.third is not None:
         listed = ", ".join(f"{label} in {100 * share:.0f} %" for label, share in sorted(found.items(), key=lambda i: -i[1]))
-        sentence = f"the modulated motion, as {plan.third.path} changes: {listed} of the plane"
-        at = [f"{plan.along.path} = {m.x:.7g}, {plan.second.path} = {m.y:.7g}" for m in parts.marks]
+        sentence = f"the modulated motion, as {plan.third.called} changes: {listed} of the plane"
+        at = [f"{plan.along.at(m.x, 7)}, {plan.second.at(m.y, 7)}" for m in parts.marks]
         return sentence + (f"; the regions meet at {' and at '.join(at)}" if at else "")
     listed = "; ".join(f"{label} in {100 * share:.0f} %" for label, share in sorted(found.items(), key=lambda i: -i[1]))
     everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; besides " if parts.everywhere else "stable: "

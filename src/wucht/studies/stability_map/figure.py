@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.style import COLOURS, GREY, new_figure, with_unit
+from wucht.results.page import small
+from wucht.results.sheet import legend_beside, new_figure
+from wucht.results.style import COLOURS, GREY, named, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
 
 _TONES = ("#FFFFFF", "#F3D9C0", "#8FB8D6", "#BFDDD0")  # of falling lightness where it matters: white, 0.87, 0.70
 _HATCHES = ("", "///", "...", "\\\\\\", "xxx", "ooo")
-_HEIGHT, _LINE, _HEADING_LINE = 5.4, 105, 0.17
+_HEIGHT = 4.2  # inches
 _DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (8, 3)))
 _MARKERS = ("*", "D", "P", "X", "v", "h")
 _LABELLED = 0.012  # of the plane: a region that is large enough for its name
@@ -25,9 +27,7 @@ _WRAPPED, _CHARACTERS = 20, 65  # characters of a region's name in a line at mos
 
 def figure(result: xr.Dataset) -> Figure:
     """The plane of both parameters, from a stability map's Dataset alone."""
-    heading = textwrap.fill(result.attrs["sentence"], _LINE)
-    drawn, (axis,) = new_figure(1, _HEIGHT, result.attrs["title"], heading)
-    drawn.subplots_adjust(top=1 - (0.55 + _HEADING_LINE * heading.count("\n")) / _HEIGHT, right=0.66)
+    drawn, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
     axis.grid(visible=False)
     handles = [*_regions(axis, result), *_boundaries(axis, result), *_marks(axis, result)]
     handles += _places(axis, result)
@@ -35,24 +35,12 @@ def figure(result: xr.Dataset) -> Figure:
     axis.set_ylim(result.attrs["second_low"], result.attrs["second_high"])
     axis.set_xlabel(with_unit(_what(result, "along"), result.attrs["along_unit"]))
     axis.set_ylabel(with_unit(_what(result, "second"), result.attrs["second_unit"]))
-    axis.legend(
-        handles=handles,
-        loc="upper left",
-        bbox_to_anchor=(1.01, 1.02),
-        frameon=False,
-        fontsize=8,
-        handlelength=3.2,
-        labelspacing=0.7,
-        title=f"besides {result.attrs['everywhere']}:" if result.attrs["everywhere"] else None,
-        title_fontsize=8,
-        alignment="left",
-    )
+    legend_beside(axis, handles, f"besides {result.attrs['everywhere']}:" if result.attrs["everywhere"] else None)
     return drawn
 
 
 def _what(result: xr.Dataset, of: str) -> str:
-    path, what = str(result.attrs[of]), str(result.attrs[f"{of}_what"])
-    return path if what in (path, f"parameter {path}") else f"{path}: {what}"
+    return named(str(result.attrs[of]), str(result.attrs[f"{of}_what"]))
 
 
 def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
@@ -69,8 +57,7 @@ def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
         inside = index == k
         if inside.any():
             axis.contourf(*edges, inside.astype(float), levels=[0.5, 1.5], colors=[tone], hatches=[hatch], zorder=0)
-        shown = textwrap.fill(labels[k], 34)
-        handles.setdefault(labels[k], Patch(facecolor=tone, hatch=hatch, edgecolor=GREY, linewidth=0.5, label=shown))
+        handles.setdefault(labels[k], Patch(facecolor=tone, hatch=hatch, edgecolor=GREY, linewidth=0.5, label=labels[k]))
     for collection in axis.collections:
         collection.set_edgecolor("#FFFFFF00" if not getattr(collection, "hatches", None) else "#9A9A9A")
         collection.set_linewidth(0.0)
@@ -85,7 +72,7 @@ def _regions(axis: Axes, result: xr.Dataset) -> list[Any]:
         at = float(result.region_x[k]), float(result.region_y[k])
         row = index[np.abs(y - at[1]).argmin()] == k
         room = int(np.clip(_CHARACTERS * row.mean(), 9, _WRAPPED))
-        axis.text(*at, textwrap.fill(label, room), ha="center", va="center", fontsize=8, bbox=box, zorder=6)
+        axis.text(*at, textwrap.fill(label, room), ha="center", va="center", fontsize=small(), bbox=box, zorder=6)
     return list(handles.values())
 
 
@@ -104,7 +91,7 @@ def _boundaries(axis: Axes, result: xr.Dataset) -> list[Any]:
             at = number == k
             (line,) = axis.plot(result.boundary_x.values[at], result.boundary_y.values[at], **style)
         if line is not None:
-            line.set_label(textwrap.fill(group, 34))
+            line.set_label(group)
             handles.append(line)
     return handles
 
@@ -116,7 +103,7 @@ def _marks(axis: Axes, result: xr.Dataset) -> list[Any]:
         at = labels == label
         (points,) = axis.plot(
             result.mark_x.values[at], result.mark_y.values[at], _MARKERS[i % len(_MARKERS)], color="black",
-            markerfacecolor="white", markersize=9, markeredgewidth=1.1, linestyle="", zorder=7, label=textwrap.fill(label, 34),
+            markerfacecolor="white", markersize=9, markeredgewidth=1.1, linestyle="", zorder=7, label=label,
         )  # fmt: skip
         handles.append(points)
     return handles

@@ -45,7 +45,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     import xarray as xr_
 
     machine, swept, jumps = plan.machine, plan.swept, findings.jumps
-    words = {"what": swept.what, "unit": swept.unit, "speed": machine.units.speed, "length": machine.orbit_unit}
+    words = {"what": swept.words, "unit": swept.unit, "speed": machine.units.speed, "length": machine.orbit_unit}
     grid = np.linspace(plan.low, plan.high, _FREE_SPEEDS)
     free = [free_speed(machine.with_unchecked({swept.path: float(v)}), machine.rotor) for v in grid]
     data = {
@@ -61,7 +61,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     }  # fmt: skip
     coordinates = {
         "direction": variable("direction", list(findings.ramps) or np.empty(0, "U4"), "direction of the sweep"),
-        "grid": variable("grid", grid, swept.what, swept.unit),
+        "grid": variable("grid", grid, swept.words, swept.unit),
         "parameter": variable("parameter", list(machine.values), "parameter"),
     }
     summary = _summary(plan, findings)
@@ -109,7 +109,7 @@ def _warnings(findings: Findings) -> list[str]:
 
 
 def _sentence(plan: Plan, findings: Findings) -> str:
-    path = plan.swept.path
+    path = plan.swept.called
     if findings.failure:
         return "the sweep failed"
     if not findings.complete:
@@ -121,5 +121,5 @@ def _sentence(plan: Plan, findings: Findings) -> str:
         what = f"speed jumps from {j.from_speed:.5g} to {j.to_speed:.5g}"
         if math.isclose(j.from_speed, j.to_speed, rel_tol=1e-4):
             what = f"amplitude jumps from {j.from_amplitude:.4g} to {j.to_amplitude:.4g}"
-        jumps.append(f"at {path} = {j.value:.6g} {SENSE[j.direction]} the {what}")
+        jumps.append(f"at {plan.swept.at(j.value)} {SENSE[j.direction]} the {what}")
     return "; ".join(jumps)

@@ -8,7 +8,8 @@ import numpy as np
 
 from wucht.results.conventions import summary_of
 from wucht.results.outcomes import MODULATION_THRESHOLD
-from wucht.results.style import COLOURS, GREY, label, legend_beside, line_style, new_figure, printed_unit, with_unit
+from wucht.results.sheet import legend_beside, new_figure, rpm_axis
+from wucht.results.style import COLOURS, FREE, label, line_style, named, printed_unit, with_unit
 from wucht.studies.sweep.report import SENSE
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 def figure(result: xr.Dataset) -> Figure:
     """Two panels from a sweep's Dataset alone."""
-    drawn, (speed, amplitude) = new_figure(2, 6.4, result.attrs["title"], _subtitle(result))
+    drawn, (speed, amplitude) = new_figure(2, result.attrs["title"], _subtitle(result), 2.4)
     scale, unit = printed_unit(result, "amplitude")
     for i, way in enumerate(str(d) for d in result.direction.values):
         ramp = result.sel(direction=way)
@@ -32,13 +33,14 @@ def figure(result: xr.Dataset) -> Figure:
     _jumps(amplitude, result, scale * result.jump_from_amplitude.values, scale * result.jump_to_amplitude.values)
     low, high = speed.get_ylim()
     if np.isfinite(result.free_speed).any():
-        speed.plot(result.grid, result.free_speed, color=GREY, linestyle="--", linewidth=0.9, label="no-load speed", zorder=1)
+        speed.plot(result.grid, result.free_speed, label="no-load speed", zorder=1, **FREE)
         speed.set_ylim(low, max(high, min(high * 1.1, float(np.nanmax(result.free_speed)))))
     speed.set_ylabel(label(result, "speed"))
     amplitude.set_ylabel(label(result, "amplitude", unit))
     amplitude.set_ylim(bottom=0)
     amplitude.set_xlim(float(result.grid[0]), float(result.grid[-1]))
-    amplitude.set_xlabel(with_unit(result.attrs["along"], result.attrs["along_unit"]))
+    amplitude.set_xlabel(with_unit(_what(result), result.attrs["along_unit"]))
+    rpm_axis(speed, str(result.speed.attrs["units"]))
     for axis in (speed, amplitude):
         legend_beside(axis)
     return drawn
@@ -46,11 +48,16 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _subtitle(result: xr.Dataset) -> str:
     """Where it jumps; else the answer in words."""
-    jumps, along = summary_of(result)["jumps"], result.attrs["along"]
+    jumps, along, unit = summary_of(result)["jumps"], result.attrs["along"], result.attrs["along_unit"]
     if not jumps or not result.attrs["finished"]:
         return str(result.attrs["sentence"])
-    values = [f"{j[along]:.6g} ({SENSE[j['direction']]})" for j in jumps]
-    return f"it jumps at {along} = {' and '.join(values[:2])}" + (", ..." if len(values) > 2 else "")
+    values = [f"{f'{j[along]:.6g} {unit}'.rstrip()} ({SENSE[j['direction']]})" for j in jumps]
+    where = f"{' and '.join(values[:2])}" + (", ..." if len(values) > 2 else "")
+    return f"it jumps at {_what(result)} = {where}"
+
+
+def _what(result: xr.Dataset) -> str:
+    return named(result.attrs["along"], str(result.grid.attrs["long_name"]))
 
 
 def _jumps(axis: Axes, result: xr.Dataset, before: np.ndarray, after: np.ndarray) -> None:

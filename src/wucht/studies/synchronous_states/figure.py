@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.results.page import current_page, small
+from wucht.results.sheet import legend_beside, legend_over, new_grid, rpm_axis
 from wucht.results.style import COLOURS, GREY, label
 from wucht.studies.synchronous_states.report import chosen
 
@@ -16,8 +17,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_COLUMNS, _MOST = 4, 12  # force balances a row, and in all
-_WIDTH, _ROW, _MAP, _ENTRY = 8.0, 2.05, 3.2, 0.175  # inches
+_COLUMNS, _NARROW, _MOST = 4, 2, 12  # force balances a row, in a column of a journal, and in all
+_ROW, _MAP = 1.5, 2.4  # inches
+_PATTERNS, _HATCH = ("", "///", "...", "\\\\\\\\", "xx", "++", "oo", "--"), "#777777"
 _ROTOR, _LEFT = COLOURS[6], COLOURS[1]
 _BODIES = (COLOURS[0], *COLOURS[2:6])
 _DASHED = (0, (2.5, 1.5))  # of what is left
@@ -26,42 +28,31 @@ _REGIONS = ("#8FC7E8", "#F0B27A", "#FBE3A1", "#B7A0CF", "#C9E4CA", "#E8B7D4", "#
 # Frames by the verdict on a state: colour, line, width, words.
 _FRAMES: dict[str, tuple[str, Any, float, str]] = {
     "stable": (COLOURS[2], "-", 2.0, "stable"),
-    "slow": (COLOURS[5], (0, (5, 1.5, 1, 1.5)), 2.0, "stable (slow\nequations only)"),
+    "slow": (COLOURS[5], (0, (5, 1.5, 1, 1.5)), 2.0, "stable (slow equations only)"),
     "overlapping": (COLOURS[6], (0, (1, 1.5)), 1.6, "bodies overlap"),
     "undecided": (GREY, (0, (5, 1.5, 1, 1.5)), 1.4, "undecided"),
     "unstable": (GREY, (0, (3, 3)), 0.8, "not stable"),
 }
 _NAMED = 3  # phases written out above a force balance
 _WORDS = {1: "stable", 0: "unstable", -1: "undecided"}
-_LINE = 100  # characters of the heading
 
 
 def figure(result: xr.Dataset) -> Figure:
     """The force balances of up to 12 states, and below them the stability map if there is one: from the Dataset alone."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     shown, mapped = chosen(result.verdict.values.tolist(), _MOST), "map_stable" in result
-    rows = math.ceil(len(shown) / _COLUMNS)
-    heading = textwrap.wrap(result.attrs["sentence"], _LINE)
-    above = 0.8 + 0.17 * (len(heading) - 1)
-    balances = max(rows * _ROW, 0.0 if mapped else _ROW, (result.sizes["body"] + 7) * _ENTRY if shown else 0.0)
-    height = above + balances + (_MAP if mapped else 0.0)
-    drawn = Figure(figsize=(_WIDTH, height), dpi=150)
-    FigureCanvasAgg(drawn)
-    title = "\n".join([result.attrs["title"], *heading])
-    drawn.suptitle(title, fontsize=10, y=1 - 0.12 / height, va="top").set_parse_math(False)
-    for place, k in enumerate(shown):
-        row, column = divmod(place, _COLUMNS)
-        top = height - above + 0.2 - row * _ROW
-        where = ((0.1 + 1.62 * column) / _WIDTH, (top - _ROW + 0.05) / height, 1.5 / _WIDTH, 1.5 / height)
-        _force_balance(drawn.add_axes(where), result, k)
+    rest = result.sizes["state"] - len(shown)
+    heading = str(result.attrs["sentence"]) + (f" ({rest} more are not drawn)" if rest else "")
+    heights = (*[_ROW] * math.ceil(len(shown) / (_COLUMNS if current_page().columns >= _COLUMNS else _NARROW)), _MAP)
+    drawn, axes = new_grid(
+        len(shown) + mapped, result.attrs["title"], heading, columns=_COLUMNS, narrow=_NARROW, heights=heights, last=mapped
+    )
+    for axis, k in zip(axes, shown, strict=False):
+        _force_balance(axis, result, k)
     if shown:
-        _legend(drawn, result, {_framed(result, k) for k in shown}, (height - above + 0.08) / height)
+        title = "centrifugal forces" if result.attrs["comparable"] else "centrifugal forces, each turned in its body's sense"
+        legend_over(drawn, _legend(result, {_framed(result, k) for k in shown}), title)
     if mapped:
-        _draw_map(drawn.add_axes((0.75 / _WIDTH, 0.5 / height, 4.9 / _WIDTH, (_MAP - 0.8) / height)), result)
-    if rest := result.sizes["state"] - len(shown):
-        drawn.text(0.99, 0.01, f"and {rest} more", ha="right", fontsize=8, color=GREY)
+        _draw_map(axes[-1], result)
     return drawn
 
 
@@ -71,16 +62,44 @@ def _force_balance(axis: Axes, result: xr.Dataset, k: int) -> None:
     sides = sizes * np.exp(1j * angles)
     ends = np.concatenate([[0.0], np.cumsum(sides)])
     whole = float(sizes.sum()) or 1.0
-    flat = bool((np.abs(sides.imag) <= 0.25 * np.abs(sides)).all())  # in line the arrows would lie on each other
-    shift = -1j * min(0.06, 0.3 / len(sides)) * whole * np.arange(len(sides)) * flat
-    for i, (start, side) in enumerate(zip(ends[:-1] + shift, sides, strict=True)):
-        _arrow(axis, start, start + side, **_appearance(i))
-    left, aside = ends[-1], 0.09j * whole if flat else 0.0
-    if abs(left) > 1e-6 * whole and result.attrs["comparable"]:
-        _arrow(axis, aside, left + aside, color=_LEFT, linestyle=_DASHED)
+    looks = [_appearance(i) for i in range(len(sides))]
+    arrows = list(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True))
+    if abs(ends[-1]) > 1e-6 * whole and result.attrs["comparable"]:
+        arrows.append((0j, complex(ends[-1])))
+        looks.append({"color": _LEFT, "linestyle": _DASHED})
+    placed = _side_by_side(arrows, min(0.07, 0.45 / len(arrows)) * whole)
+    for (start, end), look in zip(placed, looks, strict=True):
+        if start != end:
+            _arrow(axis, start, end, **look)
     axis.plot(0, 0, "o", color="black", markersize=3)
-    _frame(axis, result, k, np.concatenate([ends, ends[1:] + shift, [aside]]), whole)
-    axis.set_title(_title(result, k), fontsize=7.5, pad=3)
+    _frame(axis, result, k, np.array([0j, *(point for arrow in placed for point in arrow)]), whole)
+    axis.set_title(_title(result, k), fontsize=small(), pad=3)
+
+
+def _side_by_side(arrows: list[tuple[complex, complex]], step: float) -> list[tuple[complex, complex]]:
+    """Arrows, each as far beside its place as is needed for it not to lie upon one before it."""
+    placed: list[tuple[complex, complex]] = []
+    for start, end in arrows:
+        aside = -1j * step * (end - start) / (abs(end - start) or 1.0)
+        tries = ((start + n * aside, end + n * aside) for n in range(2 * len(arrows) + 1))
+        placed.append(next((a for a in tries if not any(_lies_upon(a, b, step) for b in placed)), (start, end)))
+    return placed
+
+
+def _lies_upon(one: tuple[complex, complex], other: tuple[complex, complex], near: float) -> bool:
+    """Whether two arrows in the same line, or nearly so, share a stretch of it."""
+    size = abs(other[1] - other[0])
+    if size == 0 or one[0] == one[1]:
+        return False
+    along = (other[1] - other[0]) / size
+    first, second = ((point - other[0]) / along for point in one)
+    low, high = sorted((first, second), key=lambda p: p.real)
+    shared = min(high.real, size) - max(low.real, 0.0)
+    if shared <= 0.25 * near:
+        return False
+    share = (np.clip([max(low.real, 0.0), min(high.real, size)], low.real, high.real) - low.real) / ((high - low).real or 1.0)
+    beside = low.imag + share * (high.imag - low.imag)
+    return bool(np.abs(beside).max() < 0.8 * near)
 
 
 def _arrow(axis: Axes, start: complex, end: complex, **style: Any) -> None:
@@ -129,12 +148,12 @@ def _title(result: xr.Dataset, k: int) -> str:
     several = len(phases) > _NAMED
     angles = ", ".join(f"{round(p, 1) % 360:.1f}°" for p in phases[: _NAMED - several]) + (", ..." if several else "")
     unit = result.speed.attrs["units"]
-    speed = f"\nat {float(result.speed[k]):.5g} {unit}".rstrip() if np.ptp(result.speed.values) > 0 else ""
-    return f"{name}: {word}\n{angles}{speed}"
+    speed = f"at {float(result.speed[k]):.5g} {unit}" if unit else f"at speed {float(result.speed[k]):.5g}"
+    return f"{name}: {word}\n{angles}\n{speed}" if angles else f"{name}: {word}\n{speed}"
 
 
-def _legend(drawn: Figure, result: xr.Dataset, frames: set[str], top: float) -> None:
-    """Of the bodies and of the frames that are drawn, from ``top`` down."""
+def _legend(result: xr.Dataset, frames: set[str]) -> list[Any]:
+    """Of the bodies and of the frames that are drawn."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -144,9 +163,7 @@ def _legend(drawn: Figure, result: xr.Dataset, frames: set[str], top: float) -> 
         handles.append(Line2D([], [], color=_LEFT, linewidth=2, linestyle=_DASHED, label="what is left"))
     for colour, line, width, words in (frame for name, frame in _FRAMES.items() if name in frames):
         handles.append(Patch(facecolor="none", edgecolor=colour, linestyle=line, linewidth=width, label=words))
-    place = (6.62 / _WIDTH, top)
-    title = "centrifugal forces" if result.attrs["comparable"] else "forces, each turned\nin its body's sense"
-    drawn.legend(handles=handles, loc="upper left", bbox_to_anchor=place, frameon=False, fontsize=8, title=title)
+    return handles
 
 
 def _draw_map(axis: Axes, result: xr.Dataset) -> None:
@@ -163,18 +180,23 @@ def _draw_map(axis: Axes, result: xr.Dataset) -> None:
     at = result.map_speed.values, result.map_ratio.values, index.reshape(code.shape)
     cmap, norm = ListedColormap(list(colours.values())), BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
     axis.pcolormesh(*at, cmap=cmap, norm=norm, shading="nearest", rasterized=True)
+    hatches = _hatches(present)
+    for number, c in enumerate(present):
+        if hatches[c] and min(at[2].shape) > 1:
+            drawn = axis.contourf(*at[:2], (at[2] == number).astype(float), [0.5, 1.5], colors="none", hatches=[hatches[c]])
+            drawn.set(edgecolor=_HATCH, linewidth=0.0)
     words = {c: " and ".join(n for k, n in enumerate(names) if c >> k & 1) or "none" for c in present}
-    handles: list[Any] = [Patch(facecolor=colours[c], edgecolor=GREY, linewidth=0.5, label=words[c]) for c in present]
+    handles: list[Any] = [
+        Patch(facecolor=colours[c], edgecolor=GREY, hatch=hatches[c], linewidth=0.5, label=words[c]) for c in present
+    ]
     frequencies = np.unique(np.round(np.abs(result.natural_frequency.values), 9))
     for f in frequencies[(frequencies >= float(result.map_speed[0])) & (frequencies <= float(result.map_speed[-1]))]:
         axis.axvline(float(f), color=GREY, linestyle=":", linewidth=1.0)
     handles.append(Line2D([], [], color=GREY, linestyle=":", label="natural frequencies"))
     handles += _this_machine(axis, result)
-    axis.set(xlabel=label(result, "map_speed"), ylabel="unbalance of the balancing\nbodies over that of the rotor")
-    axis.legend(
-        handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.02), frameon=False, fontsize=8,
-        title="stable (averaged equations)",
-    )  # fmt: skip
+    axis.set(xlabel=label(result, "map_speed"), ylabel="unbalance of the balancing bodies over that of the rotor")
+    rpm_axis(axis, str(result.map_speed.attrs["units"]), "x")
+    legend_beside(axis, handles, "stable (averaged equations)")
 
 
 def _colours(present: list[int]) -> dict[int, str]:
@@ -188,6 +210,14 @@ def _colours(present: list[int]) -> dict[int, str]:
     left = [*(c for c in reversed(_REGIONS) if c not in single.values()), *further]
     table = {0: "white"} | single | dict(zip(others, left, strict=False))
     return {c: table[c] for c in present}
+
+
+def _hatches(present: list[int]) -> dict[int, str]:
+    """Likewise a hatch, so that regions differ in grey too; none where nothing is stable."""
+    single = {c: _PATTERNS[(c.bit_length() - 1) % len(_PATTERNS)] for c in present if c.bit_count() == 1}
+    left = [h for h in reversed(_PATTERNS) if h not in single.values()] or list(_PATTERNS)
+    others = [c for c in present if c and c not in single]
+    return {0: ""} | single | {c: left[k % len(left)] for k, c in enumerate(others)}
 
 
 def _this_machine(axis: Axes, result: xr.Dataset) -> list[Any]:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wucht.results.configuration_lines import draw_configurations
-from wucht.results.style import COLOURS, GREY, mark_speeds, new_figure, with_unit
+from wucht.results.sheet import new_figure
+from wucht.results.style import COLOURS, GREY, mark_speeds, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,20 +26,24 @@ def figure(result: xr.Dataset) -> Figure:
     """
     speed, drive, load, vibration = (result[n].values for n in ("speed", "drive_torque", "load_torque", "vibration_torque"))
     loaded, net = bool(np.abs(load).any()), drive - load
-    drawn, axes = new_figure(2 if loaded else 1, 6.8 if loaded else 4.6, result.attrs["title"], result.attrs["sentence"])
+    heights = 2.5 if loaded else 3.4
+    drawn, axes = new_figure(2 if loaded else 1, result.attrs["title"], result.attrs["sentence"], heights)
     if loaded:
         axes[0].plot(speed, drive, color=COLOURS[1], linewidth=1.2, label="drive")
         axes[0].plot(speed, load, color=COLOURS[2], linewidth=1.0, linestyle="-.", label="load and bearings")
         _resistance(axes[0], result, load + vibration, "load and vibration")
         _points(axes[0], result, result.point_torque.values)
-        _ordinate(axes[0], result, drive)
+        _ordinate(axes[0], result, drive, result.point_torque.values)
     axes[-1].plot(speed, net, color=COLOURS[1], linewidth=1.2, label="drive less load" if loaded else "drive")
     _resistance(axes[-1], result, vibration, "vibration")
     # Not of the net torque, which jumps at the set speed of a controlled drive.
-    _points(axes[-1], result, result.point_torque.values - np.interp(result.point_speed.values, speed, load))
-    _ordinate(axes[-1], result, net)
+    net_points = result.point_torque.values - np.interp(result.point_speed.values, speed, load)
+    _points(axes[-1], result, net_points)
+    _ordinate(axes[-1], result, net, net_points)
     free = (float(result.free_speed), "speed without vibration")
     mark_speeds(axes, result, ("natural frequency", "natural frequencies"), free, -1)
+    at = result.point_speed.values
+    axes[-1].set_xlim(min(speed[0], at.min(initial=speed[0])), max(speed[-1], at.max(initial=speed[-1])))
     return drawn
 
 
@@ -68,7 +73,7 @@ def _points(axis: Axes, result: xr.Dataset, torque: np.ndarray) -> None:
             axis.plot(at, torque[chosen], "o", color=COLOURS[6], markersize=6, markerfacecolor=face, label=name, zorder=5)
 
 
-def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray) -> None:
+def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray, shown_points: np.ndarray) -> None:
     """The line of zero, the name of the axis, and limits so that the drive is seen, however high the resonance."""
     vibration = result.vibration_torque.values + result.load_torque.values
     driving = drive[drive * result.speed.values >= 0]
@@ -81,6 +86,8 @@ def _ordinate(axis: Axes, result: xr.Dataset, drive: np.ndarray) -> None:
         met = np.concatenate([np.abs(vibration[np.isfinite(vibration)]), np.abs(result.point_torque.values)])
         most = _STARTING * float(met.max(initial=0.0)) or largest
         low, high = max(low, -most), min(high, most)
+    points = shown_points[np.isfinite(shown_points)]
+    low, high = min(low, points.min(initial=low)), max(high, points.max(initial=high))  # wherever the machine works is shown
     if high > low:
         axis.set_ylim(low - 0.05 * (high - low), high + 0.08 * (high - low))
     axis.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)

@@ -1,0 +1,210 @@
+"""The places of a figure's panels, legends, second scales and title: found once, when it is known what is drawn.
+
+Matplotlib's automatic layout draws everything twice, which takes as long as the whole run. Here what stands between panels is
+measured in sizes of the text, and legends by their words; the figure becomes as tall as that needs.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from wucht.results.page import Page, current_page, made_for
+from wucht.results.sheet import LETTER, LINE, SHEETS, TICKS, TITLE, Named, Sheet, figure_of, wrapped
+from wucht.results.style import GREY
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
+
+# In sizes of the text: the numbers of a scale, the edge of the page, between panels over one abscissa, and about a name.
+_NUMBERS, _EDGE, _GAP, _ABOUT = 4.1, 1.7, 1.4, 0.7
+_HANDLE, _BETWEEN = 3.2, 1.5  # of a legend: the line with its distance, and between columns
+_WIDEST, _TALL = 28, 10  # of a legend beside a panel: letters in a line, and entries; more of them stand in two columns
+_ROOM = 1.15  # of a panel's height: so long the name of its scale may be
+_AT_END, _SHARE = 0.02, 0.3  # of the panel: a line that ends so near to its right; of the page: the widest name there
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Of a panel, in inches from the left and from the top."""
+
+    axis: Axes
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+def arrange(figure: Figure) -> Figure:
+    """Give everything its place. Figures that were not made by ``sheet`` stay as they are."""
+    if figure not in SHEETS:
+        return figure
+    sheet = SHEETS[figure]
+    with made_for(sheet.page):
+        _arrange(figure, sheet)
+    return figure
+
+
+def _arrange(figure: Figure, sheet: Sheet) -> None:
+    page, em = sheet.page, sheet.page.em
+    _name_ends(figure, sheet)
+    beside = {axis: _legend(axis, named, 0.0) for axis, named in sheet.beside.items()}
+    margins = _margins(sheet, beside)
+    headed = em * (LINE * TITLE / page.font * len(sheet.heading.split("\n")) + 0.6 if sheet.heading else 0.3)
+    top = headed + (LINE * page.small / 72 * len(sheet.stated.split("\n")) if sheet.stated else 0.0)
+    over = None if sheet.over is None else _legend(figure, sheet.over, page.width - 2 * em)
+    depth, places = top + (0.0 if over is None else _size(over)[1] + 0.6 * em), list[_Place]()
+    for number, (row, room, height) in enumerate(zip(sheet.rows, sheet.columns, sheet.heights, strict=True)):
+        (left, right), width = margins[room], page.width / room
+        inner = width - left - right
+        depth += max(_above(axis, sheet, inner + (0.0 if axis in sheet.right else right), height) for axis in row)
+        places += [_Place(axis, k * width + left, depth, inner, height) for k, axis in enumerate(row)]
+        depth += height + em * _below(row, number == len(sheet.rows) - 1, inner / em)
+    if sheet.below is not None:
+        depth += _size(_legend(figure, sheet.below, page.width - 2 * em))[1] + 0.4 * em
+    depth = math.ceil(depth * figure.dpi) / figure.dpi  # whole points of a picture
+    figure.set_size_inches(page.width, depth)
+    for p in places:
+        p.axis.set_position((p.x / page.width, 1 - (p.y + p.height) / depth, p.width / page.width, p.height / depth))
+        if p.axis in beside:
+            off = (sheet.right.get(p.axis, 0.0) + 0.4) * em / p.width
+            beside[p.axis].set_bbox_to_anchor((1.0 + off, 0.5), p.axis.transAxes)
+    if over is not None:
+        over.set_loc("upper center")
+        over.set_bbox_to_anchor((0.5, 1 - top / depth), figure.transFigure)
+    if sheet.heading and (title := figure._suptitle) is not None:  # type: ignore[attr-defined]
+        title.set(y=1 - 0.4 * em / depth, va="top")
+    if sheet.stated:
+        small: Any = {"fontsize": page.small, "color": GREY, "parse_math": False}
+        figure.text(0.5, 1 - headed / depth, sheet.stated, ha="center", va="top", **small)
+
+
+def _margins(sheet: Sheet, beside: dict[Axes, Legend]) -> dict[int, tuple[float, float]]:
+    """What is needed to the left and right of panels, by how many of them a row has room for: so that they stand in columns."""
+    em, margins = sheet.page.em, dict[int, tuple[float, float]]()
+    for row, room, height in zip(sheet.rows, sheet.columns, sheet.heights, strict=True):
+        for axis in row:
+            numbered = axis.axison and axis.get_yticks().size > 0
+            left = (_NUMBERS * numbered + LINE * _name_lines(axis.yaxis, _ROOM * height / em) + _ABOUT) * em
+            right = max(sheet.right.get(axis, 0.0), 0.0 if axis in beside else _EDGE) * em
+            right += _size(beside[axis])[0] + 0.8 * em if axis in beside else 0.0
+            known = margins.get(room, (0.0, 0.0))
+            margins[room] = max(known[0], left), max(known[1], right)
+    return margins
+
+
+def _above(axis: Axes, sheet: Sheet, room: float, height: float) -> float:
+    """Place what stands above a panel: its second scale, its legend, its title. How much that is, in inches."""
+    em, scale = sheet.page.em, sheet.top.get(axis, 0.0) * sheet.page.em
+    lines = axis.get_title().count("\n") + 1 if axis.get_title() else 0
+    title = (LINE * lines + 2 * _ABOUT) * em if lines else 0.5 * em
+    if axis not in sheet.above:
+        return title + scale
+    legend = _legend(axis, sheet.above[axis], room)
+    legend.set_bbox_to_anchor((0.0, 1.0 + (0.2 * em + scale) / height), axis.transAxes)
+    lift = _size(legend)[1] + scale
+    if lines:
+        axis.set_title(axis.get_title(), pad=(lift + 0.6 * em) * 72)
+    return title + lift + 0.3 * em
+
+
+def _below(row: list[Axes], last: bool, room: float) -> float:
+    """What stands below a row of panels, in sizes of the text; without numbers if they are those of the row below."""
+    shared = not last and not any(axis.axison and axis.xaxis.get_tick_params().get("labelbottom", True) for axis in row)
+    named = max(_name_lines(axis.xaxis, room) for axis in row)
+    numbered = any(axis.get_xticks().size for axis in row)
+    return _GAP if shared else TICKS * numbered + LINE * named + _ABOUT
+
+
+def _name_lines(scale: Any, room: float) -> int:
+    """Break the name of a scale into lines that fit along it; how many. room: in sizes of the text."""
+    text = scale.get_label_text()
+    letters = max(int(room / LETTER), 8)
+    if "\n" not in text and "$" not in text and len(text) > letters:
+        scale.set_label_text("\n".join(wrapped(text, letters)))
+    return int(scale.get_label_text().count("\n") + 1) if text else 0
+
+
+def _name_ends(figure: Figure, sheet: Sheet) -> None:
+    """Name lines where they end, or else in the legend below."""
+    renderer = cast("Any", figure.canvas).get_renderer()
+    for axis, lines in sheet.ends.items():
+        named = [line for line in lines if not str(line.get_label()).startswith("_")]
+        names = [str(line.get_label()) for line in named]
+        height = next(h for row, h in zip(sheet.rows, sheet.heights, strict=True) if axis in row)
+        width = max((_width(renderer, name, sheet.page) for name in names), default=0.0)
+        at = _ends(axis, named)
+        apart = np.diff(np.sort(at)).min(initial=np.inf) * height
+        if not named or not np.isfinite(at).all() or apart < LINE * sheet.page.small / 72 or width > _SHARE * sheet.page.width:
+            others = sheet.below or Named([], [])
+            sheet.below = Named([*named, *others.handles], [*names, *others.names])
+            continue
+        for line, name, y in zip(named, names, at, strict=True):
+            place: Any = {"xycoords": "axes fraction", "textcoords": "offset points", "annotation_clip": False}
+            axis.annotate(name, (1.0, y), (4, 0), va="center", color=line.get_color(), fontsize=sheet.page.small, **place)
+        sheet.right[axis] = max(sheet.right.get(axis, 0.0), width / sheet.page.em + 0.8)
+
+
+def _ends(axis: Axes, lines: list[Any]) -> np.ndarray:
+    """How high in the panel (n,) lines end at its right; NaN for those that do not."""
+    axis.get_xlim(), axis.get_ylim()  # matplotlib finds them only when asked
+    to_panel = axis.transScale + axis.transLimits
+    ends = np.full(len(lines), np.nan)
+    for k, line in enumerate(lines):
+        x, y = (np.asarray(v, float) for v in line.get_data())
+        fine = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+        if len(fine):
+            across, up = to_panel.transform((x[fine[-1]], y[fine[-1]]))
+            ends[k] = up if abs(across - 1) < _AT_END and 0 <= up <= 1 else np.nan
+    return ends
+
+
+def _legend(parent: Any, named: Named, width: float) -> Legend:
+    """A legend in as many columns as fit in a width (0: one, or two of short names where they are many)."""
+    page = current_page()
+    widest = int(width * 72 / (LETTER * page.small)) - 6 if width else _WIDEST
+    names = [n if len(n) <= widest or "$" in n else "\n".join(wrapped(n, widest)) for n in named.names]
+    figure = parent if hasattr(parent, "suptitle") else figure_of(parent)
+    columns = _columns(figure, names, width) if width else 1 + (len(names) > _TALL)
+    place: dict[str, Any] = {"loc": "lower left" if width else "center left", "bbox_to_anchor": (0.0, 0.0)}
+    if parent is figure:
+        place = {"loc": "lower center", "bbox_to_anchor": (0.5, 0.0)}
+    legend: Legend = parent.legend(
+        named.handles, names, ncols=columns, frameon=False, borderaxespad=0.0, borderpad=0.2, handlelength=2.4,
+        handletextpad=0.6, columnspacing=_BETWEEN, labelspacing=0.4, title=named.title, alignment="left", **place,
+    )  # fmt: skip
+    return legend
+
+
+def _columns(figure: Figure, names: list[str], width: float) -> int:
+    """The most columns of a legend that fit in a width; they are filled one after the other."""
+    page, canvas = current_page(), cast("Any", figure.canvas)
+    renderer, letter = canvas.get_renderer(), page.small / 72
+    each = np.array([max(_width(renderer, line, page) for line in name.split("\n")) + _HANDLE * letter for name in names])
+    for columns in range(len(names), 1, -1):
+        parts = np.array_split(each, columns)
+        if sum(float(part.max()) for part in parts) + (columns - 1) * _BETWEEN * letter <= width:
+            rows = -(-len(names) // columns)
+            return -(-len(names) // rows)  # as few as so many rows need
+    return 1
+
+
+def _width(renderer: Any, text: str, page: Page) -> float:
+    """Of a text in a legend, in inches."""
+    from matplotlib.font_manager import FontProperties
+
+    width, _, _ = renderer.get_text_width_height_descent(text, FontProperties(size=page.small), ismath="$" in text)
+    return float(width) / float(renderer.dpi)
+
+
+def _size(legend: Legend) -> tuple[float, float]:
+    """Width and height, in inches."""
+    figure = legend.get_figure(root=True)
+    assert figure is not None
+    extent = legend.get_window_extent(cast("Any", figure.canvas).get_renderer())
+    return float(extent.width / figure.dpi), float(extent.height / figure.dpi)

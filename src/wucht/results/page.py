@@ -1,0 +1,71 @@
+"""On what a figure is printed: a page of a report, or a column of a journal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Page:
+    """width: of the figure, in inches. height: of panels, as a share of what is usual. font, small: sizes of text, in points.
+
+    titled: whether title and answer stand above. columns: at most so many panels beside each other. beside: legends stand
+    beside their panels; otherwise above them. dpi: of a picture.
+    """
+
+    name: str
+    width: float
+    height: float
+    font: float
+    small: float
+    titled: bool
+    columns: int
+    beside: bool
+    dpi: int
+
+    @property
+    def em(self) -> float:
+        """The size of the text in inches: what stands between panels is measured by it."""
+        return self.font / 72
+
+    @property
+    def settings(self) -> dict[Any, Any]:
+        """What matplotlib takes from its settings while a figure is made, and, of ticks, when it is written."""
+        return {
+            "font.size": self.font, "legend.fontsize": self.small, "legend.title_fontsize": self.small,
+            "axes.titlesize": self.font, "axes.labelsize": self.font, "axes.spines.top": False, "axes.spines.right": False,
+            "axes.linewidth": 0.7, "hatch.linewidth": 0.6, "pdf.fonttype": 42,
+        }  # fmt: skip
+
+
+PRINT = Page("print", 8.0, 1.0, 9.0, 8.0, titled=True, columns=4, beside=True, dpi=150)
+JOURNAL = Page("journal", 88 / 25.4, 0.75, 8.0, 8.0, titled=False, columns=1, beside=False, dpi=300)
+PAGES = {page.name: page for page in (PRINT, JOURNAL)}
+_CURRENT: ContextVar[Page] = ContextVar("page", default=PRINT)
+
+
+def current_page() -> Page:
+    """The page for which a figure is being made."""
+    return _CURRENT.get()
+
+
+def small() -> float:
+    """The size of annotations, in points."""
+    return current_page().small
+
+
+@contextmanager
+def made_for(page: Page) -> Iterator[None]:
+    """Figures that are made or written within are for this page."""
+    from matplotlib import rc_context
+
+    token = _CURRENT.set(page)
+    try:
+        with rc_context(page.settings):
+            yield
+    finally:
+        _CURRENT.reset(token)

@@ -1,0 +1,232 @@
+"""A figure's panels, legends and second scales: what there is. ``arranging`` gives them their places when all is drawn.
+
+A figure is a column of rows, each of one or more panels.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import textwrap
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from wucht.results.page import PRINT, Page, current_page
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colorbar import Colorbar
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+SCALE, TICKS, LINE = 6.2, 1.8, 1.25  # in sizes of the text: a scale with its name beside a panel, its numbers, a line
+_BAR = 1.0  # a bar of colours beside a panel
+LETTER, TITLE = 0.53, 10.0  # the mean width of a letter; the size of the title, in points
+_WIDE = 0.58  # that of a letter in a sentence with many numbers
+
+
+@dataclass
+class Named:
+    """A legend that is to be placed: its entries and title."""
+
+    handles: list[Any]
+    names: list[str]
+    title: str | None = None
+
+
+@dataclass
+class Sheet:
+    """What a figure is arranged from. rows: of panels; columns: for how many panels each has room; heights: of each, in inches.
+    right: room for scales beside panels. stated: what is written below the heading."""
+
+    page: Page
+    heading: str
+    rows: list[list[Axes]]
+    columns: list[int]
+    heights: list[float]
+    beside: dict[Axes, Named] = field(default_factory=dict)
+    above: dict[Axes, Named] = field(default_factory=dict)
+    over: Named | None = None
+    below: Named | None = None
+    right: dict[Axes, float] = field(default_factory=dict)
+    top: dict[Axes, float] = field(default_factory=dict)
+    ends: dict[Axes, list[Line2D]] = field(default_factory=dict)
+    stated: str = ""
+
+
+SHEETS: WeakKeyDictionary[Figure, Sheet] = WeakKeyDictionary()
+
+
+def new_figure(rows: int, title: str, subtitle: str = "", heights: float | Sequence[float] = 1.55) -> tuple[Figure, list[Axes]]:
+    """A figure with one column of panels over a common abscissa. heights: of the panels, in inches."""
+    drawn, axes = new_grid(rows, title, subtitle, columns=1, heights=heights)
+    for axis in axes[1:]:
+        axis.sharex(axes[0])
+    for axis in axes[:-1]:
+        axis.tick_params(labelbottom=False)
+    drawn.align_ylabels(axes)
+    return drawn, axes
+
+
+def new_grid(
+    panels: int,
+    title: str,
+    subtitle: str = "",
+    *,
+    columns: int = 2,
+    narrow: int = 1,
+    heights: float | Sequence[float] = 2.1,
+    wide: int = 0,
+    last: int = 0,
+) -> tuple[Figure, list[Axes]]:
+    """A figure with panels that have abscissae of their own, row by row.
+
+    columns: panels in a row; narrow: in a column of a journal. wide, last: so many of the first, and of the last, have a row
+    each. heights: of the rows, in inches; the last one is that of those that follow, too.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    page = current_page()
+    drawn = Figure(figsize=(page.width, 3.0), dpi=page.dpi)
+    FigureCanvasAgg(drawn)
+    columns = columns if columns <= page.columns else narrow
+    axes = [_panel(drawn) for _ in range(panels)]
+    rest, end = axes[wide : panels - last], axes[panels - last :]
+    between = [rest[k : k + columns] for k in range(0, len(rest), columns)]
+    rows = [[axis] for axis in axes[:wide]] + between + [[axis] for axis in end]
+    each = [page.height * h for h in ([heights] if isinstance(heights, int | float) else heights)]
+    each = (each + each[-1:] * len(rows))[: len(rows)]
+    heading = "\n".join(_lines(title, page) + _lines(subtitle, page)) if page.titled else ""
+    SHEETS[drawn] = Sheet(page, heading, rows, [1] * wide + [columns] * len(between) + [1] * last, each)
+    if heading:
+        drawn.suptitle(heading, fontsize=TITLE).set_parse_math(False)  # a title may hold a dollar sign
+    return drawn, axes
+
+
+def _panel(drawn: Figure) -> Axes:
+    axis: Axes = drawn.add_axes((0.1, 0.1, 0.8, 0.8), label=str(len(drawn.axes)))
+    axis.grid(visible=True, linewidth=0.4, color="#DDDDDD")
+    axis.set_axisbelow(True)
+    axis.tick_params(labelsize=current_page().font)  # ticks are made when the figure is written
+    axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
+    axis.yaxis.get_offset_text().set(x=0.01, verticalalignment="top")  # inside: above it would be in the next panel
+    return axis
+
+
+def _lines(text: str, page: Page) -> list[str]:
+    """A text in lines that fit on the page."""
+    letters = int(page.width * 72 / (_WIDE * TITLE))
+    return wrapped(text, letters) if text else []
+
+
+def state(figure: Figure, statements: Sequence[str]) -> None:
+    """Write what a result assumes in small type below the heading, where there is one."""
+    if statements and figure in SHEETS and (sheet := SHEETS[figure]).heading:
+        letters = int(sheet.page.width * 72 / (_WIDE * sheet.page.small))
+        sheet.stated = "\n".join(wrapped(f"assumed: {'; '.join(statements)}", letters))
+
+
+def page_of(figure: Figure) -> Page:
+    """For which page a figure was made."""
+    return SHEETS[figure].page if figure in SHEETS else PRINT
+
+
+def legend_beside(axis: Axes, handles: Iterable[Any] | None = None, title: str | None = None) -> None:
+    """Name what is drawn beside its panel (above it where the page is narrow): all that has a name, or some of it."""
+    sheet = SHEETS[figure_of(axis)]
+    named = _named(axis, handles, title)
+    alone = len(named.names) == 1 and title is None and named.names[0] in axis.get_ylabel()
+    if named.names and not alone:  # the name of the scale says it already
+        (sheet.beside if sheet.page.beside else sheet.above)[axis] = named
+
+
+def legend_above(axis: Axes, handles: Iterable[Any] | None = None, title: str | None = None) -> None:
+    """Name what is drawn above its panel, likewise."""
+    if (named := _named(axis, handles, title)).names:
+        SHEETS[figure_of(axis)].above[axis] = named
+
+
+def legend_below(figure: Figure, handles: Iterable[Any]) -> None:
+    """One legend for all panels, below them; each name once."""
+    SHEETS[figure].below = _once(handles)
+
+
+def legend_over(figure: Figure, handles: Iterable[Any], title: str | None = None) -> None:
+    """One legend for all panels, over them, likewise."""
+    if (named := _once(handles)) is not None:
+        named.title = title
+    SHEETS[figure].over = named
+
+
+def _once(handles: Iterable[Any]) -> Named | None:
+    once: dict[str, Any] = {}
+    for handle in handles:
+        once.setdefault(str(handle.get_label()), handle)
+    return Named(list(once.values()), list(once)) if once else None
+
+
+def name_at_ends(axis: Axes) -> None:
+    """Name the lines of a panel where they end at its right; below all panels, if there is no room for that."""
+    SHEETS[figure_of(axis)].ends[axis] = list(axis.get_lines())
+
+
+def named_in(axes: Iterable[Axes]) -> list[Any]:
+    """What has a name in some panels."""
+    return [handle for axis in axes for handle in axis.get_legend_handles_labels()[0]]
+
+
+def _named(axis: Axes, handles: Iterable[Any] | None, title: str | None) -> Named:
+    chosen = axis.get_legend_handles_labels()[0] if handles is None else list(handles)
+    return Named(chosen, [str(h.get_label()) for h in chosen], title)
+
+
+def figure_of(axis: Axes) -> Figure:
+    """The figure of a panel."""
+    figure = axis.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+def rpm_axis(axis: Axes, unit: str, of: str = "y") -> None:
+    """A second scale in revolutions per minute, to the right of a panel over speeds in rad/s, or (``of`` = "x") above it."""
+    if unit != "rad/s":
+        return
+    sheet, per = SHEETS[figure_of(axis)], 30 / math.pi
+    functions = (lambda x: np.asarray(x) * per), (lambda x: np.asarray(x) / per)
+    make: Any = axis.secondary_yaxis if of == "y" else axis.secondary_xaxis
+    second = make("right" if of == "y" else "top", functions=functions)
+    second.tick_params(labelsize=sheet.page.font)
+    second.spines["right" if of == "y" else "top"].set_visible(True)
+    if of == "y":
+        second.set_ylabel("speed (rpm)")
+        sheet.right[axis] = SCALE
+    else:
+        second.set_xlabel("speed (rpm)")
+        sheet.top[axis] = TICKS + LINE + 0.4
+    if (axis.get_yscale() if of == "y" else axis.get_xscale()) == "linear":
+        second.ticklabel_format(axis=of, style="plain", useOffset=False)
+
+
+def colour_bar(axis: Axes, image: Any, name: str) -> Colorbar:
+    """The scale of an image, beside its panel."""
+    figure = figure_of(axis)
+    bar = figure.colorbar(image, cax=axis.inset_axes((1.03, 0.0, 0.045, 1.0)))
+    bar.set_label(name)
+    bar.ax.tick_params(labelsize=current_page().small)
+    SHEETS[figure].right[axis] = SCALE + _BAR
+    return bar
+
+
+def wrapped(text: str, letters: int) -> list[str]:
+    """A text in lines of so many letters, if that can be; a unit in brackets stays whole."""
+    whole = re.sub(r"\([^()]{1,12}\)$", lambda unit: unit[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
+    return [
+        part
+        for line in whole.split("\n")
+        for part in textwrap.wrap(line, letters, break_long_words=False, break_on_hyphens=False) or [line]
+    ]

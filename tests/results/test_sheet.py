@@ -1,0 +1,121 @@
+"""Panels, legends and scales in their places, on a page and in a column of a journal."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import figure_checks
+from wucht.results import sheet
+from wucht.results.arranging import arrange
+from wucht.results.page import JOURNAL, PRINT, Page, made_for
+from wucht.results.style import line_style
+
+PAGES = pytest.mark.parametrize("page", [PRINT, JOURNAL], ids=["print", "journal"])
+
+
+def drawn(page: Page, names: list[str], title: str = "title", **keys: Any) -> Figure:
+    """Two panels over one abscissa; in the first as many lines as there are names."""
+    with made_for(page):
+        figure, axes = sheet.new_figure(2, title, **keys)
+        for k, name in enumerate(names):
+            axes[0].plot([0.0, 1.0], [k, 2.0 * k], label=name, **line_style(k))
+        axes[1].plot([0.0, 1.0], [0.0, 1.0])
+        axes[0].set_ylabel("speed (rad/s)")
+        axes[1].set_ylabel("a name that is far too long for the height of one panel (mm)")
+        axes[1].set_xlabel("time (s)")
+        sheet.rpm_axis(axes[0], "rad/s")
+        sheet.legend_beside(axes[0])
+    return arrange(figure)
+
+
+@PAGES
+@pytest.mark.parametrize("count", [1, 4, 12])
+def test_whatever_is_named_stands_on_the_page_beside_all_else(page: Page, count: int) -> None:
+    names = [f"a body with a rather long name, number {k}" if k % 2 else f"b{k}" for k in range(count)]
+    figure = drawn(page, names)
+    figure_checks.check(figure)
+    assert [t.get_text().replace("\n", " ") for t in figure.axes[0].get_legend().get_texts()] == names
+
+
+@PAGES
+def test_its_width_is_that_of_the_page(page: Page) -> None:
+    figure = drawn(page, ["p1", "p2"])
+    assert figure.get_figwidth() == page.width
+    assert figure.get_suptitle() == ("title" if page is PRINT else "")
+    assert figure_checks.sizes(figure) == {page.font, page.small}
+    assert pytest.approx(88 / 25.4) == JOURNAL.width
+    assert JOURNAL.small == JOURNAL.font == 8
+
+
+def test_legends_stand_beside_their_panels_or_above_them() -> None:
+    for page, beside in ((PRINT, True), (JOURNAL, False)):
+        figure = drawn(page, ["p1", "p2"])
+        figure.draw_without_rendering()
+        legend, panel = figure.axes[0].get_legend().get_window_extent(), figure.axes[0].get_window_extent()
+        assert bool(legend.x0 > panel.x1) is beside
+        assert bool(legend.y0 > panel.y1) is not beside
+
+
+def test_a_line_that_its_scale_names_needs_no_legend() -> None:
+    assert drawn(PRINT, ["speed"]).axes[0].get_legend() is None
+    assert drawn(PRINT, ["drum"]).axes[0].get_legend() is not None
+
+
+def test_rpm_beside_radians_a_second_only() -> None:
+    figure = drawn(PRINT, ["p1", "p2"])
+    figure.draw_without_rendering()
+    [second] = figure.axes[0].child_axes
+    assert second.get_ylim() == pytest.approx(np.array(figure.axes[0].get_ylim()) * 30 / np.pi)
+    with made_for(PRINT):
+        _, (axis,) = sheet.new_figure(1, "title")
+        sheet.rpm_axis(axis, "")
+    assert axis.child_axes == []
+
+
+@pytest.mark.parametrize(("ends", "direct"), [((1.0, 5.0, 9.0), True), ((1.0, 1.1, 9.0), False), ((1.0, 5.0, None), False)])
+def test_lines_are_named_where_they_end_if_there_is_room(ends: tuple[float | None, ...], direct: bool) -> None:
+    """Not where they end too near to each other, or before the others."""
+    with made_for(PRINT):
+        figure, (axis,) = sheet.new_figure(1, "title")
+        for k, end in enumerate(ends):
+            x = [0.0, 10.0] if end is not None else [0.0, 5.0]
+            axis.plot(x, [0.0, 3.0 if end is None else end], label=f"run {k}", **line_style(k))
+        axis.set(xlim=(0.0, 10.0), ylabel="speed", xlabel="time")
+        sheet.name_at_ends(axis)
+    arrange(figure)
+    figure_checks.check(figure)
+    names = ["run 0", "run 1", "run 2"]
+    assert [t.get_text() for t in axis.texts] == (names if direct else [])
+    assert [t.get_text() for legend in figure.legends for t in legend.get_texts()] == ([] if direct else names)
+    if direct:
+        box = axis.texts[1].get_window_extent()
+        assert (box.y0 + box.y1) / 2 == pytest.approx(axis.transData.transform((10.0, 5.0))[1], abs=2.0)
+        assert axis.get_window_extent().x1 < box.x0 < box.x1 < figure.bbox.x1
+
+
+def test_figures_that_were_made_otherwise_stay_as_they_are() -> None:
+    own = Figure(figsize=(3, 2))
+    axis = own.subplots()
+    before = axis.get_position().bounds
+    assert arrange(own).get_size_inches().tolist() == [3, 2]
+    assert axis.get_position().bounds == before
+
+
+def test_the_checks_find_what_is_wrong() -> None:
+    figure = drawn(PRINT, ["p1", "p2"])
+    first, second = figure.axes[:2]
+    figure.draw_without_rendering()
+    assert figure_checks.overlapping(figure) == figure_checks.beyond(figure) == []
+    second.set_title("upon the\nname of the scale above")
+    first.set_xlabel("upon the title below")
+    figure.draw_without_rendering()
+    assert figure_checks.overlapping(figure)
+    first.set_ylabel("y", labelpad=200)
+    figure.draw_without_rendering()
+    assert "y" in figure_checks.beyond(figure)
+    a, b = (first.plot([0, 1], [0, k], "--", color=colour, label=colour)[0] for k, colour in enumerate(("#0072B2", "#009E73")))
+    assert figure_checks.alike([a, b]) == [("#0072B2", "#009E73")], "blue and green are one grey"

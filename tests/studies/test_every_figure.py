@@ -1,0 +1,33 @@
+"""The figure of every study, from its own template: complete, readable in grey, nothing beyond the page or upon anything."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import figure_checks
+from conftest import Command
+from wucht.results.page import JOURNAL, PRINT
+from wucht.results.store import load
+from wucht.studies.registry import studies
+from wucht.studies.runner import draw
+
+QUICK = ("coast-down", "torque-balance")  # one with a panel over time, one over the speed
+KINDS = [k if k in QUICK else pytest.param(k, marks=pytest.mark.slow) for k in studies() if studies()[k].template]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.filterwarnings("error:.*:UserWarning:matplotlib")
+def test_the_figure_of_its_template(kind: str, wucht: Command) -> None:
+    """On a page, and in a column of a journal, where every letter has 8 points and there is no title."""
+    assert wucht("new", kind).code == 0
+    done = wucht("run", f"{kind}.toml", "-o", "out", "--style", "journal", "--format", "svg")
+    assert done.code == 0, done.err
+    assert f'width="{88 / 25.4 * 72:.6f}'[:12] in (Path("out") / f"{kind}.svg").read_text(encoding="utf-8")
+    result = load(Path("out/result.nc"))
+    figure_checks.check(draw(result, PRINT))
+    column = draw(result, JOURNAL)
+    figure_checks.check(column)
+    assert column.get_suptitle() == ""
+    assert figure_checks.sizes(column) == {8.0}
