@@ -11,7 +11,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from wucht.files.catalogue import load_equations, load_machine
-from wucht.results.style import new_figure, state_below_heading
+from wucht.results.arranging import arrange
+from wucht.results.page import JOURNAL, made_for
+from wucht.results.sheet import new_figure, state
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.assumptions import assumptions
 from wucht.studies.basin.spec import Basin
@@ -29,7 +31,7 @@ WITHOUT, KEPT = (f"averaged equations {word} the inertia of the balancing bodies
 MOTOR = "drum driven by its motor (linear)"
 SECOND = KEPT.replace(AVERAGED, f"{AVERAGED} of second order")
 CLOSED, DAMPING = "steady vibration of a linear carrier, in closed form", {"damping": (0.1, 1)}
-SAYS_BY_ITS_DATASET = {"phase-portrait", "cam-prediction"}
+SAYS_BY_ITS_DATASET = {"comparison", "phase-portrait", "cam-prediction"}
 
 
 @pytest.mark.parametrize(
@@ -89,16 +91,23 @@ def test_the_figure_says_it_below_its_heading() -> None:
 
 @pytest.mark.parametrize("statements", [["short"], ["long " * 30, "and more " * 30]])
 def test_panels_keep_their_height_and_their_distance_from_the_statements(statements: list[str]) -> None:
-    def inches(figure: Figure, height: float) -> list[tuple[float, float]]:
-        return [(round(a.get_position().y0 * height, 6), round(a.get_position().height * height, 6)) for a in figure.axes]
+    def made(stated: list[str]) -> tuple[Figure, float]:
+        figure, axes = new_figure(2, "Title", "sentence")
+        state(figure, stated)
+        return arrange(figure), round(axes[0].get_position().height * figure.get_figheight(), 6)
 
-    figure, axes = new_figure(2, 5.0, "Title", "sentence")
-    before = inches(figure, 5.0)
-    state_below_heading(figure, statements)
-    assert inches(figure, figure.get_figheight()) == before
+    (figure, height), (_, before) = made(statements), made([])
+    assert height == before
     figure.canvas.draw()
     stated, renderer = figure.texts[-1], figure.canvas.get_renderer()  # type: ignore[attr-defined]
     box = stated.get_window_extent(renderer)
-    assert box.y0 > axes[0].get_window_extent(renderer).y1
+    assert box.y0 > figure.axes[0].get_window_extent(renderer).y1
     assert box.y1 <= figure._suptitle.get_window_extent(renderer).y0 + 2  # type: ignore[attr-defined]
     assert (box.x0 > 0, box.x1 < figure.bbox.x1) == (True, True)
+
+
+def test_a_column_of_a_journal_has_no_heading_and_no_statements() -> None:
+    with made_for(JOURNAL):
+        figure, _ = new_figure(1, "Title", "sentence")
+        state(figure, ["short"])
+    assert arrange(figure).texts == []

@@ -38,6 +38,8 @@ def earlier(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dat
     differing = differences(asked, question)
     if all(key.removeprefix("study.").split(".")[0] in spec.horizon for key in differing):
         return None, [f"{', '.join(differing)}: another than that of the result in the folder; it was begun anew"]
+    if len(differing) > 1:  # which speaks of the others
+        differing.pop("title", None)
     shown = "; ".join(list(differing.values())[:_MOST_DIFFERENCES])
     more = f" and {len(differing) - _MOST_DIFFERENCES} more" if len(differing) > _MOST_DIFFERENCES else ""
     raise InputError("--resume", None, f"the result in {folder} answers another question: {shown}{more}")

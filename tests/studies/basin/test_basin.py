@@ -115,7 +115,7 @@ def test_it_is_told_and_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = draw(result)
     labels = [t.get_text() for t in drawn.axes[0].get_xticklabels()]
     assert labels == ["0", "π/2", "π", "3π/2", "2π"]
-    legend = drawn.axes[1].get_legend()
+    legend = drawn.axes[0].get_legend()
     assert legend is not None
     names = [t.get_text() for t in legend.get_texts()]
     assert [n.split(":")[0] for n in names] == ["captured", "compensated", "failed"]

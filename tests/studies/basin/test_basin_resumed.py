@@ -60,7 +60,7 @@ def test_cells_that_are_not_computed_are_missing_not_an_outcome(tmp_path: Path, 
         result.attrs["warnings"]
     )
     assert "60.9 % not computed yet" in report(result)[1]
-    legend = draw(result).axes[1].get_legend()
+    legend = draw(result).axes[0].get_legend()
     assert legend is not None
     assert "not computed" in [t.get_text() for t in legend.get_texts()]
 

@@ -379,6 +379,7 @@ def test_the_report_has_its_lines(pair: xr.Dataset) -> None:
         "preload",
         "smallest cam",
         "to mill",
+        "assumed",
     ]
     assert lines[1].startswith("verdict: cuttable: least convex radius 25.06 mm at 173.4°, pressure angle at most 41.64°")
     assert all(len(line) < 130 for line in lines)

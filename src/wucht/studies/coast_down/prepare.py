@@ -41,15 +41,17 @@ class CarrierStart(StrEnum):
 class Plan:
     """What is to be integrated.
 
-    machine: without its drives. initial: the state (n,) to start from. carrier: how it starts. start_speed: of the main rotor.
-    limit: the latest end. step: between samples. stride: between rows of the result, at first. energy: the size of the works.
-    at_rest: where the axis rests. events: the rotor turns back, and locked bodies are released.
+    machine: without its drives. initial: the state (n,) to start from. carrier: how it starts; why_at_rest: where nobody asked
+    for that. start_speed: of the main rotor. limit: the latest end. step: between samples. stride: between rows of the result,
+    at first. energy: the size of the works. at_rest: where the axis rests. events: the rotor turns back, and locked bodies are
+    released.
     """
 
     spec: CoastDown
     machine: Machine
     initial: np.ndarray
     carrier: CarrierStart
+    why_at_rest: str
     start_speed: float
     limit: float
     step: float
@@ -64,7 +66,7 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     coasting = _without_drives(machine)
     initial = _initial(spec, machine, coasting)
     coasting, velocity = placed(coasting, initial), coasting.rotor.coordinate.velocity
-    carrier = _carrier_start(spec, coasting)
+    carrier, why = _carrier_start(spec, coasting)
     if carrier is CarrierStart.STEADY:
         initial = _vibrating(coasting, initial)
     start_speed = float(initial[coasting.row(velocity)])
@@ -73,7 +75,7 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     step = limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn))  # a whole number of them until the end
     stride, energy, at_rest = turn if spec.until is None else limit / _ROWS, energy_scale(coasting), axis_at_rest(coasting)
     events = (Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting))
-    return Plan(spec, coasting, initial, carrier, start_speed, limit, step, stride, energy, at_rest, events)
+    return Plan(spec, coasting, initial, carrier, why, start_speed, limit, step, stride, energy, at_rest, events)
 
 
 def numbers(plan: Plan) -> float:
@@ -119,12 +121,19 @@ def _initial(spec: CoastDown, machine: Machine, coasting: Machine) -> np.ndarray
     return state
 
 
-def _carrier_start(spec: CoastDown, machine: Machine) -> CarrierStart:
+def _carrier_start(spec: CoastDown, machine: Machine) -> tuple[CarrierStart, str]:
+    """How the carrier starts, and why it does so at rest where nobody asked for that."""
     if not machine.free_carrier:
-        return CarrierStart.FIXED
+        return CarrierStart.FIXED, ""
     if "carrier" in spec.start:
-        return CarrierStart.GIVEN
-    return CarrierStart.REST if spec.vibration == "none" else CarrierStart.STEADY
+        return CarrierStart.GIVEN, ""
+    if spec.vibration is None:
+        at = machine.at(0.0)
+        try:
+            Forced.of(at, np.zeros(len(at.bodies)))
+        except InputError as error:
+            return CarrierStart.REST, error.allowed
+    return (CarrierStart.REST if spec.vibration == "none" else CarrierStart.STEADY), ""
 
 
 def _vibrating(machine: Machine, state: np.ndarray) -> np.ndarray:
@@ -153,6 +162,7 @@ def _gives(start: Mapping[str, Any], body: str, key: str) -> bool:
 
 
 def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:
-    """The speed that a rotor's drive reaches, 0 if it has none."""
+    """The speed that a rotor's drive reaches, 0 if it has none; with schedules, when they are done, or last drive it."""
     driven = any(a.booked == "supplied" for e in machine.energies for a in e.applied) or rotor.coordinate.prescribed is not None
-    return (free_speed(machine.at(0.0), rotor) if driven else None) or 0.0
+    times = reversed(machine.breakpoints) if driven else ()
+    return next((speed for t in times if (speed := free_speed(machine.at(t), rotor))), 0.0)

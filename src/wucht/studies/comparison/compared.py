@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.conventions import summary_of
+from wucht.results.conventions import assumed_of, summary_of
 from wucht.results.curves import thinned
 from wucht.studies.comparison.variants import Variant
 from wucht.studies.registry import study_of
@@ -46,6 +46,7 @@ class Compared:
     numbers: Mapping[str, float] = field(default_factory=dict)
     shown: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
     curves: tuple[Curve, ...] = ()
 
 
@@ -63,7 +64,7 @@ def compared(variant: Variant, result: xr.Dataset) -> Compared:
     pairs = [c for x, y in spec.curves if (c := _curve(result, x, y)) is not None]
     return Compared(
         kind, variant.title, outcome, str(result.attrs["sentence"]), failure, summary, _numbers(summary), spec.headline,
-        tuple(json.loads(result.attrs["warnings"])), tuple(pairs),
+        tuple(json.loads(result.attrs["warnings"])), tuple(assumed_of(result)), tuple(pairs),
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.results.conventions import answered, variable
+from wucht.results.conventions import answered, assuming, variable
 from wucht.results.summary_units import unit_of_number
 from wucht.studies.comparison.compared import Compared
 from wucht.studies.comparison.prepare import Case, Plan
@@ -48,7 +48,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "source": variable("variant", np.array([case.variant.source for case in cases], str), "file"),
     } | {path: _varied(path, cases) for path in plan.spec.vary}
     result = xr_.Dataset({k: v for k, v in data.items() if k not in coordinates}, coordinates)
-    return answered(result, _summary(plan, done, names), _sentence(plan, done), _warnings(cases, done))
+    warnings, assumed = (_together(cases, said) for said in ([c.warnings for c in done], [c.assumed for c in done]))
+    return assuming(answered(result, _summary(plan, done, names), _sentence(plan, done), warnings), assumed)
 
 
 def _curves(number: int, kind: tuple[str, ...], done: Sequence[Compared]) -> dict[str, Any]:
@@ -102,9 +103,9 @@ def _sentence(plan: Plan, done: Sequence[Compared]) -> str:
     return f"{ready}{f': {outcomes}' if outcomes else ''}"
 
 
-def _warnings(cases: Sequence[Case], done: Sequence[Compared]) -> list[str]:
-    """Those of each variant; what all of them say is said once."""
-    count = Counter(w for c in done for w in c.warnings)
-    every = [w for w, n in count.items() if n == len(done)]
-    own = [f"{case.variant.label}: {w}" for case, c in zip(cases, done, strict=True) for w in c.warnings if w not in every]
-    return [*every, *own]
+def _together(cases: Sequence[Case], said: Sequence[tuple[str, ...]]) -> list[str]:
+    """Sentences on each variant; what is said of all of them once."""
+    count = Counter(sentence for own in said for sentence in own)
+    every = [sentence for sentence, n in count.items() if n == len(said)]
+    pairs = [(case.variant.label, sentence) for case, own in zip(cases, said, strict=True) for sentence in own]
+    return [*every, *(f"{label}: {sentence}" for label, sentence in pairs if sentence not in every)]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TALLEST, _BRAKING = 2.5, 0.5  # of the drive's largest torque: resonances are cut above, and its braking below this share
-_STARTING = 8.0  # times all torques that it has to meet: the torque of a motor at standstill is cut above
+_STARTING = 3.0  # times all torques that it has to meet: the torque of a motor at standstill is cut above
 
 
 def figure(result: xr.Dataset) -> Figure:

@@ -17,7 +17,8 @@ def report(result: xr.Dataset) -> list[str]:
     speed, _ = formats(result)
     torque, slope = ("", "") if result.attrs["dimensionless"] else (" N m", " N m s")
     lines = [result.attrs["title"], f"verdict: {s['sentence']}"]
-    for p in s["working_points"]:
+    possible = [p for p in s["working_points"] if not p.get("overlapping")]  # the verdict says how many are not
+    for p in possible or s["working_points"]:
         kind = "stable" if p["stable"] else "touching" if p["tangential"] else "unstable"
         slip = "" if p["slip"] is None else f", slip {100 * p['slip']:.3g} %"
         if p["slope"] is None:
