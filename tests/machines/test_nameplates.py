@@ -138,6 +138,8 @@ def test_any_circuit_is_found_again(r1, slip, x, xm, r2):
     c = EquivalentCircuit(230.0, 2 * math.pi * 30, r1, r2, x, x, xm)
     assume(slip < 0.6 * c.breakdown()[0] and c.breakdown()[1] > 1.1 * c.torque(slip))
     drawn = c.drawn(slip) + 1.5 * 3 * c.current(slip) ** 2 * r1  # the iron takes more than the winding
+    outside = drawn.real - c.torque(slip) * c.synchronous
+    assume(abs(drawn) ** 2 / (3 * c.voltage**2) * r1 < 0.49 * outside)  # with the iron's current too
     shaft = c.torque(slip) * c.synchronous * (1 - slip)
     given_ = {"efficiency": shaft / drawn.real, "current": abs(drawn) / (3 * c.voltage)}
     found = fitted_circuit(plate_of(c, slip, **given_))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import figure_checks
-from conftest import Command
 from wucht.results.page import JOURNAL, PRINT
 from wucht.results.store import load
 from wucht.studies.registry import studies
@@ -19,7 +20,7 @@ KINDS = [k if k in QUICK else pytest.param(k, marks=pytest.mark.slow) for k in s
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.filterwarnings("error:.*:UserWarning:matplotlib")
-def test_the_figure_of_its_template(kind: str, wucht: Command) -> None:
+def test_the_figure_of_its_template(kind: str, wucht: Callable[..., Any]) -> None:
     """On a page, and in a column of a journal, where every letter has 8 points and there is no title."""
     assert wucht("new", kind).code == 0
     done = wucht("run", f"{kind}.toml", "-o", "out", "--style", "journal", "--format", "svg")

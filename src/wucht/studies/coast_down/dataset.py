@@ -74,7 +74,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     back = "" if reversal_time is None else f"; it turns back at {reversal_time:.5g}{unit}"
     sentence, warnings = f"{summary['sentence']}{half}{back}", [failure] if failure else []
     if plan.carrier is CarrierStart.REST:
-        other = f"the machine {plan.why_at_rest}" if plan.why_at_rest else "vibration = 'steady' starts with the vibration of that speed"
+        steady = "vibration = 'steady' starts with the vibration of that speed"
+        other = f"the machine {plan.why_at_rest}" if plan.why_at_rest else steady
         warnings.append(
             "the carrier starts at rest, although the rotor turns: its vibration at first, perhaps the largest, is a transient "
             f"of this start; {other}"
