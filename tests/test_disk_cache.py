@@ -146,6 +146,7 @@ print(run.wucht.summary["outcome"], repr(float(run.speed[0, -1])), repr(float(ru
 """
 
 
+@pytest.mark.slow
 def test_a_second_process_derives_nothing_and_computes_the_same(folder):
     """Whatever order its sets have: another hash seed in each process."""
     said = []

@@ -182,6 +182,7 @@ def test_steady_states_of_table_5_1(case: str) -> None:
         assert (np.linalg.eigvals(jacobian).real > 0).sum() == 1
 
 
+@pytest.mark.slow
 def test_what_is_steady_in_the_first_order_stays_steady() -> None:
     """The memory of the carrier is of what changes; on isotropic carriers the second order has no other terms."""
     machine = load_machine("drozdetskaya-2020/table-5.1", {}).with_values({"u": 1.0})

@@ -77,6 +77,7 @@ def test_the_elastic_part_of_a_stiff_output_keeps_its_digits():
     assert stiff.elastic_part(SERIES, omega)(TAU) == pytest.approx(expected, rel=1e-8, abs=1e-18)
 
 
+@pytest.mark.slow
 def test_the_steady_motion_is_what_integration_settles_to():
     out = OUTPUT.steady(SERIES, 61.0)
     at = np.linspace(0, TURN, 50)

@@ -303,6 +303,7 @@ def test_a_lever_cam_goes_round_its_shaft(outward):
     assert free.base_radius < found.base_radius
 
 
+@pytest.mark.slow
 def test_a_shaft_beyond_all_bounds_is_refused():
     with pytest.raises(RunError, match="no cam round a shaft of that radius was found"):
         smallest_lever_cam(SWING, ARM, ROLLER, 45 * DEG, shaft_radius=1e9)

@@ -37,6 +37,7 @@ def test_the_deck_bears_all_of_its_weight() -> None:
     assert moved(heavy, grid=np.array([0.0, 1e-6]))["carrier.y"][0] == pytest.approx(-45.0 * 9.81 / 1e4, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_closed_forms_and_averaged_equations_know_it() -> None:
     response = [summary_of(run(Response(range=(5.0, 60.0)), machine_from(m))) for m in (LOADED, HEAVIER)]
     assert response[0]["peak_amplitude"] == pytest.approx(response[1]["peak_amplitude"], rel=1e-12)

@@ -145,6 +145,7 @@ def test_errors_of_an_unforced_system(which):
     assert order(2.0**-ks, of_y) == approx(2, abs=0.15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", [1, 2])
 def test_errors_of_a_forced_system(which):
     ks = np.arange(5.0, 10.0)

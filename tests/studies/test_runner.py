@@ -306,7 +306,8 @@ def test_parts_share_the_progress_and_name_their_units() -> None:
     assert names == ["b/c/"]
 
 
-@pytest.mark.parametrize("step", [pytest.param(0.0, marks=pytest.mark.slow), 1e3])
+@pytest.mark.slow
+@pytest.mark.parametrize("step", [0.0, 1e3])
 def test_no_result_depends_on_the_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: float) -> None:
     """A machine so slow that every unit is written and every finding saved gives the bits of one that is never interrupted."""
     machine = load_machine("practice/grinder-10-balls")

@@ -172,6 +172,7 @@ def speed_of(cycles: Cycles, points: tuple[Cycle, ...], u: float) -> tuple[Cycle
     return cycle, speed, cycle.integral(speed)
 
 
+@pytest.mark.slow
 def test_dissertation_periods_and_speeds_of_the_rotating_orbit() -> None:
     _, _, cycles, points = dissertation()
     for u, expected in {2.0: 1665.34645, 3.0: 630.30303, 4.0: 721.60711, 5.0: 1199.31590}.items():

@@ -132,6 +132,7 @@ def test_figure_5_2_at_u_2_type_i() -> None:
     assert (own["state"]["psi"], own["state"]["delta"]) == pytest.approx((np.pi, 2 * np.arccos(0.375)), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_figure_5_3() -> None:
     """sigma = 0.05: both pairs coexist; 0.0672888: u1* = u2*."""
     by_sigma: dict[float, list[float]] = {}

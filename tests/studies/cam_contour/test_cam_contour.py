@@ -164,6 +164,7 @@ def test_a_flat_face() -> None:
     assert [float(result.face_from), float(result.face_to)] == pytest.approx([face.min(), face.max()], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_linkage_is_between_lever_and_output() -> None:
     result = answered(given.SMOOTH, given.FOLLOWER, {"linkage": given.FOUR_BAR}, contact=LEVER_CONTACT, speed=10.0)
     assert result.output.values == pytest.approx(
@@ -183,6 +184,7 @@ def test_a_linkage_is_between_lever_and_output() -> None:
     assert any("study.contact.output_inertia" in warning for warning in result.wucht.warnings)
 
 
+@pytest.mark.slow
 def test_what_moves_behind_a_linkage_presses_too() -> None:
     """The work on lever and output over a part of the turn in which both gain energy, by the camshaft's torque."""
     heavy = LEVER_CONTACT | {"preload": "900 N m", "output_inertia": "2 kg m^2"}
@@ -244,6 +246,7 @@ def test_the_table_speed_stands_for_the_speed() -> None:
     assert result.wucht.summary["contact"]["mean_speed"] == pytest.approx(30)
 
 
+@pytest.mark.slow
 def test_the_smallest_cam_is_as_permitted() -> None:
     permitted = {"pressure_angle": "25 deg", "least_radius": "20 mm"}
     first = answered(given.SMOOTH, given.FOLLOWER, permitted=permitted).wucht.summary

@@ -258,6 +258,7 @@ def test_the_schema_knows_every_key():
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_interrupted_it_is_taken_up_where_it_was(tmp_path):
     """Contours and their proofs are units of work with names, and progress tells them."""
     follower = {"kind": "translating-roller", "distance": 0.08, "roller_radius": 0.01}

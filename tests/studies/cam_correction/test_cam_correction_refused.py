@@ -55,6 +55,7 @@ def cut_away(wucht):
     return said
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unpainted")
 def test_the_largest_roller_that_is_named_is_not_refused(wucht, here):
     (here / "drive.toml").write_text(FILE.replace('"10 mm"', '"95 mm"'), encoding="utf-8")

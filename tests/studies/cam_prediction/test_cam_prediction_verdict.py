@@ -98,6 +98,7 @@ def test_a_motion_that_ends_at_standstill_is_a_sentence():
 # --- the simulation ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "shaft",
     [

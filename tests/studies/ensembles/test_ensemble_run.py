@@ -50,7 +50,9 @@ def same(a: MemberOutcomes, b: MemberOutcomes) -> bool:
     return all(np.array_equal(getattr(a, n), getattr(b, n), equal_nan=True) for n in names) and a.failures == b.failures
 
 
-@pytest.mark.parametrize(("model", "u"), [("slow", 1.0), ("slow", 2.5), ("full", 1.0), ("full", 2.5)])
+@pytest.mark.parametrize(
+    ("model", "u"), [("slow", 1.0), pytest.param("slow", 2.5, marks=pytest.mark.slow), ("full", 1.0), ("full", 2.5)]
+)
 def test_outcomes_are_those_of_run_ups(model: str, u: float) -> None:
     machine, starts = pendulums(u), grid(3)
     found = outcomes_of(EnsembleQuestion(machine, model=model, tolerance=1e-8), states(machine, starts), {})

@@ -123,6 +123,7 @@ def test_resumed_it_is_the_uninterrupted_one(file: str, name: str, after: int, t
     assert not made, "of a finished study nothing is left to do"
 
 
+@pytest.mark.slow
 def test_interrupted_again_and_again(tmp_path: Path, made: Counter[str]) -> None:
     question = Entrainment.read({"points": 6, "resolution": 0.2})
     whole, needed = uninterrupted(question, "sperling-vibration/figure-2a", made)

@@ -140,6 +140,7 @@ def test_its_template_runs_and_is_drawn_again(here: Path, wucht: Command) -> Non
     assert figure.is_file()
 
 
+@pytest.mark.slow
 def test_stopped_and_resumed(tmp_path: Path, machine: wucht.Machine) -> None:
     spec = ExciterDesign(target={"shape": "normal", "largest": "2 mm", "cycles": 1e6, "ratio": 0.4}, vary=RANGES, **TINY)
     whole = wucht.run(spec, machine)

@@ -98,6 +98,7 @@ def test_a_difference_of_speeds_that_falls_to_and_fro_goes_on_to_fall(fall, outc
     assert judged(pair(), steady, slower).outcome == outcome
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("change", "outcome"), [(0.8e-4, "synchronised"), (1.25e-4, "unidentified")])
 def test_a_phase_that_grows_by_a_ten_thousandth_a_window_is_leaving(change, outcome):
     """Within a quarter of a million turns: there the change of the speed is too small to be seen."""

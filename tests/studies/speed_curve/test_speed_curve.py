@@ -158,6 +158,7 @@ def test_families_are_followed_modulo_the_family() -> None:
     assert any("family of dimension 1" in line for line in report(r))
 
 
+@pytest.mark.slow
 def test_a_family_ends_where_the_unbalances_cannot_compensate() -> None:
     """0.01 kg m a pendulum, three of them: a rotor of 9 kg is compensated up to e = 1/300 m."""
     machine = balanced(3)
@@ -352,6 +353,7 @@ def test_bad_questions_of_own_equations_are_refused(asked: dict[str, Any], sente
     assert sentence in str(refused.value)
 
 
+@pytest.mark.slow
 def test_interrupted_and_resumed_it_is_the_same(tmp_path: Path) -> None:
     machine, spec = load_machine(TABLE), SpeedCurve(along="u", range=[0.5, 7.0], points=2)
     whole, looked = run(spec, machine), list[float]()

@@ -205,6 +205,7 @@ def test_resumed_it_is_the_uninterrupted_one(
     assert {"settling", "up/settling", "up/jump/1", "down/settling", "down/jump/1"} < set(computed)
 
 
+@pytest.mark.slow
 def test_broken_off_again_and_again(machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path) -> None:
     """Also within the search for jumps, which is then begun again and must leave no trace."""
     question, whole, asked = there_and_back
