@@ -100,6 +100,7 @@ def test_a_study_of_our_own_is_one_file(wucht: Callable[..., Any], here: Path) -
     assert (refused.code, "below" in refused.err) == (2, True)
 
 
+@pytest.mark.slow
 def test_from_a_motion_task_and_a_record_to_the_points_to_mill(tmp_path: Path) -> None:
     """On the shaft as it truly turns, the milled cam leaves what the noise of the record does; the original one a lot."""
     module = _load("cam_for_an_uneven_shaft")

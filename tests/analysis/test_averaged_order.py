@@ -66,6 +66,7 @@ def largest_error(given: Machine, kappa: float, start: Mapping[str, float], unti
     return float(np.abs(true.states[row] - rebuilt[row]).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inertia", [True, False], ids=["with inertia", "without"])
 @pytest.mark.parametrize(
     ("name", "order"),

@@ -75,6 +75,7 @@ MOTIONS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", MOTIONS)
 def test_velocities_are_the_rates_of_positions_while_the_slow_motion_goes_on(case: str) -> None:
     """Central differences along the slow motion itself: amplitudes and phases change while the rotor turns."""

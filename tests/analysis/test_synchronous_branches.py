@@ -52,6 +52,7 @@ def test_orbits_of_an_isotropic_machine_fold_where_its_relative_equilibria_do() 
     assert 2 * math.pi / same.period == pytest.approx(float(fold.x[equilibria.equations.states.index("drum.speed")]), rel=1e-7)
 
 
+@pytest.mark.slow
 def test_the_edge_of_capture_on_unequal_supports_is_a_fold_of_orbits() -> None:
     """The slowest rate vanishes there; a motor a little weaker keeps the rotor, a little stronger does not."""
     motions, near = captured(False)

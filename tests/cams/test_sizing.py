@@ -47,6 +47,7 @@ def moved(follower, by):
     return replace(follower, pivot=abs(centre), angle=math.pi - float(np.angle(centre)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [SWING, DWELLS], ids=["harmonic", "dwells"])
 @pytest.mark.parametrize(
     ("outward", "clockwise"),

@@ -32,6 +32,7 @@ def on_springs(*names):
     return m, at, phi
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inertia", [None, 0.004])
 def test_a_pendulum_whose_pivot_turns_with_the_drum(inertia):
     pendulum = {"kind": "pendulum", "name": "p", "about": "drum", "mass": 0.3, "length": 0.1, "damping": 0.02}
@@ -94,6 +95,7 @@ def test_two_sliders_in_a_disc_are_001():
         assert sp.simplify(sp.expand_trig(sp.expand(residual - printed))) == 0
 
 
+@pytest.mark.slow
 def test_several_rotors_and_bodies_about_each():
     """Two rotors of opposite senses on one axis, each with a pendulum, and a third without a drive."""
     other_drum = {"kind": "rotor", "name": "back", "mass": 1.5, "eccentricity": 0.02, "inertia": 0.01, "bearing_damping": 3e-3}

@@ -59,6 +59,7 @@ def screen_by_hand(stator=False):
     return m
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stator", ["foundation", "carrier"])
 def test_a_screen_moves_as_its_masses_do(stator):
     """Full equations, gravity, two senses of rotation; with the stators on the carrier it feels the motors' reaction."""

@@ -100,6 +100,7 @@ SOFTER = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SOFTER)
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 def test_the_energy_of_a_support_that_softens(kind, engine):

@@ -27,6 +27,7 @@ PENDULUM = {
 FIXED = {"directions": "fixed"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("permanent", [0.0, -2e-3])
 def test_between_its_stops_it_moves_as_its_masses_do(permanent: float) -> None:
     """On a carrier with gravity; frame: a mass behind the axis and an inertia. The mass stays clear of both stops."""

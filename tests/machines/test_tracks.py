@@ -146,6 +146,7 @@ CASES = {
 QUICK = ("two under gravity", "symmetric about the unbalance", "three at the same speed", "three, one shot against two")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", [c if c in QUICK else pytest.param(c, marks=pytest.mark.slow) for c in CASES])
 def test_nothing_tunnels(case):
     """The deepest overlap is that of a spring of 20 times the operating speed: closing speed/(20 w), 0.05 rad where a ball at

@@ -284,6 +284,7 @@ CASES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", [1, 2])
 @pytest.mark.parametrize("name", CASES)
 def test_errors_fall_with_the_order_of_the_averaging(name, which):

@@ -82,6 +82,7 @@ def expected(free_p1, free_p2):
     return dict(zip(names, motion, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "second"), [(None, None), (FAR, None), (None, FAR), (FAR, FAR)], ids=["free", "first", "second", "chain"]
 )
@@ -131,6 +132,7 @@ def test_after_its_release_a_body_is_free(engine):
     assert result.attrs["failure"] == ""
 
 
+@pytest.mark.slow
 def test_released_at_a_speed():
     """p1 until the drum has reached 10 rad/s: until then the run is that of the locked machine."""
     machine = released({"speed": 10.0}, None)

@@ -171,6 +171,7 @@ def test_a_rotor_of_given_speed_on_an_isotropic_carrier(engine):
     assert np.abs(sorted_as(orbit.multipliers, wanted) - wanted).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_drive_leaves_the_period_open(engine):
     """The speed follows from the torques: what the drive gives is lost in the carrier's dampers, mean power for mean power."""
     machine = machine_from(ROTOR | DRIVEN)

@@ -168,6 +168,7 @@ def test_equal_pendulums_may_change_places(document, order, start):
         assert_equal(reference[name], swapped[name], 1e-8)
 
 
+@pytest.mark.slow
 @few
 @given(machines(isotropic=True, gravity=0.0), angles, numbers(-3.1, 3.1))
 def test_a_turned_frame_turns_the_orbit_and_nothing_else(document, start, turn):
@@ -233,6 +234,7 @@ def in_units(table, units):
     return {key: say(key, value) for key, value in table.items()}
 
 
+@pytest.mark.slow
 @few
 @given(machines(("P", "PR")), angles)
 def test_the_units_of_the_file_do_not_matter(document, start):
@@ -252,6 +254,7 @@ def test_the_units_of_the_file_do_not_matter(document, start):
         assert_equal(one[name].values[..., -1], other[name].values[..., -1], 1e-8)
 
 
+@pytest.mark.slow
 @few
 @given(machines(), angles, numbers(0.2, 5.0), numbers(0.2, 5.0), numbers(0.2, 5.0))
 def test_a_machine_scaled_in_mass_length_and_time_is_the_same_machine(document, start, mass, length, time):

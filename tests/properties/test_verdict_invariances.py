@@ -170,6 +170,7 @@ def test_the_units_of_the_file_do_not_matter_for_the_verdict(case):
     assert_same(as_it_is(case), verdict(*in_workshop_units(*CASES[case])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_the_order_of_bodies_and_drives_does_not_matter_for_the_verdict(case):
     assert_same(as_it_is(case), verdict(*in_another_order(*CASES[case])))
@@ -189,6 +190,7 @@ def test_the_mirror_image_has_the_mirrored_verdict(case):
     assert_same(as_it_is(case), verdict(*mirrored(*CASES[case])), sense=-1)
 
 
+@pytest.mark.slow
 def test_the_mirror_image_is_as_close_to_the_end_of_its_branch():
     """A pendulum whose pivot lies beside the axis: its phase decides how much unbalance there is, and that whether the drive
     could hold a higher speed too."""

@@ -484,6 +484,7 @@ def scaled(e, factor):
     return replace(e, free_speed=free, resonance=resonance, mean_speed=mean, lowest_speed=lowest)
 
 
+@pytest.mark.slow
 @always
 @given(evidences(), st.integers(-30, 30))
 def test_the_unit_of_speed_does_not_matter_to_the_last_bit(e, power):

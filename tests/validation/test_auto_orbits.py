@@ -183,6 +183,7 @@ def test_dissertation_periods_and_speeds_of_the_rotating_orbit() -> None:
         assert (fine.min(), fine.max()) == pytest.approx((low, high), abs=6e-6)
 
 
+@pytest.mark.slow
 def test_dissertation_stability_of_the_rotating_orbit() -> None:
     """ln mu down to -400: by integration, with the sum that Liouville's theorem gives, and the trivial one."""
     system, fixed, cycles, points = dissertation()

@@ -102,6 +102,7 @@ def test_runs_by_scipy_at_the_edges(partial: float, entrained: bool) -> None:
     assert (abs(mean / FREQUENCY - 1) < 1e-3) == entrained
 
 
+@pytest.mark.slow
 def test_bild_2b_is_not_entrained() -> None:
     dataset, s = answered(load_machine("sperling-vibration/figure-2b"), points=9, resolution=1e-2)
     assert s["outcome"] == "not-entrained"
@@ -113,6 +114,7 @@ def test_bild_2b_is_not_entrained() -> None:
     assert not dataset.run_taken.values[dataset.run_value.values == 4.0].any()
 
 
+@pytest.mark.slow
 def test_the_threshold_of_sustained_rotation() -> None:
     """Equation (25): x_0 > 2 k_1/(m_1 eps_1 Omega) = 3.1831 mm; the drive is off, k_1 is the bearing's damping."""
     machine = load_machine("sperling-vibration/sustained-rotation")
@@ -125,6 +127,7 @@ def test_the_threshold_of_sustained_rotation() -> None:
     assert s["phase_slow"] == pytest.approx(-math.asin(3.1831 / 5), abs=1e-5)
 
 
+@pytest.mark.slow
 def test_rotation_against_the_drive() -> None:
     """The motor would turn the other way: the torque of vibration must carry k_1 (Omega + 1 1/s)."""
     machine = load_machine("sperling-vibration/against-the-drive")
@@ -137,6 +140,7 @@ def test_rotation_against_the_drive() -> None:
     assert s["existence_band"][0] < low < -1 < high < s["existence_band"][1]  # beyond, it turns with its drive at -Omega
 
 
+@pytest.mark.slow
 def test_a_motor_of_constant_torque() -> None:
     """(15) with L in place of k_1 Omega_1: entrained for |L - k_1 Omega| < f_1 x_0/2, k_1 the bearing's damping."""
     rotor = {"kind": "rotor", "name": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": INERTIA, "bearing_damping": SLOPE}

@@ -76,6 +76,7 @@ def nearest(entries: list[Entry], phases: tuple[float, ...]) -> Entry:
     return min(entries, key=apart)
 
 
+@pytest.mark.slow
 # Quick is the lowest speed of the first table and the highest of the others.
 @pytest.mark.parametrize(
     ("table", "column"),
@@ -94,6 +95,7 @@ def test_every_entry_of_tables_1_to_3(table: str, column: int) -> None:
             assert state["stable_full"] is False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", range(4))
 @pytest.mark.parametrize("table", ROWS)
 def test_the_full_equations_with_damping_agree(table: str, column: int) -> None:
@@ -303,6 +305,7 @@ def test_stable_as_in_5_1(u: float) -> None:
             assert not state["stable_slow"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sigma", "stable"), [(0.1, True), (0.03, True), (0.02, False), (0.01, False)])
 def test_type_i_is_lost_with_light_damping(sigma: float, stable: bool) -> None:
     """Errata: the claim that type I is always stable holds for the averaged equations; the full ones lose it (Hopf)."""

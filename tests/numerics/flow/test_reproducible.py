@@ -9,6 +9,7 @@ from wucht.numerics.flow.integrate import integrate
 from wucht.studies.initial_state import initial_state
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 def test_twice_and_paused_and_continued(engine: str) -> None:
     if engine == "heyoka":

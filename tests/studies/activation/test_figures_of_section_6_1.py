@@ -87,6 +87,7 @@ def test_small_permanent_unbalances_bring_them_into_opposition() -> None:
     assert all(g["outcomes"] == {"compensated": 1} for g in (*s["switchable"], *s["balanced"]))
 
 
+@pytest.mark.slow
 def test_the_permanent_unbalances_raise_the_amplitude_below_the_resonance() -> None:
     """As 002 says. While the drum waits at 90 rad/s both stand where they add to the drum's unbalance."""
     study = read_study("drozdetskaya-2020/figure-6.5")

@@ -192,6 +192,7 @@ def test_at_constant_speed_the_output_takes_what_the_cam_gives(eigenmotion):
     assert eigenmotion.wucht.summary["power_saved"] == {k: found[k] for k in ("peak", "mean_positive")}
 
 
+@pytest.mark.slow
 def test_with_a_drive_it_is_what_integration_settles_to(driven):
     """Both cams, over the angle, from a speed far off: 200 (53.4 - phi') - 150."""
 

@@ -73,6 +73,7 @@ def test_a_member_does_not_depend_on_the_others() -> None:
     assert same(outcomes_of(question, starts[:, 5:6], {}), whole.taken(np.array([5])))
 
 
+@pytest.mark.slow
 def test_parameters_differ_from_member_to_member() -> None:
     machine, start = pendulums(1.0), {"psi": 0.0, "delta": 0.5}
     u, beta = np.array([1.0, 3.5, 1.0, 5.0]), np.array([0.1, 0.1, 0.2, 0.1])

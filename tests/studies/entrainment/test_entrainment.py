@@ -315,6 +315,7 @@ resolution = "0.1 rad/s"
 """
 
 
+@pytest.mark.slow
 def test_the_command(wucht: Callable[..., Any], here: Path) -> None:
     (here / "study.toml").write_text(STUDY, encoding="utf-8")
     printed = wucht("run", "study.toml", "-o", "out")

@@ -87,6 +87,7 @@ def test_a_study_that_is_interrupted_keeps_what_it_has(made: Counter[str]) -> No
     assert s["band_from_rest"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "file",
     [

@@ -123,6 +123,7 @@ def test_more_cannot_be_reached_than_the_exciter_has(machine: wucht.Machine) -> 
     assert 0.02 < s["distance"] < 0.2
 
 
+@pytest.mark.slow
 def test_its_template_runs_and_is_drawn_again(here: Path, wucht: Command) -> None:
     assert wucht("new", "exciter-design").code == 0
     settings = [f"--set=study.{key}={value}" for key, value in TINY.items()]

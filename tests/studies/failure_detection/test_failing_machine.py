@@ -43,6 +43,7 @@ def moved(machine, until=UNTIL):
     return run.time.values, run.angle.values[0], (run.displacement.values**2).sum(axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("interpolation", ["linear", "smooth", "steps"])
 def test_the_work_of_a_schedule_is_that_of_the_spring(interpolation):
     """c'(t) (x^2 + y^2)/2 over time, or (c2 - c1)(x^2 + y^2)/2 at a jump; and the energy closes over all of it."""

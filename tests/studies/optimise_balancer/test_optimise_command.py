@@ -19,6 +19,7 @@ pytestmark = pytest.mark.usefixtures("unpainted")
 SMALL = [f"--set=study.{s}" for s in ("samples=2", "population=4", "evaluations=8", "points=1", "damping_curve=false")]
 
 
+@pytest.mark.slow
 def test_its_template_runs_and_is_drawn_again(here: Path, from_template: Callable[..., dict[str, Any]]) -> None:
     summary = from_template("optimise-balancer", *SMALL)
     assert summary["candidates"] == 8

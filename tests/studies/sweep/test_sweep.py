@@ -190,6 +190,7 @@ def assert_the_same(result: xr.Dataset, expected: xr.Dataset) -> None:
     assert result.attrs["finished"] == expected.attrs["finished"] == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "share", [0.0, 0.3, 0.6, 0.999, *(pytest.param(s, marks=pytest.mark.slow) for s in (0.02, 0.15, 0.45, 0.75, 0.9))]
 )

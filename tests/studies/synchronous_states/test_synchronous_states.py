@@ -103,6 +103,7 @@ EVERY_TWO = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("unbalances", "damping", "speed"), EVERY_TWO)
 def test_two_bodies_are_found_completely(unbalances: tuple[float, ...], damping: list[float], speed: float) -> None:
     torques = SteadyTorques.of(machine(*unbalances, carrier={"damping": damping}, drive=HELD | {"speed": speed}))
@@ -178,6 +179,7 @@ def test_five_exciters_are_not_shown_complete() -> None:
         assert np.abs(torques.residual(np.array([99.9]), phases)[1:]).max() < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "m",
     [
@@ -274,6 +276,7 @@ def test_a_single_body() -> None:
     assert names["compensating"]["amplitude"] == pytest.approx(0, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in (4, 6))])
 def test_a_family_has_one_entry(count: int) -> None:
     m = machine(*[0.006] * count)
@@ -337,6 +340,7 @@ def test_released_bodies() -> None:
     assert state["stable_full"]
 
 
+@pytest.mark.slow
 def test_clockwise_is_the_mirror_image() -> None:
     forward = answer(machine(0.012, 0.008))
     backward = answer(machine(0.012, 0.008, drive=HELD | {"speed": -100.0}))
@@ -780,6 +784,7 @@ def test_run(wucht: Command) -> None:
         assert result.stable_slow.values.tolist() == [int(s["stable_slow"]) for s in command.document["summary"]["states"]]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unpainted")
 def test_new(wucht: Command) -> None:
     assert wucht("new", "synchronous-states", "mine.toml").code == 0
@@ -789,6 +794,7 @@ def test_new(wucht: Command) -> None:
         assert word in command.out
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unpainted")
 def test_words(wucht: Command) -> None:
     """Units with every speed, no phase of 360 degrees, and one line on the multipliers, not one for each state."""

@@ -57,6 +57,7 @@ def legends(figure: Figure) -> list[str]:
     return [text.get_text() for legend in shown for text in legend.get_texts()]
 
 
+@pytest.mark.slow
 def test_force_balances(rollers: xr.Dataset) -> None:
     """Head to tail from the axis, that of the rotor to the right; compensating ones close, others show what is left."""
     panels = draw(rollers).axes

@@ -62,6 +62,7 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     return count
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_tiles")
 @pytest.mark.parametrize(
     "unbalances", [pytest.param((0.012, 0.008), marks=pytest.mark.slow), (0.006, 0.006, 0.006)], ids=["pair", "family"]
