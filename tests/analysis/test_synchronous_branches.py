@@ -38,6 +38,7 @@ def captured(equal: bool) -> tuple[SynchronousMotions, SynchronousMotion]:
     return motions, motions.near(state, float(state[machine.row(machine.rotor.coordinate.velocity)]))
 
 
+@pytest.mark.slow
 def test_orbits_of_an_isotropic_machine_fold_where_its_relative_equilibria_do() -> None:
     """Two formulations of the same: u1* = 1.833108 of table 5.1, times SLOPE."""
     motions, near = captured(True)

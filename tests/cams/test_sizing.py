@@ -76,6 +76,7 @@ def test_no_lever_has_a_smaller_base_circle(law, outward, clockwise):
     assert found.base_radius * (1 - 1e-3) < smallest < found.base_radius * 1.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1e-6, 1e-4, 3e-3])
 @pytest.mark.parametrize("kind", ["lever", "lever, blank", "rod", "lever, radius", "rod, radius"])
 def test_nothing_near_by_is_smaller(kind, step):
@@ -185,6 +186,7 @@ def test_a_rod_against_a_direct_optimisation(angles, clockwise):
     assert (found.follower.distance, found.follower.offset) == pytest.approx(tuple(0.1 * direct.x), abs=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("permitted", "least", "size"),
     [
@@ -278,6 +280,7 @@ def test_a_flat_face_has_a_distance_even_where_its_law_is_never_zero():
     assert found.base_radius == pytest.approx(0.008001)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", ["base", pytest.param("blank", marks=pytest.mark.slow)])
 def test_a_rod_cam_goes_round_its_shaft(size):
     """In harmonic motion D = roller + shaft, and sin alpha = (h/2)/(D + h/2) is the least pressure angle there is."""

@@ -85,6 +85,7 @@ def test_radii_of_the_outer_flank():
     assert found.hollow.radius == pytest.approx(0.1 * 1.8**2 / 5.0 + 0.001, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cam", [waisted(0.03), waisted(0.066), waisted(0.01, outer=True), levered(0.064), levered(0.0695)])
 def test_what_is_missing_is_nearer_to_the_roller_elsewhere(cam):
     """Everywhere, by brute force, but within 0.01 rad of the ends, where the depth is next to nothing."""
@@ -133,6 +134,7 @@ def test_the_sentence_names_a_roller_that_will_do(cam, key):
         check_roller(replace(cam, follower=replace(cam.follower, roller_radius=told * 1.0002)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cam", [waisted(0.01), waisted(0.001, outer=True)], ids=["inner", "outer"])
 def test_the_largest_wheel_touches_the_whole_contour_and_no_larger_one_does(cam):
     """By brute force: a wheel at any point of the contour has no other point of it within."""

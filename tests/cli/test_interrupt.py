@@ -136,6 +136,7 @@ def test_resume_of_a_finished_run_is_that_run(wucht: Command, study: Study) -> N
     assert again["summary"] == first["summary"]
 
 
+@pytest.mark.slow
 def test_resume_with_a_later_end_goes_on(wucht: Command, study: Study) -> None:
     assert wucht("run", study(), "-o", "out", "--json").code == 0
     completed = wucht("run", study(), "-o", "out", "--json", "--resume", "--set", "study.until=1")

@@ -52,6 +52,7 @@ def test_a_pendulum_whose_pivot_turns_with_the_drum(inertia):
     assert np.ptp(rows["p.angle"] - rows["drum.angle"]) > 0.5
 
 
+@pytest.mark.slow
 def test_a_slider_moves_as_its_mass_does():
     """A guide at 1 rad in the frame of a drum that is driven, on springs, under gravity."""
     slider = {"kind": "slider", "name": "s", "about": "drum", "mass": 0.4, "angle": 1.0, "radius": 0.08, "stiffness": 3e3}

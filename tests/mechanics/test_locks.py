@@ -106,6 +106,7 @@ def test_locks_do_no_work_and_locked_dampers_lose_none():
     assert stiff["dissipated_work"] == pytest.approx(motion["dissipated_work"], rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 def test_after_its_release_a_body_is_free(engine):
     """A run with releases at 0.5 s and 0.8 s is three runs one after the other: locked, half locked, free."""

@@ -136,6 +136,7 @@ def _errors(system, damped, which, ks):
     return np.array(errors).T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", [1, 2])
 def test_errors_of_an_unforced_system(which):
     """x: O(epsilon) (3.26), or O(epsilon^2) at order 2. y is of the size epsilon itself: its error is O(epsilon^2) at once."""

@@ -201,6 +201,7 @@ def test_the_mirror_image_that_turns_the_other_way(document, start):
         assert_equal(signal, -other[name] if odd else other[name], 1e-8)
 
 
+@pytest.mark.slow
 @few
 @given(machines(gravity=9.81), angles)
 def test_the_mirror_image_under_gravity(document, start):

@@ -159,6 +159,7 @@ def assert_same_angles(one, other, sense=1):
         assert math.remainder(sense * other[name] - angle, TURN) == pytest.approx(0.0, abs=1e-4), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_each_machine_ends_as_it_was_made_to(case):
     assert as_it_is(case)["outcome"] == case
@@ -213,6 +214,7 @@ def test_the_mirror_image_is_as_close_to_the_end_of_its_branch():
     assert found == [("passed", True)] * 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [10.0, 1e-3])
 @pytest.mark.parametrize("case", CASES)
 def test_the_time_scale_does_not_matter_for_the_verdict(case, rate):

@@ -46,6 +46,7 @@ def exact_multipliers(system: System, values: dict[str, float], cycle: Cycle) ->
     return logarithms(across)[0], along
 
 
+@pytest.mark.slow
 def test_lorenz_orbits_from_the_hopf_point_to_the_homoclinic_one() -> None:
     begin = hopf(LORENZ, "rho", (1.5, 30.0), [math.sqrt(24), math.sqrt(24), 9.0], 10.0)
     scale = {"x": 5.0, "y": 5.0, "z": 10.0, "rho": 5.0}

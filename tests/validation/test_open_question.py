@@ -129,6 +129,7 @@ def _ending(beta_r: float, sigma: float) -> OrbitEnding:
     return ending_at(there, "u", plan.plane.bounds[0], (beta_r, sigma), lambda: None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("beta_r", "sigma", "kind"),
     [

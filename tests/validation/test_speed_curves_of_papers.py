@@ -163,6 +163,7 @@ def test_the_folds_of_table_5_1_over_the_damping() -> None:
         assert np.interp(0.1, q[order], p[order]) == pytest.approx((1.8331080, 5.8710372)[k], rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["r1", "r2"])
 def test_real_machines_have_the_folds_of_their_dimensionless_numbers(name: str) -> None:
     """errata.md, R1, R2: slope = 9.75e-4 u N m s; epsilon and the inertias do not change where states are."""

@@ -108,6 +108,7 @@ def test_the_full_equations_with_damping_agree(table: str, column: int) -> None:
         assert state["stable_full"] is stable[column], phases
 
 
+@pytest.mark.slow
 def test_the_full_equations_without_damping() -> None:
     """000 (20) leaves the carrier undamped. Then the rollers' dampers, which turn with the rotor, damp its own vibration below
     the natural frequency and excite it above: what the paper calls asymptotically stable grows slowly. A run of the full

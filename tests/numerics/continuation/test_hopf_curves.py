@@ -71,6 +71,7 @@ def bent(system: System) -> System:
     return System(system.states, tuple(e.subs(put, simultaneous=True) for e in new), system.parameters)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("coordinates", ["normal form", "bent"])
 def test_bautin(coordinates: str) -> None:
     """r' = r (p + q r^2 - r^4), turning with the speed 2 + p + r^2 / 2: Hopf at p = 0, l1 = 2 q / 2, zero at q = 0.

@@ -59,6 +59,7 @@ def cells(count: int) -> list[tuple[float, float]]:
     return [(2 * np.pi * (i + 0.5) / count, np.pi * (j + 0.5) / count) for i, j in np.ndindex(count, count)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("u", "share"),
     [pytest.param(1.0, 0.0396, marks=pytest.mark.slow), (2.5, 0.2488), pytest.param(3.0, 0.6326, marks=pytest.mark.slow)],

@@ -66,6 +66,7 @@ def test_folds_end_at_the_generalised_hopf_point_and_are_not_retraced() -> None:
     assert -1e-6 < second.min() < 0.05 and second.max() == 0.9
 
 
+@pytest.mark.slow
 def test_period_doublings_lie_on_their_parabola() -> None:
     samples = placed(SPACE, WAVE | {Z: 0 * TAU, W: 0 * TAU})
     points = curve("period-doubling", MOEBIUS, samples, math.pi, -0.3, frequency=0.0)

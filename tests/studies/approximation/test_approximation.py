@@ -137,6 +137,7 @@ def test_a_wrong_question(drum: Machine, case: str) -> None:
         prepare(ask(start=DRUM_START, **keys), drum)
 
 
+@pytest.mark.slow
 def test_a_machine_with_a_schedule_is_compared_without_an_order(study: Study) -> None:
     """A schedule does not become slower with epsilon."""
     machine = load_machine(
@@ -176,6 +177,7 @@ def test_trusted(rotor: Machine) -> None:
     assert not json.loads(result.attrs["warnings"])
 
 
+@pytest.mark.slow
 def test_units(drum: Machine) -> None:
     result, _ = answer(drum, along="carrier.damping", values=[200.0, 300.0], start=DRUM_START, until=0.5, until_phi=20.0)
     units = {n: result[n].attrs["units"] for n in ("value", "angle", "speed_deviation", "amplitude_deviation", "error")}
@@ -245,6 +247,7 @@ def test_the_order_of_the_error(rotor: Machine) -> None:
     assert (second.speed < 0.2 * first.speed).all()
 
 
+@pytest.mark.slow
 def test_the_order_of_a_shaken_machine_and_with_a_prescribed_speed_is_positive() -> None:
     """001, 2.1: at kappa times epsilon the shaking's torque must be kappa times as large too, or the problem is another one.
 

@@ -44,6 +44,7 @@ def flat() -> xr.Dataset:
     return run(CamContour(), given.drive(given.MODIFIED_SINE, given.FLAT))
 
 
+@pytest.mark.slow
 def test_the_cam_is_drawn_to_scale(lever: xr.Dataset) -> None:
     above = draw(lever).axes[0]
     assert above.get_aspect() == 1

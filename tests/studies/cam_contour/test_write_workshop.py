@@ -25,6 +25,7 @@ from wucht.studies.study_file import run_file
 needs_ezdxf = pytest.mark.skipif(find_spec("ezdxf") is None, reason="the extra [cad] is not installed")
 
 
+@pytest.mark.slow
 def test_lists_and_tables_of_a_pair(tmp_path: Path) -> None:
     follower = given.FOLLOWER | {"counter": given.COUNTER}
     run(CamContour(chord_tolerance="5 um"), given.drive(given.FIVE, follower), folder=tmp_path / "run")

@@ -283,6 +283,7 @@ def test_interrupted_it_is_taken_up_where_it_was(tmp_path):
     assert [f.name for f in tmp_path.iterdir()] == ["result.nc"]
 
 
+@pytest.mark.slow
 def test_the_command(wucht, here):
     """wucht new, run, plot."""
     assert wucht("new", "cam-correction", "mine.toml").code == 0

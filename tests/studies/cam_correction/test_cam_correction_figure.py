@@ -42,6 +42,7 @@ def lines(axis):
     return {drawn.get_label(): drawn for drawn in axis.get_lines()}
 
 
+@pytest.mark.slow
 def test_panels_of_cams_with_a_measured_acceleration(whole):
     drawn = wucht.draw(whole)
     assert [" ".join(a.get_ylabel().split()) for a in drawn.axes] == [
@@ -111,6 +112,7 @@ def test_a_law_alone_has_its_table_instead_of_a_contour(law):
     assert set(legend(drawn)) == {"original cam", "corrected cam", "1e-12 of order 1, or less", "mean speed"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
 @pytest.mark.filterwarnings("error")
 def test_every_format(whole, ending):

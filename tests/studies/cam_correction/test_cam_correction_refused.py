@@ -66,6 +66,7 @@ def test_the_largest_roller_that_is_named_is_not_refused(wucht, here):
     assert wucht("run", "drive.toml", "--set", f"follower.roller_radius={allowed}").code == 0
 
 
+@pytest.mark.slow
 def test_too_large_a_roller_of_the_counter_cam_is_told_at_its_own_key(wucht, here):
     counter = 'angle = "-135 deg"\ncounter = { arm = "70 mm", roller_radius = "130 mm", angle = "110 deg" }'
     (here / "drive.toml").write_text(FILE.replace('angle = "-135 deg"', counter), encoding="utf-8")

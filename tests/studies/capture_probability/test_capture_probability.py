@@ -244,6 +244,7 @@ def of_basins(result: xr.Dataset) -> list[float]:
     return known
 
 
+@pytest.mark.slow
 def test_the_catalogue_file_agrees_with_the_basins_of_figure_5_10() -> None:
     few = {"study.range": [1.0, 2.5], "study.points": 2, "study.probability": 0.9, "study.sensitivity_samples": 64}
     study = read_study("drozdetskaya-2020/how-likely-it-compensates", few)

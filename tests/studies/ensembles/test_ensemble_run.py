@@ -122,6 +122,7 @@ def test_a_member_that_only_passes_by_a_motion_that_goes_on_is_not_taken_for_it(
     assert labels(found) == [run_up(machine, start, "full", settled=True).verdict.outcome.value for start in starts]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["full", "slow"])
 def test_the_peak_is_seen_from_the_start_on(model: str) -> None:
     # With the speed of its resonance and the bodies ahead of the unbalance it begins with its largest amplitude, or soon after.

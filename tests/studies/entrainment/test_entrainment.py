@@ -267,6 +267,7 @@ def test_a_long_run_up_is_waited_for() -> None:
     assert s["outcome"] == "entrained"
 
 
+@pytest.mark.slow
 def test_without_averaged_equations_the_full_ones_answer() -> None:
     """A pivot that turns with its rotor leaves none: the range must be given, and a warning says so."""
     hung = {
@@ -287,6 +288,7 @@ def test_without_averaged_equations_the_full_ones_answer() -> None:
     assert re.search("the averaged equations are left out: has no (slow|averaged) equations", result.attrs["warnings"])
 
 
+@pytest.mark.slow
 def test_bodies_count_as_released() -> None:
     """An exciter that is locked for a second takes part in the synchronous motion."""
     late = E2 | {"release": {"time": 1.0}}

@@ -81,6 +81,7 @@ def test_bands(shaken: xr.Dataset) -> None:
     assert edges == pytest.approx(summary["band_from_rest"])
 
 
+@pytest.mark.slow
 def test_exciters_are_cut_where_they_are_not_and_others_are_grey(exciters: xr.Dataset) -> None:
     phase, speed = draw(exciters).axes
     assert phase.get_ylim() == pytest.approx((0, 360))  # around 180 degrees, above the resonance

@@ -49,6 +49,7 @@ def test_it_is_the_orbit_of_the_branch(beat: Beat) -> None:
     assert 0 < beat.fullness < 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("signal", ["displacement", "bearing-force", "acceleration"])
 def test_its_cycles_are_those_of_its_own_run(signal: str) -> None:
     """As many a unit of time to 0.1 %, and amplitudes to 0.6 % of the largest: rainflow pairs neighbours that differ."""

@@ -82,6 +82,7 @@ def test_a_coarse_grid_that_is_integrated_piece_by_piece_has_each_sample_once() 
 # --- releases ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("when", RELEASES, ids=["time", "speed"])
 def test_a_released_body_stays_free_in_the_legs_that_follow(when: dict[str, float]) -> None:
     """It is released in the first leg of several: the run is that of a single integration."""

@@ -45,6 +45,7 @@ def test_rates_are_those_of_the_papers_equations(damping: float) -> None:
     assert decay_rate(changed) == pytest.approx(-_by_hand(damping).real.max(), rel=0.03)
 
 
+@pytest.mark.slow
 def test_optimum_between_oscillation_and_creep() -> None:
     """Below it the slowest motion swings, above it creeps; runs from random starts take longer at either side."""
     spec = OptimiseBalancer(vary={"damping": RANGE}, samples=16, population=4, evaluations=4, seed=3)

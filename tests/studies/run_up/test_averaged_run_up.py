@@ -106,6 +106,7 @@ ENERGY = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ENERGY)
 def test_the_energy_of_the_slow_motion_balances(case: str) -> None:
     name, keys = ENERGY[case]
@@ -162,6 +163,7 @@ def test_clockwise_is_the_mirror_image(inertia: bool) -> None:
 # Machines of other kinds
 
 
+@pytest.mark.slow
 def test_a_voltage_ramp() -> None:
     """Both models see the schedule: the drive's voltage grows over 10 s, and the speed with it, within O(epsilon)."""
     ramp = [{"parameter": "drive.no_load_speed", "points": [[0.0, 0.0], [4.0, 60.0]]}]

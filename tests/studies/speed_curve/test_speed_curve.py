@@ -90,6 +90,7 @@ def test_a_range_without_states_of_a_name_says_so() -> None:
     assert s["branches"] == [] and "no steady states were found, together, between u = 2 and 5" in s["sentence"]
 
 
+@pytest.mark.slow
 def test_a_pitchfork_of_compensation_and_together() -> None:
     """Two equal pendulums just compensate the rotor at s = 2: type I begins there, and type II is stable beyond."""
     r = run(SpeedCurve(along="s", range=[0.5, 4.0]), load_machine(TABLE))

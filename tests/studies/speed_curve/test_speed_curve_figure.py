@@ -48,6 +48,7 @@ def test_stable_is_solid_and_unstable_dashed() -> None:
     assert sum(len(line.get_xdata()) for line in speed.lines if line.get_linestyle() == "None") == r.sizes["special"]
 
 
+@pytest.mark.slow
 def test_values_of_a_second_parameter_have_a_colour_each() -> None:
     drawn = draw(result(second="sigma", second_values=(0.06, 0.1), only=("together",), points=2))
     texts = [t.get_text() for t in drawn.axes[0].get_legend().get_texts()]
@@ -67,6 +68,7 @@ def test_many_values_have_the_colours_of_a_scale() -> None:
     assert texts[0] == "$shift$ = 0" and texts[6] == "$shift$ = 1" and len(texts) == 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("along", "bounds", "more"),
     [

@@ -78,6 +78,7 @@ def test_what_does_not_fit_is_refused(changed: dict[str, Any], sentence: str) ->
         run(StabilityMap(**asked), CUSP)
 
 
+@pytest.mark.slow
 def test_orbits_that_begin_at_a_hopf_point_and_fold() -> None:
     asked: dict[str, Any] = {"along": "p", "range": [-0.6, 0.5], "second": "s", "second_range": [0.5, 1.3], "cells": 3}
     summary = summary_of(run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), HOPF_FORM))

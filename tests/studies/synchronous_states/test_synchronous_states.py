@@ -140,6 +140,7 @@ def test_a_family_is_what_the_search_leaves_undecided() -> None:
     assert same(closed[1:], searched.states)
 
 
+@pytest.mark.slow
 # Quick are two with a given speed.
 @pytest.mark.parametrize(
     ("count", "held"),

@@ -163,6 +163,7 @@ def test_only_what_is_shown_stable_has_the_frame_of_stable_states(rollers: xr.Da
     assert {"bodies overlap", "not stable"} <= set(legends(jammed))
 
 
+@pytest.mark.slow
 def test_ten_bodies_are_told_apart() -> None:
     """By colour, and the second five by hollow arrows; all stand in the legend, which is inside the figure."""
     figure = draw(many(10))

@@ -92,6 +92,7 @@ def test_resumed_is_uninterrupted(unbalances: tuple[float, ...], tmp_path: Path,
     assert computed == once
 
 
+@pytest.mark.slow
 def test_states_that_are_not_computed_yet_say_so(tmp_path: Path) -> None:
     """After two of six states: all stand in the result, as the averaged equations have them."""
     m = machine(0.012, 0.008)

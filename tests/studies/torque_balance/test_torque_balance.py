@@ -69,6 +69,7 @@ def test_the_default_range_reaches_what_the_vibration_holds_far_beyond_the_reson
     assert len(s["working_points"]) == 3
 
 
+@pytest.mark.slow
 def test_an_induction_motor_drives_a_fan_through_a_resonance() -> None:
     m = machine()
     s, vibration, left = summary(m), Vibration.of(m), net_torque(m, m.rotor)
