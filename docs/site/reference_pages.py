@@ -15,6 +15,7 @@ from wucht.files.catalogue import FOLDER
 from wucht.keys import Key, keys_of
 from wucht.machines.models import Model
 from wucht.machines.parts import known
+from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part
 from wucht.machines.parts.support import Support
 from wucht.studies.registry import Study, studies
@@ -28,6 +29,7 @@ FAMILIES: dict[str, tuple[type[Part], str]] = {
     "bodies": (Body, "`[[machine.bodies]]`"),
     "drives": (Drive, "`[machine.drive]`, or `[[machine.drives]]` with `on`"),
     "loads": (Load, "`[machine.load]`, or `[[machine.loads]]` with `on`"),
+    "attachments": (Attachment, "`[[machine.attachments]]`"),
     "dimensionless": (Model, "`[machine.parameters]`, beside `model` in `[machine]`"),
 }
 CAMS = {"laws": (LAWS, "`[law]`"), "followers": (FOLLOWERS, "`[follower]`"), "linkages": (LINKAGES, "`[linkage]`")}

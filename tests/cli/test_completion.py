@@ -30,6 +30,8 @@ LINES = {
     "wucht run drozdetskaya-2020/r1 --set study.kind=torque": ["study.kind=torque-balance"],
     "wucht run drozdetskaya-2020/r1 --set study.tolerance=": ["study.tolerance="],
     "wucht plot out --format s": ["svg"],
+    "wucht plot out --style j": ["journal"],
+    "wucht run practice/screen-loaded --set material.s": ["material.share="],
     "wucht equations x --no": ["--no-inertia"],
     "wucht list switch": ["switchable-pendulum"],
     "wucht new cam-p": ["cam-prediction"],

@@ -45,6 +45,7 @@ def test_blocks_are_of_a_kind_that_is_tested(name: str) -> None:
 @pytest.mark.parametrize(("page", "block"), _all("sh"))
 def test_commands_are_ones_that_there_are(page: Path, block: Block, here: Path) -> None:
     write_files(page)
+    assert {words[0] for words in block.commands} <= set(CHECKED)
     for words in block.commands:
         CHECKED[words[0]](words[1:])
 
@@ -53,6 +54,7 @@ def test_commands_are_ones_that_there_are(page: Path, block: Block, here: Path) 
 def test_commands_in_sentences_are_ones_that_there_are(name: str, here: Path) -> None:
     write_files(PAGES[name])
     for words in inline_commands(PAGES[name]):
+        assert words[0] == "wucht"
         _wucht(words[1:])
 
 
@@ -63,7 +65,9 @@ def _wucht(words: list[str]) -> None:
     from wucht.cli import app as cli
 
     cli.register()
-    command = typer.main.get_command(cli.app).commands[words[0]]  # type: ignore[attr-defined]
+    known = typer.main.get_command(cli.app).commands  # type: ignore[attr-defined]
+    assert words[0] in known
+    command = known[words[0]]
     if "--import" in words:  # what is loaded stays loaded: only a process of its own may do it
         assert (ROOT / words[words.index("--import") + 1]).is_file()
         return

@@ -114,6 +114,8 @@ def _paths(machine: dict[str, Any], parts: dict[str, dict[str, list[str]]]) -> l
     found = [f"carrier.{key}" for key in parts["carriers"].get(carrier.get("directions", "xy"), [])]
     for body in machine.get("bodies", []):
         found += [f"{body.get('name')}.{key}" for key in parts["bodies"].get(body.get("kind"), [])]
+    for attached in machine.get("attachments", []):
+        found += [f"{attached.get('name')}.{key}" for key in parts["attachments"].get(attached.get("kind"), [])]
     for group in ("drive", "load"):
         shafts = machine.get(f"{group}s") or ([machine[group]] if group in machine else [])
         on = [shaft.get("on", "") for shaft in shafts]

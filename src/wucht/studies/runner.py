@@ -32,7 +32,7 @@ from wucht.studies.registry import Study, studies, study_of
 from wucht.studies.resuming import earlier
 from wucht.studies.room import out_of_memory, refuse_numbers, refuse_turns
 from wucht.studies.spec import Spec
-from wucht.studies.subjects import subject_of
+from wucht.studies.subjects import Description, subject_of
 from wucht.studies.work import Report, Work
 
 if TYPE_CHECKING:
@@ -131,26 +131,12 @@ def _answered(
         memory = (Memory.resumed if resumed else Memory.begun)(folder, question)
 
     def result(findings: Any, finished: bool) -> xr.Dataset:
-        """The Dataset with the attributes that every result has."""
         made: xr.Dataset = study.dataset(plan, findings)
         own = [w for w in json.loads(made.attrs["warnings"]) if w not in subject_is.warnings]
-        made.attrs |= {
-            "study": spec.kind,
-            "contents": to_json([str(name) for name in made.variables], indent=None),
-            "title": subject_is.title,
-            "dimensionless": int(subject_is.dimensionless),
-            "finished": int(finished and not made.attrs["failure"]),
-            "assumed": to_json([*assumptions(spec, subject), *assumed_of(made)], indent=None),
-            "warnings": to_json([*subject_is.warnings, *own, *notes], indent=None),
-            "notes": to_json(list(subject_is.notes), indent=None),
-            **provenance(question, clock.perf_counter() - begun),
-        }
+        made.attrs |= _common(spec, subject, subject_is, made) | provenance(question, clock.perf_counter() - begun)
+        made.attrs["warnings"] = to_json([*subject_is.warnings, *own, *notes], indent=None)
+        made.attrs["finished"] = int(finished and not made.attrs["failure"])
         return made if document is None else made.assign_attrs(document=json.dumps(document, default=str))
-
-    def keep(made: xr.Dataset, into: Path) -> None:
-        """Save what there is now, in the place of an earlier result and of what was drawn of it."""
-        remove_earlier(into)
-        save(made, into / RESULT)
 
     findings, interrupted = None, False
     saved, pause = clock.perf_counter(), _SAVE_EVERY_S
@@ -158,7 +144,7 @@ def _answered(
         for findings in solve(plan, Work(memory, progress, cluster)):
             if folder is not None and clock.perf_counter() - saved > pause:
                 looked = clock.perf_counter()
-                keep(result(findings, False), folder)
+                _keep(result(findings, False), folder)
                 saved = clock.perf_counter()
                 pause = max(_SAVE_EVERY_S, 9 * (saved - looked))
     except KeyboardInterrupt:
@@ -172,10 +158,28 @@ def _answered(
         raise
     final = result(findings, not interrupted)
     if folder is not None:
-        keep(final, folder)
+        _keep(final, folder)
         if not interrupted:
             memory.forget()
     return final
+
+
+def _common(spec: Spec, subject: Any, about: Description, made: xr.Dataset) -> dict[str, Any]:
+    """Attributes that every result has, whenever it is saved."""
+    return {
+        "study": spec.kind,
+        "contents": to_json([str(name) for name in made.variables], indent=None),
+        "title": about.title,
+        "dimensionless": int(about.dimensionless),
+        "assumed": to_json([*assumptions(spec, subject), *assumed_of(made)], indent=None),
+        "notes": to_json(list(about.notes), indent=None),
+    }
+
+
+def _keep(made: xr.Dataset, folder: Path) -> None:
+    """Save what there is now, in the place of an earlier result and of what was drawn of it."""
+    remove_earlier(folder)
+    save(made, folder / RESULT)
 
 
 def load(path: Path | str) -> xr.Dataset:
