@@ -45,6 +45,9 @@ class Balanced:
         share = (np.abs(self.s + bodies) / self.s).max(axis=0)
         return Left(share), share < 0.01
 
+    def kept(self, record: Left) -> Left:
+        return record
+
 
 def found(system: System, starts: np.ndarray, values: dict[str, float], size: int, threads: int) -> Ends[Left]:
     names = system.state_names

@@ -63,6 +63,9 @@ class Watch:
         settled = np.abs(samples).max(axis=(0, 1)) < self.below
         return Seen(top, total, record.count + 1, record.parameter), settled
 
+    def kept(self, record: Seen) -> Seen:
+        return record
+
 
 def drawn(count: int) -> Members:
     rng = np.random.default_rng(3)

@@ -85,6 +85,10 @@ class Observer(Protocol[R]):
         """
         ...
 
+    def kept(self, record: R) -> R:
+        """What is kept of the record of members that have ended: without what was needed on the way alone."""
+        ...
+
 
 class Pacing(Protocol):
     """In what chunks of their own time, which begins at zero, members advance: the same for all of them."""

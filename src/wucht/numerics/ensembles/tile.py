@@ -108,13 +108,13 @@ class _Course(Generic[R]):
         if not out.any():
             return
         left, kept = np.flatnonzero(out), np.flatnonzero(~out)
-        self._records.append((self.ids[left], taken(self.record, left)))
+        self._records.append((self.ids[left], self._observer.kept(taken(self.record, left))))
         self.ids, self.record = self.ids[kept], taken(self.record, kept)
         self.states, self.numbers = np.take(self.states, kept, axis=1), np.take(self.numbers, kept, axis=1)
 
     def ends(self) -> Ends[R]:
         """Of all members, in their order."""
-        parts = [*self._records, (self.ids, self.record)]
+        parts = [*self._records, (self.ids, self._observer.kept(self.record))]
         order = np.argsort(np.concatenate([ids for ids, _ in parts]))
         record = taken(joined_records([r for _, r in parts]), order)
         return Ends(self._times, self._ends, self._status, dict(sorted(self._sentences.items())), record)

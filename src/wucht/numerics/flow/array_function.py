@@ -69,7 +69,8 @@ class ArrayFunction:
                 fixed[:, :points].reshape(-1, *block)[:] = constants[:, None]
             for row, state in zip(x, states, strict=True):
                 row[:points].reshape(block)[:] = state[part]
-            self._compiled(x, pars=fixed, outputs=found)
+            # By one thread: blocks are small, and threads that ask, each for its members, are as many as processors.
+            self._compiled(x, pars=fixed, outputs=found, batch_parallel=False)
             values[:, part] = found[:, :points].reshape(results, *block)
         return values
 

@@ -49,8 +49,8 @@ def compile_batch(program: Program, tolerance: float) -> HeyokaBatch:
 
 
 class HeyokaBatch:
-    """Compiled equations on as many lanes as the processor's registers hold: an integrator that is copied for each thread, and
-    copies that wait for the next one. LLVM's result is cached on disk by heyoka.
+    """Compiled equations on as many lanes as two of the processor's registers hold: an integrator that is copied for each
+    thread, and copies that wait for the next one. LLVM's result is cached on disk by heyoka.
     """
 
     def __init__(self, program: Program, tolerance: float) -> None:
@@ -59,7 +59,8 @@ class HeyokaBatch:
         hy.set_logger_level_critical()  # its log goes to stdout; failures are reported as outcomes
         variables, translate = translation(program)
         system = list(zip(variables, translate.program(program.lines, program.results), strict=True))
-        self.width = int(hy.recommended_simd_size())
+        # Two registers of each number: one is computed with while the other waits, and half as many batches are begun.
+        self.width = 2 * int(hy.recommended_simd_size())
         self._idle: deque[BatchIntegrator] = deque(maxlen=_IDLE)
         self._original = hy.taylor_adaptive_batch(
             system,

@@ -172,4 +172,4 @@ def _followed(plan: Plan, level: Level) -> Level:
     """A level whose cells asked for were all run, with those asked for besides that lie at a border and were handed down."""
     run_ = level.halvings_of == level.halvings
     more = np.flatnonzero(left_at_border(level.outcome, run_, plan.periodic))
-    return replace(level, asked=np.concatenate([level.asked, more]))
+    return replace(level, asked=np.concatenate([level.asked, more])) if len(more) else level

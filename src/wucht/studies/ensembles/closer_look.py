@@ -144,6 +144,10 @@ class CloserLook:
             over[i] = verdict.settled_within(_SETTLED) or verdict.outcome in _OVER
         return replace(record, outcome=outcome, settling=settling), over
 
+    def kept(self, record: Watching) -> Watching:
+        """See ``Observer``: all of it."""
+        return record
+
     def _seen(self, record: Watching, times: np.ndarray, samples: np.ndarray) -> np.ndarray:
         """What was seen of each member (M,) after samples (K, k, M)."""
         seen, variants = np.empty(len(record.number), object), self.of[record.number]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -103,6 +103,10 @@ class FirstLook:
         closer = (outcome == UNDECIDED) & (last | (not self.final and self._stuck(rest, index)))
         record = MemberRecord(record.number, outcome.astype(np.int8), closer, square, settling, end, course)
         return record, (outcome != UNDECIDED) | closer
+
+    def kept(self, record: MemberRecord) -> MemberRecord:
+        """See ``Observer``: all but the course, which is most of it."""
+        return replace(record, course=record.course[:, :0])
 
     @cached_property
     def _view(self) -> FullView | SlowView:
