@@ -9,7 +9,8 @@ import pytest
 import sympy as sp
 
 import wucht
-from wucht.errors import InputError
+from wucht.errors import InputError, RunError
+from wucht.numerics.periodic.fold_pairs import FoldPairs
 from wucht.results.conventions import summary_of
 from wucht.studies.runner import draw, report, run
 from wucht.studies.stability_map.map_words import numbered, state_label
@@ -125,3 +126,29 @@ def test_small_parts() -> None:
     assert state_label([], 0) == "nothing else"
     a, b = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]]), np.array([[0.0, 2.0], [1.5, 1.4]])
     assert crossing_pieces(a, b) == [(1, 0)]
+
+
+# Folds at p = -r (x = -2) and at p = r (x = 2): both coincide at (0, 0).
+PAIRS = wucht.OwnEquations(System((X,), (-((X + 2) ** 2 - P - R) * ((X - 2) ** 2 - P + R),), (P, R)), {"p": 0.5, "r": 0.1}, "pairs")
+
+
+def two_pairs() -> Any:
+    plane = {"along": "p", "range": [-0.6, 1.0], "second": "r", "second_range": [-0.5, 0.7]}
+    return run(StabilityMap(**plane, cells=3, orbits=False, ranges={"x": [-4.0, 4.0]}), PAIRS)
+
+
+def test_curves_of_folds_that_cross() -> None:
+    """And where Newton's method does not find the place, that is said."""
+    (mark,) = summary_of(two_pairs())["points"]
+    assert (mark["kind"], mark["p"], mark["r"]) == ("two folds at once", pytest.approx(0, abs=1e-8), pytest.approx(0, abs=1e-8))
+
+
+def test_a_crossing_that_is_not_found_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(*_: Any) -> np.ndarray:
+        raise RunError("no point was found at which both folds coincide")
+
+    monkeypatch.setattr(FoldPairs, "near", lost)
+    result = two_pairs()
+    assert summary_of(result)["points"] == []
+    assert "where two curves of folds cross near p = " in result.attrs["warnings"]
+    assert "is not located: no point was found" in result.attrs["warnings"]

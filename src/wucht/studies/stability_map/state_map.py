@@ -59,7 +59,8 @@ def run_states(plan: Plan, work: Work) -> Stage:
     for k, second in enumerate(seconds):
         part = work.part(f"row {second!r}", _ROWS * k / len(seconds), _ROWS * (k + 1) / len(seconds))
         findings = yield from _steady(plan, findings, second, plan.centres(0), part, work)
-    findings = replace(findings, crossings=work.unit("crossings", partial(_crossings, plan, findings.curves)).found)
+    crossings = work.unit("crossings", partial(_crossings, plan, findings.curves))
+    findings = replace(findings, crossings=crossings.found, lost=(*findings.lost, *crossings.lost))
     if plan.motion is not None:
         findings = yield from _orbits(plan, findings, work)
     findings = yield from _extra(plan, findings, work)
@@ -93,14 +94,15 @@ def _steady(plan: Plan, findings: StateFindings, second: float, values: np.ndarr
 
 @dataclass(frozen=True)
 class Crossings:
-    """Those that were found."""
+    """Those that were found, and sentences on those that were not."""
 
     found: tuple[Crossing, ...]
+    lost: tuple[str, ...] = ()
 
 
 def _crossings(plan: Plan, curves: tuple[FollowedCurve, ...]) -> Crossings:
     """Where the curves of folds of states of one name cross: there two pairs of them vanish at once."""
-    folds, found = [c for c in curves if c.of == FOLD], list[Crossing]()
+    folds, found, lost = [c for c in curves if c.of == FOLD], list[Crossing](), list[str]()
     states = plan.row(sum(plan.bounds[1]) / 2).curves[0][1]
     equations = states.equations_with(plan.second.path, plan.bounds[1][1] - plan.bounds[1][0])
     pairs = FoldPairs(equations, plan.bounds)
@@ -109,13 +111,16 @@ def _crossings(plan: Plan, curves: tuple[FollowedCurve, ...]) -> Crossings:
             if a.kind.name != b.kind.name:
                 continue
             for k, m in crossing_pieces(a.u[-2:], b.u[-2:]):
+                x, y = at = (a.u[-2:, k] + b.u[-2:, m]) / 2
                 try:
-                    u = pairs.near(a.u[:-2, k], b.u[:-2, m], (a.u[-2:, k] + b.u[-2:, m]) / 2)
-                except WuchtError:
+                    u = pairs.near(a.u[:-2, k], b.u[:-2, m], at)
+                except WuchtError as error:
+                    place = f"{plan.along.path} = {x:.6g}, {plan.second.path} = {y:.6g}"
+                    lost.append(f"where two curves of folds cross near {place} is not located: {error}")
                     continue
                 if not any(abs(c.x - u[-2]) + abs(c.y - u[-1]) < 1e-9 for c in found):
                     found.append(Crossing(float(u[-2]), float(u[-1])))
-    return Crossings(tuple(found))
+    return Crossings(tuple(found), tuple(lost))
 
 
 def crossing_pieces(a: np.ndarray, b: np.ndarray) -> list[tuple[int, int]]:
