@@ -9,6 +9,7 @@ from typing import Any
 
 from wucht.errors import InputError
 from wucht.files.documents import Document, read_text
+from wucht.files.text_rows import cells_of
 from wucht.machines.parts.characteristic import SPEED_TORQUE
 from wucht.quantities import Unit, article
 
@@ -17,7 +18,6 @@ TIME_ANGLE = (Unit("s", "time"), Unit("rad", "angle"))
 
 _HEADING = re.compile(r"([^\[(]+?)\s*(?:\[(.*)\]|\((.*)\))?")  # name, name [unit] or name (unit)
 _UNIT_IN_WORDS = re.compile(r"\S.*\sin (\S.*)")  # Drehzahl in 1/min
-_BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
 
 
 def read_table(path: Path, units: tuple[Unit, Unit]) -> list[list[float]]:
@@ -100,12 +100,7 @@ def _lines(path: Path) -> list[tuple[int, str]]:
 
 
 def _cells(line: str) -> list[str]:
-    separator = _separator(line)
-    cells = line.split(separator) if separator else _BLANK_OUTSIDE_BRACKETS.split(line)
-    stripped = [c.strip().strip('"').strip() for c in cells]
-    while len(stripped) > 2 and not stripped[-1]:  # spreadsheets end their lines with a separator
-        stripped.pop()
-    return stripped
+    return cells_of(line, _separator(line), least=2)
 
 
 def _separator(line: str) -> str | None:

@@ -11,13 +11,13 @@ import numpy as np
 
 from wucht.errors import InputError
 from wucht.files.documents import read_text
+from wucht.files.text_rows import cells_of
 from wucht.measurements.recording import ANGLE, SPEED, TIME, Channel, Recording
 from wucht.quantities import Unit
 
 _TIMES = ("time", "t", "zeit", "times", "timestamp")
 _KNOWN = (TIME, SPEED, ANGLE, Unit("m/s^2", "acceleration"), Unit("rad/s^2", "angular acceleration"))
 _HEADING = re.compile(r"([^\[(]*?)\s*(?:\[(.*)\]|\((.*)\))?")  # name, name [unit] or name (unit)
-_BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
 _UNIT_IN_WORDS = re.compile(r"\S.*\sin (\S+)")  # Drehzahl in 1/min; the name is then all of it
 _UNITS_ALONE = ("s", "ms", "rpm", "rad/s", "deg/s", "Hz", "rad", "deg", "°", "V", "mV", "m/s^2")
 
@@ -68,7 +68,7 @@ def _layout(source: str, lines: list[str]) -> _Layout:
         if not held:
             continue
         separator = next((s for s in ";\t," if s in held), None)
-        cells = _cells(held, separator)
+        cells = cells_of(held, separator)
         if len(heading) < 2 and not any(_is_number(c, separator) for c in cells):
             heading.append(cells)
             continue
@@ -81,14 +81,6 @@ def _layout(source: str, lines: list[str]) -> _Layout:
             raise InputError(source, None, f"two columns are called {twice!r}; each needs a name of its own")
         return _Layout(separator, tuple(names), tuple(units), number)
     raise InputError(source, None, "there is no row of numbers in this file")
-
-
-def _cells(line: str, separator: str | None) -> list[str]:
-    cells = line.split(separator) if separator else _BLANK_OUTSIDE_BRACKETS.split(line)
-    stripped = [c.strip().strip('"').strip() for c in cells]
-    while len(stripped) > 1 and not stripped[-1]:  # loggers end their lines with a separator
-        stripped.pop()
-    return stripped
 
 
 def _heading(heading: list[list[str]], count: int) -> tuple[list[str], list[str]]:
@@ -139,7 +131,7 @@ def _located(source: str, lines: list[str], layout: _Layout) -> InputError:
     """The error with the line that is no row."""
     for number, line in enumerate(lines[layout.first :], layout.first + 1):
         held = line.split("#", 1)[0].strip()
-        cells = _cells(held, layout.separator)
+        cells = cells_of(held, layout.separator)
         if not held:
             continue
         empty = _first_empty(held, layout)

@@ -129,7 +129,9 @@ def test_small_parts() -> None:
 
 
 # Folds at p = -r (x = -2) and at p = r (x = 2): both coincide at (0, 0).
-PAIRS = wucht.OwnEquations(System((X,), (-((X + 2) ** 2 - P - R) * ((X - 2) ** 2 - P + R),), (P, R)), {"p": 0.5, "r": 0.1}, "pairs")
+PAIRS = wucht.OwnEquations(
+    System((X,), (-((X + 2) ** 2 - P - R) * ((X - 2) ** 2 - P + R),), (P, R)), {"p": 0.5, "r": 0.1}, "pairs"
+)
 
 
 def two_pairs() -> Any:

@@ -19,9 +19,9 @@ from wucht.cams.demands import finite, positive
 from wucht.cams.workshop.closed_curve import ClosedCurve, distances
 from wucht.cams.workshop.plane_spline import PlaneSpline, fitted_spline, spline_deviation
 from wucht.cams.workshop.points import chord_deviation, chord_points
-from wucht.cams.workshop.textfiles import written
 from wucht.errors import InputError
 from wucht.numerics.harmonics import even_angles
+from wucht.results.store import replacing
 
 CONTOUR, CONTOUR_SPLINE = "CONTOUR", "CONTOUR_SPLINE"
 PITCH, PITCH_SPLINE = "PITCH_CURVE", "PITCH_CURVE_SPLINE"
@@ -92,7 +92,7 @@ def write_dxf(
         space.add_circle(centre, 1e3 * circle.radius, dxfattribs={"layer": layer})
     for layer in sorted({entity.dxf.layer for entity in space}):
         document.layers.add(layer, color=_COLOURS[layer])
-    written(path, document.saveas)
+    replacing(path, document.saveas)
     return tuple(drawn)
 
 

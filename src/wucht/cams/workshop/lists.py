@@ -12,8 +12,9 @@ import numpy as np
 
 from wucht.cams.demands import places, positive
 from wucht.cams.workshop.points import FEWEST, PointList
-from wucht.cams.workshop.textfiles import decimal, read_text, written_text
+from wucht.cams.workshop.textfiles import decimal, written_text
 from wucht.errors import InputError, nearest
+from wucht.files.documents import read_text
 
 _FINER = 3  # decimals that angles and normals have more than coordinates: 1 um on a radius of 1 m is 6e-5 deg
 _TITLE = "wucht point list"

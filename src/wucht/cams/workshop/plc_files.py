@@ -33,8 +33,9 @@ from pathlib import Path
 import numpy as np
 
 from wucht.cams.workshop.plc import ACCELERATION_FINER, MASTER_DECIMALS, VELOCITY_FINER, CamTable, Interpolation, Unit
-from wucht.cams.workshop.textfiles import decimal, read_text, written_text
+from wucht.cams.workshop.textfiles import decimal, written_text
 from wucht.errors import InputError
+from wucht.files.documents import read_text
 
 _DEGREE = np.pi / 180
 _WHOLE = 1e-9  # deg

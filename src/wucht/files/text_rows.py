@@ -1,0 +1,19 @@
+"""Rows of text files with columns, as spreadsheets and loggers write them."""
+
+from __future__ import annotations
+
+import re
+
+_BLANK_OUTSIDE_BRACKETS = re.compile(r"\s+(?![^\[(]*[\])])(?![\[(])")
+
+
+def cells_of(line: str, separator: str | None, least: int = 1) -> list[str]:
+    """What stands in the columns of a row, without quotation marks.
+
+    separator: between them; None: blanks. least: so many are kept where a row ends with separators and nothing between.
+    """
+    cells = line.split(separator) if separator else _BLANK_OUTSIDE_BRACKETS.split(line)
+    stripped = [c.strip().strip('"').strip() for c in cells]
+    while len(stripped) > least and not stripped[-1]:  # spreadsheets and loggers end their lines with a separator
+        stripped.pop()
+    return stripped
