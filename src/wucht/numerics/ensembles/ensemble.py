@@ -9,11 +9,11 @@ from __future__ import annotations
 import itertools
 import os
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import TypeVar
 
 import sympy as sp
@@ -32,8 +32,8 @@ from wucht.system import System, needed_definitions
 R = TypeVar("R")
 # Members: enough for NumPy to watch them together at little cost, few enough to stay in the processor's cache; no power of two,
 # so that successive samples of a member do not fall into the same few lines of it.
-TILE = 248
-_TILES_A_THREAD = 4  # that are under way, or done and not yet asked for
+TILE = 992
+_TILES_A_THREAD = 2  # that are under way, or done and not yet asked for
 _TICK_S = 0.1  # between two reports
 Report = Callable[[float], None]  # the share that is done, 0 to 1
 
@@ -128,10 +128,7 @@ def run_ensemble(
     WuchtError
         For no member, or members that do not fit the System.
     """
-    used, count = processors() if threads is None else max(1, threads), len(members)
-    each = -(-count // (_TILES_A_THREAD * used * compiled.width)) * compiled.width
-    size = min(TILE, max(1, each))
-    return Ends.joined([tile.ends for tile in tiles(compiled, members, observer, pace, size, used, report=report)])
+    return Ends.joined([tile.ends for tile in tiles(compiled, members, observer, pace, threads=threads, report=report)])
 
 
 def tiles(
@@ -139,7 +136,7 @@ def tiles(
     members: Source,
     observer: Observer[R],
     pace: Pacing,
-    size: int = TILE,
+    size: int | None = None,
     threads: int | None = None,
     numbers: Sequence[int] | None = None,
     report: Report | None = None,
@@ -151,12 +148,13 @@ def tiles(
 
     Parameters
     ----------
-    size : int
-        Members a tile: tile i has those from ``i * size`` on.
+    size : int, optional
+        Members a tile: tile i has those from ``i * size`` on. If not given so many that all threads have work, up to ``TILE``.
     numbers : sequence of int, optional
         Of the tiles that are wanted; all if not given.
     """
     count, used = len(members), processors() if threads is None else threads
+    size = _size(count, used, compiled.width) if size is None else size
     if count < 1 or size < 1 or used < 1:
         raise WuchtError(f"{count} members in tiles of {size} on {used} threads: there must be at least one of each")
     all_of_them = range(-(-count // size))
@@ -171,6 +169,11 @@ def tiles(
             return Tile(number, first, run_tile(lanes, part, observer, pace, tick))
 
     return _in_threads(compute, wanted, used, report)
+
+
+def _size(count: int, threads: int, width: int) -> int:
+    """Members a tile, whole batches of so many lanes."""
+    return min(TILE, max(1, -(-count // (_TILES_A_THREAD * max(1, threads) * width)) * width))
 
 
 def processors() -> int:
@@ -210,7 +213,7 @@ def _in_threads(
         shares[number] = 1.0
         return tile
 
-    pool, waiting, under_way = ThreadPoolExecutor(threads), iter(wanted), dict[int, Future[Tile[R]]]()
+    pool, waiting, under_way = _pool(threads, os.getpid()), iter(wanted), dict[int, Future[Tile[R]]]()
     try:
         while True:
             for number in itertools.islice(waiting, _TILES_A_THREAD * threads - len(under_way)):
@@ -230,11 +233,26 @@ def _in_threads(
             yield tile
     except KeyboardInterrupt:
         asked_to_stop.set()
-        pool.shutdown(cancel_futures=True)
-        for future in under_way.values():
-            if not future.cancelled() and future.exception() is None:
+        for future in _ended(under_way.values()):
+            if future.exception() is None:
                 yield future.result()
         raise
     finally:
         asked_to_stop.set()
-        pool.shutdown(cancel_futures=True)
+        _ended(under_way.values())
+
+
+@cache
+def _pool(threads: int, _process: int) -> ThreadPoolExecutor:
+    """Threads that stay for the next ensemble: of each new one the C library would keep memory of its own.
+
+    A copy of the process has none of its threads, and gets others.
+    """
+    return ThreadPoolExecutor(threads, "ensemble")
+
+
+def _ended(futures: Iterable[Future[Tile[R]]]) -> list[Future[Tile[R]]]:
+    """Those that had begun, when they are done; the others never begin."""
+    begun = [f for f in futures if not f.cancel()]
+    wait(begun)
+    return begun
