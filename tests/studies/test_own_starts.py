@@ -55,13 +55,13 @@ def test_of_several_drives_each_has_its_own() -> None:
 @pytest.mark.parametrize(
     ("start", "sentence"),
     [
-        ({"left": {"lining": "0.3 mm"}}, r"start\.left\.lining: given '0.3 mm'; must be a travel .* between -0.0002 and 0.0002 m"),
+        ({"left": {"lining": "0.3 mm"}}, r"start\.left\.lining: given '0.3 mm'; must be .* between -0.0002 and 0.0002 m"),
         ({"left": {"lining": "3 N"}}, r"must be a travel of the lining, a number in m or .*; this one is a force"),
         ({"left": {"lining": float("nan")}}, r"start\.left\.lining: given nan; must be a finite"),
         ({"left": {"linning": 0}}, r"start\.left\.linning: given 0; unknown key; did you mean 'lining'"),
         ({"left": 1e-4}, r"start\.left: given 0.0001; must be a table such as \{ lining = \"0 m\" \}"),
         ({"left": {"lining": {"x": 1}}}, r"start\.left\.lining: given \{'x': 1\}; must be a travel"),
-        ({"drive": {"integral": -5.1}}, r"start\.drive\.integral: given -5.1; must be an integral part .* between -5 and 5 N m"),
+        ({"drive": {"integral": -5.1}}, r"start\.drive\.integral: given -5.1; must be an integral .* between -5 and 5 N m"),
         ({"lefd": {"lining": 0}}, r"start\.lefd: .*did you mean 'left'"),
         ({"drives": {}}, r"start\.drives: .*did you mean 'drive'"),
     ],
