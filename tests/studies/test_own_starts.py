@@ -108,8 +108,7 @@ def test_they_are_start_states_of_maps() -> None:
     check_together(varied, {"drives": {"e3": {"integral": 1.0}}}, "axes", "an axis")
 
 
-@pytest.mark.slow
-def test_a_map_over_one_of_them() -> None:
+def test_a_map_over_both_of_them() -> None:
     axes = {"drive.integral": ["-4 N m", "4 N m", 2], "left.lining": ["-0.1 mm", "0.1 mm", 2]}
     result = run(Basin(axes=axes, until=2.0), machine(bodies=[drum() | {"eccentricity": 1e-3}]))
     assert sum(summary_of(result)["fractions"].values()) == pytest.approx(1.0)
