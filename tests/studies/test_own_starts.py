@@ -56,11 +56,11 @@ def test_of_several_drives_each_has_its_own() -> None:
     ("start", "sentence"),
     [
         ({"left": {"lining": "0.3 mm"}}, r"start\.left\.lining: given '0.3 mm'; must be .* between -0.0002 and 0.0002 m"),
-        ({"left": {"lining": "3 N"}}, r"must be a travel of the lining, a number in m or .*; this one is a force"),
+        ({"left": {"lining": "3 N"}}, r"must be a lining travel, a number in m or .*; this one is a force"),
         ({"left": {"lining": float("nan")}}, r"start\.left\.lining: given nan; must be a finite"),
         ({"left": {"linning": 0}}, r"start\.left\.linning: given 0; unknown key; did you mean 'lining'"),
         ({"left": 1e-4}, r"start\.left: given 0.0001; must be a table such as \{ lining = \"0 m\" \}"),
-        ({"left": {"lining": {"x": 1}}}, r"start\.left\.lining: given \{'x': 1\}; must be a travel"),
+        ({"left": {"lining": {"x": 1}}}, r"start\.left\.lining: given \{'x': 1\}; must be a lining"),
         ({"drive": {"integral": -5.1}}, r"start\.drive\.integral: given -5.1; must be an integral .* between -5 and 5 N m"),
         ({"lefd": {"lining": 0}}, r"start\.lefd: .*did you mean 'left'"),
         ({"drives": {}}, r"start\.drives: .*did you mean 'drive'"),
@@ -82,8 +82,8 @@ def test_a_run_up_stores_them_from_their_start_on() -> None:
     """The carrier stands; the controller is at its limit, where T_i x' = T_m - x, and the lining holds what the start drew."""
     result = run(RunUp(until=0.4, start={"left": {"lining": 1e-4}, "drive": {"integral": 1.0}}), machine())
     integral, lining = result["drive.integral"], result["left.lining"]
-    assert (integral.dims, integral.units, integral.long_name) == (("time",), "N m", "integral part of the controller, drive")
-    assert (lining.units, lining.long_name) == ("m", "travel of the lining, left")
+    assert (integral.dims, integral.units, integral.long_name) == (("time",), "N m", "integral part of the drive")
+    assert (lining.units, lining.long_name) == ("m", "lining travel of left")
     limited = result.speed.sel(body="drum").values < 20
     assert integral.values[limited] == pytest.approx(5 - 4 * np.exp(-result.time.values[limited] / 0.5), rel=1e-8)
     assert lining.values[0] == 1e-4
@@ -96,7 +96,7 @@ def test_they_are_start_states_of_maps() -> None:
     states = start_states(machine())
     assert (states["left.lining"].unit.si, states["drive.integral"].what) == (
         "m",
-        "integral part of the controller, drive at the start",
+        "integral part of the drive at the start",
     )
     two = machine(bodies=[drum("e1"), drum("e2")], drive=None, drives=[INVERTER | {"on": "e1"}, INVERTER | {"on": "e2"}])
     varied = [varied_of(two, name, "axes") for name in ("drives.e1.integral", "drives.e2.integral", "left.lining")]
@@ -116,5 +116,5 @@ def test_a_map_over_both_of_them() -> None:
 
 def test_a_map_refuses_what_no_lining_has() -> None:
     axes = {"drive.integral": ["-4 N m", "4 N m", 2], "left.lining": ["-0.6 mm", "0.6 mm", 2]}
-    with pytest.raises(InputError, match=r"study\.axes\.left\.lining: .*must be a travel of the lining between"):
+    with pytest.raises(InputError, match=r"study\.axes\.left\.lining: .*must be a lining travel between"):
         run(Basin(axes=axes, until=2.0), machine())

@@ -23,7 +23,7 @@ class FrictionDamper(AlongLine):
     """
 
     kind = "friction-damper"
-    own_states = (OwnState("lining", "m", "travel of the lining", "z"),)
+    own_states = (OwnState("lining", "m", "lining travel", "z"),)
 
     force: float = si("N", "friction force", "F", ge=0)
     build_up: float = si("m", "travel over which the force builds up", "d", BUILD_UP, gt=0)

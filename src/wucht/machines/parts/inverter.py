@@ -23,7 +23,7 @@ class Inverter(Drive):
     """
 
     kind = "inverter"
-    own_states = (OwnState("integral", "N m", "integral part of the controller", "tau"),)
+    own_states = (OwnState("integral", "N m", "integral part", "tau"),)
 
     set_speed: float = si("rad/s", "set speed", "omega_s")
     gain: float = si("N m s", "gain of the controller", "K", gt=0)
