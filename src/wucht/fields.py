@@ -61,7 +61,7 @@ def in_words(path: str, what: str) -> str:
     if owners and name in _AXES:
         along, (*owners, name) = f" in {name}", owners
     whose = _whose(owners)
-    if not whose or name == "gravity" or whose.removeprefix("the ") in what:
+    if not whose or name == "gravity" or f" {whose.removeprefix('the ')} " in f" {what} ":
         return what + along
     long = any(f" {word} " in what for word in _LONG)
     return f"{what}{along}, {whose.removeprefix('the ')}" if long else f"{what}{along} of {whose}"
