@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from wucht.fields import Parameter
+from wucht.fields import Parameter, in_words
 from wucht.files.catalogue import load_machine
 
 
@@ -41,3 +41,7 @@ def test_a_symbol_stays_one() -> None:
 
 def test_a_value_has_its_unit() -> None:
     assert Parameter("drive.voltage", 1.0, "V", "U", "voltage").at(230.0) == "voltage of the drive = 230 V"
+
+
+def test_a_letter_within_a_word_is_no_owner() -> None:
+    assert in_words("a.mass", "mass") == "mass of a"

@@ -41,16 +41,8 @@ class Parameter:
 
     @property
     def words(self) -> str:
-        """What it is and whose: ``no-load speed of the drive`` for ``drive.no_load_speed``; of a bare name ``what`` alone."""
-        *owners, name = self.path.split(".")
-        along = ""
-        if owners and name in _AXES:
-            along, (*owners, name) = f" in {name}", owners
-        whose = _whose(owners)
-        if not whose or name == "gravity" or whose.removeprefix("the ") in self.what:
-            return self.what + along
-        long = any(f" {word} " in self.what for word in _LONG)
-        return f"{self.what}{along}, {whose.removeprefix('the ')}" if long else f"{self.what}{along} of {whose}"
+        """What it is and whose, see ``in_words``."""
+        return in_words(self.path, self.what)
 
     @property
     def called(self) -> str:
@@ -60,6 +52,19 @@ class Parameter:
     def at(self, value: float, digits: int = 6) -> str:
         """A value of it in a sentence: ``no-load speed of the drive = 143.7 rad/s``."""
         return f"{self.called} = {value:.{digits}g} {self.unit}".rstrip()
+
+
+def in_words(path: str, what: str) -> str:
+    """What it is and whose: ``no-load speed of the drive`` for ``drive.no_load_speed``; of a bare name ``what`` alone."""
+    *owners, name = path.split(".")
+    along = ""
+    if owners and name in _AXES:
+        along, (*owners, name) = f" in {name}", owners
+    whose = _whose(owners)
+    if not whose or name == "gravity" or f" {whose.removeprefix('the ')} " in f" {what} ":
+        return what + along
+    long = any(f" {word} " in what for word in _LONG)
+    return f"{what}{along}, {whose.removeprefix('the ')}" if long else f"{what}{along} of {whose}"
 
 
 _AXES = ("x", "y")

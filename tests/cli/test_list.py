@@ -30,6 +30,14 @@ def test_as_json(wucht: Command) -> None:
     assert (document["name"], mass["unit"], mass["needed"], mass["type"]) == ("rotor", "kg", True, "number")
 
 
+def test_the_own_states_of_a_part(wucht: Command) -> None:
+    rows = [line.split() for line in wucht("list", "friction-damper").out.splitlines()]
+    assert ["lining", "m", "lining", "travel"] in rows
+    (table,) = wucht("list", "inverter", "--json").document["tables"]
+    assert [(x["name"], x["unit"]) for x in table["states"]] == [("integral", "N m")]
+    assert "states" not in wucht("list", "rotor", "--json").document["tables"][0]
+
+
 def test_bad_names(refused: Refused) -> None:
     refused("list", "rotar", says=("NAME", "did you mean 'rotor'?"))
     refused("list", "practice/screen", says=("NAME", "neither a study nor a part"))

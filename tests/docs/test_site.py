@@ -43,6 +43,11 @@ def test_every_study_and_part_has_a_page_with_all_its_keys(reference: dict[str, 
         assert [key.name for key in keys_of(cls) if f"| `{key.name}` |" not in reference[place]] == [], place
 
 
+def test_the_page_of_a_part_has_its_own_states(reference: dict[str, str]) -> None:
+    assert "| `lining` | lining travel | m |" in reference["parts/attachments/friction-damper.md"]
+    assert "## States" not in reference["parts/attachments/end-stop.md"]
+
+
 def test_units_defaults_and_limits_stand_there(reference: dict[str, str]) -> None:
     assert "| `length` | length | m | **needed** | number > 0 |" in reference["parts/bodies/pendulum.md"]
     assert "| `damping` | damping | N m s | `0.0` | number >= 0 |" in reference["parts/bodies/pendulum.md"]

@@ -127,3 +127,63 @@ def test_a_long_chain_of_files_that_use_each_other(here):
     Path(f"{links}.toml").write_text('[machine]\nuse = "7.toml"\n', encoding="utf-8")
     with pytest.raises(InputError, match=rf"^0\.toml: {links}\.toml: machine\.use: .* in a circle$"):
         load_machine("0.toml")
+
+
+SCHEDULED = """
+[machine]
+use = "practice/fan-on-belt"
+[[machine.schedules]]
+parameter = "load.coefficient"
+points = [["0 s", 0.0], ["5 s", "4e-4 N m s^2"]]
+"""
+FASTER = """
+[machine]
+use = "scheduled.toml"
+[[machine.schedules]]
+parameter = "drive.frequency"
+points = [["0 s", "0 Hz"], ["3 s", "50 Hz"]]
+voltage = "proportional"
+boost = "20 V"
+"""
+
+
+def test_schedules_are_added_to_those_of_the_machine_used(here):
+    """Those of the same parameter are replaced, with what they say of the voltage; the title tells which it does not know."""
+    Path("scheduled.toml").write_text(SCHEDULED)
+    Path("faster.toml").write_text(FASTER)
+    used, added, faster = (load_machine(n) for n in ("practice/fan-on-belt", "scheduled.toml", "faster.toml"))
+    assert {s.parameter for s in added.schedules} == {"load.coefficient", *(s.parameter for s in used.schedules)}
+    assert added.at(2.5).values["load.coefficient"] == pytest.approx(2e-4)
+    assert added.at(3.0).values["drive.frequency"] == used.at(3.0).values["drive.frequency"]
+    assert faster.at(1.5).values["drive.frequency"] == pytest.approx(faster.at(3.0).values["drive.frequency"] / 2)
+    assert faster.at(0.0).values["drive.voltage"] == pytest.approx(20.0)
+    assert faster.at(2.5).values["load.coefficient"] == pytest.approx(2e-4)
+    assert faster.title == f"{used.title} (changed: drive.frequency = over time, load.coefficient = over time)"
+
+
+@pytest.mark.parametrize(
+    ("lines", "sentence"),
+    [
+        ("schedules = 3", "schedules: given 3; must be tables"),
+        ("schedules = [1]", "schedules: .*must be tables"),
+        ('schedules = [{ parameter = "drive.slope", points = [[0, 1]] }]', r"schedules\[0\]\.parameter: .*must be a parameter"),
+        ("schedules = [{ points = [[0, 1]] }]", r"schedules\[0\]\.parameter: "),
+        ('schedules = [{ parameter = "load.coefficient", points = [[0, -1]] }]', r"schedules\[0\]\.points .*at least 0"),
+        ('schedules = [{ parameter = "drive.voltage", points = [[0, 1]] }]', "this parameter has a schedule already"),
+        (
+            "schedules = [" + '{ parameter = "load.coefficient", points = [[0, 1]] },' * 2 + "]",
+            r"schedules\[1\]\.parameter: .*has a schedule already",
+        ),
+        ("bodies = []", "not allowed beside use; allowed there are set, schedules and title"),
+    ],
+)
+def test_schedules_that_do_not_fit_the_machine_used(here, lines, sentence):
+    Path("own.toml").write_text(f'[machine]\nuse = "practice/fan-on-belt"\n{lines}\n')
+    with pytest.raises(InputError, match=rf"^own\.toml: machine\..*{sentence}"):
+        load_machine("own.toml")
+
+
+def test_equations_of_another_file_take_no_schedules(here):
+    Path("own.toml").write_text('[system]\nuse = "drozdetskaya-2020/figure-2.13"\nschedules = []\n')
+    with pytest.raises(InputError, match=r"system\.schedules: not allowed beside use; allowed there are set and title"):
+        load_equations("own.toml")

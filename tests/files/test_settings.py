@@ -76,6 +76,26 @@ def test_a_value_is_set_and_nothing_else(document, path, value, expected):
     assert {k for k in after if before.get(k) != after[k]} - derived <= {path}
 
 
+@pytest.mark.parametrize(
+    ("document", "given"),
+    [
+        (SCREEN, {"drive": {"transmission": {"ratio": 2.0, "inertia": 0.01, "efficiency": 0.9}}}),
+        (SCREEN, {"p1": {"release": {"speed": 20.0}}}),
+        (
+            SHAKEN | {"carrier": {"mass": 1.0, "stiffness": 1e3}},
+            {"carrier": {"foundation": {"direction": "y", "mass": 40.0, "stiffness": 3e4}}},
+        ),
+    ],
+)
+def test_a_table_that_a_part_may_have_is_made(document, given):
+    """As if the file had it, whether set as a table or key by key."""
+    ((part, table),) = given.items()
+    ((key, values),) = table.items()
+    whole = machine_from(document | {"set": {f"{part}.{key}": values}})
+    assert set_in(document, **{f"{part}.{key}.{k}": v for k, v in values.items()}).values == whole.values
+    assert whole.values.keys() > machine_from(document).values.keys()
+
+
 def test_a_table_sets_as_its_paths_do():
     nested = machine_from(SCREEN | {"set": {"carrier": {"mass": 40.0}, "drive": {"slope": 0.07}}})
     assert nested.values == set_in(SCREEN, **{"carrier.mass": 40.0, "drive.slope": 0.07}).values
@@ -125,6 +145,23 @@ def test_loads_without_a_body_are_on_the_only_rotor():
         ("study.until", 1.0, "from the command line"),
         ("drive.slope", float("inf"), "finite"),
         ("carrier.mass", "7 m", "this one is a length"),
+        (
+            "drive.transmission.efficiency",
+            0.9,
+            r"machine\.drive\.transmission\.ratio: this key is missing; needed is the speed",
+        ),
+        (
+            "drive.transmission.ratoi",
+            2.0,
+            r"machine\.set\.drive\.transmission\.ratoi: .*unknown parameter; did you mean 'ratio'",
+        ),
+        ("drive.transmission.ratio", "2 m", r"machine\.drive\.transmission\.ratio: .*this one is a length"),
+        ("drive.transmission.ratio", 0, r"machine\.drive\.transmission\.ratio: .*greater than 0"),
+        ("drive.transmission.ratio.x", 1.0, "unknown parameter"),
+        ("drive.transmision.ratio", 2.0, "did you mean 'transmission'"),
+        ("loads.left.viscous.transmission.ratio", 2.0, "unknown parameter"),
+        ("carrier.mounts.1.at.z", 1.0, "unknown parameter"),
+        ("drive.stator.x", 1.0, "unknown parameter; did you mean 'stator'"),
     ],
 )
 def test_paths_that_lead_nowhere_are_refused(path, value, sentence):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -83,22 +83,32 @@ def _list_one(name: str, as_json: bool) -> None:
     described = []
     for title, one in found.items():
         cls = one.spec if title == "studies" else one
-        described.append((_TABLES[title].format(name), getdoc(cls) or "", keys_in_files(cls)))
+        described.append((_TABLES[title].format(name), getdoc(cls) or "", keys_in_files(cls), getattr(cls, "own_states", ())))
     if as_json:
-        tables = [{"table": table, "description": text, "keys": [asdict(k) for k in keys]} for table, text, keys in described]
+        tables = [
+            {"table": table, "description": text, "keys": [asdict(k) for k in keys]}
+            | ({"states": [asdict(x) for x in own]} if own else {})
+            for table, text, keys, own in described
+        ]
         typer.echo(json.dumps({"name": name, "tables": tables}, indent=2, ensure_ascii=False))
         return
-    for k, (table, text, keys) in enumerate(described):
+    for k, (table, text, keys, own) in enumerate(described):
         typer.echo("\n" * bool(k) + f"{table}\n\n{text.replace('``', '')}\n")
-        _print_keys(keys)
+        _print_table([("key", "value", "unit", "default", "allowed", ""), *map(_cells, keys)])
+        if own:
+            typer.echo("\nIts own states, in results and in start:\n")
+            _print_table([("state", "unit", ""), *((x.name, x.unit, x.what) for x in own)])
 
 
-def _print_keys(keys: tuple[Key, ...]) -> None:
-    rows = [("key", "value", "unit", "default", "allowed", "")]
-    rows += [(k.name, k.type, k.unit or "", "needed" if k.needed else _default(k.default), k.allowed, k.what) for k in keys]
-    widths = [min(max(len(row[c]) for row in rows), _WIDEST) for c in range(5)]
-    for row in rows:
-        typer.echo("  " + "  ".join([*(cell.ljust(w) for cell, w in zip(row[:5], widths, strict=True)), row[5]]).rstrip())
+def _cells(key: Key) -> tuple[str, ...]:
+    default = "needed" if key.needed else _default(key.default)
+    return key.name, key.type, key.unit or "", default, key.allowed, key.what
+
+
+def _print_table(rows: Sequence[tuple[str, ...]]) -> None:
+    widths = [min(max(map(len, column)), _WIDEST) for column in zip(*rows, strict=True)][:-1]
+    for *cells, last in rows:
+        typer.echo("  " + "  ".join([*(cell.ljust(w) for cell, w in zip(cells, widths, strict=True)), last]).rstrip())
 
 
 def _default(value: Any) -> str:

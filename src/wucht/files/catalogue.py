@@ -70,15 +70,17 @@ def used_table(document: Document, path: Path, key: str) -> tuple[Document, Docu
 
     Its title is its own, else that of its file, else that of what it uses; none where none of them has one. What tables set
     up to that which has the title is merged into its ``set``; the rest, which the title does not know, is given beside it.
+    Schedules that a machine adds to the one it uses come before those of that one, and replace those of the same parameters.
     Raises ``InputError``, which names the file if it is not this one.
     """
-    seen, settings, titles = [path.resolve()], list[Document](), list[Any]()
+    seen, settings, titles, added = [path.resolve()], list[Document](), list[Any](), list[list[Document]]()
     used: Path | None = path
     while used is not None:
         try:
             described = dict(table(document, key, key))
             settings.append(settings_in(described, key))
             titles.append(text(described, "title", key) or document.get("title"))
+            added.append(_added_schedules(described) if key == "machine" and "use" in described else [])
             used = _used(described, path, key, seen) if "use" in described else None
             described = with_tables(described, path.parent) if key == "machine" and used is None else described
         except InputError as error:
@@ -87,8 +89,31 @@ def used_table(document: Document, path: Path, key: str) -> tuple[Document, Docu
             document, path = load_document(str(used))
             seen.append(path.resolve())
     titled = next((k for k, title in enumerate(titles) if title), None)
-    title = {} if titled is None else {"title": titles[titled]}
-    return described | title | {"set": _merged(settings[titled:])}, _merged(settings[:titled] if titled else [])
+    over_time = {str(s.get("parameter")): "over time" for of_file in added[:titled] for s in of_file}
+    title = {} if titled is None else {"title": changed_title(str(titles[titled]), over_time)}
+    described = _with_schedules(described, added) | title
+    return described | {"set": _merged(settings[titled:])}, _merged(settings[:titled] if titled else [])
+
+
+def _added_schedules(described: Document) -> list[Document]:
+    """The schedules taken out of a table that uses another. Raises ``InputError`` if they are no tables."""
+    given = described.pop("schedules", [])
+    if not isinstance(given, list) or not all(isinstance(s, dict) for s in given):
+        raise InputError("machine.schedules", given, "must be tables: [[machine.schedules]]")
+    return given
+
+
+def _with_schedules(described: Document, added: Sequence[Sequence[Document]]) -> Document:
+    """The machine with schedules of files that use each other, the first of which count most."""
+    for of_file in (s for s in reversed(added) if s):
+        own, before = [s.get("parameter") for s in of_file], described.get("schedules", [])
+        if isinstance(before, list):  # what else it is, is refused when the machine is built
+            described = described | {"schedules": [*of_file, *(s for s in before if _parameter(s) not in own)]}
+    return described
+
+
+def _parameter(schedule: Any) -> Any:
+    return schedule.get("parameter") if isinstance(schedule, dict) else None
 
 
 def _merged(settings: Sequence[Document]) -> Document:
@@ -109,7 +134,8 @@ def _used(described: Document, path: Path, key: str, seen: Sequence[Path]) -> Pa
     """The file that a table uses; seen: those that led here, to notice when they use each other in a circle."""
     extra = sorted(set(described) - {"use", "title"})
     if extra:
-        raise InputError(f"{key}.{extra[0]}", None, "not allowed beside use; allowed there are set and title")
+        allowed = "set, schedules and title" if key == "machine" else "set and title"
+        raise InputError(f"{key}.{extra[0]}", None, f"not allowed beside use; allowed there are {allowed}")
     name = text(described, "use", key) or ""
     try:
         used = locate(name, path.parent)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, get_args
 
-from wucht.checking import choice, fields_of, table
+from pydantic import BaseModel
+
+from wucht.checking import choice, fields_of, models_in, table
 from wucht.errors import InputError, nearest
 from wucht.files.documents import Document, flatten
 from wucht.files.equal_bodies import is_of_one, of_all_first, with_equal_bodies
 from wucht.machines.assembly import shaft_labels
 from wucht.machines.models import models
+from wucht.machines.parts import attachments, bodies, carriers, drives, loads
 
 
 def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
@@ -70,7 +73,8 @@ def _set(document: Document, path: str, value: Any) -> None:
     key = max((k for k in parts if path.startswith(f"{k}.")), key=len, default=None)
     if key is None:
         raise InputError(where, value, f"unknown parameter; {nearest(head, parts)}, each followed by '.key'")
-    _set_inside(parts[key], path[len(key) + 1 :].split("."), value, where, key)
+    described, cls = parts[key]
+    _set_inside(described, path[len(key) + 1 :].split("."), value, where, key, cls)
 
 
 _INSTEAD = {
@@ -79,14 +83,18 @@ _INSTEAD = {
 }  # fmt: skip
 
 
-def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str) -> None:
-    """Walk down tables, numbered lists of tables and pairs, and set the last key."""
+def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str, cls: type[BaseModel] | None) -> None:
+    """Walk down tables, numbered lists of tables and pairs, and set the last key. cls: of the part, if its kind is known.
+
+    A table that the part may have, and has not, is made: what is needed in it and not set is said when it is read.
+    """
     while len(inner) > 1 and isinstance(target, dict):
-        name, below = inner[0], target.get(inner[0])
+        inside = None if cls is None else _optional_table(cls, inner[0])
+        name, below = inner[0], target.setdefault(inner[0], {}) if inside is not None else target.get(inner[0])
         if isinstance(below, dict):
-            target, inner = below, inner[1:]
+            target, inner, cls = below, inner[1:], inside
         elif isinstance(below, list) and inner[1].isdigit() and 1 <= int(inner[1]) <= len(below):
-            target, inner = below[int(inner[1]) - 1], inner[2:]
+            target, inner, cls = below[int(inner[1]) - 1], inner[2:], None
         elif len(inner) == 2 and inner[1] in ("x", "y") and isinstance(below, list) and len(below) == 2:
             below["xy".index(inner[1])] = value
             return
@@ -95,22 +103,33 @@ def _set_inside(target: Any, inner: list[str], value: Any, where: str, key: str)
             raise InputError(where, value, f"{both} is one number here; set both at once: {both} = [X, Y]")
         else:
             break
-    if len(inner) != 1 or not isinstance(target, dict):
-        raise InputError(where, value, f"unknown parameter; {nearest(inner[0] if inner else '', target)} in {key}")
+    known = {} if cls is None else fields_of(cls, given=True)
+    if len(inner) != 1 or not isinstance(target, dict) or (not target and cls is not None and inner[0] not in known):
+        beside = dict.fromkeys([*(target if isinstance(target, dict | list) else ()), *known])
+        raise InputError(where, value, f"unknown parameter; {nearest(inner[0] if inner else '', beside)} in {key}")
     for other in _INSTEAD.get(inner[0], ()):
         target.pop(other, None)  # two ways to give one thing: the one that is set replaces the other
     target[inner[0]] = value
 
 
-def _addressable(document: Document) -> dict[str, Document]:
-    """The tables of all parts by their paths."""
-    bodies = _tables(document, "bodies")
-    parts = {"carrier": document["carrier"]} if isinstance(document.get("carrier"), dict) else {}
-    parts |= {str(b["name"]): b for b in (*bodies, *_tables(document, "attachments")) if "name" in b}
-    for group in ("drive", "load"):
+def _optional_table(cls: type[BaseModel], key: str) -> type[BaseModel] | None:
+    """The table that may be given under a key of another one, None where something else stands there."""
+    field = fields_of(cls, given=True).get(key)
+    forms = () if field is None else get_args(field.annotation) or (field.annotation,)
+    return next((form for form in forms if [form] == models_in(form)), None)
+
+
+def _addressable(document: Document) -> dict[str, tuple[Document, type[BaseModel] | None]]:
+    """The tables of all parts by their paths, and the class of each, if its kind is known."""
+    parts: dict[str, tuple[Document, type[BaseModel] | None]] = {}
+    if isinstance(carrier := document.get("carrier"), dict):
+        parts["carrier"] = carrier, carriers().get(str(carrier.get("directions", "xy")))
+    for key, kinds in (("bodies", bodies()), ("attachments", attachments())):
+        parts |= {str(t["name"]): (t, kinds.get(str(t.get("kind")))) for t in _tables(document, key) if "name" in t}
+    for group, on_shafts in (("drive", drives()), ("load", loads())):
         shafts = shaft_tables(document, group)
         paths = shaft_paths(group, [(str(t.get("on", "")), str(t.get("kind", ""))) for t in shafts])
-        parts |= dict(zip(paths, shafts, strict=True))
-    names = {str(b["track"]) for b in bodies if "track" in b}
+        parts |= {path: (t, on_shafts.get(str(t.get("kind")))) for path, t in zip(paths, shafts, strict=True)}
+    names = {str(b["track"]) for b in _tables(document, "bodies") if "track" in b}
     tracks = document.setdefault("tracks", {}) if names else None
-    return parts | ({f"tracks.{n}": tracks.setdefault(n, {}) for n in names} if isinstance(tracks, dict) else {})
+    return parts | ({f"tracks.{n}": (tracks.setdefault(n, {}), None) for n in names} if isinstance(tracks, dict) else {})

@@ -29,18 +29,37 @@ class Applied:
 
 
 @dataclass(frozen=True)
+class OwnState:
+    """What a state of a part's own is: name after the part's path, SI unit, in words, symbol in equations."""
+
+    name: str
+    unit: str
+    what: str
+    letter: str
+
+    def at(self, path: str) -> sp.Symbol:
+        """Its symbol in a part of that path."""
+        return sp.Symbol(f"{path}.{self.name}", real=True)
+
+
+@dataclass(frozen=True)
 class Internal:
     """A state of a part's own, of first order, that begins at zero: the integrator of a controller, what a friction has drawn.
 
-    rate: d state/dt, in coordinates, velocities, parameters and internal states. letter: its symbol in equations. size: how
-    large it becomes, in parameters. steady: what it is in steady rotation while the carrier rests.
+    rate: d state/dt, in coordinates, velocities, parameters and internal states. own: what it is. size: how large it becomes,
+    in parameters. steady: what it is in steady rotation while the carrier rests.
     """
 
     state: sp.Symbol
     rate: sp.Expr
-    letter: str
+    own: OwnState
     size: sp.Expr
     steady: sp.Expr = sp.S.Zero
+
+    @property
+    def path(self) -> str:
+        """The path of the part."""
+        return str(self.state.name).removesuffix(f".{self.own.name}")
 
     @property
     def change(self) -> sp.Symbol:

@@ -15,6 +15,7 @@ from wucht.machines.parts.track import Tracked
 from wucht.machines.tracks import arranged, starts
 from wucht.mechanics.lagrange import Coordinate
 from wucht.quantities import Unit
+from wucht.studies.own_starts import own_starts, owners
 from wucht.studies.release_events import leader_of
 
 _NOT_ALLOWED = "not allowed: the drive prescribes this body's motion (its angle is the drive's key `angle`)"
@@ -27,7 +28,7 @@ def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "stud
     gives them, else at 0; those of a track of which none is named or has an angle evenly spaced; those about a body whose
     speed is prescribed start with that speed. The carrier
     starts at its static position, from which ``carrier = {x, y, vx, vy}`` is measured. ``psi`` and ``delta`` set two bodies
-    about one rotor: angles psi +- delta/2. Raises ``InputError``.
+    about one rotor: angles psi +- delta/2. States of parts' own that are not named start at 0. Raises ``InputError``.
     """
     values = _carrier(machine, start.get("carrier", {}), f"{where}.carrier")
     guided = {"displacement": Unit("m", "displacement"), "velocity": Unit("m/s", "velocity")}
@@ -52,7 +53,7 @@ def initial_state(machine: Machine, start: Mapping[str, Any], where: str = "stud
         stated = both[x.name] if x.name in both else _quantities(start.get(x.name, {}), guided, f"{where}.{x.name}")
         values[x.coordinate.position.name] = stated.get("displacement", 0.0)
         values[x.coordinate.velocity.name] = stated.get("velocity", 0.0)
-    values |= {own.state.name: 0.0 for own in machine.internal}
+    values |= own_starts(machine, start, where)
     return np.array([values[name] for name in machine.state_names])
 
 
@@ -101,7 +102,7 @@ def _given(machine: Machine, start: Mapping[str, Any], where: str) -> dict[str, 
     names = [b.name for b in machine.bodies]
     pair = [b.name for b in machine.bodies if b.about == machine.rotor.name]
     guided = [x.name for x in machine.sliders]
-    refuse_unknown(start, [*names, *guided, "carrier", *(("psi", "delta") if len(pair) == 2 else ())], where)
+    refuse_unknown(start, [*names, *guided, "carrier", *owners(machine), *(("psi", "delta") if len(pair) == 2 else ())], where)
     given: dict[str, Any] = {n: start[n] for n in names if n in start}
     if "psi" in start or "delta" in start:
         psi, delta = (read_quantity(_angle(machine), start.get(k, 0.0), f"{where}.{k}") for k in ("psi", "delta"))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from wucht.errors import InputError, nearest
+from wucht.fields import in_words
 from wucht.machines.machine import Machine
 from wucht.quantities import Unit
 from wucht.studies.parameters import parameter_of
@@ -17,12 +18,16 @@ _BARE = {"speed": "angle", "velocity": "displacement"}  # what a bare value in a
 
 @dataclass(frozen=True)
 class StartState:
-    """keys: where it stands in a start, each in the table of that before. period: of an angle, after which all is as before."""
+    """keys: where it stands in a start, each in the table of that before. period: of an angle, after which all is as before.
+
+    limited: whether a machine does not allow all values of it.
+    """
 
     keys: tuple[str, ...]
     unit: Unit
     what: str
     period: float | None = None
+    limited: bool = False
 
 
 @dataclass(frozen=True)
@@ -69,6 +74,10 @@ def start_states(machine: Machine) -> dict[str, StartState]:
         rate = Unit(("rad/s" if turning else "m/s") if length else "", "velocity")
         states[f"carrier.{d}"] = StartState(("carrier", d), where, f"displacement {d} of the carrier at the start")
         states[f"carrier.v{d}"] = StartState(("carrier", f"v{d}"), rate, f"velocity {d} of the carrier at the start")
+    for x in machine.internal:
+        name, own = x.state.name, x.own
+        quantity, words = Unit(own.unit, own.what), f"{in_words(name, own.what)} at the start"
+        states[name] = StartState(tuple(name.split(".")), quantity, words, limited=True)
     pair = [b.name for b in machine.bodies if b.about == machine.rotor.name]
     if len(pair) == 2:
         both = " and ".join(pair)
@@ -108,8 +117,8 @@ def _stated(start: Mapping[str, Any]) -> list[tuple[str, ...]]:
     """The keys of all that is given in a start; a bare value is the angle of a body or the displacement of a slider."""
     stated: list[tuple[str, ...]] = []
     for name, given in start.items():
-        inner = given if isinstance(given, Mapping) else _BARE.values()
-        stated += [(name,), *((name, key) for key in inner)]
+        inner = [*_stated(given)] if isinstance(given, Mapping) else [(key,) for key in _BARE.values()]
+        stated += [(name,), *((name, *keys) for keys in inner)]
     return stated
 
 
@@ -117,11 +126,13 @@ def with_states(start: Mapping[str, Any], states: Sequence[tuple[StartState, flo
     """The start with the values of some states besides."""
     made = dict(start)
     for state, value in states:
-        first, *rest = state.keys
-        if not rest:
-            made[first] = value
-            continue
-        own = made.get(first, {})
-        own = dict(own) if isinstance(own, Mapping) else {_BARE[rest[0]]: own}
-        made[first] = own | {rest[0]: value}
+        made = _with(made, state.keys, value)
     return made
+
+
+def _with(table: Mapping[str, Any], keys: Sequence[str], value: float) -> dict[str, Any]:
+    first, *rest = keys
+    if not rest:
+        return {**table, first: value}
+    own = table.get(first, {})
+    return {**table, first: _with(own if isinstance(own, Mapping) else {_BARE[rest[0]]: own}, rest, value)}

@@ -356,7 +356,7 @@ def test_a_slow_run_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) -> N
         return replace(genuine(compiled, *words), failure="the step became too small" if averaged else None)
 
     monkeypatch.setattr(watched, "integrate", failing)
-    result, summary = answer(drum(), until=1.0, start=START, model="both", order=2)
+    result, summary = answer(drum(), until=1.0, start=START, model="both")
     assert "averaged equations: the step became too small" in json.loads(result.attrs["warnings"])
     assert not result.attrs["failure"], "the full run did not fail"
     assert summary["slow"]["outcome"] == "failed"

@@ -14,7 +14,7 @@ from wucht.fields import Described, Parameter, si, unit_of
 from wucht.machines.parts.frame import Frame, Point
 from wucht.machines.parts.release import Release
 from wucht.machines.parts.transmission import Transmission
-from wucht.mechanics.energies import Applied, Energies
+from wucht.mechanics.energies import Applied, Energies, OwnState
 from wucht.mechanics.lagrange import Coordinate
 
 __all__ = ["Body", "Described", "Drive", "Frame", "Load", "OnShaft", "Parameter", "Part", "Point", "Release", "si", "unit_of"]
@@ -27,6 +27,8 @@ class Part(Described, ABC):
     becomes a parameter ``path.field`` of the machine. A part is checked when it is built, from a file or in Python:
     ``InputError`` for what no real part can have.
     """
+
+    own_states: ClassVar[tuple[OwnState, ...]] = ()
 
     @property
     @abstractmethod

@@ -6,7 +6,7 @@ import sympy as sp
 
 from wucht.machines.parts.attachment import AlongLine
 from wucht.machines.parts.base import Frame, si
-from wucht.mechanics.energies import Applied, Energies, Internal
+from wucht.mechanics.energies import Applied, Energies, Internal, OwnState
 from wucht.piecewise import Pieces, PiecewiseCubic
 
 BUILD_UP = 2e-4  # m: what a lining of foam and its seat give way, small against the strokes that such dampers see
@@ -23,6 +23,7 @@ class FrictionDamper(AlongLine):
     """
 
     kind = "friction-damper"
+    own_states = (OwnState("lining", "m", "lining travel", "z"),)
 
     force: float = si("N", "friction force", "F", ge=0)
     build_up: float = si("m", "travel over which the force builds up", "d", BUILD_UP, gt=0)
@@ -32,10 +33,11 @@ class FrictionDamper(AlongLine):
         """V = F y^2/(2 d), the loss f (v - z') = f^2 |v|/F, with f = F y/d; y: what of z is beyond the free travel."""
         force, build_up, travel = self.symbols("force", "build_up", "free_travel")
         _, v = self.along(frame)
-        z = sp.Symbol(f"{self.path}.lining", real=True)
+        (own,) = self.own_states
+        z = own.at(self.path)
         y = z if self.free_travel is None else _beyond(z - travel) - _beyond(-z - travel)
         f, size = force * y / build_up, build_up if self.free_travel is None else build_up + travel
-        lining = Internal(z, v - PiecewiseCubic(v, _MAGNITUDE) * y / build_up, "z", size)
+        lining = Internal(z, v - PiecewiseCubic(v, _MAGNITUDE) * y / build_up, own, size)
         return Energies(
             potential=force * y**2 / (2 * build_up),
             applied=(Applied(-f, v, self.path, booked="lost"), Applied(f, lining.change, self.path, booked="lost")),

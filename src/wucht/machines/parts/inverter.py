@@ -8,7 +8,7 @@ from dataclasses import replace
 import sympy as sp
 
 from wucht.machines.parts.base import Drive, Frame, si
-from wucht.mechanics.energies import Energies, Internal
+from wucht.mechanics.energies import Energies, Internal, OwnState
 from wucht.piecewise import WITHIN_1, Pieces, PiecewiseCubic, step
 
 
@@ -23,6 +23,7 @@ class Inverter(Drive):
     """
 
     kind = "inverter"
+    own_states = (OwnState("integral", "N m", "integral part", "tau"),)
 
     set_speed: float = si("rad/s", "set speed", "omega_s")
     gain: float = si("N m s", "gain of the controller", "K", gt=0)
@@ -55,14 +56,15 @@ class Inverter(Drive):
     def energies(self, frame: Frame) -> Energies:
         """The torque, and the controller's state x."""
         target, gain, time, most = self.symbols("set_speed", "gain", "integral_time", "torque_limit")
-        x = sp.Symbol(f"{self.path}.integral", real=True)
+        (own,) = self.own_states
+        x = own.at(self.path)
 
         def torque(speed: sp.Expr) -> sp.Expr:
             limit = self.limit(speed)
             return limit * PiecewiseCubic((gain * (target - speed) + x) / limit, WITHIN_1)
 
         speed = self.ratio * (frame.speed(self.on) - (frame.rotation if self.stator == "carrier" else 0))
-        controller = Internal(x, (torque(speed) - x) / time, "tau", most, self.torque(speed))
+        controller = Internal(x, (torque(speed) - x) / time, own, most, self.torque(speed))
         return replace(self.acting(frame, torque), internal=(controller,))
 
 

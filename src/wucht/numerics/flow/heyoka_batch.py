@@ -18,6 +18,7 @@ import numpy as np
 from wucht.numerics.flow.events import LegError
 from wucht.numerics.flow.heyoka_engine import COMPACT_ABOVE, MAX_STEPS, NOT_FINITE, out_of_steps, translation
 from wucht.numerics.flow.program import Program
+from wucht.numerics.flow.transitions import sentinels, unheard
 
 _IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once
 
@@ -59,6 +60,7 @@ class HeyokaBatch:
         hy.set_logger_level_critical()  # its log goes to stdout; failures are reported as outcomes
         variables, translate = translation(program)
         system = list(zip(variables, translate.program(program.lines, program.results), strict=True))
+        watched = [hy.nt_event_batch(f, callback=unheard) for f in sentinels(program, variables, translate)]
         # Two registers of each number: one is computed with while the other waits, and half as many batches are begun.
         self.width = 2 * int(hy.recommended_simd_size())
         self._idle: deque[BatchIntegrator] = deque(maxlen=_IDLE)
@@ -67,6 +69,7 @@ class HeyokaBatch:
             np.zeros((len(variables), self.width)),
             tol=tolerance,
             compact_mode=len(program.lines) > COMPACT_ABOVE,
+            **({"nt_events": watched} if watched else {}),
         )
 
     def lend(self) -> BatchIntegrator:

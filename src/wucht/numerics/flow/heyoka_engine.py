@@ -19,6 +19,7 @@ from wucht.errors import RunError
 from wucht.numerics.flow.events import Event, Hit, LegError, LegResult
 from wucht.numerics.flow.many_steps import UNKNOWN
 from wucht.numerics.flow.program import Assignments, Numbers, Program
+from wucht.numerics.flow.transitions import sentinels, unheard
 from wucht.system import TIME
 
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
@@ -151,6 +152,7 @@ class HeyokaEngine:
                 terminal.append(hy.t_event(function, direction=direction[event.direction], **rest))
             else:
                 passing.append(hy.nt_event(function, callback=_Recorder(event.name), direction=direction[event.direction]))
+        passing += [hy.nt_event(f, callback=unheard) for f in sentinels(program, variables, translate)]
         extra = {"t_events": terminal} if terminal else {}
         extra |= {"nt_events": passing} if passing else {}
         self.program, self.event_program, self.events = program, event_program, tuple(events)
@@ -179,7 +181,8 @@ class HeyokaIntegrator:
         import heyoka as hy
 
         self._engine, self._adaptive = engine, adaptive
-        self._recorders: list[_Recorder] = [e.callback for e in adaptive.nt_events] if adaptive.with_events else []
+        callbacks = [e.callback for e in adaptive.nt_events] if adaptive.with_events else []
+        self._recorders = [c for c in callbacks if isinstance(c, _Recorder)]
         self._parameters = np.empty(0)
         self._reached, self._bad_state = hy.taylor_outcome.time_limit, hy.taylor_outcome.err_nf_state
 

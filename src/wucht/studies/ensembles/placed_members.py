@@ -30,7 +30,7 @@ def members_at(
     that the machine does not allow.
     """
     values = {v.name: at for v, at in zip(varied, places, strict=True) if v.state is None}
-    if not values:
+    if not values and not any(v.state.limited for v in varied if v.state is not None):
         return _placed_together(machine, start, varied, places, where), values
     machines: dict[tuple[float, ...], Machine] = {}
     starts = np.empty((len(machine.state_names), places.shape[1]))

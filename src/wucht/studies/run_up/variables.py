@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
+from wucht.fields import in_words
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.mechanics.lagrange import Coordinate
@@ -28,9 +29,10 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
     rotors that may be entrained) (body, time); displacement, velocity, bearing_force (of the bodies on the carrier, not of it
     on them) (direction, time); radius, amplitude,
     motor_torque, motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time);
-    peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time).
+    peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time); the states of parts' own by their paths,
+    such as ``left.lining`` (time).
     """
-    data = _rotation(machine, row, trajectory.time)
+    data = _rotation(machine, row, trajectory.time) | _of_parts(machine, row)
     data |= _vibration(machine, row, trajectory.time, largest) | _energy(machine, row, trajectory)
     coordinates = {
         "time": variable("time", trajectory.time, "time", machine.units.time),
@@ -129,6 +131,12 @@ def _residual(machine: Machine, row: Rows, angle: Mapping[str, np.ndarray], end:
     for name in (b.name for b in machine.group(machine.rotor) if b.name != rotor):
         vector = vector + (own[name] + out.get(name, 0.0)) * np.exp(1j * (angle[name] - angle[rotor]))
     return np.asarray(np.abs(vector) / unbalance_scale(machine, machine.rotor))
+
+
+def _of_parts(machine: Machine, row: Rows) -> Variables:
+    """The states of parts' own."""
+    names = [(x.state.name, x.own) for x in machine.internal]
+    return {name: variable("time", row[name], in_words(name, own.what), own.unit) for name, own in names}
 
 
 def _energy(machine: Machine, row: Rows, trajectory: Trajectory) -> Variables:

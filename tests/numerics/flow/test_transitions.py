@@ -1,0 +1,78 @@
+"""Narrow transitions against closed solutions: a step of Taylor's method that begins far away must not pass them unseen."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from wucht.numerics.flow.compiled import compile_system
+from wucht.numerics.flow.heyoka_batch import compile_batch
+from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.program import lower
+from wucht.numerics.flow.transitions import arguments
+from wucht.system import TIME, System
+
+v, y, far, width, rate = sp.symbols("v y far width rate", real=True)
+# v goes evenly through zero, from 1 to -2; y is the integral of tanh(v/width): 1 - 2 = -1 and e (ln cosh ..) of the transition.
+PASSING = System((v, y, far), (-rate, rate * sp.tanh(v / width), sp.S.Zero), (width, rate))
+WIDTHS = [1e-9, 1e-6, 1e-4, 1e-2, 0.1, 1.0]
+
+
+def log_cosh(u):
+    return np.logaddexp(u, -u) - np.log(2)
+
+
+def passed(width, reached=2.0):
+    """y when v, from 1, has come to -reached."""
+    return width * (log_cosh(1 / width) - log_cosh(reached / width))
+
+
+def run(width, engine=None, tolerance=1e-12, size=0.0, sense=1.0, rate=1.0):
+    flow = compile_system(PASSING, tolerance, (), engine)
+    trajectory = integrate(flow, [sense, 0.0, size], [width, sense * rate], [0.0, 3.0 / rate])
+    assert trajectory.failure is None
+    return trajectory.states[1, -1]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("width", WIDTHS)
+def test_a_transition_of_any_width_is_seen(engine, width, sense):
+    """Not seen, y would be 3 instead of -1."""
+    assert run(width, engine, sense=sense) == pytest.approx(passed(width), abs=1e-10)
+
+
+@pytest.mark.parametrize("tolerance", [1e-14, 1e-9, 1e-6, 1e-4])
+@pytest.mark.parametrize("size", [0.0, 1e5])
+def test_at_any_tolerance_and_beside_large_states(tolerance, size):
+    """heyoka's accuracy is relative to the largest state, often an angle of thousands of radians."""
+    pytest.importorskip("heyoka")
+    for width in WIDTHS:
+        assert run(width, "heyoka", tolerance, size) == pytest.approx(passed(width), abs=10 * tolerance * max(1.0, size))
+
+
+@pytest.mark.parametrize("rate", [1e-5, 1e5])
+def test_at_any_pace(engine, rate):
+    assert run(1e-4, engine, rate=rate) == pytest.approx(passed(1e-4), abs=1e-10)
+
+
+def test_two_passages_within_what_would_be_one_step(engine):
+    """v = t^2 - 1/4 dips below zero between -1/2 and 1/2."""
+    dip = System((y,), (sp.tanh((TIME**2 - sp.Rational(1, 4)) / width),), (width,))
+    trajectory = integrate(compile_system(dip, 1e-12, (), engine), [0.0], [1e-5], [-2.0, 2.0])
+    assert trajectory.states[0, -1] == pytest.approx(3 - 1, abs=1e-9)
+
+
+def test_in_batches_each_as_if_it_were_alone():
+    pytest.importorskip("heyoka")
+    program, widths = lower(PASSING, PASSING.derivatives), np.array([*WIDTHS, *WIDTHS[::-1]])
+    integrator = compile_batch(program, 1e-6).lend()
+    constants = np.array([program.constant_values([w, 1.0]) for w in widths]).T
+    starts = np.tile([[1.0], [0.0], [1e4]], len(widths))
+    got = integrator.advance(starts, constants, np.linspace(0.0, 3.0, 4)).states[1]
+    assert got == pytest.approx([passed(w) for w in widths], abs=1e-3)
+    assert (got == got[::-1]).all()
+
+
+def test_what_has_no_transition_is_integrated_as_before():
+    smooth = System((v,), (-v + sp.tanh(width),), (width,))
+    assert arguments(lower(smooth, smooth.derivatives)) == ()
+    assert len(arguments(lower(PASSING, PASSING.derivatives))) == 1
