@@ -32,7 +32,7 @@ START = {"p1": 0.3, "p2": -0.5}
 
 
 PANELS = [
-    "speed (rad/s)", *["amplitude of the axis (mm)"] * 2, "phase to the rotor (\u00b0)", "motor power (W)",
+    "speed (rad/s)", "amplitude of the axis (mm)", "amplitude (mm)", "phase to the rotor (\u00b0)", "motor power (W)",
     "energy\nresidual",
 ]  # fmt: skip
 
