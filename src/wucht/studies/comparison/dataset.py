@@ -56,7 +56,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     if not bare:
         bare_ones = [case.variant.label for case in cases if case.variant.dimensionless]
         warnings += [
-            f"{one}: dimensionless, its numbers have no units and are no neighbours of the others'" for one in bare_ones
+            f"{one}: dimensionless; its numbers have no units and cannot be set against the others'" for one in bare_ones
         ]
     return assuming(answered(result, _summary(plan, done, names), _sentence(plan, done), warnings), assumed)
 

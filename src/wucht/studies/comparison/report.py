@@ -73,7 +73,7 @@ def _column(result: xr.Dataset, name: str) -> _Column:
 
 def _table(columns: Sequence[_Column]) -> list[str]:
     """The lines of a table, with heads of as many lines as they need."""
-    heads = [wrapped(column.head, _HEADED) for column in columns]
+    heads = [[line.replace("\N{NO-BREAK SPACE}", " ") for line in wrapped(column.head, _HEADED)] for column in columns]
     depth = max(map(len, heads))
     cells = [
         [""] * (depth - len(head)) + head + column.cells[:_MOST_LINES] for head, column in zip(heads, columns, strict=True)
