@@ -130,9 +130,17 @@ def _below(row: list[Axes], last: bool, room: float) -> float:
     shared = not last and not any(axis.axison and axis.xaxis.get_tick_params().get("labelbottom", True) for axis in row)
     named = max(_name_lines(axis.xaxis, room) for axis in row)
     numbered = any(axis.get_xticks().size for axis in row)
-    words = [word for axis in row for word in getattr(axis.xaxis.get_major_formatter(), "seq", ())]  # in place of numbers
-    more = max((str(word).count("\n") for word in words), default=0)
+    more = max(_further_lines(axis.xaxis) for axis in row)
     return _GAP if shared else TICKS * numbered + LINE * (named + more) + _ABOUT
+
+
+def _further_lines(scale: Any) -> int:
+    """How many lines below the first one words take that stand in place of a scale's numbers."""
+    from matplotlib.ticker import FixedLocator
+
+    fixed = isinstance(scale.get_major_locator(), FixedLocator)
+    words = scale.get_major_formatter().format_ticks(scale.get_majorticklocs()) if fixed else []
+    return max((word.count("\n") for word in words), default=0)
 
 
 def _name_lines(scale: Any, room: float) -> int:

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import figure_checks
 import wucht as package
 from wucht.errors import InputError
 from wucht.results.conventions import variable
+from wucht.results.page import JOURNAL, PRINT
 from wucht.results.style import printed_unit
 from wucht.results.summary_units import unit_of_number
 from wucht.studies.comparison import run as comparison_run
@@ -96,6 +98,7 @@ def test_curves_are_those_of_stable_configurations(study: Study) -> None:
     assert largest == pytest.approx(result.peak_amplitude.values, rel=1e-3) and (largest > 0).all()
 
 
+@pytest.mark.slow
 def test_one_without_units_beside_others(study: Study) -> None:
     names = [str(study()), "drozdetskaya-2020/table-5.1"]
     result = package.compare(names, {"study.kind": "synchronous-states"})
@@ -174,6 +177,19 @@ def test_different_studies_and_units(study: Study) -> None:
     assert np.isnan(mixed.final_speed.values[0]) and np.isfinite(mixed.final_speed.values[1])
     assert np.isnan(mixed.curve_3_x.values[0]).all() and np.isfinite(mixed.curve_3_x.values[1]).any()
     assert len(package.draw(mixed).axes) == 4
+
+
+def test_figures_of_what_is_no_number(study: Study) -> None:
+    """Pairs and words stand below the panels, answers that are neither curves nor numbers are written; in a column, too."""
+    pairs = package.compare([study()], SHORT, {"carrier.stiffness": [[1e5, 1e5], [1e5, 2e5]], "p1.mass": [0.1, 0.2]})
+    ticks = package.draw(pairs).axes[2].get_xticklabels()
+    assert [" ".join(tick.get_text().split()) for tick in ticks] == ["[100000, 100000] N/m", "[100000, 200000] N/m"]
+    told = package.compare(["drozdetskaya-2020/figure-2.7"], {}, {"mu": [1, 1.1]})
+    [text] = package.draw(told).axes[0].texts
+    assert text.get_text().startswith("mu = 1: ") and "\nmu = 1.1: " in text.get_text()
+    for result in (pairs, told):
+        for page in (PRINT, JOURNAL):
+            figure_checks.check(package.draw(result, page))
 
 
 def test_branches_and_directions_follow_each_other_with_a_gap() -> None:

@@ -23,7 +23,7 @@ _PANEL, _LINE = 2.1, 0.19  # inches: of a panel, and of a line of text
 _LETTERS = 14.0  # of text in an inch
 _MARKS, _LINES = "os^Dv", ("-", "--", "-.", ":")
 _MOST_TOLD = 8  # variants that are written below a panel; more are counted
-_WORDS = 14  # letters of a line there, of a single one
+_WORDS, _APART = 40, 2  # letters that have room there side by side, and between two of them
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -148,5 +148,5 @@ def _abscissa(axis: Axes, result: xr.Dataset, paths: Sequence[str]) -> np.ndarra
     axis.set_xlim(-0.5, len(places) - 0.5)
     axis.set_xlabel(_titles(result, paths)[0] if paths else "variant")
     if len(places) <= _MOST_TOLD:
-        axis.set_xticks(range(len(places)), ["\n".join(wrapped(t, max(_WORDS * 3 // len(places), 5))) for t in places])
+        axis.set_xticks(range(len(places)), ["\n".join(wrapped(t, max(_WORDS // len(places) - _APART, 5))) for t in places])
     return np.array([places.index(text) for text in texts], float)
