@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from itertools import combinations
 from typing import Any
@@ -9,13 +10,19 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
+from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.transforms import Bbox
+
+from wucht.results.page import JOURNAL
+from wucht.results.sheet import page_of
 
 _LEGENDS = 0.25  # of the figure: all legends together
 _TOUCHING = 1.5  # pixels of 150 an inch: by so much boxes of letters, which have a rim, may share
 _APART = 0.1  # of black to white: greys that can be told from each other
+_EMPTY, _LONG = 0.2, 1.45  # of a page: a strip at its side; height over width of paper, 297 mm over 210 mm and a little
 
 
 def check(figure: Figure) -> None:
@@ -27,8 +34,19 @@ def check(figure: Figure) -> None:
     assert legend_share(figure) < _LEGENDS
     for axis in panels:
         assert alike(axis.get_lines()) == [], "lines that cannot be told from each other"
+        assert bars_alike(axis) == [], "bars that cannot be told from each other"
+    for legend in _legends(figure):
+        told = [text.get_text() for axis in panels for text in axis.texts if text.get_text()]  # on the lines themselves
+        lines = [line for line in legend.legend_handles if isinstance(line, Line2D)]
+        assert alike(line for line in lines if not _told(str(line.get_label()), told)) == [], "the same of a legend"
+        assert [patch for patch in legend.get_patches() if _hidden(patch)] == [], "hatches of a legend that are not seen"
     assert beyond(figure) == [], "words that are not on the page"
     assert overlapping(figure) == [], "words upon each other"
+    assert crossed(figure) == [], "names in panels that lines cross"
+    assert empty_strip(figure) < _EMPTY, "a part of the page that is empty"
+    width, height = figure.get_size_inches()
+    assert height <= (JOURNAL.tallest if page_of(figure).name == JOURNAL.name else _LONG * width), "longer than a page"
+    assert [text for text, _ in _words(figure) if "(1)" in text] == [], "a ratio has no unit"
 
 
 def legend_share(figure: Figure) -> float:
@@ -45,6 +63,55 @@ def alike(lines: Iterable[Line2D]) -> list[tuple[str, str]]:
         for a, b in combinations(named, 2)
         if a.get_label() != b.get_label() and _look(a) == _look(b) and abs(_grey(a.get_color()) - _grey(b.get_color())) < _APART
     ]
+
+
+def bars_alike(axis: Axes) -> list[tuple[str, str]]:
+    """Kinds of bars that have the same hatch and greys that are too near to each other."""
+    kinds = [bars for bars in axis.containers if isinstance(bars, BarContainer) and len(bars)]
+    looks = [(bars.patches[0].get_hatch(), _grey(bars.patches[0].get_facecolor()[:3])) for bars in kinds]
+    return [
+        (str(kinds[i].get_label()), str(kinds[k].get_label()))
+        for i, k in combinations(range(len(kinds)), 2)
+        if looks[i][0] == looks[k][0] and abs(looks[i][1] - looks[k][1]) < 2 * _APART
+    ]
+
+
+def _hidden(patch: Patch) -> bool:
+    """Whether a hatch has the grey of what it is upon."""
+    face, edge = patch.get_facecolor(), patch.get_edgecolor()
+    return bool(patch.get_hatch()) and face[3] > 0 and abs(_grey(face[:3]) - _grey(edge[:3])) < _APART
+
+
+def crossed(figure: Figure) -> list[str]:
+    """Names within panels through which a line goes; those on a ground of their own are read all the same."""
+    renderer: Any = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    found = list[str]()
+    for axis in figure.axes:
+        for text in axis.texts:
+            box = text.get_window_extent(renderer).padded(-_touching(figure))
+            bare = text.get_text().strip() and text.get_bbox_patch() is None
+            if bare and any(_through(line, box) for line in axis.get_lines()):
+                found.append(text.get_text())
+    return found
+
+
+def _through(line: Line2D, box: Bbox) -> bool:
+    return bool(
+        line.get_linestyle() != "None"
+        and line.get_transform().transform_path(line.get_path()).intersects_bbox(box, filled=False)
+    )
+
+
+def empty_strip(figure: Figure) -> float:
+    """The widest strip at the left or right of all panels and words, as a share of the page."""
+    renderer: Any = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    boxes = [*(axis.get_window_extent(renderer) for axis in figure.axes), *(box for _, box in _words(figure)[1:])]
+    low, high = min(box.x0 for box in boxes), max(box.x1 for box in boxes)
+    return float(max(low - figure.bbox.x0, figure.bbox.x1 - high) / figure.bbox.width)
+
+
+def _told(name: str, told: Iterable[str]) -> bool:
+    return any(re.search(rf"\b{re.escape(text)}\b", name) for text in told)
 
 
 def _look(line: Line2D) -> tuple[Any, ...]:
@@ -83,15 +150,20 @@ def _words(figure: Figure) -> list[tuple[str, Bbox]]:
     renderer: Any = figure.canvas.get_renderer()  # type: ignore[attr-defined]
     title: Any = figure._suptitle  # type: ignore[attr-defined]
     texts = [title] if title is not None else []
-    legends = [*figure.legends, *(axis.get_legend() for axis in figure.axes if axis.get_legend() is not None)]
     for axis in figure.axes:
+        if axis.get_visible():
+            texts += axis.texts
         if axis.get_visible() and axis.axison:
             texts += [axis.title, *_of_scales(axis)]
             for inner in axis.child_axes:
                 texts += _of_scales(inner)
     seen = [t for t in texts if t.get_visible() and t.get_text().strip()]
     boxes = [(t.get_text(), t.get_window_extent(renderer)) for t in seen]
-    return [*boxes, *(("legend", legend.get_window_extent(renderer)) for legend in legends)]
+    return [*boxes, *(("legend", legend.get_window_extent(renderer)) for legend in _legends(figure))]
+
+
+def _legends(figure: Figure) -> list[Any]:
+    return [*figure.legends, *(axis.get_legend() for axis in figure.axes if axis.get_legend() is not None)]
 
 
 def _of_scales(axis: Axes) -> Iterator[Any]:
@@ -120,8 +192,7 @@ def _named(axis: Axes) -> bool:
 
 def sizes(figure: Figure) -> set[float]:
     """Of all letters, in points."""
-    legends = [*figure.legends, *(axis.get_legend() for axis in figure.axes if axis.get_legend() is not None)]
-    texts = [text for legend in legends for text in legend.get_texts()]
+    texts = [text for legend in _legends(figure) for text in legend.get_texts()]
     for axis in figure.axes:
         if axis.get_visible() and axis.axison:
             texts += [*axis.texts, *_of_scales(axis), *([axis.title] if axis.get_title() else [])]

@@ -10,7 +10,7 @@ from typing import Any
 import wucht
 from wucht.files.catalogue import FOLDER
 
-from .gallery import Entry
+from .gallery import EXPENSIVE, Entry
 from .markdown import cell, table, toml_block
 from .published import Compared, compared, published
 
@@ -21,7 +21,6 @@ COLLECTIONS = {
     "kaltofen-cam": "004, K. Kaltofen: cams on a shaft that does not turn evenly",
     "practice": "Machines of our own, with plausible data",
 }
-ABSENT = "make docs GALLERY=all"
 
 
 def pages(entries: Sequence[Entry]) -> dict[str, str]:
@@ -52,7 +51,8 @@ def _up(e: Entry) -> str:
 
 def _answer(e: Entry) -> list[str]:
     if e.result is None:
-        asked = f"It was not computed in this build: it takes minutes. `{ABSENT}` computes it, once."
+        takes, how = (" It takes minutes:", "make docs GALLERY=all") if e.name in EXPENSIVE else ("", "make docs")
+        asked = f"It was not computed in this build.{takes} `{how}` computes it, once."
         return ['!!! note "No figure here"', "", f"    {asked}", ""]
     lines = [f"![{e.about.get('title', e.name)}]({Path(e.name).name}.png)", ""]
     lines += ["```text", *wucht.report(e.result), "```", ""]
@@ -114,7 +114,7 @@ def _overview(entries: Sequence[Entry]) -> str:
             shown = f"![]({e.name}.png)" if e.result is not None else ""
             lines += [f"[{shown} **{e.name.partition('/')[2]}** {cell(e.about.get('title', ''))}]({e.name}.md)", ""]
         lines += ["</div>", ""]
-    return "\n".join([*lines, "## Numbers beside each other", "", *_all_numbers(entries)])
+    return "\n".join([*lines, *_all_numbers(entries)])
 
 
 def _collections(entries: Iterable[Entry]) -> dict[str, str]:
@@ -126,4 +126,8 @@ def _collections(entries: Iterable[Entry]) -> dict[str, str]:
 def _all_numbers(entries: Iterable[Entry]) -> list[str]:
     found = [(e, c) for e in entries if e.result is not None for c in compared(e.name, e.result.wucht.summary)]
     rows = [(f"[{e.name.partition('/')[2]}]({e.name}.md)", *_row(c)) for e, c in found]
-    return [*table(("file", "quantity", "theirs", "who says so", "wucht", "difference"), rows), ""]
+    if not rows:
+        return []
+    about = "What papers and other programs say, what wucht computes, and the difference."
+    head = ("file", "quantity", "theirs", "who says so", "wucht", "difference")
+    return ["## Numbers beside each other", "", about, "", *table(head, rows), ""]

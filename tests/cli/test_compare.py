@@ -15,6 +15,7 @@ from wucht.errors import InputError
 Command = Callable[..., Any]
 Study = Callable[..., Path]
 Refused = Callable[..., str]
+SLOPE = "slope of the torque over speed, drive"
 SHORT = ("--set", "study.until=0.02 s")
 
 
@@ -25,15 +26,17 @@ def test_table_figure_and_files(wucht: Command, study: Study) -> None:
     done = wucht("compare", "a.toml", "b.toml", "--vary", "drive.slope=0.03,0.05", *SHORT, "--csv")
     assert done.code == 0, done.err
     folder = Path("results/compare/a+b+drive.slope")
-    title, verdict, header, *lines, _files = done.out.splitlines()
-    assert title == "Comparison of a, b over drive.slope"
+    title, verdict, *heads, a, b, c, d, _files = done.out.splitlines()
+    lines = [a, b, c, d]
+    assert title == f"Comparison of a, b, varied: {SLOPE}"
     assert verdict == "verdict: 4 variants: 4 unidentified"
-    assert header.split()[:3] == ["outcome", "final_speed", "(rad/s)"]
-    assert [line.split("  ")[1] for line in lines] == [f"{n}; drive.slope = {v}" for n in "ab" for v in ("0.03", "0.05")]
+    assert [head.split() for head in heads[:2]] == [["slope", "of", "the"], ["torque", "over"]]
+    assert heads[-1].split()[:5] == ["(N", "m", "s)", "outcome", "(rad/s)"]
+    assert [line.split()[:2] for line in lines] == [[n, v] for n in "ab" for v in ("0.03", "0.05")]
     with (folder / "comparison-variant.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [(row["variant"], row["drive.slope [N m s]"]) for row in rows] == [
-        (f"{n}; drive.slope = {v}", v) for n in "ab" for v in ("0.03", "0.05")
+        (f"{n}; {SLOPE} = {v} N m s", v) for n in "ab" for v in ("0.03", "0.05")
     ]
     assert f"{float(rows[2]['final_speed [rad/s]']):.5g}" in lines[2]
     assert {p.name for p in folder.iterdir()} == {

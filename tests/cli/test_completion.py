@@ -24,6 +24,7 @@ LINES = {
     "wucht run sperling-rollers/table-": [f"sperling-rollers/table-{k}" for k in (1, 2, 3)],
     "wucht run drozdetskaya-2020/r1 --set study.model=": [f"study.model={m}" for m in ("both", "full", "slow")],
     "wucht run drozdetskaya-2020/r1 --set drive.no": ["drive.no_load_speed="],
+    "wucht run drozdetskaya-2020/r1 --set=drive.no": ["--set=drive.no_load_speed="],
     "wucht run practice/screen --set drives.e2.v": ["drives.e2.voltage="],
     "wucht run drozdetskaya-2020/table-5.1 --set la": ["lambda="],
     "wucht compare drozdetskaya-2020/r1 practice/screen --vary e1.un": ["e1.unbalance="],

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 DOCS = Path(__file__).parents[2] / "docs"
 TEXT = (DOCS / "machine-files.md").read_text(encoding="utf-8")
-FILES = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)
+FILES = [f for f in re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL) if "[machine.carrier]" in f]
 
 
 @pytest.mark.slow
@@ -30,7 +30,7 @@ def test_what_the_page_on_the_fan_prints(wucht, here):
     page = (DOCS / "practice" / "fan.md").read_text(encoding="utf-8")
     said = re.search(r"```text\n(.*?)```", page, re.DOTALL).group(1)
     asked = ["--set", "drive.torque_limit=3.4", "--set", "study.kind=torque-balance"]
-    assert said in wucht("run", "practice/fan-on-inverter", *asked, "-o", "results").out
+    assert said.removesuffix("...\n") in wucht("run", "practice/fan-on-inverter", *asked, "-o", "results").out
 
 
 def first_harmonic(throw: float) -> tuple[float, float]:

@@ -43,6 +43,9 @@ def _following(before: list[str], current: str, known: dict[str, Any]) -> list[s
     if command is None:
         return [*known["commands"], "--help", "--version"]
     last, options = before[-1], known["commands"][command]
+    option, equals, begun = current.partition("=")
+    if equals and options.get(option):  # --set=KEY=VALUE in one word
+        return [f"{option}={word}" for word in _following([*before, option], begun, known)]
     if options.get(last):  # the value of this option
         settings = last in ("--set", "--vary")
         return (

@@ -20,7 +20,9 @@ class Shell(StrEnum):
 # in the word is taken off again. A key is followed by its value.
 _BASH = r"""_wucht_complete() {
     local IFS=$'\n' line="${COMP_LINE:0:COMP_POINT}" word
-    COMPREPLY=($("${COMP_WORDS[0]}" complete-words "$line" 2>/dev/null))
+    COMPREPLY=($("${COMP_WORDS[0]/#\~/$HOME}" complete-words "$line" 2>/dev/null))
+    word="${COMP_WORDS[COMP_CWORD]}"
+    if [[ "$word" != [\"\']* ]]; then COMPREPLY=("${COMPREPLY[@]// /\\ }"); fi
     word="${line##*[[:space:]]}"
     if [[ "$word" == *=* && "$COMP_WORDBREAKS" == *=* ]]; then
         COMPREPLY=("${COMPREPLY[@]#"${word%"${word##*=}"}"}")
@@ -32,18 +34,20 @@ complete -o default -F _wucht_complete wucht
 _ZSH = r"""#compdef wucht
 _wucht_complete() {
     local -a found ending whole
-    found=("${(@f)$("${words[1]}" complete-words "${(j: :)words[1,CURRENT-1]} $PREFIX" 2>/dev/null)}")
+    local program=${~words[1]}
+    found=("${(@f)$("$program" complete-words "${(j: :)words[1,CURRENT-1]} $PREFIX" 2>/dev/null)}")
     found=(${found:#})
     ending=(${(M)found:#*[=/]})
     whole=(${found:#*[=/]})
     if (( ! ${#found} )); then _files; return; fi
-    (( ${#ending} )) && compadd -Q -S '' -- "${ending[@]}"
-    (( ${#whole} )) && compadd -Q -- "${whole[@]}"
+    (( ${#ending} )) && compadd -S '' -- "${ending[@]}"
+    (( ${#whole} )) && compadd -- "${whole[@]}"
 }
 compdef _wucht_complete wucht
 """
 _FISH = r"""function __wucht_complete
-    set -l found (wucht complete-words (commandline -cp) 2>/dev/null)
+    set -l program (commandline -opc)[1]
+    set -l found (eval $program complete-words (string escape -- (commandline -cp)) 2>/dev/null)
     if test (count $found) -gt 0
         printf '%s\n' $found
     else

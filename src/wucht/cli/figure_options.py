@@ -32,7 +32,11 @@ class Format(StrEnum):
 
 Styled = Annotated[
     Style,
-    typer.Option("--style", help="On what the figure is printed: a page, or a column of a journal (88 mm, 8 pt, no title)."),
+    typer.Option(
+        "--style",
+        help="On what the figure is printed: a page, or a column of a journal "
+        "(88 mm, 8 pt, no title; what would be taller than 230 mm goes across both columns).",
+    ),
 ]
 Formatted = Annotated[list[Format] | None, typer.Option("--format", help="File format of the figure, default png; repeatable.")]
 PRINTED = Style.PRINT

@@ -60,10 +60,14 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
     over = None if sheet.over is None else _legend(figure, sheet.over, page.width - 2 * em)
     depth, places = top + (0.0 if over is None else _size(over)[1] + 0.6 * em), list[_Place]()
     for number, (row, room, height) in enumerate(zip(sheet.rows, sheet.columns, sheet.heights, strict=True)):
-        (left, right), width = margins[room], page.width / room
-        inner = width - left - right
-        depth += max(_above(axis, sheet, inner + (0.0 if axis in sheet.right else right), height) for axis in row)
-        places += [_Place(axis, k * width + left, depth, inner, height) for k, axis in enumerate(row)]
+        sides = margins[room]
+        inner = (page.width - sum(map(sum, sides))) / room
+        depth += max(
+            _above(axis, sheet, inner + (0.0 if axis in sheet.right else right), height)
+            for axis, (_, right) in zip(row, sides, strict=False)
+        )
+        lefts = [k * inner + sum(map(sum, sides[:k])) + left for k, (left, _) in enumerate(sides)]
+        places += [_Place(axis, x, depth, inner, height) for axis, x in zip(row, lefts, strict=False)]
         depth += height + em * _below(row, number == len(sheet.rows) - 1, inner / em)
     if sheet.below is not None:
         depth += _size(_legend(figure, sheet.below, page.width - 2 * em))[1] + 0.4 * em
@@ -84,17 +88,17 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
         figure.text(0.5, 1 - headed / depth, sheet.stated, ha="center", va="top", **small)
 
 
-def _margins(sheet: Sheet, beside: dict[Axes, Legend]) -> dict[int, tuple[float, float]]:
-    """What is needed to the left and right of panels, by how many of them a row has room for: so that they stand in columns."""
-    em, margins = sheet.page.em, dict[int, tuple[float, float]]()
+def _margins(sheet: Sheet, beside: dict[Axes, Legend]) -> dict[int, list[tuple[float, float]]]:
+    """What is needed to the left and right of the panels of each column, by how many of them a row has room for."""
+    em, margins = sheet.page.em, dict[int, list[tuple[float, float]]]()
     for row, room, height in zip(sheet.rows, sheet.columns, sheet.heights, strict=True):
-        for axis in row:
+        known = margins.setdefault(room, [(0.0, 0.0)] * room)
+        for k, axis in enumerate(row):
             numbered = axis.axison and axis.get_yticks().size > 0
             left = (_NUMBERS * numbered + LINE * _name_lines(axis.yaxis, _ROOM * height / em) + _ABOUT) * em
             right = max(sheet.right.get(axis, 0.0), 0.0 if axis in beside else _EDGE) * em
             right += _size(beside[axis])[0] + 0.8 * em if axis in beside else 0.0
-            known = margins.get(room, (0.0, 0.0))
-            margins[room] = max(known[0], left), max(known[1], right)
+            known[k] = max(known[k][0], left), max(known[k][1], right)
     return margins
 
 
@@ -104,13 +108,21 @@ def _above(axis: Axes, sheet: Sheet, room: float, height: float) -> float:
     lines = axis.get_title().count("\n") + 1 if axis.get_title() else 0
     title = (LINE * lines + 2 * _ABOUT) * em if lines else 0.5 * em
     if axis not in sheet.above:
+        _at_the_left(axis)
         return title + scale
     legend = _legend(axis, sheet.above[axis], room)
     legend.set_bbox_to_anchor((0.0, 1.0 + (0.2 * em + scale) / height), axis.transAxes)
     lift = _size(legend)[1] + scale
     if lines:
         axis.set_title(axis.get_title(), pad=(lift + 0.6 * em) * 72)
+        _at_the_left(axis)
     return title + lift + 0.3 * em
+
+
+def _at_the_left(axis: Axes) -> None:
+    """Put a panel's title where its legend begins; over a sketch without scales it stays in the middle."""
+    if axis.get_xticks().size:
+        axis.title.set(x=0.0, ha="left")
 
 
 def _below(row: list[Axes], last: bool, room: float) -> float:
@@ -118,7 +130,17 @@ def _below(row: list[Axes], last: bool, room: float) -> float:
     shared = not last and not any(axis.axison and axis.xaxis.get_tick_params().get("labelbottom", True) for axis in row)
     named = max(_name_lines(axis.xaxis, room) for axis in row)
     numbered = any(axis.get_xticks().size for axis in row)
-    return _GAP if shared else TICKS * numbered + LINE * named + _ABOUT
+    more = max(_further_lines(axis.xaxis) for axis in row)
+    return _GAP if shared else TICKS * numbered + LINE * (named + more) + _ABOUT
+
+
+def _further_lines(scale: Any) -> int:
+    """How many lines below the first one words take that stand in place of a scale's numbers."""
+    from matplotlib.ticker import FixedLocator
+
+    fixed = isinstance(scale.get_major_locator(), FixedLocator)
+    words = scale.get_major_formatter().format_ticks(scale.get_majorticklocs()) if fixed else []
+    return max((word.count("\n") for word in words), default=0)
 
 
 def _name_lines(scale: Any, room: float) -> int:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 
@@ -14,7 +15,7 @@ class Page:
     """width: of the figure, in inches. height: of panels, as a share of what is usual. font, small: sizes of text, in points.
 
     titled: whether title and answer stand above. columns: at most so many panels beside each other. beside: legends stand
-    beside their panels; otherwise above them. dpi: of a picture.
+    beside their panels; otherwise above them. dpi: of a picture. tallest: as tall as a figure may be, in inches.
     """
 
     name: str
@@ -26,6 +27,13 @@ class Page:
     columns: int
     beside: bool
     dpi: int
+    tallest: float = math.inf
+
+    @property
+    def instead(self) -> tuple[Page, ...]:
+        """Where a figure would be too tall: with lower panels, then across both columns of the journal."""
+        wide = (_BOTH_COLUMNS,) if self == JOURNAL else ()
+        return tuple(page for one in (self, *wide) for page in (one, replace(one, height=_LOWER * one.height)))[1:]
 
     @property
     def em(self) -> float:
@@ -43,7 +51,10 @@ class Page:
 
 
 PRINT = Page("print", 8.0, 1.0, 9.0, 8.0, titled=True, columns=4, beside=True, dpi=150)
-JOURNAL = Page("journal", 88 / 25.4, 0.75, 8.0, 8.0, titled=False, columns=1, beside=False, dpi=300)
+# The measures of Elsevier's journals, whose pages have 190 mm by 240 mm, less a caption of two lines.
+JOURNAL = Page("journal", 88 / 25.4, 0.75, 8.0, 8.0, titled=False, columns=1, beside=False, dpi=300, tallest=230 / 25.4)
+_BOTH_COLUMNS = replace(JOURNAL, width=180 / 25.4, columns=2, beside=True)
+_LOWER = 0.8
 PAGES = {page.name: page for page in (PRINT, JOURNAL)}
 _CURRENT: ContextVar[Page] = ContextVar("page", default=PRINT)
 

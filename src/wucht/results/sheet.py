@@ -151,23 +151,21 @@ def legend_above(axis: Axes, handles: Iterable[Any] | None = None, title: str | 
         SHEETS[figure_of(axis)].above[axis] = named
 
 
-def legend_below(figure: Figure, handles: Iterable[Any]) -> None:
+def legend_below(figure: Figure, handles: Iterable[Any], title: str | None = None) -> None:
     """One legend for all panels, below them; each name once."""
-    SHEETS[figure].below = _once(handles)
+    SHEETS[figure].below = _once(handles, title)
 
 
 def legend_over(figure: Figure, handles: Iterable[Any], title: str | None = None) -> None:
     """One legend for all panels, over them, likewise."""
-    if (named := _once(handles)) is not None:
-        named.title = title
-    SHEETS[figure].over = named
+    SHEETS[figure].over = _once(handles, title)
 
 
-def _once(handles: Iterable[Any]) -> Named | None:
+def _once(handles: Iterable[Any], title: str | None) -> Named | None:
     once: dict[str, Any] = {}
     for handle in handles:
         once.setdefault(str(handle.get_label()), handle)
-    return Named(list(once.values()), list(once)) if once else None
+    return Named(list(once.values()), list(once), title) if once else None
 
 
 def name_at_ends(axis: Axes) -> None:

@@ -21,6 +21,11 @@ GREY = "#666666"
 # What a drive reaches without vibration: with dashes that no line has.
 FREE: dict[str, Any] = {"color": GREY, "linestyle": (0, (10, 3)), "linewidth": 0.9}
 SLOW: dict[str, Any] = {"color": "#000000", "linestyle": (0, (3, 4)), "linewidth": 1.0, "zorder": 4}  # averaged equations
+# Bars beside each other, the second kind with a hatch: in grey, too, they are two kinds.
+HATCHED: tuple[dict[str, Any], ...] = (
+    {"edgecolor": GREY, "linewidth": 0.3},
+    {"edgecolor": "white", "linewidth": 0.0, "hatch": "////"},
+)
 _MARKS, _MARK_EVERY = "osv", 0.12  # of lines whose colours come again; of the panel's diagonal
 _SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machine
 
@@ -48,14 +53,30 @@ def label(result: Any, name: str, factor_unit: str | None = None) -> str:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """``text (unit)``, without brackets where there is no unit."""
-    return f"{text} ({unit})" if unit else text
+    """``text (unit)``, without brackets where there is no unit; powers raised."""
+    return f"{text} ({unit.replace('^2', '²').replace('^3', '³')})" if unit else text
 
 
 def printed_unit(result: Any, name: str) -> tuple[float, str]:
-    """The factor by which a variable is drawn, and its unit there: lengths in mm."""
-    unit = str(result[name].attrs["units"])
+    """The factor by which a variable is drawn, and its unit there: its own ``printed_units``; else lengths in mm."""
+    attributes = result[name].attrs
+    if "printed_units" in attributes:
+        return float(attributes["printed_factor"]), str(attributes["printed_units"])
+    return unit_in_print(str(attributes["units"]))
+
+
+def unit_in_print(unit: str) -> tuple[float, str]:
+    """The factor by which numbers of a unit are printed, and their unit there: lengths in mm."""
     return (1e3, "mm") if unit == "m" else (1.0, unit)
+
+
+def value_in_words(value: Any, factor: float, unit: str) -> str:
+    """A number or several, as they are printed, with their unit: ``1.5 mm``; what is none as it is."""
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(value_in_words(one, factor, '') for one in value)}] {unit}".rstrip()
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return str(value)
+    return f"{factor * value:.6g} {unit}".rstrip()
 
 
 def abscissa_label(result: Any, name: str) -> str:

@@ -210,7 +210,8 @@ def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
     ----------
     result : xarray.Dataset
     page : Page
-        On what it is printed: ``PRINT``, or ``JOURNAL``, a column of 88 mm without a title.
+        On what it is printed: ``PRINT``, or ``JOURNAL``, a column of 88 mm without a title. What would be taller there than
+        230 mm has lower panels, or goes across both columns (180 mm).
 
     Returns
     -------
@@ -222,10 +223,13 @@ def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
         For a study that is not known here, or a Dataset that lacks variables which the result had.
     """
     study = _study_of_result(result)
-    with made_for(page):
-        drawn: Figure = study.figure(result)
-        state(drawn, assumed_of(result))
-    return arrange(drawn)
+    for tried in (page, *page.instead):
+        with made_for(tried):
+            drawn: Figure = study.figure(result)
+            state(drawn, assumed_of(result))
+        if arrange(drawn).get_figheight() <= tried.tallest:
+            break
+    return drawn
 
 
 def report(result: xr.Dataset) -> list[str]:

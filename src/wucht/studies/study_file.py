@@ -145,7 +145,7 @@ def compare(
     Examples
     --------
     >>> compare(["drozdetskaya-2020/r1"], {"study.until": 6.0}, {"drive.slope": [0.0195, 0.039]}).outcome.values.tolist()
-    ['captured-modulated', 'captured-modulated']
+    ['unidentified', 'compensated']
     """
     asked = read_comparison([str(one) for one in of], settings, vary)
     return answer(asked, folder=folder, resume=resume, progress=progress)

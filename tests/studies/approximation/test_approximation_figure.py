@@ -61,7 +61,7 @@ def test_four_panels(sigma: xr.Dataset) -> None:
     assert along.get_xscale() == order.get_xscale() == "log"
     [legend] = figure.legends
     assert [t.get_text() for t in legend.get_texts()] == [
-        "0.01", "0.05", "0.2", "as it is", "5 % of the largest speed", "25 % of the largest amplitude",
+        "0.01", "0.05", "0.2", "as it is", "trusted: 5 % of the largest speed, 25 % of the largest amplitude",
     ]  # fmt: skip
 
 
@@ -96,6 +96,7 @@ def test_points_that_end_differently_are_open(sigma: xr.Dataset) -> None:
     assert set(faces) == {"outcomes differ", "same outcome", "no outcome yet"}
     assert faces["outcomes differ"] == "white"
     assert len(set(faces.values())) == 3
+    assert len({line.get_marker() for line in along.get_lines()[1:-1]}) == 3, "read in grey, too"
 
 
 def test_no_parameter_and_no_order() -> None:

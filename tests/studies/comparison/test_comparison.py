@@ -10,18 +10,25 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import figure_checks
 import wucht as package
 from wucht.errors import InputError
 from wucht.results.conventions import variable
+from wucht.results.page import JOURNAL, PRINT
+from wucht.results.style import printed_unit
 from wucht.results.summary_units import unit_of_number
 from wucht.studies.comparison import run as comparison_run
-from wucht.studies.comparison.compared import compared
+from wucht.studies.comparison.compared import compared, refused
+from wucht.studies.comparison.dataset import dataset
+from wucht.studies.comparison.prepare import prepare
+from wucht.studies.comparison.run import Findings
 from wucht.studies.comparison.variants import Variant
 from wucht.studies.registry import studies
+from wucht.studies.study_file import read_comparison
 
 Study = Callable[..., Path]
 SHORT = {"study.until": "0.02 s"}
-SLOPES = ["0.03 N m s", "0.05 N m s"]
+SLOPES, SLOPE = ["0.03 N m s", "0.05 N m s"], "slope of the torque over speed, drive"
 
 
 def test_each_variant_is_what_its_study_says_alone(study: Study) -> None:
@@ -29,8 +36,7 @@ def test_each_variant_is_what_its_study_says_alone(study: Study) -> None:
     vary = {"drive.slope": SLOPES, "p1.mass": ["125 g", 0.15]}
     result = package.compare([study()], SHORT, vary)
     assert result.variant.values.tolist() == [
-        "drive.slope = 0.03 N m s, p1.mass = 125 g", "drive.slope = 0.03 N m s, p1.mass = 0.15",
-        "drive.slope = 0.05 N m s, p1.mass = 125 g", "drive.slope = 0.05 N m s, p1.mass = 0.15",
+        f"{SLOPE} = {slope} N m s; mass of p1 = {mass} kg" for slope in (0.03, 0.05) for mass in (0.125, 0.15)
     ]  # fmt: skip
     assert result["drive.slope"].values.tolist() == [0.03, 0.03, 0.05, 0.05]
     assert result["p1.mass"].values == pytest.approx([0.125, 0.15, 0.125, 0.15])
@@ -43,7 +49,61 @@ def test_each_variant_is_what_its_study_says_alone(study: Study) -> None:
     assert np.array_equal(result.curve_1_y.values[3], alone.speed.sel(body="drum").values)
     assert np.array_equal(result.curve_2_y.values[3], alone.amplitude.values)
     assert result.curve_1_x.attrs == alone.time.attrs
+    assert result.wucht.summary["varied"] == {
+        "drive.slope": {"what": SLOPE, "unit": "N m s"}, "p1.mass": {"what": "mass of p1", "unit": "kg"},
+    }  # fmt: skip
     assert result.wucht.finished and result.wucht.summary["outcomes"] == {"unidentified": 4}
+
+
+WORDS = {
+    "lengths in mm": ({"p1.length": ["104 mm", 0.11]}, "length of p1", ["104 mm", "110 mm"], (1e3, "mm")),
+    "as they are written": ({"drive.no_load_speed": ["1000 rpm", "1500rpm"]}, "no-load speed of the drive",
+                            ["1000 rpm", "1500 rpm"], (30 / np.pi, "rpm")),
+    "of the question": ({"study.tolerance": [1e-9, 1e-10]}, "tolerance", ["1e-09", "1e-10"], (1.0, "")),
+    "a word": ({"study.model": ["full", "slow"]}, "model", ["full", "slow"], (1.0, "")),
+    "a start": ({"study.start.p1": ["10 deg", "20 deg"]}, "angle of p1 to drum at the start", ["10 deg", "20 deg"],
+                (180 / np.pi, "deg")),
+    "a pair": ({"carrier.stiffness": [["1e5 N/m", 2e5], 1e5]}, "stiffness of the carrier",
+               ["[100000, 200000] N/m", "100000 N/m"], (1.0, "")),
+    "not allowed": ({"drive.slope": [0.03, "-1 N m s"]}, SLOPE, ["0.03 N m s", "-1 N m s"], (1.0, "N m s")),
+    "no number": ({"drive.slope": [0.03, "steep"]}, SLOPE, ["0.03 N m s", "steep"], (1.0, "")),
+    "twice the same": ({"drive.slope": [0.03, 0.03]}, SLOPE, ["0.03 N m s", "0.03 N m s"], (1.0, "N m s")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("vary", "what", "values", "printed"), WORDS.values(), ids=WORDS.keys())
+def test_variants_are_called_what_the_engineer_calls_them(
+    study: Study, vary: dict[str, list[Any]], what: str, values: list[str], printed: tuple[float, str]
+) -> None:
+    asked = read_comparison([str(study())], SHORT, vary)
+    plan = prepare(asked.spec, asked.subject)
+    labels = [case.variant.label for case in plan.cases]
+    again = "(2); " if values[0] == values[1] else ""
+    assert labels == [f"{what} = {values[0]}", f"{again}{what} = {values[1]}"]
+    assert plan.title == f"Comparison of study, varied: {what}"
+    [path] = vary
+    result = dataset(plan, Findings(tuple(refused(case.variant, "not run here") for case in plan.cases)))
+    assert result[path].attrs["long_name"] == what
+    assert printed_unit(result, path) == (pytest.approx(printed[0]), printed[1])
+
+
+def test_curves_are_those_of_stable_configurations(study: Study) -> None:
+    """Bodies compensate above the resonance alone; below it the amplitude is not theirs there."""
+    held = 'start = { p1 = "0.3 rad", p2 = "-0.5 rad" }'
+    result = package.compare(
+        [study('kind = "run-up"', 'kind = "response"', 'until = "0.5 s"', "", held, "")], {}, {"drive.slope": SLOPES}
+    )
+    assert result.curve_1_y.attrs["long_name"] == "amplitude of the axis"
+    largest = result.curve_1_y.max("sample_1").values
+    assert largest == pytest.approx(result.peak_amplitude.values, rel=1e-3) and (largest > 0).all()
+
+
+@pytest.mark.slow
+def test_one_without_units_beside_others(study: Study) -> None:
+    names = [str(study()), "drozdetskaya-2020/table-5.1"]
+    result = package.compare(names, {"study.kind": "synchronous-states"})
+    [said] = [warning for warning in result.wucht.warnings if "dimensionless" in warning]
+    assert said.startswith("table-5.1: ")
 
 
 def test_files_and_results_side_by_side(study: Study, here: Path) -> None:
@@ -97,7 +157,7 @@ def test_what_was_computed_is_not_computed_again(study: Study, here: Path, monke
     assert (broken.sizes["variant"], broken.wucht.finished) == (1, False)
     assert "1 of 2 variants" in broken.wucht.sentence
     whole = package.compare([file], SHORT, vary, folder=here / "out", resume=True)
-    assert kept == ["drive.slope = 0.03 N m s", "drive.slope = 0.05 N m s"]
+    assert kept == [f"{SLOPE} = 0.03 N m s", f"{SLOPE} = 0.05 N m s"]
     assert whole.wucht.finished
     again = package.compare([file], SHORT, vary, folder=here / "out", resume=True)
     assert len(kept) == 2
@@ -117,6 +177,19 @@ def test_different_studies_and_units(study: Study) -> None:
     assert np.isnan(mixed.final_speed.values[0]) and np.isfinite(mixed.final_speed.values[1])
     assert np.isnan(mixed.curve_3_x.values[0]).all() and np.isfinite(mixed.curve_3_x.values[1]).any()
     assert len(package.draw(mixed).axes) == 4
+
+
+def test_figures_of_what_is_no_number(study: Study) -> None:
+    """Pairs and words stand below the panels, answers that are neither curves nor numbers are written; in a column, too."""
+    pairs = package.compare([study()], SHORT, {"carrier.stiffness": [[1e5, 1e5], [1e5, 2e5]], "p1.mass": [0.1, 0.2]})
+    ticks = package.draw(pairs).axes[2].get_xticklabels()
+    assert [" ".join(tick.get_text().split()) for tick in ticks] == ["[100000, 100000] N/m", "[100000, 200000] N/m"]
+    told = package.compare(["drozdetskaya-2020/figure-2.7"], {}, {"mu": [1, 1.1]})
+    [text] = package.draw(told).axes[0].texts
+    assert text.get_text().startswith("mu = 1: ") and "\nmu = 1.1: " in text.get_text()
+    for result in (pairs, told):
+        for page in (PRINT, JOURNAL):
+            figure_checks.check(package.draw(result, page))
 
 
 def test_branches_and_directions_follow_each_other_with_a_gap() -> None:

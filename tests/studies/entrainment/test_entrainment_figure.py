@@ -54,7 +54,7 @@ def test_panels_and_units(shaken: xr.Dataset) -> None:
     assert phase.get_ylim() == pytest.approx((-180, 180))
     assert labels(phase) == [
         "averaged equations, stable", "averaged equations, unstable", "full equations, periodic", "band of existence",
-        "reached from the start",
+        "reached from the start", "this machine",
     ]  # fmt: skip
     assert labels(speed) == [
         "run: entrained", "run: not entrained", "frequency of the vibration", "speed without vibration",

@@ -186,8 +186,8 @@ def test_figure_and_report(catalogue):
         "time (s)", "time (s)", "time since the failure (s)", "time (s)",
     ]  # fmt: skip
     assert [" ".join(axis.get_ylabel().split()) for axis in drawn.axes] == [
-        "mean speed of the main rotor (rad/s)", "displacement of the carrier in x (mm)", "probability (1)",
-        "share of the stiffness, damage (1)",
+        "mean speed of the main rotor (rad/s)", "displacement of the carrier in x (mm)", "probability",
+        "share of the stiffness, damage",
     ]  # fmt: skip
     assert all(axis.get_legend() is not None for axis in drawn.axes)
     lines = report(catalogue)

@@ -215,7 +215,7 @@ def test_the_catalogue_file_gives_its_numbers():
         "amplitude (mm)",
         "range (mm)",
         "signal (mm)",
-        "share of the damage (1)",
+        "share of the damage",
     ]
 
 

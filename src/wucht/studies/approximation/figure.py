@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _SMALLEST = 1e-6  # of the largest deviation: nothing below is shown
 _MOST_NAMED = 9
+# By whether the outcome is the same; -1: there is none yet.
+_OUTCOMES = {1: ("o", COLOURS[0], "same outcome"), 0: ("s", "white", "outcomes differ"), -1: ("X", GREY, "no outcome yet")}
 _LIMIT: dict[str, Any] = {"color": GREY, "linestyle": (0, (9, 2)), "linewidth": 1.6, "zorder": 1}
 
 
@@ -60,7 +62,13 @@ def _criterion(axis: Axes, result: xr.Dataset, of: str) -> None:
         if not limit > 0:
             continue
         scale, _ = printed_unit(result, f"{of}_deviation")
-        axis.axhline(scale * limit, **_LIMIT, label=_share_of(share, of))
+        axis.axhline(scale * limit, **_LIMIT, label=_trusted(result))
+
+
+def _trusted(result: xr.Dataset) -> str:
+    """The name of both criteria: in the legend they have one line."""
+    shares = {of: result.attrs.get(f"trusted_{of}", 0.0) for of in ("speed", "amplitude")}
+    return f"trusted: {', '.join(_share_of(share, of) for of, share in shares.items() if share)}"
 
 
 def _share_of(share: float, of: str) -> str:
@@ -79,12 +87,12 @@ def _along(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylabel(with_unit("largest difference of speeds", result.speed_deviation.attrs["units"]))
     axis.set_xlabel(label(result, "value"))
     axis.plot(at, deviation, color=COLOURS[0], linewidth=1.0)
-    for code, face, name in ((1, COLOURS[0], "same outcome"), (0, "white", "outcomes differ"), (-1, GREY, "no outcome yet")):
+    for code, (mark, face, name) in _OUTCOMES.items():
         if (chosen := same == code).any():
-            axis.plot(at[chosen], deviation[chosen], "o", color=COLOURS[0], markersize=6, markerfacecolor=face, label=name)
+            axis.plot(at[chosen], deviation[chosen], mark, color=COLOURS[0], markersize=6, markerfacecolor=face, label=name)
     share = result.attrs.get("trusted_speed")
     if share and np.isfinite(limit := share * _largest(varied, "speed")).any():
-        axis.plot(at, limit, **_LIMIT, label=f"{100 * share:g} % of the largest speed")
+        axis.plot(at, limit, **_LIMIT, label=_share_of(share, "speed"))
     if (deviation > 0).any():
         axis.set_yscale("log")
         _numbers(axis.yaxis)

@@ -77,7 +77,11 @@ def _outcomes(axis: Axes, result: xr.Dataset, prefix: str) -> list[Any]:
     words = {k: _NOT_COMPUTED if k < 0 else f"{flags[k]}: {percent(fractions[flags[k]], off[flags[k]])}" for k in present}
     order = sorted(present, key=lambda k: -fractions.get(flags[k], -1.0))
     axis.set_title("outcome and share of the map")
-    return [Patch(facecolor=looks[k][0], hatch=looks[k][1], edgecolor=GREY, linewidth=0.5, label=words[k]) for k in order]
+    return [
+        Patch(facecolor=colour, hatch=hatch, edgecolor=_edge(colour) if hatch else GREY, linewidth=0.5, label=words[k])
+        for k in order
+        for colour, hatch in [looks[k]]
+    ]
 
 
 def _image(axis: Axes, result: xr.Dataset, values: np.ndarray, **look: Any) -> Any:
@@ -99,8 +103,13 @@ def _hatches(axis: Axes, result: xr.Dataset, outcome: np.ndarray, looks: dict[in
         if hatch:
             inside = np.pad((shown == k).astype(float), 1, mode="edge")
             drawn = axis.contourf(*ends, inside, levels=[0.5, 1.5], colors=["none"], hatches=[hatch])
-            drawn.set_edgecolor("#FFFFFF" if looks[k][0] in _DARK else "#8A8A8A")
+            drawn.set_edgecolor(_edge(looks[k][0]))
             drawn.set_linewidth(0.0)
+
+
+def _edge(colour: str) -> str:
+    """Of a hatch, which is seen on its colour."""
+    return "#FFFFFF" if colour in _DARK else GREY
 
 
 _DARK = {"#C24E00", "#9A5B84", "#0072B2", "#009E73", "#404040", "#7F7F7F", "#6B1F00", "#000000"}

@@ -77,7 +77,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     floor = _LEAST * reference
     for side, version in zip((-0.2, 0.2), LOOKS, strict=True):
         values = np.maximum(result.amplitude.sel(version=version).values, floor)
-        axis.bar(k + side, values - floor / 2, 0.4, bottom=floor / 2, color=LOOKS[version][0], edgecolor=GREY, linewidth=0.3)
+        axis.bar(k + side, values - floor / 2, 0.4, bottom=floor / 2, color=LOOKS[version][0], **style.HATCHED[side < 0])
     if np.isfinite(result.recovered.values).any():
         found = np.maximum(np.fmax.reduce(result.recovered.values), floor)  # NaN where an order was not looked for
         axis.plot(k, found, "o", color=COLOURS[6], markersize=3, label="corrected, from its points", zorder=5)
@@ -100,7 +100,7 @@ def _decades(axis: Axes, floor: float, highest: float, step: int) -> None:
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
     axis.plot(1e3 * result.time.values, _RPM * result.shaft_speed.values, color=COLOURS[0], linewidth=1.3)
-    axis.axhline(_RPM * summary_of(result)["mean_speed"], color=GREY, linestyle="--", linewidth=0.9, label="mean speed")
+    axis.axhline(_RPM * summary_of(result)["mean_speed"], **style.FREE, label="mean speed")
     _time_axis(axis, result)
     axis.ticklabel_format(axis="y", useOffset=False)
     axis.set_ylabel("speed of the shaft (rpm)")

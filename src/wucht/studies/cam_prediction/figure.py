@@ -100,7 +100,9 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     axis.set_axisbelow(True)
     for row, (name, colour), aside in zip(shown, _COLOURS.items(), (-0.2, 0.2), strict=True):
         high = np.where(row > lowest, row, np.nan)
-        axis.bar(k + aside, high - lowest, bottom=lowest, width=0.4, color=colour, label=f"{name} cam")
+        axis.bar(
+            k + aside, high - lowest, bottom=lowest, width=0.4, color=colour, label=f"{name} cam", **style.HATCHED[aside < 0]
+        )
         if "simulated_acceleration" in result:
             dots = result.simulated_acceleration.sel(cam=name).values[: len(k)]
             axis.plot(k + aside, np.where(dots > lowest, dots, np.nan), label=_SIMULATED if aside > 0 else None, **_DOT)

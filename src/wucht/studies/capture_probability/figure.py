@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.sheet import legend_above, new_grid
+from wucht.results.sheet import legend_above, legend_beside, new_grid
 from wucht.results.style import COLOURS, GREY, named, with_unit
 
 if TYPE_CHECKING:
@@ -24,10 +24,13 @@ def figure(result: xr.Dataset) -> Figure:
     s = summary_of(result)
     known = s["sensitivity"] is not None and s["sensitivity"]["indices"] is not None
     runs = f"{s['samples']} runs at each value, {s['runs']} in all"
-    drawn, panels = new_grid(1 + known, result.attrs["title"], runs, heights=2.8)
+    drawn, panels = new_grid(1 + known, result.attrs["title"], runs, columns=1 + known, heights=2.8)
     _probability(panels[0], result, s)
     if known:
+        legend_above(panels[0])
         _indices(panels[1], result, s)
+    else:
+        legend_beside(panels[0])
     return drawn
 
 
@@ -51,11 +54,10 @@ def _probability(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
     if s["smallest"] is not None:
         symbol = "" if "." in s["along"] else f"{s['along']} = "
         shown = f"{symbol}{s['smallest']:.4g} {s['unit']}".rstrip()
-        axis.axvline(s["smallest"], color=COLOURS[1], linestyle="--", linewidth=1.1, label=f"reached from {shown} on")
+        axis.axvline(s["smallest"], color=COLOURS[1], linestyle="--", linewidth=1.1, label=f"reached at {shown}")
     axis.set(ylim=(-0.03, 1.03), ylabel="probability of\n" + " or ".join(s["outcome"]))
     axis.set_xlim(*s["range"])
     axis.set_xlabel(with_unit(named(s["along"], str(result.parameter.attrs["long_name"])), s["unit"]))
-    legend_above(axis)
 
 
 def _indices(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:

@@ -79,15 +79,25 @@ def _numbers(summary: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
     return found
 
 
+def _where_stable(result: xr.Dataset, of: xr.DataArray) -> xr.DataArray:
+    """Values of steady configurations where they are stable, and of no bodies that would stand in each other's place."""
+    if "configuration" not in of.dims or "stable" not in result:
+        return of
+    stable = of.where((result["stable"] == 1) & (result.get("overlapping", 0) == 0))
+    return stable if bool(stable.notnull().any()) else of
+
+
 def _curve(result: xr.Dataset, x: str, y: str) -> Curve | None:
     """A variable over another, None where the result has them not.
 
-    Of several bodies, cams or runs the first; where both are given for several directions these follow each other, as the
-    branches of a curve do.
+    Of several bodies, cams or runs the first. What is given for several directions, or steady configurations (as far as these
+    are stable, if any is), follows each other, as the branches of a curve do.
     """
     if x not in result or y not in result or "case" in result[y].dims:
         return None
-    at, of = result[x], result[y]
+    at, of = result[x], _where_stable(result, result[y])
+    if "configuration" in of.dims:
+        at = at.expand_dims(configuration=of.sizes["configuration"])
     if not at.size or not of.size or not set(at.dims) <= set(of.dims):
         return None
     of = of.isel(dict.fromkeys(set(of.dims) - set(at.dims), 0)).transpose(*at.dims)

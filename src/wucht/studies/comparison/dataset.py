@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import answered, assuming, variable
+from wucht.results.style import value_in_words
 from wucht.results.summary_units import unit_of_number
 from wucht.studies.comparison.compared import Compared
 from wucht.studies.comparison.prepare import Case, Plan
 from wucht.studies.comparison.run import Findings
+from wucht.studies.comparison.varied_key import VariedKey
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,7 +27,8 @@ _WORDS = {
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """The Dataset, of the variants that are finished.
 
-    Coordinates (variant): variant (its label), source (the file), and each varied parameter by its path, in SI. Variables
+    Coordinates (variant): variant (its label), name (without what is varied), source (the file), and each varied key by its
+    path, in SI. Variables
     (variant): study, machine, outcome, sentence, failure, and each number of the summaries by its path in them. curve_1_x,
     curve_1_y (variant, sample_1) and so on: curves of one kind each; variants may lack them.
     """
@@ -39,16 +42,22 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     data = {key: variable("variant", np.array([getattr(c, key) for c in done], str), what) for key, what in _WORDS.items()}
     for name in names:
         numbers = [c.numbers.get(name, np.nan) for c in done]
-        data[name] = variable("variant", numbers, name.replace("_", " "), unit_of_number(name, amplitude, bare))
+        data[name] = variable("variant", numbers, _in_words(name), unit_of_number(name, amplitude, bare))
     for k, kind in enumerate(dict.fromkeys(curve.kind for c in done for curve in c.curves), 1):
         data |= _curves(k, kind, done)
     labels = np.array([case.variant.label for case in cases], str)
     coordinates = {
         "variant": variable("variant", labels, "variant"),
+        "name": variable("variant", np.array([case.variant.name for case in cases], str), "name"),
         "source": variable("variant", np.array([case.variant.source for case in cases], str), "file"),
-    } | {path: _varied(path, cases) for path in plan.spec.vary}
+    } | {key.path: _varied(key, cases) for key in _keys(cases)}
     result = xr_.Dataset({k: v for k, v in data.items() if k not in coordinates}, coordinates)
     warnings, assumed = (_together(cases, said) for said in ([c.warnings for c in done], [c.assumed for c in done]))
+    if not bare:
+        bare_ones = [case.variant.label for case in cases if case.variant.dimensionless]
+        warnings += [
+            f"{one}: dimensionless; its numbers have no units and cannot be set against the others'" for one in bare_ones
+        ]
     return assuming(answered(result, _summary(plan, done, names), _sentence(plan, done), warnings), assumed)
 
 
@@ -64,18 +73,26 @@ def _curves(number: int, kind: tuple[str, ...], done: Sequence[Compared]) -> dic
     return {f"curve_{number}_{axis}": variable(dims, filled[i], kind[i], kind[2 + i]) for i, axis in enumerate(("x", "y"))}
 
 
-def _varied(path: str, cases: Sequence[Case]) -> Any:
+def _in_words(path: str) -> str:
+    """A number of a summary by its path: ``final phases, p1`` of a table."""
+    name, _, of = path.partition(".")
+    return f"{name.replace('_', ' ')}{f', {of}' if of else ''}"
+
+
+def _keys(cases: Sequence[Case]) -> tuple[VariedKey, ...]:
+    """What is varied: the same in all of them."""
+    return cases[0].variant.keys if cases else ()
+
+
+def _varied(key: VariedKey, cases: Sequence[Case]) -> Any:
     """What a key was in each variant: numbers, or texts where one of them is none."""
-    values = [case.variant.varied.get(path) for case in cases]
-    unit = ""
-    for case in cases:
-        parameters = getattr(case.variant.asked.subject, "parameters", {}) if case.variant.asked is not None else {}
-        unit = getattr(parameters.get(path), "unit", unit) if isinstance(parameters, dict) else unit
-    numeric = all(v is None or (isinstance(v, int | float) and not isinstance(v, bool)) for v in values)
-    stored = (
-        [np.nan if v is None else v for v in values] if numeric else np.array(["" if v is None else str(v) for v in values])
-    )
-    return variable("variant", stored, path, unit)
+    values = [case.variant.varied[key.path] for case in cases]
+    numeric = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
+    if not numeric:
+        return variable("variant", np.array([value_in_words(v, *key.printed) for v in values]), key.what)
+    dims, numbers, attributes = variable("variant", values, key.what, key.unit or "")
+    factor, unit = key.printed
+    return dims, numbers, attributes | ({"printed_units": unit, "printed_factor": factor} if key.written else {})
 
 
 def _summary(plan: Plan, done: Sequence[Compared], names: Sequence[str]) -> dict[str, Any]:
@@ -92,6 +109,7 @@ def _summary(plan: Plan, done: Sequence[Compared], names: Sequence[str]) -> dict
         "outcomes": dict(Counter(c.outcome for c in done if c.outcome)),
         "failed": sum(bool(c.failure) for c in done),
         "vary": {path: list(values) for path, values in plan.spec.vary.items()},
+        "varied": {key.path: {"what": key.what, "unit": key.unit} for key in _keys(plan.cases)},
         "headline": shown or list(names),
     }  # fmt: skip
 

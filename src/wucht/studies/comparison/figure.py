@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.results import style
 from wucht.results.conventions import summary_of
-from wucht.results.sheet import legend_above, legend_below, new_grid
-from wucht.studies.comparison.report import shown_numbers
+from wucht.results.page import current_page, small
+from wucht.results.sheet import legend_above, legend_below, named_in, new_grid, wrapped
+from wucht.studies.comparison.report import names_of, shown_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,14 +19,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED = 2, 2, 14
-_PANEL = 2.1  # inches
-_MARKS = "os^Dv"
+_PANEL, _LINE = 2.1, 0.19  # inches: of a panel, and of a line of text
+_LETTERS = 14.0  # of text in an inch
+_MARKS, _LINES = "os^Dv", ("-", "--", "-.", ":")
+_MOST_TOLD = 8  # variants that are written below a panel; more are counted
+_WORDS, _APART = 40, 2  # letters that have room there side by side, and between two of them
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Up to two panels of curves, and up to two of numbers where something is varied or no study has curves."""
+    """Up to two panels of curves, and up to two of numbers where something is varied or no study has curves.
+
+    A variant's mark has the colour of its curve.
+    """
     count, title, sentence = len(_abscissae(result)), result.attrs["title"], result.attrs["sentence"]
     curves, numbers = range(1, min(count, _MOST_CURVES) + 1), shown_numbers(result)[:_MOST_NUMBERS]
+    if not count and not numbers:
+        return _in_words(result)
     numbers = numbers if summary_of(result)["vary"] or not count else []
     alike, panels = len({tuple(x.attrs.values()) for x in _abscissae(result)}) == 1, len(curves) + len(numbers)
     columns = 1 if panels == 1 or (not numbers and alike) else 2
@@ -33,8 +43,26 @@ def figure(result: xr.Dataset) -> Figure:
         _curves(axis, result, k, _names(result))
     for name, axis in zip(numbers, axes[len(curves) :], strict=False):
         _numbers(axis, result, name)
+    named, paths = axes[0].get_legend_handles_labels()[0], list(summary_of(result)["vary"])
     if curves:
-        legend_below(drawn, axes[0].get_legend_handles_labels()[0])
+        legend_below(drawn, named, "; ".join(_titles(result, paths)) or None)
+    if numbers and (groups := named_in(axes[len(curves) : len(curves) + 1])):
+        legend_above(axes[len(curves)], groups, "; ".join(_titles(result, paths[1:])) or None)
+    return drawn
+
+
+def _in_words(result: xr.Dataset) -> Figure:
+    """Answers that are neither curves nor numbers."""
+    letters = int(current_page().width * _LETTERS)
+    answers = [
+        f"{variant}: {sentence}" for variant, sentence in zip(result.variant.values, result.sentence.values, strict=True)
+    ]
+    lines = ["\n".join(wrapped(answer, letters)) for answer in answers[:_MOST_TOLD]]
+    text = "\n".join([*lines, *([f"and {len(answers) - len(lines)} more"] if len(answers) > len(lines) else [])])
+    height = (text.count("\n") + 1) * _LINE / current_page().height
+    drawn, [axis] = new_grid(1, result.attrs["title"], result.attrs["sentence"], columns=1, heights=height)
+    axis.set_axis_off()
+    axis.text(0.0, 1.0, text, va="top", fontsize=small(), linespacing=1.5, parse_math=False)
     return drawn
 
 
@@ -43,16 +71,38 @@ def _abscissae(result: xr.Dataset) -> list[xr.DataArray]:
 
 
 def _names(result: xr.Dataset) -> list[str]:
-    """What the variants are called in the legend."""
-    pairs = zip(result.variant.values, result.outcome.values, strict=True)
-    names = [f"{variant}: {outcome}" if outcome else str(variant) for variant, outcome in pairs]
+    """What the variants are called in the legend, below what is varied."""
+    names = [_told(result, k) for k in range(result.sizes["variant"])]
+    pairs = zip(names, result.outcome.values, strict=True)
+    names = [f"{name}: {outcome}" if outcome else name for name, outcome in pairs]
     return names if len(names) <= _MOST_NAMED else [*names[: _MOST_NAMED - 1], f"and {len(names) - _MOST_NAMED + 1} more"]
+
+
+def _with_curves(result: xr.Dataset) -> list[int]:
+    """Variants of which there are curves: not those that failed."""
+    own = [result[f"curve_{k}_y"].notnull().any(f"sample_{k}").values for k in range(1, len(_abscissae(result)) + 1)]
+    return [int(k) for k in np.flatnonzero(np.any(own, axis=0))] if own else []
+
+
+def _told(result: xr.Dataset, variant: int, paths: Sequence[str] | None = None) -> str:
+    """A variant by its name and the values of what is varied (paths: of some of it)."""
+    paths = list(summary_of(result)["vary"]) if paths is None else paths
+    name = names_of(result)[variant]
+    return "; ".join([*([name] if name else []), *(_value(result, path, variant) for path in paths)])
+
+
+def _value(result: xr.Dataset, path: str, variant: int) -> str:
+    return style.value_in_words(result[path].values[variant].item(), *style.printed_unit(result, path))
+
+
+def _titles(result: xr.Dataset, paths: Sequence[str]) -> list[str]:
+    return [str(result[path].attrs["long_name"]) for path in paths]
 
 
 def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> None:
     x, y = (result[f"curve_{number}_{n}"] for n in "xy")
     (x_scale, x_unit), (y_scale, y_unit) = (style.printed_unit(result, str(v.name)) for v in (x, y))
-    for k in range(result.sizes["variant"]):
+    for k in _with_curves(result):
         name = names[k] if k < len(names) else None
         axis.plot(x_scale * x.values[k], y_scale * y.values[k], label=name, **style.line_style(k))
     axis.set_xlabel(style.label(result, str(x.name), x_unit))
@@ -60,34 +110,43 @@ def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> No
 
 
 def _numbers(axis: Axes, result: xr.Dataset, name: str) -> None:
-    """A number over the first key that is varied, a line for each file and value of the second; else a mark a variant."""
-    scale, unit = style.printed_unit(result, name)
-    values, paths = scale * result[name].values, list(summary_of(result)["vary"])
+    """A number over the first key that is varied, a line for each file and value of the second; else over the variants."""
+    (scale, unit), paths = style.printed_unit(result, name), list(summary_of(result)["vary"])
+    values, continuous = scale * result[name].values, bool(paths) and result[paths[0]].dtype.kind == "f"
     axis.set_ylabel(style.label(result, name, unit))
-    if not paths or result[paths[0]].dtype.kind != "f":
-        axis.plot(np.arange(len(values)), values, linestyle="", marker="o", color=style.COLOURS[0])
-        axis.set_xlim(-0.5, len(values) - 0.5)
-        axis.set_xticks(np.arange(len(values)), [str(v) for v in result.variant.values], rotation=25, ha="right", fontsize=7)
-        return
-    x_scale, x_unit = style.printed_unit(result, paths[0])
+    groups = _groups(result, paths[1:]) if paths else [list(range(len(values)))]
+    x = _abscissa(axis, result, paths)
+    for j, members in enumerate(groups):
+        at = [members[k] for k in np.argsort(x[members], kind="stable")]
+        marker, dashes = _MARKS[j % len(_MARKS)], _LINES[j // len(_MARKS) % len(_LINES)] if continuous else ""
+        label = _told(result, members[0], paths[1:]) if 1 < len(groups) <= _MOST_NAMED else None
+        mark: dict[str, Any] = {"marker": marker, "markersize": 6, "markerfacecolor": "none", "markeredgewidth": 1.4}
+        axis.plot(x[at], values[at], label=label, color=style.GREY, linewidth=0.9, linestyle=dashes, **mark)
+        for k in at:
+            axis.plot(x[k], values[k], color=style.line_style(k)["color"], linestyle="", **mark)
+
+
+def _groups(result: xr.Dataset, paths: Sequence[str]) -> list[list[int]]:
+    """The variants of each file and of each value of what else is varied."""
     groups: dict[tuple[Any, ...], list[int]] = {}
-    for k in range(len(values)):
-        groups.setdefault((str(result.source.values[k]), *(result[p].values[k] for p in paths[1:])), []).append(k)
-    several = len(set(result.source.values)) > 1
-    for j, members in enumerate(groups.values()):
-        at = np.argsort(result[paths[0]].values[members])
-        label = _group(result, members[0], paths, several)
-        line = style.line_style(j) | {"marker": _MARKS[j % len(_MARKS)], "markersize": 4}
-        axis.plot(x_scale * result[paths[0]].values[members][at], values[members][at], label=label or None, **line)
-    axis.set_xlabel(style.label(result, paths[0], x_unit))
-    if 1 < len(groups) <= _MOST_NAMED:
-        legend_above(axis)
+    for k in range(result.sizes["variant"]):
+        groups.setdefault((str(result.source.values[k]), *(result[p].values[k] for p in paths)), []).append(k)
+    return list(groups.values())
 
 
-def _group(result: xr.Dataset, first: int, paths: list[str], several: bool) -> str:
-    """What the variants of a line have in common: their file, and the value of the second key."""
-    named = [str(result.source.values[first])] if several else []
-    for path in paths[1:]:
-        value, (scale, unit) = result[path].values[first], style.printed_unit(result, path)
-        named.append(f"{path} = {f'{scale * value:.6g} {unit}'.rstrip() if result[path].dtype.kind == 'f' else value}")
-    return "; ".join(named)
+def _abscissa(axis: Axes, result: xr.Dataset, paths: Sequence[str]) -> np.ndarray:
+    """Where (n,) the variants stand along it: by the first key that is varied, by its texts, or one after the other."""
+    if paths and result[paths[0]].dtype.kind == "f":
+        x_scale, x_unit = style.printed_unit(result, paths[0])
+        axis.set_xlabel(style.label(result, paths[0], x_unit))
+        x = np.asarray(x_scale * result[paths[0]].values)
+        if (np.round(x) == x).all():
+            axis.locator_params(axis="x", integer=True)
+        return x
+    texts = [str(v) for v in (result[paths[0]].values if paths else result.variant.values)]
+    places = list(dict.fromkeys(texts))
+    axis.set_xlim(-0.5, len(places) - 0.5)
+    axis.set_xlabel(_titles(result, paths)[0] if paths else "variant")
+    if len(places) <= _MOST_TOLD:
+        axis.set_xticks(range(len(places)), ["\n".join(wrapped(t, max(_WORDS // len(places) - _APART, 5))) for t in places])
+    return np.array([places.index(text) for text in texts], float)

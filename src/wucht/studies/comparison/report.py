@@ -2,45 +2,53 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.style import with_unit
+from wucht.results.sheet import wrapped
+from wucht.results.style import label, printed_unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _COLUMNS, _MOST_LINES, _WIDEST = 6, 60, 60
+_HEADED = 16  # letters of a line of a column's head, where words can be broken so
+
+
+@dataclass(frozen=True)
+class _Column:
+    """Of the table. left: whether its cells stand at the left, as texts do."""
+
+    head: str
+    cells: list[str]
+    left: bool = True
 
 
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht compare`` prints: the numbers looked at first, and of others those that differ."""
-    s = summary_of(result)
-    names = shown_numbers(result)[:_COLUMNS]
-    header = ["", "outcome", *(with_unit(name, str(result[name].attrs["units"])) for name in names)]
-    rows = [
-        [_cut(str(v)), str(result.outcome.values[k]), *(_number(float(result[name].values[k])) for name in names)]
-        for k, v in enumerate(result.variant.values[:_MOST_LINES])
-    ]
-    if not names:  # nothing to put into columns: each one's answer in words
-        header, rows = [*header, ""], [[*row, str(result.sentence.values[k])] for k, row in enumerate(rows)]
-    if not any(row[1] for row in rows):
-        header, rows = header[:1] + header[2:], [row[:1] + row[2:] for row in rows]
-    widths = [max(len(line[k]) for line in (header, *rows)) for k in range(len(header))]
-    left = len(header) - len(names)
-    lines = [
-        "  ".join(cell.ljust(w) if k < left else cell.rjust(w) for k, (cell, w) in enumerate(zip(line, widths, strict=True)))
-        for line in (header, *rows)
-    ]
+    s, names, outcomes = summary_of(result), names_of(result), list(map(str, result.outcome.values))
+    columns = [_Column("", [_cut(name) for name in names])] if any(names) else []
+    columns += [_column(result, path) for path in s["vary"]]
+    columns += [_Column("outcome", outcomes)] if any(outcomes) else []
+    numbers = [_column(result, name) for name in shown_numbers(result)[:_COLUMNS]]
+    if not numbers:  # nothing to put into columns: each one's answer in words
+        numbers = [_Column("", list(map(str, result.sentence.values)))]
     more = [f"and {result.sizes['variant'] - _MOST_LINES} more"] if result.sizes["variant"] > _MOST_LINES else []
     failures = [f"{v['label']}: {v['failure']}" for v in s["variants"] if v["failure"]]
     return [
         result.attrs["title"],
         f"verdict: {result.attrs['sentence']}",
-        *(f"  {line.rstrip()}" for line in lines + more + failures),
+        *(f"  {line}" for line in [*_table([*columns, *numbers]), *more, *failures]),
     ]
+
+
+def names_of(result: xr.Dataset) -> list[str]:
+    """What the variants are called, but for what is varied."""
+    return [str(v) for v in result.get("name", result.variant).values]
 
 
 def shown_numbers(result: xr.Dataset) -> list[str]:
@@ -53,6 +61,29 @@ def shown_numbers(result: xr.Dataset) -> list[str]:
 
 def _same(values: np.ndarray) -> bool:
     return len(values) > 1 and bool(np.all(values == values[0]))
+
+
+def _column(result: xr.Dataset, name: str) -> _Column:
+    """What it is, with its unit, and its values."""
+    (factor, unit), values = printed_unit(result, name), result[name].values
+    numeric = values.dtype.kind == "f"
+    cells = [_number(factor * float(v)) if numeric else _cut(str(v)) for v in values]
+    return _Column(label(result, name, unit), cells, not numeric)
+
+
+def _table(columns: Sequence[_Column]) -> list[str]:
+    """The lines of a table, with heads of as many lines as they need."""
+    heads = [[line.replace("\N{NO-BREAK SPACE}", " ") for line in wrapped(column.head, _HEADED)] for column in columns]
+    depth = max(map(len, heads))
+    cells = [
+        [""] * (depth - len(head)) + head + column.cells[:_MOST_LINES] for head, column in zip(heads, columns, strict=True)
+    ]
+    widths = [max(map(len, own)) for own in cells]
+    sides = [str.ljust if column.left else str.rjust for column in columns]
+    rows = zip(*cells, strict=True)
+    return [
+        "  ".join(side(*of) for side, of in zip(sides, zip(row, widths, strict=True), strict=True)).rstrip() for row in rows
+    ]
 
 
 def _number(value: float) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,9 +13,9 @@ from wucht.checking import refuse_unknown
 from wucht.errors import InputError
 from wucht.files.catalogue import ABOUT
 from wucht.files.documents import Document, flatten
-from wucht.machines.machine import Machine
 from wucht.results.store import RESULT, load, result_file
 from wucht.studies.comparison.spec import Comparison
+from wucht.studies.comparison.varied_key import VariedKey, varied_key
 from wucht.studies.study_file import StudyFile, read_study
 from wucht.studies.subjects import Description, subject_of
 
@@ -26,15 +27,21 @@ _NESTED = "this is a comparison itself; name what it compares"
 
 @dataclass(frozen=True)
 class Variant:
-    """One of them. varied: by path, in SI where it is a number. asked: its study; result: it is there already; refused: what
-    is wrong with it."""
+    """One of them. name: what tells it from others but for what is varied. varied: by path, in SI where it is a number; keys:
+    what these are. asked: its study; result: it is there already; refused: what is wrong with it."""
 
-    label: str
+    name: str
     source: str
     varied: Mapping[str, Any]
+    keys: tuple[VariedKey, ...] = ()
     asked: StudyFile | None = None
     result: xr.Dataset | None = None
     refused: str = ""
+
+    @property
+    def label(self) -> str:
+        """What it is called: its name, and what is varied, in words with units."""
+        return "; ".join([*([self.name] if self.name else []), *(key.at(self.varied[key.path]) for key in self.keys)])
 
     @property
     def title(self) -> str:
@@ -82,8 +89,8 @@ class OfVariants:
         spec = Comparison.read(document["study"])
         shared = spec.set | flatten(settings)
         groups = [_of_source(source, path.parent, shared, spec) for source in spec.of]
-        title = document.get("title") or f"Comparison of {_listed(spec)}"
-        return Variants(str(title), _labelled([v for group in groups for v in group])), {}
+        variants = _named([v for group in groups for v in group])
+        return Variants(str(document.get("title") or _title(spec, variants)), variants), {}
 
     def describe(self, subject: Any) -> Description:
         """See ``Subject``."""
@@ -93,9 +100,10 @@ class OfVariants:
         return Description(subject.title, all(v.dimensionless for v in subject.variants), facts)
 
 
-def _listed(spec: Comparison) -> str:
-    over = f" over {' and '.join(spec.vary)}" if spec.vary else ""
-    return ", ".join(map(_name, spec.of)) + over
+def _title(spec: Comparison, variants: Sequence[Variant]) -> str:
+    keys = variants[0].keys
+    over = f", varied: {'; '.join(key.what for key in keys)}" if keys else ""
+    return f"Comparison of {', '.join(map(_name, spec.of))}{over}"
 
 
 def _of_source(source: str, folder: Path, shared: Mapping[str, Any], spec: Comparison) -> list[Variant]:
@@ -107,45 +115,40 @@ def _of_source(source: str, folder: Path, shared: Mapping[str, Any], spec: Compa
         result = load(place)
         if result.attrs["study"] == Comparison.kind:
             raise InputError("study.of", source, _NESTED)
-        return [Variant(source, source, {}, result=result)]
-    name, variants, errors = str(place) if place.is_file() else source, list[Variant](), list[InputError]()
+        return [Variant("", source, {}, result=result)]
+    name = str(place) if place.is_file() else source
+    asked, errors = list[StudyFile | InputError](), list[InputError]()
     for combination in spec.combinations:
-        label = ", ".join(f"{path} = {_shown(value)}" for path, value in combination.items())
         try:
-            asked = read_study(name, {**shared, **combination})
+            asked.append(read_study(name, {**shared, **combination}))
         except InputError as error:
+            asked.append(error)
             errors.append(error)
-            variants.append(Variant(label, source, combination, refused=str(error)))
-            continue
-        if asked.spec.kind == Comparison.kind:
-            raise InputError("study.of", source, _NESTED)
-        variants.append(Variant(label, source, {p: _in_si(asked, p, v) for p, v in combination.items()}, asked))
-    if len(errors) == len(variants):
+    read = [one for one in asked if isinstance(one, StudyFile)]
+    if not read:
         raise errors[0]
-    return variants
+    if any(one.spec.kind == Comparison.kind for one in read):
+        raise InputError("study.of", source, _NESTED)
+    bare = subject_of(read[0].spec).describe(read[0].subject).dimensionless
+    keys = tuple(varied_key(read[0], path, values, bare) for path, values in spec.vary.items())
+    variants = [Variant("", source, {k.path: k.in_si(values[k.path]) for k in keys}, keys) for values in spec.combinations]
+    return [
+        replace(v, asked=one) if isinstance(one, StudyFile) else replace(v, refused=str(one))
+        for v, one in zip(variants, asked, strict=True)
+    ]
 
 
-def _in_si(asked: StudyFile, path: str, given: Any) -> Any:
-    """The value of a varied key: of a parameter in SI, of anything else as it was given."""
-    values = asked.subject.values if isinstance(asked.subject, Machine) else {}
-    return float(values[path]) if path in values else given
-
-
-def _shown(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
-
-
-def _labelled(variants: list[Variant]) -> tuple[Variant, ...]:
-    """With labels that differ: the value alone where there is one file, else its name too."""
+def _named(variants: list[Variant]) -> tuple[Variant, ...]:
+    """With names that tell them from each other: none where there is one file, and what is varied tells it all."""
     sources = {v.source: _name(v.source) for v in variants}
-    labels: list[str] = []
+    named, count = list[Variant](), Counter[str]()
     for v in variants:
         unique = list(sources.values()).count(sources[v.source]) == 1
-        own = [sources[v.source] if unique else v.source] if len(sources) > 1 or not v.varied else []
-        label = "; ".join([*own, *([v.label] if v.varied else [])])
-        count = sum(known == label or known.startswith(f"{label} (") for known in labels)
-        labels.append(f"{label} ({count + 1})" if count else label)
-    return tuple(replace(v, label=label) for v, label in zip(variants, labels, strict=True))
+        own = replace(v, name=(sources[v.source] if unique else v.source) if len(sources) > 1 or not v.varied else "")
+        count[own.label] += 1
+        again = count[own.label]
+        named.append(own if again == 1 else replace(own, name=f"{own.name} ({again})".strip()))
+    return tuple(named)
 
 
 def _name(source: str) -> str:

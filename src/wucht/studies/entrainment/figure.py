@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.conventions import summary_of
-from wucht.results.page import small
 from wucht.results.sheet import legend_beside, new_figure, rpm_axis
 from wucht.results.style import COLOURS, FREE, GREY, label, line_style, named, with_unit
 from wucht.studies.entrainment.report import band_in_words
@@ -38,10 +37,9 @@ def figure(result: xr.Dataset) -> Figure:
     for axis in (phase, speed):
         axis.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
         _bands(axis, summary, low, high, named=axis is phase)
-        axis.axvline(summary["value"], color=GREY, linestyle=":", linewidth=1.0, zorder=1)
+        name = "this machine" if axis is phase else None
+        axis.axvline(summary["value"], color=GREY, linestyle=":", linewidth=1.0, zorder=1, label=name)
         legend_beside(axis)
-    speed.annotate("this machine", (summary["value"], 0.02), xycoords=("data", "axes fraction"), color=GREY, fontsize=small(),
-                   rotation=90, ha="right", va="bottom")  # fmt: skip
     speed.set_xlabel(with_unit(named(result.attrs["along"], result.attrs["along_what"]), unit))
     return drawn
 

@@ -59,7 +59,7 @@ def _spectra(axis: Axes, result: xr.Dataset, scale: float, unit: str, by_number:
         axis.set_xscale("log")
         style.plain_decades(axis.xaxis)
     axis.set_title("cumulative spectrum")
-    axis.set_xlabel("cumulative cycles" if by_number else "share of the cycles that reach the amplitude (1)")
+    axis.set_xlabel("cumulative cycles" if by_number else "share of the cycles that reach the amplitude")
     axis.set_ylabel(style.with_unit("amplitude", unit))
     axis.set_ylim(bottom=0)
 
@@ -81,14 +81,14 @@ def _reach(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     """Which largest amplitudes and which ratios the exciter can have within the ranges, and how full its spectra are."""
     axis.set_title("what can be reached")
     axis.set_xlabel(style.with_unit("largest amplitude", unit))
-    axis.set_ylabel("smallest over largest amplitude (1)")
+    axis.set_ylabel("smallest over largest amplitude")
     x, y = scale * result["tried_upper"].values, result["tried_ratio"].values
     known = np.isfinite(x)
     if known.any():
         colours: Any = axis.scatter(
             x[known], y[known], c=result["tried_fullness"].values[known], s=9, cmap="cividis", label="tried, by fullness"
         )
-        sheet.colour_bar(axis, colours, "fullness (1)")
+        sheet.colour_bar(axis, colours, "fullness")
     axis.plot(scale * float(result["wanted_upper"]), float(result["wanted_ratio"]), label="wanted", **_WANTED)
     if len(result["beat_amplitude"]):
         amplitude = result["beat_amplitude"].values
@@ -100,7 +100,7 @@ def _reach(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
 def _search(axis: Axes, result: xr.Dataset) -> None:
     axis.set_title("search with the averaged equations")
     axis.set_xlabel("candidate")
-    axis.set_ylabel(f"distance, {summary_of(result)['metric']} (1)")
+    axis.set_ylabel(f"distance, {summary_of(result)['metric']}")
     far = result["tried_distance"].values
     number, known = np.arange(1, len(far) + 1), np.isfinite(far)
     axis.plot(number[known], far[known], ".", color="#AAAAAA", markersize=3, label="candidate")
@@ -126,8 +126,8 @@ def _tolerances(axis: Axes, result: xr.Dataset) -> None:
     """The share of the exciters within tolerances that are nearer than a distance."""
     s = summary_of(result)
     axis.set_title("exciters within tolerances")
-    axis.set_xlabel(f"distance, {s['metric']} (1)")
-    axis.set_ylabel("share that is nearer (1)")
+    axis.set_xlabel(f"distance, {s['metric']}")
+    axis.set_ylabel("share that is nearer")
     axis.set_ylim(0, 1.02)
     far = result["tolerance_distance"].values
     near = np.sort(far[np.isfinite(far)])

@@ -64,7 +64,7 @@ def _load(axis: Axes, result: xr.Dataset) -> None:
 
 def _seen(axis: Axes, result: xr.Dataset) -> None:
     axis.set_title("probability that it has been seen")
-    axis.set_ylabel("probability (1)")
+    axis.set_ylabel("probability")
     axis.set_ylim(0.0, 1.02)
     at, probability = result["alarm_time"].values, result["seen"].values
     last = max(int(np.searchsorted(probability, 0.999)) + 3, 8)
@@ -86,7 +86,7 @@ def _stiffness(axis: Axes, result: xr.Dataset) -> None:
     _failed(axis, result)
     axis.set_ylim(bottom=0)
     axis.set_xlabel(_time_label(result, "time"))
-    axis.set_ylabel("share of the stiffness, damage (1)")
+    axis.set_ylabel("share of the stiffness, damage")
 
 
 def _signal(axis: Axes, result: xr.Dataset) -> None:
@@ -101,6 +101,6 @@ def _signal(axis: Axes, result: xr.Dataset) -> None:
         at = np.unravel_index(int(np.nanargmax(signal)), signal.shape)
         axis.plot(along[at[0]], signal[at], "*", color="black", markersize=9, label="largest", zorder=5)
     axis.set_xlabel(style.label(result, "along"))
-    axis.set_ylabel("change of speed / standard deviation (1)")
+    axis.set_ylabel("change of speed / standard deviation")
     axis.locator_params(axis="x", nbins=5)
     axis.set_ylim(bottom=0)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-_BARS = 40
+_BARS, _BELOW = 40, 2
 _KNEE = 10.0  # times the cycles at the knee: so far the Woehler line is drawn at most
 
 
@@ -86,6 +86,9 @@ def _matrix(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
         scale * result["mean_class"].values, scale * result["range_class"].values, np.where(counts > 0, counts, np.nan),
         norm=norm, cmap="cividis_r", shading="nearest",
     )  # fmt: skip
+    empty = int(np.flatnonzero(counts.any(axis=1))[0]) - _BELOW  # classes of small ranges without cycles
+    if empty > 0:
+        axis.set_ylim(bottom=scale * float(result["range_class"][empty]))
     bar = sheet.colour_bar(axis, mesh, "cycles")
     _plain(bar.ax.yaxis)
 
@@ -125,6 +128,6 @@ def _bars(axis: Axes, result: xr.Dataset, scale: float, unit: str) -> None:
     axis.set_title(f"{name}, by amplitude")
     axis.bar(edges[:-1], heights, width=np.diff(edges), align="edge", color=style.COLOURS[1])
     axis.set_xlabel(style.with_unit("amplitude", unit))
-    axis.set_ylabel(f"{name} (1)")
+    axis.set_ylabel(name)
     axis.set_xlim(left=0)
     axis.set_ylim(bottom=0)

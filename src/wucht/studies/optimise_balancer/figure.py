@@ -134,9 +134,9 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
         _one_two_five(axis.yaxis)
         axis.set_ylim(values.min() / 1.5, values.max() * 1.5)
     if s["damping"]["optimum"] is not None:
-        axis.axvline(s["damping"]["optimum"], color=COLOURS[0], linewidth=0.8, linestyle=":")
+        axis.axvline(s["damping"]["optimum"], color=COLOURS[0], linewidth=0.8, linestyle="-.", label="best of the runs")
     if s["damping"]["of_rates"] is not None:
-        axis.axvline(s["damping"]["of_rates"], color="black", linewidth=0.8, linestyle=":")
+        axis.axvline(s["damping"]["of_rates"], color="black", linewidth=0.8, linestyle=":", label="best linearised")
     axis.set_xlabel(with_unit("damping of the bodies", str(result.damping.attrs["units"])))
     axis.set_ylabel(with_unit("settling time of half of the runs", str(result.settling_time.attrs["units"])))
     legend_above(axis)

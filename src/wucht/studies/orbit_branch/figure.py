@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.results.sheet import legend_below, new_grid, rpm_axis
-from wucht.results.style import COLOURS, GREY, label, line_style, named, printed_unit, with_unit
+from wucht.results.style import COLOURS, label, line_style, named, printed_unit, with_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +23,7 @@ _ENDS = {
     "saddle-node-on-orbit": ("X", "saddle-node on the orbit"), "saddle-connection": ("P", "saddle connection"),
     "hopf": ("d", "Hopf point"), "not-identified": ("$?$", "end not identified"),
 }  # fmt: skip
-_STEADY, _DRAWN = GREY, 6  # how many orbits are drawn as they run
+_STEADY, _DRAWN = COLOURS[6], 6  # how many orbits are drawn as they run
 _TICKS = 5
 _PALE = 0.12
 _SHORT = 6  # characters of a parameter's path that is repeated for each orbit
@@ -91,7 +91,7 @@ def _periods(axis: Axes, result: xr.Dataset) -> None:
             axis.axvline(v, color="black", linestyle=":", linewidth=0.9, zorder=1)
     if len(period):
         axis.set_ylim(0, min(1.05 * period.max(), _SHOWN_GROWTH * period.min()))
-    axis.set_ylabel("period (angle of the main rotor)" if result.attrs["rotor"] else label(result, name))
+    axis.set_ylabel("period, angle of the main rotor (rad)" if result.attrs["rotor"] else label(result, name))
     _abscissa(axis, result)
 
 
@@ -171,6 +171,8 @@ def _legend(result: xr.Dataset, chosen: list[int]) -> list[Any]:
         if kind in _ENDS:
             marker, name = _ENDS[kind]
             handles.append(Line2D([], [], color="black", linestyle="", marker=marker, markersize=6, label=name))
+    if chosen and {*result.end_kind.values.astype(str)} & {*_ENDS}:
+        handles.append(Line2D([], [], color="black", linestyle=":", linewidth=0.9, label="end of the orbits"))
     path, unit = str(result.attrs["along"]), result.attrs["along_unit"]
     before = f"{path} = " if len(path) <= _SHORT else "at "
     for i, k in enumerate(chosen):

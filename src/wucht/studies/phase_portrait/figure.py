@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _PALE = "#9A9A9A"
 _UNSTABLE: dict[str, Any] = {"color": COLOURS[1], "linewidth": 1.7, "linestyle": "-", "zorder": 4}
 _STABLE: dict[str, Any] = {"color": COLOURS[0], "linewidth": 1.7, "linestyle": (0, (4, 1.6)), "zorder": 4}
-_CLOSED: dict[str, Any] = {"color": COLOURS[2], "linewidth": 2.2, "zorder": 5}
+_CLOSED: dict[str, Any] = {"color": COLOURS[2], "linewidth": 2.8, "zorder": 5}
 _TRAJECTORY: dict[str, Any] = {"color": _PALE, "linewidth": 0.6, "zorder": 2}
 _NULLCLINES = ((COLOURS[3], (0, (1, 1.4))), (COLOURS[5], (0, (5, 1.2, 1, 1.2))))
 _POINTS: dict[str, tuple[str, dict[str, Any]]] = {

@@ -124,7 +124,7 @@ def _amplitude(axis: Axes, result: xr.Dataset, time: np.ndarray, slow: np.ndarra
     draw_swings(axis, time, amplitude, color=style.COLOURS[0], linewidth=1.1, label="amplitude")
     if slow is not None:
         axis.plot(*thinned(slow, scale * result.slow_amplitude.values), label="averaged equations", **style.SLOW)
-    axis.set_ylabel("the same, in decades" if decades else style.label(result, "amplitude", unit))
+    axis.set_ylabel(style.with_unit("amplitude", unit) if decades else style.label(result, "amplitude", unit))
     if not decades:
         axis.set_ylim(bottom=0)
         return

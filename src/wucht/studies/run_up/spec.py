@@ -63,14 +63,15 @@ class SingleRun(common.Spec):
 class RunUp(SingleRun):
     """Start the machine and see what becomes of it.
 
-    It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``. start: the initial
-    state, see ``initial_state``. starts: many of them, or ``values`` of the parameter ``along``: a run each, in one result.
-    over: the abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle) or ``"psi"`` (mean phase of its bodies). model:
-    the ``"full"`` equations, the averaged ones (``"slow"``), or ``"both"``; inertia: whether the averaged ones keep that of the
-    balancing bodies (None: where one of them is not damped), order: theirs, 1 or 2; they hold over times 1/epsilon, where
-    rotors or bodies librate undamped over a few librations only (docs/slow-equations.md). tolerance: of the integration.
-    speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``, ``"scipy"``, ``"scipy-radau"`` or None for the
-    best installed. deck: the inclination of a screen's deck, counter-clockwise from +x, for its throw number.
+    It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``. start: angles and
+    speeds at the start by the names of the bodies, ``{ p1 = "0.3 rad" }``. starts: several initial states, or ``values`` of the
+    parameter ``along``: a run each, in one result. over: the abscissa of the figure, ``"time"``, ``"phi"`` (the rotor's angle)
+    or ``"psi"`` (mean phase of its bodies). model: the ``"full"`` equations, the averaged ones (``"slow"``), or ``"both"``;
+    inertia: whether the averaged ones keep that of the balancing bodies, by default where one of them is not damped. order:
+    that of the averaged equations, 1 or 2; they hold over times 1/epsilon, where rotors or bodies librate undamped over a few
+    librations only. tolerance: of the integration. speed_limit: beyond it the run ends as ``runaway``. engine: ``"heyoka"``,
+    ``"scipy"``, ``"scipy-radau"``, by default the best installed. deck: the inclination of a screen's deck, counter-clockwise
+    from +x, for its throw number.
     """
 
     kind: ClassVar[str] = "run-up"

@@ -63,10 +63,11 @@ def figure(result: xr.Dataset) -> Figure:
     ratio = _ratio(result)
     _branches(axes[0], result, "speed", ratio, colours, used)
     axes[0].set_ylabel(label(result, "speed") if ratio is None else f"{result.speed.attrs['long_name']} / {_what(result)}")
-    _types(axes[0], result, ratio)
+    _types(axes[0], result, "speed", ratio)
     if vibrates:
         scale, unit = printed_unit(result, "amplitude")
         _branches(axes[1], result, "amplitude", lambda value, y: scale * y, colours, used)
+        _types(axes[1], result, "amplitude", lambda value, y: scale * y)
         axes[1].set_ylabel(label(result, "amplitude", unit))
         axes[1].set_ylim(bottom=0)
     if plane:
@@ -114,14 +115,14 @@ def _branches(axis: Axes, result: xr.Dataset, name: str, shown: Shown | None, co
         axis.set_ylim(bottom=0)
 
 
-def _types(axis: Axes, result: xr.Dataset, shown: Shown | None) -> None:
+def _types(axis: Axes, result: xr.Dataset, of: str, shown: Shown | None) -> None:
     """The type of its states on each branch, where it is farthest from the others and from special points, if there is room."""
     if np.isfinite(result.second_value.values).any():
         return
 
     def placed(prefix: str) -> np.ndarray:
         """In terms of the panel (2, N)."""
-        value, y = result[f"{prefix}value"].values, result[f"{prefix}speed"].values
+        value, y = result[f"{prefix}value"].values, result[f"{prefix}{of}"].values
         y = y if shown is None else shown(value, y)
         low, high = (np.log10(result.attrs[e]) if _logarithmic(result) else result.attrs[e] for e in ("low", "high"))
         return np.stack([((np.log10(value) if _logarithmic(result) else value) - low) / (high - low), y])

@@ -21,7 +21,7 @@ _COLUMNS, _NARROW, _MOST = 4, 2, 12  # force balances a row, in a column of a jo
 _ROW, _MAP = 1.5, 2.4  # inches
 _PATTERNS, _HATCH = ("", "///", "...", "\\\\\\\\", "xx", "++", "oo", "--"), "#777777"
 _ROTOR, _LEFT = COLOURS[6], COLOURS[1]
-_BODIES = (COLOURS[0], *COLOURS[2:6])
+_BODIES = (COLOURS[0], COLOURS[5], COLOURS[2], COLOURS[3], COLOURS[4])  # the first two are told in grey, too
 _DASHED = (0, (2.5, 1.5))  # of what is left
 # Light enough to be distinguished in grey, too: regions of the map, and where nothing is stable.
 _REGIONS = ("#8FC7E8", "#F0B27A", "#FBE3A1", "#B7A0CF", "#C9E4CA", "#E8B7D4", "#9E9E9E", "#D7CCC8")
