@@ -31,7 +31,7 @@ EXPENSIVE = frozenset(
         "sperling-rollers/damping-optimum",
     }
 )
-_WORDS = ("cli", "figure", "keys", "report")  # code on which no number depends
+_WORDS = ("arranging", "cli", "figure", "keys", "page", "report", "sheet", "style")  # code on which no number depends
 
 
 @dataclass(frozen=True)
