@@ -17,8 +17,8 @@ from wucht.machines.operation import sense_of
 from wucht.machines.tracks import arranged
 from wucht.studies.initial_state import angles_in, initial_state
 
-_MOST_HELD = 6  # told one by one
-_HELD = "study.bodies = 'held' holds them at the phases of study.start"
+_MOST_LISTED = 6  # told one by one
+HELD = "study.bodies = 'held' holds them at the phases of study.start"
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class SteadyPhases:
                 torques, branches = steady_branches(machine)
             except InputError as error:
                 if bodies == "steady":
-                    raise InputError("study.bodies", bodies, f"not known here: {error.allowed}; {_HELD}") from None
+                    raise InputError("study.bodies", bodies, f"not known here: {error.allowed}; {HELD}") from None
                 why = error.allowed
             else:
                 angles = np.zeros(len(by_name))
@@ -101,11 +101,9 @@ class SteadyPhases:
         """Where the balancing bodies are, as a statement; none where there are none."""
         if self.branches:
             return ["balancing bodies in the steady phases of each speed, stable or not by the averaged equations"]
-        angles = dict(zip((b.name for b in self.machine.bodies), np.degrees(self.angles).tolist(), strict=True))
+        angles = dict(zip((b.name for b in self.machine.bodies), self.angles.tolist(), strict=True))
         phases = {b.name: angles[b.name] - angles[b.about] for b in self.machine.bodies if b.about is not None}
-        held = [f"{name} {(phase + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]
-        more = f" and {len(held) - _MOST_HELD} more" if len(held) > _MOST_HELD else ""
-        return [f"balancing bodies held at {', '.join(held[:_MOST_HELD])}{more} to their rotor"] if held else []
+        return [f"balancing bodies held at {listed(phases)} to their rotor"] if phases else []
 
     @property
     def warnings(self) -> list[str]:
@@ -120,3 +118,10 @@ class SteadyPhases:
         of_steady = [f"contacts on the track {t.name} are left out" for t in self.machine.tracks]
         of_steady += [f"{b.name} is taken as released" for b in self.machine.bodies if b.release is not None]
         return [*(sentence for sentence, applies in left_out.items() if applies), *(of_steady if self.branches else [])]
+
+
+def listed(phases: Mapping[str, float]) -> str:
+    """Phases of bodies, given in rad, in degrees for reading; of many bodies the first."""
+    said = [f"{name} {(np.degrees(phase) + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]
+    more = f" and {len(said) - _MOST_LISTED} more" if len(said) > _MOST_LISTED else ""
+    return ", ".join(said[:_MOST_LISTED]) + more

@@ -28,7 +28,8 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
     rotors that may be entrained) (body, time); displacement, velocity, bearing_force (of the bodies on the carrier, not of it
     on them) (direction, time); radius, amplitude,
     motor_torque, motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time);
-    peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time).
+    peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time); rotor_bearing_force (rotor, plane, time) of
+    several rotors, each with the bodies about it, in the directions in which the carrier translates.
     """
     data = _rotation(machine, row, trajectory.time)
     data |= _vibration(machine, row, trajectory.time, largest) | _energy(machine, row, trajectory)
@@ -39,6 +40,14 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
     }
     if machine.sliders:
         coordinates["slider"] = variable("slider", [x.name for x in machine.sliders], "slider")
+    ways = [d for d in "xy" if d in machine.labels]
+    if ways and len(machine.rotors) > 1:
+        rotors = [r.name for r in machine.rotors]
+        forces = np.array([[row[f"bearing_force[{name}]_{d}"] for d in ways] for name in rotors])
+        long_name = "bearing force of a rotor on the carrier"
+        data["rotor_bearing_force"] = variable("rotor plane time", forces, long_name, machine.units.force)
+        coordinates["rotor"] = variable("rotor", rotors, "rotor")
+        coordinates["plane"] = variable("plane", ways, "direction")
     return coordinates, data
 
 
