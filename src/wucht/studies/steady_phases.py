@@ -15,9 +15,8 @@ from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.machines.tracks import arranged
-from wucht.studies.initial_state import angles_in, initial_state
+from wucht.studies.initial_state import angles_in, initial_state, listed
 
-_MOST_LISTED = 6  # told one by one
 HELD = "study.bodies = 'held' holds them at the phases of study.start"
 
 
@@ -118,10 +117,3 @@ class SteadyPhases:
         of_steady = [f"contacts on the track {t.name} are left out" for t in self.machine.tracks]
         of_steady += [f"{b.name} is taken as released" for b in self.machine.bodies if b.release is not None]
         return [*(sentence for sentence, applies in left_out.items() if applies), *(of_steady if self.branches else [])]
-
-
-def listed(phases: Mapping[str, float]) -> str:
-    """Phases of bodies, given in rad, in degrees for reading; of many bodies the first."""
-    said = [f"{name} {(np.degrees(phase) + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]
-    more = f" and {len(said) - _MOST_LISTED} more" if len(said) > _MOST_LISTED else ""
-    return ", ".join(said[:_MOST_LISTED]) + more

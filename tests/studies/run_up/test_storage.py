@@ -87,3 +87,11 @@ def test_what_is_stored_is_bounded_whatever_is_asked() -> None:
             assert len(leg.samples) <= max(2049, done // 16 + 2)
             done += len(leg.samples) - 1
             assert leg.closest >= leg.samples[-1] / bounds.most * (1 - 1e-9)
+
+
+def test_a_given_speed_is_stored_and_seen_as_densely_as_one_that_is_reached() -> None:
+    """On a carrier so soft that nothing but the rotor is fast."""
+    soft = {"mass": 1e5, "stiffness": 1e5, "damping": 10.0}
+    body = {"kind": "rotor", "name": "r", "mass": 2.0, "unbalance": 0.03, "inertia": 0.05}
+    machine = machine_from({"carrier": soft, "bodies": [body], "drive": {"kind": "constant-speed", "speed": 60.0}})
+    assert fewest_a_turn(run(RunUp(until=1.0), machine)) > 12

@@ -12,7 +12,8 @@ from wucht.analysis.configurations.steady_branches import SteadyBranch, steady_b
 from wucht.analysis.configurations.steady_machine import turning
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
-from wucht.studies.steady_phases import HELD, listed
+from wucht.studies.initial_state import listed
+from wucht.studies.steady_phases import HELD
 
 _PAIR = ("psi", "delta")
 
