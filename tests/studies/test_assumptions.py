@@ -32,6 +32,7 @@ MOTOR = "drum driven by its motor (linear)"
 SECOND = KEPT.replace(AVERAGED, f"{AVERAGED} of second order")
 CLOSED, DAMPING = "steady vibration of a linear carrier, in closed form", {"damping": (0.1, 1)}
 AT_ZERO = "balancing bodies start at p1 0°, p2 0° to their rotor, at rest"
+SCREEN, MOTORS = "practice/screen", ["e1 driven by its motor (induction); e2 driven by its motor (induction)"]
 TURNING = "balancing bodies start at r1 0°, r2 0° to their rotor"
 SAYS_BY_ITS_DATASET = {"comparison", "phase-portrait", "cam-prediction"}
 
@@ -55,6 +56,8 @@ SAYS_BY_ITS_DATASET = {"comparison", "phase-portrait", "cam-prediction"}
         ("sperling-rollers/table-2", RunUp(until=1.0), [FULL, "drum at its given speed", TURNING]),
         (R1, RunUp(until=1.0, start={"p1": 0.3}), [FULL, MOTOR, "balancing bodies start at p2 0° to their rotor, at rest"]),
         (R1, RunUp(until=1.0, start={"psi": 0.3}), [FULL, MOTOR]),
+        (SCREEN, RunUp(until=1.0), [FULL, *MOTORS, "rotors start at e1 0°, e2 0°, at rest"]),
+        (SCREEN, RunUp(until=1.0, start={"e1": 1.0}), [FULL, *MOTORS, "rotors start at e2 0°, at rest"]),
         (R1, RunUp(until=1.0, starts=({"p1": 0.3, "p2": 1.0}, {"p2": 0.3})), [FULL, MOTOR, AT_ZERO.replace(", p2 0°", "")]),
         ("sperling-vibration/figure-2a", RunUp(until=1.0, model="slow"), [AVERAGED, "rotor driven by its motor (linear)"]),
     ],

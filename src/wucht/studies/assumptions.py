@@ -6,7 +6,7 @@ depends on more than that it gives beside its warnings (``results.conventions.an
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from wucht.analysis.averaged import keeps_inertia
@@ -43,21 +43,27 @@ def _kind_of_averaging(spec: Spec, machine: Machine) -> str:
 
 
 def _starting(spec: Spec, machine: Machine) -> list[str]:
-    """Where balancing bodies start of which the question says nothing."""
+    """Where balancing bodies, and several rotors, start of which the question says nothing."""
     if not spec.from_start:
         return []
     start: Mapping[str, Any] = getattr(spec, "start", {})
     several = [set(one) for one in getattr(spec, "starts", ())]
     named = {*start, *getattr(spec, "axes", {}), *getattr(spec, "random", {}), *(set.intersection(*several) if several else ())}
     named = {name.partition(".")[0] for name in named}
+    rotors = [r for r in machine.rotors if r.name not in named and len(machine.rotors) > 1]
     silent = [b for b in machine.bodies if b.about is not None and not named & {b.name, "psi", "delta"}]
-    if not silent:
+    if not silent and not rotors:
         return []
     state = initial_state(machine, start)
     angles, speeds = angles_in(machine, state), speeds_in(machine, state)
     phases = {b.name: angles[b.name] - angles[str(b.about)] for b in silent}
-    at_rest = ", at rest" if not any(speeds[b.name] for b in silent) else ""
-    return [f"balancing bodies start at {listed(phases)} to their rotor{at_rest}"]
+    said = [f"rotors start at {listed({r.name: angles[r.name] for r in rotors})}{_at_rest(rotors, speeds)}"] if rotors else []
+    bodies = [f"balancing bodies start at {listed(phases)} to their rotor{_at_rest(silent, speeds)}"] if silent else []
+    return [*said, *bodies]
+
+
+def _at_rest(bodies: Sequence[RotatingBody], speeds: Mapping[str, float]) -> str:
+    return "" if any(speeds[b.name] for b in bodies) else ", at rest"
 
 
 def _turning(machine: Machine) -> str:

@@ -56,6 +56,7 @@ def test_below_the_resonance_they_are_on_the_heavy_side() -> None:
     assert clockwise["p1"] == pytest.approx(-found["p1"])
 
 
+@pytest.mark.slow
 def test_balls_of_a_track_do_not_overlap() -> None:
     found = np.sort(np.array(list(phases("practice/laundry-drum").values())))
     assert np.diff(found).min() > 8  # degrees; a ball takes 7.6
@@ -97,3 +98,8 @@ def test_what_is_refused(asked: dict[str, Any], says: str) -> None:
     with pytest.raises(InputError, match=r"^study\.bodies") as caught:
         prepare(CoastDown(**asked), load_machine(R1))
     assert says in caught.value.allowed
+
+
+def test_where_exciters_start_is_said() -> None:
+    result = run(CoastDown(until=0.02, start={"e1": 0.5}), load_machine("practice/screen"))
+    assert "rotors start at e1 28.65°, e2 0°" in assumed_of(result)

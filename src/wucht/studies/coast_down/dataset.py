@@ -13,6 +13,7 @@ from wucht.results.outcomes import Outcome
 from wucht.studies.coast_down.prepare import CarrierStart, Plan
 from wucht.studies.coast_down.record import Record
 from wucht.studies.coast_down.run import Findings
+from wucht.studies.initial_state import angles_in, listed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,7 +85,13 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         warnings.append(f"balancing bodies start as held, as their steady phases are not computed: {plan.bodies.why_held}")
     more = {"outcome": summary["outcome"] or "", "engine": compiled.engine.name, "tolerance": compiled.tolerance}
     result = answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings, failure, **more)
-    return assuming(result, [*_carrier_assumed(plan), *plan.bodies.assumed(plan.phases)])
+    return assuming(result, [*_carrier_assumed(plan), *_rotors_assumed(plan), *plan.bodies.assumed(plan.phases)])
+
+
+def _rotors_assumed(plan: Plan) -> list[str]:
+    """Where several rotors start, as a statement: on their phases to each other depends what vibrates."""
+    rotors, angles = plan.machine.rotors, angles_in(plan.machine, plan.initial)
+    return [f"rotors start at {listed({r.name: angles[r.name] for r in rotors})}"] if len(rotors) > 1 else []
 
 
 def _carrier_assumed(plan: Plan) -> list[str]:
