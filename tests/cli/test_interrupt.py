@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -319,3 +320,25 @@ def test_a_run_with_nothing_to_report_yet_shows_that_it_is_alive(
         pass
     time.sleep(0.3)
     assert capsys.readouterr().err == ""
+
+
+def test_a_library_that_fails_on_ctrl_c_is_an_interruption() -> None:
+    """An import that Ctrl-C cuts off half-way says something else."""
+    with pytest.raises(KeyboardInterrupt), interruptible():
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise ImportError("initialization failed") from None
+
+
+def test_what_fails_by_itself_is_no_interruption() -> None:
+    with pytest.raises(ImportError), interruptible():
+        raise ImportError("no such module")
+
+
+def test_a_ctrl_c_that_is_swallowed_is_raised_by_the_next_check() -> None:
+    """As in a callback of which Python ignores what it raises."""
+    with pytest.raises(KeyboardInterrupt), interruptible() as check:
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        check()

@@ -54,3 +54,61 @@ def test_a_rotor_of_constant_speed(speed):
     force = (spring - own * speed**2) * 0.02 * speed**2 / (spring - (own + mass) * speed**2) * np.exp(1j * speed * time[1:])
     for name, expected in (("bearing_force_x", force.real), ("bearing_force_y", force.imag)):
         assert np.abs(values[name][1:] - expected).max() < 1e-8 * np.abs(force).max()
+
+
+TWO = {
+    "carrier": {
+        "mass": 40.0, "inertia": 3.0, "directions": "xyr", "gravity": 9.81, "stiffness": (4e4, 6e4), "damping": (90.0, 120.0),
+        "rotation_stiffness": 9e3, "rotation_damping": 20.0,
+    },
+    "bodies": [
+        {"kind": "rotor", "name": "e1", "mass": 4.0, "unbalance": 0.06, "inertia": 0.01, "position": (0.3, 0.1)},
+        {"kind": "rotor", "name": "e2", "mass": 5.0, "unbalance": 0.05, "inertia": 0.02, "position": (-0.2, 0.25)},
+        {"kind": "pendulum", "name": "p", "about": "e2", "mass": 0.5, "length": 0.08, "inertia": 0.004, "damping": 0.03},
+    ],
+    "drives": [
+        {"kind": "linear", "on": "e1", "slope": 0.05, "no_load_speed": 150.0},
+        {"kind": "linear", "on": "e2", "slope": 0.04, "no_load_speed": -120.0},
+    ],
+}  # fmt: skip
+
+
+def accelerations(velocity, step):
+    """By differences of fourth order, without the two samples at either end."""
+    return (velocity[:-4] - 8 * velocity[1:-3] + 8 * velocity[3:-1] - velocity[4:]) / (12 * step)
+
+
+@pytest.mark.parametrize("bodies", [2, pytest.param(3, marks=pytest.mark.slow)])
+def test_the_bearing_force_of_each_rotor_is_newtons_law(bodies):
+    """Of the centre of mass of each body, from positions and velocities alone: the bearing gives what its weight does not."""
+    machine, step = machine_from(TWO | {"bodies": TWO["bodies"][:bodies]}), 1e-4
+    flow = compile_system(machine.system)
+    speeds = {"e1": {"speed": 60.0}, "e2": {"angle": 1.0, "speed": -40.0}, "p": {"angle": 0.7, "speed": -10.0}}
+    names = [b.name for b in machine.bodies]
+    start = initial_state(machine, {name: speeds[name] for name in names})
+    run = integrate(flow, start, machine.values, step * np.arange(3000))
+    at, shown = dict(zip(machine.state_names, run.states, strict=True)), flow.outputs(run.time, run.states, run.parameters)
+
+    def push(mass, arm, place, body):
+        """With what a body pushes what bears it: against its acceleration, and along its weight."""
+        (a, b), angle, turning = place, at[f"{body}.angle"], arm * at[f"{body}.speed"]
+        vx = at["carrier.vx"] - b * at["carrier.vr"] - turning * np.sin(angle)
+        vy = at["carrier.vy"] + a * at["carrier.vr"] + turning * np.cos(angle)
+        return np.array([-mass * accelerations(vx, step), -mass * (accelerations(vy, step) + 9.81)])
+
+    first = push(4.0, 0.06 / 4.0, (0.3, 0.1), "e1")
+    second = push(5.0, 0.05 / 5.0, (-0.2, 0.25), "e2")
+    if "p" in names:
+        second += push(0.5, 0.08, (-0.2, 0.25), "p")
+    whole = np.array([shown[f"bearing_force_{d}"][2:-2] for d in "xy"])
+    for name, expected in (("e1", first), ("e2", second)):
+        found = np.array([shown[f"bearing_force[{name}]_{d}"][2:-2] for d in "xy"])
+        assert np.abs(found).max() > 100
+        assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
+    np.testing.assert_allclose(first + second, whole, atol=1e-6 * np.abs(whole).max())
+
+
+def test_one_rotor_has_one_bearing_force():
+    body = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
+    machine = machine_from({"carrier": {"mass": 3.0, "stiffness": 2e4}, "bodies": [body]})
+    assert [o.name for o in machine.system.outputs if o.name.startswith("bearing")] == ["bearing_force_x", "bearing_force_y"]

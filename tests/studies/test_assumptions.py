@@ -31,26 +31,34 @@ WITHOUT, KEPT = (f"averaged equations {word} the inertia of the balancing bodies
 MOTOR = "drum driven by its motor (linear)"
 SECOND = KEPT.replace(AVERAGED, f"{AVERAGED} of second order")
 CLOSED, DAMPING = "steady vibration of a linear carrier, in closed form", {"damping": (0.1, 1)}
+AT_ZERO = "balancing bodies start at p1 0°, p2 0° to their rotor, at rest"
+SCREEN, MOTORS = "practice/screen", ["e1 driven by its motor (induction); e2 driven by its motor (induction)"]
+TURNING = "balancing bodies start at r1 0°, r2 0° to their rotor"
 SAYS_BY_ITS_DATASET = {"comparison", "phase-portrait", "cam-prediction"}
 
 
 @pytest.mark.parametrize(
     ("name", "spec", "statements"),
     [
-        (R1, RunUp(until=1.0), [FULL, MOTOR]),
-        (R1, RunUp(until=1.0, model="slow"), [WITHOUT, MOTOR]),
-        (R1, RunUp(until=1.0, model="slow", inertia=True, order=2), [SECOND, MOTOR]),
-        (R1, RunUp(until=1.0, model="both"), [f"{FULL} and {WITHOUT}", MOTOR]),
-        (R1, Approximation(), [f"{FULL}, compared with {WITHOUT}", MOTOR]),
+        (R1, RunUp(until=1.0), [FULL, MOTOR, AT_ZERO]),
+        (R1, RunUp(until=1.0, model="slow"), [WITHOUT, MOTOR, AT_ZERO]),
+        (R1, RunUp(until=1.0, model="slow", inertia=True, order=2), [SECOND, MOTOR, AT_ZERO]),
+        (R1, RunUp(until=1.0, model="both"), [f"{FULL} and {WITHOUT}", MOTOR, AT_ZERO]),
+        (R1, Approximation(), [f"{FULL}, compared with {WITHOUT}", MOTOR, AT_ZERO]),
         (R1, Basin(axes={"p1": (0, 6, 3), "p2": (0, 6, 3)}, model="slow"), [WITHOUT, MOTOR]),
         (R1, OptimiseBalancer(vary=DAMPING, model="slow"), [f"{KEPT} for the search, {FULL} for the front", MOTOR]),
         (R1, SpeedCurve(along="drive.slope", range=(0.01, 0.1)), [KEPT, MOTOR]),
         (R1, SynchronousStates(), [f"{KEPT} for the states, {FULL} for their stability", MOTOR]),
         (R1, SynchronousStates(full=False, speed=150.0), [KEPT, "the main rotor held at study.speed"]),
         (R1, Response(), [CLOSED, "all bodies turn at each speed of the range"]),
-        (DIMENSIONLESS, RunUp(until=1.0, model="slow"), [WITHOUT, "rotor driven with limited power"]),
+        (DIMENSIONLESS, RunUp(until=1.0, model="slow"), [WITHOUT, "rotor driven with limited power", AT_ZERO]),
         (DIMENSIONLESS, SpeedCurve(along="u", range=(1, 2)), [WITHOUT, "rotor driven with limited power"]),
-        ("sperling-rollers/table-2", RunUp(until=1.0), [FULL, "drum at its given speed"]),
+        ("sperling-rollers/table-2", RunUp(until=1.0), [FULL, "drum at its given speed", TURNING]),
+        (R1, RunUp(until=1.0, start={"p1": 0.3}), [FULL, MOTOR, "balancing bodies start at p2 0° to their rotor, at rest"]),
+        (R1, RunUp(until=1.0, start={"psi": 0.3}), [FULL, MOTOR]),
+        (SCREEN, RunUp(until=1.0), [FULL, *MOTORS, "rotors start at e1 0°, e2 0°, at rest"]),
+        (SCREEN, RunUp(until=1.0, start={"e1": 1.0}), [FULL, *MOTORS, "rotors start at e2 0°, at rest"]),
+        (R1, RunUp(until=1.0, starts=({"p1": 0.3, "p2": 1.0}, {"p2": 0.3})), [FULL, MOTOR, AT_ZERO.replace(", p2 0°", "")]),
         ("sperling-vibration/figure-2a", RunUp(until=1.0, model="slow"), [AVERAGED, "rotor driven by its motor (linear)"]),
     ],
 )  # fmt: skip
@@ -80,11 +88,11 @@ def test_it_is_said_everywhere(wucht: Callable[..., Any], study: Callable[..., P
 
 def test_the_figure_says_it_below_its_heading() -> None:
     result = run(RunUp(until=0.05), load_machine(R1))
-    assert result.wucht.assumed == [FULL, MOTOR]
-    assert f"  assumed      {FULL}; {MOTOR}" in report(result)
+    assert result.wucht.assumed == [FULL, MOTOR, AT_ZERO]
+    assert f"  assumed      {FULL}; {MOTOR}; {AT_ZERO}" in report(result)
     drawn = draw(result)
     (small,) = drawn.texts[1:] if drawn.texts[0] is drawn._suptitle else drawn.texts  # type: ignore[attr-defined]
-    assert small.get_text() == f"assumed: {FULL}; {MOTOR}"
+    assert " ".join(small.get_text().split()) == f"assumed: {FULL}; {MOTOR}; {AT_ZERO}"
     del result.attrs["assumed"]  # one that an earlier version wrote
     assert all("assumed" not in text.get_text() for text in draw(result).texts)
 

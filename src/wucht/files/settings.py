@@ -80,6 +80,8 @@ def _set(document: Document, path: str, value: Any) -> None:
 _INSTEAD = {
     "file": ("points",), "table": ("points",), "points": ("file", "table"), "frequency": ("stiffness",),
     "stiffness": ("frequency",), "damping_ratio": ("damping",), "damping": ("damping_ratio",),
+    "rotation_frequency": ("rotation_stiffness",), "rotation_stiffness": ("rotation_frequency",),
+    "rotation_damping_ratio": ("rotation_damping",), "rotation_damping": ("rotation_damping_ratio",),
 }  # fmt: skip
 
 

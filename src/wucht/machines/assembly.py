@@ -174,7 +174,7 @@ def _of_parts(
     carrier: Support, bodies: Sequence[Body], drives: Sequence[Drive], loads: Sequence[Load],
     attachments: Sequence[Attachment], schedules: Any, title: str,
 ) -> dict[str, Any]:  # fmt: skip
-    carrier, tuning = carrier.tuned(partial(_moving_mass, carrier, bodies))
+    carrier, tuning = carrier.tuned(partial(_moving_inertia, carrier, bodies))
     prescribed = {d.on: speed for d in drives if (speed := d.prescribed_on_body()) is not None}
     _check_releases(bodies, prescribed)
     parts: tuple[Part, ...] = (carrier, *bodies, *drives, *loads, *attachments)
@@ -213,13 +213,17 @@ def _of_parts(
     }
 
 
-def _moving_mass(carrier: Support, bodies: Sequence[Body]) -> float:
-    """The mass in kg that moves with the carrier: of the kinetic energy of all with its velocity; 0 where it cannot move."""
+def _moving_inertia(carrier: Support, bodies: Sequence[Body], label: str) -> float:
+    """The mass in kg, or moment of inertia in kg m^2, that moves with a coordinate of the carrier, bodies at their places.
+
+    It is the second derivative of the kinetic energy of all by the coordinate's velocity.
+    """
+    by_name, tree = {b.name: b for b in bodies}, Tree({b.name: b.reference for b in bodies})
+    roots = {b.name: by_name[tree.root(b.name)] for b in bodies}
+    places = {name: tuple(map(sp.Float, map(root.number, root.place() or (0, 0)))) for name, root in roots.items()}
     own = {b.name: c for b in bodies for c in b.coordinates() if c.angle}
-    frame = replace(carrier.placed(), bodies=own, axes={b.name: carrier.axis_at((sp.S.Zero, sp.S.Zero)) for b in bodies})
-    velocity = frame.centre.vx if frame.centre.vx != 0 else frame.centre.vy
-    if velocity == 0:
-        return 0.0
+    frame = replace(carrier.placed(), bodies=own, axes={name: carrier.axis_at(place) for name, place in places.items()})
+    velocity = dict(zip(carrier.labels, carrier.coordinates(), strict=True))[label].velocity
     return sum(p.number(sp.diff(p.energies(frame).kinetic, velocity, 2)) for p in (carrier, *bodies))
 
 

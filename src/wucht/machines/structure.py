@@ -10,7 +10,7 @@ import sympy as sp
 
 from wucht.disk_cache import derived_once
 from wucht.machines.schedules import Schedule, with_schedules
-from wucht.machines.tree import Bodies
+from wucht.machines.tree import Bodies, RotatingBody
 from wucht.mechanics import lagrange
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.linear_carrier import LinearCarrier, linear_carrier
@@ -113,8 +113,28 @@ class Structure(Bodies):
             # The bodies push the carrier with what its own equation of motion leaves open.
             long_name = f"bearing {'moment' if label == 'r' else 'force'} on the carrier in {label}"
             outputs.append(Output(f"bearing_force_{label}", inertia - force, u.force, long_name))
+        if len(self.rotors) > 1:
+            outputs += [output for rotor in self.rotors for output in self._bearing_of(rotor)]
         for name, (position, velocity) in self.orbit.items():
             outputs += [Output(f"orbit.{name}", position, u.length), Output(f"orbit.v{name}", velocity, "")]
+        return outputs
+
+    def _bearing_of(self, rotor: RotatingBody) -> list[Output]:
+        """The force of one rotor, with the bodies about it, on the carrier, in the directions in which that translates.
+
+        It is what the equation of motion of these bodies alone leaves open in the carrier's coordinate: the bearing's force on
+        them, with the sign changed.
+        """
+        own = [b.coordinate for b in self.group(rotor)]
+        turning = {s for c in own for s in (c.position, c.velocity)}
+        energies = [e for e in self.energies if e.symbols & turning]
+        motion = lagrange.equations_of_motion(energies, self.coordinates)
+        accelerations, outputs = sp.Matrix([lagrange.acceleration(c) for c in self.coordinates]), []
+        for i, label in enumerate(self.labels):
+            if label in ("x", "y"):
+                force = motion.forces[i] - (motion.mass[i, :] * accelerations)[0]
+                long_name = f"bearing force of {rotor.name} in {label}"
+                outputs.append(Output(f"bearing_force[{rotor.name}]_{label}", force, self.units.force, long_name))
         return outputs
 
     @cached_property

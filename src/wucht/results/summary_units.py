@@ -16,7 +16,7 @@ _UNITS = {
     ),
     "rad": ("final_phases", "rotor_phases", "modulation_period_phi", "max_pressure_angle", "until_phi", "throw_direction"),
     "N m": ("peak_torque",),
-    "N": ("bearing_force",),
+    "N": ("bearing_force", "bearing_forces"),
     "m/s^2": ("acceleration",),
     "m": ("min_curvature_radius", "min_hollow_radius", "base_radius", "largest_radius", "stroke"),
     "W": ("mean_power",),

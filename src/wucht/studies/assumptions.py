@@ -1,4 +1,4 @@
-"""What every answer assumes, in words: which equations, how fast what turns, and where bodies are held. Said here alone.
+"""What every answer assumes, in words: which equations, how fast what turns, and where bodies start. Said here alone.
 
 A study says by its spec which equations it solves (``Spec.equations``) and whether it holds the speed (``Spec.turning``); what
 depends on more than that it gives beside its warnings (``results.conventions.answered``).
@@ -6,6 +6,7 @@ depends on more than that it gives beside its warnings (``results.conventions.an
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from wucht.analysis.averaged import keeps_inertia
@@ -13,6 +14,7 @@ from wucht.files.own_equations import OwnEquations
 from wucht.machines.machine import Machine
 from wucht.machines.operation import damped
 from wucht.machines.tree import RotatingBody
+from wucht.studies.initial_state import angles_in, initial_state, listed, speeds_in
 from wucht.studies.spec import AVERAGED, FULL, Spec
 
 _MODELS = {"full": FULL, "slow": AVERAGED, "both": f"{FULL} and {AVERAGED}"}
@@ -27,7 +29,7 @@ def assumptions(spec: Spec, subject: Any) -> list[str]:
     if not isinstance(subject, Machine):
         return [equations] if equations else []
     said = [equations.replace(AVERAGED, f"{AVERAGED}{_kind_of_averaging(spec, subject)}")] if equations else []
-    return [*said, spec.turning() or _turning(subject)]
+    return [*said, spec.turning() or _turning(subject), *_starting(spec, subject)]
 
 
 def _kind_of_averaging(spec: Spec, machine: Machine) -> str:
@@ -38,6 +40,30 @@ def _kind_of_averaging(spec: Spec, machine: Machine) -> str:
     by_default = not damped(machine) if spec.without_inertia else keeps_inertia(machine, None)
     kept = by_default if given is None else given
     return f"{order} {'with' if kept else 'without'} the inertia of the balancing bodies"
+
+
+def _starting(spec: Spec, machine: Machine) -> list[str]:
+    """Where balancing bodies, and several rotors, start of which the question says nothing."""
+    if not spec.from_start:
+        return []
+    start: Mapping[str, Any] = getattr(spec, "start", {})
+    several = [set(one) for one in getattr(spec, "starts", ())]
+    named = {*start, *getattr(spec, "axes", {}), *getattr(spec, "random", {}), *(set.intersection(*several) if several else ())}
+    named = {name.partition(".")[0] for name in named}
+    rotors = [r for r in machine.rotors if r.name not in named and len(machine.rotors) > 1]
+    silent = [b for b in machine.bodies if b.about is not None and not named & {b.name, "psi", "delta"}]
+    if not silent and not rotors:
+        return []
+    state = initial_state(machine, start)
+    angles, speeds = angles_in(machine, state), speeds_in(machine, state)
+    phases = {b.name: angles[b.name] - angles[str(b.about)] for b in silent}
+    said = [f"rotors start at {listed({r.name: angles[r.name] for r in rotors})}{_at_rest(rotors, speeds)}"] if rotors else []
+    bodies = [f"balancing bodies start at {listed(phases)} to their rotor{_at_rest(silent, speeds)}"] if silent else []
+    return [*said, *bodies]
+
+
+def _at_rest(bodies: Sequence[RotatingBody], speeds: Mapping[str, float]) -> str:
+    return "" if any(speeds[b.name] for b in bodies) else ", at rest"
 
 
 def _turning(machine: Machine) -> str:

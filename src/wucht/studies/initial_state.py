@@ -18,6 +18,7 @@ from wucht.quantities import Unit
 from wucht.studies.own_starts import own_starts, owners
 from wucht.studies.release_events import leader_of
 
+_MOST_LISTED = 6  # told one by one
 _NOT_ALLOWED = "not allowed: the drive prescribes this body's motion (its angle is the drive's key `angle`)"
 
 
@@ -79,6 +80,13 @@ def speeds_in(machine: Machine, state: np.ndarray) -> dict[str, float]:
     """The speeds of the bodies in an initial state (n,), by name, prescribed ones included."""
     pairs = [(b.name, b.coordinate) for b in machine.bodies]
     return {n: float(state[machine.row(c.velocity)]) if c.prescribed is None else _prescribed(machine, c) for n, c in pairs}
+
+
+def listed(phases: Mapping[str, float]) -> str:
+    """Phases of bodies, given in rad, in degrees for reading; of many bodies the first."""
+    said = [f"{name} {(np.degrees(phase) + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]
+    more = f" and {len(said) - _MOST_LISTED} more" if len(said) > _MOST_LISTED else ""
+    return ", ".join(said[:_MOST_LISTED]) + more
 
 
 def _prescribed(machine: Machine, coordinate: Coordinate) -> float:

@@ -30,6 +30,7 @@ class Spec(Described):
     curve, and numbers of its summary, those in tables by path.
     without_inertia: whether averaged equations leave out that of balancing bodies by default, where all of them are damped.
     solves: which equations, where the study itself decides that: see ``equations``.
+    from_start: whether it runs the machine from ``start``: where bodies are that this does not name is then assumed.
     """
 
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE"
@@ -41,6 +42,7 @@ class Spec(Described):
     headline: ClassVar[tuple[str, ...]] = ()
     without_inertia: ClassVar[bool] = False
     solves: ClassVar[str] = ""
+    from_start: ClassVar[bool] = False
 
     _written: dict[str, Any] = PrivateAttr(default_factory=dict)
 

@@ -15,10 +15,9 @@ from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.machines.tracks import arranged
-from wucht.studies.initial_state import angles_in, initial_state
+from wucht.studies.initial_state import angles_in, initial_state, listed
 
-_MOST_HELD = 6  # told one by one
-_HELD = "study.bodies = 'held' holds them at the phases of study.start"
+HELD = "study.bodies = 'held' holds them at the phases of study.start"
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ class SteadyPhases:
                 torques, branches = steady_branches(machine)
             except InputError as error:
                 if bodies == "steady":
-                    raise InputError("study.bodies", bodies, f"not known here: {error.allowed}; {_HELD}") from None
+                    raise InputError("study.bodies", bodies, f"not known here: {error.allowed}; {HELD}") from None
                 why = error.allowed
             else:
                 angles = np.zeros(len(by_name))
@@ -101,11 +100,9 @@ class SteadyPhases:
         """Where the balancing bodies are, as a statement; none where there are none."""
         if self.branches:
             return ["balancing bodies in the steady phases of each speed, stable or not by the averaged equations"]
-        angles = dict(zip((b.name for b in self.machine.bodies), np.degrees(self.angles).tolist(), strict=True))
+        angles = dict(zip((b.name for b in self.machine.bodies), self.angles.tolist(), strict=True))
         phases = {b.name: angles[b.name] - angles[b.about] for b in self.machine.bodies if b.about is not None}
-        held = [f"{name} {(phase + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]
-        more = f" and {len(held) - _MOST_HELD} more" if len(held) > _MOST_HELD else ""
-        return [f"balancing bodies held at {', '.join(held[:_MOST_HELD])}{more} to their rotor"] if held else []
+        return [f"balancing bodies held at {listed(phases)} to their rotor"] if phases else []
 
     @property
     def warnings(self) -> list[str]:

@@ -5,6 +5,7 @@ Where the breakpoints are located, the errors are those of the smooth pieces, 1e
 """
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from scipy.interpolate import CubicSpline
 from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integrate import integrate
+from wucht.numerics.flow.segments import Segmentation
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated, step
 from wucht.system import TIME, Output, System
 
@@ -380,3 +382,16 @@ def test_rates_may_be_infinite_on_the_segments_where_a_run_does_not_begin(engine
     for start in (0.0, -0.5):
         trajectory = run(system, [start], 1.0 - start + 1.5, engine)
         assert trajectory.states[0, -1] == pytest.approx(2.0, rel=1e-11)  # to 1 within 1 - start, then x^2 = 1 + 2 t
+
+
+def test_a_segment_costs_the_same_however_many_there_are() -> None:
+    """Each of 20,000 breakpoints is passed once: work at each that grows with their number took half a minute."""
+    times = np.arange(20_000.0)
+    pieces = interpolated("f", times, np.sin(times), "linear")
+    segmentation = Segmentation.of(0, TIME, [pieces])
+    begun = time.process_time()
+    rows = [segmentation.segment(i, at) for i, at in enumerate(times + 0.5, 1)]
+    assert time.process_time() - begun < 5
+    low, high, *_, origin, value, slope = rows[77]
+    assert (low, high, origin) == (77.0, 78.0, 77.0)
+    assert (value, slope) == pytest.approx((np.sin(77.0), np.sin(78.0) - np.sin(77.0)))

@@ -91,3 +91,14 @@ def test_a_screen_throws_as_its_steady_configuration_does(wucht: Callable[..., A
     assert run["throw_number"] == pytest.approx(
         run["machine_number"] * math.sin(math.radians(50.5)) / math.cos(math.radians(5)), rel=1e-2
     )
+
+
+def test_the_force_of_each_of_two_exciters() -> None:
+    """Each carries round its unbalance, of which the centre hardly moves on a heavy carrier: U w^2."""
+    exciters = [parts.Rotor(name=n, mass=2.0, unbalance=u, inertia=0.05) for n, u in (("e1", 0.03), ("e2", 0.01))]
+    drives = [parts.ConstantSpeed(on=n, speed=w) for n, w in (("e1", 60.0), ("e2", -60.0))]
+    heavy = Machine(parts.Carrier(mass=1e5, stiffness=1e5, damping=10.0), exciters, drives)
+    result = package.run(RunUp(until=1.0), heavy)
+    assert result.wucht.summary["bearing_forces"] == pytest.approx({"e1": 0.03 * 60**2, "e2": 0.01 * 60**2}, rel=1e-4)
+    assert result.rotor_bearing_force.dims == ("rotor", "plane", "time")
+    assert "bearing_forces" not in ended(machine())

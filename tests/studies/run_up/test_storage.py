@@ -69,6 +69,12 @@ def horizon(machine: Machine, **asked: Any) -> Horizon:
     return Horizon.of(machine, RunUp(**asked), initial_state(machine, {}))
 
 
+@pytest.mark.parametrize("asked", [{"until": 2000.0}, {"until": 1e5}, {"until": 1e9}, {"settled": True}])
+def test_a_run_of_any_length_has_few_legs(asked: dict[str, Any]) -> None:
+    """Each keeps all that was seen until its end, tens of megabytes of a long run: memory, and disk."""
+    assert len(list(horizon(fast(200.0), **asked).legs())) < 250
+
+
 def test_what_is_stored_is_bounded_whatever_is_asked() -> None:
     machine = fast(200.0)
     most, starts = horizon(machine, until=1e9).most, [{"r": 0.1 * k} for k in range(100)]
@@ -76,7 +82,16 @@ def test_what_is_stored_is_bounded_whatever_is_asked() -> None:
     assert horizon(machine, until=1e9, starts=starts).most == most // 100
     for asked in ({"until": 1e9}, {"settled": True}):
         bounds = horizon(machine, **asked)
-        legs = [leg for _, leg in zip(range(3000), bounds.legs(lambda: 1e9), strict=False)]
+        legs, done = list(bounds.legs(lambda: 1e9)), 0
         for leg in legs:
-            assert len(leg.samples) <= 2049
+            assert len(leg.samples) <= max(2049, done // 16 + 2)
+            done += len(leg.samples) - 1
             assert leg.closest >= leg.samples[-1] / bounds.most * (1 - 1e-9)
+
+
+def test_a_given_speed_is_stored_and_seen_as_densely_as_one_that_is_reached() -> None:
+    """On a carrier so soft that nothing but the rotor is fast."""
+    soft = {"mass": 1e5, "stiffness": 1e5, "damping": 10.0}
+    body = {"kind": "rotor", "name": "r", "mass": 2.0, "unbalance": 0.03, "inertia": 0.05}
+    machine = machine_from({"carrier": soft, "bodies": [body], "drive": {"kind": "constant-speed", "speed": 60.0}})
+    assert fewest_a_turn(run(RunUp(until=1.0), machine)) > 12

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Literal, Self
 
 import sympy as sp
@@ -12,10 +11,17 @@ from pydantic import Field
 from wucht.fields import Described
 from wucht.machines.parts.base import Frame, si
 from wucht.machines.parts.support import Support, is_negative
+from wucht.machines.parts.tuning import (
+    Inertia,
+    Pair,
+    in_words,
+    refuse_both,
+    refuse_ratio_without_spring,
+    tuned_damping,
+    tuned_stiffness,
+)
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
-
-Values = float | tuple[float, float] | None
 
 
 class Foundation(Described):
@@ -75,10 +81,8 @@ class Carrier(Support):
         free = [d for d in self.labels if self.prescribed(d) is None and d != "foundation"]
         if self.stiffness is None and self.frequency is None and free:
             raise ValueError("stiffness", "this key is missing; needed is the stiffness in N/m")
-        if self.stiffness is not None and self.frequency is not None:
-            raise ValueError("frequency", "give either stiffness or frequency")
-        if self.damping_ratio is not None and "damping" in self.model_fields_set:
-            raise ValueError("damping_ratio", "give either damping or damping_ratio")
+        refuse_both(self, "stiffness", "frequency")
+        refuse_both(self, "damping", "damping_ratio")
         given = ("stiffness", "damping", "frequency", "damping_ratio")
         for name, value in ((name, getattr(self, name)) for name in given):
             if isinstance(value, tuple) and self.directions != "xy":
@@ -89,23 +93,24 @@ class Carrier(Support):
             sentence = f"must be a foundation under one of the free directions: {', '.join(free) or 'none'}"
             raise ValueError("foundation", sentence)
         spring = self.stiffness if self.frequency is None else self.frequency
+        refuse_ratio_without_spring("damping_ratio", self.damping_ratio, spring)
         vertical = spring[1] if isinstance(spring, tuple) else spring
         if self.gravity and "y" in free and not vertical:
             raise ValueError("stiffness", "must be a positive stiffness in y, because gravity would make the carrier fall")
 
-    def tuned(self, mass: Callable[[], float]) -> tuple[Self, str]:
-        """c = M omega_0^2 and b = 2 D sqrt(c M)."""
+    def tuned(self, inertia: Inertia) -> tuple[Self, str]:
+        """See ``Support``."""
         if self.frequency is None and self.damping_ratio is None:
             return self, ""
-        whole = mass()
-        stiffness: Values = self.stiffness if self.frequency is None else _each(lambda w: whole * w**2, self.frequency)
-        found: dict[str, Values] = {"stiffness": stiffness}
+        free = [d for d in self.labels if d != "foundation"]
+        whole = inertia(free[0]) if free else 0.0
+        stiffness = self.stiffness if self.frequency is None else tuned_stiffness(whole, self.frequency)
+        found: dict[str, Pair | None] = {"stiffness": stiffness}
         if self.damping_ratio is not None:
-            found["damping"] = _each(lambda c, ratio: 2 * ratio * math.sqrt(c * whole), stiffness or 0.0, self.damping_ratio)
+            found["damping"] = tuned_damping(whole, stiffness or 0.0, self.damping_ratio)
         made = self.model_copy(update=found | {"frequency": None, "damping_ratio": None})
-        units = {"stiffness": "N/m", "damping": "N s/m"}
-        shown = [f"{name} {_shown(value)} {units[name]}" for name, value in found.items() if getattr(self, name) != value]
-        return made, f"carrier: {', '.join(shown)}, by frequency or damping ratio with {whole:.6g} kg"
+        changed = {name: value for name, value in found.items() if getattr(self, name) != value}
+        return made, f"carrier: {in_words(changed, f'{whole:.6g} kg')}"
 
     def energies(self, frame: Frame) -> Energies:
         """T = m v^2/2, V = sum c x^2/2 + m g y, R = sum b x'^2/2; on a foundation, x against it and its own energies."""
@@ -121,15 +126,3 @@ class Carrier(Support):
             dissipation.append(self.component("damping", d) * v**2 / 2)
         own = Energies(m * (at.vx**2 + at.vy**2) / 2, sp.Add(*potential), sp.Add(*dissipation))
         return own + self.foundation.energies(base, frame.gravity) if base and self.foundation else own
-
-
-def _each(function: Callable[..., float], *values: float | tuple[float, float]) -> float | tuple[float, float]:
-    """A function of values of both directions: one number where all are."""
-    if not any(isinstance(v, tuple) for v in values):
-        return function(*values)
-    pairs = [v if isinstance(v, tuple) else (v, v) for v in values]
-    return function(*(x for x, _ in pairs)), function(*(y for _, y in pairs))
-
-
-def _shown(value: Values) -> str:
-    return " and ".join(f"{v:.6g}" for v in (value if isinstance(value, tuple) else (value or 0.0,)))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+import operator
+from collections.abc import Mapping
+from typing import Any, Literal, Self
 
 import numpy as np
 import sympy as sp
@@ -11,21 +13,40 @@ from pydantic import Field
 from wucht.fields import Described
 from wucht.machines.parts.base import Body, Frame, si
 from wucht.machines.parts.support import Support, is_negative
+from wucht.machines.parts.tuning import (
+    UNTUNED,
+    Inertia,
+    Pair,
+    each,
+    in_words,
+    refuse_both,
+    refuse_ratio_without_spring,
+    refuse_rotation_both_ways,
+    tuned_damping,
+    tuned_rotation,
+    tuned_stiffness,
+)
 from wucht.mechanics.energies import Energies
 
 
 class Mount(Described):
-    """A spring and damper at a place on the carrier, measured from its centre of mass: one value for x and y, or a pair."""
+    """A spring and damper at a place on the carrier, measured from its centre of mass: one value for x and y, or a pair.
+
+    Without a stiffness the mounts share alike what the carrier's ``frequency`` asks for.
+    """
 
     at: tuple[float, float] = si("m", "place", "a")
-    stiffness: float | tuple[float, float] = si("N/m", "stiffness", "c")
+    stiffness: float | tuple[float, float] | None = si("N/m", "stiffness", "c", None)
     damping: float | tuple[float, float] = si("N s/m", "damping", "b", (0.0, 0.0))
 
 
 class PlanarCarrier(Support):
     """``directions = "xyr"``: a rigid body with rotors at given positions, on mounts or on springs at its centre of mass.
 
-    Its angle chi is small: a place (a, b) on it moves by (x - b chi, y + a chi), so that the carrier stays linear.
+    Its angle chi is small: a place (a, b) on it moves by (x - b chi, y + a chi), so that the carrier stays linear. Stiffness
+    and damping may follow from ``frequency``, the natural frequency of its motion in x or y alone with all bodies on it, and
+    ``damping_ratio``; those of its rotation from ``rotation_frequency`` and ``rotation_damping_ratio``. Equal mounts share them
+    alike; those of given stiffness share the damping as they do the stiffness.
     """
 
     kind = "carrier-xyr"
@@ -37,6 +58,12 @@ class PlanarCarrier(Support):
     damping: float | tuple[float, float] = si("N s/m", "damping", "b", 0.0)
     rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0)
     rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0)
+    frequency: float | tuple[float, float] | None = si("rad/s", "natural frequency with all bodies on it", "omega_0", None)
+    damping_ratio: float | tuple[float, float] | None = si("", "damping ratio with all bodies on it", "D", None)
+    rotation_frequency: float | None = si(
+        "rad/s", "natural frequency of the rotation with all bodies on it", default=None, ge=0
+    )
+    rotation_damping_ratio: float | None = si("", "damping ratio of the rotation with all bodies on it", default=None, ge=0)
     mounts: tuple[Mount, ...] = Field((), description="mounts")
 
     def check(self) -> None:
@@ -44,15 +71,75 @@ class PlanarCarrier(Support):
         self.check_motion()
         if self.mounts and (self.stiffness is not None or self.rotation_stiffness is not None):
             raise ValueError("mounts", "give either mounts, or stiffness with rotation_stiffness")
-        if not self.mounts and self.stiffness is None:
+        if not self.mounts and self.stiffness is None and self.frequency is None:
             raise ValueError("stiffness", "this key is missing; needed are mounts, or stiffness and rotation_stiffness")
+        self._check_tuning()
         pairs = [("stiffness", self.stiffness), ("damping", self.damping)]
+        pairs += [("frequency", self.frequency), ("damping_ratio", self.damping_ratio)]
         pairs += [("mounts", v) for m in self.mounts for v in (m.stiffness, m.damping)]
         for key, value in pairs:
             if is_negative(value):
-                raise ValueError(key, "must be a stiffness or damping of at least 0")
-        if self.mounts and not any(np.any(m.stiffness) for m in self.mounts):
+                what = key.replace("_", " ") if key in ("frequency", "damping_ratio") else "stiffness or damping"
+                raise ValueError(key, f"must be a {what} of at least 0")
+        if self.mounts and not np.any(self.frequency or 0.0) and not any(np.any(m.stiffness) for m in self.mounts):
             raise ValueError("mounts", "there must be at least one mount with stiffness")
+
+    def _check_tuning(self) -> None:
+        """Each spring and damper is given in one way."""
+        refuse_both(self, "stiffness", "frequency")
+        refuse_both(self, "damping", "damping_ratio")
+        refuse_rotation_both_ways(self)
+        given = [m.stiffness is not None for m in self.mounts]
+        if self.frequency is not None and any(given):
+            raise ValueError("frequency", "give either frequency, which all mounts share alike, or the stiffness of each mount")
+        if self.mounts and self.frequency is not None and np.any(self.damping):
+            raise ValueError("damping", "not allowed with mounts: give the damping of each mount, or damping_ratio")
+        if self.frequency is None and not all(given):
+            missing = f"mounts[{given.index(False)}] has no stiffness"
+            raise ValueError("mounts", f"{missing}; needed is that of each mount, or the carrier's frequency")
+        if self.damping_ratio is not None and any("damping" in m.model_fields_set for m in self.mounts):
+            raise ValueError("damping_ratio", "give either damping_ratio, which the mounts share, or the damping of each mount")
+        rotation = [k for k in ("rotation_frequency", "rotation_damping_ratio") if getattr(self, k) is not None]
+        if self.mounts and rotation:
+            raise ValueError(rotation[0], "not allowed with mounts: how the carrier turns on them follows from their places")
+        spring = self._total() if self.frequency is None else self.frequency
+        refuse_ratio_without_spring("damping_ratio", self.damping_ratio, spring)
+
+    def _total(self) -> Pair | None:
+        """The stiffness in x and y of all springs together; None where none is given."""
+        if not self.mounts:
+            return self.stiffness
+        whole: Pair = 0.0
+        for mount in self.mounts:
+            whole = each(operator.add, whole, mount.stiffness or 0.0)
+        return whole
+
+    def tuned(self, inertia: Inertia) -> tuple[Self, str]:
+        """See ``Support``."""
+        mass, told, turned = inertia("x"), list[str](), tuned_rotation(self, inertia)
+        update: dict[str, Any] = turned | UNTUNED | {"frequency": None, "damping_ratio": None}
+        if self.frequency is not None or self.damping_ratio is not None:
+            whole = (self._total() or 0.0) if self.frequency is None else tuned_stiffness(mass, self.frequency)
+            found = {} if self.frequency is None else {"stiffness": whole}
+            if self.damping_ratio is not None:
+                found["damping"] = tuned_damping(mass, whole, self.damping_ratio)
+            update |= {"mounts": self._shared(found, whole)} if self.mounts else found
+            told.append(in_words(found, f"{mass:.6g} kg{' on all mounts together' if self.mounts else ''}"))
+        if turned:
+            told.append(in_words(turned, f"{inertia('r'):.6g} kg m^2"))
+        return self.model_copy(update=update), f"carrier: {'; '.join(told)}" if told else ""
+
+    def _shared(self, found: Mapping[str, Pair], whole: Pair) -> tuple[Mount, ...]:
+        """The mounts with their shares of what all have together. whole: the stiffness."""
+        count, mounts = len(self.mounts), list[Mount]()
+        for mount in self.mounts:
+            own = mount.stiffness if self.frequency is None else each(lambda c: c / count, whole)
+            share = each(lambda c, of: c / of if of else 0.0, own or 0.0, whole)
+            update = {"stiffness": own}
+            if "damping" in found:
+                update["damping"] = each(operator.mul, share, found["damping"])
+            mounts.append(mount.model_copy(update=update))
+        return tuple(mounts)
 
     def check_body(self, body: Body) -> None:
         """Bodies may be anywhere on it."""

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from wucht.machines.parts.base import Body, Frame, si
 from wucht.machines.parts.support import Support
+from wucht.machines.parts.tuning import UNTUNED, Inertia, in_words, refuse_rotation_both_ways, tuned_rotation
 from wucht.mechanics.energies import Energies
 
 
@@ -29,13 +30,24 @@ class RockingCarrier(Support):
     inertia: float = si("kg m^2", "moment of inertia about the axis of turning", "Theta", gt=0)
     rotation_stiffness: float | None = si("N m", "rotation stiffness", "c_r", None, ge=0)
     rotation_damping: float = si("N m s", "rotation damping", "b_r", 0.0, ge=0)
+    rotation_frequency: float | None = si(
+        "rad/s", "natural frequency of the rotation with all bodies on it", default=None, ge=0
+    )
+    rotation_damping_ratio: float | None = si("", "damping ratio of the rotation with all bodies on it", default=None, ge=0)
     tilting: bool = Field(False, exclude=True)
 
     def check(self) -> None:
         """A free carrier needs a spring."""
         self.check_motion()
-        if self.rotation_stiffness is None and self.motion is None:
+        if self.rotation_stiffness is None and self.rotation_frequency is None and self.motion is None:
             raise ValueError("rotation_stiffness", "this key is missing; needed is the rotation stiffness in N m")
+        refuse_rotation_both_ways(self)
+
+    def tuned(self, inertia: Inertia) -> tuple[Self, str]:
+        """See ``Support``."""
+        found, turned = tuned_rotation(self, inertia), inertia("r")
+        said = f"carrier: {in_words(found, f'{turned:.6g} kg m^2')}" if found else ""
+        return self.model_copy(update=found | UNTUNED), said
 
     def check_body(self, body: Body) -> None:
         """Bodies may be anywhere on it, and have a couple unbalance."""

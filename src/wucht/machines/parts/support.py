@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Self
 
 import sympy as sp
@@ -10,6 +10,7 @@ from pydantic import Field
 
 from wucht.machines.parts.base import Body, Frame, Part, Point, si
 from wucht.machines.parts.motion import SHAKING, PrescribedMotion
+from wucht.machines.parts.tuning import Inertia
 from wucht.mechanics.lagrange import Coordinate
 
 _STRONGEST = 1e7  # m/s^2: in ultracentrifuges; bodies swing the faster, the stronger it is
@@ -75,8 +76,11 @@ class Support(Part):
         """The carrier as it is with these bodies on it."""
         return self
 
-    def tuned(self, mass: Callable[[], float]) -> tuple[Self, str]:
-        """The carrier with what follows from the mass in kg that moves with it, and that in words, empty where nothing does."""
+    def tuned(self, inertia: Inertia) -> tuple[Self, str]:
+        """The carrier with the springs and dampers that follow from natural frequencies, and these in words; empty if none do.
+
+        inertia: in kg, or kg m^2, of all that moves with a coordinate.
+        """
         return self, ""
 
     def prescribed(self, label: str) -> sp.Expr | None:

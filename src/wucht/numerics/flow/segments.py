@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -62,10 +63,22 @@ class Segmentation:
             polynomials.append(value)
         return polynomials
 
-    @property
+    @cached_property
     def scale(self) -> float:
         """The size of the breakpoints."""
         return max(float(np.ptp(self.breakpoints)), float(np.abs(self.breakpoints).max())) or 1.0
+
+    @cached_property
+    def _rows(self) -> tuple[tuple[float, ...], ...]:
+        """What each segment has: its ends, whether it has them, and of each function origin and coefficients."""
+        lows, highs = np.append(-np.inf, self.breakpoints), np.append(self.breakpoints, np.inf)
+        columns = [np.where(np.isfinite(x), x, 0.0) for x in (lows, highs)]
+        columns += [np.isfinite(x).astype(float) for x in (lows, highs)]
+        for f in self.functions:
+            # The piece that holds on a segment is the one that holds at its beginning.
+            piece = np.searchsorted(f.breakpoints, lows, side="right")
+            columns += [np.array(f.origins)[piece], *np.array(f.coefficients)[piece, : f.degree + 1].T]
+        return tuple(map(tuple, np.stack(columns, axis=1).tolist()))
 
     def locate(self, value: float, ahead: float, size: float) -> int:
         """The segment of an argument; on a breakpoint that to which it moves. size: of the numbers it is computed from."""
@@ -89,17 +102,12 @@ class Segmentation:
         heyoka does not see an event whose function begins a step at exactly zero and passes zero again in that step, nor one
         that begins beyond it: so the ends are watched a few roundings beyond an argument that lies on them.
         """
-        low, high = np.array([-np.inf, *self.breakpoints, np.inf])[index : index + 2].tolist()
-        behind = BEHIND * max(self.scale, size)
-        bottom = low if value is None else min(low, value - behind)
-        top = high if value is None else max(high, value + behind)
-        values = [bottom if np.isfinite(low) else 0.0, top if np.isfinite(high) else 0.0]
-        values += [float(np.isfinite(low)), float(np.isfinite(high))]
-        for f in self.functions:
-            # The piece that holds on a segment is the one that holds at its beginning.
-            piece = int(np.searchsorted(f.breakpoints, low, side="right"))
-            values += [f.origins[piece], *f.coefficients[piece][: f.degree + 1]]
-        return values
+        low, high, has_low, has_high, *rest = self._rows[index]
+        if value is not None:
+            behind = BEHIND * max(self.scale, size)
+            low = min(low, value - behind) if has_low else low
+            high = max(high, value + behind) if has_high else high
+        return [low, high, has_low, has_high, *rest]
 
 
 @dataclass(frozen=True)

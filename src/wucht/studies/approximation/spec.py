@@ -50,6 +50,7 @@ class Approximation(Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed_deviation"), ("value", "amplitude_deviation"))
     headline: ClassVar[tuple[str, ...]] = ("order_of_error",)
     solves: ClassVar[str] = f"{FULL}, compared with {AVERAGED}"
+    from_start: ClassVar[bool] = True
     without_inertia: ClassVar[bool] = True
 
     along: Annotated[tuple[str, ...], BeforeValidator(_paths), WithJsonSchema(_PATHS)] = Field(

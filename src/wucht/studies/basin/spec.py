@@ -51,6 +51,7 @@ class Basin(EnsembleSpec):
     """
 
     kind: ClassVar[str] = "basin"
+    from_start: ClassVar[bool] = True
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "axes")
     headline: ClassVar[tuple[str, ...]] = (
         "fractions.compensated",

@@ -78,6 +78,7 @@ class CaptureProbability(EnsembleSpec):
     """
 
     kind: ClassVar[str] = "capture-probability"
+    from_start: ClassVar[bool] = True
     meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "at")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("parameter", "estimate"),)
 

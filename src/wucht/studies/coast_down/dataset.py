@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.machines.operation import natural_frequencies
-from wucht.results.conventions import answered, variable
+from wucht.results.conventions import answered, assuming, variable
 from wucht.results.outcomes import Outcome
 from wucht.studies.coast_down.prepare import CarrierStart, Plan
 from wucht.studies.coast_down.record import Record
 from wucht.studies.coast_down.run import Findings
+from wucht.studies.initial_state import angles_in, listed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -80,8 +81,25 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
             "the carrier starts at rest, although the rotor turns: its vibration at first, perhaps the largest, is a transient "
             f"of this start; {other}"
         )
+    if plan.bodies.why_held:
+        warnings.append(f"balancing bodies start as held, as their steady phases are not computed: {plan.bodies.why_held}")
     more = {"outcome": summary["outcome"] or "", "engine": compiled.engine.name, "tolerance": compiled.tolerance}
-    return answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings, failure, **more)
+    result = answered(xr_.Dataset(data, coords=coordinates), summary, sentence, warnings, failure, **more)
+    return assuming(result, [*_carrier_assumed(plan), *_rotors_assumed(plan), *plan.bodies.assumed(plan.phases)])
+
+
+def _rotors_assumed(plan: Plan) -> list[str]:
+    """Where several rotors start, as a statement: on their phases to each other depends what vibrates."""
+    rotors, angles = plan.machine.rotors, angles_in(plan.machine, plan.initial)
+    return [f"rotors start at {listed({r.name: angles[r.name] for r in rotors})}"] if len(rotors) > 1 else []
+
+
+def _carrier_assumed(plan: Plan) -> list[str]:
+    """How the carrier starts, as a statement; none where it cannot move, or where the start says it."""
+    if plan.carrier in (CarrierStart.FIXED, CarrierStart.GIVEN):
+        return []
+    at_first = "in the steady vibration of its speed" if plan.carrier is CarrierStart.STEADY else "at rest"
+    return [f"the carrier starts {at_first}"]
 
 
 def _ending(record: Record) -> dict[str, Any]:

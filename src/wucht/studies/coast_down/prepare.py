@@ -18,6 +18,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies, sense_of
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.events import Event
+from wucht.studies.coast_down.body_phases import BodyPhases
 from wucht.studies.coast_down.spec import CoastDown
 from wucht.studies.initial_state import angles_in, initial_state, placed, speeds_in
 from wucht.studies.release_events import release_events
@@ -42,9 +43,9 @@ class Plan:
     """What is to be integrated.
 
     machine: without its drives. initial: the state (n,) to start from. carrier: how it starts; why_at_rest: where nobody asked
-    for that. start_speed: of the main rotor. limit: the latest end. step: between samples. stride: between rows of the result,
-    at first. energy: the size of the works. at_rest: where the axis rests. events: the rotor turns back, and locked bodies are
-    released.
+    for that. bodies: how the balancing ones start; phases: where, to their rotor. start_speed: of the main rotor. limit: the
+    latest end. step: between samples. stride: between rows of the result, at first. energy: the size of the works. at_rest:
+    where the axis rests. events: the rotor turns back, and locked bodies are released.
     """
 
     spec: CoastDown
@@ -52,6 +53,8 @@ class Plan:
     initial: np.ndarray
     carrier: CarrierStart
     why_at_rest: str
+    bodies: BodyPhases
+    phases: Mapping[str, float]
     start_speed: float
     limit: float
     step: float
@@ -65,7 +68,10 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     """The plan. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn."""
     coasting = _without_drives(machine)
     initial = _initial(spec, machine, coasting)
-    coasting, velocity = placed(coasting, initial), coasting.rotor.coordinate.velocity
+    velocity = coasting.rotor.coordinate.velocity
+    bodies = BodyPhases.of(coasting, spec.start, float(initial[coasting.row(velocity)]), spec.bodies)
+    initial = _in_phase(coasting, initial, bodies.to_rotor)
+    coasting = placed(coasting, initial)
     carrier, why = _carrier_start(spec, coasting)
     if carrier is CarrierStart.STEADY:
         initial = _vibrating(coasting, initial)
@@ -75,7 +81,10 @@ def prepare(spec: CoastDown, machine: Machine) -> Plan:
     step = limit / max(_FEWEST_SAMPLES, math.ceil(limit * SAMPLES_PER_TURN / turn))  # a whole number of them until the end
     stride, energy, at_rest = turn if spec.until is None else limit / _ROWS, energy_scale(coasting), axis_at_rest(coasting)
     events = (Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting))
-    return Plan(spec, coasting, initial, carrier, why, start_speed, limit, step, stride, energy, at_rest, events)
+    phases = _phases(coasting, initial)
+    return Plan(
+        spec, coasting, initial, carrier, why, bodies, phases, start_speed, limit, step, stride, energy, at_rest, events
+    )
 
 
 def numbers(plan: Plan) -> float:
@@ -119,6 +128,22 @@ def _initial(spec: CoastDown, machine: Machine, coasting: Machine) -> np.ndarray
             f'needed is start = {{ {machine.rotor.name} = {{ speed = "100 rad/s" }} }}',
         )  # fmt: skip
     return state
+
+
+def _in_phase(machine: Machine, state: np.ndarray, to_rotor: Mapping[str, float]) -> np.ndarray:
+    """A state (n,) with bodies at angles to the rotors that they turn about, from the inside outwards."""
+    moved = state.copy()
+    for body in machine.outward:
+        if body.about is not None and body.name in to_rotor:
+            head = moved[machine.row(machine.body(body.about).coordinate.position)]
+            moved[machine.row(body.coordinate.position)] = head + to_rotor[body.name]
+    return moved
+
+
+def _phases(machine: Machine, state: np.ndarray) -> dict[str, float]:
+    """The angles of the balancing bodies to their rotor in a state (n,), by name."""
+    angles = angles_in(machine, state)
+    return {b.name: angles[b.name] - angles[b.about] for b in machine.bodies if b.about is not None}
 
 
 def _carrier_start(spec: CoastDown, machine: Machine) -> tuple[CarrierStart, str]:

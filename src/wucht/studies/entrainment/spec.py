@@ -26,6 +26,7 @@ class Entrainment(Spec):
 
     kind: ClassVar[str] = "entrainment"
     solves: ClassVar[str] = f"{FULL} for the runs, {AVERAGED} for the band of existence"
+    from_start: ClassVar[bool] = True
 
     along: Path | None = Field(
         None, description="path of a parameter, or 'detuning': no-load speed of the second motor less the first"

@@ -93,6 +93,7 @@ class ExciterDesign(common.Spec):
 
     kind: ClassVar[str] = "exciter-design"
     solves: ClassVar[str] = f"{common.AVERAGED} for the search, {common.FULL} for the best"
+    from_start: ClassVar[bool] = True
     subject: ClassVar[str] = "wucht.studies.exciter_design.exciter_subject:MACHINE_IN_FOLDER"
     meaning: ClassVar[tuple[str, ...]] = (*common.Spec.meaning, "target", "vary", "signal")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("share", "amplitude_full"),)

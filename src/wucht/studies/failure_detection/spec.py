@@ -81,6 +81,7 @@ class FailureDetection(Spec):
     kind: ClassVar[str] = "failure-detection"
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("reading_time", "speed"), ("alarm_time", "seen"))
     solves: ClassVar[str] = FULL
+    from_start: ClassVar[bool] = True
 
     until: float = si("s", "time", gt=0)
     start: Start = Field(default_factory=dict)

@@ -125,12 +125,14 @@ def motion_of(machine: Machine, trajectory: Trajectory, body: RotatingBody) -> t
     return angle, trajectory.states[machine.row(body.coordinate.velocity)]
 
 
-def fastest_of(machine: Machine, states: np.ndarray) -> float:
-    """The largest speed (rad per time) at which a body of the machine turns in states (n, N)."""
-    return float(fastest_in_each(machine, states).max(initial=0.0))
+def fastest_of(machine: Machine, motion: Trajectory) -> float:
+    """The largest speed (rad per time) at which a body of the machine turns in a motion, prescribed speeds included."""
+    given = [b.coordinate for b in machine.bodies if b.coordinate.prescribed is not None]
+    largest = [np.abs(machine.prescribed_speed(c, motion.time)).max(initial=0.0) for c in given]
+    return float(max([fastest_in_each(machine, motion.states).max(initial=0.0), *largest]))
 
 
 def fastest_in_each(machine: Machine, states: np.ndarray) -> np.ndarray:
-    """The same of each state (N,)."""
+    """The largest speed at which a body turns that is free to, in each of states (n, N)."""
     free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed is None]
     return np.asarray(np.abs(states[free]).max(axis=0, initial=0.0))

@@ -86,7 +86,7 @@ class Watched(Generic[Seen]):
 
     def rate(self, leg: Leg[Seen]) -> float:
         """The highest frequency (rad per time) in a motion where a part of it ends: of a body that turns, or of vibrations."""
-        return self._highest(fastest_of(self.machine, self.seen(leg.stored.tail(1)).states))
+        return self._highest(fastest_of(self.machine, self.seen(leg.stored.tail(1))))
 
     def leg(
         self,
@@ -108,7 +108,7 @@ class Watched(Generic[Seen]):
             motion, of_machine, fine = self._piece(last, grid, report)
             every, over = fine, (len(motion.time) - 1) // fine
             if closest is not None and len(motion.time) > 1:
-                highest = self._highest(fastest_of(self.machine, of_machine.states))
+                highest = self._highest(fastest_of(self.machine, of_machine))
                 span, apart = 2 * math.pi / (self.per_turn * highest), float(np.diff(motion.time).max())
                 if fine * apart * _FEWEST_SHARE > span:
                     every = min(fine, max(1, math.floor(max(span, closest) / apart * (1 + _ROUNDING))))
@@ -136,7 +136,7 @@ class Watched(Generic[Seen]):
         More densely than the grid: as the speeds in it ask.
         """
         step, fine = float(np.diff(grid).max()), 0
-        fastest = fastest_of(self.machine, self.seen(before.tail(1)).states)
+        fastest = fastest_of(self.machine, self.seen(before.tail(1)))
         while True:
             rate = max(fastest, min(self.vibration, _FASTER * fastest), _SLOWER * 2 * math.pi / self.watch.span)
             wanted = self.per_turn * rate * step / (2 * math.pi)
@@ -144,7 +144,7 @@ class Watched(Generic[Seen]):
             dense = _refined(grid[: max(1, _MOST_AT_ONCE // fine) + 1], fine)
             motion = integrate(self.compiled, before.end_state, before.parameters, dense, report, self.energy).uninterrupted()
             of_machine = self.seen(motion)
-            fastest = fastest_of(self.machine, of_machine.states)
+            fastest = fastest_of(self.machine, of_machine)
             enough = _FEWEST_SHARE * self.per_turn * fastest * step <= 2 * math.pi * fine
             if enough or motion.failure or fine == _MOST_AT_ONCE:
                 return motion, of_machine, fine

@@ -32,6 +32,7 @@ class OrbitBranch(Spec):
 
     kind: ClassVar[str] = "orbit-branch"
     solves: ClassVar[str] = AVERAGED
+    from_start: ClassVar[bool] = True
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE_OR_SYSTEM"
     meaning: ClassVar[tuple[str, ...]] = (*Spec.meaning, "at", "show", "ranges", "together", "until", "longest", "switch")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "period"), ("value", "mean_speed"))

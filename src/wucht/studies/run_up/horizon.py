@@ -25,7 +25,8 @@ _MOST_NUMBERS = 30_000_000  # likewise: a quarter of a gigabyte, and several tim
 _FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest speed expected; each next leg doubles the run
 _MOST_TURNS = 25_000
 _FEWEST_SAMPLES = 2000
-_FIRST_LEG, _LONGEST_LEG = 64, 2048  # samples
+_FIRST_LEG, _LONG_LEG = 64, 2048  # samples
+_SHARE_OF_ALL = 16  # a longer leg is at most this part of the run so far: legs are few, and each keeps all that was seen
 _MUCH_SLOWER = 8  # times: where the motion is slower than that, fewer samples are stored
 _SETTLED_TOLERANCE = 1e-5
 _FASTEST = 10.0  # times the highest natural frequency: so often at most a body is looked at that does not turn
@@ -93,13 +94,13 @@ class Horizon:
         """The legs of a run. rate: the highest frequency of the motion where the leg before has ended; None: as is expected.
 
         Samples are even as long as the motion is not much slower than expected, else a power of two further apart. Without a
-        given time the motion is judged at twice the time of the last look. Legs are short at first, so that a run that is cut
-        off loses little.
+        given time the motion is judged at twice the time of the last look. Legs are short at first, and later a share of the
+        run, so that a run that is cut off loses little.
         """
         share = min(1.0, self.samples_per_turn / SAMPLES_PER_TURN)  # of all samples, those that are stored
         open_ended = self.until_settled or any(e.name == TURNS_DONE for e in self.events)
         doublings = math.ceil(math.log2(_MOST_TURNS / _FIRST_TURNS)) if open_ended else 0
-        begin, size, longest = 0.0, max(1, int(_FIRST_LEG * share)), max(1, int(_LONGEST_LEG * share))
+        begin, size, long = 0.0, max(1, int(_FIRST_LEG * share)), max(1, int(_LONG_LEG * share))
         for goal in (self.first * 2**k for k in range(doublings + 1)):
             left, last = 0, max(1, round((goal - begin) / self.step))
             step, closest = (goal - begin) / last, goal / self.most
@@ -110,7 +111,7 @@ class Horizon:
                 samples = begin + step * np.append(np.arange(left, right, every), right)
                 samples[-1] = goal if right == last else samples[-1]
                 yield Grid(samples, closest, max(self.expected_end, goal), open_ended and right == last)
-                left, size = right, min(2 * size, longest)
+                left, size = right, min(2 * size, max(long, (round(begin / step) + right) // _SHARE_OF_ALL))
             begin = goal
 
     @property

@@ -58,6 +58,7 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 _LINE, _CIRCLE = 0.5, 0.98  # of the motion across over that along: below it throws in a direction, above all are alike
+_MOST_ROTORS = 6  # told one by one
 _GENTLE = 0.05  # machine number below which the vibration is nothing to speak of
 
 
@@ -73,7 +74,15 @@ def _felt(s: dict[str, Any], length: Format) -> dict[str, str]:
         "throw" if s["throw_ratio"] < _LINE else "stroke": f"{along} peak to peak{shape}",
         "acceleration": f"{s['acceleration']:.4g} m/s\u00b2, machine number {s['machine_number']:.3g}{thrown}",
         "force": f"{_force(s['bearing_force'])} at most, of the bodies on the carrier",
-    }
+    } | _of_each(s.get("bearing_forces", {}))
+
+
+def _of_each(forces: dict[str, float]) -> dict[str, str]:
+    """The bearing force of each rotor, of many the largest."""
+    largest = sorted(forces, key=lambda name: -forces[name])[:_MOST_ROTORS]
+    said = ", ".join(f"{name} {_force(f)}" for name, f in forces.items() if name in largest)
+    more = f"; {len(forces) - _MOST_ROTORS} more less" if len(forces) > _MOST_ROTORS else ""
+    return {"bearings": f"{said} at most, of each rotor on the carrier{more}"} if forces else {}
 
 
 def _force(value: float) -> str:

@@ -21,6 +21,7 @@ class SingleRun(common.Spec):
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (_ENDS,)
     horizon: ClassVar[tuple[str, ...]] = _ENDS
+    from_start: ClassVar[bool] = True
 
     until: float | None = si("s", "time", default=None, gt=0)
     turns: float | None = si("", "number of turns", default=None, gt=0)

@@ -30,7 +30,8 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
     on them) (direction, time); radius, amplitude,
     motor_torque, motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time);
     peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time); the states of parts' own by their paths,
-    such as ``left.lining`` (time).
+    such as ``left.lining`` (time); rotor_bearing_force (rotor, plane, time) of several rotors, each with the bodies about it, in
+    the directions in which the carrier translates.
     """
     data = _rotation(machine, row, trajectory.time) | _of_parts(machine, row)
     data |= _vibration(machine, row, trajectory.time, largest) | _energy(machine, row, trajectory)
@@ -41,6 +42,14 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
     }
     if machine.sliders:
         coordinates["slider"] = variable("slider", [x.name for x in machine.sliders], "slider")
+    ways = [d for d in "xy" if d in machine.labels]
+    if ways and len(machine.rotors) > 1:
+        rotors = [r.name for r in machine.rotors]
+        forces = np.array([[row[f"bearing_force[{name}]_{d}"] for d in ways] for name in rotors])
+        long_name = "bearing force of a rotor on the carrier"
+        data["rotor_bearing_force"] = variable("rotor plane time", forces, long_name, machine.units.force)
+        coordinates["rotor"] = variable("rotor", rotors, "rotor")
+        coordinates["plane"] = variable("plane", ways, "direction")
     return coordinates, data
 
 

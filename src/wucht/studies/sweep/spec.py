@@ -24,6 +24,7 @@ class Sweep(Spec):
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("value", "speed"), ("value", "amplitude"))
     headline: ClassVar[tuple[str, ...]] = ("peak_amplitude",)
     solves: ClassVar[str] = FULL
+    from_start: ClassVar[bool] = True
 
     along: Path
     range: Pair

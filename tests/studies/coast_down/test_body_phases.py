@@ -1,0 +1,105 @@
+"""Balancing bodies of a coast-down start in steady phases, or where it is said; and the answer says where."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wucht.errors import InputError
+from wucht.files.catalogue import load_machine
+from wucht.results.conventions import assumed_of, summary_of
+from wucht.studies.coast_down.prepare import prepare
+from wucht.studies.coast_down.spec import CoastDown
+from wucht.studies.runner import draw, report, run
+
+R1 = "drozdetskaya-2020/r1"
+
+
+def phases(name: str, **asked: Any) -> dict[str, float]:
+    """In degrees, from -180 to 180."""
+    found = prepare(CoastDown(**asked), load_machine(name)).phases
+    return {body: float((np.degrees(angle) + 180) % 360 - 180) for body, angle in found.items()}
+
+
+def unbalance(machine: str, **asked: Any) -> float:
+    """The mass moment of rotor and bodies together at the start, of that of the rotor."""
+    values = load_machine(machine).values
+    at = {body: np.exp(1j * np.radians(phase)) for body, phase in phases(machine, **asked).items()}
+    bodies = sum(values[f"{body}.mass"] * values[f"{body}.length"] * direction for body, direction in at.items())
+    own = values["drum.mass"] * values["drum.eccentricity"]
+    return float(abs(own + bodies) / own)
+
+
+def test_bodies_start_where_they_compensate() -> None:
+    """By the force polygon, whatever the module for steady phases says."""
+    assert unbalance(R1) == pytest.approx(0.0, abs=1e-12)
+    assert unbalance(R1, bodies="held") > 2
+
+
+@pytest.mark.parametrize("speed", [200.0, -200.0])
+@pytest.mark.parametrize("angle", [0.0, 1.0])
+def test_it_does_not_vibrate_until_it_is_slow(speed: float, angle: float) -> None:
+    asked = {"until": 0.5, "start": {"drum": {"angle": angle, "speed": speed}}}
+    steady, held = (run(CoastDown(**asked, **more), load_machine(R1)) for more in ({}, {"bodies": "held"}))
+    assert summary_of(steady)["peak_amplitude"] < 1e-4 * summary_of(held)["peak_amplitude"]
+
+
+def test_below_the_resonance_they_are_on_the_heavy_side() -> None:
+    """The one steady configuration of 30 rad/s that is stable: bodies trail the unbalance by their drag in the vibration."""
+    found = phases(R1, start={"drum": {"speed": 30.0}})
+    assert found["p1"] == pytest.approx(found["p2"])
+    assert -30 < found["p1"] < 0
+    clockwise = phases(R1, start={"drum": {"speed": -30.0}})
+    assert clockwise["p1"] == pytest.approx(-found["p1"])
+
+
+@pytest.mark.slow
+def test_balls_of_a_track_do_not_overlap() -> None:
+    found = np.sort(np.array(list(phases("practice/laundry-drum").values())))
+    assert np.diff(found).min() > 8  # degrees; a ball takes 7.6
+
+
+@pytest.mark.parametrize(
+    ("asked", "statement"),
+    [
+        ({}, "balancing bodies start in steady phases: compensating, p1 112°, p2 -112° to their rotor"),
+        ({"bodies": "held"}, "balancing bodies start at p1 0°, p2 0° to their rotor"),
+        ({"start": {"p1": 0.5}}, "balancing bodies start at p1 28.65°, p2 0° to their rotor"),
+    ],
+)
+def test_what_was_assumed_is_said(asked: dict[str, Any], statement: str) -> None:
+    result = run(CoastDown(until=0.05, **asked), load_machine(R1))
+    assert statement in assumed_of(result)
+    assert "the carrier starts in the steady vibration of its speed" in assumed_of(result)
+    assert statement in " ".join(report(result))
+    shown = " ".join(" ".join(text.get_text() for text in draw(result).texts).split())
+    assert statement in shown
+
+
+def test_where_steady_phases_are_not_known_it_is_said_why() -> None:
+    result = run(CoastDown(until=0.05, start={}), load_machine("sperling-vibration/figure-4"))
+    assert any("b1 is locked to its rotor until it is released" in w for w in json.loads(result.attrs["warnings"]))
+    held = run(CoastDown(until=0.05, bodies="held"), load_machine("sperling-vibration/figure-4"))
+    assert not any("locked" in w for w in json.loads(held.attrs["warnings"]))
+
+
+@pytest.mark.parametrize(
+    ("asked", "says"),
+    [
+        ({"bodies": "steady", "start": {"p2": 0.1}}, "study.start.p2 says where the bodies are; study.bodies = 'held'"),
+        ({"bodies": "steady", "start": {"psi": 0.1}}, "study.start.psi says where the bodies are"),
+        ({"bodies": "steady", "start": {"drum": {"speed": 95.0}}}, "not known here: none of their steady phases at 95 rad/s"),
+    ],
+)
+def test_what_is_refused(asked: dict[str, Any], says: str) -> None:
+    with pytest.raises(InputError, match=r"^study\.bodies") as caught:
+        prepare(CoastDown(**asked), load_machine(R1))
+    assert says in caught.value.allowed
+
+
+def test_where_exciters_start_is_said() -> None:
+    result = run(CoastDown(until=0.02, start={"e1": 0.5}), load_machine("practice/screen"))
+    assert "rotors start at e1 28.65°, e2 0°" in assumed_of(result)
