@@ -30,8 +30,8 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
     on them) (direction, time); radius, amplitude,
     motor_torque, motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time);
     peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time); the states of parts' own by their paths,
-    such as ``left.lining`` (time); rotor_bearing_force (rotor, plane, time) of several rotors, each with the bodies about it, in
-    the directions in which the carrier translates.
+    such as ``left.lining`` (time); rotor_bearing_force (rotor, plane, time) of several rotors, each with the bodies about it,
+    in the directions in which the carrier translates.
     """
     data = _rotation(machine, row, trajectory.time) | _of_parts(machine, row)
     data |= _vibration(machine, row, trajectory.time, largest) | _energy(machine, row, trajectory)
