@@ -30,9 +30,9 @@ from wucht.piecewise import PiecewiseCubic
 from wucht.system import System, needed_definitions
 
 R = TypeVar("R")
-# Members: enough for NumPy to watch them together at little cost, few enough to stay in the processor's cache; no power of two,
-# so that successive samples of a member do not fall into the same few lines of it.
-TILE = 992
+# States of all members of a tile: enough for NumPy to watch them together at little cost, few enough to be held at each of some
+# hundred samples; no power of two, so that successive samples of a member do not fall into the same few lines of the cache.
+_STATES = 2976
 _TILES_A_THREAD = 2  # that are under way, or done and not yet asked for
 _TICK_S = 0.1  # between two reports
 Report = Callable[[float], None]  # the share that is done, 0 to 1
@@ -149,12 +149,13 @@ def tiles(
     Parameters
     ----------
     size : int, optional
-        Members a tile: tile i has those from ``i * size`` on. If not given so many that all threads have work, up to ``TILE``.
+        Members a tile: tile i has those from ``i * size`` on. If not given, so many that all threads have work and memory
+        suffices.
     numbers : sequence of int, optional
         Of the tiles that are wanted; all if not given.
     """
     count, used = len(members), processors() if threads is None else threads
-    size = _size(count, used, compiled.width) if size is None else size
+    size = _size(count, used, compiled) if size is None else size
     if count < 1 or size < 1 or used < 1:
         raise WuchtError(f"{count} members in tiles of {size} on {used} threads: there must be at least one of each")
     all_of_them = range(-(-count // size))
@@ -171,9 +172,10 @@ def tiles(
     return _in_threads(compute, wanted, used, report)
 
 
-def _size(count: int, threads: int, width: int) -> int:
-    """Members a tile, whole batches of so many lanes."""
-    return min(TILE, max(1, -(-count // (_TILES_A_THREAD * max(1, threads) * width)) * width))
+def _size(count: int, threads: int, compiled: CompiledEnsemble) -> int:
+    """Members a tile: whole batches."""
+    batches = -(-count // (_TILES_A_THREAD * max(1, threads) * compiled.width))
+    return min(batches, max(1, _STATES // (len(compiled.system.states) * compiled.width))) * compiled.width
 
 
 def processors() -> int:
