@@ -187,3 +187,18 @@ def test_equations_of_another_file_take_no_schedules(here):
     Path("own.toml").write_text('[system]\nuse = "drozdetskaya-2020/figure-2.13"\nschedules = []\n')
     with pytest.raises(InputError, match=r"system\.schedules: not allowed beside use; allowed there are set and title"):
         load_equations("own.toml")
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ('use = "practice/screen"', "use: given 'practice/screen'; this key stands in the table [machine]"),
+        ("until = 3", "until: given 3; this key stands in the table [study]"),
+        ("[[bodies]]", "bodies: given [{}]; this key stands in the table [machine]"),
+    ],
+)
+def test_a_key_above_its_table(tmp_path: Path, line: str, says: str) -> None:
+    (tmp_path / "a.toml").write_text(line + "\n")
+    with pytest.raises(InputError) as refusal:
+        read_study(str(tmp_path / "a.toml"))
+    assert says in str(refusal.value)

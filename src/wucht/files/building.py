@@ -18,7 +18,7 @@ from wucht.machines.parts import attachments, carriers, drives, loads
 from wucht.machines.parts import bodies as body_kinds
 
 _PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "attachments", "tracks")
-_KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")
+MACHINE_KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "schedules")
 
 
 def machine_from(document: Document, title: str = "") -> Machine:
@@ -28,7 +28,7 @@ def machine_from(document: Document, title: str = "") -> Machine:
     """
     document = copy.deepcopy(document)
     settings = settings_in(document)
-    refuse_unknown(document, _KEYS, "machine")
+    refuse_unknown(document, MACHINE_KEYS, "machine")
     document = with_equal_bodies(with_settings(document, settings))
     title = text(document, "title", "machine") or title
     document.pop("title", None)

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from wucht.checking import refuse_unknown, table, text
 from wucht.errors import InputError, nearest
-from wucht.files.building import machine_from
+from wucht.files.building import MACHINE_KEYS, machine_from
 from wucht.files.changed_title import changed_title
 from wucht.files.documents import Document, flatten, read_toml, refuse_bare_frequencies, settings_in
 from wucht.files.equal_bodies import of_all_first
@@ -21,6 +21,8 @@ T = TypeVar("T")
 FOLDER = Path(__file__).parent.parent / "machines" / "catalogue"
 ABOUT = ("title", "source", "notes", "study")
 TOP_LEVEL = (*ABOUT, "machine", "system", "law", "follower", "linkage", "speed", "shaft")
+# Keys that are written above their table by mistake.
+_INSIDE = dict.fromkeys(MACHINE_KEYS, "machine") | dict.fromkeys(("kind", "until", "settled", "start"), "study")
 
 
 def names() -> list[str]:
@@ -57,6 +59,8 @@ def load_document(name: str, beside: Path | None = None) -> tuple[Document, Path
     path = locate(name, beside)
     document = read_toml(path)
     try:
+        for key in (k for k in document if k not in TOP_LEVEL and k in _INSIDE):
+            raise InputError(key, document[key], f"this key stands in the table [{_INSIDE[key]}]")
         refuse_unknown(document, TOP_LEVEL, "")
         for key in ("title", "source", "notes"):
             text(document, key, "")
