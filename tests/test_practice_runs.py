@@ -91,7 +91,7 @@ def ran(results: dict[str, xr.Dataset]):
 LONG = (
     "practice/angle-grinder", "practice/balls-at-resonance-thick-oil",
     "practice/balls-at-resonance", "practice/fan-ball-ring", "practice/fan-on-belt", "practice/grinder-4-balls",
-    "practice/grinder-10-balls",
+    "practice/grinder-10-balls", "practice/grinder-6-balls",
     "practice/laundry-drum-friction", "practice/laundry-drum-tumbling", "practice/screen-loaded",
 )  # fmt: skip
 WITHOUT_BALLS = ("fan-on", "friction", "screen")

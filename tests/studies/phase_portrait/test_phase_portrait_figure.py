@@ -61,6 +61,7 @@ def test_arrows_point_the_way_of_time() -> None:
         assert dx * x >= 0 and dy * y <= 0 and abs(dx) + abs(dy) > 0
 
 
+@pytest.mark.slow
 def test_a_file_alone_is_drawn(cylinder: xr.Dataset, tmp_path: object) -> None:
     own = equations_from({"states": {"x": "1", "y": "-y"}})
     spec = wucht.PhasePortrait(trajectories=2, ranges={"x": (-1, 1), "y": (-1, 1)})

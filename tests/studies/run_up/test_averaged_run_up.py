@@ -148,7 +148,7 @@ def test_speed_limit() -> None:
     assert abs(result.end_state[2]) == pytest.approx(50.0, rel=1e-9)
 
 
-@pytest.mark.parametrize("inertia", [False, True])
+@pytest.mark.parametrize("inertia", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_clockwise_is_the_mirror_image(inertia: bool) -> None:
     mirrored = {"p1": -0.3, "p2": 0.5}
     keys = {"until": 1.0, "model": "slow", "inertia": inertia}
