@@ -222,7 +222,7 @@ def test_branches_of_orbits_give_their_numbers(name: str) -> None:
 # In tests/validation: curves over the speed, maps, bands and jumps; in tests/studies/phase_portrait: 5.5 and 5.8. Of the
 # comparisons 5.16 to 5.19 the last is quick.
 TESTED_ELSEWHERE_TOO = (
-    *tuple(f"drozdetskaya-2020/figure-{n}" for n in ("5.2", "5.3", "5.5", "5.8", "5.16", "5.17", "5.18", "a.1", "a.2")),
+    *tuple(f"drozdetskaya-2020/figure-{n}" for n in ("5.2", "5.3", "5.5", "5.8", "5.16", "5.17", "5.18", "a.1")),
     "drozdetskaya-2020/where-the-failure-is-seen-best",
     "sperling-rollers/stability-map",
     *tuple(f"sperling-vibration/{n}" for n in ("entrainment-band", "figure-5", "lock-limits")),
