@@ -207,6 +207,7 @@ def test_what_a_face_leaves_is_the_same_in_any_unit_and_all_where_nothing_folds(
     assert whole.convex.radius == pytest.approx(0.001, rel=1e-9)  # of distance + 0.01 - 0.015 cos 2 phi
 
 
+@pytest.mark.slow
 def test_a_limit_is_no_cap():
     """A lever cam that is hollow with a radius of 6.65 m, 33 times its size: the wheel may be as large, no larger. A convex one
     has none, nor has the roller on the outer flank of its groove."""

@@ -58,6 +58,7 @@ def test_names(name: str, dots: int, expected: str) -> None:
     PARSER.parse(f"${expected}^{{2}}$")
 
 
+@pytest.mark.slow
 def test_every_symbol_of_the_catalogue_is_typeset() -> None:
     machines = [load_machine(name) for name in names() if "machine" in load_document(name)[0]]
     symbols = {symbol for machine in machines for symbol in notation_of(machine).names.values()}

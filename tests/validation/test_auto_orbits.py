@@ -217,6 +217,7 @@ def test_dissertation_the_orbit_lives_between_both_folds() -> None:
     assert walk.end == "the period grows without bound as u approaches 5.86891"
 
 
+@pytest.mark.slow
 def test_dissertation_stability_is_lost_over_sigma_as_over_u() -> None:
     """The curve in (u, sigma) of u = 3.0800128 at sigma = 0.1, against the branch in u at sigma = 0.11."""
     system, fixed, cycles, points = dissertation()

@@ -154,6 +154,7 @@ def test_the_induction_motor_against_its_circuit(m, slip):
 
 @some
 @given(m=MOTORS, slip=numbers(0.01, 3))
+@pytest.mark.slow
 def test_the_induction_motor_as_printed(m, slip):
     """(2.119) itself, with its division by the slip; the mechanical power is (2.115)."""
     X = m.stator_reactance + m.rotor_reactance

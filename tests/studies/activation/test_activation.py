@@ -74,6 +74,7 @@ def test_another_engine_opens_them_alike() -> None:
     assert other.speed.values == pytest.approx(one.speed.values, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_an_interrupted_study_is_resumed(tmp_path: Path) -> None:
     question = Activation(until="0.2 s", orientations=[0.5, 1.0], phases=2)
     assert_same(ask(question, MACHINE), stopped_often(question, MACHINE, tmp_path, 2, 3))
@@ -131,6 +132,7 @@ def test_pendulums_that_never_open_and_those_that_open_again_and_again_are_told(
     assert any("not all pendulums are open at the end" in w for w in warnings)
 
 
+@pytest.mark.slow
 def test_figure_and_report_tell_what_was_run(tmp_path: Path) -> None:
     question = Activation(
         until="1.5 s", orientations=["45 deg", "180 deg"], phases=2, variants=["switchable", "balanced", "rigid", "none"]

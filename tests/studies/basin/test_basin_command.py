@@ -15,6 +15,7 @@ pytestmark = pytest.mark.usefixtures("unpainted")
 COARSE = ("--set", "study.axes.psi=[0, 6.283185307179586, 2]", "--set", "study.axes.delta=[0, 3.14, 2]")
 
 
+@pytest.mark.slow
 def test_its_template_runs_and_is_drawn_again(here: Path, wucht: Command, from_template: Answered) -> None:
     summary = from_template("basin", *COARSE)
     assert sum(summary["fractions"].values()) == pytest.approx(1.0)

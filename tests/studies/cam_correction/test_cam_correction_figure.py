@@ -66,6 +66,7 @@ def test_no_two_things_look_alike_in_the_legend(whole):
     assert len(looks) == len(set(looks)) == 11
 
 
+@pytest.mark.slow
 def test_the_difference_of_the_contours_is_drawn(whole):
     moved = wucht.draw(whole).axes[5].get_lines()
     for line, name in zip(moved[1:], ("cam", "counter"), strict=True):

@@ -225,6 +225,7 @@ def test_a_unit_of_the_acceleration_that_is_wrong_is_told_at_its_key(tmp_path):
     assert refused.value.where == "study.acceleration.unit"
 
 
+@pytest.mark.slow
 def test_a_changed_record_of_the_acceleration_is_another_question(tmp_path):
     """It is told by its name; unchanged, the finished answer is read back."""
     record, file = tmp_path / "acc.csv", tmp_path / "cam.toml"

@@ -138,6 +138,7 @@ def test_interrupted_again_and_again(tmp_path: Path, made: Counter[str]) -> None
     assert dict(made) == needed
 
 
+@pytest.mark.slow
 def test_only_the_same_question_is_resumed(tmp_path: Path, made: Counter[str]) -> None:
     machine = bild_2()
     run(Entrainment.read({"points": 5, "resolution": 0.5}), machine, folder=tmp_path, progress=stop(made, "runs", 3))

@@ -79,6 +79,7 @@ def test_an_infinite_amplitude_is_cut() -> None:
     assert 5 < top < 200  # mm; the samples by the resonance reach metres
 
 
+@pytest.mark.slow
 def test_losses_are_drawn_apart() -> None:
     rotor = ROTOR | {"bearing_damping": 0.1}
     figure = draw(run(Response(), machine_from({"carrier": CARRIER, "bodies": [rotor], "drive": LINEAR})))

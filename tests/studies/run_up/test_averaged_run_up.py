@@ -301,6 +301,7 @@ def interrupted(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int], Non
 
 
 @pytest.mark.usefixtures("unpainted")
+@pytest.mark.slow
 def test_ctrl_c_in_a_slow_run(wucht: Command, study: Study, interrupted: Callable[[int], None]) -> None:
     """It leaves a valid result that says how to continue."""
     words = ("run", study('until = "0.5 s"', 'until = "500 s"\nmodel = "slow"'), "-o", "out", "--json")

@@ -85,6 +85,7 @@ def test_machines_without_steady_operation_are_refused_with_the_reason() -> None
         summary(prescribed, along="drive.speed", range=[50, 150])
 
 
+@pytest.mark.slow
 def test_a_range_without_states_of_a_name_says_so() -> None:
     s = summary(load_machine(TABLE), along="u", range=[2.0, 5.0], only="together")
     assert s["branches"] == [] and "no steady states were found, together, between u = 2 and 5" in s["sentence"]
@@ -217,6 +218,7 @@ def test_a_branch_that_was_found_at_its_bifurcation_is_counted_once() -> None:
     assert len(s["states"]) == 3 and [p["mu"] for p in s["special_points"]] == [0.0]
 
 
+@pytest.mark.slow
 def test_stability_ends_at_the_branch_point_and_not_at_a_point_beside_it_that_is_neutral() -> None:
     """R1: both pendulums just compensate the rotor of 8.75 kg at e = 2 * 0.125 * 0.104 / 9.75 m; together stable beyond."""
     s = summary(load_machine("drozdetskaya-2020/r1"), along="drum.eccentricity", range=["0 mm", "5 mm"])

@@ -136,6 +136,7 @@ def test_the_command(wucht: Callable[..., Any]) -> None:
     assert wucht("plot", "out/result.nc").code == 0
 
 
+@pytest.mark.slow
 def test_the_template_runs(tmp_path: Path) -> None:
     file = tmp_path / "study.toml"
     file.write_text(study_of("speed-curve").template or "", encoding="utf-8")

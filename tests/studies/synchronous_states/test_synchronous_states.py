@@ -309,6 +309,7 @@ def test_the_members_of_a_family_are_all_judged_without_inertia_too() -> None:
     assert np.ptp(of_members.imag, axis=0).max() > 1.0, "the members differ"
 
 
+@pytest.mark.slow
 def test_a_family_below_resonance_is_unstable() -> None:
     summary = answer(machine(0.006, 0.007, 0.008, drive=HELD | {"speed": 20.0}))
     family = summary["states"][0]
