@@ -19,9 +19,8 @@ def felt(machine: Machine, result: xr.Dataset, inside: np.ndarray, deck: float |
     """Numbers for a summary, of the samples inside (N,); of a carrier with units that translates, else none.
 
     bearing_force: the largest that the bodies together exert on the carrier; bearing_forces: that of each rotor, where there
-    are several. stroke (peak to peak), throw_direction,
-    throw_ratio (the motion across over that along), acceleration, machine_number, and with a deck throw_number: of the
-    carrier's centre of mass.
+    are several. stroke (peak to peak), throw_direction, throw_ratio (the motion across over that along), acceleration,
+    machine_number, and with a deck throw_number: of the carrier's centre of mass.
     """
     ways = [d for d in "xy" if d in machine.labels]
     if not ways or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
