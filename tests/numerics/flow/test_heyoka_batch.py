@@ -25,7 +25,7 @@ TOLERANCE = 1e-12
 
 
 def batch_of(system: System, tolerance: float = TOLERANCE) -> HeyokaBatch:
-    return compile_batch(lower(system, system.derivatives), tolerance)
+    return compile_batch(system, tolerance)
 
 
 def advance(starts: np.ndarray, parameters: np.ndarray, times: np.ndarray = TIMES, system: System = FORCED) -> LanesResult:

@@ -64,7 +64,7 @@ def test_two_passages_within_what_would_be_one_step(engine):
 def test_in_batches_each_as_if_it_were_alone():
     pytest.importorskip("heyoka")
     program, widths = lower(PASSING, PASSING.derivatives), np.array([*WIDTHS, *WIDTHS[::-1]])
-    integrator = compile_batch(program, 1e-6).lend()
+    integrator = compile_batch(PASSING, 1e-6).lend()
     constants = np.array([program.constant_values([w, 1.0]) for w in widths]).T
     starts = np.tile([[1.0], [0.0], [1e4]], len(widths))
     got = integrator.advance(starts, constants, np.linspace(0.0, 3.0, 4)).states[1]

@@ -25,7 +25,6 @@ from wucht.numerics.ensembles.tile import Tick, Tile, run_tile
 from wucht.numerics.flow.compiled import DEFAULT_TOLERANCE, CompiledSystem, available_engine, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.heyoka_batch import HeyokaBatch, compile_batch
-from wucht.numerics.flow.program import Program, lower
 from wucht.piecewise import PiecewiseCubic
 from wucht.system import System, needed_definitions
 
@@ -56,7 +55,7 @@ class CompiledEnsemble:
     tolerance: float
     one_by_one: str
     width: int
-    _made: tuple[HeyokaBatch, Program] | CompiledSystem = field(compare=False, repr=False)
+    _made: HeyokaBatch | CompiledSystem = field(compare=False, repr=False)
 
     @property
     def batched(self) -> bool:
@@ -69,10 +68,9 @@ class CompiledEnsemble:
         if isinstance(self._made, CompiledSystem):
             yield OneByOne(self._made)
             return
-        batch, program = self._made
-        integrator = batch.lend()
-        yield Batched(integrator, program, self.system.state_names)
-        batch.give_back(integrator)
+        integrator = self._made.lend()
+        yield Batched(integrator, self._made.program, self.system.state_names)
+        self._made.give_back(integrator)
 
 
 @lru_cache(maxsize=64)
@@ -95,9 +93,8 @@ def compile_ensemble(
         why = "the equations have piecewise functions"
     if why:
         return CompiledEnsemble(bare, tolerance, why, 1, compile_system(bare, tolerance, events, engine))
-    program = lower(bare, bare.derivatives)
-    batch = compile_batch(program, tolerance)
-    return CompiledEnsemble(bare, tolerance, "", batch.width, (batch, program))
+    batch = compile_batch(bare, tolerance)
+    return CompiledEnsemble(bare, tolerance, "", batch.width, batch)
 
 
 def run_ensemble(

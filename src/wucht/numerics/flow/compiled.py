@@ -18,8 +18,7 @@ from wucht.system import System
 
 DEFAULT_TOLERANCE = 1e-12
 ENGINES = ("heyoka", "scipy", "scipy-radau")
-# heyoka's steps are accurate relative to the largest state, often an angle of thousands of radians: a work of microjoules is
-# accumulated in a unit of its own size.
+# heyoka's steps are accurate relative to the largest state: a work of microjoules is accumulated in a unit of its own size.
 _PER_UNIT = sp.Symbol("_per_unit", real=True)
 
 
@@ -130,9 +129,9 @@ def compile_system(
     event_program = lower(smooth, tuple(segmentations.smooth(e.expression) for e in watched))
     compiled: Engine
     if chosen == "heyoka":
-        from wucht.numerics.flow.heyoka_engine import HeyokaEngine
+        from wucht.numerics.flow.heyoka_engine import HeyokaEngine, state_units
 
-        compiled = HeyokaEngine(program, watched, event_program, tolerance)
+        compiled = HeyokaEngine(program, state_units(smooth), watched, event_program, tolerance)
     else:
         from wucht.numerics.flow.scipy_engine import ScipyEngine
 
@@ -164,4 +163,5 @@ def _smooth(system: System, segmentations: Segmentations) -> System:
         tuple(segmentations.smooth(sp.sympify(e)) for e in (*system.derivatives, *rates)),
         (*system.parameters, _PER_UNIT, *segmentations.symbols),
         tuple((s, segmentations.smooth(e)) for s, e in system.definitions),
+        angles=system.angles,
     )

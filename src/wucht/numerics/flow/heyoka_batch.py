@@ -16,9 +16,18 @@ from typing import Any
 import numpy as np
 
 from wucht.numerics.flow.events import LegError
-from wucht.numerics.flow.heyoka_engine import COMPACT_ABOVE, MAX_STEPS, NOT_FINITE, out_of_steps, translation
-from wucht.numerics.flow.program import Program
+from wucht.numerics.flow.heyoka_engine import (
+    COMPACT_ABOVE,
+    MAX_STEPS,
+    NOT_FINITE,
+    equations,
+    out_of_steps,
+    state_units,
+    translation,
+)
+from wucht.numerics.flow.program import lower
 from wucht.numerics.flow.transitions import sentinels, unheard
+from wucht.system import System
 
 _IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once
 
@@ -44,9 +53,9 @@ class LanesResult:
 
 
 @lru_cache(maxsize=64)
-def compile_batch(program: Program, tolerance: float) -> HeyokaBatch:
-    """The compiled batch of a program; the same program and tolerance give the same one back."""
-    return HeyokaBatch(program, tolerance)
+def compile_batch(system: System, tolerance: float) -> HeyokaBatch:
+    """The compiled batch of a System's states; the same System and tolerance give the same one back."""
+    return HeyokaBatch(system, tolerance)
 
 
 class HeyokaBatch:
@@ -54,18 +63,18 @@ class HeyokaBatch:
     thread, and copies that wait for the next one. LLVM's result is cached on disk by heyoka.
     """
 
-    def __init__(self, program: Program, tolerance: float) -> None:
+    def __init__(self, system: System, tolerance: float) -> None:
         import heyoka as hy
 
         hy.set_logger_level_critical()  # its log goes to stdout; failures are reported as outcomes
-        variables, translate = translation(program)
-        system = list(zip(variables, translate.program(program.lines, program.results), strict=True))
+        program, units = lower(system, system.derivatives), state_units(system)
+        variables, translate = translation(program, units=units)
         watched = [hy.nt_event_batch(f, callback=unheard) for f in sentinels(program, variables, translate)]
         # Two registers of each number: one is computed with while the other waits, and half as many batches are begun.
-        self.width = 2 * int(hy.recommended_simd_size())
+        self.width, self.program, self._units = 2 * int(hy.recommended_simd_size()), program, units
         self._idle: deque[BatchIntegrator] = deque(maxlen=_IDLE)
         self._original = hy.taylor_adaptive_batch(
-            system,
+            equations(program, variables, translate, units),
             np.zeros((len(variables), self.width)),
             tol=tolerance,
             compact_mode=len(program.lines) > COMPACT_ABOVE,
@@ -77,7 +86,7 @@ class HeyokaBatch:
         try:
             return self._idle.pop()
         except IndexError:
-            return BatchIntegrator(copy.deepcopy(self._original), self.width)
+            return BatchIntegrator(copy.deepcopy(self._original), self._units, self.width)
 
     def give_back(self, integrator: BatchIntegrator) -> None:
         """Another one may have it: nothing of what it integrated is left."""
@@ -85,12 +94,12 @@ class HeyokaBatch:
 
 
 class BatchIntegrator:
-    """An integrator of one thread. adaptive: heyoka's, which belongs to it alone. width: lanes at once."""
+    """An integrator of one thread. adaptive: heyoka's, which belongs to it alone. units: of its states (n,). width: lanes."""
 
-    def __init__(self, adaptive: Any, width: int) -> None:
+    def __init__(self, adaptive: Any, units: np.ndarray, width: int) -> None:
         import heyoka as hy
 
-        self.width, self._adaptive = width, adaptive
+        self.width, self._units, self._adaptive = width, units[:, None], adaptive
         # Views of its memory: to ask heyoka for them each time costs as much as a step.
         self._state, self._pars, self._time = adaptive.state, adaptive.pars, adaptive.time
         self._bad_state = hy.taylor_outcome.err_nf_state
@@ -128,7 +137,7 @@ class BatchIntegrator:
             if not (self._time == times[-1]).all():
                 sampled, failed = self._without_failures(sampled, begun, fixed, grid)
                 failures |= {first + lane: failure for lane, failure in failed.items() if lane < used}
-            samples[:, :, lanes], reached[:, lanes] = sampled[1:, :, :used], self._state[:, :used]
+            samples[:, :, lanes], reached[:, lanes] = sampled[1:, :, :used], self._units * self._state[:, :used]
         return LanesResult(samples, reached, failures)
 
     def _without_failures(
@@ -155,9 +164,10 @@ class BatchIntegrator:
             sampled = self._propagate(states[:, source], constants[:, source], grid)
 
     def _propagate(self, states: np.ndarray, constants: np.ndarray, grid: np.ndarray) -> np.ndarray:
-        self._state[:], self._pars[:] = states, constants
+        self._state[:], self._pars[:] = states / self._units, constants
         self._adaptive.set_time(float(grid[0, 0]))
         samples: np.ndarray = self._adaptive.propagate_grid(grid, max_steps=MAX_STEPS)[1]
+        samples *= self._units
         return samples
 
 

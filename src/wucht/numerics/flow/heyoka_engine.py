@@ -20,7 +20,7 @@ from wucht.numerics.flow.events import Event, Hit, LegError, LegResult
 from wucht.numerics.flow.many_steps import UNKNOWN
 from wucht.numerics.flow.program import Assignments, Numbers, Program
 from wucht.numerics.flow.transitions import sentinels, unheard
-from wucht.system import TIME
+from wucht.system import TIME, System
 
 # Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
 # five times faster to compile and half as fast to run.
@@ -28,6 +28,24 @@ COMPACT_ABOVE = 80
 _IDLE = 16  # integrators that wait: more than threads that integrate the same equations at once
 MAX_STEPS = 500_000  # a leg: a hundred times what a leg of an ordinary machine takes
 NOT_FINITE = ("the state ceases to be finite", "Look for a parameter that is off by a factor of thousands")
+
+
+# heyoka's steps are accurate relative to the largest state. An angle that integrates a speed says nothing about the size of a
+# motion, and its accuracy is that of the speed: in units so large it does not loosen the tolerance, however far it has turned.
+# A power of two, so that no number is rounded.
+_TURNED = 2.0**20
+
+
+def state_units(system: System) -> np.ndarray:
+    """In which unit heyoka holds each state (n,) of a System: large for angles whose rate is a constant times a state."""
+    states, units = set(system.states), np.ones(len(system.states))
+    for i, (state, rate) in enumerate(zip(system.states, system.derivatives, strict=True)):
+        moving = rate.free_symbols & states
+        if state in system.angles and len(moving) == 1:
+            (speed,) = moving
+            if speed not in system.angles and not (rate / speed).free_symbols & {*states, TIME}:
+                units[i] = _TURNED
+    return units
 
 
 def out_of_steps(samples: np.ndarray, begin: float, time: float) -> LegError:
@@ -92,13 +110,24 @@ class Translator:
         return self.hy.sqrt(base) if exponent == sp.Rational(1, 2) else base ** self(exponent)
 
 
-def translation(program: Program, first: int = 0) -> tuple[list[Any], Translator]:
-    """heyoka's variables for a program's states, and the translator; its constants are the parameters from ``first`` on."""
+def translation(program: Program, first: int = 0, units: np.ndarray | None = None) -> tuple[list[Any], Translator]:
+    """heyoka's variables for a program's states, and the translator; its constants are the parameters from ``first`` on.
+
+    units: in which the variables hold the states (n,); None: 1 each.
+    """
     import heyoka as hy
 
     variables = [hy.make_vars(f"s{i}") for i in range(len(program.states))]
-    symbols: dict[sp.Symbol, Any] = dict(zip(program.states, variables, strict=True)) | {TIME: hy.time}
+    each = [1.0] * len(variables) if units is None else units.tolist()
+    held = [v if unit == 1 else unit * v for v, unit in zip(variables, each, strict=True)]
+    symbols: dict[sp.Symbol, Any] = dict(zip(program.states, held, strict=True)) | {TIME: hy.time}
     return variables, Translator(symbols | {s: hy.par[first + i] for i, (s, _) in enumerate(program.constants)})
+
+
+def equations(program: Program, variables: Sequence[Any], translate: Translator, units: np.ndarray) -> list[tuple[Any, Any]]:
+    """Each variable with its rate, in units (n,), as heyoka integrates them."""
+    rates = translate.program(program.lines, program.results)
+    return [(v, r if unit == 1 else r / unit) for v, r, unit in zip(variables, rates, units.tolist(), strict=True)]
 
 
 def compiled_function(program: Program) -> Any:
@@ -116,11 +145,12 @@ class _Recorder:
     """Records an event that does not interrupt. A copy of an integrator has a copy of it: nothing is shared."""
 
     name: str
+    units: np.ndarray
     hits: list[Hit] = field(default_factory=list)
 
     def __call__(self, integrator: Any, time: float, _sign: int) -> None:
         integrator.update_d_output(time)
-        self.hits.append(Hit(self.name, time, np.array(integrator.d_output)))
+        self.hits.append(Hit(self.name, time, self.units * integrator.d_output))
 
 
 class HeyokaEngine:
@@ -131,13 +161,15 @@ class HeyokaEngine:
 
     name = "heyoka"
 
-    def __init__(self, program: Program, events: Sequence[Event], event_program: Program, tolerance: float) -> None:
+    def __init__(
+        self, program: Program, units: np.ndarray, events: Sequence[Event], event_program: Program, tolerance: float
+    ) -> None:
         import heyoka as hy
 
         hy.set_logger_level_critical()  # its log goes to stdout; failures are reported as outcomes
-        variables, translate = translation(program)
-        _, watch = translation(event_program, len(program.constants))
-        system = list(zip(variables, translate.program(program.lines, program.results), strict=True))
+        variables, translate = translation(program, units=units)
+        _, watch = translation(event_program, len(program.constants), units)
+        system = equations(program, variables, translate, units)
         functions = watch.program(event_program.lines, event_program.results)
         direction = {1: hy.event_direction.positive, -1: hy.event_direction.negative, 0: hy.event_direction.any}
         terminal, passing, interrupting = [], [], []
@@ -151,11 +183,12 @@ class HeyokaEngine:
                 rest = {"cooldown": 0.0} if event.switch is not None else {}
                 terminal.append(hy.t_event(function, direction=direction[event.direction], **rest))
             else:
-                passing.append(hy.nt_event(function, callback=_Recorder(event.name), direction=direction[event.direction]))
+                recorder = _Recorder(event.name, units)
+                passing.append(hy.nt_event(function, callback=recorder, direction=direction[event.direction]))
         passing += [hy.nt_event(f, callback=unheard) for f in sentinels(program, variables, translate)]
         extra = {"t_events": terminal} if terminal else {}
         extra |= {"nt_events": passing} if passing else {}
-        self.program, self.event_program, self.events = program, event_program, tuple(events)
+        self.program, self.event_program, self.units, self.events = program, event_program, units, tuple(events)
         self.interrupting = tuple(interrupting)
         self._idle: deque[HeyokaIntegrator] = deque(maxlen=_IDLE)
         self._original = hy.taylor_adaptive(
@@ -190,7 +223,7 @@ class HeyokaIntegrator:
         """Place the integrator. After an event's action the cool-down of the event is kept."""
         ta, engine = self._adaptive, self._engine
         ta.time = time
-        ta.state[:] = state
+        ta.state[:] = state / engine.units
         if not np.array_equal(parameters, self._parameters):
             values = [*engine.program.constant_values(parameters), *engine.event_program.constant_values(parameters)]
             ta.pars[:] = values[: len(ta.pars)]  # those of events that are not watched come last
@@ -203,14 +236,14 @@ class HeyokaIntegrator:
 
     def leg(self, grid: np.ndarray) -> LegResult:
         """Advance over the grid (m,). Raises ``LegError`` when the state ceases to be finite or steps run out."""
-        ta, interrupting = self._adaptive, self._engine.interrupting
+        ta, interrupting, units = self._adaptive, self._engine.interrupting, self._engine.units
         for recorder in self._recorders:
             recorder.hits.clear()
         begin, ahead = float(ta.time), grid[0] > ta.time  # heyoka's grids begin at the integrator's own time
         result = ta.propagate_grid(np.concatenate([[ta.time], grid]) if ahead else grid, max_steps=MAX_STEPS)
-        outcome, samples = result[0], np.asarray(result[-1][int(ahead) :]).T.reshape(len(ta.state), -1)
+        outcome, samples = result[0], units[:, None] * np.asarray(result[-1][int(ahead) :]).T.reshape(len(units), -1)
         hits = sorted((h for recorder in self._recorders for h in recorder.hits), key=lambda h: h.time)
-        state = np.array(ta.state)
+        state = self.state
         stopped_by = None
         if outcome != self._reached:
             code = int(outcome)
@@ -229,4 +262,4 @@ class HeyokaIntegrator:
     @property
     def state(self) -> np.ndarray:
         """The state reached, (n,)."""
-        return np.array(self._adaptive.state)
+        return np.asarray(self._engine.units * self._adaptive.state)

@@ -21,9 +21,10 @@ _MOST_HITS = 1_000_000
 class Integration:
     """An integration in progress: what it started from, and what has been recorded.
 
-    state: (n + m,) with the quadratures. pars: the System's parameters. unit: the size of the quadratures. times, states: what
-    was sampled, leg by leg, ``done`` samples in all. fired_at: when each event last fired. segments: those in use.
-    sampled: the parameters at the last sample.
+    state: (n + m,) with the quadratures. pars: the System's parameters. unit: the size of the quadratures. before: what they
+    were (m,) where the leg began: the engine accumulates what the leg adds, so that a work that has become large does not
+    loosen its tolerance. times, states: what was sampled, leg by leg, ``done`` samples in all. fired_at: when each event last
+    fired. segments: those in use. sampled: the parameters at the last sample.
     """
 
     compiled: CompiledSystem
@@ -32,6 +33,7 @@ class Integration:
     pars: np.ndarray
     grid: np.ndarray
     unit: float = 1.0
+    before: np.ndarray = field(default_factory=lambda: np.empty(0))
     times: list[np.ndarray] = field(default_factory=list)
     states: list[np.ndarray] = field(default_factory=list)
     hits: list[Hit] = field(default_factory=list)
@@ -44,11 +46,17 @@ class Integration:
     def start(self) -> None:
         """Place the integrator at the beginning."""
         time, locator = float(self.grid[0]), self.compiled.locator
-        self.sampled = self.pars
+        self.sampled, self.before = self.pars, self.state[len(self.compiled.system.states) :]
         if locator is not None:
             self.segments = locator.start(time, self.state, self._own)
         self.integrator.forget_events()
         self._place(time, self._in_units(self.state))
+
+    def _begin_leg(self) -> None:
+        """What the quadratures have come to is kept aside."""
+        state, n = self._in_units(self.integrator.state, back=True), len(self.compiled.system.states)
+        self.before = state[n:]
+        self._place(self.time, self._in_units(state))
 
     def _place(self, time: float, state: np.ndarray) -> None:
         self.integrator.start(time, state, np.concatenate([self._own, self.segments]))
@@ -64,9 +72,10 @@ class Integration:
         return np.append(self.pars, 1 / self.unit)
 
     def _in_units(self, states: np.ndarray, back: bool = False) -> np.ndarray:
-        """States (n + m) or (n + m, N) with the quadratures in units of their own, or back from there."""
+        """States (n + m) or (n + m, N) with what the leg adds to the quadratures in units of their own, or back from there."""
         n, changed = len(self.compiled.system.states), states.copy()
-        changed[n:] = changed[n:] * self.unit if back else changed[n:] / self.unit
+        before = self.before if changed.ndim == 1 else self.before[:, None]
+        changed[n:] = changed[n:] * self.unit + before if back else (changed[n:] - before) / self.unit
         return changed
 
     def advance(self) -> bool:
@@ -74,6 +83,8 @@ class Integration:
         # Legs end at the same samples whatever happens within: a run in parts has the same numbers as a whole one.
         end = (max(self.done - 1, 0) // _SAMPLES_A_LEG + 1) * _SAMPLES_A_LEG + 1
         piece = self.grid[self.done : end]
+        if self.done > 1 and len(self.before):
+            self._begin_leg()
         leg = self.integrator.leg(piece)
         self._record(piece, leg.states)
         self.sampled = self.pars

@@ -77,7 +77,9 @@ class SlowModel(FullModel):
         s = self.slow.system
         turning = s.output(ROTOR_ANGLE).expression
         works = tuple(q for q in s.quadratures if q.name != ROTOR_ANGLE)
-        return replace(s, states=(*s.states, _ANGLE), derivatives=(*s.derivatives, turning), quadratures=works)
+        return replace(
+            s, states=(*s.states, _ANGLE), derivatives=(*s.derivatives, turning), quadratures=works, angles=s.angles | {_ANGLE}
+        )
 
     def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
         """Those of the main rotor's angle and speed, in its own sense."""
