@@ -37,15 +37,20 @@ _TURNED = 2.0**20
 
 
 def state_units(system: System) -> np.ndarray:
-    """In which unit heyoka holds each state (n,) of a System: large for angles whose rate is a constant times a state."""
-    states, units = set(system.states), np.ones(len(system.states))
-    for i, (state, rate) in enumerate(zip(system.states, system.derivatives, strict=True)):
-        moving = rate.free_symbols & states
-        if state in system.angles and len(moving) == 1:
-            (speed,) = moving
-            if speed not in system.angles and not (rate / speed).free_symbols & {*states, TIME}:
-                units[i] = _TURNED
-    return units
+    """The unit in which heyoka holds each state (n,) of a System: large for angles that integrate a given rate or one state."""
+    rates = dict(zip(system.states, system.derivatives, strict=True))
+    large = [s in system.angles and _integrates_a_speed(system, rate) for s, rate in rates.items()]
+    return np.where(large, _TURNED, 1.0)
+
+
+def _integrates_a_speed(system: System, rate: sp.Expr) -> bool:
+    """Whether a rate is given, or a constant times a state that is no angle."""
+    explicit = system.explicit(rate)
+    moving = explicit.free_symbols & set(system.states)
+    if len(moving) != 1:
+        return not moving
+    (speed,) = moving
+    return speed not in system.angles and not (explicit / speed).free_symbols & {speed, TIME}
 
 
 def out_of_steps(samples: np.ndarray, begin: float, time: float) -> LegError:
