@@ -24,6 +24,7 @@ from wucht.studies.motion.watched import Leg, Watched
 from wucht.studies.run_up.horizon import SPEED_LIMIT
 from wucht.studies.run_up.prepare import Case, prepare_case
 from wucht.studies.run_up.spec import RunUp
+from wucht.studies.spec import DEFAULT_TOLERANCE
 
 _TIMES = (1.0, 4.0, 16.0)  # times T
 _LONGEST, _MOST_TURNS = 3000.0, 200_000.0  # advice beyond that is not followed
@@ -49,10 +50,9 @@ class Course:
         return self.advised is not None and self.advised[1] not in ("", Outcome.UNIDENTIFIED)
 
 
-def course(number: int) -> Course:
-    """Run a machine and judge it at T, 4 T, 16 T, and at the first advised time."""
-    of = drawn(number)
-    motion = _Motion(prepare_case(RunUp(until=of.until, start=of.start), machine_from(of.machine), of.start))
+def course(number: int, tolerance: float = DEFAULT_TOLERANCE) -> Course:
+    """Run a machine and judge it at T, 4 T, 16 T, and at the first advised time. tolerance: of the integration."""
+    of, motion = drawn(number), motion_of(number, tolerance)
     found, advised, outcome, goals = list[tuple[float, str]](), None, "", [t * of.until for t in _TIMES]
     while goals:
         verdict = motion.until(goal := goals.pop(0))
@@ -69,12 +69,19 @@ def course(number: int) -> Course:
     return Course(number, tuple(found), None if advised is None else (advised / of.until, outcome))
 
 
-class _Motion:
+def motion_of(number: int, tolerance: float = DEFAULT_TOLERANCE) -> Motion:
+    """The motion of a machine, before anything of it is integrated."""
+    of = drawn(number)
+    spec = RunUp(until=of.until, start=of.start, tolerance=tolerance)
+    return Motion(prepare_case(spec, machine_from(of.machine), of.start))
+
+
+class Motion:
     """A run that goes on."""
 
     def __init__(self, case: Case) -> None:
         self.case, (model,), horizon = case, case.models, case.horizon
-        compiled = compile_system(model.system, RunUp().tolerance, model.events(horizon.events))
+        compiled = compile_system(model.system, horizon.tolerance, model.events(horizon.events))
         self.watched = Watched(case.watch, compiled, model.seen, horizon.vibration, horizon.energy)
         self.leg: Leg = self.watched.begin(model.initial, model.values)
         self.seen = self.watched.observation(self.leg)

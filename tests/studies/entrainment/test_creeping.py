@@ -19,6 +19,7 @@ from wucht.studies.entrainment.prepare import prepare
 from wucht.studies.entrainment.runs import RunsFromStart
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.motion.locking import Locked, locked
+from wucht.studies.motion.noise import Noise
 from wucht.studies.motion.observation import Watch
 from wucht.studies.runner import run
 
@@ -76,7 +77,7 @@ def _seen(time: np.ndarray, phase: np.ndarray, rate: np.ndarray) -> Locked:
         "bodies": [ROTOR | {"name": "r"}],
         "drive": {"kind": "linear", "slope": 3e-5, "no_load_speed": 6.1},
     })  # fmt: skip
-    watch = Watch(machine, 2 * math.pi / FREQUENCY)
+    watch = Watch(machine, 2 * math.pi / FREQUENCY, Noise.of())
     seen = locked(machine, watch.after(watch.begin(), Samples.of(time, (FREQUENCY * time + phase, FREQUENCY + rate))))
     assert seen is not None
     return seen

@@ -9,9 +9,11 @@ import pytest
 from wucht.files.building import machine_from
 from wucht.numerics.observers.turns import Samples
 from wucht.studies.motion.evidence import standing
+from wucht.studies.motion.noise import Noise
 from wucht.studies.motion.observation import Watch
 from wucht.studies.motion.verdict import judge
 
+NOISE = Noise.of()  # of formulas: rounding alone
 W = 2 * np.pi  # rad/s
 END = 101.0  # s: a run of eight hundred averages over a turn, whose tenths are ten turns
 UNBALANCE = 0.01  # kg m, of the rotor and of each ball
@@ -108,18 +110,18 @@ def just_over(time):
     return pytest.approx(1.005 * time, rel=0.0051)
 
 
-def seen(machine, until, *angles, step=1 / 24):
+def seen(machine, until, *angles, step=1 / 24, noise=NOISE):
     """What is seen of bodies with such angles as functions of time; their speeds by a step in the imaginary direction."""
     time = np.linspace(0, until, round(until / step) + 1)
     moved = [angle(time + 1e-30j) + 0j for angle in angles]
-    watch = Watch(machine, 1.0)
+    watch = Watch(machine, 1.0, noise)
     return watch.after(watch.begin(), Samples.of(time, *((m.real, m.imag * 1e30) for m in moved)))
 
 
-def stands(machine, *angles, until=END, free=W, end=None):
+def stands(machine, *angles, until=END, free=W, end=None, noise=NOISE):
     """Where the rotor stands after that. end: of a run of which its turns are only the last part."""
     record = seen(machine, until, *angles).rotors["d"]
-    return standing(machine, machine.rotor, record, free, until if end is None else end)
+    return standing(machine, machine.rotor, record, free, until if end is None else end, noise)
 
 
 def judged(machine, *angles, until=END, free=W, step=1 / 24):

@@ -11,6 +11,7 @@ from wucht.files.building import machine_from
 from wucht.numerics.observers.turns import Samples
 from wucht.results.conventions import summary_of
 from wucht.results.outcomes import AMPLITUDE_TOLERANCE, Outcome
+from wucht.studies.motion.noise import Noise
 from wucht.studies.motion.observation import Watch
 from wucht.studies.motion.verdict import Verdict, judge
 from wucht.studies.run_up.report import report
@@ -32,7 +33,7 @@ def _verdict(speed: np.ndarray, sense: float) -> Verdict:
         "drive": {"kind": "linear", "slope": 0.04, "no_load_speed": sense * FREE},
     })  # fmt: skip
     angle = np.append(0.0, np.cumsum((speed[:-1] + speed[1:]) / 2 * np.diff(TIME)))
-    watch = Watch(machine, 2 * math.pi / FREE)
+    watch = Watch(machine, 2 * math.pi / FREE, Noise.of())
     return judge(machine, watch.after(watch.begin(), Samples.of(TIME, (sense * angle, sense * speed))), sense * FREE)
 
 

@@ -15,6 +15,7 @@ from wucht.numerics.flow.compiled import compile_system
 from wucht.numerics.flow.integrate import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.results.conventions import summary_of
+from wucht.studies.motion.noise import Noise
 from wucht.studies.motion.observation import Watch
 from wucht.studies.motion.watched import Leg, Watched
 from wucht.studies.release_events import release_events
@@ -62,7 +63,9 @@ def test_a_run_until_settled_has_each_sample_once() -> None:
 
 def _watched(machine: Machine) -> tuple[Watched, Leg]:
     placed, state = placed_at_start(machine, {})
-    watched = Watched(Watch(placed, 2 * math.pi / SPEED), compile_system(placed.system), lambda motion: motion, SPEED, 1.0)
+    watched = Watched(
+        Watch(placed, 2 * math.pi / SPEED, Noise.of()), compile_system(placed.system), lambda motion: motion, SPEED, 1.0
+    )
     return watched, watched.begin(state, placed.system.values(placed.values))
 
 

@@ -6,6 +6,7 @@ from motions import FIXED, ROTOR, W, machine
 
 from wucht.numerics.flow.compiled import compile_system
 from wucht.studies.initial_state import initial_state
+from wucht.studies.motion.noise import Noise
 from wucht.studies.motion.observation import Watch
 from wucht.studies.motion.watched import Watched
 
@@ -13,7 +14,7 @@ from wucht.studies.motion.watched import Watched
 def looks(at, speed, step, vibration=0.0):
     """How often it is looked at within one step of what is stored."""
     flow = compile_system(at.system, engine="scipy")
-    watched = Watched(Watch(at, 1.0), flow, lambda motion: motion, vibration, 1.0)
+    watched = Watched(Watch(at, 1.0, Noise.of()), flow, lambda motion: motion, vibration, 1.0)
     leg = watched.begin(initial_state(at, {"d": {"speed": speed}}), at.system.values(at.values))
     return len(watched.leg(leg, np.array([0.0, step])).waiting[-1].time) - 1
 

@@ -14,9 +14,10 @@ import numpy as np
 from wucht.numerics.observers.projection import WINDOWS, projected_each
 from wucht.results.outcomes import MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE
 from wucht.studies.motion.evidence import FEWEST_TURNS, UNREST
+from wucht.studies.motion.noise import Noise
 
 _CONTRACTING = 0.98  # ratio of successive changes: above, it is no approach
-_ROUNDING, _LEFT_ROUNDING = 1e-9, 1e-7  # of the speed, of the unbalance: changes below are none
+_ROUNDING = 1e-9  # of the speed: changes below are none
 _RIPPLE = 1e-3  # of the range of the speed in a window: so well its mean is known
 _STILL, _STILL_LEFT = 1e-4, 5e-3  # of the speed, of the unbalance: who moves by less is at rest, but for rounding or a drift
 _NARROW = 1e-3  # bounds of those, that are narrow enough: see ``Verdict.settled_within``
@@ -86,22 +87,23 @@ class Resting:
         return below, below | above
 
 
-def resting(seen: LastHalf) -> Resting:
-    """What can be told of members at rest."""
+def resting(seen: LastHalf, noise: Noise) -> Resting:
+    """What can be told of members at rest. noise: of their integration."""
     count = seen.speed.shape[1]
     sense = np.where(seen.speed[-1] < 0, -1, 1)
     speed = sense * seen.speed
     windows = speed.reshape(WINDOWS, -1, count)
     means, lows, highs = windows.mean(axis=1), windows.min(axis=1), windows.max(axis=1)
     largest = np.abs(means).max(axis=0)
-    rounding = np.maximum(_RIPPLE * (highs - lows)[-1], _ROUNDING * largest)
+    rounding = np.maximum(_RIPPLE * (highs - lows)[-1], max(_ROUNDING, noise.speed) * largest)
     mean, mean_known = approached(means, rounding)
     lowest, lowest_known = approached(lows, rounding)
     with np.errstate(divide="ignore", invalid="ignore"):
         varied, varied_known = approached((highs - lows) / means, rounding / means[-1])
     sizes = seen.left.reshape(WINDOWS, -1, count).max(axis=1)
-    left, left_known = approached(sizes, np.full(count, _LEFT_ROUNDING))
-    still, bounds = _still(windows, means, sizes, rounding)
+    left, left_known = approached(sizes, np.full(count, noise.angle))
+    left = noise.widened(left)
+    still, bounds = _still(windows, means, sizes, rounding, noise)
     mean, lowest, varied, left = (np.where(still, b, a) for a, b in zip((mean, lowest, varied, left), bounds, strict=True))
     knowns = mean_known, lowest_known, varied_known, left_known
     mean_known, lowest_known, varied_known, left_known = (known | still for known in knowns)
@@ -122,7 +124,7 @@ def resting(seen: LastHalf) -> Resting:
 
 
 def _still(
-    windows: np.ndarray, means: np.ndarray, sizes: np.ndarray, rounding: np.ndarray
+    windows: np.ndarray, means: np.ndarray, sizes: np.ndarray, rounding: np.ndarray, noise: Noise
 ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
     """Which members (M,) hardly move, by their speeds (w, k, M), and where mean, lowest speed, the range of the speed as a
     share of it and what is left of the unbalance (w, M) then go (2, M): as ``motion.evidence`` has it.
@@ -133,7 +135,7 @@ def _still(
     calm = (highs.max(axis=0) - lows.min(axis=0) <= _STILL * np.abs(means).max(axis=0)) & (np.ptp(sizes, axis=0) <= _STILL_LEFT)
     mean, lowest = projected_each(means, rounding=rounding), projected_each(lows, rounding=rounding)
     varied = projected_each((highs - lows) / means, rounding=rounding / means[-1])
-    left = projected_each(sizes, rounding=_LEFT_ROUNDING)
+    left = noise.widened(projected_each(sizes, rounding=noise.angle))
     near = [b[1] - b[0] <= _NARROW * size for b, size in ((mean, means[-1]), (lowest, means[-1]), (varied, 1.0), (left, 1.0))]
     return calm & np.logical_and.reduce(near), (mean, lowest, varied, left)
 

@@ -18,6 +18,7 @@ from wucht.results.outcomes import Outcome
 from wucht.studies.ensembles.ensemble_equations import Numbered, Variants, parameters_of
 from wucht.studies.ensembles.ensemble_question import EnsembleQuestion, Report, part_of
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
+from wucht.studies.motion.noise import Noise
 from wucht.studies.motion.observation import Watch, fastest_in_each
 from wucht.studies.motion.verdict import judge
 from wucht.studies.run_up.horizon import Horizon
@@ -86,7 +87,7 @@ def watched(
         chunk = question.until / math.ceil(question.until / chunk)
     end = question.until or question.longest * turn
     pace = Pace(chunk, max(1, round(_PER_TURN * chunk / turn)), end)
-    look = CloserLook(models, variants.of, horizon.span, pace, question.until is not None)
+    look = CloserLook(models, variants.of, horizon.span, Noise.of(question.tolerance), pace, question.until is not None)
     members = Numbered(begun, parameters_of(system, variants), np.arange(len(begun)))
     for tile in tiles(compile_ensemble(system, question.tolerance), members, look, pace, _TILE, report=report):
         yield tile.ends
@@ -110,12 +111,13 @@ class Watching:
 
 @dataclass(frozen=True)
 class CloserLook:
-    """The observer. models: of the machines that differ; of: which of them each member is. span: see ``Watch``. final: whether
-    the end of the pace is where all are judged, as was asked; else each is judged at twice the time of the last look."""
+    """The observer. models: of the machines that differ; of: which of them each member is. span, noise: see ``Watch``. final:
+    whether the end of the pace is where all are judged; else each is judged at twice the time of the last look."""
 
     models: tuple[FullModel, ...]
     of: np.ndarray
     span: float
+    noise: Noise
     pace: Pace
     final: bool
 
@@ -153,7 +155,7 @@ class CloserLook:
         seen, variants = np.empty(len(record.number), object), self.of[record.number]
         for variant in np.unique(variants):
             mine, model = np.flatnonzero(variants == variant), self.models[variant]
-            watch = Watch(model.machine, self.span)
+            watch = Watch(model.machine, self.span, self.noise)
             # All at once, whole registers of each member: so the last bit of a number does not depend on those beside it.
             index = np.append(np.arange(count := len(times)), np.full(-count % _REGISTERS, count - 1))
             together = watch.samples(_motion(model, np.tile(times[index], len(mine)), samples[index][:, :, mine]))

@@ -25,6 +25,7 @@ from wucht.studies.ensembles.first_look import FirstLook
 from wucht.studies.ensembles.member_outcomes import OUTCOMES, MemberOutcomes
 from wucht.studies.ensembles.single_run_ups import run_up_each
 from wucht.studies.initial_state import initial_state
+from wucht.studies.motion.noise import Noise
 from wucht.studies.run_up.horizon import Horizon
 from wucht.studies.run_up.spec import RunUp
 
@@ -99,7 +100,7 @@ def _first_looked_at(
     first, until = horizon.first, question.until
     pace = DoublingPace(first, 1 + _MOST_DOUBLINGS) if until is None else DoublingPace.until(until, first)
     attractors = attractors_of(question, equations, horizon)
-    look = FirstLook(equations, variants, attractors, pace, final=until is not None)
+    look = FirstLook(equations, variants, attractors, pace, until is not None, Noise.of(question.tolerance))
     members = Numbered(
         np.ascontiguousarray(equations.starts(starts, variants).T),
         parameters_of(equations.system, variants),

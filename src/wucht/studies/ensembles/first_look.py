@@ -21,6 +21,7 @@ from wucht.studies.ensembles.doubling_pace import FINER, PARTS, SAMPLES, WINDOW,
 from wucht.studies.ensembles.ensemble_equations import Equations, Numbered, Variants
 from wucht.studies.ensembles.member_outcomes import OUTCOMES
 from wucht.studies.ensembles.member_views import Bound, FullView, SlowView, View, unbalance_left
+from wucht.studies.motion.noise import Noise
 from wucht.studies.motion.observation import weights_of
 
 SETTLED = 1e-4  # of speed and unbalance: bounds that are as near tell that a member has settled
@@ -51,14 +52,15 @@ class MemberRecord:
 @dataclass(frozen=True)
 class FirstLook:
     """The observer. equations, variants: of all members, by their numbers. final: whether the end of the pace is where all are
-    judged, as was asked; else members are followed until they have settled. attractors: on which they may end. known:
-    resonances."""
+    judged, as was asked; else members are followed until they have settled. noise: of the integration. attractors: on which
+    they may end. known: resonances."""
 
     equations: Equations
     variants: Variants
     attractors: tuple[Attractor, ...]
     pace: DoublingPace
     final: bool
+    noise: Noise
     known: dict[tuple[int, int, tuple[float, ...]], float | None] = field(default_factory=dict, compare=False)
 
     @np.errstate(all="ignore")  # averaged equations of a rotor at rest
@@ -89,7 +91,7 @@ class FirstLook:
         course = _lengthened(record.course if index else None, speed, left)
         half = slice(-SAMPLES, None)
         seen = LastHalf(times[-1] / 2, speed[half], phases[:, half], left[half])
-        rest, free = resting(seen), self._free[variants.of]
+        rest, free = resting(seen, self.noise), self._free[variants.of]
         last = index == self.pace.chunks - 1
         at_end = last and self.final
         outcome = self._outcome(rest, phases[:, -1], variants)

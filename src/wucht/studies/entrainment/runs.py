@@ -16,6 +16,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies.entrainment.prepare import Plan
 from wucht.studies.entrainment.swept_parameter import stretches
 from wucht.studies.motion.locking import Locked, locked
+from wucht.studies.motion.noise import Noise
 from wucht.studies.motion.observation import Observation, Watch
 from wucht.studies.motion.watched import Watched
 from wucht.studies.release_events import release_events
@@ -77,7 +78,8 @@ class RunsFromStart:
         """
         machine, state = placed_at_start(self.plan.swept.at(self.plan.machine, value), self.plan.spec.start)
         parameters: Any = machine.system.values(machine.values)
-        watched = Watched(Watch(machine, self.period), self.flow, lambda motion: motion, 2 * math.pi / self.period, 1.0)
+        watch = Watch(machine, self.period, Noise.of(self.flow.tolerance))
+        watched = Watched(watch, self.flow, lambda motion: motion, 2 * math.pi / self.period, 1.0)
         leg, end = watched.begin(state, parameters), self.duration
         for _ in range(_DOUBLINGS + 1):
             for grid in self._grids(leg.stored.end_time, end):

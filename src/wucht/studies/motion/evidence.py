@@ -29,19 +29,20 @@ from wucht.results.conventions import wrapped
 from wucht.results.outcomes import LAG_TOLERANCE, MODULATION_THRESHOLD, SPEED_TOLERANCE, UNBALANCE_TOLERANCE, Evidence
 from wucht.studies.motion.coasting import COASTS, windows_to_rest
 from wucht.studies.motion.lags import Lag, lag_of, undecided
+from wucht.studies.motion.noise import Noise
 from wucht.studies.motion.parting import windows_until_apart
 
 FEWEST_TURNS = 6  # of a rotor that turns
 UNREST = 0.1  # of the residual unbalance: bodies are at rest that change it by less
 _LAST_SHARE = 0.05
-_ROUNDING = 1e-10  # of the speed
 _CYCLES_ROUNDING = 1e-3  # of a modulation's range: the extremes of sampled cycles are not known better
+_IN_NOISE = 6.0  # times the noise: bounds that are no further apart are not known better, see ``Noise.widened``
 _LONGEST_BEFORE = 2.0  # times the turns since the rotor last turned back: the run, of which they are to be the larger part
 _FEWEST_IRREGULAR = 30  # cycles: fewer that are not alike may be the long way to another end
 _FEWEST_UNEVEN = 10  # cycles that take the same time: fewer, if their ranges differ, may fade unseen
 _TENTHS, _TENTHS_IRREGULAR = 20.0, 2.0  # cycles in a tenth of the record: more need not be whole ones
-_COMPENSATED = 1e-7  # of the unbalance: how it changes below is rounding
 WAVERS = "the motion goes to and fro about the border between outcomes, and nothing of that is seen to decay"
+IN_NOISE = "the outcome depends on differences within the noise of the integration (use a smaller tolerance)"
 _LASTING, _FADING = 0.15, 0.02  # of its range: a modulation lasts that is going to change, or to fall, by no more
 
 
@@ -111,8 +112,10 @@ class _Projections:
         return modulated or leaving or self.parted < math.inf or any(lag.growing for lag in self.lags)
 
 
-def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: float | None, end: float) -> Standing:
-    """Where a rotor stands that has made some turns. free: what its drive reaches without vibration. end: of the run."""
+def standing(
+    machine: Machine, rotor: RotatingBody, record: TurnRecord, free: float | None, end: float, noise: Noise
+) -> Standing:
+    """Where a rotor stands that has made some turns. free: what its drive reaches without vibration. end, noise: of the run."""
     bodies = machine.group(rotor)
     index, others = [machine.bodies.index(b) for b in bodies], [b for b in machine.bodies if b is not rotor]
     about, whole, sense = [others.index(b) for b in bodies[1:]], record.whole, record.sense
@@ -124,7 +127,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
     longer = max(1.0, end / max(float(whole.time[-1] - whole.time[0]), 1e-300))  # than its turns the run has lasted
     reference = abs(expected or float(series.means[-1]))
     balancing = unbalanced and bool(about) and len(vibration.mass) > 0  # else nothing turns the bodies to where they compensate
-    p = _projections(whole, series, longer, reference, observed, about, balancing=balancing)
+    p = _projections(whole, series, longer, reference, observed, about, noise, balancing=balancing)
     last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
     phases = {b.name: float(wrapped(np.angle(x))) for b, x in zip(bodies[1:], last.phases[about, -1], strict=True)}
     final = np.array([0.0, *(0.0 if p.asynchronous else sense * phase for phase in phases.values())])
@@ -163,7 +166,7 @@ def standing(machine: Machine, rotor: RotatingBody, record: TurnRecord, free: fl
         p.drifting,
         0.0 if p.left is None else _unrest(whole.last(WINDOWS * SHARE)),
         _needed(waits, p.varied, None if evidence.modulated else observed, series.ahead, end),
-        _endless(p, evidence, waits),
+        _endless(p, evidence, waits, noise, reference),
     )
 
 
@@ -174,36 +177,43 @@ def _projections(
     reference: float,
     observed: Modulation | None,
     about: Sequence[int],
+    noise: Noise,
     *,
     balancing: bool,
 ) -> _Projections:
     """longer: times the record, the run. about: which of the others are about the rotor."""
-    ahead, rounding, least = series.ahead * longer, series.rounding, _ROUNDING * reference
-    mean, lowest = (projected(x, ahead, max(rounding, least)) for x in (series.means, series.lows))
+    ahead, rounding = series.ahead * longer, max(series.rounding, noise.speed * reference)
+    mean, lowest = (projected(x, ahead, rounding) for x in (series.means, series.lows))
     last = float(series.means[-1])
-    varied = falling((series.highs - series.lows) / series.means, ahead, max(rounding / last, _ROUNDING))
+    varied = falling((series.highs - series.lows) / series.means, ahead, rounding / last)
     borders = observed.borders if observed is not None and _by_cycles(whole, observed) else None
-    lags = tuple(lag_of(whole, i, last, ahead, borders) for i in about)
-    apart = math.inf if borders is None else windows_until_apart(whole, about, borders)
+    lags = tuple(lag_of(whole, i, last, ahead, borders, noise) for i in about)
+    apart = math.inf if borders is None else windows_until_apart(whole, about, borders, noise)
     parted = apart if apart < ahead else math.inf
-    return _Projections(mean, lowest, varied, lags, _left(whole, AHEAD * longer) if balancing else None, parted)
+    return _Projections(mean, lowest, varied, lags, _left(whole, AHEAD * longer, noise) if balancing else None, parted)
 
 
-def _endless(p: _Projections, e: Evidence, waits: list[float]) -> str:
+def _endless(p: _Projections, e: Evidence, waits: list[float], noise: Noise, reference: float) -> str:
     """Why what is not known will never be known; empty where it may be."""
     if e.free_speed == 0 and not e.settled and waits == [math.inf] and p.mean.low < p.mean.last:
         return COASTS
-    known = p.growing or math.inf not in waits or any(x.course is not Course.STATIONARY for x in _untold(p, e))
+    if p.growing:
+        return ""
+    open_ = _open_numbers(p, e, noise, reference)
+    if open_ and all(x.width <= _IN_NOISE * size for x, size in open_):
+        return IN_NOISE
+    known = math.inf not in waits or any(x.course is not Course.STATIONARY for x, _ in open_)
     return "" if known else WAVERS
 
 
-def _untold(p: _Projections, e: Evidence) -> list[Projection]:
-    """The numbers by which it cannot be told what becomes of the rotor."""
-    untold = [] if e.settled and e.at_speed is not None else [p.mean, p.lowest]
-    untold += [] if p.left is None or e.balanced is not None else [p.left]
-    untold += [] if e.beyond is not None else [p.lowest]
-    untold += [] if e.modulated is not None else [p.varied]
-    return untold + [lag for lag in p.lags if undecided(lag)]
+def _open_numbers(p: _Projections, e: Evidence, noise: Noise, reference: float) -> list[tuple[Projection, float]]:
+    """The numbers by which it cannot be told what becomes of the rotor, each with its noise. reference: a speed."""
+    of_speed = noise.speed * reference
+    numbers = [] if e.settled and e.at_speed is not None else [(p.mean, of_speed), (p.lowest, of_speed)]
+    numbers += [] if p.left is None or e.balanced is not None else [(p.left, noise.angle)]
+    numbers += [] if e.beyond is not None else [(p.lowest, of_speed)]
+    numbers += [] if e.modulated is not None else [(p.varied, noise.speed)]
+    return numbers + [(lag, noise.speed) for lag in p.lags if undecided(lag)]
 
 
 def _waits(p: _Projections, e: Evidence, reference: float, whole: Blocks, series: _Series) -> list[float]:
@@ -284,14 +294,17 @@ def _series(whole: Blocks, observed: Modulation | None) -> _Series:
     return _Series(means, lows, highs, AHEAD, _CYCLES_ROUNDING * float(highs[-1] - lows[-1]))
 
 
-def _left(whole: Blocks, ahead: float) -> Projection:
+def _left(whole: Blocks, ahead: float, noise: Noise) -> Projection:
     """The unbalance that will be left: while bodies still move and it falls, it may fall to nothing; one that has begun to rise
     may go on to do so."""
     moving, sizes = _unrest(whole.last(WINDOWS * SHARE)) > UNREST, windows_of(whole.greatest_sum).max(axis=1)
-    p = falling(sizes, ahead, _COMPENSATED, even_if_approaching=moving)
-    later = projected(sizes[1:], ahead, _COMPENSATED)
+    p = falling(sizes, ahead, noise.angle, even_if_approaching=moving)
+    later = projected(sizes[1:], ahead, noise.angle)
     begins_to_rise = p.course is Course.STATIONARY and later.course is Course.DRIFTING and later.high > p.high
-    return replace(later, low=p.low) if begins_to_rise else p
+    if begins_to_rise:
+        return replace(later, low=p.low)
+    low, high = noise.widened(np.array(p.bounds)).tolist() if p.course is Course.STATIONARY else p.bounds
+    return replace(p, low=low, high=high)
 
 
 def _by_cycles(whole: Blocks, observed: Modulation) -> bool:

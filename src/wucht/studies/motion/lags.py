@@ -11,8 +11,8 @@ from wucht.numerics.observers.projection import SHARE, Course, Projection, proje
 from wucht.numerics.observers.turn_record import Blocks
 from wucht.numerics.observers.turns import PER_TURN
 from wucht.results.outcomes import LAG_TOLERANCE
+from wucht.studies.motion.noise import Noise
 
-_ROUNDING = 1e-10  # of the speed
 _CYCLES_ROUNDING = 1e-3  # of the lag: where cycles of a modulation begin and end is not known better
 _AT_REST = 1e-3  # rad: a phase that moves less from window to window is at rest
 _LIBRATION = math.pi / 2  # rad: a body that swings by less about where it rests on the rotor keeps doing so
@@ -31,19 +31,19 @@ class Lag(Projection):
     growing: bool = False
 
 
-def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarray | None) -> Lag:
+def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarray | None, noise: Noise) -> Lag:
     """The lag of a body: none as long as it goes to and fro within a turn.
 
     i: which of the others. speed: the rotor's. ahead: how many windows are looked ahead. borders: of the groups of cycles that
-    are the windows; None: tenths of the record.
+    are the windows; None: tenths of the record. noise: of the integration.
     """
     lag, durations = whole.followers[i] - whole.speed, 1 / whole.speed
     slip = np.cumsum(lag * durations) * (2 * math.pi * whole.size / PER_TURN)
-    place = projected(windows_of(slip).mean(axis=1), ahead, _AT_REST)
+    place = projected(windows_of(slip).mean(axis=1), ahead, max(_AT_REST, noise.angle))
     half = slip[len(slip) // 2 :]
     if _librates(half) and place.width < 2 * math.pi:
         return Lag(0.0, 0.0, 0.0, Course.STATIONARY, growing=_grows(half))
-    rounding = _ROUNDING
+    rounding = noise.speed
     if borders is not None:
         means = np.diff(np.interp(borders, whole.time, slip)) / np.diff(borders) / speed
         rounding = max(rounding, _CYCLES_ROUNDING * abs(float(means[-1])))

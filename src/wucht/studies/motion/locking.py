@@ -15,6 +15,7 @@ from wucht.numerics.observers.turn_record import Blocks
 from wucht.numerics.observers.turns import PER_TURN
 from wucht.results.conventions import wrapped
 from wucht.results.outcomes import Bounds, Locking
+from wucht.studies.motion.noise import Noise
 from wucht.studies.motion.observation import Observation
 
 _ROUNDING = 1e-8  # of the speed: how mean speeds over whole periods change below is rounding
@@ -68,7 +69,7 @@ def locked(machine: Machine, seen: Observation) -> Locked | None:
     speeds, smooth = (of_rotors((half.sense * x).tolist()) for x in (half.mean_speeds, half.smooth_mean_speeds))
     earlier, later = (of_rotors(part.smooth_mean_speeds) for part in (half.part(slice(len(half) // 2)), half.last(0.5)))
     phases = rotor_phases(machine, half.time, of_rotors(np.array([half.angle, *half.angles])))
-    evidence = _evidence(machine, record.whole, periods, of_rotors)
+    evidence = _evidence(machine, record.whole, periods, of_rotors, seen.noise)
     # Rotors that turn at speeds of their own have no period in common.
     apart = not by_vibration and evidence.locked is False
     return Locked(
@@ -83,7 +84,9 @@ def locked(machine: Machine, seen: Observation) -> Locked | None:
     )
 
 
-def _evidence(machine: Machine, whole: Blocks, periods: int, of_rotors: Callable[[np.ndarray], dict[str, Any]]) -> Locking:
+def _evidence(
+    machine: Machine, whole: Blocks, periods: int, of_rotors: Callable[[np.ndarray], dict[str, Any]], noise: Noise
+) -> Locking:
     """What the criteria need. of_rotors: of values for the leading motion and those beside it, those of the rotors."""
     phases = rotor_phases(machine, whole.time, of_rotors(np.array([whole.angle, *whole.angles])))
     each = of_rotors(np.array([whole.speed, *whole.followers]))
@@ -94,19 +97,20 @@ def _evidence(machine: Machine, whole: Blocks, periods: int, of_rotors: Callable
     reference = abs(frequency) if frequency is not None else means[main]
     if not durations.size or not np.isfinite(durations).all():
         return Locking(0, (), ())
-    bounded = projected(means[main], AHEAD, _ROUNDING * float(means[main][-1]))
+    rounding, at_rest = max(_ROUNDING, noise.speed), max(_AT_REST, noise.angle)
+    bounded = projected(means[main], AHEAD, rounding * float(means[main][-1]))
     return Locking(
         periods,
-        tuple(_apart(x / reference - 1) for x in compared),
-        tuple(projected(windows_of(p).mean(axis=1), AHEAD, _AT_REST).bounds for p in phases.values()),
+        tuple(_apart(x / reference - 1, rounding) for x in compared),
+        tuple(projected(windows_of(p).mean(axis=1), AHEAD, at_rest).bounds for p in phases.values()),
         bounded.width <= _BOUNDED * abs(bounded.last),
     )
 
 
-def _apart(means: np.ndarray) -> Bounds:
+def _apart(means: np.ndarray, rounding: float) -> Bounds:
     """Between which bounds a difference of speeds will stay: one that mostly falls goes on to do so."""
     way = math.copysign(1.0, means[-1])
-    p = falling(way * means, AHEAD, _ROUNDING)
+    p = falling(way * means, AHEAD, rounding)
     return (p.low, p.high) if way > 0 else (-p.high, -p.low)
 
 

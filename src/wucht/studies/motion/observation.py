@@ -19,6 +19,7 @@ from wucht.numerics.observers.span_record import SpanRecord
 from wucht.numerics.observers.turn_record import TurnRecord
 from wucht.numerics.observers.turns import Samples
 from wucht.numerics.peaks import interval_peaks
+from wucht.studies.motion.noise import Noise
 from wucht.studies.observables import Orbit
 
 
@@ -28,22 +29,24 @@ class Observation:
 
     rotors: turn by turn of each rotor, by name; the others beside it are all other bodies in the machine's order. vibration:
     by periods of a prescribed vibration, beside it all bodies. Their distance is that of the main rotor's axis from where it
-    rests; largest: of it. main: the main rotor over time. end_time: how far.
+    rests; largest: of it. main: the main rotor over time. noise: of the integration. end_time: how far.
     """
 
     rotors: Mapping[str, TurnRecord]
     vibration: TurnRecord | None
     main: SpanRecord
+    noise: Noise
     largest: float = 0.0
     end_time: float = 0.0
 
 
 @dataclass(frozen=True)
 class Watch:
-    """Watches a machine. span: of time, in which the fastest motion is sampled several times."""
+    """Watches a machine. span: of time, in which the fastest motion is sampled several times. noise: of the integration."""
 
     machine: Machine
     span: float
+    noise: Noise
 
     @cached_property
     def _orbit(self) -> Evaluator:
@@ -77,7 +80,7 @@ class Watch:
         shaken = self.machine.shaking_frequency is not None
         machine = self.machine.at(self.machine.breakpoints[-1])
         rotors = {r.name: TurnRecord(others, weights_of(machine, r)) for r in self.machine.rotors}
-        return Observation(rotors, TurnRecord(others + 1) if shaken else None, SpanRecord(self.span))
+        return Observation(rotors, TurnRecord(others + 1) if shaken else None, SpanRecord(self.span), self.noise)
 
     def samples(self, motion: Trajectory) -> Samples:
         """Of the machine's motion what is watched: all bodies in their order."""
@@ -105,7 +108,7 @@ class Watch:
             vibration = vibration.after(samples.beside(frequency * samples.time, np.full(len(samples.time), frequency)))
         square = float(interval_peaks(samples.time, samples.square, samples.rate).max())
         largest = max(seen.largest, math.sqrt(max(square, 0.0)))
-        return Observation(rotors, vibration, main, largest, float(samples.time[-1]))
+        return Observation(rotors, vibration, main, seen.noise, largest, float(samples.time[-1]))
 
 
 def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:

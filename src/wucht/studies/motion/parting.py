@@ -10,26 +10,32 @@ import numpy as np
 
 from wucht.numerics.observers.turn_record import Blocks
 from wucht.numerics.observers.turns import PER_TURN
+from wucht.studies.motion.noise import Noise
 
 _SEEN = 1e-4  # rad: a difference that is seen beside what cycles are known to
 _APART = 1.0  # rad
 _SLOWS_DOWN = 0.5  # of its first growth, in the logarithm: what grows less at last comes to a limit
 
 
-def windows_until_apart(whole: Blocks, about: Sequence[int], borders: np.ndarray) -> float:
+def windows_until_apart(whole: Blocks, about: Sequence[int], borders: np.ndarray, noise: Noise) -> float:
     """In how many windows two of the bodies about a rotor have parted, as their difference grows; inf where none does.
 
-    about: which of the others. borders: the times (g + 1,) between groups of whole cycles, the windows.
+    about: which of the others. borders: the times (g + 1,) between groups of whole cycles, the windows. noise: of the
+    integration.
     """
     turned = np.cumsum((whole.followers[list(about)] / whole.speed - 1) * (2 * math.pi * whole.size / PER_TURN), axis=1)
     at = np.searchsorted(whole.time, borders)
     apart = [a - b for a, b in itertools.combinations(turned, 2)]
-    return min((_until_apart([float(np.ptp(d[i:j])) for i, j in itertools.pairwise(at)]) for d in apart), default=math.inf)
+    each = ([float(np.ptp(d[i:j])) for i, j in itertools.pairwise(at)] for d in apart)
+    return min((_until_apart(sizes, max(_SEEN, noise.angle)) for sizes in each), default=math.inf)
 
 
-def _until_apart(sizes: Sequence[float]) -> float:
-    """In how many windows a difference of such sizes in successive windows is a radian; inf if it is not going to be."""
-    if len(sizes) < 3 or min(sizes) < _SEEN:
+def _until_apart(sizes: Sequence[float], least: float) -> float:
+    """In how many windows a difference of such sizes in successive windows is a radian; inf if it is not going to be.
+
+    least: below it a difference is none.
+    """
+    if len(sizes) < 3 or min(sizes) < least:
         return math.inf
     growth = np.diff(np.log(sizes))
     if (growth <= 0).any() or growth[-1] < _SLOWS_DOWN * growth[0]:

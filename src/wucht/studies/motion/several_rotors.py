@@ -20,7 +20,7 @@ def rotor_outcomes(machine: Machine, seen: Observation, means: Locked) -> dict[s
     end, stands, free = seen.end_time, dict[str, Standing](), [r for r in machine.rotors if r.coordinate.prescribed is None]
     for rotor in free if len(free) > 1 else []:
         if (record := seen.rotors[rotor.name]).turns >= FEWEST_TURNS:
-            stands[rotor.name] = standing(machine, rotor, record, free_speed(machine, rotor, end), end)
+            stands[rotor.name] = standing(machine, rotor, record, free_speed(machine, rotor, end), end, seen.noise)
     each = {name: s.evidence for name, s in stands.items()}
     if means.evidence.locked and seen.vibration is None and len(stands) == len(machine.rotors):
         phases = {

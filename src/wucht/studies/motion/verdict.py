@@ -23,7 +23,7 @@ from wucht.results.outcomes import (
 )
 from wucht.studies.motion.coasting import COASTS
 from wucht.studies.motion.drive_and_vibration import as_it_rises, faster_branch
-from wucht.studies.motion.evidence import FEWEST_TURNS, UNREST, Standing, standing
+from wucht.studies.motion.evidence import FEWEST_TURNS, IN_NOISE, UNREST, Standing, standing
 from wucht.studies.motion.locking import Locked, is_locking, locked
 from wucht.studies.motion.observation import Observation
 from wucht.studies.motion.several_rotors import rotor_outcomes
@@ -202,11 +202,11 @@ def _without_end(verdict: Verdict, why: str) -> Verdict:
 
 def _turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
     record = seen.rotors[machine.rotor.name]
-    stands = standing(machine, machine.rotor, record, free, seen.end_time)
+    stands = standing(machine, machine.rotor, record, free, seen.end_time, seen.noise)
     evidence, window = as_it_rises(machine, stands), stands.window
     verdict = Verdict(classify(evidence), evidence, (float(window.time[0]), float(window.time[-1])), stands, stands.speed)
     if verdict.outcome is Outcome.UNIDENTIFIED:
-        if stands.endless == COASTS or (stands.endless and _long(machine, seen.end_time, record.turns, stands)):
+        if stands.endless in (COASTS, IN_NOISE) or (stands.endless and _long(machine, seen.end_time, record.turns, stands)):
             return _without_end(verdict, stands.endless)
         return _undecided(machine, verdict, *_advice(machine, seen.end_time, stands))
     passed = verdict.outcome is Outcome.PASSED

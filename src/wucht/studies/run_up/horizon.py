@@ -49,7 +49,7 @@ class Horizon:
     """step: between samples at the highest speed expected. span: the time of a turn, or of a vibration, as it is expected.
     vibration: the highest frequency. first: the end of the first leg. expected_end: for the progress. samples_per_turn: at the
     highest speed expected. most: samples that are stored. until_settled: the verdict ends the run. energy: the size of the
-    works. events: that end it. warnings: what is doubtful about the question."""
+    works. tolerance: of the integration. events: that end it. warnings: what is doubtful about the question."""
 
     step: float
     span: float
@@ -60,6 +60,7 @@ class Horizon:
     most: int
     until_settled: bool
     energy: float
+    tolerance: float
     events: tuple[Event, ...]
     warnings: tuple[str, ...]
 
@@ -88,7 +89,8 @@ class Horizon:
         warnings = tuple(_warnings(machine, spec, free))
         vibration = max([*natural, machine.shaking_frequency or 0.0])
         span = 2 * math.pi / min(fastest, _FASTEST * max(natural)) if natural else turn
-        return cls(step, span, vibration, first, end, turn / step, most, settled, energy_scale(machine), events, warnings)
+        energy = energy_scale(machine)
+        return cls(step, span, vibration, first, end, turn / step, most, settled, energy, spec.tolerance, events, warnings)
 
     def legs(self, rate: Callable[[], float] | None = None) -> Iterator[Grid]:
         """The legs of a run. rate: the highest frequency of the motion where the leg before has ended; None: as is expected.

@@ -13,6 +13,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import net_torque
 from wucht.numerics.flow.program import Evaluator
 from wucht.studies.initial_state import initial_state, placed
+from wucht.studies.motion.noise import Noise
 from wucht.studies.motion.observation import Watch
 from wucht.studies.parameters import parameter_of, values_of
 from wucht.studies.run_up.horizon import Horizon, numbers_a_sample
@@ -41,7 +42,7 @@ class Case:
     @property
     def watch(self) -> Watch:
         """What watches the motion."""
-        return Watch(self.machine, self.horizon.span)
+        return Watch(self.machine, self.horizon.span, Noise.of(self.horizon.tolerance))
 
 
 @dataclass(frozen=True)
