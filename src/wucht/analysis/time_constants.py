@@ -18,13 +18,12 @@ _STEP = 1e-5  # of the speed
 _NONE = 1e-6  # of the speed: a rate below it is no decay
 
 
-def slowest_decay(machine: Machine, speed: float, *, held: bool = False) -> float:
+def slowest_decay(machine: Machine, speed: float) -> float:
     """In what time the slowest disturbance that falls at all falls by the factor e; 0 where there is none.
 
-    It is a free vibration of the carrier, or the slip of a body while the others turn at a speed. held: the vibration holds
-    the main rotor, whose own slip does not count then.
+    It is a free vibration of the carrier, or the slip of a body while the others turn at a speed.
     """
-    return max(vibration_decay(machine), 1 / float(_slip_rates(machine, speed or 1.0, held).min(initial=math.inf)))
+    return max(vibration_decay(machine), 1 / float(_slip_rates(machine, speed or 1.0).min(initial=math.inf)))
 
 
 def vibration_decay(machine: Machine) -> float:
@@ -33,12 +32,12 @@ def vibration_decay(machine: Machine) -> float:
     return 1 / float((-poles.real[-poles.real > _NONE * np.abs(poles)]).min(initial=math.inf))
 
 
-def _slip_rates(machine: Machine, speed: float, held: bool) -> np.ndarray:
+def _slip_rates(machine: Machine, speed: float) -> np.ndarray:
     """The rates at which differences of the bodies' speeds decay: with the carrier at rest and all bodies at angle 0."""
     bodies = [b for b in machine.bodies if b.coordinate.prescribed is None]
     state, h = np.zeros(len(machine.state_names)), _STEP * abs(speed)
-    state[[machine.row(b.coordinate.velocity) for b in bodies]] = speed
-    free = [machine.row(b.coordinate.velocity) for b in bodies if not (held and b is machine.rotor)]
+    free = [machine.row(b.coordinate.velocity) for b in bodies]
+    state[free] = speed
     states = np.repeat(state[:, None], 2 * len(free), axis=1)
     states[free, range(len(free))] += h
     states[free, range(len(free), 2 * len(free))] -= h

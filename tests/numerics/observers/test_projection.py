@@ -43,8 +43,17 @@ def test_an_exponential_approach(time_constant):
 
 
 def test_the_slower_of_the_last_two_ratios_counts():
-    assert projected(after(1, 0.9, 0.9 * 0.3, 0.9 * 0.3 * 0.4)).windows == pytest.approx(-1 / math.log(0.4))
-    assert projected(after(1, 0.2, 0.2 * 0.6, 0.2 * 0.6 * 0.4)).windows == pytest.approx(-1 / math.log(0.6))
+    slower_last, slower_first = after(1, 0.5, 0.5 * 0.3, 0.5 * 0.3 * 0.4), after(1, 0.5, 0.5 * 0.6, 0.5 * 0.6 * 0.4)
+    assert projected(slower_last).high - projected(slower_last).last == pytest.approx(1.5 * 0.06 * 0.4 / 0.6)
+    assert projected(slower_first).high - projected(slower_first).last == pytest.approx(1.5 * 0.12 * 0.6 / 0.4)
+
+
+@pytest.mark.parametrize(("first", "observed"), [(0.68, True), (0.72, False)])
+def test_a_decay_is_observed_whose_rates_differ_by_no_more_than_twice(first, observed):
+    """The slowest of them tells how long it takes; 0.7 is the root of 0.49."""
+    there = projected(after(1, first, first * 0.49, first * 0.49 * 0.49))
+    assert there.course is Course.APPROACHING
+    assert there.windows == (pytest.approx(-1 / math.log(first)) if observed else math.inf)
 
 
 def test_how_long_an_approach_takes():

@@ -19,9 +19,8 @@ END = 101.0  # s: a run of eight hundred averages over a turn, whose tenths are 
 UNBALANCE = 0.01  # kg m, of the rotor and of each ball
 FIXED = {"directions": "fixed"}
 ROTOR = {"kind": "rotor", "name": "d", "mass": 4.0, "unbalance": UNBALANCE, "inertia": 0.1}
-# How long a run is advised to be: times the run, at most, and turns, where nothing says how long; times the run at least; times
-# an approach, a run-up, the slowest decay.
-LONGER, LONGEST, MANY_TURNS, LEAST, ALLOWANCE, RUN_UPS, DECAYS = 40.0, 200.0, 4000, 8.0, 4.0, 2.0, 12.0
+# How long a run is advised to be: times the run at least, a run-up, a decay.
+LONGER, RUN_UPS, DECAYS = 2.5, 2.0, 12.0
 _MASS = 10.0  # kg, of all together
 
 

@@ -35,7 +35,7 @@ def test_a_body_that_has_not_slipped_by_a_turn_in_the_last_fifth_may_keep_its_pl
     found = stands(rigid(), steady, lagging(slips / 20))
     assert found.evidence.asynchronous is lags
     assert found.evidence.settled is (lags is True)
-    assert found.needed == (0.0 if lags else pytest.approx(1 / slips - 1, abs=0.03))
+    assert found.needed == (0.0 if lags else math.inf)
 
 
 @pytest.mark.parametrize(("part", "lags"), [(0.9, True), (1.1, None)])
@@ -49,7 +49,7 @@ def test_a_body_that_tumbles_irregularly_lags_if_it_has_slipped_by_a_thousand_tu
     """Transients that tumble may last long before a body is caught."""
     found = stands(rigid(), steady, lagging(slips / END, 0.3 * slips / END))
     assert found.evidence.asynchronous is lags
-    assert found.needed == (0.0 if lags else pytest.approx(1000 / slips - 1, abs=0.02))
+    assert found.needed == (0.0 if lags else math.inf)  # it may be caught before
 
 
 @pytest.mark.parametrize(("change", "lags"), [(0.085, True), (0.12, None)])

@@ -5,9 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from motions import (
-    DECAYS,
     END,
-    LEAST,
     LONGER,
     ROTOR,
     W,
@@ -132,19 +130,17 @@ def test_a_run_until_settled_of_such_rotors_lasts_four_hundred_turns(until, sett
     assert judged(pair(), steady, steady, until=until).settled_within(1e-3) is settled
 
 
-@pytest.mark.parametrize(("decay", "needed"), [(10.0, DECAYS * 10.0), (1.0, LEAST * 7.0)])
-def test_too_few_periods_take_some_times_as_long_or_some_decays_of_a_free_vibration(decay, needed):
-    found = judged(pair(decay), steady, steady, until=7.0)
+def test_too_few_periods_take_some_times_as_long():
+    found = judged(pair(), steady, steady, until=7.0)
     assert found.outcome == "unidentified"
     assert found.advice.startswith("fewer than 5 whole periods were made in the last half")
-    assert found.needed == just_over(needed)
+    assert found.needed == just_over(LONGER * 7.0)
 
 
-@pytest.mark.parametrize(("decay", "needed"), [(10.0, LONGER * END), (1000.0, DECAYS * 1000.0)])
-def test_phases_that_still_move_are_given_many_times_as_long_or_some_decays(decay, needed):
-    found = judged(pair(decay), steady, lambda t: 0.9995 * W * t)
+def test_phases_that_still_move_are_given_some_times_as_long():
+    found = judged(pair(), steady, lambda t: 0.9995 * W * t)
     assert found.advice.startswith("the phases still move")
-    assert found.needed == just_over(needed)
+    assert found.needed == just_over(LONGER * END)
 
 
 def test_each_of_several_rotors_has_an_outcome():

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from motions import ALLOWANCE, DECAYS, END, FIXED, LONGER, ROTOR, W, beyond, growing, judged, just_over, machine, tenth
+from motions import END, FIXED, LONGER, ROTOR, W, beyond, growing, judged, just_over, machine, tenth
 
 
 @cache
@@ -75,12 +75,12 @@ def test_a_swing_that_has_grown_again_by_a_twentieth_may_turn_over(growth, outco
 
 
 @pytest.mark.parametrize(("of", "rest"), [(braked, 0.45), (shaken, 1e-4)])
-def test_a_swing_that_falls_is_given_several_times_its_time_to_rest(of, rest):
+def test_a_swing_that_falls_is_given_its_time_to_rest(of, rest):
     """It is at rest at a ten-thousandth of its largest speed; one that can only lose energy at nine tenths of a half."""
     found = judged(of(), swinging(lambda t: np.exp(-t / 600)), until=100.0, free=None)
     assert found.outcome == "unidentified"
     last = math.exp(-90 / 600)
-    assert found.needed == pytest.approx(ALLOWANCE * (100 + 600 * math.log(last / rest)), rel=0.015)
+    assert found.needed == pytest.approx((100 + 600 * math.log(last / rest)), rel=0.015)
 
 
 @pytest.mark.parametrize(("off", "outcome"), [(0.018, "oscillating"), (0.022, "unidentified")])
@@ -122,13 +122,8 @@ def test_alike_they_may_still_fall_unseen(size, outcome):
     assert found.outcome == outcome
 
 
-def test_what_creeps_and_does_not_say_where_to_is_given_many_times_as_long_or_some_times_the_slowest_decay():
-    def creeping(t):
-        return 0.01 * t
-
-    assert judged(braked(), creeping, until=100.0, free=None).needed == just_over(LONGER * 100)
-    slow = machine(FIXED, [ROTOR | {"bearing_damping": 1e-4}])
-    assert judged(slow, creeping, until=100.0, free=None).needed == just_over(DECAYS * 1000.0)
+def test_what_creeps_and_does_not_say_where_to_is_given_some_times_as_long():
+    assert judged(braked(), lambda t: 0.01 * t, until=100.0, free=None).needed == just_over(LONGER * 100)
 
 
 @pytest.mark.parametrize(("change", "outcome"), [(0.0, "passed"), (0.05, "passed"), (0.065, "unidentified")])
@@ -154,8 +149,8 @@ def test_of_what_turns_over_for_ever_nothing_more_is_told_by_a_longer_run(until,
     assert ("too short" in found.sentence) is told
 
 
-def test_what_turns_over_ever_less_is_given_several_times_its_time_until_it_only_swings():
+def test_what_turns_over_ever_less_is_given_its_time_until_it_only_swings():
     found = judged(shaken(), swinging(lambda t: 8 * np.exp(-t / 600)), until=100.0, free=None)
     assert found.outcome == "unidentified"
     last = math.exp(-90 / 600)
-    assert found.needed == pytest.approx(ALLOWANCE * (100 + 600 * math.log(last / 0.45)), rel=0.015)
+    assert found.needed == pytest.approx((100 + 600 * math.log(last / 0.45)), rel=0.015)

@@ -6,13 +6,9 @@ from functools import cache
 import numpy as np
 import pytest
 from motions import (
-    ALLOWANCE,
     DECAYS,
     END,
-    LEAST,
     LONGER,
-    LONGEST,
-    MANY_TURNS,
     ROTOR,
     RUN_UPS,
     W,
@@ -31,7 +27,7 @@ from motions import (
     with_balls,
 )
 
-from wucht.analysis.time_constants import run_up_time, slowest_decay
+from wucht.analysis.time_constants import run_up_time
 from wucht.results.outcomes import Evidence, Outcome
 from wucht.studies.motion.verdict import Verdict
 
@@ -88,37 +84,33 @@ def test_a_rotor_that_has_not_turned_in_the_last_quarter_does_not_turn_and_has_a
 # --- how long to go on ---
 
 
-@pytest.mark.parametrize("time", [60.0, 150.0])
-def test_an_approach_is_given_several_times_its_time(time):
-    """Until half as far again as it has to go is a quarter of a percent."""
-    found = judged(beyond(), approaching(1.0, 0.005, time))
+@pytest.mark.parametrize(("off", "time", "observed"), [(0.005, 60.0, False), (0.05, 60.0, True), (0.05, 150.0, False)])
+def test_an_approach_is_given_what_its_observed_decay_still_takes(off, time, observed):
+    """Until half as far again as it has to go is a quarter of a percent; observed is what takes two thirds of the run."""
+    found = judged(beyond(), approaching(1.0, off, time))
     assert found.outcome == "unidentified"
-    needed = max(LEAST * END, ALLOWANCE * (END + time * math.log(1.5 * 0.005 / 0.0025)))
-    assert needed == LEAST * END or time == 150.0
-    assert found.needed == pytest.approx(needed, rel=0.015)
+    needed = END + time * math.log(1.5 * off / 0.0025)
+    assert (needed > LONGER * END and time < 2 / 3 * END) is observed
+    assert found.needed == pytest.approx(needed if observed else LONGER * END, rel=0.015)
 
 
-@pytest.mark.parametrize(
-    ("until", "needed"),
-    [(201.0, LONGER * 201.0), (61.0, MANY_TURNS / 0.86), (31.0, MANY_TURNS / 0.83), (11.0, LONGEST * 11.0)],
-)
-def test_what_does_not_say_where_it_goes_is_given_many_times_as_long_or_many_turns(until, needed):
+@pytest.mark.parametrize("until", [201.0, 11.0])
+def test_what_does_not_say_where_it_goes_is_given_less_than_three_times_as_long(until):
     """Its speed rises: 0.8 turns a second at first."""
     found = judged(beyond(), lambda t: W * (0.8 * t + t**2 / 2000), until=until)
     assert found.outcome == "unidentified"
-    assert found.needed == pytest.approx(needed, rel=0.015)
+    assert found.needed == just_over(LONGER * until)
 
 
-@pytest.mark.parametrize(("speed", "times"), [(0.9, RUN_UPS), (0.3, 0.0)])
-def test_a_slow_drive_is_given_two_of_its_run_ups_and_twelve_times_the_slowest_decay(speed, times):
-    """Its slip falls by the factor e in a thousand seconds. Before the resonance the vibration holds it, and decays sooner."""
+@pytest.mark.parametrize("speed", [0.9, 0.3])
+def test_a_slow_drive_is_given_two_of_its_run_ups(speed):
+    """Its slip falls by the factor e in a thousand seconds. Before the resonance the vibration holds it."""
     slow = machine(carrier(W / 2, decay=100.0), [ROTOR | {"unbalance": 1e-4}], linear(W, 1e-4))
     found = judged(slow, approaching(speed, 0.005))
     assert found.outcome == "unidentified"
-    run_up, decay = run_up_time(slow, found.speed), slowest_decay(slow, found.speed)
-    assert decay == pytest.approx(1000.0, rel=1e-3)
+    run_up = run_up_time(slow, found.speed)
     assert run_up == pytest.approx(1000 * math.log((1 - speed) / 0.005), rel=0.05)
-    assert found.needed == just_over(times * run_up + DECAYS * (decay if times else 100.0))
+    assert found.needed == just_over(RUN_UPS * run_up if speed == 0.9 else LONGER * END)
 
 
 # --- from when on it is settled ---
@@ -137,7 +129,7 @@ def test_a_rotor_has_settled_when_it_is_within_half_a_percent(sign):
 def test_bodies_that_lag_may_be_a_transient_until_free_vibrations_have_decayed_five_times(decays, outcome):
     found = judged(with_ball((END - 1) / decays), steady, lambda t: 0.5 * W * t, until=END - 1)
     assert found.outcome == outcome
-    assert found.needed == (None if outcome != "unidentified" else just_over(LONGER * (END - 1)))
+    assert found.needed == (None if outcome != "unidentified" else pytest.approx(5 * (END - 1) / decays, rel=0.01))
     assert outcome != "unidentified" or "free vibrations have hardly decayed" in found.advice
 
 
@@ -150,7 +142,7 @@ def test_bodies_that_change_the_residual_by_a_tenth_are_not_at_rest_for_twelve_t
     found = judged(with_ball(), steady, swinging_between(1.6 * (1 - unrest), 1.6), until=until)
     assert found.standing.unrest == pytest.approx(unrest, rel=0.05)
     assert found.outcome == outcome
-    assert found.needed == (None if outcome == "passed" else just_over(LEAST * until))
+    assert found.needed == (None if outcome == "passed" else just_over(DECAYS * DECAY))
 
 
 @cache

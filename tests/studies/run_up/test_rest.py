@@ -62,7 +62,7 @@ def test_rest_stays_rest_where_noise_was_taken_for_motion(number: int) -> None:
 @pytest.mark.slow
 def test_rest_of_random_machines() -> None:
     failed = {n for n in range(COUNT) if any(Outcome.FAILED in outcomes for outcomes in labels(n))}
-    assert {n for n in range(COUNT) if contradicts(n)} - failed == BETWEEN | TUMBLING
+    assert BETWEEN <= {n for n in range(COUNT) if contradicts(n)} - failed <= BETWEEN | TUMBLING
     # Two series motors that start backwards, beyond the speed at which the formula of their torque has a pole.
     assert failed == {94, 96}
     assert sum(bool(REST & {outcomes[-1] for outcomes in labels(n)}) for n in range(COUNT)) > COUNT / 2

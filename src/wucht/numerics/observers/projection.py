@@ -15,6 +15,8 @@ AHEAD = LOOKAHEAD / SHARE
 _CONTRACTING = 0.98  # ratio of successive changes: above, it is taken for a drift
 _DIRECTED = 0.95  # of the sum of all changes: the whole change of a drift, which does not go to and fro
 _ALIKE = 2.0  # times: rates of a growth differ by no more
+_LAST_RATIOS = 3  # that are to be alike where a decay is observed
+_OBSERVED = 20 / 3  # windows, of which five are seen: what takes longer to fall by the factor e is no observed decay
 _MOSTLY = 0.8  # of all pairs of windows
 _FARTHEST = 1e300
 _FALLS = 1e-3  # of a number, from the first to the last window: less is no fall
@@ -53,10 +55,11 @@ class Projection:
         return self.high - self.low
 
     def windows_until(self, width: float) -> float:
-        """In how many windows an approach will have come so near to its limit; inf where that cannot be told."""
-        if self.course is not Course.APPROACHING:
-            return math.inf if self.width > width else 0.0
-        return self.windows * max(0.0, math.log(self.width / width)) if self.width > 0 else 0.0
+        """In how many windows an approach will have come so near to its limit; inf where no decay is observed."""
+        if self.width <= width:
+            return 0.0
+        observed = self.course is Course.APPROACHING and self.windows <= _OBSERVED
+        return self.windows * math.log(self.width / width) if observed else math.inf
 
 
 def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wider: float = 0.25) -> Projection:
@@ -77,7 +80,7 @@ def projected(means: np.ndarray, ahead: float = AHEAD, rounding: float = 0.0, wi
     if len(ratios) > 1 and (ratios < _CONTRACTING).all():
         rho = float(ratios[-2:].max())
         rest = after * rho / (1 - rho)
-        windows = -1 / math.log(rho) if rho > 0 else 0.0
+        windows = _time_constant(ratios)
         # Changes to and fro have their limit between the last two.
         toward = last + math.copysign(1.5 * rest, changes[-1]) if changes[-1] * changes[-2] > 0 else float(means[-2])
         return Projection(last, min(last, toward), max(last, toward), Course.APPROACHING, windows)
@@ -117,6 +120,13 @@ def projected_each(
         [means[-3:].min(axis=0), means[-3:].max(axis=0)],
         np.where(moving, [np.minimum(last, toward), np.maximum(last, toward)], [low - margin, high + margin]),
     )
+
+
+def _time_constant(ratios: np.ndarray) -> float:
+    """In how many windows an approach falls by the factor e, of the ratios of its changes; inf where they are not alike."""
+    with np.errstate(divide="ignore"):
+        rates = -np.log(ratios[-_LAST_RATIOS:])
+    return float(1 / rates.min()) if rates.max() <= _ALIKE * rates.min() else math.inf
 
 
 def _growth(ratios: np.ndarray) -> float:

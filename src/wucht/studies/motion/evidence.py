@@ -79,7 +79,8 @@ class Standing:
 @dataclass(frozen=True)
 class _Projections:
     """Where the numbers go that the criteria need. varied: the range of the speed, as a share of it. lags: of the bodies about
-    the rotor. left: the residual unbalance, None where there is nothing that could compensate. parted: see ``parting``."""
+    the rotor. left: the residual unbalance, None where there is nothing that could compensate. parted: see ``parting``. beats:
+    cycles of a modulation are observed."""
 
     mean: Projection
     lowest: Projection
@@ -87,6 +88,7 @@ class _Projections:
     lags: tuple[Lag, ...]
     left: Projection | None
     parted: float
+    beats: bool
 
     @property
     def asynchronous(self) -> bool:
@@ -137,7 +139,7 @@ def standing(
     near = resonance is not None and p.lowest.low - resonance < 2 * float(series.highs[-1] - series.lows[-1])
     resting = p.mean.course is Course.STATIONARY and trend(series.means) == 0
     approached = resting or p.mean.width <= SPEED_TOLERANCE * reference
-    residual = None if not unbalanced else _now(last) if p.left is None else (max(p.left.low, 0.0), p.left.high)
+    residual = None if not unbalanced else _now(last) if p.left is None else p.left.bounds
     evidence = Evidence(
         turning=True,
         mean_speed=p.mean.bounds,
@@ -185,12 +187,14 @@ def _projections(
     ahead, rounding = series.ahead * longer, max(series.rounding, noise.speed * reference)
     mean, lowest = (projected(x, ahead, rounding) for x in (series.means, series.lows))
     last = float(series.means[-1])
-    varied = falling((series.highs - series.lows) / series.means, ahead, rounding / last)
+    varied = _of_positive(falling((series.highs - series.lows) / series.means, ahead, rounding / last))
     borders = observed.borders if observed is not None and _by_cycles(whole, observed) else None
     lags = tuple(lag_of(whole, i, last, ahead, borders, noise) for i in about)
     apart = math.inf if borders is None else windows_until_apart(whole, about, borders, noise)
     parted = apart if apart < ahead else math.inf
-    return _Projections(mean, lowest, varied, lags, _left(whole, AHEAD * longer, noise) if balancing else None, parted)
+    return _Projections(
+        mean, lowest, varied, lags, _left(whole, AHEAD * longer, noise) if balancing else None, parted, observed is not None
+    )
 
 
 def _endless(p: _Projections, e: Evidence, waits: list[float], noise: Noise, reference: float) -> str:
@@ -218,7 +222,7 @@ def _open_numbers(p: _Projections, e: Evidence, noise: Noise, reference: float) 
 
 def _waits(p: _Projections, e: Evidence, reference: float, whole: Blocks, series: _Series) -> list[float]:
     """In how many windows each number will be known that is not."""
-    beats = p.varied.last > MODULATION_THRESHOLD and p.mean.course is not Course.DRIFTING
+    beats = p.beats and p.varied.last > MODULATION_THRESHOLD and p.mean.course is not Course.DRIFTING
     dies_out = beats and p.varied.course is Course.APPROACHING
     even = p.varied.windows_until(1e-3) if dies_out else math.inf  # mean and lowest speed settle with it
     if e.free_speed == 0 and not e.settled:  # it coasts: nothing else is to be known
@@ -263,11 +267,9 @@ def _lasting(varied: Projection, observed: Modulation | None) -> tuple[float, fl
 
 def _needed(waits: list[float], varied: Projection, observed: Modulation | None, ahead: float, end: float) -> float:
     """For how many more times the length of the record it must be watched, if it needs so many windows; or for more cycles of a
-    modulation that may not last."""
-    if observed is not None and (not observed.regular or varied.course is Course.STATIONARY):
-        fewest = _FEWEST_UNEVEN if observed.regular else _FEWEST_IRREGULAR
-        if observed.cycles < fewest:
-            return 4 * fewest * observed.period / end
+    modulation that may not last, which are counted in the last half."""
+    if observed is not None and observed.regular and observed.cycles < _FEWEST_UNEVEN and varied.course is Course.STATIONARY:
+        return max(0.0, 2 * _FEWEST_UNEVEN * observed.period / end - 1)
     return max(waits, default=0.0) * LOOKAHEAD / ahead
 
 
@@ -302,9 +304,14 @@ def _left(whole: Blocks, ahead: float, noise: Noise) -> Projection:
     later = projected(sizes[1:], ahead, noise.angle)
     begins_to_rise = p.course is Course.STATIONARY and later.course is Course.DRIFTING and later.high > p.high
     if begins_to_rise:
-        return replace(later, low=p.low)
+        return _of_positive(replace(later, low=p.low))
     low, high = noise.widened(np.array(p.bounds)).tolist() if p.course is Course.STATIONARY else p.bounds
-    return replace(p, low=low, high=high)
+    return _of_positive(replace(p, low=low, high=high))
+
+
+def _of_positive(p: Projection) -> Projection:
+    """The projection of a number that cannot be less than zero."""
+    return replace(p, low=max(p.low, 0.0))
 
 
 def _by_cycles(whole: Blocks, observed: Modulation) -> bool:

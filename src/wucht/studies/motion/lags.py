@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.numerics.observers.projection import SHARE, Course, Projection, projected, trend, windows_of
+from wucht.numerics.observers.projection import Course, Projection, projected, trend, windows_of
 from wucht.numerics.observers.turn_record import Blocks
 from wucht.numerics.observers.turns import PER_TURN
 from wucht.results.outcomes import LAG_TOLERANCE
@@ -53,18 +53,16 @@ def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarra
     if abs(p.last) <= LAG_TOLERANCE:
         if p.course is Course.DRIFTING and p.low < 0 < p.high:  # one that catches up does not overtake
             p = replace(p, low=min(p.last, 0.0), high=max(p.last, 0.0))
-        return Lag(p.last, p.low, p.high, p.course, p.windows * math.log(max(p.width / LAG_TOLERANCE, 1.0)))
+        return Lag(p.last, p.low, p.high, p.course, p.windows_until(LAG_TOLERANCE))
     last, low, high = p.last, min(p.low, float(means.min())), max(p.high, float(means.max()))
     # One that catches up, however slowly, will have done so; one that has slipped too little, or tumbles, may do so.
     wait = _windows_until_caught_up(means, p, ahead)
     late, slips = float(np.ptp(slip[-max(2, len(slip) // 5) :])), float(np.ptp(slip)) / (2 * math.pi)
     irregular = np.ptp(means) > _IRREGULAR * abs(last)
-    if wait is None and late < 2 * math.pi:
-        wait = (2 * math.pi / late - 1) / SHARE if late else math.inf
-    if wait is None and irregular and slips < _MANY_SLIPS:
-        wait = (_MANY_SLIPS / slips - 1) / SHARE
+    if wait is None and (late < 2 * math.pi or (irregular and slips < _MANY_SLIPS)):
+        wait = math.inf  # nothing says when a body is caught that slips slowly, or tumbles
     if wait is None:
-        return Lag(last, low, high, p.course, p.windows * math.log(max((high - low) / LAG_TOLERANCE, 1.0)))
+        return Lag(last, low, high, p.course, replace(p, low=low, high=high).windows_until(LAG_TOLERANCE))
     return Lag(last, min(low, 0.0), max(high, 0.0), p.course, wait)
 
 
@@ -73,7 +71,7 @@ def _windows_until_caught_up(means: np.ndarray, p: Projection, ahead: float) -> 
     sizes = np.abs(means)
     change = abs(float(means[-1] - means[-2])) * ahead
     if p.course is Course.DRIFTING and (p.high > p.last) == (p.last < 0) and change > _CATCHING_UP * abs(p.last):
-        return abs(p.last) * ahead / change * math.log(max(p.width / LAG_TOLERANCE, 1.0))
+        return abs(p.last) * ahead / change
     if p.course is not Course.APPROACHING or trend(sizes) >= 0 or (means * means[-1] <= 0).any() or sizes[-1] >= sizes[0]:
         return None
     fall = math.log(sizes[0] / sizes[-1]) / (len(sizes) - 1)

@@ -30,9 +30,8 @@ from wucht.studies.motion.several_rotors import rotor_outcomes
 from wucht.studies.motion.swings import longer_until_no_turning, swing_of, turning_on_the_whole
 from wucht.studies.release_events import last_change
 
-_LONGER, _LONGEST, _MANY_TURNS = 40.0, 200.0, 4000  # times the run, and turns in all: where nothing says how long
+_LONGER = 2.5  # times the run: at least, and where nothing says how long; so never three times what is needed
 _VERY_MANY_TURNS = 40_000  # after which what goes to and fro, and neither falls nor drifts, goes on like that
-_LEAST, _ALLOWANCE = 8.0, 4.0  # times the run at least, and for an approach that slows down
 _RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
 _FLOAT = 1e-9  # share that is rounding
 _EVEN_LAG = 0.02  # of the lag: by how much that may still change where a run lasts until it is settled
@@ -143,7 +142,7 @@ def judge(machine: Machine, seen: Observation, free: float | None, failure: str 
 def _after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict:
     """The verdict; none on a motion that is not at rest as long as it may be a transient."""
     if verdict.outcome in _RESTLESS and end < (needed := _OLD * vibration_decay(machine)):
-        why, needed = "free vibrations have hardly decayed", max(_LONGER * end, needed)
+        why = "free vibrations have hardly decayed"
     elif verdict.outcome is Outcome.PASSED and verdict.standing is not None and verdict.standing.unrest > UNREST:
         needed = _DECAYS * slowest_decay(machine, verdict.standing.sense * verdict.speed)
         why = "bodies still move about the rotor"
@@ -152,7 +151,7 @@ def _after_transients(machine: Machine, verdict: Verdict, end: float) -> Verdict
     else:
         return verdict
     verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED)
-    return _undecided(machine, verdict, why, max(_LEAST * end, needed))
+    return _undecided(machine, verdict, why, needed)
 
 
 def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdict:
@@ -160,7 +159,8 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
     means = locked(machine, seen)
     if means is None:
         return verdict
-    before, end, periods = verdict.needed or math.inf, seen.end_time, means.evidence.periods
+    end, periods = seen.end_time, means.evidence.periods
+    before = verdict.needed or _LONGER * end
     drifting = verdict.standing is not None and verdict.standing.drifting and not means.evidence.locked
     verdict = replace(
         verdict,
@@ -174,17 +174,11 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
     )
     if verdict.outcome is not Outcome.UNIDENTIFIED:
         return replace(verdict, rotors=rotor_outcomes(machine, seen, means))
-    why, needed = "the phases still move", min(before, _unknown(end, verdict.speed))
+    why, needed = "the phases still move", before
     if periods < FEWEST_PERIODS:
         why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
-        needed = _LEAST * end
-    return _undecided(machine, verdict, why, max(needed, _DECAYS * vibration_decay(machine)))
-
-
-def _unknown(end: float, speed: float) -> float:
-    """Until when to run where nothing says how long."""
-    turns = end * abs(speed) / (2 * math.pi)
-    return end * max(_LONGER, min(_MANY_TURNS / max(turns, 1.0), _LONGEST))
+        needed = _LONGER * end
+    return _undecided(machine, verdict, why, needed)
 
 
 def _undecided(machine: Machine, verdict: Verdict, why: str, until: float) -> Verdict:
@@ -264,12 +258,11 @@ def _advice(machine: Machine, end: float, stands: Standing) -> tuple[str, float]
     """Why nothing can be told yet, and when it can."""
     known = math.isfinite(stands.needed)
     why = "the motion still approaches its end" if known else "the motion is still under way"
-    until = max(_LEAST * end, _ALLOWANCE * (1 + stands.needed) * end) if known else _unknown(end, stands.speed)
+    until = max(_LONGER, 1 + stands.needed if known else 0.0) * end
     speed = stands.sense * stands.speed
-    # Before a resonance it is the vibration that decides how long a run-up takes, and that holds the rotor.
-    beyond = stands.evidence.beyond
-    run_up = run_up_time(machine, speed) if beyond and runaway_limit(machine) is None else 0.0
-    return why, max(until, _RUN_UPS * run_up + _DECAYS * slowest_decay(machine, speed, held=beyond is not True))
+    # Before a resonance it is the vibration that decides how long a run-up takes.
+    run_up = run_up_time(machine, speed) if stands.evidence.beyond and runaway_limit(machine) is None else 0.0
+    return why, max(until, _RUN_UPS * run_up)
 
 
 def _without_turning(machine: Machine, seen: Observation, free: float | None) -> Verdict:
@@ -282,9 +275,9 @@ def _without_turning(machine: Machine, seen: Observation, free: float | None) ->
     if verdict.outcome is not Outcome.UNIDENTIFIED:
         return replace(verdict, settling_time=end)
     if longer := longer_until_no_turning(seen) if swing is None else swing.longer:
-        needed = max(_LEAST, _ALLOWANCE * longer) * end
+        needed = max(_LONGER, longer) * end
     elif _long(machine, end, end / seen.main.span):
         return _without_end(verdict, "the rotor swings and turns over irregularly, and nothing of that is seen to decay")
     else:
-        needed = max(_LONGER * end, _DECAYS * slowest_decay(machine, free_speed(machine, machine.rotor) or 0.0), 1e-9)
+        needed = max(_LONGER * end, 1e-9)
     return _undecided(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made", needed)

@@ -130,5 +130,6 @@ def _summary(machine: Machine, result: xr.Dataset, verdict: Verdict, full: bool,
         "natural_frequencies": natural_frequencies(machine),
         "dimensionless": numbers(machine),
         "advice": verdict.advice,
+        "advised_time": verdict.needed,
         **locked,
     }
