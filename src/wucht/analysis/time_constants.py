@@ -8,8 +8,7 @@ import numpy as np
 
 from wucht.analysis.vibration import Vibration
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed, natural_frequencies, net_torque
-from wucht.machines.structure import SPEED
+from wucht.machines.operation import free_speed, natural_frequencies, net_torque, rotor_inertia
 from wucht.numerics.flow.program import Evaluator
 
 _NEARLY, _POINTS = 0.005, 200  # of the free speed: a run-up is over there
@@ -64,9 +63,8 @@ def run_up_time(machine: Machine, speed: float) -> float:
     if not end or abs(speed) >= abs(end):
         return 0.0
     speeds = np.linspace(math.copysign(abs(speed), end), end, _POINTS)
-    energy = machine.function(machine.structure.kinetic_in_operation, of=SPEED, modules="math")
-    inertia, torques = 2 * float(energy(1.0)[0]), np.array([torque(float(w)) for w in speeds]) * math.copysign(1.0, end)
-    return float(np.trapezoid(inertia / torques, np.abs(speeds))) if (torques > 0).all() else 0.0
+    torques = np.array([torque(float(w)) for w in speeds]) * math.copysign(1.0, end)
+    return float(np.trapezoid(rotor_inertia(machine, rotor) / torques, np.abs(speeds))) if (torques > 0).all() else 0.0
 
 
 def runaway_limit(machine: Machine) -> float | None:

@@ -61,6 +61,12 @@ def net_torque(machine: Mechanism, rotor: RotatingBody) -> Callable[[float], flo
     return lambda w: float(function(w)[0])
 
 
+def rotor_inertia(machine: Mechanism, rotor: RotatingBody) -> float:
+    """The moment of inertia of a rotor and the bodies that turn with it, what drives add to it included."""
+    kinetic = machine.structure.kinetic_of(machine.group(rotor)).xreplace({SPEED: sp.S.One})
+    return 2 * float(machine.evaluate(kinetic)[0])
+
+
 def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> float | None:
     """The speed that the drive reaches without vibration, None where it is not determined (no drive and no losses).
 
@@ -71,14 +77,27 @@ def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> fl
         return float(machine.prescribed_speed(rotor.coordinate, time)[0])
     torque = net_torque(machine, rotor)
     start = torque(0.0)
-    if start == 0.0:
-        return 0.0 if torque(1.0) < 0 else None
-    slope = _constant_slope(machine, rotor)
+    slope = _constant_slope(machine, rotor) if start else None
     if slope:
         rough = -start / slope
         return rough - torque(rough) / slope  # the second step removes the rounding of the first
-    if slope == 0:
-        return None
+    return None if slope == 0 else _balanced(torque)
+
+
+def common_free_speed(machine: Mechanism) -> float | None:
+    """The speed that all drives together reach without vibration where all rotors turn at one, each in its sense.
+
+    It is positive; 0 where losses bring them to rest, None where it is not determined. Rotors are free to turn.
+    """
+    torques = [(sense_of(machine, rotor), net_torque(machine, rotor)) for rotor in machine.rotors]
+    return _balanced(lambda w: sum(sense * torque(sense * w) for sense, torque in torques))
+
+
+def _balanced(torque: Callable[[float], float]) -> float | None:
+    """The speed, in the sense of the torque at standstill, at which a torque first vanishes; None where it never does."""
+    start = torque(0.0)
+    if start == 0.0:
+        return 0.0 if torque(1.0) < 0 else None
     low, high = 0.0, math.copysign(1e-3, start)
     while abs(high) < _FASTEST:
         if torque(high) * start <= 0:

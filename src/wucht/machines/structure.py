@@ -147,8 +147,12 @@ class Structure(Bodies):
     @cached_property
     def kinetic_in_operation(self) -> sp.Expr:
         """The kinetic energy of the bodies that all turn with ``SPEED``, all else at rest."""
+        return self.kinetic_of(self.bodies)
+
+    def kinetic_of(self, turning: Sequence[RotatingBody]) -> sp.Expr:
+        """The kinetic energy of some bodies that turn with ``SPEED``, all else at rest."""
         rest = dict.fromkeys((s for c in self.coordinates for s in (c.position, c.velocity)), sp.S.Zero)
-        speed = dict.fromkeys((b.coordinate.velocity for b in self.bodies), SPEED)
+        speed = dict.fromkeys((b.coordinate.velocity for b in turning), SPEED)
         return sp.sympify(sp.Add(*(e.kinetic for e in self.energies)).xreplace(rest | speed))
 
 

@@ -84,10 +84,14 @@ class Energies:
     nonlinear: str = ""
 
     @property
+    def formulas(self) -> tuple[sp.Expr, ...]:
+        """Those of energies and forces."""
+        return self.kinetic, self.potential, self.dissipation, *(e for a in self.applied for e in (a.force, a.rate))
+
+    @property
     def symbols(self) -> set[sp.Symbol]:
         """All that occurs in the formulas of energies and forces."""
-        formulas = [self.kinetic, self.potential, self.dissipation, *(e for a in self.applied for e in (a.force, a.rate))]
-        return set().union(*(sp.sympify(e).free_symbols for e in formulas))
+        return set().union(*(sp.sympify(e).free_symbols for e in self.formulas))
 
     def __add__(self, other: Energies) -> Energies:
         """The energies of both."""

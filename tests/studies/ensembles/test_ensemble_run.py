@@ -97,10 +97,75 @@ def test_at_a_given_end_what_is_not_settled_is_not_identified() -> None:
 def test_a_machine_with_contacts_is_run_up_member_by_member() -> None:
     machine = load_machine("practice/laundry-drum")
     question = EnsembleQuestion(machine, until=2.0, tolerance=1e-8)
-    assert way_of(question) == "members are run up one by one, which is slower: it has contacts, schedules or tables"
+    where = "schedule of drive.voltage; contacts on the track ring; quadratic load on drum, at standstill"
+    why = f"each must stop where a law changes ({where})"
+    assert way_of(question) == f"members are run up one by one, which is slower: {why}"
     found = outcomes_of(question, initial_state(machine, {})[:, None], {})
     assert labels(found) == [run_up(machine, {}, "full", until=2.0).verdict.outcome.value]
     assert way_of(replace(question, machine=pendulums(1.0))) == "members are integrated in batches"
+
+
+SMOOTH = {
+    "carrier": {"mass": 1.0, "directions": "x", "stiffness": 1e3, "damping": 5.0},
+    "bodies": [{"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.01, "bearing_damping": 1e-4}],
+    "drive": {"on": "a", "kind": "linear", "slope": 1e-3, "no_load_speed": 50.0},
+}
+BESIDE = SMOOTH["bodies"][0] | {"name": "b"}
+BALL = {"kind": "pendulum", "name": "p", "about": "a", "mass": 0.05, "length": 0.1, "damping": 0.01}
+SERIES = {
+    "on": "a", "kind": "dc-series", "voltage": 42.0, "armature_resistance": 1.5, "field_resistance": 1.0,
+    "field_inductance": 0.05, "motor_constant": 1.0,
+}  # fmt: skip
+SHAKEN = {"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}}
+
+
+@pytest.mark.parametrize(
+    ("changed", "model", "why"),
+    [
+        ({"bodies": [*SMOOTH["bodies"], BESIDE]}, "full", "several of its rotors are free to turn, and may synchronise"),
+        ({"carrier": SHAKEN}, "full", "its rotors may be entrained by the vibration of the carrier"),
+        ({"carrier": SHAKEN, "drive": {"kind": "constant-speed", "speed": 5.0}}, "full", "its carrier is shaken"),
+        ({"drive": None}, "slow", "a rotor without a drive turns as it does at the start"),
+        (
+            {"drive": {"kind": "constant-torque", "torque": 1.0}, "set": {"a.bearing_damping": 0.0}},
+            "full",
+            "nothing but a limit",
+        ),
+        ({"bodies": [*SMOOTH["bodies"], BALL | {"release": {"speed": 40.0}}]}, "full", "bodies are released on the way"),
+        (
+            {"drive": SERIES, "load": {"kind": "quadratic", "coefficient": 2e-4}},
+            "full",
+            "each must stop where a law changes (quadratic load on a, at standstill)",
+        ),
+    ],
+    ids=lambda x: x if isinstance(x, str) else "",
+)
+def test_why_members_are_run_up_one_by_one_is_said(changed: dict[str, Any], model: Any, why: str) -> None:
+    machine = machine_from({key: value for key, value in (SMOOTH | changed).items() if value is not None})
+    assert way_of(EnsembleQuestion(machine, model=model)).startswith(f"members are run up one by one, which is slower: {why}")
+
+
+@pytest.mark.parametrize("changed", [{}, {"drive": SERIES, "load": {"kind": "viscous", "coefficient": 0.02}}])
+def test_a_machine_of_smooth_laws_is_integrated_in_batches(changed: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A series motor too; but not without heyoka."""
+    question = EnsembleQuestion(machine_from(SMOOTH | changed))
+    assert way_of(question) == "members are integrated in batches"
+    monkeypatch.setattr(ensemble_run, "available_engine", lambda: "scipy")
+    assert way_of(question) == "members are integrated one by one, which is slower: the engine scipy has no batches"
+
+
+def test_exciters_at_the_resonance_have_the_label_of_their_run_up() -> None:
+    bodies = [
+        {"kind": "rotor", "name": n, "mass": 1.0, "unbalance": 0.02, "inertia": 0.01, "bearing_damping": 1e-4} for n in "ab"
+    ]
+    drives = [{"on": n, "kind": "linear", "slope": 1e-3, "no_load_speed": w} for n, w in (("a", 100.5), ("b", 101.0))]
+    carrier = {"mass": 8.0, "directions": "x", "stiffness": 3500.0, "damping": 20.0}
+    machine = machine_from({"carrier": carrier, "bodies": bodies, "drives": drives})
+    starts = [{"a": 0.3}, {"a": 2.0}]
+    found = outcomes_of(EnsembleQuestion(machine, until=100.0, tolerance=1e-8), states(machine, starts), {})
+    assert (
+        labels(found) == [run_up(machine, s, "full", until=100.0).verdict.outcome.value for s in starts] == ["synchronised"] * 2
+    )
 
 
 def test_a_member_that_fails_is_told_and_disturbs_no_other() -> None:

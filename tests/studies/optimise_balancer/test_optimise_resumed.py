@@ -82,7 +82,7 @@ def test_workers_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_that_it_takes_long_is_said_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where all are run up one by one, as balls of a track are, how many run-ups there will be is the first that is told."""
     monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
-    monkeypatch.setattr(prepare, "why_one_by_one", lambda _question: "it has contacts, schedules or tables")
+    monkeypatch.setattr(prepare, "why_one_by_one", lambda _question: "bodies are released on the way")
     told: list[str] = []
 
     def stop(_share: float, what: str) -> None:

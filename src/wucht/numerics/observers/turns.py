@@ -56,6 +56,10 @@ class Samples:
         moments = np.vstack([np.zeros_like(angle), self.moments]) if len(self.moments) else self.moments
         return replace(self, angles=np.vstack([angle, self.angles]), speeds=np.vstack([speed, self.speeds]), moments=moments)
 
+    def with_leading(self, angle: np.ndarray, speed: np.ndarray) -> Self:
+        """With another motion (N,) of the leading body."""
+        return replace(self, angles=np.vstack([angle, self.angles[1:]]), speeds=np.vstack([speed, self.speeds[1:]]))
+
     def part(self, which: slice | np.ndarray) -> Self:
         """Some of the samples."""
         return replace(self, **{name: values[..., which] for name, values in vars(self).items()})

@@ -14,11 +14,11 @@ from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.analysis.static import axis_at_rest
 from wucht.analysis.time_constants import runaway_limit
 from wucht.errors import InputError
+from wucht.machines.laws_in_pieces import laws_in_pieces
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.ensembles.members import Members
-from wucht.numerics.flow.compiled import compile_system
 from wucht.studies.ensembles.ensemble_question import EnsembleQuestion
 from wucht.studies.ensembles.member_views import Bound, FullView, SlowView
 from wucht.studies.motion.locking import is_locking
@@ -31,13 +31,15 @@ def why_one_by_one(question: EnsembleQuestion) -> str | None:
     """Why the members cannot be integrated in batches, and are run up one by one; None where they can."""
     machine, slow = question.machine, question.model == "slow"
     free = [r for r in machine.rotors if r.coordinate.prescribed is None]
+    pieces = "; ".join(laws_in_pieces(machine))
     reasons = {
-        "its rotors may be entrained": is_locking(machine),
+        "several of its rotors are free to turn, and may synchronise": len(free) > 1,
+        "its rotors may be entrained by the vibration of the carrier": is_locking(machine),
         "its carrier is shaken": machine.shaken is not None,
         "a rotor without a drive turns as it does at the start": slow and not all(free_speed(machine, r) for r in free),
         "nothing but a limit ends its run-up": runaway_limit(machine) is not None,
         "bodies are released on the way": bool(release_events(machine)),
-        "it has contacts, schedules or tables": compile_system(machine.system, question.tolerance).locator is not None,
+        f"each must stop where a law changes ({pieces})": bool(pieces),
     }
     return next((why for why, holds in reasons.items() if holds), None)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
 from wucht.numerics.ensembles.members import Status
+from wucht.numerics.flow.compiled import available_engine
 from wucht.results.outcomes import Outcome
 from wucht.studies.ensembles.attractors import attractors_of
 from wucht.studies.ensembles.closer_look import begins_fast, looked_at
@@ -38,6 +39,8 @@ def way_of(question: EnsembleQuestion) -> str:
     why = why_one_by_one(question)
     if why is not None:
         return f"members are run up one by one, which is slower: {why}"
+    if (engine := available_engine()) != "heyoka":
+        return f"members are integrated one by one, which is slower: the engine {engine} has no batches"
     return "members are integrated in batches"
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from wucht.analysis.static import axis_at_rest
 from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
 from wucht.machines.machine import Machine
+from wucht.machines.operation import rotor_inertia, sense_of
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
@@ -29,7 +30,8 @@ class Observation:
 
     rotors: turn by turn of each rotor, by name; the others beside it are all other bodies in the machine's order. vibration:
     by periods of a prescribed vibration, beside it all bodies. Their distance is that of the main rotor's axis from where it
-    rests; largest: of it. main: the main rotor over time. noise: of the integration. end_time: how far.
+    rests; largest: of it. main: the main rotor over time. noise: of the integration. end_time: how far. common: where several
+    rotors are free to turn, the main rotor at the mean of their angles, turn by turn.
     """
 
     rotors: Mapping[str, TurnRecord]
@@ -38,6 +40,7 @@ class Observation:
     noise: Noise
     largest: float = 0.0
     end_time: float = 0.0
+    common: TurnRecord | None = None
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,20 @@ class Watch:
         }
 
     @cached_property
+    def _of_common(self) -> np.ndarray:
+        """The shares of the bodies' angles (n,) in the common motion of several free rotors, else none.
+
+        They are those of the rotors' inertias, with the senses in which they turn: what the rotors do to each other, equal and
+        opposite, does not change the mean.
+        """
+        machine = self.machine.at(self.machine.breakpoints[-1])
+        inertias = {r: rotor_inertia(machine, r) for r in machine.rotors if r.coordinate.prescribed is None}
+        if len(inertias) < 2:
+            return np.empty(0)
+        total = sum(inertias.values())
+        return np.array([sense_of(machine, b) * inertias[b] / total if b in inertias else 0.0 for b in machine.bodies])
+
+    @cached_property
     def _at_rest(self) -> dict[str, float]:
         return axis_at_rest(self.machine)
 
@@ -80,7 +97,8 @@ class Watch:
         shaken = self.machine.shaking_frequency is not None
         machine = self.machine.at(self.machine.breakpoints[-1])
         rotors = {r.name: TurnRecord(others, weights_of(machine, r)) for r in self.machine.rotors}
-        return Observation(rotors, TurnRecord(others + 1) if shaken else None, SpanRecord(self.span), self.noise)
+        common, vibration = TurnRecord(others) if len(self._of_common) else None, TurnRecord(others + 1) if shaken else None
+        return Observation(rotors, vibration, SpanRecord(self.span), self.noise, common=common)
 
     def samples(self, motion: Trajectory) -> Samples:
         """Of the machine's motion what is watched: all bodies in their order."""
@@ -103,12 +121,16 @@ class Watch:
         for name, record in seen.rotors.items():
             shares = replace(samples, moments=samples.moments * self._shares[name]) if self._sliding else samples
             rotors[name] = record.after(shares.led_by(names.index(name)))
-        main = seen.main.after(samples.only(names.index(machine.rotor.name)))
+        lead = names.index(machine.rotor.name)
+        main, common = seen.main.after(samples.only(lead)), seen.common
+        if common is not None:
+            mean = (self._of_common @ of_bodies for of_bodies in (samples.angles, samples.speeds))
+            common = common.after(samples.led_by(lead).with_leading(*mean))
         if vibration is not None and frequency is not None:
             vibration = vibration.after(samples.beside(frequency * samples.time, np.full(len(samples.time), frequency)))
         square = float(interval_peaks(samples.time, samples.square, samples.rate).max())
         largest = max(seen.largest, math.sqrt(max(square, 0.0)))
-        return Observation(rotors, vibration, main, seen.noise, largest, float(samples.time[-1]))
+        return Observation(rotors, vibration, main, seen.noise, largest, float(samples.time[-1]), common)
 
 
 def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:

@@ -75,7 +75,9 @@ class Verdict:
         if self.outcome is Outcome.UNIDENTIFIED and self.needed is None:
             return "the motion goes on without coming to anything that can be told"
         held = [name for name, o in self.rotors.items() if o in (Outcome.CAPTURED, Outcome.CAPTURED_MODULATED)]
-        return self.outcome.sentence + (f"; captured at the resonance: {', '.join(held)}" if held else "")
+        share = f", at {100 * self.speed / abs(free):.0f} % of the speed without vibration" if free else ""
+        together = share if self.outcome is Outcome.SYNCHRONISED else ""
+        return self.outcome.sentence + (f"; captured at the resonance: {', '.join(held)}{together}" if held else "")
 
     @property
     def modulation(self) -> Modulation | None:
@@ -173,7 +175,8 @@ def _by_locking(machine: Machine, seen: Observation, verdict: Verdict) -> Verdic
         locked=means,
     )
     if verdict.outcome is not Outcome.UNIDENTIFIED:
-        return replace(verdict, rotors=rotor_outcomes(machine, seen, means))
+        rotors, common = rotor_outcomes(machine, seen, means)
+        return replace(verdict, rotors=rotors, evidence=common or verdict.evidence)
     why, needed = "the phases still move", before
     if periods < FEWEST_PERIODS:
         why = f"fewer than {FEWEST_PERIODS} whole periods were made in the last half"
