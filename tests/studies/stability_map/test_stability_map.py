@@ -10,13 +10,15 @@ import sympy as sp
 
 import wucht
 from wucht.errors import InputError, RunError
+from wucht.files.building import machine_from
 from wucht.numerics.periodic.fold_pairs import FoldPairs
 from wucht.results.conventions import summary_of
+from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
+from wucht.studies.stability_map.fold_crossings import crossing_pieces
 from wucht.studies.stability_map.map_words import numbered, state_label
 from wucht.studies.stability_map.plane_regions import kinds_of, regions, sides_of
 from wucht.studies.stability_map.spec import StabilityMap
-from wucht.studies.stability_map.state_map import crossing_pieces
 from wucht.system import System
 
 X, Y, P, R = sp.symbols("x y p r", real=True)
@@ -30,6 +32,18 @@ S = sp.Symbol("s", real=True)
 HOPF_FORM = wucht.OwnEquations(
     System((X, Y), (X * (P + S * Q - Q**2) - Y, Y * (P + S * Q - Q**2) + X), (P, S)), {"p": 0.1, "s": 1.0}, "a Hopf point"
 )
+
+
+UNEQUAL = {
+    "carrier": {"directions": "xy", "mass": 8.0, "stiffness": [20000.0, 55000.0], "damping": [60.0, 90.0]},
+    "bodies": [
+        {"kind": "rotor", "name": "r1", "mass": 4.0, "unbalance": 0.012, "inertia": 0.06, "bearing_damping": 0.0002},
+        {"kind": "pendulum", "name": "p1", "about": "r1", "mass": 0.07, "length": 0.1, "damping": 0.004},
+        {"kind": "pendulum", "name": "p2", "about": "r1", "mass": 0.13, "length": 0.09, "damping": 0.006, "inertia": 0.0011},
+    ],
+    "drive": {"on": "r1", "kind": "linear", "slope": 0.03, "no_load_speed": 110.0},
+    "loads": [{"on": "r1", "kind": "quadratic", "coefficient": 5e-06}],
+}
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +106,50 @@ def test_orbits_that_begin_at_a_hopf_point_and_fold() -> None:
     assert summary["against"] == 0
 
 
+def test_a_motion_that_begins_at_no_steady_state_that_is_lost() -> None:
+    """Left of the Hopf point the state at rest is stable all over; only runs from afar come to the other motion."""
+    asked: dict[str, Any] = {"along": "p", "range": [-0.6, -0.05], "second": "s", "second_range": [0.8, 1.2], "cells": 3}
+    result = run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), HOPF_FORM)
+    summary = summary_of(result)
+    fold = np.array(summary["boundaries"]["modulated motion: fold"])
+    np.testing.assert_allclose(fold[:, 0], -(fold[:, 1] ** 2) / 4, atol=1e-6)
+    share = (-0.05 + np.mean(np.linspace(0.8, 1.2, 201) ** 2) / 4) / 0.55
+    shares = {each["label"]: each["share"] for each in summary["regions"]}
+    assert summary["everywhere"] == ["one stable state"]
+    assert shares["modulated motion stable"] == pytest.approx(share, abs=0.01)
+    assert shares["nothing else"] == pytest.approx(1 - share, abs=0.01)
+    assert (summary["against"], summary["runs"]) == (0, 6 * summary["places"])
+    assert any(f"by {summary['runs']} runs from several starts" in line for line in report(result))
+
+
+def test_what_was_not_sought_is_not_called_absent(cusp: Any) -> None:
+    assert cusp.attrs["sentence"].endswith("; modulated motions were not sought")
+    assert summary_of(cusp)["runs"] == 0
+    assert not any("nothing else" in each["label"] for each in summary_of(cusp)["regions"])
+
+
+@pytest.mark.slow
+def test_modulated_motion_of_two_unequal_pendulums() -> None:
+    """At small slopes the pendulums lag and rotate, though the steady state that compensates is stable all over the plane."""
+    asked: dict[str, Any] = {"along": "drive.slope", "range": [0.002, 0.03], "second": "r1.unbalance"}
+    summary = summary_of(run(StabilityMap(**asked, second_range=[0.006, 0.018], cells=4), machine_from(UNEQUAL)))
+    assert summary["everywhere"] == ["compensating"]
+    assert sum(r["share"] for r in summary["regions"] if "modulated motion stable" in r["label"]) == pytest.approx(
+        0.43, abs=0.03
+    )
+    assert summary["against"] == 0
+    fold = np.array(summary["boundaries"]["modulated motion: fold"])
+    at = float(np.interp(0.012, *fold[np.argsort(fold[:, 1])].T[::-1]))
+    for slope, outcome in ((at - 0.002, "balancer-captured"), (at + 0.002, "compensated")):
+        machine = machine_from(UNEQUAL).with_values({"drive.slope": slope})
+        outcomes = [
+            summary_of(run(RunUp(settled=True, model="slow", start=start), machine))["outcome"]
+            for start in ({"p1": 1.0}, {"p1": 2.5, "p2": -1.0})
+        ]
+        assert outcome in outcomes
+        assert outcome == "balancer-captured" or set(outcomes) == {outcome}
+
+
 def test_interrupted_maps_are_kept() -> None:
     asked = StabilityMap(**PLANE, cells=3, orbits=False, ranges={"x": [-2.0, 2.0]})
 
@@ -122,8 +180,9 @@ def test_regions_of_a_circle_and_a_line() -> None:
 
 def test_small_parts() -> None:
     assert numbered(["fold", "hopf", "fold"]) == ["fold", "hopf", "fold (2)"]
-    assert state_label(["together"], 2) == "together, modulated motion stable"
-    assert state_label([], 0) == "nothing else"
+    assert state_label(["together"], 2, True) == "together, modulated motion stable"
+    assert state_label([], 0, True) == "nothing else"
+    assert state_label([], 0, False) == "no other steady state"
     a, b = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]]), np.array([[0.0, 2.0], [1.5, 1.4]])
     assert crossing_pieces(a, b) == [(1, 0)]
 

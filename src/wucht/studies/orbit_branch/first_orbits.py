@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.errors import RunError, WuchtError
+from wucht.errors import WuchtError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equilibria import HOPF, Equilibria, Equilibrium
@@ -75,11 +75,12 @@ class SeedOrbit:
 
 @dataclass(frozen=True)
 class Tried:
-    """What a run at a value came to. orbit: None where it is none. sentence: what was found instead."""
+    """What a run at a value came to. orbit: None where it is none. sentence: what was found instead. rests: a steady state."""
 
     value: float
     orbit: SeedOrbit | None
     sentence: str
+    rests: bool = False
 
 
 def cycles_of(
@@ -99,16 +100,22 @@ def orbit_of_run(
 ) -> Tried:
     """Run at a value from the subject's own start until the motion repeats itself. until: how long that may take."""
     rates, parameters = Evaluator.of_rates(subject.system), subject.system.values({**subject.values, subject.path: value})
+    span = times_of_change(rates, parameters)
+    first = np.asarray(subject.initial(value), float)
+    if until is None:
+        return orbit_near(subject, bounds, value, first, span, watch, longest)
+    return orbit_near(subject, bounds, value, first, lambda _: until / 3, watch, longest, runs=2)
+
+
+def times_of_change(rates: Evaluator, parameters: Sequence[float]) -> Callable[[np.ndarray], float]:
+    """State (n,) -> some times the time in which states change as much as they are large. rates: of a System."""
 
     def span(state: np.ndarray) -> float:
         change = rates.array(np.zeros(1), state[:, None], parameters)[:, 0]
         fastest = float((np.abs(change) / np.maximum(np.abs(state), 1.0)).max())
         return _FIRST_SPAN / fastest if fastest > 0 else _FIRST_SPAN
 
-    first = np.asarray(subject.initial(value), float)
-    if until is None:
-        return orbit_near(subject, bounds, value, first, span, watch, longest)
-    return orbit_near(subject, bounds, value, first, lambda _: until / 3, watch, longest, runs=2)
+    return span
 
 
 def orbit_near(
@@ -141,7 +148,7 @@ def orbit_near(
         if run.failure is not None:
             return Tried(value, None, f"{at} the run fails: {run.failure}")
         if rests(run.states[:, _SAMPLES // 2 :]):
-            return Tried(value, None, f"{at} it settles in a steady state")
+            return Tried(value, None, f"{at} it settles in a steady state", rests=True)
         done, state = done + last, run.states[:, -1]
         state = state - np.where(subject.turning, 2 * np.pi * np.round(state / (2 * np.pi)), 0.0)
         found = recurrence(run.time, run.states, subject.turning)
@@ -155,7 +162,7 @@ def orbit_near(
         cycles = _cycles(subject, bounds, found.turns, scale, found.period, longest)
         try:
             cycle = cycle_near(cycles, period.time, period.states, value)
-        except RunError:  # the run has not settled yet
+        except WuchtError:  # the run has not settled yet
             continue
         if abs(cycle.period / found.period - 1) < _PERIODS_AGREE:
             orbit = SeedOrbit.of(cycles, cycle, f"a run {at}", both_ways=True)

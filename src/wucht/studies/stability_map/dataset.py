@@ -66,7 +66,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "x": variable("column", parts.areas.x, a.words, a.unit),
         "y": variable("row", parts.areas.y, b.words, b.unit),
     }
-    summary = _summary(plan, parts)
+    runs = 0 if isinstance(findings, EndingFindings) else sum(place.runs for place in findings.reached)
+    summary = _summary(plan, parts, runs)
     return answered(
         xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings, parts),
         along=a.path, along_unit=a.unit, along_what=a.words, second=b.path, second_unit=b.unit, second_what=b.words,
@@ -75,7 +76,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     )  # fmt: skip
 
 
-def _summary(plan: Plan, parts: MapParts) -> dict[str, Any]:
+def _summary(plan: Plan, parts: MapParts, runs: int) -> dict[str, Any]:
     third = plan.third
     of_third = {} if third is None else {"eliminate": third.path, "eliminate_unit": third.unit}
     of_third |= {} if plan.plane is None else {"eliminate_range": list(plan.plane.bounds[0])}  # type: ignore[dict-item]
@@ -92,7 +93,7 @@ def _summary(plan: Plan, parts: MapParts) -> dict[str, Any]:
         ],
         "regions": [{"label": label, "share": share} for label, share in shares(parts.areas, parts.labels).items()],
         "everywhere": list(parts.everywhere),
-        "places": len(parts.places), "against": len(parts.against),
+        "places": len(parts.places), "against": len(parts.against), "runs": runs,
     }  # fmt: skip
 
 
@@ -107,7 +108,7 @@ def _sentence(plan: Plan, parts: MapParts) -> str:
         return sentence + (f"; the regions meet at {' and at '.join(at)}" if at else "")
     listed = "; ".join(f"{label} in {100 * share:.0f} %" for label, share in sorted(found.items(), key=lambda i: -i[1]))
     everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; besides " if parts.everywhere else "stable: "
-    return f"{everywhere}{listed} of the plane"
+    return f"{everywhere}{listed} of the plane" + ("" if plan.motion is not None else "; modulated motions were not sought")
 
 
 def _warnings(plan: Plan, findings: Findings, parts: MapParts) -> list[str]:

@@ -13,6 +13,7 @@ from wucht.numerics.continuation.equilibria import FOLD
 from wucht.numerics.periodic.branch_ends import NOT_IDENTIFIED, SADDLE_NODE_ON_ORBIT
 from wucht.studies.speed_curve.second_parameter import FollowedCurve
 from wucht.studies.stability_map.ending_map import EndingFindings, unexplained
+from wucht.studies.stability_map.fold_crossings import COINCIDE
 from wucht.studies.stability_map.map_words import (
     ENDINGS,
     MODULATED,
@@ -21,13 +22,15 @@ from wucht.studies.stability_map.map_words import (
     SHORT,
     TONES,
     UNKNOWN,
+    UNNAMED,
+    UNSETTLED,
     numbered,
     state_label,
 )  # fmt: skip
 from wucht.studies.stability_map.plane_regions import Regions, kinds_of, regions, sides_of
 from wucht.studies.stability_map.prepare import Plan
-from wucht.studies.stability_map.state_map import COINCIDE, StateFindings, extended, lines_of
-from wucht.studies.stability_map.state_rows import OrbitRow
+from wucht.studies.stability_map.state_map import StateFindings, extended, lines_of
+from wucht.studies.stability_map.state_rows import STABLE, OrbitRow
 
 _ON_FOLD = 1e-4  # of the range: a row's end that lies on a curve of folds
 _SAME_SIDES = 0.5  # of a curve's points: a curve with different things on both sides at fewer of them parts nothing
@@ -128,7 +131,8 @@ def state_parts(plan: Plan, findings: StateFindings) -> MapParts:
     keyed = [(x, y, f"{level};{','.join(sorted(set(names) - everywhere))}") for x, y, names, level in looked]
     kinds, against = kinds_of(areas, keyed)
     read = [_read(kind) for kind in kinds]
-    labels = [state_label(names, level) if known else "not looked at" for names, level, known in read]
+    sought = plan.motion is not None
+    labels = [state_label(names, level, sought) if known else "not looked at" for names, level, known in read]
     hatched = sorted({tuple(names) for names, _, _ in read if names})
     hatches = [1 + hatched.index(tuple(names)) if names else 0 for names, _, _ in read]
     lines = [(f"{c.of}: {c.kind.name or 'steady states'}", c.u[-2], c.u[-1]) for c in findings.curves]
@@ -141,8 +145,8 @@ def state_parts(plan: Plan, findings: StateFindings) -> MapParts:
         Mark(kind, kind.replace("-", " "), float(c.u[-2, i]), float(c.u[-1, i]))
         for c in findings.curves for i, kind in enumerate(c.kinds) if kind
     ]  # fmt: skip
-    places = tuple(Place(x, y, state_label(sorted(set(names) - everywhere), level)) for x, y, names, level in looked)
-    wrong = tuple(Place(x, y, state_label(*_read(kind)[:2])) for x, y, kind in against)
+    places = tuple(Place(x, y, state_label(sorted(set(names) - everywhere), level, sought)) for x, y, names, level in looked)
+    wrong = tuple(Place(x, y, state_label(*_read(kind)[:2], sought)) for x, y, kind in against)
     return MapParts(
         made, tuple(marks), places, areas, tuple(labels), tuple(level for _, level, _ in read), tuple(hatches),
         tuple(sorted(everywhere)), wrong, findings.lost,
@@ -155,17 +159,24 @@ def _read(kind: str) -> tuple[list[str], int, bool]:
 
 
 def _looked(plan: Plan, findings: StateFindings) -> list[tuple[float, float, tuple[str, ...], int]]:
-    """Each place with the steady states that are stable there, and whether there is a modulated motion: see ``LEVELS``."""
-    orbits = {r.second: r for r in findings.orbits}
+    """Each place with the stable motions there: steady states by name, and how stable modulated ones are, see ``LEVELS``.
+
+    They are those of the branches, and those that runs from several starts have reached.
+    """
+    orbits = [r for r in findings.orbits if isinstance(r, OrbitRow)]
+    reached = {(r.x, r.y): r for r in findings.reached}
     across = plan.centres(0).tolist()
     # The rows of the cells come first; each of the others is of one place.
     values = [across] * plan.cells + [[x] for x, _ in findings.extra]
     found = []
     for row, xs in zip(findings.rows, values, strict=False):
-        orbit = orbits.get(row.second)
-        for x, names in zip(xs, row.stable, strict=True):
-            level = orbit.state_at(x) if isinstance(orbit, OrbitRow) else 0
-            found.append((x, row.second, names, level))
+        for x, named in zip(xs, row.stable, strict=True):
+            names, level = list(named), max((r.state_at(x) for r in orbits if r.second == row.second), default=0)
+            if (runs := reached.get((x, row.second))) is not None:
+                level = STABLE if runs.orbits else level
+                names += [UNNAMED] if runs.steady and not named else []
+                names += [UNSETTLED] if runs.unsettled else []
+            found.append((x, row.second, tuple(names), level))
     return found
 
 

@@ -10,6 +10,8 @@ from wucht.studies.stability_map.orbit_endings import NONE
 
 MODULATED = "modulated motion"
 UNKNOWN = "not identified"
+UNNAMED = "a steady state that was not found"
+UNSETTLED = "a motion that neither rests nor repeats itself"
 ENDINGS: Mapping[str, str] = {
     SADDLE_NODE_ON_ORBIT: "ends at a saddle-node on the orbit",
     SADDLE_CONNECTION: "ends at a saddle connection",
@@ -35,10 +37,10 @@ LEVELS = ("", f"{MODULATED} unstable", f"{MODULATED} stable")
 TONES: Mapping[str, int] = {SADDLE_NODE_ON_ORBIT: 2, SADDLE_CONNECTION: 1, RANGE: 3, NONE: 0}
 
 
-def state_label(names: Sequence[str], level: int) -> str:
-    """``together, modulated motion stable``: what is stable besides that which is everywhere."""
+def state_label(names: Sequence[str], level: int, sought: bool) -> str:
+    """``together, modulated motion stable``: what is stable besides what is everywhere. sought: modulated motions were."""
     parts = [*names, LEVELS[level]] if level else [*names]
-    return ", ".join(parts) or "nothing else"
+    return ", ".join(parts) or ("nothing else" if sought else "no other steady state")
 
 
 def numbered(names: Sequence[str]) -> list[str]:

@@ -49,6 +49,17 @@ class MappedMotion:
         scale = np.append(np.abs(e) @ seed.scale[:-1], seed.scale[-1])
         return replace(seed, states=seed.states @ e.T, winding=winding, scale=scale)
 
+    def starts(self, count: int) -> np.ndarray:
+        """States (count, n) of all equations, spread evenly over the ranges in which steady states are searched."""
+        from scipy.stats import qmc
+
+        box = self.box
+        if self.whole is not None:
+            speeds = self.box[:, np.flatnonzero(~self.subject.turning)[0]]
+            box = np.where(self.whole.turning, [[0.0], [2 * np.pi]], speeds[:, None])
+        shares = qmc.Halton(box.shape[1], scramble=False).random(count + 1)[1:]  # without its first point, a corner
+        return np.asarray(box[0] + (box[1] - box[0]) * shares)
+
     def sizes(self, widths: Mapping[str, float]) -> dict[str, float]:
         """By how much states and parameters change when they change much. widths: of the parameters' ranges."""
         names, turning = self.subject.system.state_names, self.subject.turning

@@ -24,5 +24,8 @@ def report(result: xr.Dataset) -> list[str]:
     for region in s["regions"]:
         lines.append(f"  {100 * region['share']:5.1f} %  {region['label']}")
     agree = s["places"] - s["against"]
-    lines.append(f"  checked      {agree} of {s['places']} places that were looked at one by one agree with the boundaries")
+    runs = f", by {s['runs']} runs from several starts," if s.get("runs") else ""
+    lines.append(
+        f"  checked      {agree} of {s['places']} places that were looked at one by one{runs} agree with the boundaries"
+    )
     return lines

@@ -2,47 +2,42 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Generator
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
-from wucht.errors import WuchtError
-from wucht.numerics.continuation.equilibria import FOLD
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.cycle import BRANCH_POINT
-from wucht.numerics.periodic.fold_pairs import FoldPairs
+from wucht.studies.orbit_branch.first_orbits import SeedOrbit
 from wucht.studies.speed_curve.run import run as run_curve
 from wucht.studies.speed_curve.second_parameter import FollowedCurve, SecondParameter, curve_through, passes, starts
+from wucht.studies.stability_map.fold_crossings import Crossing, fold_crossings
 from wucht.studies.stability_map.orbit_curves import OrbitCurve, connection_curve, orbit_curve
 from wucht.studies.stability_map.plane_regions import regions
 from wucht.studies.stability_map.prepare import Plan
-from wucht.studies.stability_map.state_rows import NoOrbit, OrbitRow, SteadyRow, orbit_row, steady_row
+from wucht.studies.stability_map.reached_motions import ReachedMotions, reached_motions
+from wucht.studies.stability_map.state_rows import NoOrbit, OrbitRow, SteadyRow, further_row, orbit_row, steady_row
 from wucht.studies.work import Work
 
-COINCIDE = "two folds at once"
-_ROWS, _CURVES, _ORBITS = 0.3, 0.4, 0.9  # shares of the work, by which these are done
+_ROWS, _CURVES, _RUNS, _ORBITS = 0.2, 0.3, 0.5, 0.9  # shares of the work, by which these are done
+_MOST_FAMILIES = 4  # of modulated motions that runs have reached
 _ON_CURVE = 0.01  # of the range: a special orbit that lies on a known curve
 _MOST_EXTRA = 12  # rows beside those of the cells
 
 
 @dataclass(frozen=True)
-class Crossing:
-    """A point of the plane at which two curves of folds meet, at different states."""
-
-    x: float
-    y: float
-
-
-@dataclass(frozen=True)
 class StateFindings:
-    """So far. places: (x, y, label). crossings: of fold curves. lost: sentences on what was not found."""
+    """So far. crossings: of fold curves. orbits: rows of modulated motions, one for each motion. reached: by runs. lost:
+    sentences on what was not found."""
 
     rows: tuple[SteadyRow, ...] = ()
     curves: tuple[FollowedCurve, ...] = ()
     crossings: tuple[Crossing, ...] = ()
     orbits: tuple[OrbitRow | NoOrbit, ...] = ()
+    reached: tuple[ReachedMotions, ...] = ()
     orbit_curves: tuple[OrbitCurve, ...] = ()
     extra: tuple[tuple[float, float], ...] = ()
     lost: tuple[str, ...] = field(default_factory=tuple)
@@ -59,10 +54,12 @@ def run_states(plan: Plan, work: Work) -> Stage:
     for k, second in enumerate(seconds):
         part = work.part(f"row {second!r}", _ROWS * k / len(seconds), _ROWS * (k + 1) / len(seconds))
         findings = yield from _steady(plan, findings, second, plan.centres(0), part, work)
-    crossings = work.unit("crossings", partial(_crossings, plan, findings.curves))
+    crossings = work.unit("crossings", partial(fold_crossings, plan, findings.curves))
     findings = replace(findings, crossings=crossings.found, lost=(*findings.lost, *crossings.lost))
     if plan.motion is not None:
+        findings = yield from _runs(plan, findings, work)
         findings = yield from _orbits(plan, findings, work)
+        findings = yield from _further_orbits(plan, findings, work)
     findings = yield from _extra(plan, findings, work)
     return replace(findings, complete=True)
 
@@ -92,46 +89,71 @@ def _steady(plan: Plan, findings: StateFindings, second: float, values: np.ndarr
     return findings
 
 
-@dataclass(frozen=True)
-class Crossings:
-    """Those that were found, and sentences on those that were not."""
+def _runs(plan: Plan, findings: StateFindings, work: Work) -> Stage:
+    """Runs from several starts at the centres of all cells."""
+    seconds = plan.centres(1).tolist()
+    for k, second in enumerate(seconds):
+        share = _CURVES + (_RUNS - _CURVES) * k / len(seconds)
+        findings = _with_runs(plan, findings, work, plan.centres(0).tolist(), second, share)
+        yield findings
+    return findings
 
-    found: tuple[Crossing, ...]
-    lost: tuple[str, ...] = ()
+
+def _with_runs(
+    plan: Plan, findings: StateFindings, work: Work, values: list[float], second: float, share: float
+) -> StateFindings:
+    """With what runs come to at values of the first parameter."""
+    assert plan.motion is not None
+    there = plan.motion.at({plan.second.path: second}, plan.along.path)
+    watch = partial(work.report, share, f"runs from several starts at {plan.second.path} = {second:.4g}")
+    watch()
+    make = partial(reached_motions, there, plan.along.path, plan.bounds[0], values, second, watch)
+    return replace(findings, reached=(*findings.reached, *work.unit(f"runs {second!r}", make)))
 
 
-def _crossings(plan: Plan, curves: tuple[FollowedCurve, ...]) -> Crossings:
-    """Where the curves of folds of states of one name cross: there two pairs of them vanish at once."""
-    folds, found, lost = [c for c in curves if c.of == FOLD], list[Crossing](), list[str]()
-    states = plan.row(sum(plan.bounds[1]) / 2).curves[0][1]
-    equations = states.equations_with(plan.second.path, plan.bounds[1][1] - plan.bounds[1][0])
-    pairs = FoldPairs(equations, plan.bounds)
-    for i, a in enumerate(folds):
-        for b in folds[i + 1 :]:
-            if a.kind.name != b.kind.name:
+def _further_orbits(plan: Plan, findings: StateFindings, work: Work) -> Stage:
+    """Branches of orbits on which runs have settled, and which begin at no steady state that is lost: followed over the plane.
+
+    Each begins in the row that has most of them, and is followed from row to row both ways.
+    """
+    assert plan.motion is not None
+    paths, seconds = (plan.along.path, plan.second.path), plan.centres(1).tolist()
+    for family in range(_MOST_FAMILIES if plan.motion.whole is None else 0):
+        seeds = _unexplained(findings)
+        if not seeds:
+            break
+        winding = Counter(tuple(seed.winding.tolist()) for _, seed in seeds).most_common(1)[0][0]
+        mine = [(second, seed) for second, seed in seeds if tuple(seed.winding.tolist()) == winding]
+        begin = seconds.index(Counter(second for second, _ in mine).most_common(1)[0][0])
+        made = dict[int, OrbitRow | NoOrbit]()
+        for k in [*range(begin, len(seconds)), *range(begin - 1, -1, -1)]:
+            beside, given = made.get(k - 1 if k > begin else k + 1), [seed for second, seed in mine if second == seconds[k]]
+            if not given and not isinstance(beside, OrbitRow):
                 continue
-            for k, m in crossing_pieces(a.u[-2:], b.u[-2:]):
-                x, y = at = (a.u[-2:, k] + b.u[-2:, m]) / 2
-                try:
-                    u = pairs.near(a.u[:-2, k], b.u[:-2, m], at)
-                except WuchtError as error:
-                    place = f"{plan.along.path} = {x:.6g}, {plan.second.path} = {y:.6g}"
-                    lost.append(f"where two curves of folds cross near {place} is not located: {error}")
-                    continue
-                if not any(abs(c.x - u[-2]) + abs(c.y - u[-1]) < 1e-9 for c in found):
-                    found.append(Crossing(float(u[-2]), float(u[-1])))
-    return Crossings(tuple(found), tuple(lost))
+            there = plan.motion.at({paths[1]: seconds[k]}, paths[0])
+            watch = partial(work.report, _ORBITS, f"further modulated motions at {paths[1]} = {seconds[k]:.4g}")
+            watch()
+            near = beside if isinstance(beside, OrbitRow) else None
+            make = partial(further_row, there, paths, plan.bounds[0], seconds[k], near, tuple(given), watch)
+            made[k] = work.unit(f"orbits {seconds[k]!r} {family}", make)
+            findings = replace(findings, orbits=(*findings.orbits, made[k]))
+            yield findings
+            findings = yield from _curves_of(plan, findings, made[k], work, _ORBITS)
+        if not any(isinstance(row, OrbitRow) for row in made.values()):
+            lost = f"the modulated motion that runs reach, such as {mine[0][1].begun}, is not followed over the plane"
+            return replace(findings, lost=(*findings.lost, lost))
+    return findings
 
 
-def crossing_pieces(a: np.ndarray, b: np.ndarray) -> list[tuple[int, int]]:
-    """Which pieces of two lines (2, N), (2, M) cross."""
-    p, r, q, s = a[:, :-1, None], np.diff(a)[:, :, None], b[:, None, :-1], np.diff(b)[:, None, :]
-    determinant = r[0] * s[1] - r[1] * s[0]
-    with np.errstate(all="ignore"):
-        t = ((q[0] - p[0]) * s[1] - (q[1] - p[1]) * s[0]) / determinant
-        w = ((q[0] - p[0]) * r[1] - (q[1] - p[1]) * r[0]) / determinant
-        meet = (t >= 0) & (t <= 1) & (w >= 0) & (w <= 1)
-    return [(int(i), int(k)) for i, k in np.argwhere(meet)]
+def _unexplained(findings: StateFindings) -> list[tuple[float, SeedOrbit]]:
+    """The orbits that runs have reached and no row has, with the values of the second parameter."""
+    rows = [r for r in findings.orbits if isinstance(r, OrbitRow)]
+    return [
+        (place.y, orbit)
+        for place in findings.reached
+        for orbit in place.orbits
+        if not any(r.second == place.y and r.has(place.x, orbit.winding) for r in rows)
+    ]
 
 
 def _orbits(plan: Plan, findings: StateFindings, work: Work) -> Stage:
@@ -141,7 +163,7 @@ def _orbits(plan: Plan, findings: StateFindings, work: Work) -> Stage:
     order = [*range(middle, len(seconds)), *range(middle - 1, -1, -1)]
     made = dict[int, OrbitRow | NoOrbit]()
     for done, k in enumerate(order):
-        share = _CURVES + (_ORBITS - _CURVES) * done / len(order)
+        share = _RUNS + (_ORBITS - _RUNS) * done / len(order)
         what = f"modulated motions at {plan.second.path} = {seconds[k]:.4g}"
         work.report(share, what)
         beside = made.get(k - 1 if k > middle else k + 1)
@@ -257,7 +279,7 @@ def _extra(plan: Plan, findings: StateFindings, work: Work) -> Stage:
             rows = [r for r in findings.orbits if isinstance(r, OrbitRow)]
             near = min(rows, key=lambda r: abs(r.second - y), default=None)
             made = _row(plan, part, y, near, _ORBITS, "modulated motions in a small region")
-            findings = replace(findings, orbits=(*findings.orbits, made))
+            findings = _with_runs(plan, replace(findings, orbits=(*findings.orbits, made)), part, [x], y, _ORBITS)
         findings = replace(findings, extra=(*findings.extra, (x, y)))
         yield findings
     return findings

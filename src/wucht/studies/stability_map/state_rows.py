@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.errors import RunError
+from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.equations import Equations
 from wucht.numerics.periodic.cycle import BRANCH_POINT, Cycle
 from wucht.studies.orbit_branch.first_orbits import SeedOrbit, cycles_of
@@ -18,6 +18,7 @@ from wucht.studies.stability_map.mapped_motion import MappedMotion, lost_states
 from wucht.studies.stability_map.orbit_endings import born_at, followed_to_end
 
 ONE = "one stable state"
+STABLE = 2  # a place's level: see ``LEVELS``
 _LONGEST = 3.0  # times the period of the first orbit: so far stability is looked at
 
 Bounds = tuple[float, float]
@@ -75,12 +76,16 @@ class OrbitRow:
     middle: SeedOrbit
     whole: SeedOrbit
 
+    def has(self, value: float, winding: np.ndarray) -> bool:
+        """Whether it has a stable orbit of a winding (n,), of all equations, at a value."""
+        return self.state_at(value) == STABLE and bool((self.whole.winding == winding).all())
+
     def state_at(self, value: float) -> int:
         """0 where there is no orbit, 1 where none is stable, 2 where one is."""
         low, high = sorted(s.value for s in self.sides)
         if not low < value < high:
             return 0
-        return 1 + int(bool(self.stable[np.abs(self.values - value).argmin()]))
+        return STABLE if self.stable[np.abs(self.values - value).argmin()] else 1
 
 
 @dataclass(frozen=True)
@@ -101,7 +106,7 @@ def orbit_row(
 ) -> OrbitRow | NoOrbit:
     """The branch at a value of the second parameter. motion: at that value. near: the branch at a neighbouring one."""
     sentences = list[str]()
-    seed = _carried(motion, paths, near, second) if near is not None else None
+    seed = carried(motion, paths, near, second) if near is not None else None
     if seed is None:
         for fold in lost_states(motion.steady(paths[0], bounds)):
             if bounds[0] < fold.value < bounds[1]:
@@ -110,6 +115,26 @@ def orbit_row(
                 break
     if seed is None:
         return NoOrbit(second, "; ".join(dict.fromkeys(sentences)) or "no stable steady state is lost there")
+    return row_through(motion, paths, bounds, second, seed, watch)
+
+
+def further_row(
+    motion: MappedMotion, paths: tuple[str, str], bounds: Bounds, second: float, near: OrbitRow | None,
+    given: tuple[SeedOrbit, ...], watch: Callable[[], None],
+) -> OrbitRow | NoOrbit:  # fmt: skip
+    """The branch of a motion that runs have reached: through one of the given orbits, or the neighbouring branch's."""
+    beside = carried(motion, paths, near, second) if near is not None else None
+    seeds = [*([beside] if beside is not None else []), *given]
+    rows = [row_through(motion, paths, bounds, second, seed, watch) for seed in seeds[:1]]
+    while len(rows) < len(seeds) and isinstance(rows[-1], NoOrbit):
+        rows.append(row_through(motion, paths, bounds, second, seeds[len(rows)], watch))
+    return rows[-1] if rows else NoOrbit(second, "the neighbouring motion is not followed to there")
+
+
+def row_through(
+    motion: MappedMotion, paths: tuple[str, str], bounds: Bounds, second: float, seed: SeedOrbit, watch: Callable[[], None]
+) -> OrbitRow | NoOrbit:
+    """The branch through an orbit, followed both ways. motion: at the value of the second parameter."""
     try:
         sides = [_side(motion, paths[0], bounds, seed, way, watch) for way in (-1, 1)]
         sides.sort(key=lambda s: s.value)
@@ -118,7 +143,7 @@ def orbit_row(
         if e is not None and e.shape[0] == e.shape[1] + 1:
             return _beside(motion, paths[0], bounds, second, (sides[0], sides[1]), middle, watch)
         return _as_walked(motion, bounds, second, (sides[0], sides[1]), middle, watch)
-    except RunError as error:
+    except WuchtError as error:
         return NoOrbit(second, str(error))
 
 
@@ -203,9 +228,11 @@ def _last_of(walk: object, start: Cycle) -> Cycle:
     return last
 
 
-def _carried(motion: MappedMotion, paths: tuple[str, str], near: OrbitRow, second: float) -> SeedOrbit | None:
-    """The middle orbit of a neighbouring branch, followed to another value of the second parameter."""
+def carried(motion: MappedMotion, paths: tuple[str, str], near: OrbitRow, second: float) -> SeedOrbit | None:
+    """The middle orbit of a neighbouring branch, followed to another value of the second parameter; None where that fails."""
     seed, first = near.middle, near.middle.value
+    if near.second == second:
+        return seed
     there = motion.at({paths[0]: first}, paths[1]).subject
     low, high = sorted((near.second, second))
     scale = np.append(seed.scale[:-1], high - low)
