@@ -52,6 +52,15 @@ def test_folds_of_a_cusp(cusp: Any) -> None:
     assert summary["against"] == 0
 
 
+def test_the_region_of_a_place_is_read_by_its_coordinates(cusp: Any) -> None:
+    region = cusp.region
+    assert (region.x.dims, region.y.dims) == (("x",), ("y",))
+    assert (region.x.attrs["long_name"], region.y.attrs["long_name"]) == ("parameter p", "parameter r")
+    here = {"x": -0.5, "y": 1.5}  # p, r: between the folds
+    assert cusp.region_label[region.sel(here, method="nearest").item()].item() == "2 stable states"
+    assert cusp.region_label[region.sel({"x": -0.5, "y": 0.0}, method="nearest").item()].item() != "2 stable states"
+
+
 def test_it_is_drawn_and_told(cusp: Any) -> None:
     assert draw(cusp).axes[0].get_xlabel() == "p"
     lines = report(cusp)
