@@ -132,7 +132,7 @@ def test_parameters_are_addressed_by_path(machine):
 
 def test_the_outputs_and_quadratures_of_a_machine(machine):
     assert [o.name for o in machine.system.outputs] == [
-        "stored_energy", "motor_torque", "motor_power", "bearing_force_x", "bearing_force_y",
+        "stored_energy", "motor_torque", "drive_torque", "motor_power", "bearing_force_x", "bearing_force_y",
         "orbit.x", "orbit.vx", "orbit.y", "orbit.vy",
     ]  # fmt: skip
     assert [q.name for q in machine.system.quadratures] == ["supplied_work", "dissipated_work"]

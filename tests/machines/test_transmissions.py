@@ -82,6 +82,45 @@ def test_a_transmission_never_gives_energy(torque, speed, efficiency, ratio):
         assert power == pytest.approx((1 - efficiency) * entering, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.parametrize(("speed", "factor"), [(20.0, 0.8), (200.0, 1 / 0.8)], ids=["the motor drives", "it is driven"])
+def test_the_torques_before_and_after_the_transmission(speed, factor):
+    """Their difference is the loss, and what acts on the rotor is what turns it: the reduced inertia times its acceleration."""
+    machine = machine_with(LINEAR | {"transmission": GEAR | {"efficiency": 0.8}})
+    result = run(RunUp(until=0.5, start={"drum": {"speed": speed}}), machine)
+    time, w, motor, drive = result.time.values, result.speed.values[0], result.motor_torque.values, result.drive_torque.values
+    assert motor == pytest.approx(3 * 0.05 * (270 - 3 * w), abs=1e-9)  # the ratio times that of the motor at its own speed
+    assert drive == pytest.approx(factor * motor, rel=1e-9)
+
+    def work(power):
+        return np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(time))])
+
+    stored = REDUCED * (w**2 - speed**2) / 2
+    for found, known in (
+        (work((motor - drive) * w), result.dissipated_work), (work(motor * w), result.supplied_work), (work(drive * w), stored)
+    ):  # fmt: skip
+        assert found == pytest.approx(np.asarray(known), abs=1e-4 * np.abs(stored).max())
+    assert np.abs(result.energy_residual.values).max() < 1e-9
+    assert result.motor_torque.units == result.drive_torque.units == "N m"
+
+
+def test_the_torques_are_those_of_the_averaged_motion_too():
+    """Of a rotor that turns clockwise while its motor slows down by a schedule: first driving, at last driven."""
+    drive = LINEAR | {"no_load_speed": -270.0, "transmission": GEAR | {"efficiency": 0.8}}
+    slower = {"parameter": "drive.no_load_speed", "points": [[0.0, -270.0], [1.0, -270.0], [2.0, -60.0]]}
+    machine = machine_with(
+        drive, carrier=CARRIER | {"stiffness": 1e6}, bodies=[DRUM | {"eccentricity": 1e-4}], schedules=[slower]
+    )
+    result = run(RunUp(until=3.0, start={"drum": {"speed": -80.0}}, model="slow"), machine)
+    motor, drive = result.motor_torque.values, result.drive_torque.values
+    assert motor.min() < -1 < 1 < motor.max()
+    assert drive == pytest.approx(np.where(motor < 0, 0.8 * motor, motor / 0.8), rel=1e-9)
+
+
+def test_without_a_transmission_both_torques_are_one():
+    result = run(RunUp(until=0.5, start={"drum": {"speed": 10.0}}), machine_with(LINEAR))
+    assert result.drive_torque.values.tolist() == result.motor_torque.values.tolist()
+
+
 def test_a_motor_on_a_free_carrier_keeps_its_angular_momentum():
     """With its stator on the carrier everything is inner: the motor's rotor turns i times as fast against it."""
     carrier = {"directions": "r", "inertia": 0.4, "rotation_stiffness": 0.0}

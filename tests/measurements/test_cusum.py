@@ -70,6 +70,60 @@ def test_the_probability_of_an_alarm_by_simulation(steady):
     assert computed[-1] > 0.9
 
 
+SHIFT, SMALL = -0.4904, Cusum(1.0, 26.4088, 2.0)  # half of what the chart is made for: of a machine that falls by 0.7 %
+
+
+def test_a_small_change_takes_long_by_siegmund():
+    """Ten thousand readings, of which 5,000 are followed one by one; a shift by a quarter of a deviation."""
+    alarms = SMALL.alarms(NONE, np.full(1, SHIFT), np.full(1, SHIFT), 0.9999)
+    rates = [1 / siegmund(SMALL.threshold / 2, (1.0 - sign * SHIFT) / 2) for sign in (1, -1)]
+    assert 5000 <= len(alarms.first) < 5010 and alarms.first[-1] < 0.4
+    assert alarms.mean() == pytest.approx(1 / sum(rates), rel=0.01)
+    assert alarms.quantile(0.5) == pytest.approx(math.log(2) * alarms.mean(), rel=0.01)
+
+
+@pytest.mark.parametrize("again", [np.full(1, SHIFT), SHIFT + np.sin(2 * np.pi * np.arange(7) / 7)], ids=["even", "beating"])
+def test_beyond_the_horizon_as_if_it_were_followed(again):
+    """What is known of all readings from 5,000 of them is what comes out where 60,000 are followed one by one."""
+    changed = np.array([0.1, 0.2, SHIFT])
+    alarms = SMALL.alarms(NONE, changed, again, 0.9999)
+    every = SMALL.detection(NONE, np.append(changed, np.resize(again, 60_000)))
+    for probability in (0.2, 0.5, 0.9):
+        assert alarms.quantile(probability) == int(np.argmax(every >= probability))
+    at, probability = alarms.curve(0.9999, 50)
+    known = at < len(every)
+    assert probability[known] == pytest.approx(every[at[known].astype(int)], abs=1e-6)
+    assert probability[-1] >= 0.9999 and len(at) == len(alarms.first) + 50
+    rest = (1 - every[-1]) * alarms.mean()  # of those that have not alarmed by then, who wait as long as all did at the begin
+    assert alarms.mean() == pytest.approx((1 - every).sum() + rest, rel=1e-4)
+
+
+@pytest.mark.slow
+def test_a_small_change_by_simulation():
+    random, charts = np.random.default_rng(11), 20_000
+    sums, first, count = np.zeros(charts), list[int](), 0
+    while len(sums):  # the lower sum: the upper one alarms once in 10^9 readings
+        sums = np.maximum(0.0, sums - SHIFT + random.normal(0.0, 2.0, len(sums)) - SMALL.reference)
+        first += [count] * int((sums > SMALL.threshold).sum())
+        sums, count = sums[sums <= SMALL.threshold], count + 1
+    alarms = SMALL.alarms(None, np.full(1, SHIFT), np.full(1, SHIFT), 0.9999)
+    assert alarms.mean() == pytest.approx(np.mean(first), abs=4 * np.std(first) / math.sqrt(charts))
+    assert alarms.quantile(0.5) == pytest.approx(np.median(first), rel=0.03)
+
+
+def test_what_is_not_known_is_not_stated():
+    """70 standard deviations, which are 0 to rounding; too few nodes for the noise; readings that do not come again."""
+    known = np.zeros(3)
+    for made, again, most, readings in (
+        (Cusum(10.0, 60.0, 1.0), known, 9000, 5004), (Cusum(1.0, 50.0, 0.01), known, 6000, 6000),
+        (SMALL, np.empty(0), 9000, 3), (SMALL, known, 100, 100),
+    ):  # fmt: skip
+        alarms = made.alarms(None, known, again, 0.9999, most)
+        assert len(alarms.first) == readings
+        assert not alarms.certain and alarms.quantile(0.5) is None
+        assert alarms.curve(0.9999, 10)[0][-1] == readings - 1
+
+
 def test_beating_far_beyond_the_noise():
     """The density is computed with a little more noise then: false alarms are no more frequent than wanted."""
     beat = 3.0 * np.sin(2 * np.pi * np.arange(20) / 20)

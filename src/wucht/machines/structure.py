@@ -95,14 +95,21 @@ class Structure(Bodies):
         """The stored energy, kinetic and potential."""
         return sp.Add(*(e.kinetic for e in self.energies), *(e.potential for e in self.energies))
 
+    @property
+    def transmission_loss(self) -> sp.Expr:
+        """The torque that the transmissions between motors and their bodies take, at the speed of the bodies."""
+        return -sp.Add(*(a.force for e in self.energies for a in e.applied if a.of_drive))
+
     def outputs(self) -> list[Output]:
-        """Energy, torque and power, prescribed speeds, bearing forces and the orbit of the axis."""
+        """Energy, torques and power, prescribed speeds, bearing forces and the orbit of the axis."""
         u = self.units
         driven = [b.coordinate for b in self.bodies if b.coordinate.prescribed is not None]
         motors = [a.force for e in self.energies for a in e.applied if a.booked == "supplied"]
+        motor = sp.Add(*motors, *map(lagrange.reaction, driven))
         outputs = [
             Output("stored_energy", self.stored, u.energy, "stored energy"),
-            Output("motor_torque", sp.Add(*motors, *map(lagrange.reaction, driven)), u.torque, "motor torque"),
+            Output("motor_torque", motor, u.torque, "motor torque before the loss of a transmission"),
+            Output("drive_torque", motor - self.transmission_loss, u.torque, "torque of the drive on the rotor"),
             Output("motor_power", lagrange.supplied_power(self.energies, self.coordinates), u.power, "motor power"),
             *(Output(c.velocity.name, c.velocity, u.speed, "speed") for c in self.coordinates if c.prescribed is not None),
         ]

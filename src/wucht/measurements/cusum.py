@@ -12,9 +12,10 @@ nodes for their classes). What is expected of the reading may differ from one to
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from itertools import chain, cycle
 
 import numpy as np
 
@@ -24,6 +25,7 @@ _NODES, _A_DEVIATION = 16, 2.0  # Gauss' nodes: at least, and as many for each s
 _MOST_NODES = 160
 _CONVERGED = 1e-9  # relative: the chance of an alarm in a cycle
 _MOST_CYCLES, _NONE_LEFT, _UNDERFLOW, _NEVER = 10_000, 1e-15, 1e-200, 1e300
+_FIRST_READINGS, _MOST_READINGS = 5000, 100_000  # after a change: before the tail is used, and in all
 _ROOT_2, _ROOT_2_PI = math.sqrt(2.0), math.sqrt(2 * math.pi)
 
 
@@ -37,6 +39,60 @@ class Sums:
 
     zero: float
     density: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class AlarmDistribution:
+    """At which reading after a change the alarm comes; readings count from 0.
+
+    first (m,): the probability that it has come by each of the first readings. tail (n,): of the charts that have not alarmed
+    by then, minus the logarithm of the share that has not by each reading of a cycle of n, which from then on comes again and
+    again with the same shares; empty where such a cycle was not reached, and the readings after the m-th are not known.
+    """
+
+    first: np.ndarray
+    tail: np.ndarray
+
+    @property
+    def certain(self) -> bool:
+        """Whether an alarm comes at last, and its distribution is known."""
+        return bool(len(self.tail) and self.tail[-1] > 1 / _NEVER)
+
+    def mean(self) -> float:
+        """The mean number of readings before that of the alarm; of alarms at the first readings alone without a tail."""
+        if not self.certain:
+            shares = np.diff(self.first, prepend=0.0)
+            return float((shares * np.arange(len(shares))).sum() / self.first[-1])
+        in_a_cycle = float(np.exp(-self.tail).sum())
+        return float((1 - self.first).sum()) + self._left * in_a_cycle / -math.expm1(-self.tail[-1])
+
+    def quantile(self, probability: float) -> float | None:
+        """How many readings come before that by which an alarm has come with a probability; None where that is not known."""
+        alarmed = np.flatnonzero(self.first >= probability)
+        if len(alarmed):
+            return float(alarmed[0])
+        if not self.certain:
+            return None
+        needed = math.log(self._left / (1 - probability))
+        cycles = max(math.ceil(needed / self.tail[-1]) - 1, 0)
+        within = min(int(np.searchsorted(self.tail, needed - cycles * self.tail[-1])), len(self.tail) - 1)
+        return float(len(self.first)) + float(cycles) * len(self.tail) + within
+
+    def curve(self, probability: float, points: int) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of readings (from 0), and the probability of an alarm by each: of the first ones, and of so many others at
+        the ends of cycles until a probability is reached."""
+        at = np.arange(len(self.first), dtype=float)
+        last = self.quantile(probability)
+        if last is None or last < len(self.first):
+            return at, self.first
+        cycles = np.unique(np.ceil(np.linspace(0, (last + 1 - len(self.first)) / len(self.tail), points + 1)[1:]))
+        ends = len(self.first) + cycles * len(self.tail) - 1
+        return np.append(at, ends), np.append(self.first, 1 - self._left * np.exp(-cycles * self.tail[-1]))
+
+    @property
+    def _left(self) -> float:
+        """The share of charts that have not alarmed at the first readings."""
+        return 1 - float(self.first[-1])
 
 
 @dataclass(frozen=True)
@@ -90,19 +146,21 @@ class Cusum:
     def _drifts(self, expected: np.ndarray, rising: bool) -> np.ndarray:
         return (expected if rising else -expected) - self.reference
 
-    def _carried(self, sums: Sums, expected: np.ndarray, rising: bool) -> Iterator[float]:
-        """The share of charts that alarm at each of some readings, which are expected to deviate so (n,).
+    def _carried(self, sums: Sums, expected: Iterable[float], rising: bool) -> Iterator[tuple[float, np.ndarray]]:
+        """Of readings that are expected to deviate so: the share of charts that alarm at each, and the others (N + 1,), at zero
+        and at the nodes with their weights.
 
         rising: by the upper sum, else by the lower one.
         """
         now, matrices = np.append(sums.zero, sums.density), dict[float, np.ndarray]()  # readings may come again and again
-        for drift in self._drifts(expected, rising).tolist():
-            matrix = matrices.get(drift)
+        weights = np.append(1.0, self._rule[1])
+        for deviation in expected:
+            matrix = matrices.get(deviation)
             if matrix is None:
-                matrix = matrices[drift] = self._matrix(drift)
+                matrix = matrices[deviation] = self._matrix((deviation if rising else -deviation) - self.reference)
             after = matrix @ now
             now = after[:-1]
-            yield float(after[-1])
+            yield float(after[-1]), weights * now
 
     def steady(self, expected: np.ndarray, rising: bool) -> tuple[Sums, float]:
         """After many cycles of readings that are expected to deviate so (n,): the sums of the charts that have not alarmed (all
@@ -142,15 +200,40 @@ class Cusum:
         normal (n,): what deviations were expected again and again before it, without an alarm; None: the chart begins. changed:
         what is expected then, at least m readings: at the first one with a probability of ``enough`` it ends.
         """
+        return self.alarms(normal, changed, np.empty(0), enough, len(changed)).first
+
+    def alarms(
+        self, normal: np.ndarray | None, changed: np.ndarray, again: np.ndarray, enough: float, most: int = _MOST_READINGS
+    ) -> AlarmDistribution:
+        """When an alarm comes after a change: see ``detection``. again (n,): what deviations are expected again and again after
+        those of ``changed``; the readings after these are not known where there are none.
+
+        Readings are followed one by one until an alarm has come with a probability of ``enough``, or until the sums are
+        distributed alike after each cycle (over the charts that have not alarmed): from then on the share of these charts falls
+        by the same factor in each cycle, for ever. Where neither comes about within ``most`` readings, no more is known; nor is
+        that factor where the nodes do not resolve the noise, on which it depends exponentially.
+        """
         begin = [self.zero if normal is None else self.steady(normal, rising)[0] for rising in (True, False)]
-        each = zip(self._carried(begin[0], changed, True), self._carried(begin[1], changed, False), strict=True)
-        found, missed = list[float](), [1.0, 1.0]
-        for alarmed in each:
-            missed = [m - a for m, a in zip(missed, alarmed, strict=True)]
-            found.append(1 - missed[0] * missed[1])
-            if found[-1] >= enough:
+        upper, lower = (
+            self._carried(sums, chain(changed.tolist(), cycle(again.tolist())), rising)
+            for sums, rising in zip(begin, (True, False), strict=True)
+        )
+        alarmed, missed, tail, before = list[float](), [1.0, 1.0], np.zeros(len(again)), np.full((2, 1), np.nan)
+        resolved = self._spread == self.noise
+        for count, sides in enumerate(zip(upper, lower, strict=True), 1 - len(changed)):
+            missed = [m - alarms for m, (alarms, _) in zip(missed, sides, strict=True)]
+            alarmed.append(1 - missed[0] * missed[1])
+            if alarmed[-1] >= enough or len(alarmed) == most:
                 break
-        return np.array(found)
+            if count > 0:
+                # By the charts that stay, not by what is left of 1: right where hardly any alarms.
+                tail[(count - 1) % len(again)] = sum(math.log1p(alarms / left.sum()) for alarms, left in sides)
+            if resolved and count > 0 and count % len(again) == 0 and len(alarmed) >= _FIRST_READINGS:
+                now = np.array([left / left.sum() for _, left in sides])
+                if np.abs(now - before).sum() <= _CONVERGED:
+                    return AlarmDistribution(np.array(alarmed), np.cumsum(tail))
+                before = now
+        return AlarmDistribution(np.array(alarmed), np.empty(0))
 
 
 def chart(reference: float, noise: float, readings: float, expected: np.ndarray) -> Cusum:

@@ -9,13 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.axes import Axes
 
 from known_basins import MACHINE, TURN, Region, engine, share_of, spiral
+from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.results.conventions import summary_of
+from wucht.results.series import save_csv
 from wucht.studies.basin import run as running
+from wucht.studies.basin.map_axes import VARIABLES
+from wucht.studies.basin.prepare import prepare
 from wucht.studies.basin.refinement import at_border
 from wucht.studies.basin.spec import Basin
 from wucht.studies.run_up.spec import RunUp
@@ -40,8 +45,8 @@ def words(result: xr.Dataset, name: str = "outcome") -> np.ndarray:
 def test_the_map_has_each_cell_where_it_belongs(monkeypatch: pytest.MonkeyPatch) -> None:
     result = asked(monkeypatch)
     psi, delta = np.meshgrid((np.arange(32) + 0.5) * math.pi / 16, (np.arange(16) + 0.5) * math.pi / 16)
-    assert np.allclose(result.x, psi[0])
-    assert np.allclose(result.y, delta[:, 0])
+    assert np.allclose(result.psi, psi[0])
+    assert np.allclose(result.delta, delta[:, 0])
     assert np.array_equal(words(result) == "compensated", spiral(psi, delta))
     assert np.allclose(result.settling_time, 100 + psi + delta)
     assert np.allclose(result.peak_amplitude, psi)
@@ -52,7 +57,7 @@ def test_the_map_has_each_cell_where_it_belongs(monkeypatch: pytest.MonkeyPatch)
     }
     assert s["runs"] == s["runs_of_dense_map"] == 512
     assert s["missing"] == 0
-    assert result.x.attrs == {"long_name": "mean phase of p1 and p2 at the start", "units": ""}
+    assert result.psi.attrs == {"long_name": "mean phase of p1 and p2 at the start", "units": ""}
     assert all({"long_name", "units"} <= set(result[name].attrs) for name in result.variables)
 
 
@@ -62,7 +67,7 @@ def test_refined_borders_are_those_of_the_dense_map(monkeypatch: pytest.MonkeyPa
     fine = {"psi": [*TURN["psi"][:2], 256], "delta": [*TURN["delta"][:2], 128]}
     dense = asked(monkeypatch, axes=fine)
     assert np.array_equal(refined.refined_outcome.values, dense.outcome.values)
-    assert np.array_equal(refined.refined_x, dense.x)
+    assert np.array_equal(refined.refined_psi, dense.psi)
     assert np.array_equal(refined.outcome, asked(monkeypatch).outcome)
     s, of_dense = summary_of(refined), summary_of(dense)
     assert s["fractions"] == of_dense["fractions"]
@@ -85,9 +90,9 @@ def test_a_tongue_is_followed_out_of_the_halved_cells(monkeypatch: pytest.Monkey
     coarse, refined = asked(monkeypatch, tongue), asked(monkeypatch, tongue, refine=4)
     assert not (words(coarse) == "compensated")[4:].any()
     found = words(refined, "refined_outcome") == "compensated"
-    psi, delta = np.meshgrid(refined.refined_x, refined.refined_y)
+    psi, delta = np.meshgrid(refined.refined_psi, refined.refined_delta)
     assert np.array_equal(found, tongue(psi, delta))
-    assert found[refined.refined_y.values > 1.7].any()
+    assert found[refined.refined_delta.values > 1.7].any()
 
 
 def test_uncertainty_covers_what_is_off(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -136,6 +141,41 @@ def test_written_and_read_back(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -
     draw(again)
 
 
+def test_the_dimensions_have_the_names_of_the_axes(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
+    """Also a parameter's, with its dot: in the file, in CSV, and in figures of results that have them no more, x and y."""
+    axes = {"carrier.stiffness": ["1 kN/m", "2 kN/m", 4], "drum.speed": ["0 rpm", "60 rpm", 2]}
+    monkeypatch.setattr(running, "outcomes_of", engine(lambda a, b: a > 0, read=lambda starts, machine: (starts[0], starts[1])))
+    ask(Basin(axes=axes), rail(), folder=tmp_path)
+    result = load(tmp_path / "result.nc")
+    assert set(result.data_vars) == set(VARIABLES) - {"level"}
+    for name in result.data_vars:
+        assert result[name].dims == ("drum.speed", "carrier.stiffness")
+    assert result["carrier.stiffness"].values.tolist() == [1125.0, 1375.0, 1625.0, 1875.0]
+    assert result["carrier.stiffness"].attrs["units"] == "N/m"
+    assert result["drum.speed"].attrs == {"long_name": "speed of drum at the start", "units": "rad/s"}
+    here = {"carrier.stiffness": 1625.0, "drum.speed": result["drum.speed"].values[1]}
+    assert result.outcome.sel(here).item() == result.outcome[1, 2].item()
+    (file,) = save_csv(result, tmp_path)
+    assert file.name == "basin-drum.speed-carrier.stiffness.csv"
+    assert file.read_text().startswith("drum.speed [rad/s],carrier.stiffness [N/m],outcome,")
+    earlier = result.rename({"carrier.stiffness": "x", "drum.speed": "y"})
+    earlier.attrs["contents"] = json.dumps(list(map(str, earlier.variables)))
+    labels = [[f(axis) for f in (Axes.get_xlabel, Axes.get_ylabel)] for axis in draw(result).axes]
+    assert labels == [[f(axis) for f in (Axes.get_xlabel, Axes.get_ylabel)] for axis in draw(earlier).axes]
+    assert labels[0] == ["stiffness of the carrier (N/m)", "speed of drum at the start (rad/s)"]
+
+
+def test_an_axis_is_no_variable_of_the_map() -> None:
+    body = {"kind": "pendulum", "name": "outcome", "about": "drum", "mass": 0.1, "length": 0.05, "damping": 0.01}
+    machine = machine_from({
+        "carrier": {"mass": 1.0, "stiffness": 1e4, "damping": 20.0},
+        "bodies": [{"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 1e-3, "inertia": 1e-2}, body],
+        "drive": {"kind": "linear", "slope": 0.02, "no_load_speed": 150.0},
+    })  # fmt: skip
+    with pytest.raises(InputError, match=r"study\.axes\.outcome: .*a variable of the result has this name"):
+        prepare(Basin(axes={"outcome": [0.0, 1.0, 2], "drum": [0.0, 1.0, 2]}), machine)
+
+
 def test_nothing_but_one_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
     """No border: nothing is halved, and the share is certain."""
     result = asked(monkeypatch, lambda psi, delta: psi > 100, refine=3)
@@ -175,7 +215,7 @@ def test_bodies_that_would_overlap_are_no_start(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(running, "outcomes_of", engine(lambda b1, b2: b1 > b2, read=angles))
     turn, width = [0.0, 2 * math.pi, 13], 2 * math.asin(0.02 / 0.04)
     result = ask(Basin(axes={"b1": turn, "b2": turn}), rail())
-    apart = between(*np.meshgrid(result.x, result.y))
+    apart = between(*np.meshgrid(result.b1, result.b2))
     assert np.array_equal(words(result) == "failed", apart < width)
     assert min(seen) >= width
     warnings = json.loads(result.attrs["warnings"])
@@ -199,7 +239,7 @@ def test_each_cell_ends_as_its_run_up(
     result = ask(Basin(axes=axes, model=model), machine)
     found = words(result)
     for row, column in np.ndindex(*found.shape):
-        place = {n: float(at[k]) for n, at, k in zip(axes, (result.x, result.y), (column, row), strict=True)}
+        place = {n: float(result[n][k]) for n, k in zip(axes, (column, row), strict=True)}
         values = {n: v for n, v in place.items() if n in machine.parameters}
         start = {n: v for n, v in place.items() if n not in values}
         alone = summary_of(ask(RunUp(start=start, model=model, tolerance=1e-10), machine.with_values(values)))
@@ -217,7 +257,7 @@ def test_figure_5_10_on_a_coarse_grid() -> None:
     assert abs(share_of(s) - 0.0396) < s["uncertainty"]["compensated"] + 0.002
     assert s["uncertainty"]["compensated"] < 0.04
     # By the text of 5.5 only starts near the compensating phases do: there delta is 2.3728.
-    deltas = result.y.values[(words(result) == "compensated").any(axis=1)]
+    deltas = result.delta.values[(words(result) == "compensated").any(axis=1)]
     assert deltas.min() > 0.7
     assert deltas.max() < 2.9
     assert np.abs(deltas - 2.3728).min() < math.pi / 16

@@ -10,6 +10,8 @@ import wucht
 from interrupting import assert_same, stop_at
 from wucht.measurements.cusum import Cusum
 from wucht.results.conventions import summary_of
+from wucht.results.store import to_json
+from wucht.studies.failure_detection.detection_words import duration, within
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 
@@ -137,8 +139,46 @@ def test_a_slow_counter_sees_a_smaller_failure():
     slow = summary_of(example(**{"failure.remaining": 0.98, "until": "400 s"} | slow))
     assert fast["change"] == pytest.approx(-0.65, abs=0.01) and slow["change"] == pytest.approx(-0.65, abs=0.01)
     assert fast["deviation"] == pytest.approx(4.88, abs=0.01) and slow["deviation"] < 0.6
-    assert fast["delay"]["nearly_all"] is None
     assert slow["delay"]["mean"] == pytest.approx(77, abs=1.5)
+    # Long after the 5,000 readings that are followed one by one, and a tenth of the ten days between false alarms.
+    assert fast["delay"]["mean"] == pytest.approx(63_500, rel=0.01)
+    assert fast["delay"]["half"] < fast["delay"]["mean"] < fast["delay"]["nearly_all"] < fast["delay"]["horizon"]
+
+
+def test_the_horizon_grows_until_it_is_known_when_it_is_seen():
+    """A quarter of the noise is seen after hours; by simulation 11,605 +- 58 readings in the mean, and 8,130 in half of all."""
+    weak = exciter((0.0, WHOLE), (40.0, 0.98 * WHOLE)).with_values({"drive.slope": 0.000975})
+    sensor = {"interval": 0.5, "noise": 2.0, "false_alarm_every": 240 * 3600.0}
+    result = failed(weak, until=80.0, after=20.0, sensor=sensor)
+    delay = summary_of(result)["delay"]
+    assert delay["mean"] / 0.5 == pytest.approx(11_605, abs=4 * 58)
+    assert delay["half"] / 0.5 == pytest.approx(8_130, rel=0.03)
+    assert delay["half"] < delay["nearly_all"] < delay["horizon"] == result["alarm_time"][-1]
+    assert delay["readings"] == delay["horizon"] / 0.5 and delay["probability"] == pytest.approx(0.9999, abs=1e-6)
+    lines = report(result)
+    assert lines[1].endswith("which is seen 5770 s (1.6 h) later in the mean")
+    assert not any("never" in line or "not within" in line for line in lines)
+
+
+def test_a_failure_that_the_chart_does_not_see():
+    """A ten-thousandth of the stiffness: the next alarm is a false one."""
+    unseen = exciter((0.0, WHOLE), (40.0, 0.9999 * WHOLE)).with_values({"drive.slope": 0.000975})
+    sensor = {"interval": 0.5, "noise": 2.0, "false_alarm_every": 3600.0}
+    result = failed(unseen, until=80.0, after=20.0, sensor=sensor)
+    assert summary_of(result)["delay"]["mean"] == pytest.approx(3600.0, rel=0.005)
+    assert any("hardly sooner than a false one" in w for w in result.wucht.warnings)
+
+
+def test_what_is_not_known_is_said_with_the_horizon(catalogue):
+    """Of a result without it, such as one of before: how far it is known, in readings and in time."""
+    s, short = summary_of(catalogue), catalogue.isel(alarm=slice(0, 2))
+    short.attrs["summary"] = to_json(s | {"delay": dict.fromkeys(("mean", "half", "nearly_all"))}, None)
+    horizon = "within 2 readings, 1 s"
+    assert any(
+        line.endswith(f"not with certainty; half of them not {horizon}, 19 of 20 not {horizon}") for line in report(short)
+    )
+    assert within(200_000, 1e5, "s") == "within 200,000 readings, 100000 s (27.8 h)"
+    assert duration(17260.3, "s") == "17260 s (4.79 h)" and duration(12.0, "") == "12"
 
 
 @pytest.mark.slow

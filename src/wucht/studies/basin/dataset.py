@@ -25,10 +25,11 @@ _MOST_FAILURES = 3  # told one by one
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """The Dataset of a map.
 
-    Coordinates x and y, the centres of its cells. Variables (y, x): outcome, a flag, with its words in ``flag_meanings`` (-1:
-    not computed); settling_time, not a number where the motion has not settled; peak_amplitude; end_time, until when it was
-    followed. With refined borders the same on the finer cells: refined_x, refined_y, refined_outcome, ...: what a coarser cell
-    hands down stands in each of its parts; refined_level, after how many halvings a cell's run was made.
+    Its dimensions have the names of the axes, such as psi and delta, and their coordinates are the centres of its cells.
+    Variables (second axis, first axis): outcome, a flag, with its words in ``flag_meanings`` (-1: not computed); settling_time,
+    not a number where the motion has not settled; peak_amplitude; end_time, until when it was followed. With refined borders
+    the same on the finer cells: refined_psi, refined_delta, refined_outcome, ...: what a coarser cell hands down stands in each
+    of its parts; refined_level, after how many halvings a cell's run was made.
     """
     import xarray as xr_
 
@@ -38,7 +39,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         more, refined = _of_level(plan, last, "refined_")
         coordinates, data = coordinates | more, data | refined
         words = "halvings after which the run was made (-1: not computed)"
-        data["refined_level"] = variable("refined_y refined_x", last.halvings_of, words)
+        data["refined_level"] = variable(" ".join(refined["refined_outcome"][0]), last.halvings_of, words)
     summary = _summary(plan, findings)
     names = {f"{k}_{word}": value for k, axis in zip("xy", plan.axes, strict=True) for word, value in _of_axis(axis).items()}
     return answered(xr_.Dataset(data, coords=coordinates), summary, summary["sentence"], _warnings(plan, findings), **names)
@@ -50,11 +51,12 @@ def _of_axis(axis: Axis) -> dict[str, Any]:
 
 def _of_level(plan: Plan, level: Level, prefix: str) -> tuple[dict[str, Variable], dict[str, Variable]]:
     """Coordinates and variables of a map."""
+    columns, rows = (f"{prefix}{axis.name}" for axis in plan.axes)
     coordinates = {
-        f"{prefix}{k}": variable(f"{prefix}{k}", axis.centres(level.halvings), axis.what, axis.unit)
-        for k, axis in zip("xy", plan.axes, strict=True)
+        name: variable(name, axis.centres(level.halvings), axis.what, axis.unit)
+        for name, axis in zip((columns, rows), plan.axes, strict=True)
     }
-    cells, units = f"{prefix}y {prefix}x", plan.machine.units
+    cells, units = f"{rows} {columns}", plan.machine.units
     of_mean = ", without ripple" if plan.spec.model == "slow" else ""  # that of the averaged vibration
     outcome = variable(cells, level.outcome, "outcome")
     outcome[2]["flag_values"] = np.array([MISSING, *range(len(OUTCOMES))], np.int8)  # type: ignore[assignment]

@@ -130,10 +130,11 @@ def _values(axis: Axes, result: xr.Dataset, name: str) -> None:
 
 def _frame(axis: Axes, result: xr.Dataset) -> None:
     axis.grid(visible=False)
+    at, dimensions = result.attrs, dict(zip("yx", map(str, result.outcome.dims), strict=True))
     for k in "xy":
-        at = result.attrs
-        low, high, unit = at[f"{k}_low"], at[f"{k}_high"], str(result[k].attrs["units"])
-        shown = named(str(at[f"{k}_axis"]), str(result[k].attrs["long_name"]))
+        scale = result[dimensions[k]]
+        low, high, unit = at[f"{k}_low"], at[f"{k}_high"], str(scale.attrs["units"])
+        shown = named(str(at[f"{k}_axis"]), str(scale.attrs["long_name"]))
         getattr(axis, f"set_{k}label")(with_unit(shown, unit))
         if at[f"{k}_is_angle"] and (ticks := multiples_of_pi(low, high)):
             getattr(axis, f"set_{k}ticks")([t for t, _ in ticks], [word for _, word in ticks])

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.studies.parameters import range_of
 from wucht.studies.spec import Quantity
 from wucht.studies.varied import Varied, varied_of
 
+VARIABLES = ("outcome", "settling_time", "peak_amplitude", "end_time", "level")  # of a map; its axes have other names
 _WHOLE_TURN = 1e-4  # of a period: so nearly an axis that goes round is taken to close
 
 
@@ -42,8 +44,10 @@ class Axis(Varied):
 
 
 def axis_of(machine: Machine, name: str, given: tuple[Quantity, Quantity, int]) -> Axis:
-    """An axis by its name. Raises ``InputError`` at ``study.axes.<name>``."""
+    """An axis by its name, which is that of a dimension of the map. Raises ``InputError`` at ``study.axes.<name>``."""
     key = f"axes.{name}"
+    if name.removeprefix("refined_") in VARIABLES:
+        raise InputError(f"study.{key}", name, "not allowed: a variable of the result has this name; rename the body")
     one = varied_of(machine, name, key)
     low, high = range_of(one.quantity, given[:2], key)
     return Axis(one.name, one.state, one.what, one.unit, low, high, given[2])

@@ -8,6 +8,7 @@ import numpy as np
 
 from wucht.results.conventions import answered, variable
 from wucht.studies.failure_detection.averaged_speeds import UNSTABLE
+from wucht.studies.failure_detection.detection_words import counted_from, duration, within
 from wucht.studies.failure_detection.prepare import Plan, Varied
 from wucht.studies.failure_detection.run import Findings, Place
 from wucht.studies.failure_detection.seen_speeds import Readings
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 _CLOSED = 1e-6  # an energy residual beyond it is reported as a warning
 _APART = 0.05  # of the speed: averaged equations that differ more are reported
 _SURE = (0.5, 0.95)
+_CHANCE = 0.5  # of the time between false alarms: an alarm that comes later in the mean is as good as one of them
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
@@ -25,7 +27,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
 
     Over reading: speed (mean over the sensor's interval), reading (with noise), highest, lowest (of the load in that interval),
     reading_time (its end). Over sample: time, stiffness (share), damage, energy_residual, stiffness_work. Over alarm:
-    alarm_time (since the failure), seen (probability). Over along (and second): signal, change.
+    alarm_time (since the failure; each of the first readings, beyond 5,000 some of them), seen (probability). Over along (and
+    second): signal, change.
     """
     import xarray as xr_
 
@@ -48,9 +51,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     }
     summary = _summary(plan, findings)
     if (detection := findings.detection) is not None:
-        after = detection.time - detection.counted_from
-        data["alarm_time"] = variable("alarm", after, f"time since {_counted_from(summary)}", units.time)
-        data["seen"] = variable("alarm", detection.probability, "probability that the failure has been seen")
+        after, probability = detection.curve()
+        data["alarm_time"] = variable("alarm", after, f"time since {counted_from(summary)}", units.time)
+        data["seen"] = variable("alarm", probability, "probability that the failure has been seen")
     coordinates, more = _places(plan, findings.places)
     result = xr_.Dataset(data | more, coords=coordinates)
     failure = own.run.failure
@@ -129,6 +132,9 @@ def _summary(plan: Plan, findings: Findings) -> dict[str, Any]:
             "mean": detection.mean,
             "half": detection.quantile(_SURE[0]),
             "nearly_all": detection.quantile(_SURE[1]),
+            "horizon": detection.horizon,
+            "readings": detection.readings,
+            "probability": float(detection.curve()[1][-1]),
         },
         "damage": None if standing.damage is None else standing.damage.total,
         "stiffness": float(run.course.stiffness[-1]),
@@ -149,10 +155,6 @@ def _largest(plan: Plan, places: tuple[Place, ...]) -> dict[str, Any] | None:
     return values | {"signal": best.signal, "change": best.after - best.before, "outcome": best.outcome}
 
 
-def _counted_from(s: dict[str, Any]) -> str:
-    return "the failure" if s["failure_time"] is not None else "the chart begins"
-
-
 def _sentence(s: dict[str, Any], plan: Plan) -> str:
     units = plan.machine.units
     if s["failure_time"] is None:
@@ -164,12 +166,15 @@ def _sentence(s: dict[str, Any], plan: Plan) -> str:
     if s["change"] is None:
         return f"{said}; there are too few readings to tell the change of speed"
     told = f"{said}, the speed changes by {s['change']:.4g} {units.speed}".rstrip()
-    mean = None if s["delay"] is None else s["delay"]["mean"]
-    if mean is None:
-        return f"{told}; that is not seen with certainty"
-    when = f"{abs(mean):.4g} {units.time}".rstrip() + (" later" if mean >= 0 else " before that")
+    if s["delay"] is None:
+        return f"{told}; there is no chart that watches it"
+    delay = s["delay"]
+    if (mean := delay["mean"]) is None:
+        horizon = within(delay["readings"], delay["horizon"], units.time)
+        return f"{told}, which is seen {horizon}, with a probability of {delay['probability']:.3g}"
+    when = duration(abs(mean), units.time) + (" later" if mean >= 0 else " before that")
     if s["failure_time"] is None:
-        when = f"{mean:.4g} {units.time}".rstrip() + f" after {_counted_from(s)}"
+        when = f"{duration(mean, units.time)} after {counted_from(s)}"
     return f"{told}, which is seen {when} in the mean"
 
 
@@ -191,6 +196,8 @@ def _warnings(plan: Plan, findings: Findings, s: dict[str, Any]) -> list[str]:
             f"the chart is made for changes of {2 * s['chart']['reference']:.3g}, and this one is smaller: a smaller "
             "study.sensor.change sees it sooner"
         )
+    if s["delay"] is not None and (s["delay"]["mean"] or 0.0) > _CHANCE * plan.spec.sensor.false_alarm_every:
+        warnings.append("an alarm comes hardly sooner than a false one: the chart does not see this failure")
     if own.run.verdict.advice and s["change"] is not None:
         warnings.append(f"after the failure {own.run.verdict.advice}")
     for when, averaged in zip(("before", "after"), findings.averaged or (), strict=False):

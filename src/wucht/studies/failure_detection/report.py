@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import in_lines
+from wucht.studies.failure_detection.detection_words import counted_from, duration, within
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,12 +29,13 @@ def report(result: xr.Dataset) -> list[str]:
     if s["chart"] is not None:
         chart = s["chart"]
         lines.append(("chart", f"cumulative sum, k = {chart['reference']:.4g}, h = {chart['threshold']:.4g}{speed}"))
-        delay = s["delay"]
+        delay, alarm, unit = s["delay"], result["alarm_time"], time.strip()
+        horizon = within(alarm.size, float(alarm[-1]), unit)
         if delay["mean"] is not None:
-            since = "the failure" if s["failure_time"] is not None else "the chart begins"
-            lines.append(("seen", f"{delay['mean']:.4g}{time} after {since} in the mean; {_by(delay, time)}"))
+            mean = f"{duration(delay['mean'], unit)} after {counted_from(s)} in the mean"
+            lines.append(("seen", f"{mean}; {_by(delay, horizon, unit)}"))
         else:
-            lines.append(("seen", f"not with certainty; {_by(delay, time)}"))
+            lines.append(("seen", f"not with certainty; {_by(delay, horizon, unit)}"))
     if s["damage"] is not None:
         lines.append(("damage", f"{s['damage']:.5g} at the end"))
     lines.append(
@@ -48,9 +50,8 @@ def report(result: xr.Dataset) -> list[str]:
     return in_lines(result, result.attrs["sentence"], lines)
 
 
-def _by(delay: dict[str, float | None], time: str) -> str:
-    """By when half, and nearly all, failures are seen."""
+def _by(delay: dict[str, float | None], horizon: str, unit: str) -> str:
+    """By when half, and nearly all, failures are seen. horizon: up to which that is known."""
     words = (("half", "half of them"), ("nearly_all", "19 of 20"))
-    return ", ".join(
-        f"{name} within {delay[key]:.4g}{time}" if delay[key] is not None else f"{name} never" for key, name in words
-    )
+    times = [(name, delay[key]) for key, name in words]
+    return ", ".join(f"{name} {f'not {horizon}' if t is None else f'within {duration(t, unit)}'}" for name, t in times)

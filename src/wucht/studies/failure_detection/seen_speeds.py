@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.measurements.cusum import Cusum, chart
+from wucht.measurements.cusum import AlarmDistribution, Cusum, chart
 from wucht.numerics.observers.turn_record import smooth_weights
 
 FEWEST = 10  # readings, of which a speed is told
 _MOST_NORMAL = 256  # readings before the failure that are taken as what comes again and again
 _EVEN = 1e-3  # of the noise: readings that differ less are one
-_MOST_AHEAD, _CERTAIN = 5000, 0.9999  # readings beyond the run, and the probability at which it is enough
+_CERTAIN = 0.9999  # the probability at which it is enough
+_POINTS = 1000  # of the probability, beyond the readings that are followed one by one
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,28 +77,41 @@ def _mean_and_deviation(values: np.ndarray, readings: int) -> tuple[float | None
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """chart: that watches the readings. learnt: their mean before the failure. probability (m,): of an alarm by each from
-    ``watched`` on, at times (m,), the readings beyond the run being those of its end, again and again. counted_from: when the
-    specimen failed; where it did not, when the chart began."""
+    """chart: that watches the readings. learnt: their mean before the failure. alarms: by readings, the first of them at a time
+    ``begins`` after the failure (where there is none, after the chart began) and then one every ``interval``, those beyond the
+    run being those of its end, again and again."""
 
     chart: Cusum
     learnt: float
-    time: np.ndarray
-    probability: np.ndarray
-    counted_from: float
+    alarms: AlarmDistribution
+    begins: float
+    interval: float
+
+    @property
+    def readings(self) -> int:
+        """The horizon: after so many readings it is as good as certain that it has been seen, or no more is known."""
+        return int(self.alarms.curve(_CERTAIN, 1)[0][-1]) + 1
+
+    @property
+    def horizon(self) -> float:
+        """The time of the last of them after the failure."""
+        return self.begins + self.interval * (self.readings - 1)
 
     @property
     def mean(self) -> float | None:
         """The expected time from the failure to the alarm; None where that is not certain enough."""
-        if not len(self.time) or self.probability[-1] < _CERTAIN:
-            return None
-        shares = np.diff(self.probability, prepend=0.0)
-        return float((shares * (self.time - self.counted_from)).sum() / self.probability[-1])
+        known = self.alarms.certain or self.alarms.first[-1] >= _CERTAIN
+        return self.begins + self.interval * self.alarms.mean() if known else None
 
     def quantile(self, probability: float) -> float | None:
-        """By when after the failure it is seen with a probability; None where that is not reached."""
-        seen = np.flatnonzero(self.probability >= probability)
-        return float(self.time[seen[0]] - self.counted_from) if len(seen) else None
+        """By when after the failure it is seen with a probability; None where that is not reached within the horizon."""
+        count = self.alarms.quantile(probability)
+        return None if count is None else self.begins + self.interval * count
+
+    def curve(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times (N,) after the failure, and the probability (N,) that it has been seen by each."""
+        count, probability = self.alarms.curve(_CERTAIN, _POINTS)
+        return self.begins + self.interval * count, probability
 
 
 def detection_of(
@@ -120,15 +134,11 @@ def detection_of(
     normal = np.zeros(1) if np.ptp(learnt) < _EVEN * noise else learnt - mean
     reference = (change or readings.deviation(noise)) / 2
     made = chart(reference, noise, every, normal)
-    changed, step = readings.speed[later] - mean, readings.time[-1] - readings.time[-2]
-    again = readings.speed[readings.changed] - mean
-    if len(again):
-        changed = np.concatenate([changed, np.resize(again, _MOST_AHEAD)])
-    time = readings.time[later][0] + step * np.arange(len(changed))
-    probability = made.detection(normal if steady else None, changed, _CERTAIN)
-    return Detection(
-        made, mean, time[: len(probability)], probability, windows.watched if windows.failed is None else windows.failed
-    )
+    changed, again = (readings.speed[which] - mean for which in (later, readings.changed))
+    alarms = made.alarms(normal if steady else None, changed, again, _CERTAIN)
+    counted_from = windows.watched if windows.failed is None else windows.failed
+    begins, step = readings.time[later][0] - counted_from, readings.time[-1] - readings.time[-2]
+    return Detection(made, mean, alarms, float(begins), float(step))
 
 
 def _inside(begin: np.ndarray, end: np.ndarray, between: tuple[float, float] | None) -> np.ndarray:

@@ -83,9 +83,7 @@ class SlowModel(FullModel):
 
     def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
         """Those of the main rotor's angle and speed, in its own sense."""
-        main, c = self.slow.senses[self.machine.rotor.name], self.machine.rotor.coordinate
-        own = {c.position: main * _ANGLE, c.velocity: main * c.velocity}
-        return tuple(replace(e, expression=e.expression.xreplace(own)) for e in events)
+        return tuple(replace(e, expression=e.expression.xreplace(self._rotor_in_its_sense)) for e in events)
 
     def seen(self, trajectory: Trajectory) -> Trajectory:
         """The motion of the machine with its fast parts; works are those of the averaged motion.
@@ -105,13 +103,28 @@ class SlowModel(FullModel):
     def rows(self, trajectory: Trajectory, seen: Trajectory) -> dict[str, np.ndarray]:
         """The states and outputs (N,) of the machine's System; motor and energy are those of the averaged motion."""
         s, rotor, rows = self.system, self.machine.rotor, super().rows(trajectory, seen)
-        outputs = Evaluator.of(s, [s.output(n).expression for n in ("motor_torque", "stored_energy")], ["motor", "stored"])
-        own = outputs(trajectory.time, trajectory.states, trajectory.parameters)
+        expressions = [*(s.output(n).expression for n in ("motor_torque", "stored_energy")), self._transmission_loss]
+        own = Evaluator.of(s, expressions, ["motor", "stored", "loss"])(
+            trajectory.time, trajectory.states, trajectory.parameters
+        )
         rows["stored_energy"] = own["stored"]
         if len(self.machine.rotors) == 1:
             rows["motor_torque"] = self.slow.senses[rotor.name] * own["motor"]
+            rows["drive_torque"] = rows["motor_torque"] - own["loss"]
             rows["motor_power"] = rows["motor_torque"] * rows[rotor.coordinate.velocity.name]
         return rows
+
+    @property
+    def _transmission_loss(self) -> sp.Expr:
+        """The torque that transmissions take at the averaged speed, the carrier at rest."""
+        still = {s: sp.S.Zero for c in self.machine.carrier for s in (c.position, c.velocity)}
+        return self.machine.structure.transmission_loss.xreplace(still | self._rotor_in_its_sense)
+
+    @property
+    def _rotor_in_its_sense(self) -> dict[sp.Symbol, sp.Expr]:
+        """Angle and speed of the main rotor by the states of the averaged equations, which count in its own sense."""
+        main, c = self.slow.senses[self.machine.rotor.name], self.machine.rotor.coordinate
+        return {c.position: main * _ANGLE, c.velocity: main * c.velocity}
 
 
 def slow_model(machine: Machine, start: np.ndarray, inertia: bool | None, order: int) -> SlowModel:

@@ -20,6 +20,10 @@ from wucht.studies.motion.locking import is_locking, rotor_phases
 from wucht.studies.observables import Orbit, Rows, balanced
 
 Variables = dict[str, Variable]
+_TORQUES = {
+    "motor_torque": "torque of the motor at the speed of the rotor, before the loss of a transmission",
+    "drive_torque": "torque of the drive on the rotor, after the loss of a transmission",
+}
 
 
 def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: float) -> tuple[Variables, Variables]:
@@ -28,7 +32,8 @@ def variables(machine: Machine, row: Rows, trajectory: Trajectory, largest: floa
     Coordinates: time (N), body, direction. Variables: angle, speed, phase (of bodies that turn about another), rotor_phase (of
     rotors that may be entrained) (body, time); displacement, velocity, bearing_force (of the bodies on the carrier, not of it
     on them) (direction, time); radius, amplitude,
-    motor_torque, motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time);
+    motor_torque (at the speed of the rotor, before the loss of a transmission), drive_torque (what of it acts on the rotor),
+    motor_power, stored_energy, supplied_work, dissipated_work, energy_residual, residual_unbalance (time);
     peak_amplitude, free_speed; slider_displacement, slider_velocity (slider, time); the states of parts' own by their paths,
     such as ``left.lining`` (time); rotor_bearing_force (rotor, plane, time) of several rotors, each with the bodies about it,
     in the directions in which the carrier translates.
@@ -74,7 +79,7 @@ def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> Variables:
         "angle": variable("body time", angles, "angle", "rad"),
         "speed": variable("body time", speeds, "speed", units.speed),
         "free_speed": variable("", free, "speed reached without vibration", units.speed),
-        "motor_torque": variable("time", row["motor_torque"], "motor torque", units.torque),
+        **{name: variable("time", row[name], long_name, units.torque) for name, long_name in _TORQUES.items()},
         "motor_power": variable("time", row["motor_power"], "motor power", units.power),
         "residual_unbalance": variable("time", _residual(machine, row, angle, end), "share of the unbalance that is left"),
     }

@@ -25,7 +25,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     Boundaries, one after another (boundary_point): boundary_x, boundary_y, boundary_value (of the eliminated parameter, not a
     number without one), boundary; boundary_name, boundary_group (boundary_number). Points where boundaries meet (mark): mark_x,
     mark_y, mark_value, mark_kind, mark_label. Places that were looked at (place): place_x, place_y, place_label, place_begins,
-    place_ends. The plane (row, column), with coordinates x (column) and y (row): region, an index; of each (region_number)
+    place_ends. The plane (y, x), whose coordinates are the values of both parameters: region, an index; of each (region_number)
     region_label, region_tone (0 without, 1 with a modulated motion that is unstable, 2 with a stable one; of endings their
     kind), region_hatch, region_x, region_y: its inmost place.
     """
@@ -55,7 +55,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "place_label": variable("place", np.array([p.label for p in parts.places], "U96"), "what is the case there"),
         "place_begins": variable("place", [p.begins for p in parts.places], f"{what} where the motion begins", unit),
         "place_ends": variable("place", [p.ends for p in parts.places], f"{what} where the motion ends", unit),
-        "region": variable("row column", parts.areas.index.astype(np.int16), "region"),
+        "region": variable("y x", parts.areas.index.astype(np.int16), "region"),
         "region_label": variable("region_number", np.array(parts.labels, "U96"), "what is the case there"),
         "region_tone": variable("region_number", np.array(parts.tones, int), "tone"),
         "region_hatch": variable("region_number", np.array(parts.hatches, int), "hatch"),
@@ -63,8 +63,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         "region_y": variable("region_number", inmost[1], b.words, b.unit),
     }  # fmt: skip
     coordinates = {
-        "x": variable("column", parts.areas.x, a.words, a.unit),
-        "y": variable("row", parts.areas.y, b.words, b.unit),
+        "x": variable("x", parts.areas.x, a.words, a.unit),
+        "y": variable("y", parts.areas.y, b.words, b.unit),
     }
     runs = 0 if isinstance(findings, EndingFindings) else sum(place.runs for place in findings.reached)
     summary = _summary(plan, parts, runs)
