@@ -8,8 +8,8 @@ import numpy as np
 
 from wucht.results.conventions import answered, variable
 from wucht.studies.failure_detection.averaged_speeds import UNSTABLE
-from wucht.studies.failure_detection.detection_words import counted_from, duration, within
 from wucht.studies.failure_detection.prepare import Plan, Varied
+from wucht.studies.failure_detection.report_words import counted_from, duration, within
 from wucht.studies.failure_detection.run import Findings, Place
 from wucht.studies.failure_detection.seen_speeds import Readings
 

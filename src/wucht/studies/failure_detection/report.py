@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from wucht.results.conventions import summary_of
 from wucht.results.formatting import in_lines
-from wucht.studies.failure_detection.detection_words import counted_from, duration, within
+from wucht.studies.failure_detection.report_words import counted_from, duration, within
 
 if TYPE_CHECKING:
     import xarray as xr
