@@ -133,7 +133,10 @@ def standing(
     last = record.whole_turns(max(_LAST_SHARE, 2 / record.turns))
     phases = {b.name: float(wrapped(np.angle(x))) for b, x in zip(bodies[1:], last.phases[about, -1], strict=True)}
     final = np.array([0.0, *(0.0 if p.asynchronous else sense * phase for phase in phases.values())])
-    resonance = None if expected == 0 else vibration.last_maximum(expected, final)
+    # What is left of a compensated unbalance is rounding: its torque has the shape of the rotor's.
+    compensated = p.left is not None and p.left.last <= noise.angle
+    alone = Vibration.of(machine).only(index[:1]) if compensated else vibration
+    resonance = None if expected == 0 else alone.last_maximum(expected, final[:1] if compensated else final)
     lasting = _lasting(p.varied, observed)
     lasts = lasting[0] > MODULATION_THRESHOLD or lasting[1] <= MODULATION_THRESHOLD
     near = resonance is not None and p.lowest.low - resonance < 2 * float(series.highs[-1] - series.lows[-1])
